@@ -82,8 +82,8 @@ _URDF = (
         "test_foreign_urdf.py::test_a_negative_speed_or_effort_is_no_limit",
         (
             "speed-read-as-effort",
-            'velocity=self._bound(name, limit, "velocity")',
-            'velocity=self._bound(name, limit, "effort")',
+            "self._bound(name, limit, attribute)",
+            'self._bound(name, limit, "effort")',
         ),
         (
             "negative-mass-taken",
@@ -121,8 +121,8 @@ _URDF = (
         ),
         (
             "friction-read-as-damping",
-            'friction=self._loss(name, dynamics, "friction")',
-            'friction=self._loss(name, dynamics, "damping")',
+            "self._loss(name, dynamics, attribute)",
+            'self._loss(name, dynamics, "damping")',
         ),
     ),
     *_faults(
@@ -148,7 +148,7 @@ _URDF = (
         "test_configurations.py::test_a_follower_shares_its_speed_limit_by_its_multiplier",
         (
             "follower-limits-speed-without-its-multiplier",
-            "-follower.velocity / abs(follower.mimic.multiplier)",
+            "-follower.velocity / abs(follower.coupling.multiplier)",
             "-follower.velocity",
         ),
     ),
@@ -160,11 +160,11 @@ _URDF = (
             "mimic.through(direct[mimic.joint]) if mimic.joint in direct",
             "direct[mimic.joint].through(mimic) if mimic.joint in direct",
         ),
-        ("other-followers-keep-the-old-driver", "mimic=other.mimic.through(inverse)", "mimic=other.mimic"),
+        ("other-followers-keep-the-old-driver", "mimic=other.coupling.through(inverse)", "mimic=other.mimic"),
         (
             "turned-round-coupling-not-inverted",
-            "inverse = first.mimic.inverted(first.name)",
-            "inverse = replace(first.mimic, joint=first.name)",
+            "inverse = first.coupling.inverted(first.name)",
+            "inverse = replace(first.coupling, joint=first.name)",
         ),
         ("lower-limit-not-shared", "lower, upper = _larger(lower, low), ", "lower, upper = lower, "),
         ("upper-limit-not-shared", "-_larger(-upper, -high)\n", "upper\n"),
@@ -173,7 +173,7 @@ _URDF = (
             "        return replace(driver, velocity=velocity)\n    if",
             "        return driver\n    if",
         ),
-        ("constant-follower-confines-its-driver", "if follower.mimic.multiplier != 0.0]", "]"),
+        ("constant-follower-confines-its-driver", "if follower.coupling.multiplier != 0.0]", "]"),
         ("locked-joint-not-counted-as-one-that-cannot-move", "if driver.lower < driver.upper and all(", "if all("),
         ("locked-follower-not-counted-as-one-that-cannot-move", "follower.lower < follower.upper for", "True for"),
         (

@@ -491,10 +491,9 @@ class JointAxes:
         """
         carrying = {self.robot.model.names[index] for index in joints_below(self.robot, frame)[0]}
         C = np.zeros((len(self.names), len(self.robot.joint_names)))
-        for row, name in enumerate(self.names):
-            if name in carrying:
-                mimic = self.robot.mimics.get(name, Mimic(name))
-                C[row, self.robot.joint_names.index(mimic.joint)] = mimic.multiplier
+        for row, joint in enumerate(self.robot.tree.moving_joints):
+            if joint.name in carrying:
+                C[row, self.robot.joint_names.index(joint.coupling.joint)] = joint.coupling.multiplier
         return C
 
     def jacobian(self, q: ArrayLike, frame: str, expressed_in: Expression = "mixed") -> Floats:

@@ -31,8 +31,7 @@ def joint_tree(model: pin.Model, tree: UrdfTree) -> kernels.JointTree:
     ids = {row.name: index for index, row in rows.items()}
     for index in range(1, model.njoints):
         placement, inertia, row = model.jointPlacements[index], model.inertias[index], rows.get(index)
-        mimic = row.mimic if row else None
-        driver = model.joints[ids[mimic.joint] if mimic else index]
+        driver = model.joints[ids[row.coupling.joint] if row else index]
         joints.append(
             kernels.TreeJoint(
                 kind=row.kind if row else "free",
@@ -42,8 +41,8 @@ def joint_tree(model: pin.Model, tree: UrdfTree) -> kernels.JointTree:
                 axis=row.axis if row else (1.0, 0.0, 0.0),
                 coordinate=int(driver.idx_q),
                 velocity=int(driver.idx_v),
-                ratio=mimic.multiplier if mimic else 1.0,
-                offset=mimic.offset if mimic else 0.0,
+                ratio=row.coupling.multiplier if row else 1.0,
+                offset=row.coupling.offset if row else 0.0,
                 mass=float(inertia.mass),
                 moment=tuple((inertia.mass * inertia.lever).tolist()),
             )

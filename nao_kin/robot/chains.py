@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nao_kin._core.arrays import Floats
+from nao_kin.robot.build import joint_rows
 from nao_kin.robot.model import RobotModel, check_robot
 from nao_kin.robot.semantics import Mimic
 from nao_kin.robot.urdf import UrdfJoint
@@ -56,26 +57,17 @@ def serial_chain(robot: RobotModel, base: str, frame: str) -> SerialChain:
     down, T_last_frame = joints_below(robot, frame)
     while up and down and up[0] == down[0]:  # joints that carry both
         up, down = up[1:], down[1:]
-    rows = {joint.name: joint for joint in robot.tree.moving_joints}
-    placements, fixed, motions = [], np.linalg.inv(T_last_base), []
-    for joint_id in reversed(up):
-        row = rows[robot.model.names[joint_id]]
-        turn = _z_along(row)
-        placements.append(fixed @ turn)
-        fixed = turn.T @ np.linalg.inv(_placement(robot, joint_id))
-        motions.append(_motion(row, -1.0))
-    for joint_id in down:
-        row = rows[robot.model.names[joint_id]]
-        turn = _z_along(row)
-        placements.append(fixed @ _placement(robot, joint_id) @ turn)
-        fixed = turn.T
-        motions.append(_motion(row, 1.0))
+    rows = joint_rows(robot.model, robot.tree)
+    placements, fixed, slides, drivers = [], np.linalg.inv(T_last_base), list[bool](), list[Mimic]()
+    for joint_id, sign in (*((joint, -1.0) for joint in reversed(up)), *((joint, 1.0) for joint in down)):
+        row, T_parent_joint = rows[joint_id], np.array(robot.model.jointPlacements[joint_id].homogeneous)
+        turn, mimic = _z_along(row), row.coupling
+        placements.append(fixed @ turn if sign < 0.0 else fixed @ T_parent_joint @ turn)
+        fixed = turn.T @ np.linalg.inv(T_parent_joint) if sign < 0.0 else turn.T
+        slides.append(row.kind == "prismatic")
+        drivers.append(Mimic(mimic.joint, sign * mimic.multiplier, sign * mimic.offset))
     placements.append(fixed @ T_last_frame)
-    return SerialChain(
-        np.ascontiguousarray(np.array(placements)[:, :3]),
-        tuple(slides for slides, _ in motions),
-        tuple(driver for _, driver in motions),
-    )
+    return SerialChain(np.ascontiguousarray(np.array(placements)[:, :3]), tuple(slides), tuple(drivers))
 
 
 def joints_below(robot: RobotModel, frame: str) -> tuple[list[int], Floats]:
@@ -100,10 +92,6 @@ def joints_below(robot: RobotModel, frame: str) -> tuple[list[int], Floats]:
     return ids[::-1], np.array(place.placement.homogeneous)
 
 
-def _placement(robot: RobotModel, joint_id: int) -> Floats:
-    return np.array(robot.model.jointPlacements[joint_id].homogeneous)
-
-
 def _z_along(row: UrdfJoint) -> Floats:
     """A rotation that takes z to the joint's axis; along an axis of the frame without rounding."""
     z = np.array(row.axis)
@@ -114,12 +102,6 @@ def _z_along(row: UrdfJoint) -> Floats:
     T = np.eye(4)
     T[:3, :3] = np.column_stack([x, np.cross(z, x), z])
     return T
-
-
-def _motion(row: UrdfJoint, sign: float) -> tuple[bool, Mimic]:
-    """Whether a joint slides, and how its value, or with sign −1 the opposite, follows from a coordinate."""
-    mimic = row.mimic or Mimic(row.name)
-    return row.kind == "prismatic", Mimic(mimic.joint, sign * mimic.multiplier, sign * mimic.offset)
 
 
 # --- How the joints of a robot hang together: serial chains, closed loops, couplings.
@@ -186,9 +168,8 @@ def topology(robot: RobotModel) -> Topology:
 
 def _carriers(robot: RobotModel) -> dict[str, str | None]:
     """Moving joint → the joint that carries it, None for the base; from the root outwards."""
-    names, parents = list(robot.model.names), list(robot.model.parents)
-    first = len(names) - len(robot.tree.moving_joints)  # before it stand the universe and a floating base
-    return {names[i]: names[parents[i]] if parents[i] >= first else None for i in range(first, len(names))}
+    rows, parents = joint_rows(robot.model, robot.tree), robot.model.parents
+    return {row.name: rows[parents[i]].name if parents[i] in rows else None for i, row in rows.items()}
 
 
 def _ancestry(name: str, parents: dict[str, str | None]) -> list[str]:

@@ -11,19 +11,20 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 from xml.etree import ElementTree as ET
 
 from nao_kin._core.arrays import Vector, decimal
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, BadModel
 from nao_kin.robot.semantics import Mimic, Semantics
-from nao_kin.robot.urdf.couplings import CouplingRefused, drive_order, resolve_chains, share_limits
+from nao_kin.robot.urdf.couplings import CouplingRefused, depth_first, drive_order, resolve_chains, share_limits
 from nao_kin.robot.urdf.document import (
     Packages,
     checked_folders,
     expand_xacro,
     file_content,
+    finite_numbers,
     read_document,
     root_tag,
     xacro_values,
@@ -80,8 +81,7 @@ def urdf_tree(
     """As `read_urdf`, of a file that has been read."""
     notes: list[str] = []
     folders = checked_folders(package_dirs)
-    given = xacro_values({} if xacro_arguments is None else xacro_arguments)
-
+    given = xacro_values(xacro_arguments)
     if not (xacro is None or isinstance(xacro, bool)):
         raise BadArgument(f"xacro must be True, False or None, got {quoted(xacro)}")
     asked = Path(path).suffix == ".xacro" if xacro is None else xacro
@@ -182,40 +182,28 @@ class _Reader:
                 raise _Refused(f"joint {quoted(name)} names no {tag} link")
             ends.append(renamed.get(str(end.get("link")), str(end.get("link"))))
         joint = UrdfJoint(name, kind, ends[0], ends[1], self._origin(("joint", name), element.find("origin")))
-        return joint if kind in ("fixed", _FLOATING) else self._moving_joint(joint, element)
-
-    def _moving_joint(self, joint: UrdfJoint, element: ET.Element) -> UrdfJoint:
-        name = joint.name
-        limit, mimic = element.find("limit"), element.find("mimic")
-        joint = replace(joint, axis=self._axis(name, element.find("axis")))
+        if kind in ("fixed", _FLOATING):
+            return joint
+        limit, mimic, dynamics = element.find("limit"), element.find("mimic"), element.find("dynamics")
+        found: dict[str, Any] = {"axis": self._axis(name, element.find("axis"))}
         if limit is not None:
-            joint = replace(
-                joint,
-                velocity=self._bound(name, limit, "velocity"),
-                effort=self._bound(name, limit, "effort"),
-            )
-        dynamics = element.find("dynamics")
+            found |= {attribute: self._bound(name, limit, attribute) for attribute in ("velocity", "effort")}
         if dynamics is not None:
-            joint = replace(
-                joint, damping=self._loss(name, dynamics, "damping"), friction=self._loss(name, dynamics, "friction")
-            )
-        if joint.kind == "continuous":
-            joint = replace(joint, kind="revolute")
-            if mimic is None:
-                self.notes.append(f"joint {quoted(name)} is continuous: one revolute coordinate without limits")
-            else:
-                self.notes.append(f"joint {quoted(name)} is continuous and follows another: taken as revolute")
+            found |= {attribute: self._loss(name, dynamics, attribute) for attribute in ("damping", "friction")}
+        if kind == "continuous":
+            found["kind"] = "revolute"
+            what = "one revolute coordinate without limits" if mimic is None else "taken as revolute"
+            follows = "" if mimic is None else " and follows another"
+            self.notes.append(f"joint {quoted(name)} is continuous{follows}: {what}")
         else:
-            lower, upper = self._range(name, limit)
-            joint = replace(joint, lower=lower, upper=upper)
+            found["lower"], found["upper"] = self._range(name, limit)
         if mimic is not None:
-            coupling = Mimic(
+            found["mimic"] = Mimic(
                 str(mimic.get("joint", "")),
                 self._number(("joint", name), mimic, "multiplier", 1.0),
                 self._number(("joint", name), mimic, "offset", 0.0),
             )
-            joint = replace(joint, mimic=coupling)
-        return joint
+        return replace(joint, **found)
 
     def _range(self, joint: str, limit: ET.Element | None) -> tuple[float, float]:
         """Smallest and largest value; a file that says nothing, or nothing that can hold, means no limits."""
@@ -269,25 +257,19 @@ class _Reader:
         return Origin(self._three(owner, "origin xyz", xyz), self._three(owner, "origin rpy", rpy))
 
     def _three(self, owner: Owner, what: str, text: str) -> Vector:
-        try:
-            x, y, z = map(decimal, text.split())
-        except ValueError:
-            x = y = z = math.inf
-        if not all(map(math.isfinite, (x, y, z))):
+        numbers = finite_numbers(text)
+        if len(numbers) != 3:
             raise _Refused(f"{_name(owner)} has {what} {quoted(text)}, expected three numbers")
-        return x, y, z
+        return numbers[0], numbers[1], numbers[2]
 
     def _number(self, owner: Owner, element: ET.Element, attribute: str, default: float) -> float:
         text = element.get(attribute)
         if text is None:
             return default
-        try:
-            value = decimal(text)
-        except ValueError:
-            value = math.nan
-        if not math.isfinite(value):
+        numbers = finite_numbers(text)
+        if len(numbers) != 1:
             raise _Refused(f"{_name(owner)} has {attribute} {quoted(text)}, expected a number")
-        return value
+        return numbers[0]
 
     def _bound(self, joint: str, limit: ET.Element, attribute: str) -> float:
         """A largest speed or effort; "inf", a negative number and no word mean that there is none."""
@@ -307,10 +289,8 @@ class _Reader:
     def _loss(self, joint: str, dynamics: ET.Element, attribute: str) -> float:
         """Damping or friction, which no kinematics depends on: what cannot be read is zero."""
         text = dynamics.get(attribute, "0")
-        try:
-            value = decimal(text)
-        except ValueError:
-            value = -1.0
+        numbers = finite_numbers(text)
+        value = numbers[0] if len(numbers) == 1 else -1.0
         if not 0.0 <= value < math.inf:
             self.notes.append(f"joint {quoted(joint)} has {attribute} {quoted(text)}: taken as none")
             return 0.0
@@ -334,14 +314,10 @@ class _Reader:
             found = ", ".join(map(quoted, roots[:4])) or "none: the joints form a loop"
             raise _Refused(f"a robot has one root link, found {found}")
         # One root and one parent each: what is still unreachable hangs in a loop of its own.
-        children: dict[str, list[str]] = {}
+        children: dict[str, list[UrdfJoint]] = {}
         for joint in joints:
-            children.setdefault(joint.parent, []).append(joint.child)
-        reached, stack = set[str](), [roots[0]]
-        while stack:
-            link = stack.pop()
-            reached.add(link)
-            stack.extend(children.get(link, []))
+            children.setdefault(joint.parent, []).append(joint)
+        reached = {roots[0], *(joint.child for joint in depth_first(children, roots[0]))}
         if len(reached) != len(links):
             raise _Refused(f"link {quoted(next(n for n in links if n not in reached))} hangs in a loop of joints")
         return roots[0]
@@ -435,8 +411,7 @@ def read_robot(
         ('base_link', None)
     """
     content = file_content(path)
-    given = xacro_values({} if xacro_arguments is None else xacro_arguments)
-    if _format(path, content) == "mjcf" and not given and (xacro is None or xacro is False):
+    if _format(path, content) == "mjcf" and not xacro_values(xacro_arguments) and (xacro is None or xacro is False):
         return mjcf_tree(Path(path).absolute(), content, package_dirs)
     # Which refuses to expand an MJCF, and arguments for a file that takes none.
     return urdf_tree(Path(path).absolute(), content, package_dirs, xacro, xacro_arguments), None

@@ -18,7 +18,6 @@ from nao_kin.robot.urdf.document import checked_folders, file_content, root_tag
 from nao_kin.robot.urdf.mjcf.compiled import Compiled, Shapes, compile_mjcf, import_mujoco
 from nao_kin.robot.urdf.mjcf.joints import (
     BALL,
-    FREE,
     R_CAMERA_FRAME,
     Couplings,
     Motion,
@@ -60,9 +59,9 @@ def robot_of(model: Any, notes: list[str]) -> tuple[int, list[int]]:
     mocap = {body for body in members if int(model.body_mocapid[body]) >= 0}
     candidates = {body: bodies for body, bodies in members.items() if body not in mocap} or members
     joints = {body: sum(int(model.body_jntnum[one]) for one in bodies) for body, bodies in candidates.items()}
-    main = max(candidates, key=lambda body: (joints[body] - _floats(model, body), len(candidates[body]), -body))
-    standing = [body for body in candidates if not _floats(model, body)]
-    if _floats(model, main):
+    standing = [body for body in candidates if free_joint(model, body) is None]
+    main = max(candidates, key=lambda body: (joints[body] - (body not in standing), len(candidates[body]), -body))
+    if main not in standing:
         chosen, root = [main], main
         notes.append(f"body {quoted(_name(model, main))} has a free joint: base='floating' gives it a free base")
     elif standing == [main] and not int(model.body_jntnum[main]):
@@ -85,11 +84,6 @@ def _tops(model: Any) -> list[int]:
         parent = int(model.body_parentid[body])
         top.append(body if parent == WORLD else top[parent])
     return top
-
-
-def _floats(model: Any, body: int) -> bool:
-    joint = int(model.body_jntadr[body])
-    return joint >= 0 and int(model.jnt_type[joint]) == FREE
 
 
 def _name(model: Any, body: int) -> str:
