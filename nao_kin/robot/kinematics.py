@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import threading
 from collections.abc import Iterable, Sequence
@@ -114,7 +115,6 @@ class Kinematics:
         self.model = model
         self._inertias = model.inertias  # a live view, which takes as long to get as all sums of a centre of mass
         self._local = threading.local()
-        self._selections: dict[FrameIds, NDArray[np.intp]] = {}
 
     def answer(self, question: Question, q: Floats, *rates: Floats) -> Floats:
         """The answer to a question about configurations, and velocities and accelerations where it needs them."""
@@ -143,7 +143,7 @@ class Kinematics:
             >>> nk.robot.Kinematics(nao.model).poses(nao.random(0, 5), nao.frame_ids(["LArm", "RArm"])).shape
             (5, 2, 4, 4)
         """
-        workspace, selection = self._workspace(), self._selection(frame_ids)
+        workspace, selection = self._workspace(), _selection_of(frame_ids)
         if q.ndim == 1:
             workspace.place(q, frame_ids)
             pose: Floats = workspace.placements().take(selection)
@@ -293,15 +293,6 @@ class Kinematics:
             workspace = self._local.workspace = _Workspace(self.model)
         return workspace
 
-    def _selection(self, frame_ids: FrameIds) -> NDArray[np.intp]:
-        try:
-            return self._selections[frame_ids]
-        except KeyError:
-            if len(self._selections) >= _MOST_SELECTIONS:
-                self._selections.clear()
-            selection = self._selections[frame_ids] = _selection_of(frame_ids)
-            return selection
-
 
 def _in_form(poses: Floats, form: str) -> Floats:
     """Poses as one of `POSE_SHAPES`."""
@@ -323,7 +314,8 @@ def _rows(q: Floats, results: Floats, axes: int) -> Iterable[tuple[Floats, Float
     return zip(q.reshape(count, q.shape[-1]), flat, strict=True)
 
 
-def _selection_of(frame_ids: Sequence[int]) -> NDArray[np.intp]:
+@functools.lru_cache(_MOST_SELECTIONS)
+def _selection_of(frame_ids: FrameIds) -> NDArray[np.intp]:
     """Where in the block the entries of the poses of these frames stand, shape (n, 4, 4)."""
     selection = np.full((len(frame_ids), 4, 4), _ZERO, dtype=np.intp)
     row, column = np.indices((3, 4))

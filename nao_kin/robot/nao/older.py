@@ -210,7 +210,6 @@ V6 = Tables(
     inertials=V6_INERTIALS,
     frames=V6_FRAMES,
     visuals=V6_VISUALS,
-    placeholder=None,
 )
 
 # A page stands after the one that it is laid over.

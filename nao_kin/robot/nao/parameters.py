@@ -387,8 +387,8 @@ def _unit(axis: Vector) -> Vector:
 #
 # That description has no V6; its names follow the same rules there.
 
-# Bodies that have a second name here.
-_BODIES = {"Torso": "torso", "LFoot": "l_ankle", "RFoot": "r_ankle"}
+# NAOqi speaks of the torso and of the feet as bodies: second names here, and no links of their own there.
+BODY_ALIASES = {"Torso": "torso", "LFoot": "l_ankle", "RFoot": "r_ankle"}
 _JOINTS = {
     "torso_fixed": "base_link_fixedjoint",
     "Gaze_fixed": "gaze_joint",
@@ -418,7 +418,7 @@ def ros_names(parameters: NaoParameters) -> dict[str, str]:
         ('CameraTop_frame', 'CameraTop_sensor_fixedjoint', 'LThumb1')
     """
     digits = f"{checked_parameters(parameters).version.removeprefix('v').replace('.', '')}0"[:2]
-    names = {f"nao_{parameters.version}": f"NaoH25V{digits}"} | _BODIES | _ANKLES
+    names = {f"nao_{parameters.version}": f"NaoH25V{digits}"} | BODY_ALIASES | _ANKLES
     for frame in parameters.frames:
         if frame.ros_name is not None:
             names |= {frame.name: frame.ros_name, f"{frame.name}_fixed": f"{frame.name}_sensor_fixedjoint"}
