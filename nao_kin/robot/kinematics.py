@@ -377,15 +377,12 @@ class FrameTable:
     """
 
     def __init__(self, model: pin.Model, tree: UrdfTree) -> None:
-        frames = list(model.frames)
-        links: dict[str, int] = {
-            frame.name: index for index, frame in enumerate(frames) if frame.type == pin.FrameType.BODY
-        }
-        joints: dict[str, int] = {
-            frame.name: index
-            for index, frame in enumerate(frames)
-            if index > 0 and frame.type not in (pin.FrameType.BODY, pin.FrameType.FIXED_JOINT)
-        }
+        links, joints = dict[str, int](), dict[str, int]()
+        for index, frame in enumerate(model.frames):
+            if frame.type == pin.FrameType.BODY:
+                links[frame.name] = index
+            elif index > 0 and frame.type != pin.FrameType.FIXED_JOINT:
+                joints[frame.name] = index
         self._ids = {name: links[link] for name, link in tree.shared_names.items()} | links
         moved = {joint.name: joint.child for joint in tree.moving_joints}
         # Shared name → the link it means, and the link that has the joint's frame.

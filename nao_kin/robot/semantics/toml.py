@@ -53,7 +53,7 @@ from nao_kin._core.arrays import Vector
 from nao_kin._core.files import read_toml
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, BadInputFile, nearest_names
-from nao_kin.robot.semantics.meaning import CoupledLimit, Posture, Semantics, View
+from nao_kin.robot.semantics.meaning import FRAME_FIELDS, CoupledLimit, Posture, Semantics, View
 
 
 def read_semantics(path: Path | str) -> Semantics:
@@ -160,20 +160,13 @@ def _coupled_limit(value: Any, where: str) -> CoupledLimit:
 
 
 _READERS: dict[str, _Reader] = {
+    **dict.fromkeys(FRAME_FIELDS, _names),
+    **dict.fromkeys(("start", "version", "root"), _text),
     "chains": _table_of(_names),
-    "end_effectors": _names,
-    "soles": _names,
-    "cameras": _names,
     "postures": _table_of(_posture),
-    "start": _text,
     "coupled_limits": _list_of(_coupled_limit),
     "units": _table_of(_text),
     "views": _table_of(_view),
-    "version": _text,
-    "root": _text,
     "fields_of_view": _table_of(_numbers),
-    "accelerometers": _names,
-    "gyrometers": _names,
-    "force_sensors": _names,
     "ros_names": _table_of(_text),
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -29,7 +30,7 @@ from nao_kin.robot.urdf.mjcf.joints import (
     read_couplings,
     semantics_of,
 )
-from nao_kin.robot.urdf.tree import Inertial, UrdfJoint, UrdfTree, names_apart, travel
+from nao_kin.robot.urdf.tree import Inertial, UrdfJoint, UrdfTree, names_apart
 
 # --- Which bodies of an MJCF are the robot: files hold floors, tables and things to grasp beside it.
 
@@ -192,7 +193,6 @@ class _Reader:
             notes=(),
             visual_notes=shapes.visual_notes,
             collisions=shapes.collisions,
-            collision_notes=shapes.collision_notes,
         )
         own = {joint.name for joint in ordered if joint.kind != "fixed" and joint.mimic is None}
         moving = [
@@ -210,14 +210,11 @@ class _Reader:
         """Body → its name; bodies without one are numbered."""
         given = {body: str(self.model.body(body).name) for body in self.bodies}
         self.taken |= {name for name in given.values() if name}
-        for body, name in given.items():
-            if not name:
-                given[body] = self._fresh(f"body_{body}", "")
-        return given
+        return {body: name or self._fresh(f"body_{body}", "") for body, name in given.items()}
 
     def _joint_names(self, bodies: dict[int, str]) -> dict[tuple[int, int], str]:
         """Joint and part of it → name; joints without a name are called by the bodies they move."""
-        given = {(motion.id, motion.part): motion.name for moves, _ in self.moves.values() for motion in moves}
+        given = {(motion.id, motion.part): motion.joint.name for moves, _ in self.moves.values() for motion in moves}
         self.taken |= {name for name in given.values() if name}
         single = {name for (joint, _), name in given.items() if int(self.model.jnt_type[joint]) != BALL}
         for (joint, part), name in given.items():
@@ -225,7 +222,7 @@ class _Reader:
                 given[joint, part] = self._fresh(name, "_ball")
         for body, (moves, _) in self.moves.items():
             for motion in moves:
-                if not motion.name:
+                if not motion.joint.name:
                     given[motion.id, motion.part] = self._fresh(bodies[body], "_joint")
         return given
 
@@ -239,42 +236,27 @@ class _Reader:
             for count, motion in enumerate(moves, 1):
                 name = names[motion.id, motion.part]
                 child = self.links[body] if ends_here and count == len(moves) else self._fresh(name, "_link")
-                joints.append(self._joint(motion, name, parent, child, couplings, strength))
+                joint = replace(motion.joint, name=name, parent=parent, child=child)
+                joints.append(self._joint(motion, joint, couplings, strength))
                 parent = child
             if not ends_here:
                 joints.append(self._fixed(parent, self.links[body], T_last_body))
             self._note_ball(moves, names)
         return joints
 
-    def _joint(
-        self,
-        motion: Motion,
-        name: str,
-        parent: str,
-        child: str,
-        couplings: Couplings,
-        strength: dict[int, float],
-    ) -> UrdfJoint:
-        T, slides = motion.T_before, motion.kind == "prismatic"
-        if name in couplings.locked:
-            return UrdfJoint(
-                name, "fixed", parent, child, origin(T @ travel(slides, motion.axis, couplings.locked[name]))
-            )
+    def _joint(self, motion: Motion, joint: UrdfJoint, couplings: Couplings, strength: dict[int, float]) -> UrdfJoint:
+        """The joint of a motion, which has its names already, as it is coupled, locked, driven and damped."""
+        if joint.name in couplings.locked:
+            T = joint.origin.matrix @ joint.travel(couplings.locked[joint.name])
+            return UrdfJoint(joint.name, "fixed", joint.parent, joint.child, origin(T))
         dof = int(self.model.jnt_dofadr[motion.id]) + motion.part
-        joint = UrdfJoint(
-            name,
-            motion.kind,
-            parent,
-            child,
-            origin(T),
-            motion.axis,
-            motion.lower,
-            motion.upper,
+        return replace(
+            joint,
+            effort=strength.get(motion.id, math.inf),
             damping=float(self.model.dof_damping[dof]),
             friction=float(self.model.dof_frictionloss[dof]),
-            mimic=couplings.mimics.get(name),
+            mimic=couplings.mimics.get(joint.name),
         )
-        return replace(joint, effort=strength[motion.id]) if motion.id in strength else joint
 
     def _frames(self, kind: str, ids: Any, joints: list[UrdfJoint]) -> dict[int, str]:
         """Sites or cameras as links fixed to those of their bodies: id → name; those without a name are left out."""
