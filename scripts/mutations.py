@@ -87,8 +87,8 @@ _URDF = (
         ),
         (
             "negative-mass-taken",
-            '        if value < 0.0:\n            raise _Refused(f"{_name(owner)} has mass',
-            '        if False:\n            raise _Refused(f"{_name(owner)} has mass',
+            '        if value < 0.0:\n            raise Refused(f"{_name(owner)} has mass',
+            '        if False:\n            raise Refused(f"{_name(owner)} has mass',
         ),
         (
             "negative-speed-taken",

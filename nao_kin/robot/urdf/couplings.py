@@ -15,15 +15,15 @@ from nao_kin.robot.urdf.tree import UrdfJoint
 _MOST_NAMED = 8
 
 
-class CouplingRefused(Exception):
-    """Why the couplings of a file cannot be kept."""
+class Refused(Exception):
+    """Why a file makes no model; whoever reads it adds the file's name."""
 
 
 def resolve_chains(joints: Mapping[str, UrdfJoint], notes: list[str]) -> dict[str, UrdfJoint]:
     """Every mimic made to follow the joint at the end of its chain: a follows b follows c becomes a follows c.
 
     Raises:
-        CouplingRefused: a joint follows itself, a joint that does not exist, or one that cannot move.
+        Refused: a joint follows itself, a joint that does not exist, or one that cannot move.
     """
     direct: dict[str, Mimic] = {}
     for name in joints:
@@ -31,13 +31,13 @@ def resolve_chains(joints: Mapping[str, UrdfJoint], notes: list[str]) -> dict[st
         while end not in direct and (mimic := joints[end].mimic) is not None:
             chain[end] = mimic
             if mimic.joint not in joints:
-                raise CouplingRefused(f"joint {quoted(end)} follows {quoted(mimic.joint)}, which does not exist")
+                raise Refused(f"joint {quoted(end)} follows {quoted(mimic.joint)}, which does not exist")
             if mimic.joint in chain:
                 circle = abbreviated(" → ".join([*chain, mimic.joint]))
-                raise CouplingRefused(f"joints follow each other in a circle: {circle}")
+                raise Refused(f"joints follow each other in a circle: {circle}")
             end = mimic.joint
         if chain and joints[end].kind == "fixed":
-            raise CouplingRefused(f"joint {quoted(name)} follows {quoted(end)}, which is fixed")
+            raise Refused(f"joint {quoted(name)} follows {quoted(end)}, which is fixed")
         for follower, mimic in reversed(chain.items()):
             direct[follower] = mimic.through(direct[mimic.joint]) if mimic.joint in direct else mimic
     resolved = {name: replace(joint, mimic=direct.get(name)) for name, joint in joints.items()}
@@ -63,7 +63,7 @@ def drive_order(joints: Mapping[str, UrdfJoint], root: str, notes: list[str]) ->
     another joint's, and the notes say so.
 
     Raises:
-        CouplingRefused: such a change would divide by a multiplier of zero, or numbers grow without bound.
+        Refused: such a change would divide by a multiplier of zero, or numbers grow without bound.
     """
     walk = _walk(joints, root)
     position = {joint.name: index for index, joint in enumerate(walk)}
@@ -73,9 +73,7 @@ def drive_order(joints: Mapping[str, UrdfJoint], root: str, notes: list[str]) ->
         if position[driver] < position[first.name]:
             continue
         if first.coupling.multiplier == 0.0:
-            raise CouplingRefused(
-                f"joint {quoted(first.name)} follows {quoted(driver)} with multiplier 0 and comes before it"
-            )
+            raise Refused(f"joint {quoted(first.name)} follows {quoted(driver)} with multiplier 0 and comes before it")
         inverse = first.coupling.inverted(first.name)
         changed[first.name] = replace(first, mimic=None)
         changed[driver] = replace(joints[driver], mimic=inverse)
@@ -87,7 +85,7 @@ def drive_order(joints: Mapping[str, UrdfJoint], root: str, notes: list[str]) ->
     order = [changed.get(joint.name, joint) for joint in walk]
     for joint in order:
         if joint.mimic is not None and not math.isfinite(joint.mimic.multiplier + joint.mimic.offset):
-            raise CouplingRefused(
+            raise Refused(
                 f"joint {quoted(joint.name)} follows {quoted(joint.mimic.joint)} with a multiplier or an offset "
                 "too large for floating point"
             )
@@ -101,7 +99,7 @@ def share_limits(joints: list[UrdfJoint], notes: list[str]) -> list[UrdfJoint]:
     follower with the multiplier −1 and the limits [0, 1] of its driver. Then the driver keeps its own range.
 
     Raises:
-        CouplingRefused: there is no such value, and one of the joints cannot move alone.
+        Refused: there is no such value, and one of the joints cannot move alone.
     """
     followers = _followers(joints)
     return [_sharing(joint, followers[joint.name], notes) if joint.name in followers else joint for joint in joints]
@@ -143,7 +141,7 @@ def _sharing(driver: UrdfJoint, followers: Sequence[UrdfJoint], notes: list[str]
         return replace(driver, velocity=velocity)
     if lower > upper:
         who, suits = (f"joint {names} follows", "both") if len(turning) == 1 else (f"joints {names} follow", "all")
-        raise CouplingRefused(f"{who} {quoted(driver.name)}, and no value suits {suits} their limits")
+        raise Refused(f"{who} {quoted(driver.name)}, and no value suits {suits} their limits")
     notes += confined
     return replace(driver, lower=lower, upper=upper, velocity=velocity)
 

@@ -14,7 +14,7 @@ from nao_kin._core.arrays import Floats
 from nao_kin._core.text import abbreviated, fresh_name, quoted
 from nao_kin.errors import BadModel
 from nao_kin.robot.semantics import Semantics
-from nao_kin.robot.urdf.couplings import CouplingRefused, drive_order, resolve_chains, share_limits
+from nao_kin.robot.urdf.couplings import Refused, drive_order, resolve_chains, share_limits
 from nao_kin.robot.urdf.document import checked_folders, file_content, root_tag
 from nao_kin.robot.urdf.mjcf.compiled import Compiled, Shapes, compile_mjcf, import_mujoco
 from nao_kin.robot.urdf.mjcf.joints import (
@@ -143,7 +143,7 @@ def mjcf_tree(path: Path | str, content: bytes, package_dirs: Iterable[Path | st
     compiled = compile_mjcf(Path(path), content, folders, notes)
     try:
         tree, semantics = _Reader(compiled, Path(path), notes).read()
-    except (CouplingRefused, ValueError) as error:
+    except (Refused, ValueError) as error:
         raise BadModel(f"{path}: {error}") from None
     return replace(tree, package_dirs=folders), semantics
 
