@@ -509,7 +509,7 @@ _MEANING = (
         "test_semantics.py test_model.py::test_body_values_are_those_of_the_joints_on_a_floating_base_too "
         "test_model.py::test_copies_answer_like_the_original",
         ("body-order-of-a-floating-base-shifted", "self._configurations.joints(q)", "self._configurations.checked(q)"),
-        ("vertical-of-resting-postures-forgotten", "REST.get(row.name))", "None)"),
+        ("vertical-of-resting-postures-forgotten", "v6.REST.get(row.name))", "None)"),
         ("units-of-hands-forgotten", 'if joint.unit == "1"}', "if False}"),
         ("pickled-nao-of-another-version", '"version": self.version}', '"version": "v6"}'),
         ("body-values-clamped-without-being-asked", "strict=True)), limits=limits)", 'strict=True)), limits="clamp")'),
@@ -634,8 +634,8 @@ _MULTIDOF = (
         ),
         (
             "whole-turns-where-limits-hold-one-by-rounding",
-            "self.upper - self.lower >= TURN - 2.0 * LIMIT_TOLERANCE",
-            "self.upper - self.lower > TURN",
+            "limits.upper - limits.lower >= TURN - 2.0 * LIMIT_TOLERANCE",
+            "limits.upper - limits.lower > TURN",
         ),
         ("angle-not-taken-by-whole-turns-to-its-target", "nearest = near(angle, target)", "nearest = angle"),
         ("driver-of-a-winding-follower-within-one-turn", "if not winding and (given", "if True and (given"),

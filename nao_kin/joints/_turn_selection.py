@@ -73,11 +73,6 @@ class _Range:
             return cls(lower, upper, upper - math.pi if math.isinf(lower) else lower + math.pi)
         return cls(lower, upper, 0.5 * (lower + upper))
 
-    @property
-    def holds_turns(self) -> bool:
-        """Whether some angle is inside the limits by more than one count of whole turns."""
-        return self.upper - self.lower >= TURN - 2.0 * LIMIT_TOLERANCE
-
     def outside(self, values: Floats) -> Floats:
         """How far values are outside the limits, zero inside."""
         over = np.maximum(self.lower - values, values - self.upper) - LIMIT_TOLERANCE
@@ -320,7 +315,9 @@ def _turns(
     nearest = near(angle, target)
     # Whole turns of the driver that turn a follower by anything else.
     winding = any(joint.kind != "revolute" or joint.coupling.multiplier % 1.0 != 0.0 for joint, _ in motor.followers)
-    if not winding and (given.reference is not None or not (limits.holds_turns and hints)):
+    # Whether some angle is inside the limits by more than one count of whole turns.
+    several = limits.upper - limits.lower >= TURN - 2.0 * LIMIT_TOLERANCE
+    if not winding and (given.reference is not None or not (several and hints)):
         return nearest[None]
     tried = [nearest, *(near(angle, hint) for hint in hints)]
     counts = _TURNS if winding else min(_TURNS, math.ceil(min(limits.upper - limits.lower, 2e3) / (2.0 * TURN)))

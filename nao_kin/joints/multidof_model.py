@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
@@ -441,7 +442,10 @@ class MultiDofModel:
         return tuple(places)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _rebuilt, (type(self), self.robot, self.groups.rule, self.groups.tolerance, self._intermediate)
+        # A Pinocchio model with mimic joints does not survive pickling; the typed one is made again.
+        rule, tolerance = self.groups.rule, self.groups.tolerance
+        again = functools.partial(type(self), rule=rule, tolerance=tolerance, intermediate=self._intermediate)  # type: ignore[arg-type]
+        return again, (self.robot,)
 
     def __repr__(self) -> str:
         dropped = ", links between dropped" if self._intermediate == "drop" else ""
@@ -458,10 +462,3 @@ def _notes(robot: RobotModel, lumped: Mapping[int, int]) -> tuple[str, ...]:
         for index, before in sorted(lumped.items())
         if model.inertias[index].mass > 0.0
     )
-
-
-def _rebuilt(
-    kind: type[MultiDofModel], robot: RobotModel, rule: Rule, tolerance: float, intermediate: Intermediate
-) -> MultiDofModel:
-    """A Pinocchio model with mimic joints does not survive pickling; the typed one is made again."""
-    return kind(robot, rule=rule, tolerance=tolerance, intermediate=intermediate)

@@ -80,7 +80,10 @@ def load_robot(name: str, *, base: Base = "fixed") -> RobotModel:
             raise
         files = {}
     if isinstance(name, str) and name in files:
-        return RobotModel.from_urdf(files[name], base=base, semantics=_srdf(files[name]))
+        urdf = files[name]
+        # example-robot-data keeps the SRDF of the same name in the folder srdf beside that of the URDF.
+        srdf = urdf.parent.parent / "srdf" / f"{urdf.stem}.srdf"
+        return RobotModel.from_urdf(urdf, base=base, semantics=srdf if srdf.is_file() else None)
     if isinstance(name, str) and name in described:
         return _described(name, base)
     hint = f"names of {_DESCRIPTIONS} need pip install 'nao-kin[descriptions]'" if is_theirs else ""
@@ -99,12 +102,6 @@ def _files() -> dict[str, Path]:
         file.stem: Path(str(file.locate())) for file in installed if file.suffix == ".urdf" and "robots" in file.parts
     }
     return dict(sorted(found.items()))
-
-
-def _srdf(urdf: Path) -> Path | None:
-    """The SRDF of the same name, which example-robot-data keeps in the folder srdf beside that of the URDF."""
-    path = urdf.parent.parent / "srdf" / f"{urdf.stem}.srdf"
-    return path if path.is_file() else None
 
 
 def _described_names() -> tuple[str, ...]:

@@ -112,11 +112,10 @@ class RobotModel:
         self._units = {joint.name: "m" if joint.kind == "prismatic" else "rad" for joint in tree.moving_joints}
         self._units |= self.semantics.units
         self.joint_units = tuple(map(self._units.__getitem__, own))
-        self.lower, self.upper, self.velocity_limits, self.effort_limits = _frozen(
-            np.array([(joint.lower, joint.upper, joint.velocity, joint.effort) for joint in own.values()])
-            .reshape(-1, 4)
-            .T
-        )
+        ends = [(joint.lower, joint.upper, joint.velocity, joint.effort) for joint in own.values()]
+        limits: Floats = np.array(np.reshape(ends, (-1, 4)).T, dtype=np.float64, order="C")
+        limits.flags.writeable = False
+        self.lower, self.upper, self.velocity_limits, self.effort_limits = limits
         self._frames = FrameTable(model, tree)
         self.frame_names, self.link_names = self._frames.names, self._frames.link_names
         self._limits = JointLimits(self.joint_names, self.lower, self.upper, self.joint_units, self.coupled_limits)
@@ -995,13 +994,6 @@ def _absolute(path: Path | str) -> Path | str:
 def _is_plain(q: ArrayLike, dtype: object, out: object, threads: object) -> bool:
     """Whether one configuration is asked about, and nothing else: to be answered in as few steps as possible."""
     return type(q) is np.ndarray and q.ndim == 1 and dtype is None and out is None and threads is None
-
-
-def _frozen(array: ArrayLike) -> Floats:
-    """A read-only copy."""
-    copy: Floats = np.array(array, dtype=np.float64, order="C")
-    copy.flags.writeable = False
-    return copy
 
 
 def check_robot(robot: object) -> None:

@@ -216,12 +216,7 @@ V6 = Tables(
 PAGES: tuple[VersionPage, ...] = (V5, V4, V33, V32)
 
 
-def tables_of_versions() -> dict[Version, Tables]:
-    """The complete tables of each version, by laying the pages over each other."""
-    tables: dict[Version, Tables] = {"v6": V6}
-    for page in PAGES:
-        tables[page.version] = page.over(tables[page.base])
-    return tables
-
-
-TABLES = tables_of_versions()
+TABLES: dict[Version, Tables] = {"v6": V6}
+"""The complete tables of each version, by laying the pages over each other."""
+for _page in PAGES:
+    TABLES[_page.version] = _page.over(TABLES[_page.base])

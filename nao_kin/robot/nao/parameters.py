@@ -31,7 +31,7 @@ from nao_kin.robot.semantics import CoupledLimit, Mimic
 _Row = TypeVar("_Row", bound=VersionedRow)
 
 
-def _of_all_versions(table: Callable[[Tables], Sequence[_Row]]) -> tuple[_Row, ...]:
+def _of_all_versions(table: Callable[[Tables], Iterable[_Row]]) -> tuple[_Row, ...]:
     """One table of the rows of all versions, each row once, with the versions it holds for.
 
     Args:
@@ -369,12 +369,8 @@ def _fingers(hand: Joint, joints: Iterable[Joint]) -> Iterator[Finger]:
 
 
 def _resolved(xyz: tuple[Coordinate, Coordinate, Coordinate], offsets: Mapping[str, float]) -> Vector:
-    x, y, z = (_metres(coordinate, offsets) for coordinate in xyz)
+    x, y, z = (at if isinstance(at, float) else at.sign * offsets[at.name] for at in xyz)
     return x, y, z
-
-
-def _metres(coordinate: Coordinate, offsets: Mapping[str, float]) -> float:
-    return coordinate if isinstance(coordinate, float) else coordinate.sign * offsets[coordinate.name]
 
 
 def _unit(axis: Vector) -> Vector:

@@ -159,11 +159,6 @@ def _blank(content: bytes) -> int:
     return match.end() if match else 0
 
 
-def _holds_robot(element: ET.Element) -> bool:
-    """Whether links or joints stand inside an element."""
-    return element.find(".//link") is not None or element.find(".//joint") is not None
-
-
 class _Xacro:
     """The elements of xacro in a document.
 
@@ -193,7 +188,10 @@ class _Xacro:
         self.count = sum(
             self._name(element) == "macro"
             or any(_EXPRESSION.search(value) for value in element.attrib.values())
-            or (self._name(element) is not None and (_holds_robot(element) or element in called))
+            or (
+                self._name(element) is not None
+                and (any(part.tag in ("link", "joint") for part in element.iter()) or element in called)
+            )
             for element in self._used()
         ) + includes * self._found.count("include")
         self.is_unexpanded = self.count > 0 or (bool(self._found) and document.find("link") is None)

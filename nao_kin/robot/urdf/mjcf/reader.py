@@ -51,12 +51,12 @@ def robot_of(model: Any, notes: list[str]) -> tuple[int, list[int]]:
     Raises:
         ValueError: there are no bodies.
     """
-    count, top = int(model.nbody), _tops(model)
-    if count < 2:
+    if model.nbody < 2:
         raise ValueError("no bodies")
     members: dict[int, list[int]] = {}
-    for body in range(1, count):
-        members.setdefault(top[body], []).append(body)
+    for body, top in enumerate(model.body_rootid.tolist()):
+        if body != WORLD:
+            members.setdefault(top, []).append(body)
     mocap = {body for body in members if int(model.body_mocapid[body]) >= 0}
     candidates = {body: bodies for body, bodies in members.items() if body not in mocap} or members
     joints = {body: sum(int(model.body_jntnum[one]) for one in bodies) for body, bodies in candidates.items()}
@@ -76,15 +76,6 @@ def robot_of(model: Any, notes: list[str]) -> tuple[int, list[int]]:
         notes.append(f"left out, for they are not the robot's: {names}")
     bodies = sorted(body for one in chosen for body in members[one])
     return root, bodies if root != WORLD else [WORLD, *bodies]
-
-
-def _tops(model: Any) -> list[int]:
-    """Body → the body of the world that carries it."""
-    top = [WORLD]
-    for body in range(1, int(model.nbody)):
-        parent = int(model.body_parentid[body])
-        top.append(body if parent == WORLD else top[parent])
-    return top
 
 
 def _name(model: Any, body: int) -> str:
