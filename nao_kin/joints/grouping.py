@@ -18,7 +18,7 @@ from nao_kin.errors import BadArgument
 from nao_kin.joints.pairs import KINEMATIC_PAIRS, PARALLEL, JointGroups, MultiDofJoint, Singularity
 from nao_kin.robot import Expression, RobotModel, check_robot, expression_named, joint_rows, joints_below
 from nao_kin.robot.semantics import Mimic
-from nao_kin.screws.lines import PluckerLine, common_normal, geometric_jacobian
+from nao_kin.screws.lines import PluckerLine, geometric_jacobian
 
 TURN = 2.0 * math.pi
 
@@ -366,16 +366,12 @@ def partition(
 
 
 def meeting_point(centres: Floats, axes: Floats) -> Floats:
-    """The point nearest to all axes: for two, halfway along the common normal; for more, by least squares.
+    """The point nearest to all axes by least squares: of two, halfway along the common normal.
 
     Args:
         centres: a point on each axis, shape (n, 3); the first is the origin of the computation.
         axes: unit directions, no two neighbours parallel, shape (n, 3).
     """
-    lines = PluckerLine.from_point_direction(centres, axes, origin=centres[0])
-    if len(axes) == 2:
-        normal = common_normal(lines[0], lines[1])
-        return np.asarray(0.5 * (normal.foot_a + normal.foot_b))
     # Across its direction, a line pins a point down: (1 − e eᵀ) x = (1 − e eᵀ) p.
     across = np.eye(3) - axes[:, :, None] * axes[:, None, :]
     offsets = np.einsum("nij,nj->ni", across, centres - centres[0])

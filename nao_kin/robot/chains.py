@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -82,14 +82,10 @@ def joints_below(robot: RobotModel, frame: str) -> tuple[list[int], Floats]:
         (2, (4, 4))
     """
     check_robot(robot)
-    model = robot.model
+    model, rows = robot.model, joint_rows(robot.model, robot.tree)
     place = model.frames[robot.frame_ids([frame])[0]]
-    ids, joint_id = [], int(place.parentJoint)
-    while joint_id > 0:
-        if joint_id > 1 or robot.base == "fixed":
-            ids.append(joint_id)
-        joint_id = int(model.parents[joint_id])
-    return ids[::-1], np.array(place.placement.homogeneous)
+    ids = [int(joint_id) for joint_id in model.supports[place.parentJoint] if joint_id in rows]
+    return ids, np.array(place.placement.homogeneous)
 
 
 def _z_along(row: UrdfJoint) -> Floats:
@@ -150,39 +146,25 @@ def topology(robot: RobotModel) -> Topology:
         25
     """
     check_robot(robot)
-    parents = _carriers(robot)
-    names = list(parents)
-    limbs = {name: _ancestry(name, parents)[-1] for name in names}
+    rows = joint_rows(robot.model, robot.tree)
+    # Joint → the joints from the root to it, itself the last.
+    paths = {row.name: [rows[k].name for k in robot.model.supports[i] if k in rows] for i, row in rows.items()}
+    names = list(paths)
     couplings = {name: robot.mimics[name] for name in names if name in robot.mimics}
-    between_limbs = {name: mimic for name, mimic in couplings.items() if limbs[name] != limbs[mimic.joint]}
+    between_limbs = {name: mimic for name, mimic in couplings.items() if paths[name][0] != paths[mimic.joint][0]}
     left_out = couplings.keys() - between_limbs
     return Topology(
         degrees_of_freedom=len(robot.joint_names),
         moving_joints=len(names),
         closed_loops=len(robot.tree.joints) - len(robot.tree.links) + 1,
-        chains=_serial_chains([name for name in names if name not in left_out], parents),
+        chains=_serial_chains([name for name in names if name not in left_out], paths),
         couplings=couplings,
         couplings_between_limbs=between_limbs,
     )
 
 
-def _carriers(robot: RobotModel) -> dict[str, str | None]:
-    """Moving joint → the joint that carries it, None for the base; from the root outwards."""
-    rows, parents = joint_rows(robot.model, robot.tree), robot.model.parents
-    return {row.name: rows[parents[i]].name if parents[i] in rows else None for i, row in rows.items()}
-
-
-def _ancestry(name: str, parents: dict[str, str | None]) -> list[str]:
-    """The joint, then the joints that carry it, up to the one at the base."""
-    path = [name]
-    while (above := parents[path[-1]]) is not None:
-        path.append(above)
-    return path
-
-
-def _serial_chains(names: list[str], parents: dict[str, str | None]) -> tuple[tuple[str, ...], ...]:
-    kept = set(names)
-    above = {name: next((a for a in _ancestry(name, parents)[1:] if a in kept), None) for name in names}
+def _serial_chains(names: list[str], paths: Mapping[str, Sequence[str]]) -> tuple[tuple[str, ...], ...]:
+    above = {name: next((joint for joint in paths[name][-2::-1] if joint in names), None) for name in names}
     carried: dict[str | None, list[str]] = {}
     for name in names:
         carried.setdefault(above[name], []).append(name)

@@ -20,12 +20,7 @@ from nao_kin.robot.nao.v6 import (
     HAND_OFFSET_Z,
     LOWER_ARM_LENGTH,
     UPPER_ARM_LENGTH,
-    V6_ACTUATORS,
-    V6_FRAMES,
-    V6_INERTIALS,
-    V6_LIMITS,
-    V6_OFFSETS,
-    V6_VISUALS,
+    V6,
     both_sides,
 )
 
@@ -202,15 +197,6 @@ V32 = VersionPage(
 
 
 # --- The versions: V6's tables are complete, each other version is a page of what it has otherwise than another one.
-
-V6 = Tables(
-    offsets=V6_OFFSETS,
-    limits=V6_LIMITS,
-    actuators=V6_ACTUATORS,
-    inertials=V6_INERTIALS,
-    frames=V6_FRAMES,
-    visuals=V6_VISUALS,
-)
 
 # A page stands after the one that it is laid over.
 PAGES: tuple[VersionPage, ...] = (V5, V4, V33, V32)

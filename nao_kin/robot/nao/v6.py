@@ -22,6 +22,7 @@ from nao_kin.robot.nao.rows import (
     OffsetRow,
     PostureRow,
     ShapeRow,
+    Tables,
     Version,
     VisualRow,
 )
@@ -406,6 +407,15 @@ V6_FRAMES: tuple[FrameRow, ...] = (
     FrameRow("RHand/Touch/Right", "RHandTouchRight_frame", "RWristYaw", (0.035, -0.025, 0.0035), (0.0, 0.0, -math.pi / 2), "U6"),
 )
 # fmt: on
+
+V6 = Tables(
+    offsets=V6_OFFSETS,
+    limits=V6_LIMITS,
+    actuators=V6_ACTUATORS,
+    inertials=V6_INERTIALS,
+    frames=V6_FRAMES,
+    visuals=V6_VISUALS,
+)
 
 # x right, y down, z forward, as image processing has it; body frames of cameras look along x.
 OPTICAL_RPY = (-math.pi / 2, 0.0, -math.pi / 2)

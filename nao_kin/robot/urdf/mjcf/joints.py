@@ -35,11 +35,13 @@ class Motion(NamedTuple):
         id: the joint in MuJoCo.
         part: 0, 1, 2 for the three turns of a ball joint about x, y, z; 0 else.
         joint: what it is, between links that have no names yet; its own name is "" where the file gives none.
+        is_ball: whether it is part of a ball joint.
     """
 
     id: int
     part: int
     joint: UrdfJoint
+    is_ball: bool
 
 
 def motions(model: Any, body: int) -> tuple[list[Motion], Floats]:
@@ -61,7 +63,7 @@ def motions(model: Any, body: int) -> tuple[list[Motion], Floats]:
             for part, ((letter, axis), limit) in enumerate(zip(_AXES, limits, strict=True)):
                 label = f"{name}_{letter}" if name else ""
                 turn = UrdfJoint(label, "revolute", "", "", origin(T), axis, -limit, limit)
-                found.append(Motion(joint, part, turn))
+                found.append(Motion(joint, part, turn, is_ball=True))
                 T = np.eye(4)
             T = translation(-anchor)
             continue
@@ -76,7 +78,8 @@ def motions(model: Any, body: int) -> tuple[list[Motion], Floats]:
             T = T @ translation(anchor)
         T = T @ travel(slides, (x, y, z), -ref)
         moving = "prismatic" if slides else "revolute"
-        found.append(Motion(joint, 0, UrdfJoint(name, moving, "", "", origin(T), (x, y, z), lower, upper)))
+        single = UrdfJoint(name, moving, "", "", origin(T), (x, y, z), lower, upper)
+        found.append(Motion(joint, 0, single, is_ball=False))
         T = np.eye(4) if slides else translation(-anchor)
     return found, T
 
@@ -284,7 +287,7 @@ def sensor_frames(mujoco: Any, model: Any, sites: Mapping[int, str]) -> dict[str
 def value(model: Any, q: Floats, motion: Motion) -> float:
     """The value of one coordinate in a configuration of MuJoCo."""
     first = int(model.jnt_qposadr[motion.id])
-    if int(model.jnt_type[motion.id]) != BALL:
+    if not motion.is_ball:
         return float(q[first])
     turns = euler_from_matrix(pose((0.0, 0.0, 0.0), q[first : first + 4])[:3, :3], "xyz", axes="moving").angles
     return float(turns[motion.part])
@@ -306,7 +309,7 @@ def semantics_of(
     mujoco: Any,
     model: Any,
     *,
-    own: Sequence[tuple[str, Motion]],
+    own: Sequence[Motion],
     base: int | None,
     cameras: Mapping[int, str],
     sites: Mapping[int, str],
@@ -319,7 +322,7 @@ def semantics_of(
     Args:
         mujoco: the module.
         model: the `mujoco.MjModel`.
-        own: name and motion of each joint with a coordinate of its own.
+        own: the motions with a coordinate of their own.
         base: the free joint of the base, None without one.
         cameras: id → name of the cameras that are frames.
         sites: id → name of the sites that are frames.
@@ -329,7 +332,7 @@ def semantics_of(
     for key in range(int(model.nkey)):
         name, q = str(model.key(key).name), model.key_qpos[key]
         if name:
-            angles = {joint: value(model, q, motion) for joint, motion in own}
+            angles = {motion.joint.name: value(model, q, motion) for motion in own}
             if not all(map(math.isfinite, angles.values())):
                 raise ValueError(f"keyframe {quoted(name)} is not finite")
             postures[name] = Posture(angles, None if base is None else _up(q[model.jnt_qposadr[base] :][3:7]))

@@ -18,7 +18,6 @@ from nao_kin.robot.urdf.couplings import Refused, drive_order, resolve_chains, s
 from nao_kin.robot.urdf.document import checked_folders, file_content, root_tag
 from nao_kin.robot.urdf.mjcf.compiled import Compiled, Shapes, compile_mjcf, import_mujoco
 from nao_kin.robot.urdf.mjcf.joints import (
-    BALL,
     R_CAMERA_FRAME,
     Couplings,
     Motion,
@@ -156,13 +155,13 @@ class _Reader:
         """The tree and the semantics."""
         model = self.model
         body_names = self._body_names()
-        joint_names = self._joint_names(body_names)
-        shared = names_apart(body_names.values(), joint_names.values(), self.notes)
+        self._name_motions(body_names)
+        motions = [motion for moves, _ in self.moves.values() for motion in moves]
+        shared = names_apart(body_names.values(), (motion.joint.name for motion in motions), self.notes)
         self.taken |= {*shared.values()}
         self.links = {body: shared.get(name, name) for body, name in body_names.items()}
-        scalar = {motion: name for (motion, _), name in joint_names.items() if int(model.jnt_type[motion]) != BALL}
-        couplings = read_couplings(model, scalar, self.notes)
-        joints = self._moving_joints(joint_names, couplings)
+        scalar = {motion.id: motion.joint.name for motion in motions if not motion.is_ball}
+        joints = self._moving_joints(read_couplings(model, scalar, self.notes))
         sites = self._frames("site", range(int(model.nsite)), joints)
         cameras = self._frames("camera", self._fixed_cameras(), joints)
         resolved = resolve_chains({joint.name: joint for joint in joints}, self.notes)
@@ -186,12 +185,7 @@ class _Reader:
             collisions=shapes.collisions,
         )
         own = {joint.name for joint in ordered if joint.kind != "fixed" and joint.mimic is None}
-        moving = [
-            (name, motion)
-            for body in self.moves
-            for motion in self.moves[body][0]
-            if (name := joint_names[motion.id, motion.part]) in own
-        ]
+        moving = [motion for motion in motions if motion.joint.name in own]
         semantics = semantics_of(
             import_mujoco(), model, own=moving, base=self.base, cameras=cameras, sites=sites, notes=self.notes
         )
@@ -203,21 +197,19 @@ class _Reader:
         self.taken |= {name for name in given.values() if name}
         return {body: name or self._fresh(f"body_{body}", "") for body, name in given.items()}
 
-    def _joint_names(self, bodies: dict[int, str]) -> dict[tuple[int, int], str]:
-        """Joint and part of it → name; joints without a name are called by the bodies they move."""
-        given = {(motion.id, motion.part): motion.joint.name for moves, _ in self.moves.values() for motion in moves}
-        self.taken |= {name for name in given.values() if name}
-        single = {name for (joint, _), name in given.items() if int(self.model.jnt_type[joint]) != BALL}
-        for (joint, part), name in given.items():
-            if name in single and int(self.model.jnt_type[joint]) == BALL:
-                given[joint, part] = self._fresh(name, "_ball")
+    def _name_motions(self, bodies: dict[int, str]) -> None:
+        """Give names to the motions without one, by the bodies they move, and to balls of a name that another has."""
+        every = [motion for moves, _ in self.moves.values() for motion in moves]
+        self.taken |= {motion.joint.name for motion in every if motion.joint.name}
+        single = {motion.joint.name for motion in every if not motion.is_ball}
         for body, (moves, _) in self.moves.items():
-            for motion in moves:
-                if not motion.joint.name:
-                    given[motion.id, motion.part] = self._fresh(bodies[body], "_joint")
-        return given
+            for place, motion in enumerate(moves):
+                name = motion.joint.name or self._fresh(bodies[body], "_joint")
+                if motion.is_ball and name in single:
+                    name = self._fresh(name, "_ball")
+                moves[place] = motion._replace(joint=replace(motion.joint, name=name))
 
-    def _moving_joints(self, names: dict[tuple[int, int], str], couplings: Couplings) -> list[UrdfJoint]:
+    def _moving_joints(self, couplings: Couplings) -> list[UrdfJoint]:
         """The joints, one behind the other, with links between the joints of one body."""
         joints: list[UrdfJoint] = []
         strength = efforts(self.model)
@@ -225,14 +217,14 @@ class _Reader:
             parent = self.links[int(self.model.body_parentid[body])]
             ends_here = bool(moves) and np.array_equal(T_last_body, np.eye(4))
             for count, motion in enumerate(moves, 1):
-                name = names[motion.id, motion.part]
-                child = self.links[body] if ends_here and count == len(moves) else self._fresh(name, "_link")
-                joint = replace(motion.joint, name=name, parent=parent, child=child)
+                last = ends_here and count == len(moves)
+                child = self.links[body] if last else self._fresh(motion.joint.name, "_link")
+                joint = replace(motion.joint, parent=parent, child=child)
                 joints.append(self._joint(motion, joint, couplings, strength))
                 parent = child
             if not ends_here:
                 joints.append(self._fixed(parent, self.links[body], T_last_body))
-            self._note_ball(moves, names)
+            self._note_ball(moves)
         return joints
 
     def _joint(self, motion: Motion, joint: UrdfJoint, couplings: Couplings, strength: dict[int, float]) -> UrdfJoint:
@@ -294,10 +286,10 @@ class _Reader:
         place = origin(pose(self.model.body_ipos[body], self.model.body_iquat[body]))
         return Inertial(float(self.model.body_mass[body]), place, (a, 0.0, 0.0, b, 0.0, c))
 
-    def _note_ball(self, moves: list[Motion], names: dict[tuple[int, int], str]) -> None:
-        for motion in moves:
+    def _note_ball(self, moves: list[Motion]) -> None:
+        for place, motion in enumerate(moves):
             if motion.part == 2:
-                three = ", ".join(quoted(names[motion.id, part]) for part in range(3))
+                three = ", ".join(quoted(turn.joint.name) for turn in moves[place - 2 : place + 1])
                 limit = "; its limit on the whole turn is one on each" if self.model.jnt_limited[motion.id] else ""
                 self.notes.append(
                     f"ball joint {quoted(str(self.model.joint(motion.id).name))} made of three about x, y and z: "
