@@ -457,7 +457,7 @@ _ROBOT = (
 
 _MEANING = (
     *_faults(
-        "robot/semantics/meaning.py",
+        "robot/semantics.py",
         "test_semantics.py::test_a_mimic_is_composed_and_turned_round",
         (
             "composed-mimic-without-the-outer-multiplier-in-its-offset",
@@ -484,7 +484,7 @@ _MEANING = (
         ),
     ),
     *_faults(
-        "robot/semantics/meaning.py",
+        "robot/semantics.py",
         "test_semantics.py",
         ("table-with-equal-values-taken", "np.diff(self.at) > 0.0", "np.diff(self.at) >= 0.0"),
         (

@@ -18,8 +18,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -27,17 +27,12 @@ from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats
 from nao_kin.joints._readings import (
-    Angle,
     Ball,
     Mismatch,
-    Motor,
-    Place,
     Repetition,
     Slot,
     Source,
-    connected,
     inside_at_lock,
-    motors_of,
     moved,
     near,
     nearest_at_lock,
@@ -53,6 +48,89 @@ _SURE = 1e-13
 _UNLIMITED = 1e3
 # Whole turns tried to either side where couplings decide, or limits allow as many.
 _TURNS = 16
+
+
+# --- Which joints share a motor, and where a typed configuration has their values.
+
+
+class Angle(NamedTuple):
+    """A joint value that is one of the three angles of a ball, by the place of the ball in a list."""
+
+    ball: int
+    place: int
+
+
+Place = Angle | Source
+
+
+@dataclass(frozen=True, eq=False)
+class Motor:
+    """A joint with a coordinate of its own and all that follow it, by where a typed configuration has their values.
+
+    Attributes:
+        driver: the joint.
+        at: where its value is.
+        followers: the joints that follow it, each with the place of its value.
+        hints: the values that carriers and followers give the driver.
+    """
+
+    driver: JointNode
+    at: Place
+    followers: list[tuple[JointNode, Place]] = field(default_factory=list)
+    hints: list[Source] = field(default_factory=list)
+
+    @property
+    def balls(self) -> set[int]:
+        """The balls that it turns."""
+        return {at.ball for at in (self.at, *(at for _, at in self.followers)) if isinstance(at, Angle)}
+
+    def among(self, balls: Sequence[int]) -> Motor:
+        """The same motor, with its balls as places in `balls`."""
+
+        def here(at: Place) -> Place:
+            return Angle(balls.index(at.ball), at.place) if isinstance(at, Angle) else at
+
+        return replace(self, at=here(self.at), followers=[(joint, here(at)) for joint, at in self.followers])
+
+
+def motors_of(balls: Sequence[Ball], slots: Iterable[Slot], repetitions: Iterable[Repetition]) -> list[Motor]:
+    """The motors that turn a ball or are shared, each once."""
+    written: list[tuple[JointNode, Place]] = [(slot.joint, Source(slot.column)) for slot in slots if not slot.derived]
+    in_balls: list[tuple[JointNode, Place]] = [
+        (joint, Angle(index, place)) for index, ball in enumerate(balls) for place, joint in enumerate(ball.joints)
+    ]
+    motors = {joint.name: Motor(joint, at) for joint, at in written + in_balls if not joint.follows}
+    for joint, at in in_balls + written:
+        if joint.follows:
+            motors[joint.driver].followers.append((joint, at))
+    for repetition in repetitions:
+        motor, joint = motors[repetition.joint.driver], repetition.joint
+        if joint.follows and not repetition.carrier:
+            motor.followers.append((joint, repetition.source))
+        else:
+            motor.hints.append(repetition.source.driver_of(joint.coupling))
+    for motor in motors.values():
+        motor.hints.extend(at.driver_of(joint.coupling) for joint, at in motor.followers if isinstance(at, Source))
+    return [motor for motor in motors.values() if motor.balls or motor.followers]
+
+
+def connected(motors: Iterable[Motor]) -> Iterator[tuple[list[int], list[Motor]]]:
+    """Groups of balls that share motors, with these motors, whose balls are then counted within the group.
+
+    Motors without balls come one by one.
+    """
+    groups: list[tuple[set[int], list[Motor]]] = []
+    for motor in motors:
+        joined = [group for group in groups if group[0] & motor.balls]
+        groups = [group for group in groups if not group[0] & motor.balls]
+        balls = motor.balls.union(*(group[0] for group in joined))
+        groups.append((balls, [member for group in joined for member in group[1]] + [motor]))
+    for balls, members in groups:
+        order = sorted(balls)
+        yield order, [motor.among(order) for motor in members]
+
+
+# --- The whole turns and triples that come first.
 
 
 @dataclass(frozen=True)
