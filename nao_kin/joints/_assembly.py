@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from nao_kin.joints._readings import Ball, Repetition, Slot, Source
+from nao_kin.joints._readings import Ball, Slot, Source
 from nao_kin.joints.grouping import JointNode
 from nao_kin.joints.pairs import JointGroups, MultiDofJoint
 from nao_kin.robot import LIMIT_ARRAYS, RobotModel
@@ -35,7 +35,8 @@ class Assembly:
         model: the Pinocchio model; its first frames are the robot's, in the robot's order.
         slots: its coordinates that are joint values.
         balls: its spherical joints.
-        repetitions: values that it holds a second time.
+        followers: joints whose value it holds beside that of their driver, and where.
+        hints: joints whose value it holds a second time, without a say in it, and where.
         carriers: names of the carriers.
         lumped: joints of the robot that have no place in the model → the joint that their bodies are fixed to.
     """
@@ -52,7 +53,8 @@ class Assembly:
         self.model.name, self.model.gravity = self._source.name, self._source.gravity
         self.slots: list[Slot] = []
         self.balls: list[Ball] = []
-        self.repetitions: list[Repetition] = []
+        self.followers: list[tuple[JointNode, Source]] = []
+        self.hints: list[tuple[JointNode, Source]] = []
         self.carriers: list[str] = []
         self.lumped: dict[int, int] = {}
         self._keep = keep
@@ -159,7 +161,7 @@ class Assembly:
         self._add(node, parent, self._mimic(node, holder, mimic.multiplier, mimic.offset), placement)
         if holder.derived and node.name not in self.carriers:
             source = Source(self.model.joints[holder.joint].idx_q + holder.place).follower_of(mimic)
-            self.repetitions.append(Repetition(node, source, carrier=False))
+            self.followers.append((node, source))
 
     def _misleads_crba(self, node: JointNode, holder: int, parent: int) -> bool:
         """Whether crba of Pinocchio 4.1 would put wrong entries into the mass matrix if this follower mimicked.
@@ -202,7 +204,9 @@ class Assembly:
         column, row = joint.idx_q + place, joint.idx_v + place
         self.slots.append(Slot(node, column, row, derived))
         if derived:
-            self.repetitions.append(Repetition(node, Source(column), node.name in self.carriers))
+            # What only carries links between the axes of a merged joint has no say in its value.
+            held = self.followers if node.follows and node.name not in self.carriers else self.hints
+            held.append((node, Source(column)))
         model.lowerPositionLimit[column], model.upperPositionLimit[column] = node.lower, node.upper
         speed = abs(node.coupling.multiplier) * self._source.upperVelocityLimit[node.row]
         model.lowerVelocityLimit[row], model.upperVelocityLimit[row] = -speed, speed

@@ -60,22 +60,6 @@ class Source:
         return Source(self.column, self.scale * mimic.multiplier, self.shift * mimic.multiplier + mimic.offset)
 
 
-@dataclass(frozen=True)
-class Repetition:
-    """A second value of a joint that a typed configuration has already, in a ball or as a follower's driver.
-
-    Attributes:
-        joint: the joint of the robot.
-        source: where it stands.
-        carrier: whether the joint only carries links between the axes of a merged joint; its value is then no more
-            than a hint.
-    """
-
-    joint: JointNode
-    source: Source
-    carrier: bool
-
-
 @dataclass(frozen=True, eq=False)
 class Ball:
     """A spherical joint of the typed model.

@@ -29,7 +29,6 @@ from nao_kin._core.arrays import Floats
 from nao_kin.joints._readings import (
     Ball,
     Mismatch,
-    Repetition,
     Slot,
     Source,
     inside_at_lock,
@@ -61,6 +60,7 @@ class Angle(NamedTuple):
 
 
 Place = Angle | Source
+Held = Iterable[tuple[JointNode, Source]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,22 +93,18 @@ class Motor:
         return replace(self, at=here(self.at), followers=[(joint, here(at)) for joint, at in self.followers])
 
 
-def motors_of(balls: Sequence[Ball], slots: Iterable[Slot], repetitions: Iterable[Repetition]) -> list[Motor]:
-    """The motors that turn a ball or are shared, each once."""
+def motors_of(balls: Sequence[Ball], slots: Iterable[Slot], followers: Held, hints: Held) -> list[Motor]:
+    """The motors that turn a ball or are shared, each once; arguments as `Assembly` has them."""
     written: list[tuple[JointNode, Place]] = [(slot.joint, Source(slot.column)) for slot in slots if not slot.derived]
     in_balls: list[tuple[JointNode, Place]] = [
         (joint, Angle(index, place)) for index, ball in enumerate(balls) for place, joint in enumerate(ball.joints)
     ]
     motors = {joint.name: Motor(joint, at) for joint, at in written + in_balls if not joint.follows}
-    for joint, at in in_balls + written:
+    for joint, at in (*in_balls, *written, *followers):
         if joint.follows:
             motors[joint.driver].followers.append((joint, at))
-    for repetition in repetitions:
-        motor, joint = motors[repetition.joint.driver], repetition.joint
-        if joint.follows and not repetition.carrier:
-            motor.followers.append((joint, repetition.source))
-        else:
-            motor.hints.append(repetition.source.driver_of(joint.coupling))
+    for joint, source in hints:
+        motors[joint.driver].hints.append(source.driver_of(joint.coupling))
     for motor in motors.values():
         motor.hints.extend(at.driver_of(joint.coupling) for joint, at in motor.followers if isinstance(at, Source))
     return [motor for motor in motors.values() if motor.balls or motor.followers]
@@ -183,8 +179,8 @@ class _Triple(NamedTuple):
 class TurnSelection:
     """Chooses the angles of all balls for n typed configurations at once."""
 
-    def __init__(self, balls: Sequence[Ball], slots: Iterable[Slot], repetitions: Iterable[Repetition]) -> None:
-        motors = motors_of(balls, slots, repetitions)
+    def __init__(self, balls: Sequence[Ball], slots: Iterable[Slot], followers: Held, hints: Held) -> None:
+        motors = motors_of(balls, slots, followers, hints)
         # Balls that share motors, with all motors that turn them; or one shared motor without balls.
         self._groups = [([balls[index] for index in indices], members) for indices, members in connected(motors)]
         self._drivers = {motor.driver.name: motor for motor in motors}

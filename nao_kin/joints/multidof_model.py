@@ -115,7 +115,7 @@ class MultiDofModel:
         # Joint, or "base" → the column where its quaternion begins.
         self._quaternions = {"base": 3} if robot.base == "floating" else {}
         self._quaternions |= {ball.name: ball.column for ball in self._balls}
-        self._selection = TurnSelection(self._balls, self._slots, assembly.repetitions)
+        self._selection = TurnSelection(self._balls, self._slots, assembly.followers, assembly.hints)
         # Place of a frame in the robot's model → its place here: those that were kept come first, in the same order.
         kept = (i for i, frame in enumerate(robot.model.frames) if frame.parentJoint not in assembly.lumped)
         self._places = {theirs: here for here, theirs in enumerate(kept)}

@@ -158,12 +158,10 @@ def _add_fixed(
 
 
 def _geometry(shape: ShapeRow) -> Geometry:
-    if shape.kind == "sphere":
-        return Sphere(shape.size_m[0])
-    if shape.kind == "cylinder":
-        return Cylinder(shape.size_m[0], shape.size_m[1])
-    x, y, z = shape.size_m
-    return Box((x, y, z))
+    if shape.kind == "box":
+        x, y, z = shape.size_m
+        return Box((x, y, z))
+    return Sphere(*shape.size_m) if shape.kind == "sphere" else Cylinder(*shape.size_m)
 
 
 def _rpy_of_axis(axis: Vector) -> Vector:

@@ -332,17 +332,12 @@ class UrdfJoint:
             >>> joint.travel(np.pi / 2)[:3, 0].round(9).tolist()
             [0.0, 1.0, 0.0]
         """
-        return travel(self.kind == "prismatic", self.axis, value)
-
-
-def travel(slides: bool, axis: Vector, value: float) -> Floats:
-    """What a joint does at a value: a pose, shape (4, 4)."""
-    T = np.eye(4)
-    if slides:
-        T[:3, 3] = value * np.array(axis)
-    elif value:
-        T[:3, :3] = exp(value * np.array(axis))
-    return T
+        T = np.eye(4)
+        if self.kind == "prismatic":
+            T[:3, 3] = value * np.array(self.axis)
+        elif value:
+            T[:3, :3] = exp(value * np.array(self.axis))
+        return T
 
 
 @dataclass(frozen=True)

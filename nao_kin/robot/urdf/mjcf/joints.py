@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,7 +17,7 @@ import numpy as np
 from nao_kin._core.arrays import Floats, join_poses
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.robot.semantics import Mimic, Posture, Semantics
-from nao_kin.robot.urdf.tree import Origin, UrdfJoint, travel
+from nao_kin.robot.urdf.tree import Origin, UrdfJoint
 from nao_kin.rotations import euler_from_matrix, matrix_from_quat, rpy_from_matrix
 
 FREE, BALL, SLIDE, HINGE = range(4)
@@ -73,14 +73,11 @@ def motions(model: Any, body: int) -> tuple[list[Motion], Floats]:
         lower, upper = (float(value) for value in model.jnt_range[joint]) if limited else (-math.inf, math.inf)
         if math.isfinite(lower) and math.isfinite(upper) and math.isinf(upper - lower):
             lower, upper = -math.inf, math.inf  # a range beyond all measure
-        slides = kind == SLIDE
-        if not slides:
-            T = T @ translation(anchor)
-        T = T @ travel(slides, (x, y, z), -ref)
-        moving = "prismatic" if slides else "revolute"
-        single = UrdfJoint(name, moving, "", "", origin(T), (x, y, z), lower, upper)
-        found.append(Motion(joint, 0, single, is_ball=False))
-        T = np.eye(4) if slides else translation(-anchor)
+        moving, by = ("prismatic", np.zeros(3)) if kind == SLIDE else ("revolute", anchor)
+        single = UrdfJoint(name, moving, "", "", Origin(), (x, y, z), lower, upper)
+        place = origin(T @ translation(by) @ single.travel(-ref))
+        found.append(Motion(joint, 0, replace(single, origin=place), is_ball=False))
+        T = translation(-by)
     return found, T
 
 
