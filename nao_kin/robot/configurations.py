@@ -49,7 +49,7 @@ class Coordinates:
         Raises:
             UnknownName, BadArgument, WrongShape, NotFinite, CouplingViolated: as `RobotModel.configuration`.
         """
-        given = self._arrays(angles)
+        given = self.arrays(angles)
         try:
             shape = np.broadcast_shapes(*(value.shape for value in given.values()))
         except ValueError:
@@ -97,11 +97,6 @@ class Coordinates:
                 return None
         return values
 
-    def in_radians(self, angles: Mapping[str, ArrayLike], units: Mapping[str, str]) -> dict[str, Floats]:
-        """Joint → values, from values that are in degrees for joints of the unit "rad"; a chain becomes its joints."""
-        given = self._arrays(angles)
-        return {name: np.radians(value) if units[name] == "rad" else value for name, value in given.items()}
-
     def with_mimics(self, joints: Floats, names: tuple[str, ...]) -> Floats:
         """Values (..., len(names)) of any joints, those that follow another one included."""
         values = np.empty((*joints.shape[:-1], len(names)))
@@ -113,7 +108,8 @@ class Coordinates:
                 values[..., index] = mimic.value(joints[..., self.column[mimic.joint]])
         return values
 
-    def _arrays(self, angles: Mapping[str, ArrayLike]) -> dict[str, Floats]:
+    def arrays(self, angles: Mapping[str, ArrayLike]) -> dict[str, Floats]:
+        """Joint → values as an array; a chain becomes its joints."""
         given: dict[str, Floats] = {}
         for name, value in checked_mapping(angles).items():
             if name in self.column or name in self.mimics:
@@ -235,7 +231,8 @@ class Configurations:
     def configuration(self, angles: Mapping[str, ArrayLike], limits: LimitPolicy, degrees: bool) -> Floats:
         """The configuration with the given joint values."""
         if degrees:
-            angles = self._coordinates.in_radians(angles, self._units)
+            given = self._coordinates.arrays(angles)
+            angles = {name: np.radians(v) if self._units[name] == "rad" else v for name, v in given.items()}
         values = self._coordinates.plain_values(angles)
         check_policy(limits)
         if values is not None and (limits == "ignore" or (limits == "raise" and self._limits.surely_inside(values))):
@@ -244,10 +241,10 @@ class Configurations:
             for name, value in values.items():
                 plain[places[name]] = value
             return np.array(plain, dtype=np.float64)
-        joints, given = self._coordinates.values(angles)
+        joints, named = self._coordinates.values(angles)
         q = self.neutral(joints.shape[:-1])
         q[..., self._offset :] = joints
-        return self.within(q, limits, given)
+        return self.within(q, limits, named)
 
     def joints(self, q: ArrayLike) -> Floats:
         """The joint values of configurations, shape (..., n)."""

@@ -79,19 +79,7 @@ def checked_semantics(semantics: Semantics, tree: UrdfTree) -> Semantics:
         raise BadModel(
             f"semantics of {tree.name}: start names the posture {quoted(semantics.start)}, which is not there"
         )
-    _check_postures(semantics, tree)
-    for table in semantics.coupled_limits:
-        for name in (table.joint, table.of):
-            if name in mimics:
-                raise BadModel(
-                    f"semantics of {tree.name}: a coupled limit names {quoted(name)}, which follows another joint"
-                )
-    return semantics
-
-
-def _check_postures(semantics: Semantics, tree: UrdfTree) -> None:
-    own = [joint.name for joint in tree.moving_joints if joint.mimic is None]
-    coordinates = Coordinates(tuple(own), tree.mimics)
+    coordinates = Coordinates(tuple(name for name in moving if name not in mimics), mimics)
     for name, posture in semantics.postures.items():
         try:
             if coordinates.plain_values(dict(posture.angles)) is None:
@@ -100,6 +88,13 @@ def _check_postures(semantics: Semantics, tree: UrdfTree) -> None:
                     raise BadArgument("expected one number for each joint")
         except NaoKinError as error:
             raise BadModel(f"semantics of {tree.name}: posture {quoted(name)}: {error}") from None
+    for table in semantics.coupled_limits:
+        for name in (table.joint, table.of):
+            if name in mimics:
+                raise BadModel(
+                    f"semantics of {tree.name}: a coupled limit names {quoted(name)}, which follows another joint"
+                )
+    return semantics
 
 
 def _check(named: Mapping[str, tuple[str, str]], valid: Collection[str], kind: str, robot: str) -> None:
