@@ -2,46 +2,46 @@
 
 All of it goes by the names of joints and frames, and may stand in a small TOML file beside the URDF:
 
-```toml
-end_effectors = ["l_hand", "r_hand"]
-soles = ["l_sole", "r_sole"]
-cameras = ["camera"]
-accelerometers = ["imu"]
-gyrometers = ["imu"]
-force_sensors = ["l_sole", "r_sole"]
-start = "stand"
-root = "pelvis"
+.. code-block:: toml
 
-[chains]
-left_arm = ["l_shoulder", "l_elbow"]
+    end_effectors = ["l_hand", "r_hand"]
+    soles = ["l_sole", "r_sole"]
+    cameras = ["camera"]
+    accelerometers = ["imu"]
+    gyrometers = ["imu"]
+    force_sensors = ["l_sole", "r_sole"]
+    start = "stand"
+    root = "pelvis"
 
-[postures.stand]
-angles = { l_elbow = -0.4 }          # rad, m or ratio; joints not named are at zero
+    [chains]
+    left_arm = ["l_shoulder", "l_elbow"]
 
-[postures.lie]
-angles = { l_elbow = -0.1 }
-up = [1.0, 0.0, 0.0]                 # where it does not stand on its soles
+    [postures.stand]
+    angles = { l_elbow = -0.4 }          # rad, m or ratio; joints not named are at zero
 
-[[coupled_limits]]
-joint = "head_pitch"
-of = "head_yaw"
-at = [-1.0, 0.0, 1.0]
-lower = [-0.2, -0.5, -0.2]
-upper = [0.2, 0.5, 0.2]
+    [postures.lie]
+    angles = { l_elbow = -0.1 }
+    up = [1.0, 0.0, 0.0]                 # where it does not stand on its soles
 
-[units]
-l_gripper = "1"
+    [[coupled_limits]]
+    joint = "head_pitch"
+    of = "head_yaw"
+    at = [-1.0, 0.0, 1.0]
+    lower = [-0.2, -0.5, -0.2]
+    upper = [0.2, 0.5, 0.2]
 
-[fields_of_view]
-camera = [0.98, 0.76]                # horizontal and vertical [rad]
+    [units]
+    l_gripper = "1"
 
-[ros_names]
-l_hand = "l_gripper"                 # where the ROS description of the robot has another name
+    [fields_of_view]
+    camera = [0.98, 0.76]                # horizontal and vertical [rad]
 
-[views.hands]
-direction = [1.0, 0.2, 0.5]
-joints = ["l_wrist", "r_wrist"]
-```
+    [ros_names]
+    l_hand = "l_gripper"                 # where the ROS description of the robot has another name
+
+    [views.hands]
+    direction = [1.0, 0.2, 0.5]
+    joints = ["l_wrist", "r_wrist"]
 """
 
 from __future__ import annotations
