@@ -79,7 +79,8 @@ def checked_semantics(semantics: Semantics, tree: UrdfTree) -> Semantics:
         raise BadModel(
             f"semantics of {tree.name}: start names the posture {quoted(semantics.start)}, which is not there"
         )
-    coordinates = Coordinates(tuple(name for name in moving if name not in mimics), mimics)
+    own = [joint.name for joint in tree.moving_joints if joint.mimic is None]
+    coordinates = Coordinates(tuple(own), mimics)
     for name, posture in semantics.postures.items():
         try:
             if coordinates.plain_values(dict(posture.angles)) is None:
