@@ -15,7 +15,7 @@ from nao_kin.errors import BadArgument
 from nao_kin.export.inertia import HERE, body_of, composed, hosts, make_physical, moved, pseudo_inertia, rpy_of
 from nao_kin.joints import MultiDofJoint, group_joints
 from nao_kin.robot import RobotModel, check_robot
-from nao_kin.robot.semantics import Semantics, meaning
+from nao_kin.robot.semantics import FRAME_FIELDS, Semantics
 from nao_kin.robot.urdf import Inertial, Origin, UrdfJoint, UrdfTree
 from nao_kin.rotations import rotation_between
 
@@ -270,7 +270,7 @@ def named_semantics(semantics: Semantics, names: str) -> Semantics:
     """
     new = new_names(semantics, names)
     frames: dict[str, Any] = {
-        name: tuple(new.get(frame, frame) for frame in getattr(semantics, name)) for name in meaning.FRAME_FIELDS
+        name: tuple(new.get(frame, frame) for frame in getattr(semantics, name)) for name in FRAME_FIELDS
     }
     views = {new.get(camera, camera): angles for camera, angles in semantics.fields_of_view.items()}
     return replace(semantics, **frames, fields_of_view=views)

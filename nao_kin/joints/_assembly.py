@@ -13,8 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from nao_kin._core.arrays import Floats
-from nao_kin.joints._readings import Ball, JointReading, Repetition, Slot, Source
+from nao_kin.joints._readings import Ball, Slot, Source
 from nao_kin.joints.grouping import JointNode
 from nao_kin.joints.pairs import JointGroups, MultiDofJoint
 from nao_kin.robot import LIMIT_ARRAYS, RobotModel
@@ -36,7 +35,8 @@ class Assembly:
         model: the Pinocchio model; its first frames are the robot's, in the robot's order.
         slots: its coordinates that are joint values.
         balls: its spherical joints.
-        repetitions: values that it holds a second time.
+        followers: joints whose value it holds beside that of their driver, and where.
+        hints: joints whose value it holds a second time, without a say in it, and where.
         carriers: names of the carriers.
         lumped: joints of the robot that have no place in the model → the joint that their bodies are fixed to.
     """
@@ -53,7 +53,8 @@ class Assembly:
         self.model.name, self.model.gravity = self._source.name, self._source.gravity
         self.slots: list[Slot] = []
         self.balls: list[Ball] = []
-        self.repetitions: list[Repetition] = []
+        self.followers: list[tuple[JointNode, Source]] = []
+        self.hints: list[tuple[JointNode, Source]] = []
         self.carriers: list[str] = []
         self.lumped: dict[int, int] = {}
         self._keep = keep
@@ -83,62 +84,58 @@ class Assembly:
                 tasks += [("joint", child) for child in reversed(node.children) if self._merged.get(child) is not group]
             elif group.pair.name == "universal":
                 # Its carrier mimics it and comes after it.
-                self._add_universal(group, members)
+                self._add_merged(group, members)
                 tasks += carriers + outer
             elif task == "joint":
                 # Its carriers hold the angles that joints further out may mimic, and come before it.
                 tasks += [("ball", index), *carriers]
             else:
-                self._add_ball(group, members)
+                self._add_merged(group, members)
                 tasks += outer
 
     def _drop_between(self, members: Sequence[JointNode]) -> None:
         """Fix all that moves between the axes of a merged joint to the body before it, as with all joints at zero."""
         before = members[0].parent
-        parent, T_parent = self._places[before]
         waiting = [member.index for member in members[:-1]]
         while waiting:
             index = waiting.pop()
             self.lumped[index] = before
-            self._places[index] = parent, T_parent * self._pose(before).actInv(self._nodes[index].T_root)
+            self._places[index] = self._held(before, self._nodes[index].T_root)
             waiting += [child for child in self._nodes[index].children if child not in self._merged]
 
     def _add_single(self, node: JointNode) -> None:
-        parent, T_parent = self._places[node.parent]
         if node.kind == "fixed":
-            self._places[node.index] = parent, T_parent * self._pose(node.parent).actInv(node.T_root)
+            self._places[node.index] = self._held(node.parent, node.T_root)
             return
+        parent, T_parent = self._places[node.parent]
         placement = T_parent * self._source.jointPlacements[node.index]
         if node.mimic is not None:
             self._add_follower(node, node.mimic, parent, placement)
             return
         joint = self._source.joints[node.index]
         index = self._add(node, parent, joint, placement)
-        if node.kind == "free":
-            self._copy_limits(joint, self.model.joints[index])
+        if node.kind == "free":  # the first joint of both models
+            for name in LIMIT_ARRAYS:
+                count = joint.nq if "Position" in name else joint.nv
+                getattr(self.model, name)[:count] = getattr(self._source, name)[:count]
         else:
             self._hold(node, index, 0, derived=False)
 
-    def _add_universal(self, group: MultiDofJoint, members: list[JointNode]) -> None:
-        index, _ = self._add_merged(group, members)
-        for place, node in enumerate(members):
-            self._hold(node, index, place, derived=False)
-
-    def _add_ball(self, group: MultiDofJoint, members: list[JointNode]) -> None:
-        index, axes = self._add_merged(group, members)
-        joint = self.model.joints[index]
-        first, second, third = (self._reading(node) for node in members)
-        self.balls.append(Ball(group.name, (first, second, third), axes, joint.idx_q, joint.idx_v))
-
-    def _add_merged(self, group: MultiDofJoint, members: list[JointNode]) -> tuple[int, Floats]:
-        parent, T_parent = self._places[members[0].parent]
+    def _add_merged(self, group: MultiDofJoint, members: list[JointNode]) -> None:
         T_last = members[-1].T_root
         T_joint = pin.SE3(T_last.rotation, np.array(group.centre))
         axes = group.axes @ T_joint.rotation
+        parent, placement = self._held(members[0].parent, T_joint)
         joint = group.pair.joint_model(axes if group.pair.axes else ())
-        index = self.model.addJoint(parent, joint, T_parent * self._pose(members[0].parent).actInv(T_joint), group.name)
+        index = int(self.model.addJoint(parent, joint, placement, group.name))
         self._places[members[-1].index] = index, T_joint.actInv(T_last)
-        return int(index), axes
+        if group.pair.name == "universal":
+            for place, node in enumerate(members):
+                self._hold(node, index, place, derived=False)
+        else:
+            first, second, third = members
+            joint = self.model.joints[index]
+            self.balls.append(Ball(group.name, (first, second, third), axes, joint.idx_q, joint.idx_v))
 
     def _add_carrier(self, group: MultiDofJoint, node: JointNode) -> None:
         parent, T_parent = self._places[node.parent]
@@ -164,7 +161,7 @@ class Assembly:
         self._add(node, parent, self._mimic(node, holder, mimic.multiplier, mimic.offset), placement)
         if holder.derived and node.name not in self.carriers:
             source = Source(self.model.joints[holder.joint].idx_q + holder.place).follower_of(mimic)
-            self.repetitions.append(Repetition(self._reading(node), source, carrier=False))
+            self.followers.append((node, source))
 
     def _misleads_crba(self, node: JointNode, holder: int, parent: int) -> bool:
         """Whether crba of Pinocchio 4.1 would put wrong entries into the mass matrix if this follower mimicked.
@@ -201,19 +198,20 @@ class Assembly:
 
     def _hold(self, node: JointNode, index: int, place: int, *, derived: bool) -> None:
         """Make coordinate `place` of a joint of this model the value of a joint of the robot."""
-        reading = self._reading(node)
-        if not reading.follows:
+        if not node.follows:
             self._holders[node.name] = _Holder(index, place, derived)
         joint, model = self.model.joints[index], self.model
         column, row = joint.idx_q + place, joint.idx_v + place
-        self.slots.append(Slot(reading, column, row, derived))
+        self.slots.append(Slot(node, column, row, derived))
         if derived:
-            self.repetitions.append(Repetition(reading, Source(column), node.name in self.carriers))
+            # What only carries links between the axes of a merged joint has no say in its value.
+            held = self.followers if node.follows and node.name not in self.carriers else self.hints
+            held.append((node, Source(column)))
         model.lowerPositionLimit[column], model.upperPositionLimit[column] = node.lower, node.upper
-        speed = abs(reading.mimic.multiplier) * self._source.upperVelocityLimit[reading.row]
+        speed = abs(node.coupling.multiplier) * self._source.upperVelocityLimit[node.row]
         model.lowerVelocityLimit[row], model.upperVelocityLimit[row] = -speed, speed
-        if not reading.follows:
-            effort = self._source.upperEffortLimit[reading.row]
+        if not node.follows:
+            effort = self._source.upperEffortLimit[node.row]
             model.lowerEffortLimit[row], model.upperEffortLimit[row] = -effort, effort
 
     def _mimic(self, node: JointNode, holder: _Holder, multiplier: float, offset: float) -> pin.JointModel:
@@ -223,20 +221,10 @@ class Assembly:
         motion.setIndexes(joint.id, joint.idx_q + place, joint.idx_v + place, joint.idx_vExtended + place)
         return pin.JointModel(pin.JointModelMimic(pin.JointModel(motion), multiplier, offset))
 
-    def _reading(self, node: JointNode) -> JointReading:
-        driver = self._source.joints[self._by_name[node.driver].index]
-        mimic = Mimic(node.name) if node.mimic is None else node.mimic
-        revolute = node.kind == "revolute"
-        return JointReading(node.name, mimic, driver.idx_q, driver.idx_v, node.lower, node.upper, revolute)
-
-    def _pose(self, index: int) -> pin.SE3:
-        return self._nodes[index].T_root if index else pin.SE3.Identity()
-
-    def _copy_limits(self, source: pin.JointModel, target: pin.JointModel) -> None:
-        for name in LIMIT_ARRAYS:
-            start, size = ("idx_q", "nq") if "Position" in name else ("idx_v", "nv")
-            there, here, count = getattr(source, start), getattr(target, start), getattr(source, size)
-            getattr(self.model, name)[here : here + count] = getattr(self._source, name)[there : there + count]
+    def _held(self, index: int, T_root: pin.SE3) -> tuple[int, pin.SE3]:
+        """The joint here that moves with a joint of the robot, and in its frame a pose of the root's, all at zero."""
+        joint, T_joint = self._places[index]
+        return joint, T_joint * self._nodes[index].T_root.actInv(T_root) if index else T_joint * T_root
 
     def _add_bodies_and_frames(self, groups: JointGroups) -> None:
         for index, inertia in enumerate(self._source.inertias):

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats, as_floats
-from nao_kin.errors import BadArgument, at_index
-from nao_kin.robot import UNIT_TOLERANCE
+from nao_kin._core.arrays import Floats
+from nao_kin.joints.grouping import JointNode, wrapped
 from nao_kin.robot.semantics import Mimic
 from nao_kin.rotations import (
     EulerAngles,
@@ -22,69 +21,19 @@ from nao_kin.rotations import (
     quat_to_xyzw,
 )
 
-TURN = 2.0 * math.pi
-
-
-@dataclass(frozen=True)
-class JointReading:
-    """The value of one joint of the robot, as a function of the robot's own configuration q.
-
-    value = mimic.multiplier · q[column] + mimic.offset; a joint of its own mimics itself, with multiplier 1.
-
-    Attributes:
-        name: the joint.
-        mimic: the joint whose coordinate it reads, itself or the one it follows, and how.
-        column: place of that coordinate in q.
-        row: place of its rate in the velocity.
-        lower: smallest value.
-        upper: largest value.
-        revolute: whether whole turns of it leave every pose as it is.
-    """
-
-    name: str
-    mimic: Mimic
-    column: int
-    row: int
-    lower: float
-    upper: float
-    revolute: bool
-
-    @property
-    def driver(self) -> str:
-        """The joint whose coordinate it reads."""
-        return self.mimic.joint
-
-    @property
-    def follows(self) -> bool:
-        """Whether another joint drives it."""
-        return self.name != self.mimic.joint
-
-    def of(self, q: Floats) -> Floats:
-        """The values at configurations q, shape (..., nq) → (...)."""
-        return self.driven(q[..., self.column])
-
-    def driven(self, driver: Floats) -> Floats:
-        """Its values at these values of its driver."""
-        return self.mimic.value(driver)
-
-    def excess(self, value: Floats, driver: Floats) -> Floats:
-        """How far a value of it is above what its driver asks of it; of a revolute up to whole turns."""
-        difference = value - self.driven(driver)
-        return wrapped(difference) if self.revolute else np.asarray(difference)
-
 
 @dataclass(frozen=True)
 class Slot:
     """A coordinate of the typed model that is the value of one joint of the robot.
 
     Attributes:
-        reading: the joint.
+        joint: the joint of the robot.
         column: place in the typed configuration.
         row: place of its rate in the typed velocity.
         derived: whether it only repeats the value of another joint of the typed model.
     """
 
-    reading: JointReading
+    joint: JointNode
     column: int
     row: int
     derived: bool
@@ -111,36 +60,20 @@ class Source:
         return Source(self.column, self.scale * mimic.multiplier, self.shift * mimic.multiplier + mimic.offset)
 
 
-@dataclass(frozen=True)
-class Repetition:
-    """A second value of a joint that a typed configuration has already, in a ball or as a follower's driver.
-
-    Attributes:
-        reading: the joint.
-        source: where it stands.
-        carrier: whether the joint only carries links between the axes of a merged joint; its value is then no more
-            than a hint.
-    """
-
-    reading: JointReading
-    source: Source
-    carrier: bool
-
-
 @dataclass(frozen=True, eq=False)
 class Ball:
     """A spherical joint of the typed model.
 
     Attributes:
         name: its name.
-        readings: the three joints of the robot it replaces.
+        joints: the three joints of the robot it replaces.
         axes: their axes in the ball's frame with all joints at zero, one per row, shape (3, 3).
         column: where its quaternion (x, y, z, w) begins in the typed configuration.
         row: where its angular velocity begins in the typed velocity.
     """
 
     name: str
-    readings: tuple[JointReading, JointReading, JointReading]
+    joints: tuple[JointNode, JointNode, JointNode]
     axes: Floats
     column: int
     row: int
@@ -148,98 +81,6 @@ class Ball:
     def quaternions(self, typed: Floats) -> Floats:
         """The quaternions (x, y, z, w) of typed configurations, shape (..., nq) → (..., 4)."""
         return typed[..., self.column : self.column + 4]
-
-
-def wrapped(angle: Floats) -> Floats:
-    """The angle, by whole turns in [−π, π]."""
-    return np.asarray(angle - TURN * np.round(angle / TURN))
-
-
-@dataclass(eq=False)
-class Motor:
-    """A joint with a coordinate of its own and all that follow it, by where a typed configuration has their values.
-
-    Attributes:
-        driver: the joint.
-        ball: index of the ball that it is part of; −1 for none.
-        place: which of that ball's three angles it is.
-        stated: where its value is written when it is in no ball.
-        in_balls: followers inside balls, each with the index of the ball and its place there.
-        written: followers whose values are written.
-        hints: the values that carriers and followers give the driver.
-    """
-
-    driver: JointReading
-    ball: int = -1
-    place: int = 0
-    stated: Source | None = None
-    in_balls: list[tuple[JointReading, int, int]] = field(default_factory=list)
-    written: list[tuple[JointReading, Source]] = field(default_factory=list)
-    hints: list[Source] = field(default_factory=list)
-
-    @property
-    def followers(self) -> list[JointReading]:
-        """All joints that follow."""
-        return [reading for reading, *_ in self.in_balls] + [reading for reading, _ in self.written]
-
-    @property
-    def shared(self) -> bool:
-        """Whether there is a coupling to keep."""
-        return bool(self.in_balls or self.written)
-
-    @property
-    def balls(self) -> set[int]:
-        """The balls that it turns."""
-        return {ball for _, ball, _ in self.in_balls} | ({self.ball} if self.ball >= 0 else set())
-
-    def among(self, balls: Sequence[int]) -> Motor:
-        """The same motor, with its balls as places in `balls`."""
-        ball = balls.index(self.ball) if self.ball >= 0 else -1
-        in_balls = [(reading, balls.index(index), place) for reading, index, place in self.in_balls]
-        return replace(self, ball=ball, in_balls=in_balls)
-
-
-def motors_of(balls: Sequence[Ball], slots: Iterable[Slot], repetitions: Iterable[Repetition]) -> list[Motor]:
-    """The motors that turn a ball or are shared, each once."""
-    motors: dict[str, Motor] = {}
-    own = [slot for slot in slots if not slot.derived]
-    for slot in own:
-        if not slot.reading.follows:
-            motors[slot.reading.name] = Motor(slot.reading, stated=Source(slot.column))
-    parts = [(reading, index, place) for index, ball in enumerate(balls) for place, reading in enumerate(ball.readings)]
-    for reading, index, place in parts:
-        if not reading.follows:
-            motors[reading.name] = Motor(reading, index, place)
-    for reading, index, place in parts:
-        if reading.follows:
-            motors[reading.driver].in_balls.append((reading, index, place))
-    for slot in own:
-        if slot.reading.follows:
-            motors[slot.reading.driver].written.append((slot.reading, Source(slot.column)))
-    for repetition in repetitions:
-        if repetition.reading.follows and not repetition.carrier:
-            motors[repetition.reading.driver].written.append((repetition.reading, repetition.source))
-        else:
-            motors[repetition.reading.driver].hints.append(repetition.source.driver_of(repetition.reading.mimic))
-    for motor in motors.values():
-        motor.hints += [source.driver_of(reading.mimic) for reading, source in motor.written]
-    return [motor for motor in motors.values() if motor.balls or motor.shared]
-
-
-def connected(motors: Iterable[Motor]) -> Iterator[tuple[list[int], list[Motor]]]:
-    """Groups of balls that share motors, with these motors, whose balls are then counted within the group.
-
-    Motors without balls come one by one.
-    """
-    groups: list[tuple[set[int], list[Motor]]] = []
-    for motor in motors:
-        joined = [group for group in groups if group[0] & motor.balls]
-        groups = [group for group in groups if not group[0] & motor.balls]
-        balls = motor.balls.union(*(group[0] for group in joined))
-        groups.append((balls, [member for group in joined for member in group[1]] + [motor]))
-    for balls, members in groups:
-        order = sorted(balls)
-        yield order, [motor.among(order) for motor in members]
 
 
 @dataclass(frozen=True, eq=False)
@@ -254,7 +95,7 @@ class Mismatch:
         nearest: value of the driver that together with all its followers is nearest to the values given, shape (n,).
     """
 
-    follower: JointReading
+    follower: JointNode
     driver_value: Floats
     follower_value: Floats
     violated: NDArray[np.bool_]
@@ -303,7 +144,7 @@ def coupling_violations(mismatches: Sequence[Mismatch], batch: tuple[int, ...]) 
                     mimic=follower.name,
                     primary_value=float(value),
                     mimic_value=float(mismatch.follower_value[i]),
-                    expected=float(follower.driven(value)),
+                    expected=float(follower.coupling.value(value)),
                     nearest=float(mismatch.nearest[i]),
                     index=tuple(int(k) for k in np.unravel_index(int(i), batch)) if batch else (),
                 )
@@ -315,38 +156,6 @@ def coupling_violations(mismatches: Sequence[Mismatch], batch: tuple[int, ...]) 
 
 # Rounding of a quaternion and of the matrix made from it, as it shows in an angle far from lock.
 _ROUNDING = 32.0 * float(np.finfo(np.float64).eps)
-
-
-class Quaternions:
-    """Where the quaternions (x, y, z, w) of a typed configuration stand."""
-
-    def __init__(self, nq: int, starts: Mapping[str, int]) -> None:
-        """Args: number of coordinates, and name of the joint (or "base") → column where its quaternion begins."""
-        self._nq, self._names = nq, tuple(starts)
-        self._columns = np.array(list(starts.values()), dtype=np.intp)[:, None] + np.arange(4)
-
-    def checked(self, q_typed: ArrayLike) -> Floats:
-        """`q_typed` with quaternions of norm 1 to rounding; a copy wherever there are any.
-
-        Raises:
-            BadArgument: a quaternion whose norm is not 1 to 1e-6, with its joint and its place in the batch.
-            WrongShape, NotFinite: no typed configuration.
-        """
-        typed = as_floats(q_typed, (self._nq,), "q_typed")
-        if not self._names:
-            return typed
-        parts = typed[..., self._columns]
-        with np.errstate(over="ignore"):
-            norms = np.sqrt(np.sum(parts * parts, axis=-1))
-        wrong = ~(np.abs(norms - 1.0) <= UNIT_TOLERANCE)
-        if wrong.any():
-            place = tuple(int(i) for i in np.argwhere(wrong)[0])
-            name, norm = self._names[place[-1]], f"{norms[place]:.8g}{at_index(place[:-1])}"
-            raise BadArgument(f"{name} must be a unit quaternion (x, y, z, w), got one of norm {norm}")
-        unit = np.array(typed)
-        # What is left of the norm would end up in the rotation matrices, squared.
-        unit[..., self._columns] = parts / norms[..., None]
-        return unit
 
 
 def quaternion_of_turns(ball: Ball, angles: Floats) -> Floats:

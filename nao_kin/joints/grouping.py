@@ -16,9 +16,11 @@ from nao_kin._core.arrays import Floats, choice, dot, norm, rigid_inverse
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.joints.pairs import KINEMATIC_PAIRS, PARALLEL, JointGroups, MultiDofJoint, Singularity
-from nao_kin.robot import Expression, RobotModel, check_robot, expression_named, joints_below
+from nao_kin.robot import Expression, RobotModel, check_robot, expression_named, joint_rows, joints_below
 from nao_kin.robot.semantics import Mimic
-from nao_kin.screws.lines import PluckerLine, common_normal, geometric_jacobian
+from nao_kin.screws.lines import PluckerLine, geometric_jacobian
+
+TURN = 2.0 * math.pi
 
 # --- The joint tree of a robot, every axis where it lies when all joints are at zero.
 
@@ -41,6 +43,10 @@ class JointNode:
         unit: unit of its value.
         moves: whether it or a joint it carries has a coordinate of its own. The joints that do not (fingers that follow
             the hand) add no freedom and carry none.
+        column: place of the coordinate that moves it in a configuration of the robot.
+        row: place of the rate of that coordinate in the velocity.
+
+    Its value is coupling.multiplier · q[column] + coupling.offset.
 
     Examples:
         >>> tree = nk.joints.read_joint_tree(nk.load_nao())
@@ -60,11 +66,23 @@ class JointNode:
     upper: float
     unit: str
     moves: bool
+    column: int
+    row: int
+
+    @property
+    def coupling(self) -> Mimic:
+        """How it follows the coordinate that moves it: a joint of its own follows itself."""
+        return self.mimic or Mimic(self.name)
 
     @property
     def driver(self) -> str:
         """The joint whose coordinate moves it."""
-        return self.name if self.mimic is None else self.mimic.joint
+        return self.coupling.joint
+
+    @property
+    def follows(self) -> bool:
+        """Whether another joint drives it."""
+        return self.mimic is not None
 
     @property
     def axis_root(self) -> Floats:
@@ -75,6 +93,33 @@ class JointNode:
     def centre_root(self) -> Floats:
         """Its centre, the origin of its frame, in the root's frame, all joints at zero [m]."""
         return np.array(self.T_root.translation)
+
+    def of(self, q: Floats) -> Floats:
+        """Its values at configurations of the robot, shape (..., nq) → (...).
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> tree = nk.joints.read_joint_tree(nao)
+            >>> float(tree[1].of(nao.configuration({"HeadYaw": 0.3})))
+            0.3
+        """
+        return self.coupling.value(q[..., self.column])
+
+    def excess(self, value: Floats, driver: Floats) -> Floats:
+        """How far a value of it is above what its driver asks of it; of a revolute up to whole turns.
+
+        Examples:
+            >>> tree = nk.joints.read_joint_tree(nk.load_nao())
+            >>> float(tree[1].excess(np.array(0.5), np.array(0.25)))
+            0.25
+        """
+        difference = value - self.coupling.value(driver)
+        return wrapped(difference) if self.kind == "revolute" else np.asarray(difference)
+
+
+def wrapped(angle: Floats) -> Floats:
+    """The angle, by whole turns in [−π, π]."""
+    return np.asarray(angle - TURN * np.round(angle / TURN))
 
 
 def read_joint_tree(robot: RobotModel) -> dict[int, JointNode]:
@@ -90,28 +135,26 @@ def read_joint_tree(robot: RobotModel) -> dict[int, JointNode]:
         ['HeadYaw', 'HeadPitch']
     """
     check_robot(robot)
-    model, moving = robot.model, robot.tree.moving_joints
-    rows = dict(enumerate(moving, model.njoints - len(moving)))  # a floating base, which has none, comes before them
-    children: dict[int, list[int]] = {index: [] for index in range(model.njoints)}
-    moves = [False] * model.njoints
-    for index in range(model.njoints - 1, 0, -1):
-        moves[index] |= model.joints[index].nq > 0
-        moves[model.parents[index]] |= moves[index]
-        children[model.parents[index]].insert(0, index)
+    model, rows = robot.model, joint_rows(robot.model, robot.tree)
+    ids = {name: index for index, name in enumerate(model.names) if index in rows}
     ranges = dict(zip(robot.joint_names, zip(robot.lower.tolist(), robot.upper.tolist(), strict=True), strict=True))
     nodes: dict[int, JointNode] = {}
     for index in range(1, model.njoints):
         name, parent = str(model.names[index]), int(model.parents[index])
         T_root = (nodes[parent].T_root if parent else pin.SE3.Identity()) * model.jointPlacements[index]
         kind, axis, mimic, (lower, upper), unit = "free", np.zeros(3), robot.mimics.get(name), (-np.inf, np.inf), ""
+        driver = model.joints[index if mimic is None else ids[mimic.joint]]
         if index in rows:
             kind, axis, unit = rows[index].kind, np.array(rows[index].axis), robot.unit(name)
             lower, upper = ranges[name] if mimic is None else mimic.range(*ranges[mimic.joint])
             if mimic is not None and mimic.multiplier == 0.0:
                 T_root = T_root * pin.SE3(rows[index].travel(mimic.offset))
                 kind, axis = "fixed", np.zeros(3)
+        children = tuple(map(int, model.children[index]))
+        moves = any(model.joints[carried].nq > 0 for carried in model.subtrees[index])
+        column, row = int(driver.idx_q), int(driver.idx_v)
         nodes[index] = JointNode(
-            index, name, parent, tuple(children[index]), kind, axis, T_root, mimic, lower, upper, unit, moves[index]
+            index, name, parent, children, kind, axis, T_root, mimic, lower, upper, unit, moves, column, row
         )
     return nodes
 
@@ -323,16 +366,12 @@ def partition(
 
 
 def meeting_point(centres: Floats, axes: Floats) -> Floats:
-    """The point nearest to all axes: for two, halfway along the common normal; for more, by least squares.
+    """The point nearest to all axes by least squares: of two, halfway along the common normal.
 
     Args:
         centres: a point on each axis, shape (n, 3); the first is the origin of the computation.
         axes: unit directions, no two neighbours parallel, shape (n, 3).
     """
-    lines = PluckerLine.from_point_direction(centres, axes, origin=centres[0])
-    if len(axes) == 2:
-        normal = common_normal(lines[0], lines[1])
-        return np.asarray(0.5 * (normal.foot_a + normal.foot_b))
     # Across its direction, a line pins a point down: (1 − e eᵀ) x = (1 − e eᵀ) p.
     across = np.eye(3) - axes[:, :, None] * axes[:, None, :]
     offsets = np.einsum("nij,nj->ni", across, centres - centres[0])
@@ -448,10 +487,9 @@ class JointAxes:
         """
         carrying = {self.robot.model.names[index] for index in joints_below(self.robot, frame)[0]}
         C = np.zeros((len(self.names), len(self.robot.joint_names)))
-        for row, name in enumerate(self.names):
-            if name in carrying:
-                mimic = self.robot.mimics.get(name, Mimic(name))
-                C[row, self.robot.joint_names.index(mimic.joint)] = mimic.multiplier
+        for row, joint in enumerate(self.robot.tree.moving_joints):
+            if joint.name in carrying:
+                C[row, self.robot.joint_names.index(joint.coupling.joint)] = joint.coupling.multiplier
         return C
 
     def jacobian(self, q: ArrayLike, frame: str, expressed_in: Expression = "mixed") -> Floats:

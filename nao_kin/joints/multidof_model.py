@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
@@ -11,14 +12,13 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, choice, common_batch
-from nao_kin.errors import DisagreeingJoints, UnknownName
+from nao_kin._core.arrays import Floats, as_floats, choice, common_batch, first_index
+from nao_kin.errors import BadArgument, DisagreeingJoints, UnknownName, at_index
 from nao_kin.joints._assembly import Assembly
 from nao_kin.joints._readings import (
     Ball,
     CouplingViolation,
     Mismatch,
-    Quaternions,
     angular_velocity_axes,
     coupling_violations,
     quaternion_of_turns,
@@ -27,7 +27,7 @@ from nao_kin.joints._readings import (
 from nao_kin.joints._turn_selection import TurnSelection
 from nao_kin.joints.grouping import Rule, group_joints, read_joint_tree
 from nao_kin.joints.pairs import JointGroups, MultiDofJoint
-from nao_kin.robot import Expression, FrameIds, Kinematics, RobotModel, expression_named
+from nao_kin.robot import UNIT_TOLERANCE, Expression, FrameIds, Kinematics, RobotModel, expression_named
 from nao_kin.rotations import EulerAngles
 
 CouplingPolicy = Literal["raise", "nearest"]
@@ -104,19 +104,18 @@ class MultiDofModel:
         self.model: pin.Model = assembly.model
         self.carriers = tuple(assembly.carriers)
         moving = [joint for joint in list(self.model.joints)[1:] if joint.nq > 0]
-        names = [self.model.names[joint.id] for joint in moving]
-        places = [(joint.idx_q, joint.nq, joint.idx_v, joint.nv) for joint in moving]
         self.columns: Mapping[str, slice] = MappingProxyType(
-            {name: slice(q, q + nq) for name, (q, nq, _, _) in zip(names, places, strict=True)}
+            {self.model.names[joint.id]: slice(joint.idx_q, joint.idx_q + joint.nq) for joint in moving}
         )
         self.rows: Mapping[str, slice] = MappingProxyType(
-            {name: slice(v, v + nv) for name, (_, _, v, nv) in zip(names, places, strict=True)}
+            {self.model.names[joint.id]: slice(joint.idx_v, joint.idx_v + joint.nv) for joint in moving}
         )
         self._slots, self._balls = tuple(assembly.slots), tuple(assembly.balls)
         self._base = (7, 6) if robot.base == "floating" else (0, 0)
-        starts = {"base": 3} if robot.base == "floating" else {}
-        self._quaternions = Quaternions(self.nq, starts | {ball.name: ball.column for ball in self._balls})
-        self._selection = TurnSelection(self._balls, self._slots, assembly.repetitions)
+        # Joint, or "base" → the column where its quaternion begins.
+        self._quaternions = {"base": 3} if robot.base == "floating" else {}
+        self._quaternions |= {ball.name: ball.column for ball in self._balls}
+        self._selection = TurnSelection(self._balls, self._slots, assembly.followers, assembly.hints)
         # Place of a frame in the robot's model → its place here: those that were kept come first, in the same order.
         kept = (i for i, frame in enumerate(robot.model.frames) if frame.parentJoint not in assembly.lumped)
         self._places = {theirs: here for here, theirs in enumerate(kept)}
@@ -172,7 +171,7 @@ class MultiDofModel:
         typed = np.empty((*values.shape[:-1], self.nq))
         typed[..., : self._base[0]] = values[..., : self._base[0]]
         for slot in self._slots:
-            typed[..., slot.column] = slot.reading.of(values)
+            typed[..., slot.column] = slot.joint.of(values)
         for ball in self._balls:
             typed[..., ball.column : ball.column + 4] = quaternion_of_turns(ball, self._ball_angles(ball, values))
         return typed
@@ -266,9 +265,9 @@ class MultiDofModel:
             >>> model.ball_angles(model.from_q(q), "LHipRoll").angles.round(9).tolist()
             [-0.2, 0.1, -0.4]
         """
-        typed = self._quaternions.checked(q_typed)
+        typed = self._checked(q_typed)
         for ball in self._balls:
-            if joint == ball.name or joint in (reading.name for reading in ball.readings):
+            if joint == ball.name or joint in (part.name for part in ball.joints):
                 return turns_of_quaternion(ball, ball.quaternions(typed))
         raise UnknownName("spherical joint", joint, [ball.name for ball in self._balls])
 
@@ -300,11 +299,11 @@ class MultiDofModel:
         base = np.arange(self._base[1])
         E[..., base, base] = 1.0
         for slot in self._slots:
-            E[..., slot.row, slot.reading.row] = slot.reading.mimic.multiplier
+            E[..., slot.row, slot.joint.row] = slot.joint.coupling.multiplier
         for ball in self._balls:
             directions = angular_velocity_axes(ball, self._ball_angles(ball, values))
-            for k, reading in enumerate(ball.readings):
-                E[..., ball.row : ball.row + 3, reading.row] = reading.mimic.multiplier * directions[..., k]
+            for k, joint in enumerate(ball.joints):
+                E[..., ball.row : ball.row + 3, joint.row] = joint.coupling.multiplier * directions[..., k]
         return E
 
     # --- kinematics -----------------------------------------------------------------------------------------------
@@ -331,7 +330,7 @@ class MultiDofModel:
             >>> np.allclose(model.fk(model.from_q(q), "LLeg"), nao.fk(q, "LLeg"))
             True
         """
-        typed = self._quaternions.checked(q_typed)
+        typed = self._checked(q_typed)
         one = isinstance(frame, str)
         names = self.link_names if frame is None else (frame,) if one else frame
         poses = self._kinematics.poses(typed, self._frame_ids(names))  # type: ignore[arg-type]
@@ -361,7 +360,7 @@ class MultiDofModel:
             >>> np.allclose(J, nao.jacobian(q, "LLeg"))
             True
         """
-        typed = self._quaternions.checked(q_typed)
+        typed = self._checked(q_typed)
         (frame_id,), expression = self._frame_ids((frame,)), expression_named(expressed_in)
         return self._kinematics.jacobians(typed, frame_id, expression)
 
@@ -379,16 +378,40 @@ class MultiDofModel:
             >>> np.allclose(model.com(model.from_q(q)), nao.com(q))
             True
         """
-        typed = self._quaternions.checked(q_typed)
+        typed = self._checked(q_typed)
         return self._kinematics.centres_of_mass(typed)
 
     # --- inside ---------------------------------------------------------------------------------------------------
+
+    def _checked(self, q_typed: ArrayLike) -> Floats:
+        """`q_typed` with quaternions of norm 1 to rounding; a copy wherever there are any.
+
+        Raises:
+            BadArgument: a quaternion whose norm is not 1 to 1e-6, with its joint and its place in the batch.
+            WrongShape, NotFinite: no typed configuration.
+        """
+        typed = as_floats(q_typed, (self.nq,), "q_typed")
+        if not self._quaternions:
+            return typed
+        columns = np.array(list(self._quaternions.values()))[:, None] + np.arange(4)
+        parts = typed[..., columns]
+        with np.errstate(over="ignore"):
+            norms = np.sqrt(np.sum(parts * parts, axis=-1))
+        wrong = ~(np.abs(norms - 1.0) <= UNIT_TOLERANCE)
+        if wrong.any():
+            place = first_index(wrong)
+            name, norm = list(self._quaternions)[place[-1]], f"{norms[place]:.8g}{at_index(place[:-1])}"
+            raise BadArgument(f"{name} must be a unit quaternion (x, y, z, w), got one of norm {norm}")
+        unit = np.array(typed)
+        # What is left of the norm would end up in the rotation matrices, squared.
+        unit[..., columns] = parts / norms[..., None]
+        return unit
 
     def _taken_apart(
         self, q_typed: ArrayLike, reference: ArrayLike | None
     ) -> tuple[Floats, list[Mismatch], tuple[int, ...]]:
         """Configurations (n, robot.nq), what the couplings miss, and the batch shape that n stands for."""
-        typed = self._quaternions.checked(q_typed)
+        typed = self._checked(q_typed)
         target = None if reference is None else self.robot.checked(reference)
         batch = typed.shape[:-1]
         if target is not None:
@@ -399,15 +422,15 @@ class MultiDofModel:
         q = np.empty((len(typed), self.robot.nq))
         q[:, : self._base[0]] = typed[:, : self._base[0]]
         for slot in self._slots:
-            if not slot.derived and not slot.reading.follows:
-                q[:, slot.reading.column] = typed[:, slot.column]
-        for reading in (reading for ball in self._balls for reading in ball.readings if not reading.follows):
-            q[:, reading.column] = angles[reading.name]
+            if not slot.derived and not slot.joint.follows:
+                q[:, slot.joint.column] = typed[:, slot.column]
+        for joint in (joint for ball in self._balls for joint in ball.joints if not joint.follows):
+            q[:, joint.column] = angles[joint.name]
         return q, mismatches, batch
 
     @staticmethod
     def _ball_angles(ball: Ball, q: Floats) -> Floats:
-        return np.stack([reading.of(q) for reading in ball.readings], axis=-1)
+        return np.stack([joint.of(q) for joint in ball.joints], axis=-1)
 
     def _frame_ids(self, names: Sequence[str]) -> FrameIds:
         """Places of frames in this model."""
@@ -419,7 +442,10 @@ class MultiDofModel:
         return tuple(places)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _rebuilt, (type(self), self.robot, self.groups.rule, self.groups.tolerance, self._intermediate)
+        # A Pinocchio model with mimic joints does not survive pickling; the typed one is made again.
+        rule, tolerance = self.groups.rule, self.groups.tolerance
+        again = functools.partial(type(self), rule=rule, tolerance=tolerance, intermediate=self._intermediate)  # type: ignore[arg-type]
+        return again, (self.robot,)
 
     def __repr__(self) -> str:
         dropped = ", links between dropped" if self._intermediate == "drop" else ""
@@ -436,10 +462,3 @@ def _notes(robot: RobotModel, lumped: Mapping[int, int]) -> tuple[str, ...]:
         for index, before in sorted(lumped.items())
         if model.inertias[index].mass > 0.0
     )
-
-
-def _rebuilt(
-    kind: type[MultiDofModel], robot: RobotModel, rule: Rule, tolerance: float, intermediate: Intermediate
-) -> MultiDofModel:
-    """A Pinocchio model with mimic joints does not survive pickling; the typed one is made again."""
-    return kind(robot, rule=rule, tolerance=tolerance, intermediate=intermediate)

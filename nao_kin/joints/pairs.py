@@ -115,10 +115,6 @@ def _composite(parts: Sequence[pin.JointModel]) -> pin.JointModelComposite:
     return composite
 
 
-def _cylindrical(axes: Floats) -> pin.JointModel:
-    return _composite([pin.JointModelPrismaticUnaligned(axes[0]), pin.JointModelRevoluteUnaligned(axes[0])])
-
-
 def _planar(axes: Floats) -> pin.JointModel:
     normal = axes[0]
     if np.array_equal(normal, (0.0, 0.0, 1.0)):
@@ -131,7 +127,9 @@ def _planar(axes: Floats) -> pin.JointModel:
 _MAKERS: dict[str, Callable[[Floats], pin.JointModel]] = {
     "revolute": lambda axes: pin.JointModelRevoluteUnaligned(axes[0]),
     "prismatic": lambda axes: pin.JointModelPrismaticUnaligned(axes[0]),
-    "cylindrical": _cylindrical,
+    "cylindrical": lambda axes: _composite(
+        [pin.JointModelPrismaticUnaligned(axes[0]), pin.JointModelRevoluteUnaligned(axes[0])]
+    ),
     "universal": lambda axes: pin.JointModelUniversal(axes[0], axes[1]),
     "condyloid": lambda axes: pin.JointModelUniversal(axes[0], axes[1]),
     "spherical": lambda axes: pin.JointModelSpherical(),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -380,9 +381,7 @@ def joint_table(
 def _chains(groups: JointGroups, named: Mapping[str, Sequence[str]]) -> dict[str, str]:
     """Joint → chain: the one the robot names, else the first joint behind the last branching."""
     chain_of = {part: chain for chain, parts in named.items() for part in parts}
-    siblings: dict[str, int] = {}
-    for joint in groups:
-        siblings[joint.parent] = siblings.get(joint.parent, 0) + 1
+    siblings = Counter(joint.parent for joint in groups)
     chains: dict[str, str] = {}
     for joint in groups:
         starts = joint.parent == "" or siblings[joint.parent] > 1

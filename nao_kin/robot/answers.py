@@ -5,74 +5,63 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple, SupportsIndex
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from nao_kin import _kernels as batch
+from nao_kin import _kernels as kernels
 from nao_kin._core.arrays import MOST_THREADS, as_floats, as_numbers, refuse_non_finite, whole_number
 from nao_kin._core.text import quoted
-from nao_kin._kernels import JointTree, TreeFrame, TreeJoint
 from nao_kin._kernels.cache import has_numba, note_slowness
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.robot.build import ModelNumbers
-from nao_kin.robot.checks import TURN, ConfigurationChecks
+from nao_kin.robot.build import ModelNumbers, joint_rows
+from nao_kin.robot.configurations import TURN, Configurations
 from nao_kin.robot.kinematics import Kinematics, Question
 from nao_kin.robot.urdf import UrdfTree
 
 # --- The joints of a Pinocchio model as the batch kernels take them.
 
 
-def joint_tree(model: pin.Model, tree: UrdfTree) -> JointTree:
+def joint_tree(model: pin.Model, tree: UrdfTree) -> kernels.JointTree:
     """The joints of a model that `build_model` made of this tree."""
-    joints: list[TreeJoint] = []
-    drivers: dict[str, pin.JointModel] = {}
-    moving = list(tree.moving_joints)
-    first = model.njoints - len(moving)  # 2 where a floating base comes before them
+    joints, rows = list[kernels.TreeJoint](), joint_rows(model, tree)
+    ids = {row.name: index for index, row in rows.items()}
     for index in range(1, model.njoints):
-        placement, inertia = model.jointPlacements[index], model.inertias[index]
-        own = model.joints[index]
-        kind, axis, ratio, offset = "free", (1.0, 0.0, 0.0), 1.0, 0.0
-        if index >= first:
-            row = moving[index - first]
-            kind, axis = row.kind, row.axis
-            if row.mimic is None:
-                drivers[row.name] = own
-            else:
-                own, ratio, offset = drivers[row.mimic.joint], row.mimic.multiplier, row.mimic.offset
+        placement, inertia, row = model.jointPlacements[index], model.inertias[index], rows.get(index)
+        driver = model.joints[ids[row.coupling.joint] if row else index]
         joints.append(
-            TreeJoint(
-                kind=kind,
+            kernels.TreeJoint(
+                kind=row.kind if row else "free",
                 parent=int(model.parents[index]) - 1,
                 R=np.array(placement.rotation),
                 t=np.array(placement.translation),
-                axis=axis,
-                coordinate=int(own.idx_q),
-                velocity=int(own.idx_v),
-                ratio=ratio,
-                offset=offset,
+                axis=row.axis if row else (1.0, 0.0, 0.0),
+                coordinate=int(driver.idx_q),
+                velocity=int(driver.idx_v),
+                ratio=row.coupling.multiplier if row else 1.0,
+                offset=row.coupling.offset if row else 0.0,
                 mass=float(inertia.mass),
                 moment=tuple((inertia.mass * inertia.lever).tolist()),
             )
         )
     held = model.inertias[0]
-    return JointTree(
+    return kernels.JointTree(
         int(model.nq), int(model.nv), tuple(joints), float(held.mass), tuple((held.mass * held.lever).tolist())
     )
 
 
-def tree_frame(model: pin.Model, frame_id: int) -> TreeFrame:
+def tree_frame(model: pin.Model, frame_id: int) -> kernels.TreeFrame:
     """A frame of the model by the joint that holds it."""
     frame = model.frames[frame_id]
-    return TreeFrame(
+    return kernels.TreeFrame(
         int(frame.parentJoint) - 1, np.array(frame.placement.rotation), np.array(frame.placement.translation)
     )
 
 
-# --- Many configurations at once: the questions of a robot as programs for the batch kernels.
+# --- Who answers a question about configurations: Pinocchio where they are few, the batch kernels where they are many.
 
 # So many configurations, and more, are answered by the kernels. Once these are in memory they are as quick as Pinocchio
 # at 3 to 8; but reading them takes as long as tens of thousands of configurations, and a handful should not wait.
@@ -82,64 +71,10 @@ CROSSOVER = 32
 _MOST_PROGRAMS = 256
 
 
-class BatchKinematics:
-    """What the joints of a model answer for many configurations. May be called from several threads at once."""
-
-    def __init__(self, model: pin.Model, tree: UrdfTree) -> None:
-        self._model, self._urdf = model, tree
-        self._lock = threading.Lock()
-        self._numbers: ModelNumbers | None = None
-        self._programs: dict[Question, batch.Program] = {}
-        self._tree: batch.JointTree | None = None
-
-    def answer(
-        self, question: Question, inputs: Sequence[NDArray[Any]], out: NDArray[Any], threads: int | None
-    ) -> float:
-        """Answer a question about configurations, and velocities and accelerations where it needs them.
-
-        Args:
-            question: what is asked.
-            inputs: arrays of one batch shape, (..., nq), (..., nv), (..., nv), in any layout and precision; unchecked.
-            out: the answers, contiguous, shape (n, numbers).
-            threads: how many threads; None for as many as there are cores, if that is worthwhile.
-
-        Returns:
-            The largest magnitude among the inputs: NaN or infinity if there is one, and then the answers mean nothing.
-        """
-        return batch.execute(self._program(question), inputs, out, threads)
-
-    def _program(self, question: Question) -> batch.Program:
-        with self._lock:
-            if self._numbers is None or self._tree is None or self._numbers.changed():
-                self._numbers, self._tree = ModelNumbers(self._model), joint_tree(self._model, self._urdf)
-                self._programs.clear()
-            program = self._programs.get(question)
-            if program is None:
-                if len(self._programs) >= _MOST_PROGRAMS:
-                    self._programs.clear()
-                program = self._programs[question] = self._made(question, self._tree)
-            return program
-
-    def _made(self, question: Question, tree: batch.JointTree) -> batch.Program:
-        frames = [tree_frame(self._model, frame_id) for frame_id in question.frame_ids]
-        reference = None if question.reference_id is None else tree_frame(self._model, question.reference_id)
-        make: dict[str, Callable[[], batch.Program]] = {
-            "poses": lambda: batch.poses_program(tree, frames, reference, question.form),
-            "jacobian": lambda: batch.jacobian_program(tree, frames[0], question.form),
-            "com": lambda: batch.com_program(tree, reference),
-            "com_jacobian": lambda: batch.com_jacobian_program(tree),
-            "velocity": lambda: batch.motion_program(tree, frames, question.form, 1),
-            "acceleration": lambda: batch.motion_program(tree, frames, question.form, 2),
-        }
-        return make[question.kind]()
-
-
 def empty_answers(count: int, numbers: tuple[int, ...], dtype: np.dtype[Any]) -> NDArray[Any]:
     """Memory for answers, shape (count, *numbers), that begins where a vector can be written at once."""
-    return batch.aligned_empty(count * math.prod(numbers), dtype).reshape(count, *numbers)
+    return kernels.aligned_empty(count * math.prod(numbers), dtype).reshape(count, *numbers)
 
-
-# --- Who answers a question about configurations: Pinocchio where they are few, the batch kernels where they are many.
 
 _DOUBLE, _SINGLE = np.dtype(np.float64), np.dtype(np.float32)
 _NAMES = ("q", "v", "a")
@@ -207,13 +142,21 @@ class Output(NamedTuple):
 
 
 class Answers:
-    """The answers of one robot."""
+    """The answers of one robot. May be called from several threads at once.
 
-    def __init__(
-        self, kinematics: Kinematics, batch: BatchKinematics, checks: ConfigurationChecks, nq: int, nv: int
-    ) -> None:
-        self._kinematics, self._batch, self._checks = kinematics, batch, checks
-        self._nq, self._nv = nq, nv
+    Args:
+        kinematics: those of its model.
+        tree: the file that the model was made of.
+        checks: what its configurations must be.
+    """
+
+    def __init__(self, kinematics: Kinematics, tree: UrdfTree, checks: Configurations) -> None:
+        self._kinematics, self._urdf, self._checks = kinematics, tree, checks
+        self._model = kinematics.model
+        self._nq, self._nv = int(self._model.nq), int(self._model.nv)
+        self._lock = threading.Lock()
+        self._numbers: ModelNumbers | None = None
+        self._programs: dict[Question, kernels.Program] = {}
 
     def answer(
         self, question: Question, inputs: Sequence[ArrayLike], output: Output, *, one: bool = False
@@ -261,18 +204,47 @@ class Answers:
         self, question: Question, arrays: Sequence[NDArray[Any]], answers: NDArray[Any], threads: int | None
     ) -> None:
         self._checks.check_base(arrays[0])
-        peak = self._batch.answer(question, arrays, answers, threads)
+        program = self._program(question)
+        # The largest magnitude among the inputs; NaN or infinite if there is one, and then the answers mean nothing.
+        peak = kernels.execute(program, arrays, answers, threads)
         if not math.isfinite(peak):
             self._checks.refuse_non_finite(arrays[0])
             for values, name in zip(arrays[1:], _NAMES[1:], strict=False):
                 refuse_non_finite(values, name)
             # Finite numbers that are infinite in single precision.
             double = empty_answers(len(answers), answers.shape[1:], _DOUBLE)
-            self._batch.answer(question, arrays, double, threads)
+            kernels.execute(program, arrays, double, threads)
             with np.errstate(over="ignore"):
                 answers[...] = double
         if not peak <= TURN:
             self._checks.warn_of_degrees(arrays[0])
+
+    def _program(self, question: Question) -> kernels.Program:
+        """The program of a question, kept until the model's owner changes a number in it."""
+        with self._lock:
+            if self._numbers is None or self._numbers.changed():
+                self._numbers, self._joints = ModelNumbers(self._model), joint_tree(self._model, self._urdf)
+                self._programs.clear()
+            program = self._programs.get(question)
+            if program is None:
+                if len(self._programs) >= _MOST_PROGRAMS:
+                    self._programs.clear()
+                program = self._programs[question] = self._made(question, self._joints)
+            return program
+
+    def _made(self, question: Question, joints: kernels.JointTree) -> kernels.Program:
+        kind, form, reference_id = question.kind, question.form, question.reference_id
+        frames = [tree_frame(self._model, frame_id) for frame_id in question.frame_ids]
+        reference = None if reference_id is None else tree_frame(self._model, reference_id)
+        if kind == "poses":
+            return kernels.poses_program(joints, frames, reference, form)
+        if kind == "jacobian":
+            return kernels.jacobian_program(joints, frames[0], form)
+        if kind == "com":
+            return kernels.com_program(joints, reference)
+        if kind == "com_jacobian":
+            return kernels.com_jacobian_program(joints)
+        return kernels.motion_program(joints, frames, form, 1 if kind == "velocity" else 2)
 
     def _arrays(self, inputs: Sequence[ArrayLike]) -> list[NDArray[Any]]:
         """The inputs as arrays of numbers of one batch shape, not looked at."""

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from nao_kin._core.arrays import Floats
+from nao_kin.robot.build import joint_rows
 from nao_kin.robot.model import RobotModel, check_robot
 from nao_kin.robot.semantics import Mimic
 from nao_kin.robot.urdf import UrdfJoint
@@ -56,26 +57,17 @@ def serial_chain(robot: RobotModel, base: str, frame: str) -> SerialChain:
     down, T_last_frame = joints_below(robot, frame)
     while up and down and up[0] == down[0]:  # joints that carry both
         up, down = up[1:], down[1:]
-    rows = {joint.name: joint for joint in robot.tree.moving_joints}
-    placements, fixed, motions = [], np.linalg.inv(T_last_base), []
-    for joint_id in reversed(up):
-        row = rows[robot.model.names[joint_id]]
-        turn = _z_along(row)
-        placements.append(fixed @ turn)
-        fixed = turn.T @ np.linalg.inv(_placement(robot, joint_id))
-        motions.append(_motion(row, -1.0))
-    for joint_id in down:
-        row = rows[robot.model.names[joint_id]]
-        turn = _z_along(row)
-        placements.append(fixed @ _placement(robot, joint_id) @ turn)
-        fixed = turn.T
-        motions.append(_motion(row, 1.0))
+    rows = joint_rows(robot.model, robot.tree)
+    placements, fixed, slides, drivers = [], np.linalg.inv(T_last_base), list[bool](), list[Mimic]()
+    for joint_id, sign in (*((joint, -1.0) for joint in reversed(up)), *((joint, 1.0) for joint in down)):
+        row, T_parent_joint = rows[joint_id], np.array(robot.model.jointPlacements[joint_id].homogeneous)
+        turn, mimic = _z_along(row), row.coupling
+        placements.append(fixed @ turn if sign < 0.0 else fixed @ T_parent_joint @ turn)
+        fixed = turn.T @ np.linalg.inv(T_parent_joint) if sign < 0.0 else turn.T
+        slides.append(row.kind == "prismatic")
+        drivers.append(Mimic(mimic.joint, sign * mimic.multiplier, sign * mimic.offset))
     placements.append(fixed @ T_last_frame)
-    return SerialChain(
-        np.ascontiguousarray(np.array(placements)[:, :3]),
-        tuple(slides for slides, _ in motions),
-        tuple(driver for _, driver in motions),
-    )
+    return SerialChain(np.ascontiguousarray(np.array(placements)[:, :3]), tuple(slides), tuple(drivers))
 
 
 def joints_below(robot: RobotModel, frame: str) -> tuple[list[int], Floats]:
@@ -90,18 +82,10 @@ def joints_below(robot: RobotModel, frame: str) -> tuple[list[int], Floats]:
         (2, (4, 4))
     """
     check_robot(robot)
-    model = robot.model
+    model, rows = robot.model, joint_rows(robot.model, robot.tree)
     place = model.frames[robot.frame_ids([frame])[0]]
-    ids, joint_id = [], int(place.parentJoint)
-    while joint_id > 0:
-        if joint_id > 1 or robot.base == "fixed":
-            ids.append(joint_id)
-        joint_id = int(model.parents[joint_id])
-    return ids[::-1], np.array(place.placement.homogeneous)
-
-
-def _placement(robot: RobotModel, joint_id: int) -> Floats:
-    return np.array(robot.model.jointPlacements[joint_id].homogeneous)
+    ids = [int(joint_id) for joint_id in model.supports[place.parentJoint] if joint_id in rows]
+    return ids, np.array(place.placement.homogeneous)
 
 
 def _z_along(row: UrdfJoint) -> Floats:
@@ -114,12 +98,6 @@ def _z_along(row: UrdfJoint) -> Floats:
     T = np.eye(4)
     T[:3, :3] = np.column_stack([x, np.cross(z, x), z])
     return T
-
-
-def _motion(row: UrdfJoint, sign: float) -> tuple[bool, Mimic]:
-    """Whether a joint slides, and how its value, or with sign −1 the opposite, follows from a coordinate."""
-    mimic = row.mimic or Mimic(row.name)
-    return row.kind == "prismatic", Mimic(mimic.joint, sign * mimic.multiplier, sign * mimic.offset)
 
 
 # --- How the joints of a robot hang together: serial chains, closed loops, couplings.
@@ -168,40 +146,25 @@ def topology(robot: RobotModel) -> Topology:
         25
     """
     check_robot(robot)
-    parents = _carriers(robot)
-    names = list(parents)
-    limbs = {name: _ancestry(name, parents)[-1] for name in names}
+    rows = joint_rows(robot.model, robot.tree)
+    # Joint → the joints from the root to it, itself the last.
+    paths = {row.name: [rows[k].name for k in robot.model.supports[i] if k in rows] for i, row in rows.items()}
+    names = list(paths)
     couplings = {name: robot.mimics[name] for name in names if name in robot.mimics}
-    between_limbs = {name: mimic for name, mimic in couplings.items() if limbs[name] != limbs[mimic.joint]}
+    between_limbs = {name: mimic for name, mimic in couplings.items() if paths[name][0] != paths[mimic.joint][0]}
     left_out = couplings.keys() - between_limbs
     return Topology(
         degrees_of_freedom=len(robot.joint_names),
         moving_joints=len(names),
         closed_loops=len(robot.tree.joints) - len(robot.tree.links) + 1,
-        chains=_serial_chains([name for name in names if name not in left_out], parents),
+        chains=_serial_chains([name for name in names if name not in left_out], paths),
         couplings=couplings,
         couplings_between_limbs=between_limbs,
     )
 
 
-def _carriers(robot: RobotModel) -> dict[str, str | None]:
-    """Moving joint → the joint that carries it, None for the base; from the root outwards."""
-    names, parents = list(robot.model.names), list(robot.model.parents)
-    first = len(names) - len(robot.tree.moving_joints)  # before it stand the universe and a floating base
-    return {names[i]: names[parents[i]] if parents[i] >= first else None for i in range(first, len(names))}
-
-
-def _ancestry(name: str, parents: dict[str, str | None]) -> list[str]:
-    """The joint, then the joints that carry it, up to the one at the base."""
-    path = [name]
-    while (above := parents[path[-1]]) is not None:
-        path.append(above)
-    return path
-
-
-def _serial_chains(names: list[str], parents: dict[str, str | None]) -> tuple[tuple[str, ...], ...]:
-    kept = set(names)
-    above = {name: next((a for a in _ancestry(name, parents)[1:] if a in kept), None) for name in names}
+def _serial_chains(names: list[str], paths: Mapping[str, Sequence[str]]) -> tuple[tuple[str, ...], ...]:
+    above = {name: next((joint for joint in paths[name][-2::-1] if joint in names), None) for name in names}
     carried: dict[str | None, list[str]] = {}
     for name in names:
         carried.setdefault(above[name], []).append(name)

@@ -1,21 +1,159 @@
-"""The configurations of a robot: made from values by name, from postures and at random, and put inside its limits."""
+"""The configurations of a robot: made from values by name, checked once, and refused with the names of their joints."""
 
 from __future__ import annotations
 
 import math
 import operator
 from collections.abc import Collection, Iterable, Mapping
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, choice
+from nao_kin._core.arrays import Floats, as_floats, choice, first_index
 from nao_kin._core.text import quoted
-from nao_kin.errors import BadArgument, OutsideLimits
-from nao_kin.robot.checks import ConfigurationChecks, Coordinates, checked_mapping
+from nao_kin._core.warn import warn_caller
+from nao_kin.errors import BadArgument, CouplingViolated, DegreesWarning, NotFinite, OutsideLimits, UnknownName
 from nao_kin.robot.limits import JointLimits, LimitPolicy, check_policy
-from nao_kin.robot.semantics import Posture
+from nao_kin.robot.semantics import Mimic, Posture
 
+# --- Joint values by name of joint or chain and as an array; joints that follow others must agree with them.
+
+_PLAIN = frozenset((float, int, np.float64))
+# Two values for the two ends of one motor agree when they differ by less than single precision can tell.
+COUPLING_TOLERANCE = 1e-6
+# A quaternion within this of norm 1 is meant to be one; what is left of the norm is divided out.
+UNIT_TOLERANCE = 1e-6
+# A quaternion divided by its norm has a norm within this of 1.
+_UNIT_ROUNDING = 2.0 * float(np.finfo(np.float64).eps)
+
+
+class Coordinates:
+    """The coordinates of a robot: one column per joint of its own, and the joints that follow one of them.
+
+    Args:
+        names: the robot's own joints.
+        mimics: the joints that follow, by name.
+        chains: names that stand for several joints.
+    """
+
+    def __init__(
+        self, names: tuple[str, ...], mimics: Mapping[str, Mimic], chains: Mapping[str, tuple[str, ...]] | None = None
+    ) -> None:
+        self.names, self.mimics, self.chains = names, dict(mimics), dict(chains or {})
+        self.column = {name: index for index, name in enumerate(names)}
+
+    def values(self, angles: Mapping[str, ArrayLike]) -> tuple[Floats, set[str]]:
+        """Joint values (..., n) from values by name, zero where not named, and the columns that were set.
+
+        Raises:
+            UnknownName, BadArgument, WrongShape, NotFinite, CouplingViolated: as `RobotModel.configuration`.
+        """
+        given = self.arrays(angles)
+        try:
+            shape = np.broadcast_shapes(*(value.shape for value in given.values()))
+        except ValueError:
+            found = ", ".join(f"{name} {value.shape}" for name, value in given.items())
+            raise BadArgument(f"joint values must share one batch shape, got {found}") from None
+        joints = np.zeros((*shape, len(self.names)))
+        named = {name for name in given if name in self.column}
+        for name in named:
+            joints[..., self.column[name]] = given[name]
+        for name, value in given.items():
+            mimic = self.mimics.get(name)
+            if mimic is None:
+                continue
+            driver = joints[..., self.column[mimic.joint]]
+            if mimic.joint not in named and mimic.multiplier != 0.0:
+                driver[...] = mimic.driver_value(value)
+                named.add(mimic.joint)
+            else:
+                _check_coupling(mimic, name, driver, value)
+        return joints, named
+
+    def plain_values(self, angles: Mapping[str, ArrayLike]) -> dict[str, float] | None:
+        """Own joint → value, where `angles` is a dictionary of plain finite numbers without contradiction; else None.
+
+        None says no more than that the arrays must look at it.
+        """
+        if type(angles) is not dict or not _PLAIN.issuperset(map(type, angles.values())):
+            return None
+        try:
+            if not all(map(math.isfinite, angles.values())):
+                return None
+        except OverflowError:
+            return None
+        if angles.keys() <= self.column.keys():
+            return angles
+        values = {name: value for name, value in angles.items() if name in self.column}
+        for name, value in angles.items():
+            if name in values:
+                continue
+            mimic = self.mimics.get(name)
+            if mimic is None or mimic.multiplier == 0.0:
+                return None
+            asked = (value - mimic.offset) / mimic.multiplier
+            if abs(values.setdefault(mimic.joint, asked) - asked) * abs(mimic.multiplier) > COUPLING_TOLERANCE:
+                return None
+        return values
+
+    def with_mimics(self, joints: Floats, names: tuple[str, ...]) -> Floats:
+        """Values (..., len(names)) of any joints, those that follow another one included."""
+        values = np.empty((*joints.shape[:-1], len(names)))
+        for index, name in enumerate(names):
+            mimic = self.mimics.get(name)
+            if mimic is None:
+                values[..., index] = joints[..., self.column[name]]
+            else:
+                values[..., index] = mimic.value(joints[..., self.column[mimic.joint]])
+        return values
+
+    def arrays(self, angles: Mapping[str, ArrayLike]) -> dict[str, Floats]:
+        """Joint → values as an array; a chain becomes its joints."""
+        given: dict[str, Floats] = {}
+        for name, value in checked_mapping(angles).items():
+            if name in self.column or name in self.mimics:
+                added = {name: as_floats(value, (), name)}
+            elif name in self.chains:
+                joints = self.chains[name]
+                array = as_floats(value, (len(joints),), f"{name} ({', '.join(joints)})")
+                added = {joint: array[..., index] for index, joint in enumerate(joints)}
+            else:
+                raise UnknownName("joint", name, (*self.names, *self.mimics, *self.chains))
+            for joint in added.keys() & given.keys():
+                raise BadArgument(f"{joint} is given twice, by itself and with a chain, or with two chains")
+            given |= added
+        return given
+
+
+def checked_mapping(angles: object) -> Mapping[str, ArrayLike]:
+    """`angles`, when it is a mapping.
+
+    Raises:
+        BadArgument: it is none.
+    """
+    if not isinstance(angles, Mapping):
+        raise BadArgument(f"joint values must be a mapping name → value, got {type(angles).__name__}")
+    return angles
+
+
+def _check_coupling(mimic: Mimic, name: str, driver: Floats, value: Floats) -> None:
+    driver, value = np.broadcast_arrays(driver, value)
+    expected = mimic.value(driver)
+    difference = np.abs(expected - value)
+    if np.any(difference > COUPLING_TOLERANCE):
+        index = first_index(difference > COUPLING_TOLERANCE)
+        leading, given, asked = (float(array[index]) for array in (driver, value, expected))
+        raise CouplingViolated(mimic.joint, name, leading, given, asked, index)
+
+
+# --- Configurations as callers give them: made, checked once, and put inside the limits.
+
+TURN = 2.0 * math.pi
+
+_FLOAT64 = np.dtype(np.float64)
+# Quaternions that are looked at at a time: few enough to take no memory to speak of.
+_BLOCK = 1 << 15
 # More would not fit in any memory.
 _MOST_DRAWN = 10**10
 # An error about a batch carries the violations of this many configurations, and counts the rest.
@@ -23,11 +161,10 @@ _MOST_LISTED = 100
 
 
 class Configurations:
-    """How one robot makes configurations q of shape (..., nq); `RobotModel` has these methods and says what they do.
+    """How one robot makes and checks configurations q of shape (..., nq); `RobotModel` says what most methods do.
 
     Args:
         coordinates: its joints by name; their values are the last numbers of q.
-        checks: what its configurations must be.
         limits: the limits of its joints.
         neutral: the configuration of zeros, shape (nq,).
         units: joint → unit.
@@ -37,17 +174,19 @@ class Configurations:
     def __init__(
         self,
         coordinates: Coordinates,
-        checks: ConfigurationChecks,
         limits: JointLimits,
         neutral: Floats,
         units: Mapping[str, str],
         postures: Mapping[str, Posture],
     ) -> None:
-        self._coordinates, self._checks, self._limits = coordinates, checks, limits
+        self._coordinates, self._limits = coordinates, limits
         self._neutral, self._units = np.array(neutral), units
-        # Where the joints begin in q, and the place of each of them.
+        # Where the joints begin in q, behind a floating base, and the place of each of them.
         self._offset = len(neutral) - len(coordinates.names)
+        self._floating, self._shape = self._offset > 0, (len(neutral),)
         self._places = {name: self._offset + column for name, column in coordinates.column.items()}
+        self._turning = np.array([units[name] == "rad" for name in coordinates.names], dtype=np.bool_)
+        self._bounded = self._turning & np.isfinite(limits.lower) & np.isfinite(limits.upper)
         self._postures = {
             name: self.configuration(dict(posture.angles), "ignore", False) for name, posture in postures.items()
         }
@@ -92,7 +231,8 @@ class Configurations:
     def configuration(self, angles: Mapping[str, ArrayLike], limits: LimitPolicy, degrees: bool) -> Floats:
         """The configuration with the given joint values."""
         if degrees:
-            angles = self._coordinates.in_radians(angles, self._units)
+            given = self._coordinates.arrays(angles)
+            angles = {name: np.radians(v) if self._units[name] == "rad" else v for name, v in given.items()}
         values = self._coordinates.plain_values(angles)
         check_policy(limits)
         if values is not None and (limits == "ignore" or (limits == "raise" and self._limits.surely_inside(values))):
@@ -101,22 +241,24 @@ class Configurations:
             for name, value in values.items():
                 plain[places[name]] = value
             return np.array(plain, dtype=np.float64)
-        joints, given = self._coordinates.values(angles)
+        joints, named = self._coordinates.values(angles)
         q = self.neutral(joints.shape[:-1])
         q[..., self._offset :] = joints
-        return self.within(q, limits, given)
+        return self.within(q, limits, named)
 
     def joints(self, q: ArrayLike) -> Floats:
         """The joint values of configurations, shape (..., n)."""
-        return self._checks.checked(q)[..., self._offset :]
+        return self.checked(q)[..., self._offset :]
 
     def angles(self, q: ArrayLike, degrees: bool) -> dict[str, Floats | float]:
         """Joint values by name."""
         joints = self.joints(q)
         if degrees:
-            turning = [self._units[name] == "rad" for name in self._coordinates.names]
-            joints = np.where(turning, np.degrees(joints), joints)
-        return self._coordinates.by_name(joints)
+            joints = np.where(self._turning, np.degrees(joints), joints)
+        column = self._coordinates.column
+        if joints.ndim == 1:
+            return {name: float(joints[index]) for name, index in column.items()}
+        return {name: joints[..., index].copy() for name, index in column.items()}
 
     def within(self, q: Floats, limits: str, joints: Collection[str] | None = None) -> Floats:
         """Configurations as the limits policy wants them.
@@ -147,3 +289,67 @@ class Configurations:
         columns = slice(None) if joints is None else [self._coordinates.column[name] for name in joints]
         inside[..., self._offset :][..., columns] = clamped[..., columns]
         return inside
+
+    def posed(self, q: ArrayLike) -> Floats:
+        """`q` as configurations for poses, which come out whatever the unit: with a warning where it is degrees."""
+        one = type(q) is np.ndarray and q.shape == self._shape and q.dtype is _FLOAT64
+        if one and not self._floating and math.hypot(*q.tolist()) <= TURN:  # type: ignore[union-attr]
+            # The common case in as few steps as possible: within a turn of zero nothing is infinite or in degrees.
+            return q  # type: ignore[return-value]
+        array = self.checked(q)
+        self.warn_of_degrees(array)
+        return array
+
+    def checked(self, q: ArrayLike) -> Floats:
+        """`q` as configurations: finite, of the right shape, with a unit quaternion for a floating base."""
+        try:
+            array = as_floats(q, self._shape, "q")
+        except NotFinite as error:
+            raise self._named(error) from None
+        if self._floating:
+            self.check_base(array)
+            array = array.copy()
+            norms = np.linalg.norm(array[..., 3:7], axis=-1)[..., None]
+            # What is left of the norm would end up in the rotation matrices; what is rounding stays as it came.
+            array[..., 3:7] /= np.where(np.abs(norms - 1.0) <= _UNIT_ROUNDING, 1.0, norms)
+        return array
+
+    def check_base(self, q: NDArray[Any]) -> None:
+        """Refuse quaternions of a floating base that are not of unit length; what is not finite is another matter."""
+        if not self._floating:
+            return
+        quaternions = q[..., 3:7].reshape(-1, 4)
+        for start in range(0, len(quaternions), _BLOCK):
+            norms = np.linalg.norm(quaternions[start : start + _BLOCK], axis=-1)
+            error = np.abs(norms - 1.0)
+            if np.any(error > UNIT_TOLERANCE):
+                self.refuse_non_finite(q)
+                worst = float(norms[np.argmax(error)])
+                raise BadArgument(f"q[..., 3:7] must be a unit quaternion (x, y, z, w), got one of norm {worst:.6g}")
+
+    def refuse_non_finite(self, q: NDArray[Any]) -> None:
+        """Raise `NotFinite` for the first NaN or infinity, with the name of its joint."""
+        finite = np.isfinite(q)
+        if not finite.all():
+            index = first_index(~finite)
+            raise self._named(NotFinite("q", index, float(q[index])))
+
+    def warn_of_degrees(self, q: NDArray[Any]) -> None:
+        """Warn where a turning joint with limits is outside of them and more than a turn from zero."""
+        joints = q[..., self._offset :]
+        if not joints.size or max(float(joints.max()), -float(joints.min())) <= TURN:
+            return
+        lower, upper = self._limits.lower, self._limits.upper
+        wrong = (np.abs(joints) > TURN) & ((joints < lower) | (joints > upper)) & self._bounded
+        if wrong.any():
+            place = first_index(wrong)
+            joint, value = self._coordinates.names[place[-1]], float(joints[place])
+            warn_caller(
+                f"{joint} = {value:.6g} rad is more than a full turn; q is in radians, np.deg2rad(q) converts degrees",
+                DegreesWarning,
+                subject="degrees",
+            )
+
+    def _named(self, error: NotFinite) -> NotFinite:
+        column = error.index[-1] - self._offset
+        return NotFinite("q", error.index, error.value, self._coordinates.names[column] if column >= 0 else "base")

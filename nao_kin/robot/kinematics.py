@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import threading
 from collections.abc import Iterable, Sequence
 from types import MappingProxyType
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats
+from nao_kin._core.arrays import Floats, choice
 from nao_kin._core.text import quoted
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, RenamedFrameWarning, UnknownName
-from nao_kin.robot.build import address
 from nao_kin.robot.urdf import UrdfTree
 from nao_kin.rotations import quat_from_matrix, rpy_from_matrix
 
@@ -28,8 +28,7 @@ FrameIds = tuple[int, ...]
 
 # The name of the root as a reference, unless the robot has a frame of this name.
 WORLD = "world"
-EXPRESSIONS = ("frame", "root", "mixed")
-POSE_FORMS = ("matrix", "position_quaternion", "position6d")
+POSE_FORMS: tuple[str, ...] = get_args(PoseForm)
 
 # The shape of one frame's pose in each form.
 POSE_SHAPES = {
@@ -60,25 +59,8 @@ class Question(NamedTuple):
         """Shape of the answer for one configuration."""
         if self.kind == "poses":
             return (len(self.frame_ids), *POSE_SHAPES[self.form])
-        if self.kind == "jacobian":
-            return 6, nv
-        if self.kind == "com":
-            return (3,)
-        if self.kind == "com_jacobian":
-            return 3, nv
-        return len(self.frame_ids), 6
-
-
-def check_expression(name: str) -> None:
-    """Refuse what is none of EXPRESSIONS."""
-    if not isinstance(name, str) or name not in EXPRESSIONS:
-        raise UnknownName("expression", name, EXPRESSIONS)
-
-
-def check_pose_form(name: str) -> None:
-    """Refuse what is none of POSE_FORMS."""
-    if not isinstance(name, str) or name not in POSE_FORMS:
-        raise UnknownName("form of a pose", name, POSE_FORMS)
+        shapes = {"jacobian": (6, nv), "com": (3,), "com_jacobian": (3, nv)}
+        return shapes.get(self.kind, (len(self.frame_ids), 6))
 
 
 # --- The one place where configurations become poses, Jacobians and centres of mass.
@@ -96,7 +78,7 @@ _FEW = 10
 _MOST_SELECTIONS = 256
 
 # Where a twist is taken and in whose axes, by the names that methods use for it.
-_EXPRESSIONS = {
+EXPRESSIONS = {
     "frame": pin.ReferenceFrame.LOCAL,
     "root": pin.ReferenceFrame.WORLD,
     "mixed": pin.ReferenceFrame.LOCAL_WORLD_ALIGNED,
@@ -113,8 +95,7 @@ def expression_named(name: str) -> pin.ReferenceFrame:
         >>> nk.robot.expression_named("mixed")
         pinocchio.pinocchio_pywrap_default.ReferenceFrame.LOCAL_WORLD_ALIGNED
     """
-    check_expression(name)
-    return _EXPRESSIONS[name]
+    return EXPRESSIONS[choice(name, EXPRESSIONS, "expression")]
 
 
 class Kinematics:
@@ -133,7 +114,6 @@ class Kinematics:
         self.model = model
         self._inertias = model.inertias  # a live view, which takes as long to get as all sums of a centre of mass
         self._local = threading.local()
-        self._selections: dict[FrameIds, NDArray[np.intp]] = {}
 
     def answer(self, question: Question, q: Floats, *rates: Floats) -> Floats:
         """The answer to a question about configurations, and velocities and accelerations where it needs them."""
@@ -142,7 +122,7 @@ class Kinematics:
             poses = self.poses(q, ids) if reference is None else self.relative_poses(q, ids, reference)
             return _in_form(poses, question.form)
         if question.kind == "jacobian":
-            return self.jacobians(q, question.frame_ids[0], _EXPRESSIONS[question.form])
+            return self.jacobians(q, question.frame_ids[0], EXPRESSIONS[question.form])
         if question.kind == "com_jacobian":
             return self.com_jacobians(q)
         if question.kind in ("velocity", "acceleration"):
@@ -162,7 +142,7 @@ class Kinematics:
             >>> nk.robot.Kinematics(nao.model).poses(nao.random(0, 5), nao.frame_ids(["LArm", "RArm"])).shape
             (5, 2, 4, 4)
         """
-        workspace, selection = self._workspace(), self._selection(frame_ids)
+        workspace, selection = self._workspace(), _selection_of(frame_ids)
         if q.ndim == 1:
             workspace.place(q, frame_ids)
             pose: Floats = workspace.placements().take(selection)
@@ -270,7 +250,7 @@ class Kinematics:
             >>> nk.robot.Kinematics(nao.model).motions(nao.frame_ids(["LArm"]), "mixed", q, v).shape
             (1, 6)
         """
-        model, data, expression = self.model, self._workspace().data, _EXPRESSIONS[form]
+        model, data, expression = self.model, self._workspace().data, EXPRESSIONS[form]
         motions = np.empty((*q.shape[:-1], len(frame_ids), 6))
         count = math.prod(q.shape[:-1])
         rows = [array.reshape(count, array.shape[-1]) for array in (q, v, *(() if a is None else (a,)))]
@@ -312,15 +292,6 @@ class Kinematics:
             workspace = self._local.workspace = _Workspace(self.model)
         return workspace
 
-    def _selection(self, frame_ids: FrameIds) -> NDArray[np.intp]:
-        try:
-            return self._selections[frame_ids]
-        except KeyError:
-            if len(self._selections) >= _MOST_SELECTIONS:
-                self._selections.clear()
-            selection = self._selections[frame_ids] = _selection_of(frame_ids)
-            return selection
-
 
 def _in_form(poses: Floats, form: str) -> Floats:
     """Poses as one of `POSE_SHAPES`."""
@@ -342,7 +313,8 @@ def _rows(q: Floats, results: Floats, axes: int) -> Iterable[tuple[Floats, Float
     return zip(q.reshape(count, q.shape[-1]), flat, strict=True)
 
 
-def _selection_of(frame_ids: Sequence[int]) -> NDArray[np.intp]:
+@functools.lru_cache(_MOST_SELECTIONS)
+def _selection_of(frame_ids: FrameIds) -> NDArray[np.intp]:
     """Where in the block the entries of the poses of these frames stand, shape (n, 4, 4)."""
     selection = np.full((len(frame_ids), 4, 4), _ZERO, dtype=np.intp)
     row, column = np.indices((3, 4))
@@ -375,14 +347,19 @@ class _Workspace:
         return np.concatenate([np.append(pose.rotation.T, pose.translation) for pose in self.data.oMf])
 
 
+def _address(array: Floats) -> int:
+    """Where an array begins."""
+    return int(array.__array_interface__["data"][0])
+
+
 def _block_of(data: pin.Data, count: int) -> Floats | None:
     """A view of all placements as one array; None when this Pinocchio lays them out otherwise."""
     first: Floats = data.oMf[0].rotation
-    start = address(first)
+    start = _address(first)
     for i in {0, count // 2, count - 1}:
         rotation, translation = data.oMf[i].rotation, data.oMf[i].translation
         expected = start + i * _DOUBLES * 8
-        if address(rotation) != expected or address(translation) != expected + 9 * 8 or rotation.strides != (8, 24):
+        if _address(rotation) != expected or _address(translation) != expected + 9 * 8 or rotation.strides != (8, 24):
             return None
     return np.lib.stride_tricks.as_strided(first, shape=(count * _DOUBLES,), strides=(8,), writeable=False)
 
@@ -404,15 +381,12 @@ class FrameTable:
     """
 
     def __init__(self, model: pin.Model, tree: UrdfTree) -> None:
-        frames = list(model.frames)
-        links: dict[str, int] = {
-            frame.name: index for index, frame in enumerate(frames) if frame.type == pin.FrameType.BODY
-        }
-        joints: dict[str, int] = {
-            frame.name: index
-            for index, frame in enumerate(frames)
-            if index > 0 and frame.type not in (pin.FrameType.BODY, pin.FrameType.FIXED_JOINT)
-        }
+        links, joints = dict[str, int](), dict[str, int]()
+        for index, frame in enumerate(model.frames):
+            if frame.type == pin.FrameType.BODY:
+                links[frame.name] = index
+            elif index > 0 and frame.type != pin.FrameType.FIXED_JOINT:
+                joints[frame.name] = index
         self._ids = {name: links[link] for name, link in tree.shared_names.items()} | links
         moved = {joint.name: joint.child for joint in tree.moving_joints}
         # Shared name → the link it means, and the link that has the joint's frame.

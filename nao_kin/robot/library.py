@@ -17,6 +17,7 @@ from nao_kin.robot.build import Base
 from nao_kin.robot.model import RobotModel
 
 _PACKAGE = "example-robot-data"
+_NEEDED = ("loading a robot by name", "robots")
 _DESCRIPTIONS = "robot_descriptions"
 # What all its names end in.
 _ENDING = "_description"
@@ -36,15 +37,8 @@ def robot_names(*, download: bool = False) -> tuple[str, ...]:
         >>> "romeo" in nk.robot_names()
         True
     """
-    if not download:
-        return tuple(_files())
-    described = _described_names()
-    try:
-        return (*_files(), *described)
-    except MissingExtra:
-        if not described:
-            raise
-        return described
+    described = _described_names() if download else ()
+    return (*_files(None if described else _NEEDED), *described)
 
 
 def load_robot(name: str, *, base: Base = "fixed") -> RobotModel:
@@ -71,40 +65,42 @@ def load_robot(name: str, *, base: Base = "fixed") -> RobotModel:
     """
     described = _described_names()
     is_theirs = isinstance(name, str) and name.endswith(_ENDING) and not described
-    try:
-        files = _files()
-    except MissingExtra:
-        if is_theirs:
-            raise MissingExtra("loading a robot by this name", "descriptions") from None
-        if not described:
-            raise
-        files = {}
+    theirs = ("loading a robot by this name", "descriptions")
+    files = _files(theirs if is_theirs else None if described else _NEEDED)
     if isinstance(name, str) and name in files:
-        return RobotModel.from_urdf(files[name], base=base, semantics=_srdf(files[name]))
+        urdf = files[name]
+        # example-robot-data keeps the SRDF of the same name in the folder srdf beside that of the URDF.
+        srdf = urdf.parent.parent / "srdf" / f"{urdf.stem}.srdf"
+        return RobotModel.from_urdf(urdf, base=base, semantics=srdf if srdf.is_file() else None)
     if isinstance(name, str) and name in described:
         return _described(name, base)
     hint = f"names of {_DESCRIPTIONS} need pip install 'nao-kin[descriptions]'" if is_theirs else ""
     raise UnknownName("robot", name, (*files, *described), hint)
 
 
-def _files() -> dict[str, Path]:
-    """The package holds data and no module, so its folder is found through the list of its installed files."""
+def _files(needed: tuple[str, str] | None) -> dict[str, Path]:
+    """The URDF files of example-robot-data by name, none where it is not installed.
+
+    The package holds data and no module, so its folder is found through the list of its installed files.
+
+    Args:
+        needed: the purpose and the extra without which there is no robot; None where there are others.
+
+    Raises:
+        MissingExtra: the package is needed and not installed.
+    """
     import importlib.metadata  # takes as long to load as all the rest of this room
 
     try:
         installed = importlib.metadata.files(_PACKAGE) or []
     except importlib.metadata.PackageNotFoundError:
-        raise MissingExtra("loading a robot by name", "robots") from None
+        if needed is None:
+            return {}
+        raise MissingExtra(*needed) from None
     found = {
         file.stem: Path(str(file.locate())) for file in installed if file.suffix == ".urdf" and "robots" in file.parts
     }
     return dict(sorted(found.items()))
-
-
-def _srdf(urdf: Path) -> Path | None:
-    """The SRDF of the same name, which example-robot-data keeps in the folder srdf beside that of the URDF."""
-    path = urdf.parent.parent / "srdf" / f"{urdf.stem}.srdf"
-    return path if path.is_file() else None
 
 
 def _described_names() -> tuple[str, ...]:

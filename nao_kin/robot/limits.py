@@ -153,24 +153,19 @@ class JointLimits:
         for place in np.argwhere(affected)[:most].tolist():
             at = tuple(place)
             row = values[at].tolist()
-            here = [self._box_violation(row, column, at) for column in np.flatnonzero(boxes[at]).tolist()]
-            here += [
-                self._table_violation(row, *table, at)
-                for table, outside in zip(self._tables, tables, strict=True)
-                if outside[at]
+            here = [
+                LimitViolation(name, row[k], *self._boxes[name], self.units[k], at)
+                for k, name in enumerate(self.names)
+                if boxes[at][k]
             ]
+            for (table, column, of), outside in zip(self._tables, tables, strict=True):
+                if outside[at]:
+                    ends = _range_at(table, row[of])
+                    here.append(
+                        LimitViolation(table.joint, row[column], *ends, self.units[column], at, table.of, row[of])
+                    )
             found += sorted(here, key=lambda violation: -violation.excess)
         return tuple(found)
-
-    def _box_violation(self, row: Sequence[float], column: int, at: tuple[int, ...]) -> LimitViolation:
-        name = self.names[column]
-        return LimitViolation(name, row[column], *self._boxes[name], self.units[column], at)
-
-    def _table_violation(
-        self, row: Sequence[float], table: CoupledLimit, column: int, of: int, at: tuple[int, ...]
-    ) -> LimitViolation:
-        lower, upper = _range_at(table, row[of])
-        return LimitViolation(table.joint, row[column], lower, upper, self.units[column], at, table.of, row[of])
 
     def _outside(
         self, values: Floats, joints: Collection[str] | None

@@ -14,23 +14,22 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from nao_kin._core.arrays import Floats, whole_number
+from nao_kin._core.arrays import Floats, choice, whole_number
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.robot.answers import Answers, BatchKinematics, Output
+from nao_kin.robot.answers import Answers, Output
 from nao_kin.robot.build import Base, build_model, numbers_of, restore_numbers
-from nao_kin.robot.checks import ConfigurationChecks, Coordinates
-from nao_kin.robot.configurations import Configurations
+from nao_kin.robot.configurations import Configurations, Coordinates
 from nao_kin.robot.geometry import GeometryKind, geometry_model
 from nao_kin.robot.kinematics import (
+    EXPRESSIONS,
+    POSE_FORMS,
     Expression,
     FrameIds,
     FrameTable,
     Kinematics,
     PoseForm,
     Question,
-    check_expression,
-    check_pose_form,
     expression_named,
 )
 from nao_kin.robot.limits import JointLimits, LimitPolicy, LimitViolation, check_policy
@@ -113,22 +112,19 @@ class RobotModel:
         self._units = {joint.name: "m" if joint.kind == "prismatic" else "rad" for joint in tree.moving_joints}
         self._units |= self.semantics.units
         self.joint_units = tuple(map(self._units.__getitem__, own))
-        self.lower, self.upper, self.velocity_limits, self.effort_limits = _frozen(
-            np.array([(joint.lower, joint.upper, joint.velocity, joint.effort) for joint in own.values()])
-            .reshape(-1, 4)
-            .T
-        )
+        ends = [(joint.lower, joint.upper, joint.velocity, joint.effort) for joint in own.values()]
+        limits: Floats = np.array(np.reshape(ends, (-1, 4)).T, dtype=np.float64, order="C")
+        limits.flags.writeable = False
+        self.lower, self.upper, self.velocity_limits, self.effort_limits = limits
         self._frames = FrameTable(model, tree)
         self.frame_names, self.link_names = self._frames.names, self._frames.link_names
-        turning = [unit == "rad" for unit in self.joint_units]
-        self._checks = ConfigurationChecks(base, model.nq, self.joint_names, turning, self.lower, self.upper)
         self._limits = JointLimits(self.joint_names, self.lower, self.upper, self.joint_units, self.coupled_limits)
         self._coordinates = Coordinates(self.joint_names, self.mimics, self.semantics.chains)
         self._configurations = Configurations(
-            self._coordinates, self._checks, self._limits, pin.neutral(model), self._units, self.semantics.postures
+            self._coordinates, self._limits, pin.neutral(model), self._units, self.semantics.postures
         )
-        self._kinematics, batch = Kinematics(model), BatchKinematics(model, tree)
-        self._answers = Answers(self._kinematics, batch, self._checks, int(model.nq), int(model.nv))
+        self._kinematics = Kinematics(model)
+        self._answers = Answers(self._kinematics, tree, self._configurations)
 
     # --- from files -----------------------------------------------------------------------------------------------
 
@@ -532,7 +528,7 @@ class RobotModel:
             >>> nao.checked([[0.0] * 25] * 2).shape
             (2, 25)
         """
-        return self._checks.checked(q)
+        return self._configurations.checked(q)
 
     # --- limits ---------------------------------------------------------------------------------------------------
 
@@ -595,7 +591,7 @@ class RobotModel:
             >>> nao.check_limits(nao.posture("Stand")).shape
             (25,)
         """
-        return np.array(self._configurations.within(self._checks.checked(q), "raise"), order="C")
+        return np.array(self._configurations.within(self._configurations.checked(q), "raise"), order="C")
 
     def clamp(self, q: ArrayLike) -> Floats:
         """The nearest configurations inside the limits: first every joint into its box, then into its table.
@@ -606,7 +602,7 @@ class RobotModel:
             >>> round(nao.angles(q)["HeadYaw"], 3)
             2.086
         """
-        return self._configurations.within(self._checks.checked(q), "clamp")
+        return self._configurations.within(self._configurations.checked(q), "clamp")
 
     # --- poses, Jacobians and centres of mass ---------------------------------------------------------------------
 
@@ -657,17 +653,16 @@ class RobotModel:
         """
         one = isinstance(frame, str)
         ids, reference_id = self._frames.ids(frame), self._frames.reference_id(reference)
-        if not _are_names(as_, limits):
-            check_pose_form(as_)
-            check_policy(limits)
+        choice(as_, POSE_FORMS, "form of a pose")
+        if not isinstance(limits, str):  # an array would be compared with a name entry by entry
+            check_policy(limits)  # type: ignore[unreachable]
         if as_ == "matrix" and _is_plain(q, dtype, out, threads):
-            q = self._checks.posed(q) if limits == "ignore" else self._within(q, limits)
+            q = self._configurations.posed(q) if limits == "ignore" else self._within(q, limits)
             if reference_id is None:
                 poses = self._kinematics.poses(q, ids)
             else:
                 poses = self._kinematics.relative_poses(q, ids, reference_id)
             return poses[0] if one else poses
-        check_pose_form(as_)
         output = Output(dtype, out, threads)
         if limits != "ignore":
             output.check_apart(q)
@@ -749,9 +744,9 @@ class RobotModel:
             ((6, 25), [8, 9, 10, 11, 12])
         """
         if _is_plain(q, dtype, out, threads):
-            q, expression = self._checks.posed(q), expression_named(expressed_in)
+            q, expression = self._configurations.posed(q), expression_named(expressed_in)
             return self._kinematics.jacobians(q, self._frames.id(frame), expression)
-        check_expression(expressed_in)
+        choice(expressed_in, EXPRESSIONS, "expression")
         question = Question("jacobian", (self._frames.id(frame),), form=expressed_in)
         return self._answers.answer(question, (q,), Output(dtype, out, threads))
 
@@ -868,7 +863,7 @@ class RobotModel:
             [0.005, 0.0, -0.052]
         """
         if reference is None and _is_plain(q, dtype, out, threads):
-            return self._kinematics.centres_of_mass(self._checks.posed(q))
+            return self._kinematics.centres_of_mass(self._configurations.posed(q))
         question = Question("com", reference_id=self._frames.reference_id(reference))
         return self._answers.answer(question, (q,), Output(dtype, out, threads))
 
@@ -934,7 +929,7 @@ class RobotModel:
     # --- inside ---------------------------------------------------------------------------------------------------
 
     def _within(self, q: ArrayLike, limits: str) -> Floats:
-        return self._configurations.within(self._checks.checked(q), limits)
+        return self._configurations.within(self._configurations.checked(q), limits)
 
     def _part(
         self, part: str, q: ArrayLike, frame: str | Sequence[str] | None, reference: str | None, output: Output
@@ -945,7 +940,7 @@ class RobotModel:
     def _motion(
         self, kind: str, inputs: Sequence[ArrayLike], frame: str | Sequence[str], expressed_in: str, output: Output
     ) -> NDArray[Any]:
-        check_expression(expressed_in)
+        choice(expressed_in, EXPRESSIONS, "expression")
         question = Question(kind, self._frames.ids(frame), form=expressed_in)
         return self._answers.answer(question, inputs, output, one=isinstance(frame, str))
 
@@ -996,21 +991,9 @@ def _absolute(path: Path | str) -> Path | str:
         return path
 
 
-def _are_names(form: object, limits: object) -> bool:
-    """Whether both are texts, for an array would be compared with a name entry by entry."""
-    return isinstance(form, str) and isinstance(limits, str)
-
-
 def _is_plain(q: ArrayLike, dtype: object, out: object, threads: object) -> bool:
     """Whether one configuration is asked about, and nothing else: to be answered in as few steps as possible."""
     return type(q) is np.ndarray and q.ndim == 1 and dtype is None and out is None and threads is None
-
-
-def _frozen(array: ArrayLike) -> Floats:
-    """A read-only copy."""
-    copy: Floats = np.array(array, dtype=np.float64, order="C")
-    copy.flags.writeable = False
-    return copy
 
 
 def check_robot(robot: object) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats, split_poses
+from nao_kin._core.arrays import Floats, as_floats, join_poses, split_poses
 from nao_kin._core.files import read_toml
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, UnknownName, WrongShape, nearest_names
@@ -33,7 +33,7 @@ def with_offsets(tree: UrdfTree, joints: Mapping[str, ArrayLike], frames: Mappin
     """
     moving = {joint.name: joint for joint in tree.moving_joints}
     fixed = {joint.child: joint for joint in tree.joints if joint.kind == "fixed"}
-    moved = {joint.child: joint for joint in tree.moving_joints}
+    moved = {joint.child: joint for joint in moving.values()}
     origins: dict[str, Origin] = {}
     notes = []
     for name, value in _entries(joints, "joints"):
@@ -79,27 +79,17 @@ def read_offsets(offsets: Mapping[str, Any] | Path | str) -> dict[str, Mapping[s
         >>> nk.robot.read_offsets("mine.toml")
         {'joints': {'HeadYaw': 0.01}}
     """
-    if isinstance(offsets, Mapping):
-        fault = _fault(offsets)
-        if fault:
-            raise BadArgument(f"offsets: {fault}")
-        return dict(offsets)
-    document = read_toml(offsets)
-    fault = _fault(document)
-    if fault:
-        raise BadInputFile(str(offsets), fault)
-    return document
-
-
-def _fault(document: Mapping[Any, Any]) -> str:
-    """What is wrong with offsets as a document; "" for nothing."""
+    document = dict(offsets) if isinstance(offsets, Mapping) else read_toml(offsets)
     for kind, table in document.items():
+        if kind in _KINDS and isinstance(table, Mapping):
+            continue
+        fault = f"{kind} must be a table of names and offsets, got {quoted(table)}"
         if kind not in _KINDS:
             near = ", ".join(nearest_names(str(kind), _KINDS) or _KINDS)
-            return f"unknown entry {quoted(kind)} (nearest: {near})"
-        if not isinstance(table, Mapping):
-            return f"{kind} must be a table of names and offsets, got {quoted(table)}"
-    return ""
+            fault = f"unknown entry {quoted(kind)} (nearest: {near})"
+        given = isinstance(offsets, Mapping)
+        raise BadArgument(f"offsets: {fault}") if given else BadInputFile(str(offsets), fault)
+    return document
 
 
 def _entries(offsets: Mapping[str, ArrayLike], what: str) -> list[tuple[str, ArrayLike]]:
@@ -112,9 +102,7 @@ def _pose(value: ArrayLike, what: str) -> Floats:
     """A pose given as a matrix, or as (dx, dy, dz, roll, pitch, yaw)."""
     array = as_floats(value, (), what)
     if array.shape == (6,):
-        T = np.eye(4)
-        T[:3, :3], T[:3, 3] = matrix_from_rpy(array[3:]), array[:3]
-        return T
+        return join_poses(matrix_from_rpy(array[3:]), array[:3])
     if array.shape != (4, 4):
         raise WrongShape(what, "(6,) or (4, 4)", array.shape)
     R, _ = split_poses(array, what)

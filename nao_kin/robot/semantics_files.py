@@ -8,7 +8,7 @@ from pathlib import Path
 
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, BadModel, NaoKinError, nearest_names
-from nao_kin.robot.checks import Coordinates
+from nao_kin.robot.configurations import Coordinates
 from nao_kin.robot.semantics import Semantics, read_semantics
 from nao_kin.robot.urdf import UrdfTree, read_srdf
 
@@ -79,19 +79,8 @@ def checked_semantics(semantics: Semantics, tree: UrdfTree) -> Semantics:
         raise BadModel(
             f"semantics of {tree.name}: start names the posture {quoted(semantics.start)}, which is not there"
         )
-    _check_postures(semantics, tree)
-    for table in semantics.coupled_limits:
-        for name in (table.joint, table.of):
-            if name in mimics:
-                raise BadModel(
-                    f"semantics of {tree.name}: a coupled limit names {quoted(name)}, which follows another joint"
-                )
-    return semantics
-
-
-def _check_postures(semantics: Semantics, tree: UrdfTree) -> None:
     own = [joint.name for joint in tree.moving_joints if joint.mimic is None]
-    coordinates = Coordinates(tuple(own), tree.mimics)
+    coordinates = Coordinates(tuple(own), mimics)
     for name, posture in semantics.postures.items():
         try:
             if coordinates.plain_values(dict(posture.angles)) is None:
@@ -100,6 +89,13 @@ def _check_postures(semantics: Semantics, tree: UrdfTree) -> None:
                     raise BadArgument("expected one number for each joint")
         except NaoKinError as error:
             raise BadModel(f"semantics of {tree.name}: posture {quoted(name)}: {error}") from None
+    for table in semantics.coupled_limits:
+        for name in (table.joint, table.of):
+            if name in mimics:
+                raise BadModel(
+                    f"semantics of {tree.name}: a coupled limit names {quoted(name)}, which follows another joint"
+                )
+    return semantics
 
 
 def _check(named: Mapping[str, tuple[str, str]], valid: Collection[str], kind: str, robot: str) -> None:

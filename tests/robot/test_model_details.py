@@ -28,7 +28,7 @@ from nao_kin.cli import doctor as probes
 from nao_kin.cli.app import run
 from nao_kin.errors import BadArgument, CouplingViolated, NotFinite, WrongShape
 from nao_kin.robot import build
-from nao_kin.robot.checks import Coordinates
+from nao_kin.robot.configurations import Coordinates
 from nao_kin.robot.limits import JointLimits
 from nao_kin.robot.nao import VERSIONS, nao_parameters, nao_urdf_path, urdf_text
 from nao_kin.robot.semantics import Mimic

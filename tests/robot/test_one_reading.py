@@ -20,7 +20,7 @@ from nao_kin.robot.urdf import document
 def test_after_loading_nobody_reads_the_file_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     parsed = []
     original = document._parsed
-    monkeypatch.setattr(document, "_parsed", lambda *given: parsed.append(len(given[0])) or original(*given))
+    monkeypatch.setattr(document, "_parsed", lambda *given: parsed.append(len(given[1])) or original(*given))
     path = made_up(tmp_path, J("a"), J("b", axis=(1.0, 0.0, 0.0)), J("c", follows=("a", 0.5, 0.0))).urdf_path
     parsed.clear()
     robot = nk.RobotModel.from_urdf(path)

@@ -15,23 +15,10 @@ from nao_kin._core.arrays import Floats, as_floats
 from nao_kin.robot.build import Base
 from nao_kin.robot.limits import LimitPolicy
 from nao_kin.robot.model import RobotModel
+from nao_kin.robot.nao import v6
 from nao_kin.robot.nao.parameters import NaoParameters, nao_parameters, ros_names, version_named
 from nao_kin.robot.nao.rows import Version
 from nao_kin.robot.nao.urdf_text import nao_urdf_path
-from nao_kin.robot.nao.v6 import (
-    ACCELEROMETERS,
-    BODY_ORDER,
-    CAMERAS,
-    CHAINS,
-    END_EFFECTORS,
-    FIELDS_OF_VIEW,
-    FORCE_SENSORS,
-    GYROMETERS,
-    POSTURES,
-    REST,
-    SOLES,
-    VIEWS,
-)
 from nao_kin.robot.offsets import read_offsets
 from nao_kin.robot.semantics import Posture, Semantics, View
 from nao_kin.robot.urdf import UrdfTree, read_urdf
@@ -52,7 +39,7 @@ class NaoModel(RobotModel):
         ('v5', 25, 'RHand')
     """
 
-    body_order: tuple[str, ...] = BODY_ORDER
+    body_order: tuple[str, ...] = v6.BODY_ORDER
 
     def __init__(self, version: str = "v6", *, base: Base = "fixed") -> None:
         self.version: Version = version_named(version)
@@ -78,7 +65,7 @@ class NaoModel(RobotModel):
             >>> body.shape, dict(zip(nao.body_order, body.round(3).tolist()))["RHipYawPitch"]
             ((26,), -0.17)
         """
-        return self._coordinates.with_mimics(self._configurations.joints(q), BODY_ORDER)
+        return self._coordinates.with_mimics(self._configurations.joints(q), v6.BODY_ORDER)
 
     def from_body(self, body: ArrayLike, *, limits: LimitPolicy = "ignore") -> Floats:
         """The configuration with the given values in NAOqi's Body order.
@@ -100,8 +87,8 @@ class NaoModel(RobotModel):
             >>> np.array_equal(nao.from_body(nao.to_body(q)), q)
             True
         """
-        values = as_floats(body, (len(BODY_ORDER),), "Body values")
-        return self.configuration(dict(zip(BODY_ORDER, np.moveaxis(values, -1, 0), strict=True)), limits=limits)
+        values = as_floats(body, (len(v6.BODY_ORDER),), "Body values")
+        return self.configuration(dict(zip(v6.BODY_ORDER, np.moveaxis(values, -1, 0), strict=True)), limits=limits)
 
     def __getstate__(self) -> dict[str, Any]:
         return {**super().__getstate__(), "version": self.version}
@@ -146,24 +133,25 @@ def _tree(version: Version) -> UrdfTree:
 def _semantics(version: Version) -> Semantics:
     """What the parts of a NAO mean."""
     parameters = nao_parameters(version)
-    horizontal, vertical = (math.radians(angle) for angle in FIELDS_OF_VIEW[version])
+    horizontal, vertical = (math.radians(angle) for angle in v6.FIELDS_OF_VIEW[version])
     return Semantics(
-        chains=CHAINS,
-        end_effectors=END_EFFECTORS,
-        soles=SOLES,
-        cameras=CAMERAS,
-        fields_of_view=dict.fromkeys(CAMERAS, (horizontal, vertical)),
+        chains=v6.CHAINS,
+        end_effectors=v6.END_EFFECTORS,
+        soles=v6.SOLES,
+        cameras=v6.CAMERAS,
+        fields_of_view=dict.fromkeys(v6.CAMERAS, (horizontal, vertical)),
         postures={
-            row.name: Posture(dict(zip(BODY_ORDER, row.body, strict=True)), REST.get(row.name)) for row in POSTURES
+            row.name: Posture(dict(zip(v6.BODY_ORDER, row.body, strict=True)), v6.REST.get(row.name))
+            for row in v6.POSTURES
         },
         start="StandInit",
         coupled_limits=parameters.coupled_limits,
         units={joint.name: joint.unit for joint in parameters.joints if joint.unit == "1"},
-        views={name: View(direction, joints) for name, direction, joints in VIEWS},
+        views={name: View(direction, joints) for name, direction, joints in v6.VIEWS},
         version=version,
         root="torso",
-        accelerometers=ACCELEROMETERS,
-        gyrometers=GYROMETERS,
-        force_sensors=FORCE_SENSORS,
+        accelerometers=v6.ACCELEROMETERS,
+        gyrometers=v6.GYROMETERS,
+        force_sensors=v6.FORCE_SENSORS,
         ros_names=ros_names(parameters),
     )

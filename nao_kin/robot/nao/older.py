@@ -20,12 +20,7 @@ from nao_kin.robot.nao.v6 import (
     HAND_OFFSET_Z,
     LOWER_ARM_LENGTH,
     UPPER_ARM_LENGTH,
-    V6_ACTUATORS,
-    V6_FRAMES,
-    V6_INERTIALS,
-    V6_LIMITS,
-    V6_OFFSETS,
-    V6_VISUALS,
+    V6,
     both_sides,
 )
 
@@ -203,26 +198,11 @@ V32 = VersionPage(
 
 # --- The versions: V6's tables are complete, each other version is a page of what it has otherwise than another one.
 
-V6 = Tables(
-    offsets=V6_OFFSETS,
-    limits=V6_LIMITS,
-    actuators=V6_ACTUATORS,
-    inertials=V6_INERTIALS,
-    frames=V6_FRAMES,
-    visuals=V6_VISUALS,
-    placeholder=None,
-)
-
 # A page stands after the one that it is laid over.
 PAGES: tuple[VersionPage, ...] = (V5, V4, V33, V32)
 
 
-def tables_of_versions() -> dict[Version, Tables]:
-    """The complete tables of each version, by laying the pages over each other."""
-    tables: dict[Version, Tables] = {"v6": V6}
-    for page in PAGES:
-        tables[page.version] = page.over(tables[page.base])
-    return tables
-
-
-TABLES = tables_of_versions()
+TABLES: dict[Version, Tables] = {"v6": V6}
+"""The complete tables of each version, by laying the pages over each other."""
+for _page in PAGES:
+    TABLES[_page.version] = _page.over(TABLES[_page.base])

@@ -31,7 +31,7 @@ from nao_kin.robot.semantics import CoupledLimit, Mimic
 _Row = TypeVar("_Row", bound=VersionedRow)
 
 
-def _of_all_versions(table: Callable[[Tables], Sequence[_Row]]) -> tuple[_Row, ...]:
+def _of_all_versions(table: Callable[[Tables], Iterable[_Row]]) -> tuple[_Row, ...]:
     """One table of the rows of all versions, each row once, with the versions it holds for.
 
     Args:
@@ -369,12 +369,8 @@ def _fingers(hand: Joint, joints: Iterable[Joint]) -> Iterator[Finger]:
 
 
 def _resolved(xyz: tuple[Coordinate, Coordinate, Coordinate], offsets: Mapping[str, float]) -> Vector:
-    x, y, z = (_metres(coordinate, offsets) for coordinate in xyz)
+    x, y, z = (at if isinstance(at, float) else at.sign * offsets[at.name] for at in xyz)
     return x, y, z
-
-
-def _metres(coordinate: Coordinate, offsets: Mapping[str, float]) -> float:
-    return coordinate if isinstance(coordinate, float) else coordinate.sign * offsets[coordinate.name]
 
 
 def _unit(axis: Vector) -> Vector:
@@ -387,8 +383,8 @@ def _unit(axis: Vector) -> Vector:
 #
 # That description has no V6; its names follow the same rules there.
 
-# Bodies that have a second name here.
-_BODIES = {"Torso": "torso", "LFoot": "l_ankle", "RFoot": "r_ankle"}
+# NAOqi speaks of the torso and of the feet as bodies: second names here, and no links of their own there.
+BODY_ALIASES = {"Torso": "torso", "LFoot": "l_ankle", "RFoot": "r_ankle"}
 _JOINTS = {
     "torso_fixed": "base_link_fixedjoint",
     "Gaze_fixed": "gaze_joint",
@@ -418,7 +414,7 @@ def ros_names(parameters: NaoParameters) -> dict[str, str]:
         ('CameraTop_frame', 'CameraTop_sensor_fixedjoint', 'LThumb1')
     """
     digits = f"{checked_parameters(parameters).version.removeprefix('v').replace('.', '')}0"[:2]
-    names = {f"nao_{parameters.version}": f"NaoH25V{digits}"} | _BODIES | _ANKLES
+    names = {f"nao_{parameters.version}": f"NaoH25V{digits}"} | BODY_ALIASES | _ANKLES
     for frame in parameters.frames:
         if frame.ros_name is not None:
             names |= {frame.name: frame.ros_name, f"{frame.name}_fixed": f"{frame.name}_sensor_fixedjoint"}

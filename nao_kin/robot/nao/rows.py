@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, TypeVar, get_args
+from typing import Any, Literal, TypeVar, get_args
 
 from nao_kin._core.arrays import Vector
 from nao_kin.errors import UnknownName
@@ -354,7 +354,7 @@ SOURCES: dict[str, str] = {
 _Row = TypeVar("_Row", bound=VersionedRow)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Tables:
     """All rows of one version that another version may have otherwise.
 
@@ -368,17 +368,17 @@ class Tables:
         placeholder: what links without a mass of their own are given; None for nothing.
     """
 
-    offsets: tuple[OffsetRow, ...]
-    limits: tuple[LimitRow, ...]
-    actuators: tuple[ActuatorRow, ...]
-    inertials: tuple[InertialRow, ...]
-    frames: tuple[FrameRow, ...]
-    visuals: tuple[VisualRow, ...]
-    placeholder: InertialRow | None
+    offsets: tuple[OffsetRow, ...] = ()
+    limits: tuple[LimitRow, ...] = ()
+    actuators: tuple[ActuatorRow, ...] = ()
+    inertials: tuple[InertialRow, ...] = ()
+    frames: tuple[FrameRow, ...] = ()
+    visuals: tuple[VisualRow, ...] = ()
+    placeholder: InertialRow | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
-class VersionPage:
+class VersionPage(Tables):
     """What one version has otherwise than another one.
 
     A row stands in the place of the base's row of the same key. Frames and visuals may also come and go.
@@ -401,15 +401,8 @@ class VersionPage:
 
     version: Version
     base: Version
-    offsets: tuple[OffsetRow, ...] = ()
-    limits: tuple[LimitRow, ...] = ()
-    actuators: tuple[ActuatorRow, ...] = ()
-    inertials: tuple[InertialRow, ...] = ()
-    frames: tuple[FrameRow, ...] = ()
     without_frames: tuple[str, ...] = ()
-    visuals: tuple[VisualRow, ...] = ()
     without_visuals: tuple[str, ...] = ()
-    placeholder: InertialRow | None = None
 
     def over(self, base: Tables) -> Tables:
         """The tables of this version.
@@ -420,16 +413,12 @@ class VersionPage:
         Raises:
             UnknownName: the page changes or leaves out a row that the base does not have.
         """
-        of = f"of {self.base}, which {self.version} is laid over"
-        return Tables(
-            offsets=overlaid(f"offset {of}", base.offsets, self.offsets),
-            limits=overlaid(f"limit {of}", base.limits, self.limits),
-            actuators=overlaid(f"actuator {of}", base.actuators, self.actuators),
-            inertials=overlaid(f"inertial {of}", base.inertials, self.inertials),
-            frames=overlaid(f"frame {of}", base.frames, self.frames, self.without_frames),
-            visuals=overlaid(f"visual {of}", base.visuals, self.visuals, self.without_visuals),
-            placeholder=self.placeholder or base.placeholder,
-        )
+        tables: dict[str, Any] = {}
+        for name in ("offsets", "limits", "actuators", "inertials", "frames", "visuals"):
+            what = f"{name.removesuffix('s')} of {self.base}, which {self.version} is laid over"
+            without = getattr(self, f"without_{name}", ())
+            tables[name] = overlaid(what, getattr(base, name), getattr(self, name), without)
+        return Tables(**tables, placeholder=self.placeholder or base.placeholder)
 
 
 def overlaid(

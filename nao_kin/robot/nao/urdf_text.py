@@ -15,7 +15,7 @@ from xml.etree import ElementTree as ET
 
 from nao_kin._core.arrays import Vector, choice
 from nao_kin.errors import BadModel
-from nao_kin.robot.nao.parameters import Finger, Joint, NaoParameters, checked_parameters
+from nao_kin.robot.nao.parameters import BODY_ALIASES, Finger, Joint, NaoParameters, checked_parameters
 from nao_kin.robot.nao.rows import VERSIONS, InertialRow, ShapeRow
 from nao_kin.robot.nao.v6 import CAMERAS, OPTICAL_RPY, colours_of
 from nao_kin.robot.semantics import Mimic
@@ -30,8 +30,6 @@ MESH_FOLDER = "meshes"
 _PACKAGE = Path(__file__).resolve().parents[2]
 
 _ZERO: Vector = (0.0, 0.0, 0.0)
-# NAOqi speaks of the torso and of the feet as bodies; the ROS description has no such links.
-_BODY_ALIASES = {"Torso": TRUNK, "LFoot": "l_ankle", "RFoot": "r_ankle"}
 
 
 def urdf_text(parameters: NaoParameters) -> str:
@@ -63,14 +61,14 @@ def urdf_text(parameters: NaoParameters) -> str:
             if finger.driver == joint.name:
                 robot.append(_body(parameters, finger.phalanx, finger.link))
                 _add_joint(robot, finger, finger.parent_link, mimics[finger.name], finger.rpy)
-    for alias, body in _BODY_ALIASES.items():
+    for alias, body in BODY_ALIASES.items():
         _add_fixed(robot, alias, body)
     for frame in parameters.frames:
         _add_fixed(robot, frame.name, link_of[frame.parent], frame.xyz, frame.rpy)
         if frame.ros_name is not None:
             twin = ET.Element("link", name=frame.ros_name)
             if "/FSR/" in frame.name:
-                _add_placeholder(twin, parameters)
+                _add_inertial(twin, parameters.placeholder)
             _add_fixed(robot, frame.ros_name, frame.name, link=twin)
         if frame.name in CAMERAS:
             _add_fixed(robot, f"{frame.name}_optical_frame", frame.name, rpy=OPTICAL_RPY)
@@ -112,35 +110,25 @@ def urdf_name(version: str) -> str:
 def _body(parameters: NaoParameters, key: str, name: str) -> ET.Element:
     """A link with the inertia, the meshes and the collision shapes of what `key`, a joint or a phalanx, moves."""
     link = ET.Element("link", name=name)
-    if key in parameters.inertials:
-        writing.add_inertial(link, _inertial(parameters.inertials[key]))
-    else:
-        _add_placeholder(link, parameters)
-    _add_visuals(link, parameters, key)
-    for shape in parameters.collision_shapes:
-        if shape.parent == key:
-            _add_collision(link, shape)
-    return link
-
-
-def _add_visuals(link: ET.Element, parameters: NaoParameters, key: str) -> None:
-    """The meshes of what `key` moves, in the frame of the link; file names are relative to the URDF."""
+    _add_inertial(link, parameters.inertials.get(key, parameters.placeholder))
     for row in parameters.visuals:
         if row.parent == key:
             for mesh, colour in zip(row.meshes, row.colours, strict=True):
                 visual = ET.SubElement(link, "visual", name=mesh)
                 writing.add_origin(visual, Origin())
-                writing.add_geometry(visual, MeshFile(f"{MESH_FOLDER}/{mesh}.obj"))
+                writing.add_geometry(visual, MeshFile(f"{MESH_FOLDER}/{mesh}.obj"))  # beside the URDF
                 ET.SubElement(visual, "material", name=colour)
+    for shape in parameters.collision_shapes:
+        if shape.parent == key:
+            element = ET.SubElement(link, "collision", name=shape.name)
+            writing.add_origin(element, Origin(shape.center_m, _rpy_of_axis(shape.axis)))
+            writing.add_geometry(element, _geometry(shape))
+    return link
 
 
-def _inertial(row: InertialRow) -> Inertial:
-    return Inertial(row.mass_kg, Origin(row.com_m), row.inertia)
-
-
-def _add_placeholder(link: ET.Element, parameters: NaoParameters) -> None:
-    if parameters.placeholder is not None:
-        writing.add_inertial(link, _inertial(parameters.placeholder))
+def _add_inertial(link: ET.Element, row: InertialRow | None) -> None:
+    if row is not None:
+        writing.add_inertial(link, Inertial(row.mass_kg, Origin(row.com_m), row.inertia))
 
 
 def _add_joint(
@@ -169,19 +157,11 @@ def _add_fixed(
     writing.add_ends(element, parent_link, name, Origin(xyz, rpy))
 
 
-def _add_collision(link: ET.Element, shape: ShapeRow) -> None:
-    element = ET.SubElement(link, "collision", name=shape.name)
-    writing.add_origin(element, Origin(shape.center_m, _rpy_of_axis(shape.axis)))
-    writing.add_geometry(element, _geometry(shape))
-
-
 def _geometry(shape: ShapeRow) -> Geometry:
-    if shape.kind == "sphere":
-        return Sphere(shape.size_m[0])
-    if shape.kind == "cylinder":
-        return Cylinder(shape.size_m[0], shape.size_m[1])
-    x, y, z = shape.size_m
-    return Box((x, y, z))
+    if shape.kind == "box":
+        x, y, z = shape.size_m
+        return Box((x, y, z))
+    return Sphere(*shape.size_m) if shape.kind == "sphere" else Cylinder(*shape.size_m)
 
 
 def _rpy_of_axis(axis: Vector) -> Vector:

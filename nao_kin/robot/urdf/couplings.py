@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.robot.semantics import Mimic
@@ -15,15 +15,15 @@ from nao_kin.robot.urdf.tree import UrdfJoint
 _MOST_NAMED = 8
 
 
-class CouplingRefused(Exception):
-    """Why the couplings of a file cannot be kept."""
+class Refused(Exception):
+    """Why a file makes no model; whoever reads it adds the file's name."""
 
 
 def resolve_chains(joints: Mapping[str, UrdfJoint], notes: list[str]) -> dict[str, UrdfJoint]:
     """Every mimic made to follow the joint at the end of its chain: a follows b follows c becomes a follows c.
 
     Raises:
-        CouplingRefused: a joint follows itself, a joint that does not exist, or one that cannot move.
+        Refused: a joint follows itself, a joint that does not exist, or one that cannot move.
     """
     direct: dict[str, Mimic] = {}
     for name in joints:
@@ -31,13 +31,13 @@ def resolve_chains(joints: Mapping[str, UrdfJoint], notes: list[str]) -> dict[st
         while end not in direct and (mimic := joints[end].mimic) is not None:
             chain[end] = mimic
             if mimic.joint not in joints:
-                raise CouplingRefused(f"joint {quoted(end)} follows {quoted(mimic.joint)}, which does not exist")
+                raise Refused(f"joint {quoted(end)} follows {quoted(mimic.joint)}, which does not exist")
             if mimic.joint in chain:
                 circle = abbreviated(" → ".join([*chain, mimic.joint]))
-                raise CouplingRefused(f"joints follow each other in a circle: {circle}")
+                raise Refused(f"joints follow each other in a circle: {circle}")
             end = mimic.joint
         if chain and joints[end].kind == "fixed":
-            raise CouplingRefused(f"joint {quoted(name)} follows {quoted(end)}, which is fixed")
+            raise Refused(f"joint {quoted(name)} follows {quoted(end)}, which is fixed")
         for follower, mimic in reversed(chain.items()):
             direct[follower] = mimic.through(direct[mimic.joint]) if mimic.joint in direct else mimic
     resolved = {name: replace(joint, mimic=direct.get(name)) for name, joint in joints.items()}
@@ -63,7 +63,7 @@ def drive_order(joints: Mapping[str, UrdfJoint], root: str, notes: list[str]) ->
     another joint's, and the notes say so.
 
     Raises:
-        CouplingRefused: such a change would divide by a multiplier of zero, or numbers grow without bound.
+        Refused: such a change would divide by a multiplier of zero, or numbers grow without bound.
     """
     walk = _walk(joints, root)
     position = {joint.name: index for index, joint in enumerate(walk)}
@@ -72,22 +72,20 @@ def drive_order(joints: Mapping[str, UrdfJoint], root: str, notes: list[str]) ->
         first = followers[0]
         if position[driver] < position[first.name]:
             continue
-        if first.mimic.multiplier == 0.0:
-            raise CouplingRefused(
-                f"joint {quoted(first.name)} follows {quoted(driver)} with multiplier 0 and comes before it"
-            )
-        inverse = first.mimic.inverted(first.name)
-        changed[first.name] = replace(joints[first.name], mimic=None)
+        if first.coupling.multiplier == 0.0:
+            raise Refused(f"joint {quoted(first.name)} follows {quoted(driver)} with multiplier 0 and comes before it")
+        inverse = first.coupling.inverted(first.name)
+        changed[first.name] = replace(first, mimic=None)
         changed[driver] = replace(joints[driver], mimic=inverse)
         for other in followers[1:]:
-            changed[other.name] = replace(joints[other.name], mimic=other.mimic.through(inverse))
+            changed[other.name] = replace(other, mimic=other.coupling.through(inverse))
         notes.append(
             f"joint {quoted(first.name)} drives {quoted(driver)}, not the other way round: it comes first in the tree"
         )
     order = [changed.get(joint.name, joint) for joint in walk]
     for joint in order:
         if joint.mimic is not None and not math.isfinite(joint.mimic.multiplier + joint.mimic.offset):
-            raise CouplingRefused(
+            raise Refused(
                 f"joint {quoted(joint.name)} follows {quoted(joint.mimic.joint)} with a multiplier or an offset "
                 "too large for floating point"
             )
@@ -101,43 +99,31 @@ def share_limits(joints: list[UrdfJoint], notes: list[str]) -> list[UrdfJoint]:
     follower with the multiplier −1 and the limits [0, 1] of its driver. Then the driver keeps its own range.
 
     Raises:
-        CouplingRefused: there is no such value, and one of the joints cannot move alone.
+        Refused: there is no such value, and one of the joints cannot move alone.
     """
     followers = _followers(joints)
     return [_sharing(joint, followers[joint.name], notes) if joint.name in followers else joint for joint in joints]
 
 
-@dataclass(frozen=True)
-class _Follower:
-    """A joint that follows another one: its name, how it follows, and its own limits."""
-
-    name: str
-    mimic: Mimic
-    lower: float
-    upper: float
-    velocity: float
-
-
-def _followers(joints: Iterable[UrdfJoint]) -> dict[str, list[_Follower]]:
+def _followers(joints: Iterable[UrdfJoint]) -> dict[str, list[UrdfJoint]]:
     """Driving joint → the joints that follow it, both in the order of `joints`."""
-    found: dict[str, list[_Follower]] = {}
+    found: dict[str, list[UrdfJoint]] = {}
     for joint in joints:
         if joint.mimic is not None:
-            follower = _Follower(joint.name, joint.mimic, joint.lower, joint.upper, joint.velocity)
-            found.setdefault(joint.mimic.joint, []).append(follower)
+            found.setdefault(joint.mimic.joint, []).append(joint)
     return found
 
 
-def _sharing(driver: UrdfJoint, followers: Sequence[_Follower], notes: list[str]) -> UrdfJoint:
+def _sharing(driver: UrdfJoint, followers: Sequence[UrdfJoint], notes: list[str]) -> UrdfJoint:
     """The driving joint with the limits that it shares with its followers."""
-    turning = [follower for follower in followers if follower.mimic.multiplier != 0.0]
+    turning = [follower for follower in followers if follower.coupling.multiplier != 0.0]
     lower, upper, velocity = driver.lower, driver.upper, driver.velocity
     confined: list[str] = []
     for follower in turning:
-        low, high = (end + 0.0 for end in follower.mimic.driver_range(follower.lower, follower.upper))  # no −0
+        low, high = (end + 0.0 for end in follower.coupling.driver_range(follower.lower, follower.upper))  # no −0
         before = lower, upper
         lower, upper = _larger(lower, low), -_larger(-upper, -high)
-        velocity = -_larger(-velocity, -follower.velocity / abs(follower.mimic.multiplier))
+        velocity = -_larger(-velocity, -follower.velocity / abs(follower.coupling.multiplier))
         if (lower, upper) != before:
             confined.append(
                 f"joint {quoted(driver.name)} confined to [{lower:.6g}, {upper:.6g}] by {quoted(follower.name)}"
@@ -155,7 +141,7 @@ def _sharing(driver: UrdfJoint, followers: Sequence[_Follower], notes: list[str]
         return replace(driver, velocity=velocity)
     if lower > upper:
         who, suits = (f"joint {names} follows", "both") if len(turning) == 1 else (f"joints {names} follow", "all")
-        raise CouplingRefused(f"{who} {quoted(driver.name)}, and no value suits {suits} their limits")
+        raise Refused(f"{who} {quoted(driver.name)}, and no value suits {suits} their limits")
     notes += confined
     return replace(driver, lower=lower, upper=upper, velocity=velocity)
 
@@ -169,7 +155,7 @@ def _walk(joints: Mapping[str, UrdfJoint], root: str) -> list[UrdfJoint]:
     children: dict[str, list[UrdfJoint]] = {}
     for joint in sorted(joints.values(), key=lambda joint: joint.name):
         children.setdefault(joint.parent, []).append(joint)
-    order = _depth_first(children, root)
+    order = depth_first(children, root)
     if all(joint.mimic is None for joint in order):
         return order
     coupled = {joint.mimic.joint for joint in order if joint.mimic is not None}
@@ -182,10 +168,11 @@ def _walk(joints: Mapping[str, UrdfJoint], root: str) -> list[UrdfJoint]:
     for siblings in children.values():
         if len(siblings) > 1:
             siblings[:] = _drivers_first(siblings, branch, joints)
-    return _depth_first(children, root)
+    return depth_first(children, root)
 
 
-def _depth_first(children: Mapping[str, list[UrdfJoint]], root: str) -> list[UrdfJoint]:
+def depth_first(children: Mapping[str, list[UrdfJoint]], root: str) -> list[UrdfJoint]:
+    """The joints below a link, each branch to its end before the next, of link → the joints it carries."""
     order: list[UrdfJoint] = []
     stack = list(reversed(children.get(root, [])))
     while stack:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import math
 import os
 import re
 import sys
@@ -16,6 +17,7 @@ from urllib.parse import unquote
 from xml.etree import ElementTree as ET
 from xml.parsers import expat
 
+from nao_kin._core.arrays import decimal
 from nao_kin._core.files import read_bounded
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile, BadModel
@@ -84,18 +86,23 @@ def root_tag(path: Path | str, content: bytes) -> str:
         raise _Enough
 
     try:
-        _parsed(content, start)
+        _parsed(path, content, start)
     except _Enough:
         return found[0]
-    except expat.ExpatError as error:
-        raise _not_well_formed(path, content, error) from None
-    except (LookupError, ValueError) as error:  # an encoding nobody knows
-        raise BadModel(f"cannot read {path}: {error}") from None
     raise BadModel(f"{path}: no element in it")
 
 
 class _Enough(Exception):
     """The root element has been met."""
+
+
+def finite_numbers(text: str) -> list[float]:
+    """The numbers that a text holds; none where a word of it is no finite number."""
+    try:
+        numbers = [decimal(word) for word in text.split()]
+    except ValueError:
+        return []
+    return numbers if all(map(math.isfinite, numbers)) else []
 
 
 def file_content(path: Path | str) -> bytes:
@@ -119,44 +126,37 @@ def file_content(path: Path | str) -> bytes:
 
 def _document(path: Path | str, content: bytes) -> ET.Element:
     builder: ET.TreeBuilder = ET.TreeBuilder()
-
-    def start(tag: str, attributes: dict[str, str]) -> Any:
-        builder.start(tag, attributes)
-
-    try:
-        _parsed(content, start, builder)
-        return builder.close()
-    except expat.ExpatError as error:
-        raise _not_well_formed(path, content, error) from None
-    except (LookupError, ValueError) as error:  # an encoding nobody knows
-        raise BadModel(f"cannot read {path}: {error}") from None
+    _parsed(path, content, builder.start, builder)
+    return builder.close()
 
 
-def _not_well_formed(path: Path | str, content: bytes, error: expat.ExpatError) -> BadModel:
-    line = error.lineno + content[: _blank(content)].count(b"\n")
-    where = f"line {line}, column {error.offset + 1}"
-    return BadModel(f"{path}, {where}: not well-formed XML ({expat.ErrorString(error.code)})")
-
-
-def _parsed(content: bytes, start: Callable[[str, dict[str, str]], Any], builder: ET.TreeBuilder | None = None) -> None:
+def _parsed(
+    path: Path | str,
+    content: bytes,
+    start: Callable[[str, dict[str, str]], Any],
+    builder: ET.TreeBuilder | None = None,
+) -> None:
+    """Parse a file, and refuse what is not well-formed."""
     parser = expat.ParserCreate()  # without namespaces: prefixes stay as they are written
     parser.buffer_text = True
     parser.StartElementHandler = start
     if builder is not None:
         parser.EndElementHandler = builder.end
         parser.CharacterDataHandler = builder.data
-    parser.Parse(content[_blank(content) :], True)
+    try:
+        parser.Parse(content[_blank(content) :], True)
+    except expat.ExpatError as error:
+        line = error.lineno + content[: _blank(content)].count(b"\n")
+        where = f"line {line}, column {error.offset + 1}"
+        raise BadModel(f"{path}, {where}: not well-formed XML ({expat.ErrorString(error.code)})") from None
+    except (LookupError, ValueError) as error:  # an encoding nobody knows
+        raise BadModel(f"cannot read {path}: {error}") from None
 
 
 def _blank(content: bytes) -> int:
     """How many bytes of blank lines, and of a byte order mark among them, stand before the text."""
     match = _BLANK.match(content)
     return match.end() if match else 0
-
-
-def _holds_robot(element: ET.Element) -> bool:
-    """Whether links or joints stand inside an element."""
-    return element.find(".//link") is not None or element.find(".//joint") is not None
 
 
 class _Xacro:
@@ -188,7 +188,10 @@ class _Xacro:
         self.count = sum(
             self._name(element) == "macro"
             or any(_EXPRESSION.search(value) for value in element.attrib.values())
-            or (self._name(element) is not None and (_holds_robot(element) or element in called))
+            or (
+                self._name(element) is not None
+                and (any(part.tag in ("link", "joint") for part in element.iter()) or element in called)
+            )
             for element in self._used()
         ) + includes * self._found.count("include")
         self.is_unexpanded = self.count > 0 or (bool(self._found) and document.find("link") is None)
@@ -453,12 +456,13 @@ def expand_xacro(
     return expanded
 
 
-def xacro_values(arguments: Mapping[str, object]) -> dict[str, str]:
-    """Arguments as xacro takes them: texts, with true and false in lower case.
+def xacro_values(arguments: Mapping[str, object] | None) -> dict[str, str]:
+    """Arguments as xacro takes them: texts, with true and false in lower case; None stands for none.
 
     Raises:
         BadArgument: no names with values.
     """
+    arguments = {} if arguments is None else arguments
     if not isinstance(arguments, Mapping) or not all(isinstance(name, str) for name in arguments):
         raise BadArgument(f"xacro_arguments must be a mapping name → value, got {quoted(arguments)}")
     return {name: str(value).lower() if isinstance(value, bool) else str(value) for name, value in arguments.items()}

@@ -11,19 +11,20 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 from xml.etree import ElementTree as ET
 
 from nao_kin._core.arrays import Vector, decimal
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, BadModel
 from nao_kin.robot.semantics import Mimic, Semantics
-from nao_kin.robot.urdf.couplings import CouplingRefused, drive_order, resolve_chains, share_limits
+from nao_kin.robot.urdf.couplings import Refused, depth_first, drive_order, resolve_chains, share_limits
 from nao_kin.robot.urdf.document import (
     Packages,
     checked_folders,
     expand_xacro,
     file_content,
+    finite_numbers,
     read_document,
     root_tag,
     xacro_values,
@@ -80,8 +81,7 @@ def urdf_tree(
     """As `read_urdf`, of a file that has been read."""
     notes: list[str] = []
     folders = checked_folders(package_dirs)
-    given = xacro_values({} if xacro_arguments is None else xacro_arguments)
-
+    given = xacro_values(xacro_arguments)
     if not (xacro is None or isinstance(xacro, bool)):
         raise BadArgument(f"xacro must be True, False or None, got {quoted(xacro)}")
     asked = Path(path).suffix == ".xacro" if xacro is None else xacro
@@ -99,13 +99,9 @@ def urdf_tree(
         raise BadArgument(f"{path} is no xacro source and takes no arguments, got {', '.join(given)}")
     try:
         tree = _Reader(document, Path(path), folders, notes).tree()
-    except _Refused as refusal:
+    except Refused as refusal:
         raise BadModel(f"{path}: {refusal}") from None
     return replace(tree, expanded=expanded)
-
-
-class _Refused(Exception):
-    """Why a file makes no model; `read_urdf` adds the file's name."""
 
 
 class _Reader:
@@ -115,35 +111,24 @@ class _Reader:
     def tree(self) -> UrdfTree:
         if self.document.tag != "robot":
             other = "; it is MJCF, which RobotModel.from_mjcf reads" if self.document.tag == "mujoco" else ""
-            raise _Refused(f"the root element is <{abbreviated(self.document.tag)}>, a URDF has <robot>{other}")
-        links = self._unique("link")
-        joint_elements = self._unique("joint")
+            raise Refused(f"the root element is <{abbreviated(self.document.tag)}>, a URDF has <robot>{other}")
+        links, joint_elements = self._unique("link"), self._unique("joint")
         renamed = names_apart(links, joint_elements, self.notes)
+        links = {renamed.get(name, name): element for name, element in links.items()}
         joints = {name: self._joint(name, element, renamed) for name, element in joint_elements.items()}
-        root = self._root([renamed.get(name, name) for name in links], joints.values())
-        root, free = self._base(root, joints)
-        links = {name: element for name, element in links.items() if renamed.get(name, name) not in free}
-        link_names = [renamed.get(name, name) for name in links]
-        try:
-            joints = resolve_chains(joints, self.notes)
-            order = share_limits(drive_order(joints, root, self.notes), self.notes)
-        except CouplingRefused as error:
-            raise _Refused(str(error)) from None
-        inertials = {
-            renamed.get(name, name): inertial
-            for name, element in links.items()
-            if (inertial := self._inertial(name, element.find("inertial"))) is not None
-        }
+        root = self._base(self._root(list(links), joints.values()), links, joints)
+        joints = resolve_chains(joints, self.notes)
+        order = share_limits(drive_order(joints, root, self.notes), self.notes)
+        found = {name: self._inertial(element) for name, element in links.items()}
         self._note_missing_meshes()
-        named = tuple(zip(link_names, links.values(), strict=True))
-        visuals, visual_notes = read_visuals(self.document, named)
-        collisions, collision_notes = read_collisions(named)
+        visuals, visual_notes = read_visuals(self.document, links.items())
+        collisions, collision_notes = read_collisions(links.items())
         return UrdfTree(
             path=self.path,
             name=self.document.get("name", "robot"),
             root=root,
-            links=tuple(link_names),
-            inertials=inertials,
+            links=tuple(links),
+            inertials={name: inertial for name, inertial in found.items() if inertial is not None},
             joints=tuple(order),
             visuals=visuals,
             shared_names=renamed,
@@ -160,18 +145,18 @@ class _Reader:
         for element in self.document.findall(tag):
             name = element.get("name", "")
             if not name:
-                raise _Refused(f"a <{tag}> without a name")
+                raise Refused(f"a <{tag}> without a name")
             if name in found:
-                raise _Refused(f"two {tag}s named {quoted(name)}")
+                raise Refused(f"two {tag}s named {quoted(name)}")
             found[name] = element
         if tag == "link" and not found:
-            raise _Refused("no links")
+            raise Refused("no links")
         return found
 
     def _joint(self, name: str, element: ET.Element, renamed: dict[str, str]) -> UrdfJoint:
         kind = element.get("type", "")
         if kind not in (*_MOVING, "fixed", _FLOATING):
-            raise _Refused(
+            raise Refused(
                 f"joint {quoted(name)} has type {quoted(kind)}; supported: {', '.join(_MOVING)}, fixed, and floating "
                 "where it is all that the root link holds"
             )
@@ -179,43 +164,31 @@ class _Reader:
         for tag in ("parent", "child"):
             end = element.find(tag)
             if end is None or not end.get("link"):
-                raise _Refused(f"joint {quoted(name)} names no {tag} link")
+                raise Refused(f"joint {quoted(name)} names no {tag} link")
             ends.append(renamed.get(str(end.get("link")), str(end.get("link"))))
         joint = UrdfJoint(name, kind, ends[0], ends[1], self._origin(("joint", name), element.find("origin")))
-        return joint if kind in ("fixed", _FLOATING) else self._moving_joint(joint, element)
-
-    def _moving_joint(self, joint: UrdfJoint, element: ET.Element) -> UrdfJoint:
-        name = joint.name
-        limit, mimic = element.find("limit"), element.find("mimic")
-        joint = replace(joint, axis=self._axis(name, element.find("axis")))
+        if kind in ("fixed", _FLOATING):
+            return joint
+        limit, mimic, dynamics = element.find("limit"), element.find("mimic"), element.find("dynamics")
+        found: dict[str, Any] = {"axis": self._axis(name, element.find("axis"))}
         if limit is not None:
-            joint = replace(
-                joint,
-                velocity=self._bound(name, limit, "velocity"),
-                effort=self._bound(name, limit, "effort"),
-            )
-        dynamics = element.find("dynamics")
+            found |= {attribute: self._bound(name, limit, attribute) for attribute in ("velocity", "effort")}
         if dynamics is not None:
-            joint = replace(
-                joint, damping=self._loss(name, dynamics, "damping"), friction=self._loss(name, dynamics, "friction")
-            )
-        if joint.kind == "continuous":
-            joint = replace(joint, kind="revolute")
-            if mimic is None:
-                self.notes.append(f"joint {quoted(name)} is continuous: one revolute coordinate without limits")
-            else:
-                self.notes.append(f"joint {quoted(name)} is continuous and follows another: taken as revolute")
+            found |= {attribute: self._loss(name, dynamics, attribute) for attribute in ("damping", "friction")}
+        if kind == "continuous":
+            found["kind"] = "revolute"
+            what = "one revolute coordinate without limits" if mimic is None else "taken as revolute"
+            follows = "" if mimic is None else " and follows another"
+            self.notes.append(f"joint {quoted(name)} is continuous{follows}: {what}")
         else:
-            lower, upper = self._range(name, limit)
-            joint = replace(joint, lower=lower, upper=upper)
+            found["lower"], found["upper"] = self._range(name, limit)
         if mimic is not None:
-            coupling = Mimic(
+            found["mimic"] = Mimic(
                 str(mimic.get("joint", "")),
                 self._number(("joint", name), mimic, "multiplier", 1.0),
                 self._number(("joint", name), mimic, "offset", 0.0),
             )
-            joint = replace(joint, mimic=coupling)
-        return joint
+        return replace(joint, **found)
 
     def _range(self, joint: str, limit: ET.Element | None) -> tuple[float, float]:
         """Smallest and largest value; a file that says nothing, or nothing that can hold, means no limits."""
@@ -230,9 +203,7 @@ class _Reader:
             self.notes.append(f"joint {quoted(joint)} has lower limit {lower:g} above upper limit {upper:g}: unlimited")
             return -math.inf, math.inf
         if math.isinf(upper - lower):
-            raise _Refused(
-                f"joint {quoted(joint)} has a range from {lower:g} to {upper:g}, which is beyond all measure"
-            )
+            raise Refused(f"joint {quoted(joint)} has a range from {lower:g} to {upper:g}, which is beyond all measure")
         return lower, upper
 
     def _axis(self, joint: str, element: ET.Element | None) -> Vector:
@@ -240,22 +211,22 @@ class _Reader:
         x, y, z = self._three(("joint", joint), "axis", text)
         length = math.hypot(x, y, z)
         if not 1e-9 < length < 1e9:
-            raise _Refused(f"joint {quoted(joint)} has axis {quoted(text)}, which has no direction")
+            raise Refused(f"joint {quoted(joint)} has axis {quoted(text)}, which has no direction")
         if abs(length - 1.0) > 1e-12:
             self.notes.append(f"joint {quoted(joint)} has axis {quoted(text)} of length {length:.7g}: normalised")
         return x / length, y / length, z / length
 
-    def _inertial(self, link: str, element: ET.Element | None) -> Inertial | None:
+    def _inertial(self, link: ET.Element) -> Inertial | None:
+        element, owner = link.find("inertial"), ("link", link.get("name", ""))
         if element is None:
             return None
-        owner = ("link", link)
         mass = element.find("mass")
         if mass is None or mass.get("value") is None:
             self.notes.append(f"{_name(owner)} has an inertia and no mass: taken as massless")
             return None
         value = self._number(owner, mass, "value", 0.0)
         if value < 0.0:
-            raise _Refused(f"{_name(owner)} has mass {value:g}")
+            raise Refused(f"{_name(owner)} has mass {value:g}")
         tensor = element.find("inertia")
         if tensor is None:
             self.notes.append(f"{_name(owner)} has a mass and no inertia: taken as a point mass")
@@ -269,25 +240,19 @@ class _Reader:
         return Origin(self._three(owner, "origin xyz", xyz), self._three(owner, "origin rpy", rpy))
 
     def _three(self, owner: Owner, what: str, text: str) -> Vector:
-        try:
-            x, y, z = map(decimal, text.split())
-        except ValueError:
-            x = y = z = math.inf
-        if not all(map(math.isfinite, (x, y, z))):
-            raise _Refused(f"{_name(owner)} has {what} {quoted(text)}, expected three numbers")
-        return x, y, z
+        numbers = finite_numbers(text)
+        if len(numbers) != 3:
+            raise Refused(f"{_name(owner)} has {what} {quoted(text)}, expected three numbers")
+        return numbers[0], numbers[1], numbers[2]
 
     def _number(self, owner: Owner, element: ET.Element, attribute: str, default: float) -> float:
         text = element.get(attribute)
         if text is None:
             return default
-        try:
-            value = decimal(text)
-        except ValueError:
-            value = math.nan
-        if not math.isfinite(value):
-            raise _Refused(f"{_name(owner)} has {attribute} {quoted(text)}, expected a number")
-        return value
+        numbers = finite_numbers(text)
+        if len(numbers) != 1:
+            raise Refused(f"{_name(owner)} has {attribute} {quoted(text)}, expected a number")
+        return numbers[0]
 
     def _bound(self, joint: str, limit: ET.Element, attribute: str) -> float:
         """A largest speed or effort; "inf", a negative number and no word mean that there is none."""
@@ -296,7 +261,7 @@ class _Reader:
         try:
             value = decimal(limit.get(attribute, ""))
         except ValueError:
-            raise _Refused(
+            raise Refused(
                 f"joint {quoted(joint)} has {attribute} {quoted(limit.get(attribute))}, expected a number"
             ) from None
         if value < 0.0:
@@ -307,10 +272,8 @@ class _Reader:
     def _loss(self, joint: str, dynamics: ET.Element, attribute: str) -> float:
         """Damping or friction, which no kinematics depends on: what cannot be read is zero."""
         text = dynamics.get(attribute, "0")
-        try:
-            value = decimal(text)
-        except ValueError:
-            value = -1.0
+        numbers = finite_numbers(text)
+        value = numbers[0] if len(numbers) == 1 else -1.0
         if not 0.0 <= value < math.inf:
             self.notes.append(f"joint {quoted(joint)} has {attribute} {quoted(text)}: taken as none")
             return 0.0
@@ -322,9 +285,9 @@ class _Reader:
         for joint in joints:
             for end in (joint.parent, joint.child):
                 if end not in known:
-                    raise _Refused(f"joint {quoted(joint.name)} names a link {quoted(end)} that does not exist")
+                    raise Refused(f"joint {quoted(joint.name)} names a link {quoted(end)} that does not exist")
             if joint.child in carried:
-                raise _Refused(
+                raise Refused(
                     f"link {quoted(joint.child)} is moved by two joints, {quoted(carried[joint.child])} "
                     f"and {quoted(joint.name)}"
                 )
@@ -332,45 +295,39 @@ class _Reader:
         roots = [name for name in links if name not in carried]
         if len(roots) != 1:
             found = ", ".join(map(quoted, roots[:4])) or "none: the joints form a loop"
-            raise _Refused(f"a robot has one root link, found {found}")
+            raise Refused(f"a robot has one root link, found {found}")
         # One root and one parent each: what is still unreachable hangs in a loop of its own.
-        children: dict[str, list[str]] = {}
+        children: dict[str, list[UrdfJoint]] = {}
         for joint in joints:
-            children.setdefault(joint.parent, []).append(joint.child)
-        reached, stack = set[str](), [roots[0]]
-        while stack:
-            link = stack.pop()
-            reached.add(link)
-            stack.extend(children.get(link, []))
+            children.setdefault(joint.parent, []).append(joint)
+        reached = {roots[0], *(joint.child for joint in depth_first(children, roots[0]))}
         if len(reached) != len(links):
-            raise _Refused(f"link {quoted(next(n for n in links if n not in reached))} hangs in a loop of joints")
+            raise Refused(f"link {quoted(next(n for n in links if n not in reached))} hangs in a loop of joints")
         return roots[0]
 
-    def _base(self, root: str, joints: dict[str, UrdfJoint]) -> tuple[str, tuple[str, ...]]:
+    def _base(self, root: str, links: dict[str, ET.Element], joints: dict[str, UrdfJoint]) -> str:
         """Take the link that a floating joint from the root moves as the base, and drop the joint and the root.
 
         Args:
             root: the root link.
+            links: the links by name; the root is taken out.
             joints: the joints by name; the floating one is taken out.
-
-        Returns:
-            The base, and the links that are dropped.
         """
         floating = [joint for joint in joints.values() if joint.kind == _FLOATING]
         if not floating:
-            return root, ()
+            return root
         joint = floating[0]
         if len(floating) > 1 or [other for other in joints.values() if other.parent == root] != [joint]:
-            raise _Refused(
+            raise Refused(
                 f"joint {quoted(joint.name)} is floating, which is read only where one floating joint is all that the "
                 f"root link {quoted(root)} holds"
             )
-        del joints[joint.name]
+        del links[root], joints[joint.name]
         self.notes.append(
             f"joint {quoted(joint.name)} is floating: {quoted(joint.child)} is the base, and {quoted(root)} is left "
             "out; base='floating' gives it coordinates"
         )
-        return joint.child, (root,)
+        return joint.child
 
     def _note_missing_meshes(self) -> None:
         packages = Packages(self.path, self.folders)
@@ -435,8 +392,7 @@ def read_robot(
         ('base_link', None)
     """
     content = file_content(path)
-    given = xacro_values({} if xacro_arguments is None else xacro_arguments)
-    if _format(path, content) == "mjcf" and not given and (xacro is None or xacro is False):
+    if _format(path, content) == "mjcf" and not xacro_values(xacro_arguments) and (xacro is None or xacro is False):
         return mjcf_tree(Path(path).absolute(), content, package_dirs)
     # Which refuses to expand an MJCF, and arguments for a file that takes none.
     return urdf_tree(Path(path).absolute(), content, package_dirs, xacro, xacro_arguments), None

@@ -7,11 +7,10 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
-from nao_kin._core.arrays import decimal
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, BadModel
 from nao_kin.robot.semantics import Mimic, Posture, Semantics
-from nao_kin.robot.urdf.document import file_content, read_document
+from nao_kin.robot.urdf.document import file_content, finite_numbers, read_document
 from nao_kin.robot.urdf.tree import (
     Box,
     Cylinder,
@@ -156,12 +155,7 @@ def _postures(document: ET.Element, tree: UrdfTree, missing: list[str]) -> dict[
 
 def _value(text: str) -> float | None:
     """A joint's value; two numbers are cosine and sine of an angle, as Pinocchio writes unlimited joints."""
-    try:
-        numbers = [decimal(word) for word in text.split()]
-    except ValueError:
-        return None
-    if not all(map(math.isfinite, numbers)):
-        return None
+    numbers = finite_numbers(text)
     if len(numbers) == 2:
         return math.atan2(numbers[1], numbers[0])
     return numbers[0] if len(numbers) == 1 else None

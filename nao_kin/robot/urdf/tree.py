@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeVar
 from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, Vector, decimal, join_poses
+from nao_kin._core.arrays import Floats, Vector, join_poses
 from nao_kin._core.text import abbreviated, fresh_name, quoted
 from nao_kin.robot.semantics import Mimic
-from nao_kin.robot.urdf.document import Packages
+from nao_kin.robot.urdf.document import Packages, finite_numbers
 from nao_kin.rotations import exp, matrix_from_rpy
 
 # --- The `<visual>` and `<collision>` elements of a URDF as data: where each stands, what it is, what colour it has.
@@ -111,6 +111,7 @@ class MeshFile:
 
 
 Geometry = Box | Cylinder | Sphere | MeshFile
+_Shape = TypeVar("_Shape")
 
 
 @dataclass(frozen=True)
@@ -172,15 +173,14 @@ def read_visuals(
         links: name and element of each link.
     """
     colours = {material.get("name", ""): rgba for material in document.findall("material") if (rgba := _rgba(material))}
-    visuals: list[Visual] = []
-    notes: list[str] = []
-    for link, element in links:
-        for visual in element.findall("visual"):
-            try:
-                visuals.append(_visual(link, visual, colours))
-            except UnreadableShape as reason:
-                notes.append(f"a visual of {abbreviated(link)} is not shown: {reason}")
-    return tuple(visuals), tuple(notes)
+
+    def visual(link: str, element: ET.Element) -> Visual:
+        material = element.find("material")
+        name = "" if material is None else material.get("name", "")
+        rgba = None if material is None else _rgba(material) or colours.get(name)
+        return Visual(link, *_placed(element), name, rgba, element.get("name", ""))
+
+    return _read_shapes(links, "visual", visual, "a visual of {} is not shown")
 
 
 def read_collisions(links: Iterable[tuple[str, ET.Element]]) -> tuple[tuple[Collision, ...], tuple[str, ...]]:
@@ -189,25 +189,24 @@ def read_collisions(links: Iterable[tuple[str, ET.Element]]) -> tuple[tuple[Coll
     Args:
         links: name and element of each link.
     """
-    shapes: list[Collision] = []
-    notes: list[str] = []
+
+    def collision(link: str, element: ET.Element) -> Collision:
+        return Collision(link, *_placed(element), element.get("name", ""))
+
+    return _read_shapes(links, "collision", collision, "a collision shape of {} is left out")
+
+
+def _read_shapes(
+    links: Iterable[tuple[str, ET.Element]], tag: str, read: Callable[[str, ET.Element], _Shape], left_out: str
+) -> tuple[tuple[_Shape, ...], tuple[str, ...]]:
+    shapes, notes = list[_Shape](), list[str]()
     for link, element in links:
-        for collision in element.findall("collision"):
+        for part in element.findall(tag):
             try:
-                origin, geometry = _placed(collision)
+                shapes.append(read(link, part))
             except UnreadableShape as reason:
-                notes.append(f"a collision shape of {abbreviated(link)} is left out: {reason}")
-            else:
-                shapes.append(Collision(link, origin, geometry, collision.get("name", "")))
+                notes.append(f"{left_out.format(abbreviated(link))}: {reason}")
     return tuple(shapes), tuple(notes)
-
-
-def _visual(link: str, element: ET.Element, colours: dict[str, Rgba]) -> Visual:
-    origin, geometry = _placed(element)
-    material = element.find("material")
-    name = "" if material is None else material.get("name", "")
-    rgba = None if material is None else _rgba(material) or colours.get(name)
-    return Visual(link, origin, geometry, name, rgba, element.get("name", ""))
 
 
 def _placed(element: ET.Element) -> tuple[Origin, Geometry]:
@@ -251,11 +250,8 @@ def _vector(element: ET.Element, attribute: str, default: str = "") -> Vector:
 
 def _numbers(element: ET.Element, attribute: str, count: int, default: str = "") -> list[float]:
     text = element.get(attribute, default)
-    try:
-        values = [decimal(word) for word in text.split()]
-    except ValueError:
-        values = []
-    if len(values) != count or not all(map(math.isfinite, values)):
+    values = finite_numbers(text)
+    if len(values) != count:
         raise UnreadableShape(f"{element.tag} has {attribute} {quoted(text)}, expected {count} finite numbers")
     return values
 
@@ -323,6 +319,11 @@ class UrdfJoint:
     friction: float = 0.0
     mimic: Mimic | None = None
 
+    @property
+    def coupling(self) -> Mimic:
+        """How it follows a coordinate: a joint of its own follows itself."""
+        return self.mimic or Mimic(self.name)
+
     def travel(self, value: float) -> Floats:
         """Return the pose of the joint's frame at a value, in its frame at zero, shape (4, 4).
 
@@ -331,17 +332,12 @@ class UrdfJoint:
             >>> joint.travel(np.pi / 2)[:3, 0].round(9).tolist()
             [0.0, 1.0, 0.0]
         """
-        return travel(self.kind == "prismatic", self.axis, value)
-
-
-def travel(slides: bool, axis: Vector, value: float) -> Floats:
-    """What a joint does at a value: a pose, shape (4, 4)."""
-    T = np.eye(4)
-    if slides:
-        T[:3, 3] = value * np.array(axis)
-    elif value:
-        T[:3, :3] = exp(value * np.array(axis))
-    return T
+        T = np.eye(4)
+        if self.kind == "prismatic":
+            T[:3, 3] = value * np.array(self.axis)
+        elif value:
+            T[:3, :3] = exp(value * np.array(self.axis))
+        return T
 
 
 @dataclass(frozen=True)

@@ -341,19 +341,15 @@ def _lightened(spec: Any, path: Path, content: bytes, package_dirs: tuple[Path, 
     for site in spec.sites:
         if getattr(site, "meshname", "") in meshes:
             site.meshname, site.type = "", mujoco.mjtGeom.mjGEOM_SPHERE
-    kept = used | {name for name in meshes if not meshes[name].file}
-    for name in meshes.keys() - kept - set(_flexible(spec)):
-        spec.delete(meshes[name])
+    # What is soft may be made of any mesh.
+    for name in () if len(spec.flexes) else meshes.keys() - used:
+        if meshes[name].file:
+            spec.delete(meshes[name])
     missing = sorted(meshes[name].file for name in meshes if meshes[name].file and files[name] is None)
     if missing:
         count = sum(bool(mesh.file) for mesh in meshes.values())
         notes.append(f"{len(missing)} of {count} mesh files are not there, first {quoted(missing[0])}")
     return found
-
-
-def _flexible(spec: Any) -> Iterator[str]:
-    """Meshes that something else than a geom may be made of: then all are kept."""
-    return (mesh.name for mesh in spec.meshes) if len(spec.flexes) else iter(())
 
 
 def _make_speck(geom: Any) -> None:
@@ -391,7 +387,6 @@ class Shapes:
         visuals: what the links look like.
         visual_notes: what of it cannot be shown, one line each.
         collisions: the shapes that stand for the links in contacts.
-        collision_notes: what of them is left out, one line each.
     """
 
     def __init__(self, compiled: Compiled, links: Mapping[int, str], path: Path) -> None:
@@ -417,7 +412,6 @@ class Shapes:
                     collisions.append(Collision(link, place, geometry, name))
         self.visuals, self.collisions = tuple(visuals), tuple(collisions)
         self.visual_notes = tuple(self._notes(seen))
-        self.collision_notes: tuple[str, ...] = ()
 
     def _parts(self, geom: int) -> Iterator[tuple[Floats, Geometry]]:
         """The shapes, with their poses in the link, that make a geom."""

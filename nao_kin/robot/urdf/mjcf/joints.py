@@ -9,15 +9,15 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, Vector, join_poses
+from nao_kin._core.arrays import Floats, join_poses
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.robot.semantics import Mimic, Posture, Semantics
-from nao_kin.robot.urdf.tree import Origin, travel
+from nao_kin.robot.urdf.tree import Origin, UrdfJoint
 from nao_kin.rotations import euler_from_matrix, matrix_from_quat, rpy_from_matrix
 
 FREE, BALL, SLIDE, HINGE = range(4)
@@ -28,29 +28,20 @@ _AXES = (("x", (1.0, 0.0, 0.0)), ("y", (0.0, 1.0, 0.0)), ("z", (0.0, 0.0, 1.0)))
 _ON_JOINTS = (0, 1)
 
 
-@dataclass(frozen=True, eq=False)
-class Motion:
+class Motion(NamedTuple):
     """One coordinate of a MuJoCo joint.
 
     Attributes:
         id: the joint in MuJoCo.
         part: 0, 1, 2 for the three turns of a ball joint about x, y, z; 0 else.
-        name: "" where the file gives none.
-        kind: "revolute" or "prismatic".
-        T_before: pose of its frame, at zero, in the frame that the motion before it leaves; shape (4, 4).
-        axis: unit vector.
-        lower: smallest value [rad or m].
-        upper: largest value [rad or m].
+        joint: what it is, between links that have no names yet; its own name is "" where the file gives none.
+        is_ball: whether it is part of a ball joint.
     """
 
     id: int
     part: int
-    name: str
-    kind: str
-    T_before: Floats
-    axis: Vector
-    lower: float = -math.inf
-    upper: float = math.inf
+    joint: UrdfJoint
+    is_ball: bool
 
 
 def motions(model: Any, body: int) -> tuple[list[Motion], Floats]:
@@ -71,7 +62,8 @@ def motions(model: Any, body: int) -> tuple[list[Motion], Floats]:
             limits = _ball_limits(model, joint)
             for part, ((letter, axis), limit) in enumerate(zip(_AXES, limits, strict=True)):
                 label = f"{name}_{letter}" if name else ""
-                found.append(Motion(joint, part, label, "revolute", T, axis, -limit, limit))
+                turn = UrdfJoint(label, "revolute", "", "", origin(T), axis, -limit, limit)
+                found.append(Motion(joint, part, turn, is_ball=True))
                 T = np.eye(4)
             T = translation(-anchor)
             continue
@@ -81,12 +73,11 @@ def motions(model: Any, body: int) -> tuple[list[Motion], Floats]:
         lower, upper = (float(value) for value in model.jnt_range[joint]) if limited else (-math.inf, math.inf)
         if math.isfinite(lower) and math.isfinite(upper) and math.isinf(upper - lower):
             lower, upper = -math.inf, math.inf  # a range beyond all measure
-        slides = kind == SLIDE
-        if not slides:
-            T = T @ translation(anchor)
-        T = T @ travel(slides, (x, y, z), -ref)
-        found.append(Motion(joint, 0, name, "prismatic" if slides else "revolute", T, (x, y, z), lower, upper))
-        T = np.eye(4) if slides else translation(-anchor)
+        moving, by = ("prismatic", np.zeros(3)) if kind == SLIDE else ("revolute", anchor)
+        single = UrdfJoint(name, moving, "", "", Origin(), (x, y, z), lower, upper)
+        place = origin(T @ translation(by) @ single.travel(-ref))
+        found.append(Motion(joint, 0, replace(single, origin=place), is_ball=False))
+        T = translation(-by)
     return found, T
 
 
@@ -279,7 +270,7 @@ def fields_of_view(model: Any, cameras: Mapping[int, str]) -> dict[str, tuple[fl
     return found
 
 
-def sensor_frames(mujoco: Any, model: Any, sites: Mapping[int, str]) -> dict[str, tuple[str, ...]]:
+def sensor_frames(mujoco: Any, model: Any, sites: Mapping[int, str]) -> dict[str, Any]:
     """Frames of accelerometers, gyrometers and sensors of pressing forces, under the names that the semantics have."""
     kinds = {int(getattr(mujoco.mjtSensor, name)): part for name, part in _SENSORS.items()}
     found: dict[str, list[str]] = {}
@@ -290,25 +281,10 @@ def sensor_frames(mujoco: Any, model: Any, sites: Mapping[int, str]) -> dict[str
     return {part: tuple(frames) for part, frames in found.items()}
 
 
-def postures(model: Any, own: Sequence[tuple[str, Motion]], base: int | None) -> Iterator[tuple[str, Posture]]:
-    """The keyframes with a name, as postures.
-
-    Args:
-        model: the `mujoco.MjModel`.
-        own: name and motion of each joint with a coordinate of its own.
-        base: the free joint of the base, None without one.
-    """
-    for key in range(int(model.nkey)):
-        name, q = str(model.key(key).name), model.key_qpos[key]
-        if name:
-            angles = {joint: value(model, q, motion) for joint, motion in own}
-            yield name, Posture(angles, None if base is None else _up(q[model.jnt_qposadr[base] :][3:7]))
-
-
 def value(model: Any, q: Floats, motion: Motion) -> float:
     """The value of one coordinate in a configuration of MuJoCo."""
     first = int(model.jnt_qposadr[motion.id])
-    if int(model.jnt_type[motion.id]) != BALL:
+    if not motion.is_ball:
         return float(q[first])
     turns = euler_from_matrix(pose((0.0, 0.0, 0.0), q[first : first + 4])[:3, :3], "xyz", axes="moving").angles
     return float(turns[motion.part])
@@ -330,7 +306,7 @@ def semantics_of(
     mujoco: Any,
     model: Any,
     *,
-    own: Sequence[tuple[str, Motion]],
+    own: Sequence[Motion],
     base: int | None,
     cameras: Mapping[int, str],
     sites: Mapping[int, str],
@@ -339,21 +315,31 @@ def semantics_of(
     """The semantics: cameras with their fields of view, named keyframes as postures, sensors.
 
     The first keyframe is the posture that is shown first.
+
+    Args:
+        mujoco: the module.
+        model: the `mujoco.MjModel`.
+        own: the motions with a coordinate of their own.
+        base: the free joint of the base, None without one.
+        cameras: id → name of the cameras that are frames.
+        sites: id → name of the sites that are frames.
+        notes: gets a line for what is left out.
     """
-    found = dict(postures(model, own, base))
-    unnamed = int(model.nkey) - len(found)
+    postures: dict[str, Posture] = {}
+    for key in range(int(model.nkey)):
+        name, q = str(model.key(key).name), model.key_qpos[key]
+        if name:
+            angles = {motion.joint.name: value(model, q, motion) for motion in own}
+            if not all(map(math.isfinite, angles.values())):
+                raise ValueError(f"keyframe {quoted(name)} is not finite")
+            postures[name] = Posture(angles, None if base is None else _up(q[model.jnt_qposadr[base] :][3:7]))
+    unnamed = int(model.nkey) - len(postures)
     if unnamed:
         notes.append(f"keyframes without a name left out: {unnamed}")
-    for name in found:
-        if not all(math.isfinite(angle) for angle in found[name].angles.values()):
-            raise ValueError(f"keyframe {quoted(name)} is not finite")
-    sensors = sensor_frames(mujoco, model, sites)
     return Semantics(
         cameras=tuple(cameras.values()),
         fields_of_view=fields_of_view(model, cameras),
-        postures=found,
-        start=next(iter(found), ""),
-        accelerometers=sensors.get("accelerometers", ()),
-        gyrometers=sensors.get("gyrometers", ()),
-        force_sensors=sensors.get("force_sensors", ()),
+        postures=postures,
+        start=next(iter(postures), ""),
+        **sensor_frames(mujoco, model, sites),
     )

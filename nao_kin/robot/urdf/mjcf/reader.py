@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -13,12 +14,10 @@ from nao_kin._core.arrays import Floats
 from nao_kin._core.text import abbreviated, fresh_name, quoted
 from nao_kin.errors import BadModel
 from nao_kin.robot.semantics import Semantics
-from nao_kin.robot.urdf.couplings import CouplingRefused, drive_order, resolve_chains, share_limits
+from nao_kin.robot.urdf.couplings import Refused, drive_order, resolve_chains, share_limits
 from nao_kin.robot.urdf.document import checked_folders, file_content, root_tag
 from nao_kin.robot.urdf.mjcf.compiled import Compiled, Shapes, compile_mjcf, import_mujoco
 from nao_kin.robot.urdf.mjcf.joints import (
-    BALL,
-    FREE,
     R_CAMERA_FRAME,
     Couplings,
     Motion,
@@ -30,7 +29,7 @@ from nao_kin.robot.urdf.mjcf.joints import (
     read_couplings,
     semantics_of,
 )
-from nao_kin.robot.urdf.tree import Inertial, UrdfJoint, UrdfTree, names_apart, travel
+from nao_kin.robot.urdf.tree import Inertial, UrdfJoint, UrdfTree, names_apart
 
 # --- Which bodies of an MJCF are the robot: files hold floors, tables and things to grasp beside it.
 
@@ -51,18 +50,18 @@ def robot_of(model: Any, notes: list[str]) -> tuple[int, list[int]]:
     Raises:
         ValueError: there are no bodies.
     """
-    count, top = int(model.nbody), _tops(model)
-    if count < 2:
+    if model.nbody < 2:
         raise ValueError("no bodies")
     members: dict[int, list[int]] = {}
-    for body in range(1, count):
-        members.setdefault(top[body], []).append(body)
+    for body, top in enumerate(model.body_rootid.tolist()):
+        if body != WORLD:
+            members.setdefault(top, []).append(body)
     mocap = {body for body in members if int(model.body_mocapid[body]) >= 0}
     candidates = {body: bodies for body, bodies in members.items() if body not in mocap} or members
     joints = {body: sum(int(model.body_jntnum[one]) for one in bodies) for body, bodies in candidates.items()}
-    main = max(candidates, key=lambda body: (joints[body] - _floats(model, body), len(candidates[body]), -body))
-    standing = [body for body in candidates if not _floats(model, body)]
-    if _floats(model, main):
+    standing = [body for body in candidates if free_joint(model, body) is None]
+    main = max(candidates, key=lambda body: (joints[body] - (body not in standing), len(candidates[body]), -body))
+    if main not in standing:
         chosen, root = [main], main
         notes.append(f"body {quoted(_name(model, main))} has a free joint: base='floating' gives it a free base")
     elif standing == [main] and not int(model.body_jntnum[main]):
@@ -76,20 +75,6 @@ def robot_of(model: Any, notes: list[str]) -> tuple[int, list[int]]:
         notes.append(f"left out, for they are not the robot's: {names}")
     bodies = sorted(body for one in chosen for body in members[one])
     return root, bodies if root != WORLD else [WORLD, *bodies]
-
-
-def _tops(model: Any) -> list[int]:
-    """Body → the body of the world that carries it."""
-    top = [WORLD]
-    for body in range(1, int(model.nbody)):
-        parent = int(model.body_parentid[body])
-        top.append(body if parent == WORLD else top[parent])
-    return top
-
-
-def _floats(model: Any, body: int) -> bool:
-    joint = int(model.body_jntadr[body])
-    return joint >= 0 and int(model.jnt_type[joint]) == FREE
 
 
 def _name(model: Any, body: int) -> str:
@@ -148,7 +133,7 @@ def mjcf_tree(path: Path | str, content: bytes, package_dirs: Iterable[Path | st
     compiled = compile_mjcf(Path(path), content, folders, notes)
     try:
         tree, semantics = _Reader(compiled, Path(path), notes).read()
-    except (CouplingRefused, ValueError) as error:
+    except (Refused, ValueError) as error:
         raise BadModel(f"{path}: {error}") from None
     return replace(tree, package_dirs=folders), semantics
 
@@ -170,13 +155,13 @@ class _Reader:
         """The tree and the semantics."""
         model = self.model
         body_names = self._body_names()
-        joint_names = self._joint_names(body_names)
-        shared = names_apart(body_names.values(), joint_names.values(), self.notes)
+        self._name_motions(body_names)
+        motions = [motion for moves, _ in self.moves.values() for motion in moves]
+        shared = names_apart(body_names.values(), (motion.joint.name for motion in motions), self.notes)
         self.taken |= {*shared.values()}
         self.links = {body: shared.get(name, name) for body, name in body_names.items()}
-        scalar = {motion: name for (motion, _), name in joint_names.items() if int(model.jnt_type[motion]) != BALL}
-        couplings = read_couplings(model, scalar, self.notes)
-        joints = self._moving_joints(joint_names, couplings)
+        scalar = {motion.id: motion.joint.name for motion in motions if not motion.is_ball}
+        joints = self._moving_joints(read_couplings(model, scalar, self.notes))
         sites = self._frames("site", range(int(model.nsite)), joints)
         cameras = self._frames("camera", self._fixed_cameras(), joints)
         resolved = resolve_chains({joint.name: joint for joint in joints}, self.notes)
@@ -198,15 +183,9 @@ class _Reader:
             notes=(),
             visual_notes=shapes.visual_notes,
             collisions=shapes.collisions,
-            collision_notes=shapes.collision_notes,
         )
         own = {joint.name for joint in ordered if joint.kind != "fixed" and joint.mimic is None}
-        moving = [
-            (name, motion)
-            for body in self.moves
-            for motion in self.moves[body][0]
-            if (name := joint_names[motion.id, motion.part]) in own
-        ]
+        moving = [motion for motion in motions if motion.joint.name in own]
         semantics = semantics_of(
             import_mujoco(), model, own=moving, base=self.base, cameras=cameras, sites=sites, notes=self.notes
         )
@@ -216,26 +195,21 @@ class _Reader:
         """Body → its name; bodies without one are numbered."""
         given = {body: str(self.model.body(body).name) for body in self.bodies}
         self.taken |= {name for name in given.values() if name}
-        for body, name in given.items():
-            if not name:
-                given[body] = self._fresh(f"body_{body}", "")
-        return given
+        return {body: name or self._fresh(f"body_{body}", "") for body, name in given.items()}
 
-    def _joint_names(self, bodies: dict[int, str]) -> dict[tuple[int, int], str]:
-        """Joint and part of it → name; joints without a name are called by the bodies they move."""
-        given = {(motion.id, motion.part): motion.name for moves, _ in self.moves.values() for motion in moves}
-        self.taken |= {name for name in given.values() if name}
-        single = {name for (joint, _), name in given.items() if int(self.model.jnt_type[joint]) != BALL}
-        for (joint, part), name in given.items():
-            if name in single and int(self.model.jnt_type[joint]) == BALL:
-                given[joint, part] = self._fresh(name, "_ball")
+    def _name_motions(self, bodies: dict[int, str]) -> None:
+        """Give names to the motions without one, by the bodies they move, and to balls of a name that another has."""
+        every = [motion for moves, _ in self.moves.values() for motion in moves]
+        self.taken |= {motion.joint.name for motion in every if motion.joint.name}
+        single = {motion.joint.name for motion in every if not motion.is_ball}
         for body, (moves, _) in self.moves.items():
-            for motion in moves:
-                if not motion.name:
-                    given[motion.id, motion.part] = self._fresh(bodies[body], "_joint")
-        return given
+            for place, motion in enumerate(moves):
+                name = motion.joint.name or self._fresh(bodies[body], "_joint")
+                if motion.is_ball and name in single:
+                    name = self._fresh(name, "_ball")
+                moves[place] = motion._replace(joint=replace(motion.joint, name=name))
 
-    def _moving_joints(self, names: dict[tuple[int, int], str], couplings: Couplings) -> list[UrdfJoint]:
+    def _moving_joints(self, couplings: Couplings) -> list[UrdfJoint]:
         """The joints, one behind the other, with links between the joints of one body."""
         joints: list[UrdfJoint] = []
         strength = efforts(self.model)
@@ -243,44 +217,29 @@ class _Reader:
             parent = self.links[int(self.model.body_parentid[body])]
             ends_here = bool(moves) and np.array_equal(T_last_body, np.eye(4))
             for count, motion in enumerate(moves, 1):
-                name = names[motion.id, motion.part]
-                child = self.links[body] if ends_here and count == len(moves) else self._fresh(name, "_link")
-                joints.append(self._joint(motion, name, parent, child, couplings, strength))
+                last = ends_here and count == len(moves)
+                child = self.links[body] if last else self._fresh(motion.joint.name, "_link")
+                joint = replace(motion.joint, parent=parent, child=child)
+                joints.append(self._joint(motion, joint, couplings, strength))
                 parent = child
             if not ends_here:
                 joints.append(self._fixed(parent, self.links[body], T_last_body))
-            self._note_ball(moves, names)
+            self._note_ball(moves)
         return joints
 
-    def _joint(
-        self,
-        motion: Motion,
-        name: str,
-        parent: str,
-        child: str,
-        couplings: Couplings,
-        strength: dict[int, float],
-    ) -> UrdfJoint:
-        T, slides = motion.T_before, motion.kind == "prismatic"
-        if name in couplings.locked:
-            return UrdfJoint(
-                name, "fixed", parent, child, origin(T @ travel(slides, motion.axis, couplings.locked[name]))
-            )
+    def _joint(self, motion: Motion, joint: UrdfJoint, couplings: Couplings, strength: dict[int, float]) -> UrdfJoint:
+        """The joint of a motion, which has its names already, as it is coupled, locked, driven and damped."""
+        if joint.name in couplings.locked:
+            T = joint.origin.matrix @ joint.travel(couplings.locked[joint.name])
+            return UrdfJoint(joint.name, "fixed", joint.parent, joint.child, origin(T))
         dof = int(self.model.jnt_dofadr[motion.id]) + motion.part
-        joint = UrdfJoint(
-            name,
-            motion.kind,
-            parent,
-            child,
-            origin(T),
-            motion.axis,
-            motion.lower,
-            motion.upper,
+        return replace(
+            joint,
+            effort=strength.get(motion.id, math.inf),
             damping=float(self.model.dof_damping[dof]),
             friction=float(self.model.dof_frictionloss[dof]),
-            mimic=couplings.mimics.get(name),
+            mimic=couplings.mimics.get(joint.name),
         )
-        return replace(joint, effort=strength[motion.id]) if motion.id in strength else joint
 
     def _frames(self, kind: str, ids: Any, joints: list[UrdfJoint]) -> dict[int, str]:
         """Sites or cameras as links fixed to those of their bodies: id → name; those without a name are left out."""
@@ -327,10 +286,10 @@ class _Reader:
         place = origin(pose(self.model.body_ipos[body], self.model.body_iquat[body]))
         return Inertial(float(self.model.body_mass[body]), place, (a, 0.0, 0.0, b, 0.0, c))
 
-    def _note_ball(self, moves: list[Motion], names: dict[tuple[int, int], str]) -> None:
-        for motion in moves:
+    def _note_ball(self, moves: list[Motion]) -> None:
+        for place, motion in enumerate(moves):
             if motion.part == 2:
-                three = ", ".join(quoted(names[motion.id, part]) for part in range(3))
+                three = ", ".join(quoted(turn.joint.name) for turn in moves[place - 2 : place + 1])
                 limit = "; its limit on the whole turn is one on each" if self.model.jnt_limited[motion.id] else ""
                 self.notes.append(
                     f"ball joint {quoted(str(self.model.joint(motion.id).name))} made of three about x, y and z: "
