@@ -760,9 +760,9 @@ _BATCH = (
     *_faults(
         "robot/build.py",
         "test_batch_kernels.py",
-        ("changed-mass-of-the-root-not-seen", " or model.inertias[0] != before.inertias[0]", ""),
-        ("shifted-mass-not-seen", "model != before or", ""),
-        ("changed-frame-not-seen", "self._before = model, model.copy()", "self._before = model, model"),
+        ("changed-mass-of-the-root-not-seen", "self._first.mass != self._first_mass", "False"),
+        ("shifted-mass-not-seen", " or bodies.changed()", ""),
+        ("changed-frame-not-seen", "placements.changed() or frames.changed() or", "placements.changed() or"),
     ),
     *_faults(
         "robot/model.py",

@@ -182,7 +182,7 @@ def kept_limb(robot: RobotModel, make: Callable[..., _Made], *arguments: str) ->
     key = (make, *arguments)
     with _LOCK:
         kept = _KEPT.get(robot)
-        if kept is None or kept.numbers.changed():
+        if kept is None or kept.numbers.placements_changed():
             kept = _KEPT[robot] = _Limbs(robot)
         limb: _Made | None = kept.limbs.get(key)
     if limb is None:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import weakref
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal
 
 import numpy as np
 import pinocchio as pin
 
+from nao_kin._core.arrays import Floats
 from nao_kin._core.text import fresh_name, quoted
 from nao_kin.errors import BadArgument, BadModel
 from nao_kin.robot.urdf import Origin, UrdfJoint, UrdfTree
@@ -195,10 +196,24 @@ def restore_numbers(model: pin.Model, numbers: Mapping[str, Any]) -> None:
         setattr(model, name, numbers[name])
 
 
-class ModelNumbers:
-    """The numbers of a model as they were, for whoever calibrates a robot writes into `robot.model`.
+# --- The placements and masses of a Pinocchio model, watched for changes.
+#
+# Whoever calibrates a robot writes into `robot.model`. Pinocchio sees that at once; what was made of those numbers
+# has to be made again. Reading them one by one takes longer than a small batch, so they are compared in the memory
+# where Pinocchio keeps them, one after another at equal distances.
 
-    Pinocchio sees that at once; what was made of the numbers has to be made again.
+_DOUBLE = 8
+# An inertia is its mass, lever and tensor: the mass of the next one follows the tensor.
+_LEVER_AND_TENSOR = 9
+
+
+def address(array: Floats) -> int:
+    """Where an array begins."""
+    return int(array.__array_interface__["data"][0])
+
+
+class ModelNumbers:
+    """A copy of the numbers, and where they are.
 
     Examples:
         >>> nao = nk.NaoModel("v6")
@@ -207,7 +222,16 @@ class ModelNumbers:
     """
 
     def __init__(self, model: pin.Model) -> None:
-        self._model, self._before = model, model.copy()
+        self._inertias = model.inertias
+        placements = _Part(model.jointPlacements, lambda placement: placement.rotation, 12)  # R by columns, then p
+        frames = _Part(model.frames, lambda frame: frame.placement.rotation, 12)
+        bodies = _Part(model.inertias, lambda inertia: inertia.lever, _LEVER_AND_TENSOR + 1, but=1)
+        last = _Part(model.inertias, lambda inertia: inertia.lever, _LEVER_AND_TENSOR)
+        self._parts = placements, frames, bodies, last
+        self._first = self._inertias[0]
+        self._first_mass = float(self._first.mass)
+        masses = [float(inertia.mass) for inertia in model.inertias]
+        self._masses = None if bodies.column(_LEVER_AND_TENSOR) == masses[1:] else masses
 
     def changed(self) -> bool:
         """Whether any number is another one than when it was first looked at.
@@ -219,6 +243,44 @@ class ModelNumbers:
             >>> numbers.changed()
             True
         """
-        model, before = self._model, self._before
-        # Models compare equal where they differ in what is held to the world.
-        return bool(model != before or model.inertias[0] != before.inertias[0])
+        placements, frames, bodies, last = self._parts
+        if placements.changed() or frames.changed() or bodies.changed() or last.changed():
+            return True
+        if self._masses is not None:  # this Pinocchio keeps masses elsewhere
+            return [float(inertia.mass) for inertia in self._inertias] != self._masses
+        return bool(self._first.mass != self._first_mass)
+
+    def placements_changed(self) -> bool:
+        """Whether a joint or a frame stands elsewhere than when it was first looked at.
+
+        Examples:
+            >>> nao = nk.NaoModel("v6")
+            >>> numbers = nk.robot.ModelNumbers(nao.model)
+            >>> nao.model.inertias[1].mass *= 1.1
+            >>> numbers.changed(), numbers.placements_changed()
+            (True, False)
+        """
+        placements, frames, _, _ = self._parts
+        return placements.changed() or frames.changed()
+
+
+class _Part:
+    """One vector of Pinocchio's: so many doubles of each of its elements `but` the last, from an array in it on."""
+
+    def __init__(self, elements: Sequence[Any], array_in: Callable[[Any], Floats], doubles: int, but: int = 0) -> None:
+        self._elements, self._count = elements, len(elements)
+        first = array_in(elements[0])
+        step = address(array_in(elements[1])) - address(first) if self._count > 1 else _DOUBLE * doubles
+        shape = self._count - but, doubles
+        self._view = np.lib.stride_tricks.as_strided(first, shape, (step, _DOUBLE), writeable=False)
+        self._blocks = self._view.view(f"V{_DOUBLE * doubles}")  # copied by the block, not by the number
+        self._seen = self._blocks.tobytes()
+
+    def changed(self) -> bool:
+        """Whether the vector has grown, which moves it and ends the view of it, or a number in it is another one."""
+        return len(self._elements) != self._count or self._blocks.tobytes() != self._seen
+
+    def column(self, k: int) -> list[float]:
+        """One of the doubles of all elements."""
+        column: list[float] = self._view[:, k].tolist()
+        return column

@@ -17,6 +17,7 @@ from nao_kin._core.arrays import Floats, choice
 from nao_kin._core.text import quoted
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, RenamedFrameWarning, UnknownName
+from nao_kin.robot.build import address
 from nao_kin.robot.urdf import UrdfTree
 from nao_kin.rotations import quat_from_matrix, rpy_from_matrix
 
@@ -347,19 +348,14 @@ class _Workspace:
         return np.concatenate([np.append(pose.rotation.T, pose.translation) for pose in self.data.oMf])
 
 
-def _address(array: Floats) -> int:
-    """Where an array begins."""
-    return int(array.__array_interface__["data"][0])
-
-
 def _block_of(data: pin.Data, count: int) -> Floats | None:
     """A view of all placements as one array; None when this Pinocchio lays them out otherwise."""
     first: Floats = data.oMf[0].rotation
-    start = _address(first)
+    start = address(first)
     for i in {0, count // 2, count - 1}:
         rotation, translation = data.oMf[i].rotation, data.oMf[i].translation
         expected = start + i * _DOUBLES * 8
-        if _address(rotation) != expected or _address(translation) != expected + 9 * 8 or rotation.strides != (8, 24):
+        if address(rotation) != expected or address(translation) != expected + 9 * 8 or rotation.strides != (8, 24):
             return None
     return np.lib.stride_tricks.as_strided(first, shape=(count * _DOUBLES,), strides=(8,), writeable=False)
 
