@@ -47,6 +47,10 @@ class Place:
     column: int = 0
     where: str = ""
 
+    def entry(self, index: int) -> Place:
+        """The place of an entry of the list that stands here."""
+        return Place(self.line, self.column, f"{self.where}[{index}]")
+
 
 def in_json(*path: str | int) -> Place:
     """The place in JSON of the value that names and indices lead to, as keys[3][2] or motion[0].keyframes."""
@@ -132,6 +136,20 @@ class Source:
         if not isinstance(value, list):
             raise self.error(f"expected a list, got {described(value)}", in_json(*path))
         return value
+
+    def object_at(self, *path: str | int) -> dict[str, Any]:
+        """The same, which must be an object."""
+        value = self.at(*path)
+        if not isinstance(value, dict):
+            raise self.error(f"expected an object, got {described(value)}", in_json(*path))
+        return value
+
+    def check_fields(self, names: Sequence[str], what: str, *path: str | int) -> None:
+        """Refuse an object in the JSON text that has other fields than those of these names."""
+        for name in self.object_at(*path):
+            if name not in names:
+                near = ", ".join(nearest_names(name, names)) or ", ".join(names)
+                raise self.error(f"unknown {what} (nearest: {near})", in_json(*path, name))
 
     def error(self, reason: str, place: Place = NOWHERE) -> BadInputFile:
         """What to raise for something that is wrong with the file."""
