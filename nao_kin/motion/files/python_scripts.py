@@ -369,7 +369,7 @@ def _places(source: Source) -> dict[str, str | int]:
     """Under which name, or at which place of the list, names, angles and times stand."""
     value, found = source.json, dict[str, str | int]()
     if isinstance(value, dict):
-        source.check_fields(("names", *_ANGLES, *_TIMES, "isAbsolute"), "argument")
+        source.fields(value, ("names", *_ANGLES, *_TIMES, "isAbsolute"), "argument")
         for what, choices in (("names", ("names",)), ("angles", _ANGLES), ("times", _TIMES)):
             given = [name for name in choices if name in value]
             if len(given) != 1:

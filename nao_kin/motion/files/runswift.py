@@ -21,7 +21,7 @@ from nao_kin._core.arrays import decimal
 from nao_kin._core.csv_numbers import plain_floats
 from nao_kin._core.text import MOST_SHOWN, quoted
 from nao_kin.motion.files.source import Format, Place, Source
-from nao_kin.motion.files.tracks import Track, check_times, columns, milliseconds, motion_of, straight_rows
+from nao_kin.motion.files.tracks import Track, check_times, milliseconds, motion_of, nao_columns, straight_rows
 from nao_kin.motion.motion import Motion
 
 SHORT_NAMES = {
@@ -149,7 +149,7 @@ def write(motion: Motion, rate: float | None) -> bytes:
         BadArgument: joints that are missing or that the format does not know, times before 0 or nearer than 1 ms.
     """
     times, values = straight_rows(motion, rate, "rUNSWift pos")
-    table = np.degrees(columns(motion, values, list(SHORT_NAMES.values()), "rUNSWift pos", one_hip=True))
+    table = np.degrees(nao_columns(motion, values, list(SHORT_NAMES.values()), "rUNSWift pos", one_hip=True))
     stamps = milliseconds(times, "rUNSWift pos")
     lines = [_line(" ", [*SHORT_NAMES, _DURATION])]
     for row, duration in zip(table.tolist(), np.diff([0, *stamps]).tolist(), strict=True):

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path
+from pathlib import Path as FilePath
 from typing import Any
 
 import numpy as np
@@ -65,6 +65,8 @@ def in_json(*path: str | int) -> Place:
     return Place(where=words)
 
 
+# The names and indices that lead to a value in JSON.
+Path = list[str | int]
 # Where the entry with a number stands.
 PlaceOf = Callable[[int], Place]
 NOWHERE = Place()
@@ -137,19 +139,22 @@ class Source:
             raise self.error(f"expected a list, got {described(value)}", in_json(*path))
         return value
 
-    def object_at(self, *path: str | int) -> dict[str, Any]:
-        """The same, which must be an object."""
-        value = self.at(*path)
+    def objects_at(self, *path: str | int) -> Iterator[tuple[Path, dict[str, Any]]]:
+        """The objects of a list, each with its path."""
+        for index, value in enumerate(self.list_at(*path)):
+            if not isinstance(value, dict):
+                raise self.error(f"expected an object, got {described(value)}", in_json(*path, index))
+            yield [*path, index], value
+
+    def fields(self, value: Any, names: Sequence[str], what: str, *path: str | int) -> dict[str, Any]:
+        """A value in the JSON text, which must be an object without other fields than those of these names."""
         if not isinstance(value, dict):
             raise self.error(f"expected an object, got {described(value)}", in_json(*path))
-        return value
-
-    def check_fields(self, names: Sequence[str], what: str, *path: str | int) -> None:
-        """Refuse an object in the JSON text that has other fields than those of these names."""
-        for name in self.object_at(*path):
+        for name in value:
             if name not in names:
                 near = ", ".join(nearest_names(name, names)) or ", ".join(names)
                 raise self.error(f"unknown {what} (nearest: {near})", in_json(*path, name))
+        return value
 
     def error(self, reason: str, place: Place = NOWHERE) -> BadInputFile:
         """What to raise for something that is wrong with the file."""
@@ -173,6 +178,10 @@ class Source:
                     return numbers
         first = next(index for index, value in enumerate(values) if not is_finite_number(value))
         raise self.error(f"{what} is {described(values[first])}, expected a finite number", place(first))
+
+    def floats_at(self, what: str, *path: str | int) -> Floats:
+        """The numbers of a list in the JSON text, each of which is `what`."""
+        return self.floats(self.list_at(*path), what, in_json(*path).entry)
 
     def check_joint(self, joint: Any, place: Place = NOWHERE) -> str:
         """A joint name that may occur, or that is left out later.
@@ -206,7 +215,7 @@ def file_name(path: object) -> str:
     Raises:
         BadArgument: it is none, or empty.
     """
-    if not isinstance(path, (str, Path)):
+    if not isinstance(path, (str, FilePath)):
         raise BadArgument(f"path must be the name of a file, got {type(path).__name__}")
     if not str(path):
         raise BadArgument("no file name; expected a motion file, or - for standard input")
@@ -221,7 +230,7 @@ def read_bytes(name: str) -> bytes:
     """
     try:
         if name != "-":
-            with Path(name).open("rb") as file:
+            with FilePath(name).open("rb") as file:
                 return read_bounded(file, name)
         if sys.stdin is None:
             raise BadInputFile(name, "closed; there is nothing to read")

@@ -209,7 +209,7 @@ def milliseconds(times: Floats, what: str) -> list[int]:
     return [int(time) for time in whole]
 
 
-def columns(motion: Motion, values: Floats, wanted: Sequence[str], what: str, *, one_hip: bool) -> Floats:
+def nao_columns(motion: Motion, values: Floats, wanted: Sequence[str], what: str, *, one_hip: bool) -> Floats:
     """The columns of a format that holds the same joints of the NAO in every file.
 
     Args:
