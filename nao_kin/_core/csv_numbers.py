@@ -202,7 +202,7 @@ class Records:
                 yield done, [], f"malformed CSV: {error}"
 
 
-def plain_floats(fields: list[str]) -> list[float] | None:
+def plain_floats(fields: Sequence[str]) -> list[float] | None:
     """The numbers of a record; None where one is not finite, or none.
 
     Python's `float` reads more than decimal digits: the text must be ASCII, and without underscores.

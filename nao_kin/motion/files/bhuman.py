@@ -37,14 +37,20 @@ from nao_kin._core.text import MOST_SHOWN, abbreviated, quoted
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import nearest_names
 from nao_kin.motion.files.config_stream import ConfigStream, Fields, Items, Word
-from nao_kin.motion.files.key_frames import Ease, KeyFrame, joint_values, motion_of_frames
+from nao_kin.motion.files.key_frames import Ease, KeyFrame, ease_of, key_frame, motion_of_frames
 from nao_kin.motion.files.source import Format, MotionFileWarning, Source, chosen
 from nao_kin.motion.motion import Motion
 
 _BEGINS = re.compile(r"^\s*(?:keyframeBlock|mofs)\s*=\s*[\[{]", re.MULTILINE)
 _BLOCKS, _OLD = "keyframeBlock", "mofs"
-_LIMBS = {"leftArm": 6, "leftLeg": 6, "rightLeg": 6, "rightArm": 6}
-_EASES: dict[str, Ease] = {"Linear": "linear", "SinusMinToMax": "cosine", "SinusZeroToMax": "sine"}
+_LIMBS = ("leftArm", "leftLeg", "rightLeg", "rightArm")
+# The default of a key frame is what its block says, and of a block straight.
+_EASES: dict[str, Ease | None] = {
+    "Default": None,
+    "Linear": "linear",
+    "SinusMinToMax": "cosine",
+    "SinusZeroToMax": "sine",
+}
 # What a running robot does besides, by what its sensors say.
 _BY_SENSORS = ("keyframeBranches", "waitConditions", "jointCompensation", "startAsNextPhaseMotion")
 
@@ -100,9 +106,7 @@ def _blocks(stream: ConfigStream, name: str) -> Fields:
         return cast(Fields, stream.get(stream.fields, name, Fields))
     found = Fields()
     found.at = given.at
-    for entry in given:
-        if not isinstance(entry, Fields):
-            raise stream.error("expected an object {…}", entry)
+    for entry in stream.objects(given, ""):
         found[stream.get(entry, "name", Word).text] = entry
     return found
 
@@ -124,42 +128,17 @@ def _given(fields: Fields, names: Iterable[str]) -> set[str]:
 def _frames(stream: ConfigStream, block: Fields, rows: str, left_out: set[str], *, old: bool) -> list[KeyFrame]:
     """The key frames of a block; `left_out` gets the names of what of them is not taken."""
     frames = []
-    for row in stream.get(block, rows, Items):
-        if not isinstance(row, Fields):
-            raise stream.error("expected an object {…} for a key frame", row)
+    for row in stream.objects(stream.get(block, rows, Items), " for a key frame"):
         left_out |= _given(row, _BY_SENSORS)
         if row.get("conditions"):
             left_out |= {"lines with conditions"}
             continue
         angles = row if old else stream.get(row, "angles", Fields)
         limbs = angles if old else stream.get(angles, "positions", Fields)
-        lists = [(stream.get(angles, "head", Items), 2)]
-        lists += [(stream.get(limbs, limb, Items), count) for limb, count in _LIMBS.items()]
-        duration = stream.get(row, "duration", Word)
-        frames.append(
-            KeyFrame(
-                stream.number(duration, "duration", ""),
-                _ease(stream, row, block),
-                joint_values(stream, lists, "deg" if old else "rad"),
-                stream.place(duration),
-            )
-        )
+        lists = [(angles, "head", 2), *((limbs, limb, 6) for limb in _LIMBS)]
+        ease = ease_of(stream, "interpolationType", _EASES, row, block)
+        frames.append(key_frame(stream, row, ease, lists, "deg" if old else "rad"))
     return frames
-
-
-def _ease(stream: ConfigStream, row: Fields, block: Fields) -> Ease:
-    """The way to a key frame; without a word about it, straight."""
-    for fields in (row, block):
-        if "interpolationType" in fields:
-            word = stream.get(fields, "interpolationType", Word)
-            if word.text in _EASES:
-                return _EASES[word.text]
-            if word.text != "Default":
-                expected = ", ".join(("Default", *_EASES))
-                raise stream.error(
-                    f"interpolationType is {quoted(word.text, MOST_SHOWN)}, expected one of {expected}", word
-                )
-    return "linear"
 
 
 BHUMAN = Format("bhuman", (".cfg",), "B-Human's key frames", recognises, read)

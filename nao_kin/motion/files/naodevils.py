@@ -23,12 +23,12 @@ what the joints do comes of the running robot's balance.
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 
-from nao_kin._core.text import MOST_SHOWN, quoted
-from nao_kin.motion.files.config_stream import ConfigStream, Fields, Items, Word
-from nao_kin.motion.files.key_frames import Ease, KeyFrame, joint_values, motion_of_frames
+from nao_kin.motion.files.config_stream import ConfigStream, Items
+from nao_kin.motion.files.key_frames import Ease, ease_of, key_frame, motion_of_frames
 from nao_kin.motion.files.source import Format, Source
 from nao_kin.motion.motion import Motion
 
@@ -36,7 +36,7 @@ _BEGINS = re.compile(r"^\s*(?:keyFrames|phaseParameters)\s*=\s*\[", re.MULTILINE
 _LISTS = {"headAngles": 2, "armsAngles": 12, "legsAngles": 12}
 # NAOqi's order has the right arm behind the legs.
 _ORDER = np.array([*range(8), *range(14, 26), *range(8, 14)])
-_EASES: dict[str, Ease] = {"linear": "linear", "sine": "cosine"}
+_EASES: dict[str, Ease | None] = {"linear": "linear", "sine": "cosine"}
 
 
 def recognises(source: Source) -> bool:
@@ -57,28 +57,13 @@ def read(source: Source) -> Motion:
             "are not in the file; expected key frames (.kfm)"
         )
     frames = []
-    for row in stream.get(stream.fields, "keyFrames", Items):
-        if not isinstance(row, Fields):
-            raise stream.error("expected an object {…} for a key frame", row)
-        values = joint_values(stream, [(stream.get(row, name, Items), count) for name, count in _LISTS.items()], "rad")
-        duration = stream.get(row, "duration", Word)
-        frames.append(
-            KeyFrame(
-                stream.number(duration, "duration", ""), _ease(stream, row), values[_ORDER], stream.place(duration)
-            )
-        )
+    for row in stream.objects(stream.get(stream.fields, "keyFrames", Items), " for a key frame"):
+        lists = [(row, name, count) for name, count in _LISTS.items()]
+        frame = key_frame(stream, row, ease_of(stream, "intType", _EASES, row), lists)
+        frames.append(replace(frame, values=frame.values[_ORDER]))
     if not frames:
         raise source.error("no key frames")
     return motion_of_frames(source, frames)
-
-
-def _ease(stream: ConfigStream, row: Fields) -> Ease:
-    if "intType" not in row:
-        return "linear"
-    word = stream.get(row, "intType", Word)
-    if word.text not in _EASES:
-        raise stream.error(f"intType is {quoted(word.text, MOST_SHOWN)}, expected one of {', '.join(_EASES)}", word)
-    return _EASES[word.text]
 
 
 NAODEVILS = Format("naodevils", (".kfm", ".kmc"), "NaoDevils' key frames", recognises, read)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -13,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats
+from nao_kin._core.arrays import Floats, decimal
+from nao_kin._core.csv_numbers import plain_floats
 from nao_kin._core.files import described, is_finite_number, read_bounded, read_json
 from nao_kin._core.text import MOST_SHOWN, abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinWarning, nearest_names
@@ -50,6 +52,10 @@ class Place:
     def entry(self, index: int) -> Place:
         """The place of an entry of the list that stands here."""
         return Place(self.line, self.column, f"{self.where}[{index}]")
+
+    def field(self, index: int) -> Place:
+        """The place of a field of the row whose first one stands here."""
+        return Place(self.line, self.column + index)
 
 
 def in_json(*path: str | int) -> Place:
@@ -178,6 +184,39 @@ class Source:
                     return numbers
         first = next(index for index, value in enumerate(values) if not is_finite_number(value))
         raise self.error(f"{what} is {described(values[first])}, expected a finite number", place(first))
+
+    def decimals(
+        self, fields: Sequence[str], names: Sequence[str], place: PlaceOf, hold: str | None = None
+    ) -> list[float]:
+        """Numbers out of text.
+
+        Args:
+            fields: what stands in the file.
+            names: what each of them is.
+            place: where each stands.
+            hold: stands for no number, NaN.
+
+        Raises:
+            BadInputFile: one is no finite number.
+        """
+        numbers = plain_floats(fields) if self._has_plain_digits else None
+        if numbers:
+            return numbers
+        numbers = []
+        for index, (name, text) in enumerate(zip(names, map(str.strip, fields), strict=True)):
+            try:
+                numbers.append(math.nan if text == hold else decimal(text))
+            except ValueError:
+                numbers.append(math.inf)
+            if math.isinf(numbers[-1]):
+                reason = f"{name} is {quoted(text, MOST_SHOWN)}, expected a finite number"
+                raise self.error(reason if hold is None else f"{reason} or {hold}", place(index))
+        return numbers
+
+    @cached_property
+    def _has_plain_digits(self) -> bool:
+        """Whether Python's `float` reads decimal digits only: it takes those of any script, and underscores."""
+        return self.text.isascii() and "_" not in self.text
 
     def floats_at(self, what: str, *path: str | int) -> Floats:
         """The numbers of a list in the JSON text, each of which is `what`."""
