@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import glob
-import gzip
 import math
-import sys
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, BinaryIO, cast
+from typing import Any
 
 import numpy as np
 
 from nao_kin._core.arrays import Floats, as_floats
 from nao_kin._core.csv_numbers import Records, RowLines, TableColumns, csv_head, line_ends, quick_numbers, whole_lines
+from nao_kin._core.files import opened
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadInputFile, WrongShape
@@ -139,7 +138,7 @@ class CsvSource(Source):
 
     def __init__(self, path: str, robot: RobotModel, options: TableOptions) -> None:
         self.path = path
-        self._file = _opened_bytes(path)
+        self._file = opened(path)
         # What has been read and not yet been given out: at the start, and behind the last whole line.
         self._rest, self._behind = b"", b""
         packed = path == "-" or path.lower().endswith(".gz") or not Path(path).is_file()
@@ -251,16 +250,6 @@ class CsvSource(Source):
                 problems[len(values)] = column, reason
             values.append(row or nothing)
         return records.consumed, _Rows(np.array(values).reshape(len(values), len(nothing)), problems)
-
-
-def _opened_bytes(path: str) -> BinaryIO:
-    if path.lower().endswith(".gz"):
-        return cast(BinaryIO, gzip.open(path))
-    if path != "-":
-        return Path(path).open("rb")
-    if sys.stdin is None:
-        raise BadInputFile(path, "closed; there is nothing to read")
-    return sys.stdin.buffer
 
 
 # --- Tables of joint values in the binary formats: NumPy's, Parquet, Arrow IPC.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -16,7 +15,7 @@ import numpy as np
 
 from nao_kin._core.arrays import Floats, decimal
 from nao_kin._core.csv_numbers import plain_floats
-from nao_kin._core.files import described, is_finite_number, read_bounded, read_json
+from nao_kin._core.files import described, is_finite_number, read_json
 from nao_kin._core.text import MOST_SHOWN, abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinWarning, nearest_names
 from nao_kin.motion.motion import Motion
@@ -259,24 +258,6 @@ def file_name(path: object) -> str:
     if not str(path):
         raise BadArgument("no file name; expected a motion file, or - for standard input")
     return str(path)
-
-
-def read_bytes(name: str) -> bytes:
-    """All of a file, or of standard input for "-".
-
-    Raises:
-        BadInputFile: it cannot be read.
-    """
-    try:
-        if name != "-":
-            with FilePath(name).open("rb") as file:
-                return read_bounded(file, name)
-        if sys.stdin is None:
-            raise BadInputFile(name, "closed; there is nothing to read")
-        return read_bounded(sys.stdin.buffer, name)
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else None
-        raise BadInputFile(name, f"cannot be read: {reason or error}") from None
 
 
 # --- What a motion file format is made of.
