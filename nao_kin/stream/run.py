@@ -32,8 +32,8 @@ from nao_kin.robot import LimitPolicy, RobotModel, check_robot
 from nao_kin.stream.parts import PartFolder, Progress
 from nao_kin.stream.results import MOST_LISTED, BadRow, StreamResult
 from nao_kin.stream.sinks import PoseColumns, PoseStyle, Sink, sink_class
-from nao_kin.stream.sources import Block, Configurations, Source, TableOptions, found_files, open_source
-from nao_kin.stream.tables import Hips, JointColumns, check_hips, times_in_seconds
+from nao_kin.stream.sources import Block, Configurations, Source, found_files, open_source
+from nao_kin.stream.tables import Hips, JointColumns, TableOptions, check_hips, times_in_seconds
 
 # --- How far a long run has come, for whoever sits in front of it: rows, rate, and the time that is left.
 

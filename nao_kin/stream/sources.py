@@ -5,7 +5,7 @@ from __future__ import annotations
 import glob
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -20,12 +20,14 @@ from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadInputFile, WrongShape
 from nao_kin.robot import RobotModel
-from nao_kin.stream.tables import table_columns
+from nao_kin.stream.tables import TableOptions
 
 # --- Tables of joint values, read block by block from any place that a block begins at.
 
 # Where a block begins: bytes, lines and rows before it, as far as the kind of file needs them.
 Position = tuple[int, ...]
+# Column, from 1 and 0 for none, and reason of rows that could not be read, by their place in a block.
+Problems = dict[int, tuple[int, str]]
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,7 @@ class Block:
         values: shape (n, columns); NaN in rows that could not be read.
         end: where the next block begins.
         times: shape (n,), in the unit of the file; None where it has none.
-        problems: column, from 1 and 0 for none, and reason of rows that could not be read, by their place in the block.
+        problems: rows that could not be read.
         last: no block follows.
         lines: of every row of the block, found when one is asked for; None where there are no lines.
         file: which of several files it is from.
@@ -45,7 +47,7 @@ class Block:
     values: Floats
     end: Position
     times: Floats | None = None
-    problems: Mapping[int, tuple[int, str]] = field(default_factory=dict)
+    problems: Problems = field(default_factory=dict)
     last: bool = False
     lines: Sequence[int] | None = None
     file: int = 0
@@ -84,31 +86,6 @@ class Source(ABC):
         return
 
 
-@dataclass(frozen=True)
-class TableOptions:
-    """How the columns of a file are understood: the arguments of `table_columns`.
-
-    Attributes:
-        degrees: turning joints without a unit are in degrees.
-        columns: heading in the file → what to read it as; None leaves it out.
-        ignore_other: leave out columns of other names.
-    """
-
-    degrees: bool = False
-    columns: Mapping[str, str | None] | None = None
-    ignore_other: bool = False
-
-    def table(self, path: str, headings: Sequence[str], robot: RobotModel, line: int = 0) -> TableColumns:
-        """What the columns of a table are."""
-        return table_columns(
-            path, headings, robot, line, degrees=self.degrees, columns=self.columns, ignore_other=self.ignore_other
-        )
-
-    def of_q(self, robot: RobotModel) -> TableColumns:
-        """What the columns of an array of configurations are, behind those of a floating base."""
-        return TableOptions(self.degrees).table("", robot.joint_names, robot)
-
-
 # --- A CSV file of joint values, in blocks of whole records.
 #
 # The file is cut by us and the numbers are read by pyarrow, one block at a time: its own streaming reader can neither
@@ -120,14 +97,6 @@ _LONGEST_LINE = 1 << 24
 # Read exactly where the quick way refuses it.
 _SMALL = 1 << 14
 _BOM = b"\xef\xbb\xbf"
-
-
-@dataclass(frozen=True)
-class _Rows:
-    """Rows of numbers, NaN where they could not be read, and why not."""
-
-    values: Floats
-    problems: dict[int, tuple[int, str]]
 
 
 class CsvSource(Source):
@@ -161,17 +130,15 @@ class CsvSource(Source):
             block, at_end = self._next_lines(rest, line)
             if not block:
                 break
-            used, rows = self._read(block, at_end=at_end)
+            used, rows, problems = self._read(block, at_end=at_end)
             part = block[:used] if used < len(block) else block
             rest = block[used:] + self._behind
             offset, before, line = offset + used, line, line + line_ends(part)
-            if len(rows.values):
+            if len(rows):
                 some = True
-                lines = RowLines(part, self._delimiter, before)
-                joints = len(self.table.names)
-                times = rows.values[:, joints] if self.table.timed else None
-                values = rows.values[:, :joints]
-                yield Block(values, (offset, line), times, rows.problems, at_end and not rest, lines)
+                lines = RowLines(part, self.table.delimiter, before)
+                values, times = self.table.split(rows)
+                yield Block(values, (offset, line), times, problems, at_end and not rest, lines)
             if at_end and not rest:
                 break
         if not some and start == self.start:
@@ -190,15 +157,8 @@ class CsvSource(Source):
         head = self._file.read(BYTES_AT_ONCE)
         mark = len(_BOM) if head.startswith(_BOM) else 0
         head = head[mark:]
-        if not head.strip():
-            raise BadInputFile(self.path, "empty; expected joint names and values")
         ends = len(head) < BYTES_AT_ONCE - mark
-        beginning = csv_head(head, at_end=ends)
-        if beginning.problem:
-            raise BadInputFile(self.path, beginning.problem, beginning.line)
-        if not beginning.fields:
-            raise BadInputFile(self.path, "empty; expected joint names and values")
-        self._delimiter, self._mark = beginning.delimiter, beginning.mark
+        beginning = csv_head(self.path, head, "joint names and values", at_end=ends)
         try:
             head[: beginning.size].decode("utf-8")
         except UnicodeDecodeError as error:
@@ -206,7 +166,7 @@ class CsvSource(Source):
         self.start = mark + beginning.size, beginning.lines
         self._rest = head[beginning.size :]
         table = options.table(self.path, beginning.fields, robot, beginning.line)
-        self.table = table.with_times_of(self._rest, self._delimiter)
+        self.table = table.of_csv(beginning, self._rest)
 
     def _next_lines(self, rest: bytes, line: int) -> tuple[bytes, bool]:
         """Whole lines, of about `BYTES_AT_ONCE`, and whether the file ends with them; what is behind is kept."""
@@ -222,34 +182,32 @@ class CsvSource(Source):
             if len(block) > _LONGEST_LINE:
                 raise BadInputFile(self.path, f"a line of more than {_LONGEST_LINE >> 20} MiB", line + 1)
 
-    def _read(self, block: bytes, *, at_end: bool) -> tuple[int, _Rows]:
-        """The rows of a block, and how much of it they are."""
+    def _read(self, block: bytes, *, at_end: bool) -> tuple[int, Floats, Problems]:
+        """How much of a block whole records are, their rows, NaN where they could not be read, and why not."""
         if b'"' in block:
             return self._read_exactly(block, at_end=at_end)
-        table = self.table
-        numbers = quick_numbers(block, table.all, self._delimiter, table.places, self._mark, table.iso_times)
+        numbers = quick_numbers(block, self.table)
         if numbers is not None:
-            return len(block), _Rows(numbers, {})
+            return len(block), numbers, {}
         middle = whole_lines(block[: len(block) // 2])
         if len(block) <= _SMALL or not middle:
             return self._read_exactly(block, at_end=True)
-        _, first = self._read(block[:middle], at_end=True)
-        _, second = self._read(block[middle:], at_end=True)
-        count = len(first.values)
-        problems = first.problems | {count + row: problem for row, problem in second.problems.items()}
-        return len(block), _Rows(np.concatenate([first.values, second.values]), problems)
+        _, first, problems = self._read(block[:middle], at_end=True)
+        _, second, behind = self._read(block[middle:], at_end=True)
+        problems |= {len(first) + row: problem for row, problem in behind.items()}
+        return len(block), np.concatenate([first, second]), problems
 
-    def _read_exactly(self, block: bytes, *, at_end: bool) -> tuple[int, _Rows]:
-        """The rows of a block, field by field."""
-        records = Records(block, self._delimiter, at_end=at_end)
+    def _read_exactly(self, block: bytes, *, at_end: bool) -> tuple[int, Floats, Problems]:
+        """The same, field by field."""
+        records = Records(block, self.table.delimiter, at_end=at_end)
         values: list[list[float]] = []
-        problems: dict[int, tuple[int, str]] = {}
+        problems: Problems = {}
         nothing = [math.nan] * len(self.table.places)
-        for _, row, column, reason in self.table.rows(self.path, records, self._mark):
+        for _, row, column, reason in self.table.rows(self.path, records):
             if row is None:
                 problems[len(values)] = column, reason
             values.append(row or nothing)
-        return records.consumed, _Rows(np.array(values).reshape(len(values), len(nothing)), problems)
+        return records.consumed, np.array(values).reshape(len(values), len(nothing)), problems
 
 
 # --- Tables of joint values in the binary formats: NumPy's, Parquet, Arrow IPC.
@@ -258,13 +216,19 @@ ROWS_AT_ONCE = 8192
 _BUFFER = 1 << 18
 
 
+def _table_of_q(robot: RobotModel, degrees: bool = False) -> TableColumns:
+    """What the columns of an array of configurations are, behind those of a floating base."""
+    return TableOptions(degrees).table("", robot.joint_names, robot)
+
+
 class NpySource(Source):
     """A NumPy file of configurations (N, nq)."""
 
     whole = True
 
     def __init__(self, path: str, robot: RobotModel, options: TableOptions) -> None:
-        self.path, self.table, self.start = path, options.of_q(robot), (0,)
+        self.path, self.start = path, (0,)
+        self.table = _table_of_q(robot, options.degrees)
         rows = self._rows()
         if rows.ndim != 2 or rows.shape[1] != robot.nq:
             raise BadInputFile(path, f"an array of shape {rows.shape}, expected (N, {robot.nq})")
@@ -327,7 +291,7 @@ class ArraySource(Source):
         self._times = None if rows.times is None else as_floats(rows.times, (), "times")
         if self._times is not None and self._times.shape != (len(self._rows),):
             raise WrongShape("times", f"({len(self._rows)},), a time for each configuration", self._times.shape)
-        self.table = replace(TableOptions().of_q(robot), timed=self._times is not None, time_unit="s")
+        self.table = replace(_table_of_q(robot), timed=self._times is not None, time_unit="s")
 
     def blocks(self, start: Position) -> Iterator[Block]:
         """As `Source`."""
@@ -448,7 +412,7 @@ def _block_of(rows: Any, table: TableColumns, columns: Sequence[str], end: Posit
     import pyarrow as pa
 
     values = np.empty((rows.num_rows, len(columns)))
-    problems: dict[int, tuple[int, str]] = {}
+    problems: Problems = {}
     for column, (given, name) in enumerate(zip(columns, table.headings, strict=True)):
         numbers = rows.column(rows.schema.get_field_index(given))
         if pa.types.is_timestamp(numbers.type):
@@ -458,9 +422,8 @@ def _block_of(rows: Any, table: TableColumns, columns: Sequence[str], end: Posit
         if numbers.null_count:
             for row in np.flatnonzero(numbers.is_null().to_numpy(zero_copy_only=False)).tolist():
                 problems.setdefault(row, (0, f"{name} is null, expected a finite number"))
-    joints = len(table.names)
-    times = values[:, joints] if table.timed else None
-    return Block(values[:, :joints], end, times, problems, last)
+    numbers, times = table.split(values)
+    return Block(numbers, end, times, problems, last)
 
 
 # --- Where configurations come from: the kind of a file, by the ending of its name, and several files as one.
