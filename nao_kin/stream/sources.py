@@ -5,7 +5,7 @@ from __future__ import annotations
 import glob
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -61,12 +61,15 @@ class Source(ABC):
         table: which columns are joints and times, and their units.
         whole: the columns are those of q itself, a floating base included.
         start: where the first block begins.
+        size: how long it is, None where that is not known; in what the number `counted` of a place counts.
     """
 
     path: str
     table: TableColumns
     whole: bool = False
     start: Position
+    size: int | None = None
+    counted: int = 0
 
     @property
     def files(self) -> tuple[Source, ...]:
@@ -77,9 +80,9 @@ class Source(ABC):
     def blocks(self, start: Position) -> Iterator[Block]:
         """The blocks from a place on; the same ones whatever came before."""
 
-    @abstractmethod
     def fraction(self, place: Position) -> float | None:
         """How much of the file lies before a place; None where its length is not known."""
+        return None if self.size is None else place[self.counted] / max(1, self.size)
 
     def close(self) -> None:
         """Nothing more is read."""
@@ -111,7 +114,7 @@ class CsvSource(Source):
         # What has been read and not yet been given out: at the start, and behind the last whole line.
         self._rest, self._behind = b"", b""
         packed = path == "-" or path.lower().endswith(".gz") or not Path(path).is_file()
-        self._size = None if packed else Path(path).stat().st_size
+        self.size = None if packed else Path(path).stat().st_size
         try:
             self._read_header(robot, options)
         except BaseException:
@@ -143,10 +146,6 @@ class CsvSource(Source):
                 break
         if not some and start == self.start:
             raise BadInputFile(self.path, "a header and no configurations")
-
-    def fraction(self, place: Position) -> float | None:
-        """As `Source`."""
-        return place[0] / max(1, self._size) if self._size is not None else None
 
     def close(self) -> None:
         """As `Source`."""
@@ -225,6 +224,8 @@ class NpySource(Source):
     """A NumPy file of configurations (N, nq)."""
 
     whole = True
+    size: int
+    times: Floats | None = None
 
     def __init__(self, path: str, robot: RobotModel, options: TableOptions) -> None:
         self.path, self.start = path, (0,)
@@ -234,18 +235,15 @@ class NpySource(Source):
             raise BadInputFile(path, f"an array of shape {rows.shape}, expected (N, {robot.nq})")
         if rows.dtype.kind not in "fiu":
             raise BadInputFile(path, f"an array of {rows.dtype}, expected real numbers")
-        self._count = len(rows)
+        self.size = len(rows)
 
     def blocks(self, start: Position) -> Iterator[Block]:
         """As `Source`; mapped anew for each block, so that what has been read leaves the memory."""
-        for first in range(start[0], self._count, ROWS_AT_ONCE):
+        for first in range(start[0], self.size, ROWS_AT_ONCE):
             values = np.array(self._rows()[first : first + ROWS_AT_ONCE], dtype=np.float64)
             end = first + len(values)
-            yield Block(values, (end,), last=end == self._count)
-
-    def fraction(self, place: Position) -> float:
-        """As `Source`."""
-        return place[0] / max(1, self._count)
+            times = None if self.times is None else self.times[first:end]
+            yield Block(values, (end,), times, last=end == self.size)
 
     def _rows(self) -> np.ndarray[Any, Any]:
         try:
@@ -278,32 +276,21 @@ class Configurations:
     name: str = "configurations"
 
 
-class ArraySource(Source):
-    """Configurations in memory."""
+class ArraySource(NpySource):
+    """Configurations in memory, as if they were in a NumPy file, and maybe with times."""
 
-    whole = True
+    def __init__(self, given: Configurations, robot: RobotModel) -> None:
+        self._q = as_floats(given.q, (robot.nq,), "q")
+        if self._q.ndim != 2:
+            raise WrongShape("q", f"(n, {robot.nq})", self._q.shape)
+        self.times = None if given.times is None else as_floats(given.times, (), "times")
+        if self.times is not None and self.times.shape != (len(self._q),):
+            raise WrongShape("times", f"({len(self._q)},), a time for each configuration", self.times.shape)
+        self.path, self.start, self.size = given.name, (0,), len(self._q)
+        self.table = replace(_table_of_q(robot), timed=self.times is not None, time_unit="s")
 
-    def __init__(self, rows: Configurations, robot: RobotModel) -> None:
-        self.path, self.start = rows.name, (0,)
-        self._rows = as_floats(rows.q, (robot.nq,), "q")
-        if self._rows.ndim != 2:
-            raise WrongShape("q", f"(n, {robot.nq})", self._rows.shape)
-        self._times = None if rows.times is None else as_floats(rows.times, (), "times")
-        if self._times is not None and self._times.shape != (len(self._rows),):
-            raise WrongShape("times", f"({len(self._rows)},), a time for each configuration", self._times.shape)
-        self.table = replace(_table_of_q(robot), timed=self._times is not None, time_unit="s")
-
-    def blocks(self, start: Position) -> Iterator[Block]:
-        """As `Source`."""
-        count = len(self._rows)
-        for first in range(start[0], count, ROWS_AT_ONCE):
-            end = min(first + ROWS_AT_ONCE, count)
-            times = None if self._times is None else self._times[first:end]
-            yield Block(self._rows[first:end], (end,), times, last=end == count)
-
-    def fraction(self, place: Position) -> float:
-        """As `Source`."""
-        return place[0] / max(1, len(self._rows))
+    def _rows(self) -> Floats:
+        return self._q
 
 
 class ParquetSource(Source):
@@ -315,11 +302,11 @@ class ParquetSource(Source):
 
         try:
             with parquet.ParquetFile(path) as file:
-                groups = [file.metadata.row_group(index).num_rows for index in range(file.num_row_groups)]
+                self._groups = [file.metadata.row_group(index).num_rows for index in range(file.num_row_groups)]
                 schema = file.schema_arrow
         except ArrowException as error:
             raise BadInputFile(path, f"not a Parquet file: {abbreviated(error)}") from None
-        self._groups: list[int] = groups
+        self.size = sum(self._groups)
         self.table = _table_of(schema, path, robot, options)
         self._columns = [schema.names[place] for place in self.table.places]
 
@@ -341,13 +328,9 @@ class ParquetSource(Source):
                         left_out -= batch.num_rows - rows.num_rows
                         row += rows.num_rows
                         if rows.num_rows:
-                            yield _block_of(rows, self.table, self._columns, (row,), last=row == sum(self._groups))
+                            yield _block_of(rows, self.table, self._columns, (row,), last=row == self.size)
         except ArrowException as error:
             raise BadInputFile(self.path, f"cannot be read to its end: {abbreviated(error)}") from None
-
-    def fraction(self, place: Position) -> float:
-        """As `Source`."""
-        return place[0] / max(1, sum(self._groups))
 
 
 class ArrowSource(Source):
@@ -355,6 +338,9 @@ class ArrowSource(Source):
 
     A place in it is a number of rows, the batch they end in, and the rows of that batch.
     """
+
+    size: int
+    counted = 1
 
     def __init__(self, path: str, robot: RobotModel, options: TableOptions) -> None:
         self.path, self.start = path, (0, 0, 0)
@@ -365,7 +351,7 @@ class ArrowSource(Source):
                 batches, schema = reader.num_record_batches, reader.schema
         except pa.ArrowException as error:
             raise BadInputFile(path, f"not an Arrow IPC file: {abbreviated(error)}") from None
-        self._batches = int(batches)
+        self.size = int(batches)
         self.table = _table_of(schema, path, robot, options)
         self._columns = [schema.names[place] for place in self.table.places]
 
@@ -374,7 +360,7 @@ class ArrowSource(Source):
         import pyarrow as pa
 
         row, first, offset = start
-        for index in range(first, self._batches):
+        for index in range(first, self.size):
             try:
                 with pa.memory_map(self.path) as file, pa.ipc.open_file(file) as reader:
                     batch = reader.get_batch(index)
@@ -383,13 +369,9 @@ class ArrowSource(Source):
             while offset < batch.num_rows:
                 rows = batch.slice(offset, ROWS_AT_ONCE)
                 row, offset = row + rows.num_rows, offset + rows.num_rows
-                last = offset == batch.num_rows and index + 1 == self._batches
+                last = offset == batch.num_rows and index + 1 == self.size
                 yield _block_of(rows, self.table, self._columns, (row, index, offset), last=last)
             offset = 0
-
-    def fraction(self, place: Position) -> float:
-        """As `Source`."""
-        return place[1] / max(1, self._batches)
 
 
 def _table_of(schema: Any, path: str, robot: RobotModel, options: TableOptions) -> TableColumns:
@@ -439,6 +421,13 @@ KINDS = {
     ".arrow": ARROW,
     ".feather": ARROW,
     ".ipc": ARROW,
+}
+
+
+_SOURCES: dict[str | None, Callable[[str, RobotModel, TableOptions], Source]] = {
+    NPY: NpySource,
+    PARQUET: ParquetSource,
+    ARROW: ArrowSource,
 }
 
 
@@ -535,18 +524,12 @@ def _opened(path: str, robot: RobotModel, options: TableOptions) -> Source:
         BadInputFile: it cannot be read, or its columns are not the joints of the robot.
         MissingExtra: pyarrow is needed and not installed.
     """
-    kind, json = kind_of(path), Path(path).suffix.lower() == ".json"
-    if kind != NPY and not json:
+    if Path(path).suffix.lower() == ".json":
+        raise BadInputFile(path, "JSON is read whole, not as a stream; expected CSV, npy, Parquet or Arrow")
+    kind = kind_of(path)
+    if kind != NPY:
         need_extra(f"reading {abbreviated(path)} as a stream", "arrow")
     try:
-        if kind == NPY:
-            return NpySource(path, robot, options)
-        if kind == PARQUET:
-            return ParquetSource(path, robot, options)
-        if kind == ARROW:
-            return ArrowSource(path, robot, options)
-        if json:
-            raise BadInputFile(path, "JSON is read whole, not as a stream; expected CSV, npy, Parquet or Arrow")
-        return CsvSource(path, robot, options)
+        return _SOURCES.get(kind, CsvSource)(path, robot, options)
     except OSError as error:
         raise BadInputFile(path, f"cannot be read: {error.strerror or error}") from None
