@@ -50,6 +50,10 @@ class JointCurves:
         segment = np.clip(np.searchsorted(curve.start, times, side="right") - 1, 0, None)
         return curve.value(segment, curve.parameter(segment, times))
 
+    def values_at(self, time: float, *joints: str) -> list[float]:
+        """Values of joints at one time."""
+        return [float(self.values(joint, np.array([time]))[0]) for joint in joints]
+
     def common_times(self, *joints: str, bends: Floats | None = None) -> Floats:
         """Times between which the curves of some joints are each one cubic; of Bezier curves, also those of samples.
 
@@ -74,13 +78,14 @@ class JointCurves:
 
     def _curve(self, joint: str) -> Segments:
         motion = self._motion
-        if joint not in motion.joint_names:
+        if joint in motion.joint_names:
+            column = motion.joint_names.index(joint)
+            times, keys = motion.times[column], motion.keys[column]
+            handles = None if motion.handles is None else motion.handles[column]
+            curve = segments(motion.interpolation, times, keys, handles)
+        else:
             times, keys = np.array([motion.start]), self._fill[[self._robot.joint_names.index(joint)]]
-            return held(segments("linear", times, keys, None), times, keys, motion.start, motion.end)
-        column = motion.joint_names.index(joint)
-        times, keys = motion.times[column], motion.keys[column]
-        handles = None if motion.handles is None else motion.handles[column]
-        curve = segments(motion.interpolation, times, keys, handles)
+            curve = segments("linear", times, keys, None)
         return held(curve, times, keys, motion.start, motion.end)
 
 

@@ -16,7 +16,6 @@ from nao_kin.motion.configurations import (
     HOLD,
     Hips,
     check_hips,
-    check_joints,
     filled,
     motor_values,
     sampling_times,
@@ -24,8 +23,8 @@ from nao_kin.motion.configurations import (
 )
 from nao_kin.motion.curves import JointCurves, pieces_of
 from nao_kin.motion.editing import cut, resample, time_warp
-from nao_kin.motion.motion import Motion, check_motion
-from nao_kin.robot import LIMIT_TOLERANCE, RobotModel, check_robot
+from nao_kin.motion.motion import Motion, check_both
+from nao_kin.robot import LIMIT_TOLERANCE, RobotModel
 from nao_kin.robot.semantics import CoupledLimit
 
 # --- What was changed in a motion, and by how much.
@@ -178,9 +177,7 @@ def clamp(robot: RobotModel, motion: Motion, *, fill: str | ArrayLike = HOLD) ->
         >>> float(nk.motion.clamp(nao, turn).motion.sample(2.0)[0].round(4))
         2.0857
     """
-    check_robot(robot)
-    check_motion(motion)
-    check_joints(robot, motion)
+    check_both(robot, motion)
     boxed, changes = _into_boxes(robot, motion)
     others = filled(robot, fill)[robot.nq - len(robot.joint_names) :]
     coupled = [row for row in check(robot, boxed, fill=fill).violations if row.kind == "coupled limit"]
@@ -222,9 +219,7 @@ def share_motors(robot: RobotModel, motion: Motion, hips: Hips = "average") -> M
         >>> nk.motion.share_motors(nao, split).motion.sample(1.0).round(9).tolist()
         [-0.3, -0.3]
     """
-    check_robot(robot)
-    check_motion(motion)
-    check_joints(robot, motion)
+    check_both(robot, motion)
     check_hips(hips)
     apart = {row.of for row in check(robot, motion).violations if row.kind == "motor"}
     groups = [joints for joints in shared_motors(robot, motion).values() if joints[0] in apart]
@@ -373,9 +368,7 @@ def slow_down(robot: RobotModel, motion: Motion, *, how: Literal["local", "unifo
         >>> mended.motion.end > 0.1, nk.motion.check(nao, mended.motion).ok
         (True, True)
     """
-    check_robot(robot)
-    check_motion(motion)
-    check_joints(robot, motion)
+    check_both(robot, motion)
     if not isinstance(how, str) or how not in ("local", "uniform"):
         raise UnknownName("way to slow down", how, ("local", "uniform"))
     knots, factors = _needed(robot, motion)

@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, fields
+from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats
+from nao_kin._core.arrays import Floats, as_floats, choice
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.motion.checked_keys import check_speeds, checked_handles, checked_keys, checked_names, checked_times
-from nao_kin.motion.configurations import HOLD, Hips, Trajectory, configurations
+from nao_kin.motion.configurations import HOLD, Hips, Trajectory, check_hips, filled, motor_values, sampling_times
 from nao_kin.motion.interpolation import INTERPOLATIONS, Interpolation, Segments, bezier_handles, segment_of, segments
-
-if TYPE_CHECKING:
-    from nao_kin.robot import RobotModel
-
+from nao_kin.robot import RobotModel, check_robot
 
 # --- Joints with keys at the same times, sampled together: a row of all at once instead of one joint after another.
 
@@ -143,8 +140,7 @@ class Motion:
             UnknownName: no such interpolation.
         """
         names = checked_names(joint_names)
-        if not isinstance(interpolation, str) or interpolation not in INTERPOLATIONS:
-            raise UnknownName("interpolation", interpolation, INTERPOLATIONS)
+        choice(interpolation, INTERPOLATIONS, "interpolation")
         columns, shared = checked_times(times, names)
         values = checked_keys(keys, names, columns, shared=shared)
         check_speeds(names, columns, values, shared=shared)
@@ -155,14 +151,8 @@ class Motion:
             offsets = tuple(bezier_handles("smooth", t, v) for t, v in zip(columns, values, strict=True))
         for array in (*columns, *values, *(offsets or ())):
             array.flags.writeable = False
-        for name, value in (
-            ("times", columns),
-            ("joint_names", names),
-            ("keys", values),
-            ("interpolation", interpolation),
-            ("handles", offsets),
-        ):
-            object.__setattr__(self, name, value)
+        for field, value in zip(fields(self), (columns, names, values, interpolation, offsets), strict=True):
+            object.__setattr__(self, field.name, value)
 
     @property
     def start(self) -> float:
@@ -262,7 +252,15 @@ class Motion:
             >>> trajectory.q.shape
             (51, 25)
         """
-        return configurations(self, robot, rate=rate, times=times, fill=fill, hips=hips)
+        check_both(robot, self)
+        check_hips(hips)
+        at = sampling_times(self, rate, times)
+        q = np.tile(filled(robot, fill), (len(at), 1))
+        values = dict(zip(self.joint_names, self.sample(at).T, strict=True))
+        offset = robot.nq - len(robot.joint_names)
+        for joint, column in motor_values(robot, values, hips).items():
+            q[:, offset + robot.joint_names.index(joint)] = column
+        return Trajectory(at, q)
 
     def as_bezier(self) -> Motion:
         """The same curves, to rounding, with handles: linear and smooth motions are Bezier ones too.
@@ -279,16 +277,11 @@ class Motion:
         handles = [bezier_handles(self.interpolation, times, keys) for times, keys in pairs]
         return Motion(self.times, self.joint_names, self.keys, "bezier", handles)
 
-    @property
+    @cached_property
     def segments(self) -> tuple[Segments, ...]:
         """For each joint, what lies between its keys as cubics."""
-        return self._segments
-
-    @cached_property
-    def _segments(self) -> tuple[Segments, ...]:
         handles = self.handles or (None,) * len(self.keys)
-        rows = zip(self.times, self.keys, handles, strict=True)
-        return tuple(segments(self.interpolation, *row) for row in rows)
+        return tuple(map(partial(segments, self.interpolation), self.times, self.keys, handles))
 
     @cached_property
     def _together(self) -> SharedTimes | None:
@@ -296,9 +289,9 @@ class Motion:
         times = self.times[0]
         if len(times) < 2 or len(self.keys) < 2 or any(column is not times for column in self.times[1:]):
             return None
-        if 4 * sum(map(len, self.keys)) > MOST_KEPT or any(curve.lengths is not None for curve in self._segments):
+        if 4 * sum(map(len, self.keys)) > MOST_KEPT or any(curve.lengths is not None for curve in self.segments):
             return None
-        return SharedTimes(times, self.keys, self._segments, straight=self.interpolation == "linear")
+        return SharedTimes(times, self.keys, self.segments, straight=self.interpolation == "linear")
 
     def _evaluated(self, t: ArrayLike, *, speed: bool) -> Floats:
         wanted = as_floats(t, (), "t")
@@ -318,7 +311,7 @@ class Motion:
             else:
                 if times is not found:
                     found, place = times, segment_of(times, flat)
-                pieces = self._segments[column]
+                pieces = self.segments[column]
                 u = pieces.parameter(place, flat)
                 if speed:
                     inside = (flat >= times[0]) & (flat <= times[-1])
@@ -340,7 +333,7 @@ class Motion:
     __hash__ = None  # type: ignore[assignment]
 
     def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in self.__dict__.items() if not name.startswith("_")}
+        return {field.name: getattr(self, field.name) for field in fields(self)}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__init__(**state)  # type: ignore[misc]
@@ -358,3 +351,17 @@ def check_motion(motion: object) -> None:
     """Raise `BadArgument` for what is no motion."""
     if not isinstance(motion, Motion):
         raise BadArgument(f"motion must be a Motion, got {type(motion).__name__}; read_motion makes one of a file")
+
+
+def check_both(robot: RobotModel, motion: Motion) -> None:
+    """Refuse what is no robot or no motion, and a motion of joints that the robot does not have.
+
+    Raises:
+        BadArgument: no robot, or no motion.
+        UnknownName: with the first such joint.
+    """
+    check_robot(robot)
+    check_motion(motion)
+    for name in motion.joint_names:
+        if name not in robot.joint_names and name not in robot.mimics:
+            raise UnknownName("joint", name, (*robot.joint_names, *robot.mimics))
