@@ -146,12 +146,11 @@ def _check_within(handles: Floats, times: Floats, name: str) -> None:
             )
 
 
-def check_speeds(names: tuple[str, ...], times: Columns, keys: Columns, *, shared: bool) -> None:
+def check_speeds(names: tuple[str, ...], times: Columns, keys: Columns) -> None:
     """Refuse keys so far apart, or times so near, that the speed between them is no floating-point number."""
-    widths = np.diff(times[0]) if shared else None
     for name, column, values in zip(names, times, keys, strict=True):
         with np.errstate(over="ignore"):
-            fine = np.isfinite(np.diff(values) / (np.diff(column) if widths is None else widths))
+            fine = np.isfinite(np.diff(values) / np.diff(column))
         if not fine.all():
             key = int(np.argmin(fine))
             gap = column[key + 1] - column[key]
@@ -161,11 +160,19 @@ def check_speeds(names: tuple[str, ...], times: Columns, keys: Columns, *, share
             )
 
 
-def _check_ascending(times: Floats, what: str) -> None:
+def out_of_order(times: Floats) -> tuple[int, str] | None:
+    """The first of some times that does not come after the one before it, and how it stands to that; None for none."""
     ascends = np.diff(times) > 0.0
-    if not ascends.all():
-        key = int(np.argmin(ascends)) + 1
-        word = "the same as" if times[key] == times[key - 1] else "before"
+    if ascends.all():
+        return None
+    key = int(np.argmin(ascends)) + 1
+    return key, "the same as" if times[key] == times[key - 1] else "before"
+
+
+def _check_ascending(times: Floats, what: str) -> None:
+    wrong = out_of_order(times)
+    if wrong is not None:
+        key, word = wrong
         raise BadArgument(
             f"{what} must ascend: {times[key]:.9g} s at index [{key}] is {word} {times[key - 1]:.9g} s at [{key - 1}]"
         )

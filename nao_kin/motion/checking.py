@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, finite_or_none
-from nao_kin.motion.configurations import HOLD, checked_rate, filled
+from nao_kin.motion.configurations import HOLD, checked_rate
 from nao_kin.motion.curves import Excesses, JointCurves, Quantity, combination, excesses, pieces_of
 from nao_kin.motion.interpolation import Segments
 from nao_kin.motion.motion import Motion, check_both
@@ -248,7 +248,7 @@ def check(robot: RobotModel, motion: Motion, *, fill: str | ArrayLike = HOLD, ra
     """
     check_both(robot, motion)
     rate = checked_rate(rate)
-    curves = JointCurves(motion, filled(robot, fill)[robot.nq - len(robot.joint_names) :], robot, rate)
+    curves = JointCurves(motion, fill, robot, rate)
     findings = [
         *(_limits(robot, joint, curves[joint]) for joint in motion.joint_names),
         *(_coupled(robot, motion, table, curves) for table in robot.coupled_limits),

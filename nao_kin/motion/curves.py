@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats
 from nao_kin.errors import BadArgument
-from nao_kin.motion.configurations import MOST_SAMPLES
+from nao_kin.motion.configurations import MOST_SAMPLES, filled
 from nao_kin.motion.interpolation import Segments, segments
 from nao_kin.motion.motion import Motion
 from nao_kin.robot import RobotModel
@@ -23,16 +23,17 @@ class JointCurves:
         sampled: whether times of samples were asked for.
     """
 
-    def __init__(self, motion: Motion, fill: Floats, robot: RobotModel, rate: float) -> None:
+    def __init__(self, motion: Motion, fill: str | ArrayLike, robot: RobotModel, rate: float) -> None:
         """Prepare the curves.
 
         Args:
             motion: what is to be done.
-            fill: values of all joints of the robot, shape (n,).
+            fill: where joints are that the motion does not name, as in `Motion.configurations`.
             robot: whose joints.
             rate: samples per second, where they are needed.
         """
-        self._motion, self._fill, self._robot, self._rate = motion, fill, robot, rate
+        self._motion, self._robot, self._rate = motion, robot, rate
+        self._fill = filled(robot, fill)[robot.nq - len(robot.joint_names) :]
         self._kept: dict[str, Segments] = {}
         self.sampled = False
 

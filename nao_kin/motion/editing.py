@@ -215,22 +215,17 @@ def _joined(one: Motion, two: Motion, gap: float) -> Motion:
                 raise BadArgument(
                     f"{name} would jump from {first:.6g} to {second:.6g} at {one.end:.6g} s; give a gap or a blend"
                 )
-            parts[0] = parts[0][0][:-1], parts[0][1][:-1], _meeting(parts[0][2], parts[1][2])
+            # The first key of what follows takes the place of the last one, and the handle before it.
+            parts[1][2][0, 0] = parts[0][2][-1, 0]
+            parts[0] = parts[0][0][:-1], parts[0][1][:-1], parts[0][2][:-1]
         elif len(parts) == 2:
             # From rest to rest, in 3 s² − 2 s³.
             parts[0][2][-1, 1], parts[1][2][0, 0] = (gap / 3.0, 0.0), (-gap / 3.0, 0.0)
-        times.append(np.concatenate([part[0] for part in parts]))
-        keys.append(np.concatenate([part[1] for part in parts]))
-        handles.append(np.concatenate([part[2] for part in parts]))
+        for columns, column in zip((times, keys, handles), zip(*parts, strict=True), strict=True):
+            columns.append(np.concatenate(column))
     if linear:
         return Motion(times, names, keys)
     return Motion(times, names, keys, "bezier", handles)
-
-
-def _meeting(before: Floats, after: Floats) -> Floats:
-    """The handles of all keys but the last, whose handle before it goes to the first key of what follows."""
-    after[0, 0] = before[-1, 0]
-    return before[:-1]
 
 
 def _held(

@@ -143,7 +143,7 @@ class Motion:
         choice(interpolation, INTERPOLATIONS, "interpolation")
         columns, shared = checked_times(times, names)
         values = checked_keys(keys, names, columns, shared=shared)
-        check_speeds(names, columns, values, shared=shared)
+        check_speeds(names, columns, values)
         offsets = None
         if handles is not None:
             offsets = checked_handles(handles, names, columns, interpolation)

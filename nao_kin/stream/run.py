@@ -331,9 +331,11 @@ def _to_sink(
         resumed = folder.last.rows_read if folder.last else 0
         with ProgressBar(progress) as bar:
             done = _write_parts(work, folder, bar)
-            if run is not None and _identity(source) != run["source"]:
+            now = _identity(source)
+            if run is not None and now != run["source"]:
                 folder.kept = False
-                raise BadInputFile(_changed(run["source"], _identity(source)), "changed while it was read")
+                changed = next(file["path"] for file in run["source"] if file not in (now or ()))
+                raise BadInputFile(str(changed), "changed while it was read")
             bar.joining()
             with folder.unfinished.open("wb") as file:
                 work.sink.join(folder.parts, file, done.rows_written)
@@ -449,11 +451,6 @@ def _identity(source: Sequence[str] | Configurations) -> list[dict[str, Any]] | 
             return None
         found.append({"path": os.path.realpath(path), "size": state.st_size, "modified": state.st_mtime_ns})
     return found
-
-
-def _changed(before: list[dict[str, Any]], now: list[dict[str, Any]] | None) -> str:
-    """The first file that is another one now."""
-    return str(next(file["path"] for file in before if now is None or file not in now))
 
 
 def _provenance(robot: RobotModel) -> dict[str, Any]:

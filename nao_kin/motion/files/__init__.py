@@ -11,12 +11,11 @@ from nao_kin._core.arrays import choice
 from nao_kin._core.files import check_writable, read_bytes, replaced_file, write_bytes
 from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadArgument, BadInputFile
-from nao_kin.motion.files.bhuman import BHUMAN
+from nao_kin.motion.files.bhuman import BHUMAN, NAODEVILS
 from nao_kin.motion.files.choregraphe import XAR
 from nao_kin.motion.files.csv_table import CSV, NPZ
 from nao_kin.motion.files.hulks import HULKS, MOTION2
 from nao_kin.motion.files.json_keys import JSON
-from nao_kin.motion.files.naodevils import NAODEVILS
 from nao_kin.motion.files.python_scripts import NAOQI, PYTHON
 from nao_kin.motion.files.runswift import RUNSWIFT
 from nao_kin.motion.files.source import Format, MotionFileWarning, Source, file_name

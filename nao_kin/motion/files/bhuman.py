@@ -1,4 +1,4 @@
-"""B-Human's key frames: blocks of them, and motions made of blocks.
+"""B-Human's key frames: blocks of them, and motions made of blocks; and those of NaoDevils.
 
     motions = {
       sit = {keyframes = [sit, sitDown]; …};
@@ -31,7 +31,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import cast
+
+import numpy as np
 
 from nao_kin._core.text import MOST_SHOWN, abbreviated, quoted
 from nao_kin._core.warn import warn_caller
@@ -55,12 +58,12 @@ _EASES: dict[str, Ease | None] = {
 _BY_SENSORS = ("keyframeBranches", "waitConditions", "jointCompensation", "startAsNextPhaseMotion")
 
 
-def recognises(source: Source) -> bool:
+def _recognises_bhuman(source: Source) -> bool:
     """Whether some line begins with keyframeBlock = or mofs = ."""
     return _BEGINS.search(source.text) is not None
 
 
-def read(source: Source) -> Motion:
+def _read_bhuman(source: Source) -> Motion:
     """The motion that `timeline` names: one of the motions, or a block as keyframeBlock/name.
 
     Raises:
@@ -141,4 +144,62 @@ def _frames(stream: ConfigStream, block: Fields, rows: str, left_out: set[str], 
     return frames
 
 
-BHUMAN = Format("bhuman", (".cfg",), "B-Human's key frames", recognises, read)
+BHUMAN = Format("bhuman", (".cfg",), "B-Human's key frames", _recognises_bhuman, _read_bhuman)
+
+
+# --- NaoDevils' key frames (.kfm).
+#
+#     keyFrameID = nod;
+#     keyFrames = [
+#       {
+#         headAngles = [0, 20deg];
+#         armsAngles = [90deg, 11deg, 0, 90deg, -90deg, 0, 90deg, -11deg, 0, -90deg, 90deg, 0];
+#         legsAngles = [0, 0, -21deg, 49deg, -27.5deg, 0, 0, 0, -21deg, 49deg, -27.5deg, 0];
+#         duration = 400;
+#         intType = sine;
+#         …
+#       }
+#     ];
+#
+# Source: NaoDevils/CodeRelease, KeyFrameEngine: arms and legs are the left one and then the right one, durations
+# milliseconds, numbers without a unit radians, 10000 and 20000 no angles; a step is linear or sine (½ − ½ cos π s).
+# Stiffnesses, and what the robot does by its sensors, are left out.
+#
+# Their .kmc files, as B-Human's, are none of joints: they move feet, elbows and the centre of mass through space, and
+# what the joints do comes of the running robot's balance.
+
+_KFM_BEGINS = re.compile(r"^\s*(?:keyFrames|phaseParameters)\s*=\s*\[", re.MULTILINE)
+_KFM_LISTS = {"headAngles": 2, "armsAngles": 12, "legsAngles": 12}
+# NAOqi's order has the right arm behind the legs.
+_KFM_ORDER = np.array([*range(8), *range(14, 26), *range(8, 14)])
+_KFM_EASES: dict[str, Ease | None] = {"linear": "linear", "sine": "cosine"}
+
+
+def _recognises_kfm(source: Source) -> bool:
+    """Whether some line begins with keyFrames = [ or, in a kick, phaseParameters = [."""
+    return _KFM_BEGINS.search(source.text) is not None
+
+
+def _read_kfm(source: Source) -> Motion:
+    """The motion in a .kfm file.
+
+    Raises:
+        BadInputFile: with line and column; a .kmc file, which holds no joint values.
+    """
+    stream = ConfigStream(source)
+    if "phaseParameters" in stream.fields:
+        raise source.error(
+            "a kick of feet, arms and centre of mass (.kmc): its joint values come of the running robot's balance and "
+            "are not in the file; expected key frames (.kfm)"
+        )
+    frames = []
+    for row in stream.objects(stream.get(stream.fields, "keyFrames", Items), " for a key frame"):
+        lists = [(row, name, count) for name, count in _KFM_LISTS.items()]
+        frame = key_frame(stream, row, ease_of(stream, "intType", _KFM_EASES, row), lists)
+        frames.append(replace(frame, values=frame.values[_KFM_ORDER]))
+    if not frames:
+        raise source.error("no key frames")
+    return motion_of_frames(source, frames)
+
+
+NAODEVILS = Format("naodevils", (".kfm", ".kmc"), "NaoDevils' key frames", _recognises_kfm, _read_kfm)

@@ -11,6 +11,7 @@ from nao_kin._core.arrays import Floats
 from nao_kin._core.text import MOST_SHOWN, abbreviated
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, NaoKinError
+from nao_kin.motion.checked_keys import out_of_order
 from nao_kin.motion.editing import resample
 from nao_kin.motion.files.source import NOWHERE, MotionFileWarning, Place, PlaceOf, Source
 from nao_kin.motion.interpolation import Interpolation
@@ -116,10 +117,9 @@ def check_times(source: Source, times: Floats, place: PlaceOf, *, negative: bool
     """
     if len(times) and times[0] < 0.0 and not negative:
         raise source.error(f"time {times[0]:.9g} s is negative", place(0))
-    ascends = np.diff(times) > 0.0
-    if not ascends.all():
-        key = int(np.argmin(ascends)) + 1
-        word = "the same as" if times[key] == times[key - 1] else "before"
+    wrong = out_of_order(times)
+    if wrong is not None:
+        key, word = wrong
         raise source.error(
             f"time {times[key]:.9g} s is {word} the one of the key before, {times[key - 1]:.9g} s", place(key)
         )

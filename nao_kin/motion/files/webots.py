@@ -69,23 +69,20 @@ def read(source: Source) -> Motion:
     if not rows:
         raise source.error("a header and no poses", Place(1))
     stamps = check_times(source, np.array(times), lambda row: Place(row + 2, 1))
-    return _motion(source, names, stamps, np.array(rows))
-
-
-def _motion(source: Source, names: list[str], times: Floats, table: Floats) -> Motion:
+    table = np.array(rows)
     if np.isnan(table).all():
         raise source.error("no pose has a value")
     # A last pose without any value still says how long the motion is.
     ends_empty = np.isnan(table[-1]).all()
     tracks = []
     for joint, place, column in _columns(source, names, table):
-        rows, keys = held(column)
-        if not len(rows):
+        at, keys = held(column)
+        if not len(at):
             warn_caller(f"{source.name}: {joint} has no value in any pose and is left out", MotionFileWarning)
             continue
         if ends_empty:
-            rows, keys = np.append(rows, len(times) - 1), np.append(keys, keys[-1])
-        own = times if len(rows) == len(times) else times[rows]
+            at, keys = np.append(at, len(stamps) - 1), np.append(keys, keys[-1])
+        own = stamps if len(at) == len(stamps) else stamps[at]
         tracks.append(Track(joint, own, keys, place=place))
     return motion_of(source, tracks)
 
