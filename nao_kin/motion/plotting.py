@@ -10,9 +10,8 @@ import numpy as np
 
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import UnknownName
-from nao_kin.motion.checked_keys import checked_names
 from nao_kin.motion.checking import check, joint_range, largest_speed
-from nao_kin.motion.motion import Motion, check_both
+from nao_kin.motion.motion import Motion, check_both, checked_names
 from nao_kin.robot import RobotModel
 
 if TYPE_CHECKING:

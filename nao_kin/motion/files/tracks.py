@@ -11,11 +11,10 @@ from nao_kin._core.arrays import Floats
 from nao_kin._core.text import MOST_SHOWN, abbreviated
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, NaoKinError
-from nao_kin.motion.checked_keys import out_of_order
 from nao_kin.motion.editing import resample
 from nao_kin.motion.files.source import NOWHERE, MotionFileWarning, Place, PlaceOf, Source
 from nao_kin.motion.interpolation import Interpolation
-from nao_kin.motion.motion import Motion
+from nao_kin.motion.motion import Motion, out_of_order
 from nao_kin.robot.nao import BODY_ORDER
 
 # How far a handle may leave its segment, as files round to six digits; and what a motion itself takes [s, and share].
