@@ -11,7 +11,7 @@ import io
 import itertools
 import math
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats, decimal
-from nao_kin._core.headings import IsoTimes, is_decimal, is_iso_time
+from nao_kin._core.headings import TIME_UNITS, IsoTimes, is_decimal, is_index, is_iso_time, read_heading
 from nao_kin._core.text import MOST_SHOWN, quoted
 from nao_kin.errors import BadInputFile
 
@@ -48,9 +48,8 @@ class CsvHead:
     """What the beginning of a table says of all of it.
 
     Attributes:
-        fields: the headings; none where there is no text.
+        fields: the headings.
         line: on which line they end.
-        problem: what is wrong with their quoting, "" for nothing.
         delimiter: between fields.
         mark: of decimal fractions: "." or ",".
         lines: lines before the first row.
@@ -59,19 +58,23 @@ class CsvHead:
 
     fields: tuple[str, ...]
     line: int
-    problem: str
     delimiter: str
     mark: str
     lines: int
     size: int
 
 
-def csv_head(block: bytes, *, at_end: bool = True) -> CsvHead:
+def csv_head(name: str, block: bytes, expected: str, *, at_end: bool = True) -> CsvHead:
     """The head of a table: its headings, behind comment lines or, where numbers follow these, in the last of them.
 
     Args:
-        block: the beginning of the file, without a byte order mark.
+        name: the file, for messages.
+        block: its beginning, without a byte order mark.
+        expected: what the message of an empty file expects.
         at_end: it is all of the file.
+
+    Raises:
+        BadInputFile: no headings, or malformed ones.
     """
     lines = block.splitlines(keepends=True)
     above, comment, comment_line = 0, "", 0
@@ -86,76 +89,49 @@ def csv_head(block: bytes, *, at_end: bool = True) -> CsvHead:
     delimiter = delimiter_of(lines[above].decode("utf-8", "replace")) if above < len(lines) else ","
     last, fields, problem = next(iter(Records(block[size:], delimiter, at_end=at_end)), (0, [], ""))
     line = above + last if last else 0
-    if comment and fields and all(is_decimal(field) or is_iso_time(field) for field in fields):
+    if problem:
+        raise BadInputFile(name, problem, line)
+    if not fields:
+        raise BadInputFile(name, f"empty; expected {expected}")
+    if comment and all(is_decimal(field) or is_iso_time(field) for field in fields):
         fields, line = next(csv.reader([comment], delimiter=delimiter)), comment_line
     else:
         above += last
         size += sum(map(len, lines[above - last : above]))
     rows = _SECONDS_FRACTION.sub(b"", block[size : size + _SHOWN_ROWS]) if delimiter != "," else b""
     commas = delimiter != "," and bool(_COMMA_FRACTION.search(rows)) and not _POINT_FRACTION.search(rows)
-    return CsvHead(tuple(fields), line, problem, delimiter, "," if commas else ".", above, size)
+    return CsvHead(tuple(fields), line, delimiter, "," if commas else ".", above, size)
 
 
-def iso_times(rows: bytes, delimiter: str, place: int) -> IsoTimes | None:
-    """The times in a column of a table, as the first rows write them; None where they are numbers.
-
-    Args:
-        rows: those of the table, or the first of them.
-        delimiter: between fields.
-        place: of the column, from 0.
-    """
-    records = Records(rows[:_SHOWN_ROWS], delimiter, at_end=False)
-    return IsoTimes.of(fields[place] for _, fields, _ in records if len(fields) > place)
-
-
-def quick_numbers(
-    block: bytes,
-    columns: int,
-    delimiter: str,
-    places: Sequence[int] | None = None,
-    mark: str = ".",
-    times: IsoTimes | None = None,
-) -> Floats | None:
-    """The numbers of a block of whole lines, shape (n, columns); None where only the exact way can tell.
+def quick_numbers(block: bytes, table: TableColumns) -> Floats | None:
+    """The numbers of a block of whole lines, shape (n, places); None where only the exact way can tell.
 
     Blank lines are no rows. Quotes are left to the exact way. Needs pyarrow.
-
-    Args:
-        block: the lines.
-        columns: fields of a line.
-        delimiter: between them.
-        places: the columns that are read, in this order; None for all.
-        mark: of decimal fractions.
-        times: reads the last of `places`; None where it has numbers.
     """
     if b'"' in block:
         return None
     import pyarrow as pa
     from pyarrow import csv as pyarrow_csv
 
-    names = [str(column) for column in range(columns)]
-    read = names if places is None else [names[place] for place in places]
+    read = [str(place) for place in table.places]
     types = dict.fromkeys(read, pa.float64())
-    if times is not None:
+    if table.iso_times is not None:
         types[read[-1]] = pa.string()
     try:
-        table = pyarrow_csv.read_csv(
+        columns = pyarrow_csv.read_csv(
             pa.BufferReader(block),
-            pyarrow_csv.ReadOptions(column_names=names, block_size=_PARSED_AT_ONCE),
-            pyarrow_csv.ParseOptions(delimiter=delimiter, quote_char=False),
+            pyarrow_csv.ReadOptions(column_names=list(map(str, range(table.all))), block_size=_PARSED_AT_ONCE),
+            pyarrow_csv.ParseOptions(delimiter=table.delimiter, quote_char=False),
             pyarrow_csv.ConvertOptions(
-                column_types=types,
-                include_columns=read,
-                null_values=[],
-                decimal_point=mark,
+                column_types=types, include_columns=read, null_values=[], decimal_point=table.mark
             ),
         )
     except pa.ArrowInvalid:
         return None
-    numbers = np.empty((table.num_rows, len(read)))
-    for column, values in enumerate(table.itercolumns()):
-        if times is not None and column == len(read) - 1:
-            numbers[:, column] = times.all_seconds(values.to_pylist())
+    numbers = np.empty((columns.num_rows, len(read)))
+    for column, values in enumerate(columns.itercolumns()):
+        if table.iso_times is not None and column == len(read) - 1:
+            numbers[:, column] = table.iso_times.all_seconds(values.to_pylist())
         else:
             numbers[:, column] = values.to_numpy()
     return numbers if np.isfinite(numbers).all() else None
@@ -202,7 +178,7 @@ class Records:
                 yield done, [], f"malformed CSV: {error}"
 
 
-def plain_floats(fields: list[str]) -> list[float] | None:
+def plain_floats(fields: Sequence[str]) -> list[float] | None:
     """The numbers of a record; None where one is not finite, or none.
 
     Python's `float` reads more than decimal digits: the text must be ASCII, and without underscores.
@@ -227,6 +203,8 @@ class TableColumns:
         all: how many columns the file has.
         iso_times: reads times that are written as in ISO 8601; None where they are numbers.
         blanks: empty cells are NaN and no mistake.
+        delimiter: between the fields of a CSV file.
+        mark: of decimal fractions there: "." or ",".
     """
 
     names: tuple[str, ...]
@@ -237,6 +215,52 @@ class TableColumns:
     all: int = 0
     iso_times: IsoTimes | None = None
     blanks: bool = False
+    delimiter: str = ","
+    mark: str = "."
+
+    @classmethod
+    def of(
+        cls,
+        headings: Sequence[str | None],
+        joints: Container[str],
+        units_of: Callable[[str, str, int], Sequence[str]],
+        error: Callable[[str, int], Exception],
+        *,
+        degrees: bool = False,
+    ) -> tuple[TableColumns, list[int]]:
+        """What the columns of a table are, and where all columns of times stand.
+
+        Args:
+            headings: of all columns; None for one that is left out.
+            joints: names that are those of joints, even where one is also a name of times.
+            units_of: the units that a column may have, the one of a number without a unit first; nothing leaves it out.
+                Of the heading, the name in it, and its place.
+            error: what to raise for a reason and a place.
+            degrees: what turns is in degrees where the heading has no unit.
+        """
+        found: dict[str, tuple[str, int]] = {}
+        times: dict[int, str | None] = {}
+        for place, text in enumerate(headings):
+            if text is None or (place == 0 and is_index(text)):
+                continue
+            heading = read_heading(text)
+            name, unit = heading.name, heading.unit
+            is_time = heading.is_time and name not in joints
+            units = tuple(TIME_UNITS) if is_time else units_of(text, name, place)
+            if name in found:
+                raise error(f"joint {quoted(name)} is given twice", place)
+            if units and unit is not None and unit not in units:
+                reason = f"unit {quoted(unit, MOST_SHOWN)} of {name}, expected one of {', '.join(units)}"
+                raise error(reason, place)
+            if is_time:
+                times[place] = unit
+            elif units:
+                usual = "deg" if degrees and "deg" in units else units[0]
+                found[name] = usual if unit is None else "deg" if unit == "°" else unit, place
+        names, places = tuple(found), [place for _, place in found.values()] + list(times)[:1]
+        time_unit = next(iter(times.values()), None)
+        units = tuple(unit for unit, _ in found.values())
+        return cls(names, units, tuple(places), bool(times), time_unit, len(headings)), list(times)
 
     @property
     def headings(self) -> tuple[str, ...]:
@@ -248,23 +272,36 @@ class TableColumns:
         """Whether some joint is given in degrees."""
         return "deg" in self.units
 
+    def split(self, rows: Floats) -> tuple[Floats, Floats | None]:
+        """Values of joints (n, names) and times (n,) of rows (n, places)."""
+        joints = len(self.names)
+        return rows[:, :joints], rows[:, joints] if self.timed else None
+
     def place(self, line: int, column: int) -> tuple[int, int]:
         """Line and column, from 1, of a field of a CSV file; JSON values have neither (line 0)."""
         return line, self.places[column] + 1 if line and column >= 0 else 0
 
-    def with_times_of(self, rows: bytes, delimiter: str) -> TableColumns:
-        """The same for a CSV file whose first rows write times as numbers, or as in ISO 8601."""
-        found = iso_times(rows, delimiter, self.places[-1]) if self.timed else None
-        return self if found is None else replace(self, time_unit="s", iso_times=found)
+    def of_csv(self, head: CsvHead, rows: bytes) -> TableColumns:
+        """The same for a CSV file whose first rows are these: with its delimiter and mark, and its form of times."""
+        table = replace(self, delimiter=head.delimiter, mark=head.mark)
+        if not self.timed:
+            return table
+        # The first rows show whether times are numbers, or written as in ISO 8601.
+        records = Records(rows[:_SHOWN_ROWS], head.delimiter, at_end=False)
+        return table.with_times(fields[self.places[-1]] for _, fields, _ in records if len(fields) > self.places[-1])
 
-    def numbers(self, name: str, fields: Sequence[str], line: int, mark: str = ".") -> list[float]:
+    def with_times(self, texts: Iterable[str]) -> TableColumns:
+        """The same for times as the first of some texts write them: as numbers, or as in ISO 8601."""
+        times = IsoTimes.of(texts)
+        return self if times is None else replace(self, time_unit="s", iso_times=times)
+
+    def numbers(self, name: str, fields: Sequence[str], line: int) -> list[float]:
         """The numbers that the fields of one record write in decimal digits.
 
         Args:
             name: the file, for the message.
             fields: all of the record.
             line: where the record stands.
-            mark: of decimal fractions: "." or ",".
 
         Raises:
             BadInputFile: with line and column of the first that is no finite number, or no time.
@@ -278,15 +315,15 @@ class TableColumns:
                 elif self.iso_times is not None and place == self.places[-1]:
                     values.append(self.iso_times.seconds(field))
                 else:
-                    values.append(_finite(field, mark))
+                    values.append(_finite(field, self.mark))
             except ValueError as error:
                 raise BadInputFile(name, f"{heading} {error}", line, place + 1) from None
         return values
 
-    def rows(self, name: str, records: Records, mark: str) -> Iterator[tuple[int, list[float] | None, int, str]]:
+    def rows(self, name: str, records: Records) -> Iterator[tuple[int, list[float] | None, int, str]]:
         """The line of each record, its numbers, and column and reason where it has none."""
         # Then `float` reads only decimal digits.
-        plain = mark == "." and records.block.isascii() and b"_" not in records.block and self.iso_times is None
+        plain = self.mark == "." and records.block.isascii() and b"_" not in records.block and self.iso_times is None
         for line, fields, reason in records:
             if not reason and len(fields) != self.all:
                 what = "joints" if self.all == len(self.names) else "columns"
@@ -296,7 +333,7 @@ class TableColumns:
                 continue
             row = plain_floats([fields[place] for place in self.places]) if plain else None
             try:
-                yield line, row or self.numbers(name, fields, line, mark), 0, ""
+                yield line, row or self.numbers(name, fields, line), 0, ""
             except BadInputFile as error:
                 yield line, None, error.column, error.reason
 
@@ -329,19 +366,15 @@ def read_csv(
     Raises:
         BadInputFile: with line and column.
     """
-    head = csv_head(data)
-    if head.problem:
-        raise BadInputFile(name, head.problem, head.line)
-    if not head.fields:
-        raise BadInputFile(name, f"empty; expected {expected}")
+    head = csv_head(name, data, expected)
     body = data[head.size :]
-    table = understood(head).with_times_of(body, head.delimiter)
+    table = understood(head).of_csv(head, body)
     if len(data) > _LARGE and has_pyarrow():
-        numbers = quick_numbers(body, table.all, head.delimiter, table.places, head.mark, table.iso_times)
+        numbers = quick_numbers(body, table)
         if numbers is not None and len(numbers):
             return table, numbers, RowLines(body, head.delimiter, head.lines)
     rows, lines = [], []
-    for line, row, column, reason in table.rows(name, Records(body, head.delimiter), head.mark):
+    for line, row, column, reason in table.rows(name, Records(body, head.delimiter)):
         if row is None:
             raise BadInputFile(name, reason, head.lines + line, column)
         rows.append(row)

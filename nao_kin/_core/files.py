@@ -20,7 +20,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, cast
 
 from nao_kin._core.process import before_ending, uninterrupted
 from nao_kin._core.text import MOST_SHOWN, abbreviated, quoted
@@ -471,6 +471,33 @@ def read_bounded(file: BinaryIO | gzip.GzipFile, name: str) -> bytes:
     return data
 
 
+def opened(name: str, *, unpack: bool = True) -> BinaryIO:
+    """A file, unpacked where its name ends in .gz and that is wanted, or standard input for "-", open to be read."""
+    if name == "-":
+        if sys.stdin is None:
+            raise BadInputFile(name, "closed; there is nothing to read")
+        return sys.stdin.buffer
+    return cast(BinaryIO, gzip.open(name)) if unpack and name.lower().endswith(".gz") else Path(name).open("rb")
+
+
+def read_bytes(name: str, *, unpack: bool = True) -> bytes:
+    """All of what `opened` opens.
+
+    Raises:
+        BadInputFile: it cannot be read.
+    """
+    try:
+        file = opened(name, unpack=unpack)
+        with nullcontext() if name == "-" else file:
+            return read_bounded(file, name)
+    except OSError as error:
+        raise BadInputFile(name, f"cannot be read: {error.strerror or error}") from None
+    except (EOFError, zlib.error) as error:
+        raise BadInputFile(name, f"no whole gzip file: {error}") from None
+    except ValueError as error:  # a NUL in its name
+        raise BadInputFile(abbreviated(name), f"cannot be read: {error}") from None
+
+
 def read_text(name: str, advice: str = "") -> str:
     """The text of a file, unpacked where its name ends in .gz, or of standard input for "-"; no byte order mark.
 
@@ -482,20 +509,9 @@ def read_text(name: str, advice: str = "") -> str:
         BadInputFile: it cannot be read, or is no UTF-8 text.
     """
     try:
-        if name == "-":
-            if sys.stdin is None:
-                raise BadInputFile(name, "closed; there is nothing to read")
-            return read_bounded(sys.stdin.buffer, name).decode("utf-8-sig")
-        with gzip.open(name) if Path(name).suffix.lower() == ".gz" else Path(name).open("rb") as file:
-            return read_bounded(file, name).decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
-    except OSError as error:
-        raise BadInputFile(name, f"cannot be read: {error.strerror or error}") from None
-    except (EOFError, zlib.error) as error:
-        raise BadInputFile(name, f"no whole gzip file: {error}") from None
+        return read_bytes(name).decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeDecodeError as error:
         raise BadInputFile(name, f"not UTF-8 text (byte {error.start}){advice}") from None
-    except ValueError as error:  # a NUL in its name
-        raise BadInputFile(abbreviated(name), f"cannot be read: {error}") from None
 
 
 # --- TOML files.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -11,11 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, finite_or_none
-from nao_kin.motion.configurations import HOLD, check_joints, checked_rate, filled
+from nao_kin.motion.configurations import HOLD, checked_rate
 from nao_kin.motion.curves import Excesses, JointCurves, Quantity, combination, excesses, pieces_of
 from nao_kin.motion.interpolation import Segments
-from nao_kin.motion.motion import Motion, check_motion
-from nao_kin.robot import COUPLING_TOLERANCE, LIMIT_TOLERANCE, RobotModel, check_robot
+from nao_kin.motion.motion import Motion, check_both
+from nao_kin.robot import COUPLING_TOLERANCE, LIMIT_TOLERANCE, RobotModel
 from nao_kin.robot.semantics import CoupledLimit
 
 # --- What a check of a motion finds: stretches of time in which a joint may not do what it is to do.
@@ -203,9 +204,7 @@ class MotionReport:
 
 
 def _counted(violations: Iterable[MotionViolation]) -> str:
-    counts: dict[str, int] = {}
-    for violation in violations:
-        counts[violation.kind] = counts.get(violation.kind, 0) + 1
+    counts = Counter(violation.kind for violation in violations)
     words = {"limit": "stretches outside limits", "coupled limit": "outside coupled limits"}
     words |= {"speed": "too fast", "motor": "of disagreeing joints"}
     return ", ".join(f"{count} {words[kind]}" for kind, count in counts.items())
@@ -247,16 +246,18 @@ def check(robot: RobotModel, motion: Motion, *, fill: str | ArrayLike = HOLD, ra
         >>> nk.motion.check(nk.load_nao(), nod).ok
         True
     """
-    check_robot(robot)
-    check_motion(motion)
-    check_joints(robot, motion)
+    check_both(robot, motion)
     rate = checked_rate(rate)
-    curves = JointCurves(motion, filled(robot, fill)[robot.nq - len(robot.joint_names) :], robot, rate)
+    curves = JointCurves(motion, fill, robot, rate)
     findings = [
         *(_limits(robot, joint, curves[joint]) for joint in motion.joint_names),
         *(_coupled(robot, motion, table, curves) for table in robot.coupled_limits),
         *(_speeds(robot, joint, curves[joint]) for joint in motion.joint_names),
-        *_motors(robot, motion, curves),
+        *(
+            _disagreement(robot, first, joint, curves)
+            for first, *others in shared_motors(robot, motion).values()
+            for joint in others
+        ),
     ]
     return MotionReport(
         robot=robot.name,
@@ -286,22 +287,19 @@ def largest_speed(robot: RobotModel, joint: str) -> float:
 
 def _limits(robot: RobotModel, joint: str, curve: Segments) -> _Found:
     lower, upper = joint_range(robot, joint)
-    unit = robot.unit(joint)
     found = _both_sides(curve, "value", lower, upper, LIMIT_TOLERANCE)
-    return [
-        MotionViolation("limit", joint, row.start, row.end, row.time, row.value, lower, upper, unit)
-        for row in found.rows
-    ], found.left_out
+    return _violations("limit", joint, found, lower, upper, robot.unit(joint))
 
 
 def _speeds(robot: RobotModel, joint: str, curve: Segments) -> _Found:
     limit = largest_speed(robot, joint)
-    unit = f"{robot.unit(joint)}/s"
     found = _both_sides(curve, "speed", -limit, limit, SPEED_TOLERANCE * limit)
-    return [
-        MotionViolation("speed", joint, row.start, row.end, row.time, row.value, -limit, limit, unit)
-        for row in found.rows
-    ], found.left_out
+    return _violations("speed", joint, found, -limit, limit, f"{robot.unit(joint)}/s")
+
+
+def _violations(kind: Kind, joint: str, found: Excesses, lower: float, upper: float, unit: str) -> _Found:
+    rows = ((row.start, row.end, row.time, row.value, lower, upper, unit) for row in found.rows)
+    return [MotionViolation(kind, joint, *row) for row in rows], found.left_out
 
 
 def _coupled(robot: RobotModel, motion: Motion, table: CoupledLimit, curves: JointCurves) -> _Found:
@@ -322,7 +320,7 @@ def _coupled(robot: RobotModel, motion: Motion, table: CoupledLimit, curves: Joi
         found = excesses(over, "value", 0.0, sign, LIMIT_TOLERANCE)
         left_out += found.left_out
         for row in found.rows:
-            value, of_value = (float(curves.values(name, np.array([row.time]))[0]) for name in (table.joint, table.of))
+            value, of_value = curves.values_at(row.time, table.joint, table.of)
             lower, upper = (float(end) for end in table.range(np.array(of_value)))
             numbers = row.start, row.end, row.time, value, lower, upper
             rows.append(MotionViolation("coupled limit", table.joint, *numbers, unit, table.of, of_value))
@@ -340,15 +338,6 @@ def bends(of: Segments, table: CoupledLimit) -> Floats:
     return np.concatenate(found)
 
 
-def _motors(robot: RobotModel, motion: Motion, curves: JointCurves) -> list[_Found]:
-    """Where joints of one motor are to do different things."""
-    return [
-        _disagreement(robot, joints[0], joint, curves)
-        for joints in shared_motors(robot, motion).values()
-        for joint in joints[1:]
-    ]
-
-
 def _disagreement(robot: RobotModel, first: str, joint: str, curves: JointCurves) -> _Found:
     """Where a joint does not do what another one of its motor makes of it."""
     mimic, reference = robot.mimics[joint], robot.mimics.get(first)
@@ -360,7 +349,7 @@ def _disagreement(robot: RobotModel, first: str, joint: str, curves: JointCurves
     found = _both_sides(apart, "value", 0.0, 0.0, COUPLING_TOLERANCE)
     rows = []
     for row in found.rows:
-        value, other = (float(curves.values(name, np.array([row.time]))[0]) for name in (joint, first))
+        value, other = curves.values_at(row.time, joint, first)
         wanted = float(follows.value(other))
         numbers = row.start, row.end, row.time, value, wanted, wanted
         rows.append(MotionViolation("motor", joint, *numbers, robot.unit(joint), first, other))

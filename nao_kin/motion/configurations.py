@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats
+from nao_kin._core.arrays import Floats, as_floats, choice
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
-from nao_kin.robot import RobotModel, check_robot
+from nao_kin.robot import RobotModel
 
 if TYPE_CHECKING:
     from nao_kin.motion.motion import Motion
@@ -87,43 +87,9 @@ class Trajectory:
         return f"<Trajectory of {len(self.times)} configurations{span}>"
 
 
-def configurations(
-    motion: Motion,
-    robot: RobotModel,
-    *,
-    rate: float | None = None,
-    times: ArrayLike | None = None,
-    fill: str | ArrayLike = HOLD,
-    hips: Hips = "average",
-) -> Trajectory:
-    """The configurations of a robot that moves so; `Motion.configurations` describes it."""
-    check_robot(robot)
-    check_joints(robot, motion)
-    check_hips(hips)
-    at = sampling_times(motion, rate, times)
-    q = np.tile(filled(robot, fill), (len(at), 1))
-    values = dict(zip(motion.joint_names, motion.sample(at).T, strict=True))
-    offset = robot.nq - len(robot.joint_names)
-    for joint, column in motor_values(robot, values, hips).items():
-        q[:, offset + robot.joint_names.index(joint)] = column
-    return Trajectory(at, q)
-
-
-def check_joints(robot: RobotModel, motion: Motion) -> None:
-    """Refuse a motion of joints that the robot does not have.
-
-    Raises:
-        UnknownName: with the first of them.
-    """
-    for name in motion.joint_names:
-        if name not in robot.joint_names and name not in robot.mimics:
-            raise UnknownName("joint", name, (*robot.joint_names, *robot.mimics))
-
-
 def check_hips(hips: str) -> None:
     """Refuse what is no rule for two joints of one motor."""
-    if not isinstance(hips, str) or hips not in HIPS:
-        raise UnknownName("rule for the hips", hips, HIPS)
+    choice(hips, HIPS, "rule for the hips")
 
 
 def sampling_times(motion: Motion, rate: float | None, times: ArrayLike | None) -> Floats:

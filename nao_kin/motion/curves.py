@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats
 from nao_kin.errors import BadArgument
-from nao_kin.motion.configurations import MOST_SAMPLES
+from nao_kin.motion.configurations import MOST_SAMPLES, filled
 from nao_kin.motion.interpolation import Segments, segments
 from nao_kin.motion.motion import Motion
 from nao_kin.robot import RobotModel
@@ -23,16 +23,17 @@ class JointCurves:
         sampled: whether times of samples were asked for.
     """
 
-    def __init__(self, motion: Motion, fill: Floats, robot: RobotModel, rate: float) -> None:
+    def __init__(self, motion: Motion, fill: str | ArrayLike, robot: RobotModel, rate: float) -> None:
         """Prepare the curves.
 
         Args:
             motion: what is to be done.
-            fill: values of all joints of the robot, shape (n,).
+            fill: where joints are that the motion does not name, as in `Motion.configurations`.
             robot: whose joints.
             rate: samples per second, where they are needed.
         """
-        self._motion, self._fill, self._robot, self._rate = motion, fill, robot, rate
+        self._motion, self._robot, self._rate = motion, robot, rate
+        self._fill = filled(robot, fill)[robot.nq - len(robot.joint_names) :]
         self._kept: dict[str, Segments] = {}
         self.sampled = False
 
@@ -49,6 +50,10 @@ class JointCurves:
         curve = self[joint]
         segment = np.clip(np.searchsorted(curve.start, times, side="right") - 1, 0, None)
         return curve.value(segment, curve.parameter(segment, times))
+
+    def values_at(self, time: float, *joints: str) -> list[float]:
+        """Values of joints at one time."""
+        return [float(self.values(joint, np.array([time]))[0]) for joint in joints]
 
     def common_times(self, *joints: str, bends: Floats | None = None) -> Floats:
         """Times between which the curves of some joints are each one cubic; of Bezier curves, also those of samples.
@@ -74,13 +79,14 @@ class JointCurves:
 
     def _curve(self, joint: str) -> Segments:
         motion = self._motion
-        if joint not in motion.joint_names:
+        if joint in motion.joint_names:
+            column = motion.joint_names.index(joint)
+            times, keys = motion.times[column], motion.keys[column]
+            handles = None if motion.handles is None else motion.handles[column]
+            curve = segments(motion.interpolation, times, keys, handles)
+        else:
             times, keys = np.array([motion.start]), self._fill[[self._robot.joint_names.index(joint)]]
-            return held(segments("linear", times, keys, None), times, keys, motion.start, motion.end)
-        column = motion.joint_names.index(joint)
-        times, keys = motion.times[column], motion.keys[column]
-        handles = None if motion.handles is None else motion.handles[column]
-        curve = segments(motion.interpolation, times, keys, handles)
+            curve = segments("linear", times, keys, None)
         return held(curve, times, keys, motion.start, motion.end)
 
 

@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin._core.arrays import Floats, as_floats, whole_number
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
-from nao_kin.motion.configurations import HOLD, MOST_SAMPLES, check_joints, filled, other_side, sampling_times
+from nao_kin.motion.configurations import HOLD, MOST_SAMPLES, filled, other_side, sampling_times
 from nao_kin.motion.curves import slowest
 from nao_kin.motion.interpolation import Segments, segment_of
-from nao_kin.motion.motion import Motion, check_motion
+from nao_kin.motion.motion import Motion, check_both, check_motion
 from nao_kin.robot import RobotModel, check_robot
 
 # Values that meet without a gap in time may differ by this.
@@ -32,11 +32,9 @@ def reverse(motion: Motion) -> Motion:
     check_motion(motion)
     times = _each(motion.times, lambda column: (motion.start + motion.end) - column[::-1])
     keys = [column[::-1] for column in motion.keys]
-    handles = None
-    if motion.handles is not None:
-        # What was before a key is after it, and offsets in time change their sign.
-        handles = [offsets[::-1, ::-1] * (-1.0, 1.0) for offsets in motion.handles]
-    return Motion(times, motion.joint_names, keys, motion.interpolation, handles)
+    # What was before a key is after it, and offsets in time change their sign.
+    handles = [offsets[::-1, ::-1] * (-1.0, 1.0) for offsets in motion.handles or ()]
+    return Motion(times, motion.joint_names, keys, motion.interpolation, handles or None)
 
 
 def resample(motion: Motion, rate: float | None = None, *, times: ArrayLike | None = None) -> Motion:
@@ -82,34 +80,25 @@ def time_warp(motion: Motion, warp: float | Callable[[Floats], ArrayLike]) -> Mo
         2.0
     """
     check_motion(motion)
-    if callable(warp):
-        move = warp
-    else:
-        factor = _number(warp, "warp", least=0.0)
-        if factor == 0.0:
-            raise BadArgument("warp must be above zero, got 0")
-
-        def move(times: Floats) -> ArrayLike:
-            return motion.start + (times - motion.start) * factor
+    factor = 1.0 if callable(warp) else _number(warp, "warp")
+    if factor == 0.0:
+        raise BadArgument("warp must be above zero, got 0")
 
     def moved(times: Floats) -> Floats:
-        new = as_floats(move(np.array(times)), (), "warped times")
+        scaled = motion.start + (times - motion.start) * factor
+        new = as_floats(warp(np.array(times)) if callable(warp) else scaled, (), "warped times")
         if new.shape != times.shape:
             raise WrongShape("warped times", str(times.shape), new.shape)
         return new
 
     times = _each(motion.times, moved)
-    handles = None
-    if motion.handles is not None:
-        handles = []
-        for column, new, offsets in zip(motion.times, times, motion.handles, strict=True):
-            changed = np.array(offsets)
-            # The outermost handles bend nothing; beyond the keys the function need not be defined.
-            changed[0, 0, 0] = changed[-1, 1, 0] = 0.0
-            changed[1:, 0, 0] = np.minimum(moved(column[1:] + offsets[1:, 0, 0]) - new[1:], 0.0)
-            changed[:-1, 1, 0] = np.maximum(moved(column[:-1] + offsets[:-1, 1, 0]) - new[:-1], 0.0)
-            handles.append(changed)
-    return Motion(times, motion.joint_names, motion.keys, motion.interpolation, handles)
+    handles = [np.array(offsets) for offsets in motion.handles or ()]
+    for column, new, offsets in zip(motion.times, times, handles, strict=False):
+        # The outermost handles bend nothing; beyond the keys the function need not be defined.
+        offsets[0, 0, 0] = offsets[-1, 1, 0] = 0.0
+        offsets[1:, 0, 0] = np.minimum(moved(column[1:] + offsets[1:, 0, 0]) - new[1:], 0.0)
+        offsets[:-1, 1, 0] = np.maximum(moved(column[:-1] + offsets[:-1, 1, 0]) - new[:-1], 0.0)
+    return Motion(times, motion.joint_names, motion.keys, motion.interpolation, handles or None)
 
 
 def concatenate(motions: Sequence[Motion], *, gap: float = 0.0, blend: float = 0.0) -> Motion:
@@ -138,7 +127,7 @@ def concatenate(motions: Sequence[Motion], *, gap: float = 0.0, blend: float = 0
     parts = () if isinstance(motions, Motion) or not isinstance(motions, Iterable) else tuple(motions)
     if not parts or not all(isinstance(motion, Motion) for motion in parts):
         raise BadArgument("concatenate needs a list of motions, at least one")
-    pause, overlap = _number(gap, "gap", least=0.0), _number(blend, "blend", least=0.0)
+    pause, overlap = _number(gap, "gap"), _number(blend, "blend")
     if pause and overlap:
         raise BadArgument("gap and blend are two ways from one motion to the next; give one")
     result = parts[0]
@@ -193,18 +182,13 @@ def complete(robot: RobotModel, motion: Motion, fill: str | ArrayLike = HOLD) ->
         >>> len(nk.motion.complete(nk.load_nao(), nod).joint_names)
         25
     """
-    check_robot(robot)
-    check_motion(motion)
-    check_joints(robot, motion)
+    check_both(robot, motion)
     angles = dict(zip(robot.joint_names, filled(robot, fill)[robot.nq - len(robot.joint_names) :], strict=True))
     driven = {robot.mimics[name].joint for name in motion.joint_names if name in robot.mimics}
     absent = [name for name in robot.joint_names if name not in motion.joint_names and name not in driven]
-    start = np.array([motion.start])
-    handles = None
-    if motion.handles is not None:
-        handles = [*motion.handles, *(np.zeros((1, 2, 2)) for _ in absent)]
+    handles = None if motion.handles is None else [*motion.handles, *[np.zeros((1, 2, 2))] * len(absent)]
     return Motion(
-        [*motion.times, *(start for _ in absent)],
+        [*motion.times, *[np.array([motion.start])] * len(absent)],
         [*motion.joint_names, *absent],
         [*motion.keys, *(angles[name][None] for name in absent)],
         motion.interpolation,
@@ -231,22 +215,17 @@ def _joined(one: Motion, two: Motion, gap: float) -> Motion:
                 raise BadArgument(
                     f"{name} would jump from {first:.6g} to {second:.6g} at {one.end:.6g} s; give a gap or a blend"
                 )
-            parts[0] = parts[0][0][:-1], parts[0][1][:-1], _meeting(parts[0][2], parts[1][2])
+            # The first key of what follows takes the place of the last one, and the handle before it.
+            parts[1][2][0, 0] = parts[0][2][-1, 0]
+            parts[0] = parts[0][0][:-1], parts[0][1][:-1], parts[0][2][:-1]
         elif len(parts) == 2:
             # From rest to rest, in 3 s² − 2 s³.
             parts[0][2][-1, 1], parts[1][2][0, 0] = (gap / 3.0, 0.0), (-gap / 3.0, 0.0)
-        times.append(np.concatenate([part[0] for part in parts]))
-        keys.append(np.concatenate([part[1] for part in parts]))
-        handles.append(np.concatenate([part[2] for part in parts]))
+        for columns, column in zip((times, keys, handles), zip(*parts, strict=True), strict=True):
+            columns.append(np.concatenate(column))
     if linear:
         return Motion(times, names, keys)
     return Motion(times, names, keys, "bezier", handles)
-
-
-def _meeting(before: Floats, after: Floats) -> Floats:
-    """The handles of all keys but the last, whose handle before it goes to the first key of what follows."""
-    after[0, 0] = before[-1, 0]
-    return before[:-1]
 
 
 def _held(
@@ -292,7 +271,7 @@ def _blended(one: Motion, two: Motion, blend: float) -> Motion:
         if name in before and name in after:
             columns.append((1.0 - weight) * before[name] + weight * after[name])
         else:
-            columns.append(before.get(name, after.get(name, grid)))
+            columns.append(before[name] if name in before else after[name])
     return Motion(grid, names, np.stack(columns, axis=-1))
 
 
@@ -304,10 +283,10 @@ def _each(columns: Sequence[Floats], change: Callable[[Floats], Floats]) -> list
     return changed
 
 
-def _number(value: object, what: str, *, least: float) -> float:
+def _number(value: object, what: str) -> float:
     array = as_floats(value, (), what)  # type: ignore[arg-type]
-    if array.shape != () or not array >= least:
-        raise BadArgument(f"{what} must be a number ≥ {least:g}, got {quoted(value)}")
+    if array.shape != () or not array >= 0.0:
+        raise BadArgument(f"{what} must be a number ≥ 0, got {quoted(value)}")
     return float(array)
 
 
@@ -423,17 +402,13 @@ def mirror(robot: RobotModel, motion: Motion) -> Motion:
         >>> mirrored.joint_names, mirrored.sample(1.0).tolist()
         (('RShoulderRoll',), [-0.5])
     """
-    check_robot(robot)
-    check_motion(motion)
-    check_joints(robot, motion)
+    check_both(robot, motion)
     names = tuple(other_side(name) for name in motion.joint_names)
     signs = [_sign(robot, name, other) for name, other in zip(motion.joint_names, names, strict=True)]
     # Adding zero takes the sign off a negative zero.
     keys = [sign * column + 0.0 for sign, column in zip(signs, motion.keys, strict=True)]
-    handles = None
-    if motion.handles is not None:
-        handles = [offsets * (1.0, sign) + 0.0 for sign, offsets in zip(signs, motion.handles, strict=True)]
-    return Motion(motion.times, names, keys, motion.interpolation, handles)
+    handles = [offsets * (1.0, sign) + 0.0 for sign, offsets in zip(signs, motion.handles or (), strict=False)]
+    return Motion(motion.times, names, keys, motion.interpolation, handles or None)
 
 
 def mirrored_joints(robot: RobotModel) -> dict[str, tuple[str, float]]:

@@ -9,23 +9,21 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats
-from nao_kin.errors import BadArgument, UnknownName
+from nao_kin._core.arrays import Floats, choice
+from nao_kin.errors import BadArgument
 from nao_kin.motion.checking import bends, check, joint_range, largest_speed, shared_motors
 from nao_kin.motion.configurations import (
     HOLD,
     Hips,
     check_hips,
-    check_joints,
-    filled,
     motor_values,
     sampling_times,
     side_of,
 )
 from nao_kin.motion.curves import JointCurves, pieces_of
 from nao_kin.motion.editing import cut, resample, time_warp
-from nao_kin.motion.motion import Motion, check_motion
-from nao_kin.robot import LIMIT_TOLERANCE, RobotModel, check_robot
+from nao_kin.motion.motion import Motion, check_both
+from nao_kin.robot import LIMIT_TOLERANCE, RobotModel
 from nao_kin.robot.semantics import CoupledLimit
 
 # --- What was changed in a motion, and by how much.
@@ -178,11 +176,8 @@ def clamp(robot: RobotModel, motion: Motion, *, fill: str | ArrayLike = HOLD) ->
         >>> float(nk.motion.clamp(nao, turn).motion.sample(2.0)[0].round(4))
         2.0857
     """
-    check_robot(robot)
-    check_motion(motion)
-    check_joints(robot, motion)
+    check_both(robot, motion)
     boxed, changes = _into_boxes(robot, motion)
-    others = filled(robot, fill)[robot.nq - len(robot.joint_names) :]
     coupled = [row for row in check(robot, boxed, fill=fill).violations if row.kind == "coupled limit"]
     if not coupled:
         return Mended(boxed if changes else motion, tuple(changes))
@@ -197,7 +192,7 @@ def clamp(robot: RobotModel, motion: Motion, *, fill: str | ArrayLike = HOLD) ->
         changes.append(change)
     for table in robot.coupled_limits:
         if table.joint in boxed.joint_names:
-            boxed, moved = _into_table(robot, boxed, table, others)
+            boxed, moved = _into_table(robot, boxed, table, fill)
             changes += moved
     return Mended(boxed, tuple(changes))
 
@@ -222,9 +217,7 @@ def share_motors(robot: RobotModel, motion: Motion, hips: Hips = "average") -> M
         >>> nk.motion.share_motors(nao, split).motion.sample(1.0).round(9).tolist()
         [-0.3, -0.3]
     """
-    check_robot(robot)
-    check_motion(motion)
-    check_joints(robot, motion)
+    check_both(robot, motion)
     check_hips(hips)
     apart = {row.of for row in check(robot, motion).violations if row.kind == "motor"}
     groups = [joints for joints in shared_motors(robot, motion).values() if joints[0] in apart]
@@ -291,8 +284,8 @@ def _into_boxes(robot: RobotModel, motion: Motion) -> tuple[Motion, list[Change]
             # The end of a handle stays where it was, or goes to the end of the range, if its segment overshoots.
             ends = given[:, None] + offsets[..., 1]
             offsets[..., 1] = np.where(outside[:, None], ends - clipped[:, None], offsets[..., 1])
+            over = _overshoots(motion, column, lower, upper)
             for side, neighbours in ((0, slice(1, None)), (1, slice(None, -1))):
-                over = _overshoots(motion, column, lower, upper)
                 wanted = np.clip(ends[neighbours, side], lower, upper)
                 moved = over & (np.abs(wanted - ends[neighbours, side]) > LIMIT_TOLERANCE)
                 offsets[neighbours, side, 1] = np.where(
@@ -317,12 +310,13 @@ def _overshoots(motion: Motion, column: int, lower: float, upper: float) -> NDAr
     return found
 
 
-def _into_table(robot: RobotModel, motion: Motion, table: CoupledLimit, others: Floats) -> tuple[Motion, list[Change]]:
+def _into_table(
+    robot: RobotModel, motion: Motion, table: CoupledLimit, fill: str | ArrayLike
+) -> tuple[Motion, list[Change]]:
     """A linear motion with one joint moved into what another one leaves it."""
     joint = table.joint
-    curves = JointCurves(motion, others, robot, STRAIGHT_RATE)
-    times = curves.common_times(table.joint, table.of, bends=bends(curves[table.of], table))
-    times = np.unique(times)
+    curves = JointCurves(motion, fill, robot, STRAIGHT_RATE)
+    times = np.unique(curves.common_times(table.joint, table.of, bends=bends(curves[table.of], table)))
     given = curves.values(joint, times)
     wanted = np.clip(given, *table.range(curves.values(table.of, times)))
     moved = np.abs(wanted - given) > LIMIT_TOLERANCE
@@ -373,11 +367,8 @@ def slow_down(robot: RobotModel, motion: Motion, *, how: Literal["local", "unifo
         >>> mended.motion.end > 0.1, nk.motion.check(nao, mended.motion).ok
         (True, True)
     """
-    check_robot(robot)
-    check_motion(motion)
-    check_joints(robot, motion)
-    if not isinstance(how, str) or how not in ("local", "uniform"):
-        raise UnknownName("way to slow down", how, ("local", "uniform"))
+    check_both(robot, motion)
+    choice(how, ("local", "uniform"), "way to slow down")
     knots, factors = _needed(robot, motion)
     if how == "uniform":
         factors = np.full_like(factors, factors.max(initial=1.0))
@@ -414,26 +405,21 @@ def _needed(robot: RobotModel, motion: Motion) -> tuple[Floats, Floats]:
         pieces = pieces_of(curve, "speed", np.arange(len(curve.start)))
         fastest = np.zeros(len(curve.start))
         np.maximum.at(fastest, pieces.segment, np.abs(pieces.values).max(axis=1))
-        _check_possible(robot, motion, joint, fastest)
-        limit = largest_speed(robot, joint)
+        limit, own = largest_speed(robot, joint), motion.times[column]
+        if not np.isfinite(fastest).all():
+            place = int(np.argmin(np.isfinite(fastest)))
+            raise BadArgument(
+                f"{joint} moves in no time between its keys {place} and {place + 1} ({own[place]:.6g} to "
+                f"{own[place + 1]:.6g} s): its handles are vertical, and no time is long enough"
+            )
+        if limit <= 0.0 and fastest.any():
+            raise BadArgument(f"{joint} is to move, and its speed limit is 0: no time is long enough")
         share = np.divide(fastest, limit, out=np.zeros_like(fastest), where=fastest > 0.0)
         # The intervals between knots that a segment covers are consecutive.
         covers = np.clip(np.searchsorted(curve.start, knots[:-1], side="right") - 1, 0, None)
-        during = (knots[:-1] >= motion.times[column][0]) & (knots[:-1] < motion.times[column][-1])
+        during = (knots[:-1] >= own[0]) & (knots[:-1] < own[-1])
         factors = np.maximum(factors, np.where(during, share[covers], 1.0))
     return knots, np.where(factors > _FITS, factors, 1.0)
-
-
-def _check_possible(robot: RobotModel, motion: Motion, joint: str, fastest: Floats) -> None:
-    times = motion.times[motion.joint_names.index(joint)]
-    if not np.isfinite(fastest).all():
-        place = int(np.argmin(np.isfinite(fastest)))
-        raise BadArgument(
-            f"{joint} moves in no time between its keys {place} and {place + 1} ({times[place]:.6g} to "
-            f"{times[place + 1]:.6g} s): its handles are vertical, and no time is long enough"
-        )
-    if largest_speed(robot, joint) <= 0.0 and fastest.any():
-        raise BadArgument(f"{joint} is to move, and its speed limit is 0: no time is long enough")
 
 
 def _slower(knots: Floats, factors: Floats) -> tuple[Change, ...]:

@@ -2,22 +2,222 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, fields
+from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats
-from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.motion.checked_keys import check_speeds, checked_handles, checked_keys, checked_names, checked_times
-from nao_kin.motion.configurations import HOLD, Hips, Trajectory, configurations
+from nao_kin._core.arrays import Floats, all_finite, as_floats, as_numbers, choice
+from nao_kin._core.text import quoted
+from nao_kin.errors import BadArgument, NotFinite, UnknownName, WrongShape
+from nao_kin.motion.configurations import HOLD, Hips, Trajectory, check_hips, filled, motor_values, sampling_times
 from nao_kin.motion.interpolation import INTERPOLATIONS, Interpolation, Segments, bezier_handles, segment_of, segments
+from nao_kin.robot import RobotModel, check_robot
 
-if TYPE_CHECKING:
-    from nao_kin.robot import RobotModel
+# --- Names, times, keys and handles as they are given to a motion, made into columns or refused.
+
+# A handle that leaves its segment by no more than rounding, or by what single precision makes of it.
+_HANDLE_ROUNDING = 1e-6
+
+# No joint is there, and products of three such numbers are still numbers.
+_LARGEST = 1e100
+
+Columns = tuple[Floats, ...]
+
+
+def checked_names(names: Any) -> tuple[str, ...]:
+    """The joint names of a motion.
+
+    Raises:
+        BadArgument: none, one that is no text, or one twice.
+    """
+    if isinstance(names, str) or not isinstance(names, Iterable):
+        raise BadArgument(f"joint_names must be a list of names, got {quoted(names)}")
+    found = tuple(names)
+    if not found:
+        raise BadArgument("a motion needs at least one joint, got no joint_names")
+    seen = set[str]()
+    for index, name in enumerate(found):
+        if not isinstance(name, str) or not name:
+            raise BadArgument(f"joint_names must be texts, got {quoted(name)} at index [{index}]")
+        if name in seen:
+            raise BadArgument(f"joint_names has {quoted(name)} twice, again at index [{index}]")
+        seen.add(name)
+    return found
+
+
+def checked_times(times: Any, names: tuple[str, ...]) -> tuple[Columns, bool]:
+    """The times of each joint, and whether one list was given for all.
+
+    Raises:
+        BadArgument: none, or not ascending.
+        WrongShape, NotFinite: no finite numbers of the right shape.
+    """
+    rows = _rows(times, "times")
+    if _is_single(rows[0]):
+        column = _checked_column(times if isinstance(times, np.ndarray) else rows, "times")
+        _check_ascending(column, "times")
+        return (column,) * len(names), True
+    if len(rows) != len(names):
+        raise BadArgument(f"times must have one list for each of {len(names)} joints, got {len(rows)}")
+    columns = list[Floats]()
+    for index, (name, row) in enumerate(zip(names, rows, strict=True)):
+        if index and row is rows[index - 1]:
+            columns.append(columns[-1])
+            continue
+        column = _checked_column(row, f"times of {name}")
+        _check_ascending(column, f"times of {name}")
+        # Joints of equal times share one array, so that places in it are looked up once.
+        columns.append(columns[-1] if index and np.array_equal(column, columns[-1]) else column)
+    return tuple(columns), False
+
+
+def checked_keys(keys: Any, names: tuple[str, ...], times: Columns, *, shared: bool) -> Columns:
+    """The keys of each joint.
+
+    Args:
+        keys: a row for each time where times are `shared`, else a list for each joint.
+        names: the joints.
+        times: of each joint.
+        shared: one list of times was given for all.
+
+    Raises:
+        BadArgument, WrongShape, NotFinite: no finite numbers, or not one for each time.
+    """
+    if shared:
+        array = as_numbers(keys, "keys")
+        if array.ndim == 1 and len(names) == 1:
+            array = array[:, None]
+        wanted = (len(times[0]), len(names))
+        if array.shape != wanted:
+            hint = "; a list for each joint goes with times for each joint" if array.shape == wanted[::-1] else ""
+            raise WrongShape("keys", f"{wanted}, a row for each time{hint}", array.shape)
+        if not all_finite(array):
+            row, column = np.argwhere(~np.isfinite(array))[0].tolist()
+            raise NotFinite("keys", (row, column), float(array[row, column]), names[column])
+        _check_size(array, "keys")
+        # One row for each joint in memory.
+        return tuple(np.array(array.T, order="C"))
+    rows = _rows(keys, "keys")
+    if len(rows) != len(names):
+        raise BadArgument(f"keys must have one list for each of {len(names)} joints, got {len(rows)}")
+    columns = []
+    for name, row, column in zip(names, rows, times, strict=True):
+        values = _checked_column(row, f"keys of {name}")
+        if len(values) != len(column):
+            raise BadArgument(f"{name} has {len(column)} times and {len(values)} keys; expected one for each")
+        columns.append(values)
+    return tuple(columns)
+
+
+def checked_handles(handles: Any, names: tuple[str, ...], times: Columns, interpolation: str) -> Columns:
+    """The handles of each joint, shape (k, 2, 2).
+
+    Raises:
+        BadArgument: with another interpolation, for other joints, or leaving their segment in time.
+        WrongShape, NotFinite: no finite numbers of that shape.
+    """
+    if interpolation != "bezier":
+        raise BadArgument(f"handles belong to bezier interpolation, got {interpolation}")
+    rows = _rows(handles, "handles")
+    if len(rows) != len(names):
+        raise BadArgument(f"handles must have one array for each of {len(names)} joints, got {len(rows)}")
+    columns = []
+    for name, row, column in zip(names, rows, times, strict=True):
+        values = np.array(as_floats(row, (), f"handles of {name}"))
+        if values.shape != (len(column), 2, 2):
+            raise WrongShape(f"handles of {name}", f"({len(column)}, 2, 2)", values.shape)
+        _check_size(values, f"handles of {name}")
+        _check_within(values, column, name)
+        columns.append(values)
+    return tuple(columns)
+
+
+def _check_within(handles: Floats, times: Floats, name: str) -> None:
+    """Refuse handles that leave the segment beside their key in time; the outermost may have any length."""
+    widths = np.diff(times)
+    room = [np.concatenate([[np.inf], widths]), np.concatenate([widths, [np.inf]])]
+    for side, (word, sign) in enumerate((("before", -1.0), ("after", 1.0))):
+        length = sign * handles[:, side, 0]
+        slack = _HANDLE_ROUNDING * np.where(np.isfinite(room[side]), room[side], 1.0)
+        wrong = (length < -slack) | (length > room[side] + slack)
+        if wrong.any():
+            key = int(np.argmax(wrong))
+            offset = float(handles[key, side, 0])
+            least, most = (-room[side][key], 0.0) if side == 0 else (0.0, room[side][key])
+            raise BadArgument(
+                f"{name}: the handle {word} key {key} is {offset:.9g} s from it, expected between {least:.9g} and "
+                f"{most:.9g} s: within the segment"
+            )
+
+
+def check_speeds(names: tuple[str, ...], times: Columns, keys: Columns) -> None:
+    """Refuse keys so far apart, or times so near, that the speed between them is no floating-point number."""
+    for name, column, values in zip(names, times, keys, strict=True):
+        with np.errstate(over="ignore"):
+            fine = np.isfinite(np.diff(values) / np.diff(column))
+        if not fine.all():
+            key = int(np.argmin(fine))
+            gap = column[key + 1] - column[key]
+            raise BadArgument(
+                f"{name} moves from {values[key]:g} to {values[key + 1]:g} in {gap:g} s after key {key}: "
+                "no speed that floating point can hold"
+            )
+
+
+def out_of_order(times: Floats) -> tuple[int, str] | None:
+    """The first of some times that does not come after the one before it, and how it stands to that; None for none."""
+    ascends = np.diff(times) > 0.0
+    if ascends.all():
+        return None
+    key = int(np.argmin(ascends)) + 1
+    return key, "the same as" if times[key] == times[key - 1] else "before"
+
+
+def _check_ascending(times: Floats, what: str) -> None:
+    wrong = out_of_order(times)
+    if wrong is not None:
+        key, word = wrong
+        raise BadArgument(
+            f"{what} must ascend: {times[key]:.9g} s at index [{key}] is {word} {times[key - 1]:.9g} s at [{key - 1}]"
+        )
+
+
+def _checked_column(values: Any, what: str) -> Floats:
+    array = np.array(as_floats(values, (), what))
+    if array.ndim != 1:
+        raise WrongShape(what, "(k,)", array.shape)
+    if len(array) == 0:
+        raise BadArgument(f"{what} must have at least one key, got none")
+    _check_size(array, what)
+    return array
+
+
+def _check_size(values: Floats, what: str) -> None:
+    """Refuse numbers with which floating point cannot compute."""
+    far = np.abs(values) > _LARGEST
+    if far.any():
+        raise BadArgument(f"{what} must be at most {_LARGEST:g} in size, got {float(values[far][0]):g}")
+
+
+def _rows(values: Any, what: str) -> list[Any]:
+    """The entries of a list; of one array of numbers, only the first."""
+    if isinstance(values, (str, bytes)) or not isinstance(values, Iterable):
+        raise BadArgument(f"{what} must be a list, got {quoted(values)}")
+    array = values if isinstance(values, np.ndarray) and values.ndim < 2 else None
+    rows = list(values if array is None else array.reshape(-1)[:1])
+    if not rows:
+        raise BadArgument(f"{what} must have at least one entry, got none")
+    return rows
+
+
+def _is_single(value: Any) -> bool:
+    if isinstance(value, np.ndarray):
+        return value.ndim == 0
+    return isinstance(value, (str, bytes)) or not isinstance(value, Iterable)
 
 
 # --- Joints with keys at the same times, sampled together: a row of all at once instead of one joint after another.
@@ -143,11 +343,10 @@ class Motion:
             UnknownName: no such interpolation.
         """
         names = checked_names(joint_names)
-        if not isinstance(interpolation, str) or interpolation not in INTERPOLATIONS:
-            raise UnknownName("interpolation", interpolation, INTERPOLATIONS)
+        choice(interpolation, INTERPOLATIONS, "interpolation")
         columns, shared = checked_times(times, names)
         values = checked_keys(keys, names, columns, shared=shared)
-        check_speeds(names, columns, values, shared=shared)
+        check_speeds(names, columns, values)
         offsets = None
         if handles is not None:
             offsets = checked_handles(handles, names, columns, interpolation)
@@ -155,14 +354,8 @@ class Motion:
             offsets = tuple(bezier_handles("smooth", t, v) for t, v in zip(columns, values, strict=True))
         for array in (*columns, *values, *(offsets or ())):
             array.flags.writeable = False
-        for name, value in (
-            ("times", columns),
-            ("joint_names", names),
-            ("keys", values),
-            ("interpolation", interpolation),
-            ("handles", offsets),
-        ):
-            object.__setattr__(self, name, value)
+        for field, value in zip(fields(self), (columns, names, values, interpolation, offsets), strict=True):
+            object.__setattr__(self, field.name, value)
 
     @property
     def start(self) -> float:
@@ -262,7 +455,15 @@ class Motion:
             >>> trajectory.q.shape
             (51, 25)
         """
-        return configurations(self, robot, rate=rate, times=times, fill=fill, hips=hips)
+        check_both(robot, self)
+        check_hips(hips)
+        at = sampling_times(self, rate, times)
+        q = np.tile(filled(robot, fill), (len(at), 1))
+        values = dict(zip(self.joint_names, self.sample(at).T, strict=True))
+        offset = robot.nq - len(robot.joint_names)
+        for joint, column in motor_values(robot, values, hips).items():
+            q[:, offset + robot.joint_names.index(joint)] = column
+        return Trajectory(at, q)
 
     def as_bezier(self) -> Motion:
         """The same curves, to rounding, with handles: linear and smooth motions are Bezier ones too.
@@ -279,16 +480,11 @@ class Motion:
         handles = [bezier_handles(self.interpolation, times, keys) for times, keys in pairs]
         return Motion(self.times, self.joint_names, self.keys, "bezier", handles)
 
-    @property
+    @cached_property
     def segments(self) -> tuple[Segments, ...]:
         """For each joint, what lies between its keys as cubics."""
-        return self._segments
-
-    @cached_property
-    def _segments(self) -> tuple[Segments, ...]:
         handles = self.handles or (None,) * len(self.keys)
-        rows = zip(self.times, self.keys, handles, strict=True)
-        return tuple(segments(self.interpolation, *row) for row in rows)
+        return tuple(map(partial(segments, self.interpolation), self.times, self.keys, handles))
 
     @cached_property
     def _together(self) -> SharedTimes | None:
@@ -296,9 +492,9 @@ class Motion:
         times = self.times[0]
         if len(times) < 2 or len(self.keys) < 2 or any(column is not times for column in self.times[1:]):
             return None
-        if 4 * sum(map(len, self.keys)) > MOST_KEPT or any(curve.lengths is not None for curve in self._segments):
+        if 4 * sum(map(len, self.keys)) > MOST_KEPT or any(curve.lengths is not None for curve in self.segments):
             return None
-        return SharedTimes(times, self.keys, self._segments, straight=self.interpolation == "linear")
+        return SharedTimes(times, self.keys, self.segments, straight=self.interpolation == "linear")
 
     def _evaluated(self, t: ArrayLike, *, speed: bool) -> Floats:
         wanted = as_floats(t, (), "t")
@@ -318,7 +514,7 @@ class Motion:
             else:
                 if times is not found:
                     found, place = times, segment_of(times, flat)
-                pieces = self._segments[column]
+                pieces = self.segments[column]
                 u = pieces.parameter(place, flat)
                 if speed:
                     inside = (flat >= times[0]) & (flat <= times[-1])
@@ -340,7 +536,7 @@ class Motion:
     __hash__ = None  # type: ignore[assignment]
 
     def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in self.__dict__.items() if not name.startswith("_")}
+        return {field.name: getattr(self, field.name) for field in fields(self)}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__init__(**state)  # type: ignore[misc]
@@ -358,3 +554,17 @@ def check_motion(motion: object) -> None:
     """Raise `BadArgument` for what is no motion."""
     if not isinstance(motion, Motion):
         raise BadArgument(f"motion must be a Motion, got {type(motion).__name__}; read_motion makes one of a file")
+
+
+def check_both(robot: RobotModel, motion: Motion) -> None:
+    """Refuse what is no robot or no motion, and a motion of joints that the robot does not have.
+
+    Raises:
+        BadArgument: no robot, or no motion.
+        UnknownName: with the first such joint.
+    """
+    check_robot(robot)
+    check_motion(motion)
+    for name in motion.joint_names:
+        if name not in robot.joint_names and name not in robot.mimics:
+            raise UnknownName("joint", name, (*robot.joint_names, *robot.mimics))

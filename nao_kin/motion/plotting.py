@@ -10,11 +10,9 @@ import numpy as np
 
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import UnknownName
-from nao_kin.motion.checked_keys import checked_names
 from nao_kin.motion.checking import check, joint_range, largest_speed
-from nao_kin.motion.configurations import check_joints
-from nao_kin.motion.motion import Motion, check_motion
-from nao_kin.robot import RobotModel, check_robot
+from nao_kin.motion.motion import Motion, check_both, checked_names
+from nao_kin.robot import RobotModel
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -54,9 +52,7 @@ def plot(robot: RobotModel, motion: Motion, *, joints: Sequence[str] | None = No
     need_extra("plotting a motion", "plot", "matplotlib.figure")
     from matplotlib.figure import Figure
 
-    check_robot(robot)
-    check_motion(motion)
-    check_joints(robot, motion)
+    check_both(robot, motion)
     names = motion.joint_names if joints is None else checked_names(joints)
     for name in names:
         if name not in motion.joint_names:

@@ -195,7 +195,7 @@ def fk(
         >>> T.shape, T.compute().shape
         ((6, 4, 4), (6, 4, 4))
     """
-    return _mapped(robot, q, "fk", dtype, {"frame": _names(frame), "reference": reference, "as_": as_})
+    return _mapped(robot, "fk", q, dtype=dtype, frame=frame, reference=reference, as_=as_)
 
 
 def rotation(
@@ -210,7 +210,7 @@ def rotation(
         >>> nk.distributed.rotation(nao, q, "LArm").shape
         (6, 3, 3)
     """
-    return _mapped(robot, q, "rotation", dtype, {"frame": _names(frame), "reference": reference})
+    return _mapped(robot, "rotation", q, dtype=dtype, frame=frame, reference=reference)
 
 
 def position(
@@ -225,7 +225,7 @@ def position(
         >>> nk.distributed.position(nao, q, ["LArm", "RArm"]).shape
         (6, 2, 3)
     """
-    return _mapped(robot, q, "position", dtype, {"frame": _names(frame), "reference": reference})
+    return _mapped(robot, "position", q, dtype=dtype, frame=frame, reference=reference)
 
 
 def jacobian(
@@ -254,7 +254,7 @@ def jacobian(
         >>> nk.distributed.jacobian(nao, q, "LArm").shape
         (6, 6, 25)
     """
-    return _mapped(robot, q, "jacobian", dtype, {"frame": frame, "expressed_in": expressed_in})
+    return _mapped(robot, "jacobian", q, dtype=dtype, frame=frame, expressed_in=expressed_in)
 
 
 def velocity(
@@ -290,7 +290,7 @@ def velocity(
         >>> nk.distributed.velocity(nao, q, 0 * q, "LArm").shape
         (6, 6)
     """
-    return _mapped(robot, q, "velocity", dtype, {"frame": _names(frame), "expressed_in": expressed_in}, v)
+    return _mapped(robot, "velocity", q, v, dtype=dtype, frame=frame, expressed_in=expressed_in)
 
 
 def acceleration(
@@ -312,7 +312,7 @@ def acceleration(
         >>> nk.distributed.acceleration(nao, q, 0 * q, 0 * q, "LArm").shape
         (6, 6)
     """
-    return _mapped(robot, q, "acceleration", dtype, {"frame": _names(frame), "expressed_in": expressed_in}, v, a)
+    return _mapped(robot, "acceleration", q, v, a, dtype=dtype, frame=frame, expressed_in=expressed_in)
 
 
 def com(robot: RobotModel, q: Array, *, reference: str | None = None, dtype: DTypeLike | None = None) -> Array:
@@ -327,7 +327,7 @@ def com(robot: RobotModel, q: Array, *, reference: str | None = None, dtype: DTy
         >>> np.allclose(nk.distributed.com(nao, q).compute(), nao.com(q.compute()))
         True
     """
-    return _mapped(robot, q, "com", dtype, {"reference": reference})
+    return _mapped(robot, "com", q, dtype=dtype, reference=reference)
 
 
 def com_jacobian(robot: RobotModel, q: Array, *, dtype: DTypeLike | None = None) -> Array:
@@ -342,16 +342,11 @@ def com_jacobian(robot: RobotModel, q: Array, *, dtype: DTypeLike | None = None)
         >>> nk.distributed.com_jacobian(nao, q).shape
         (6, 3, 25)
     """
-    return _mapped(robot, q, "com_jacobian", dtype, {})
+    return _mapped(robot, "com_jacobian", q, dtype=dtype)
 
 
 def _mapped(
-    robot: RobotModel,
-    q: Array,
-    method: str,
-    dtype: DTypeLike | None,
-    arguments: Mapping[str, Any],
-    *rates: Array,
+    robot: RobotModel, method: str, q: Array, *rates: Array, dtype: DTypeLike | None, **arguments: Any
 ) -> Array:
     """The dask array of a method's results, one task for each chunk of q and of what else it takes."""
     need_extra("nao_kin.distributed", "dask", "dask.array")
@@ -367,7 +362,12 @@ def _mapped(
     none = [np.empty((0, length)) for length in (robot.nq, *(robot.nv for _ in rates))]
     tail = _chunk(robot, none, method, arguments, result_dtype).shape[1:]
     batch = q.ndim - 1
-    pickled, settled = PickledRobot.of(robot), tuple(sorted(arguments.items()))
+    pickled = PickledRobot.of(robot)
+    # Several names as a tuple, which nobody can change before they are looked at again.
+    settled = tuple(
+        (name, value if isinstance(value, str) or not isinstance(value, Sequence) else tuple(value))
+        for name, value in sorted(arguments.items())
+    )
     # A key of its own in the graph: inside the tasks, the robot would travel with each of them.
     shared = delayed(pickled, name=f"nao_kin-robot-{pickled.token}", traverse=False)
     return map_blocks(
@@ -458,8 +458,3 @@ def _float_dtype(given: np.dtype[Any], asked: DTypeLike | None) -> np.dtype[Any]
     except TypeError:
         pass  # no dtype at all
     raise BadArgument(f"dtype must be float32 or float64, got {quoted(asked)}")
-
-
-def _names(frame: Frames) -> Frames:
-    """Several names as a tuple, which nobody can change before they are looked at again."""
-    return frame if frame is None or isinstance(frame, str) or not isinstance(frame, Sequence) else tuple(frame)

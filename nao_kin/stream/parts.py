@@ -110,14 +110,11 @@ class PartFolder:
         """
         self.kept = self.kept and run is not None
         before = _read_json(self.path / _RUN)
-        if run is None or not before:
-            changed = ""
+        run = run or {}
+        changed = ", ".join(key for key in run if before and before.get(key) != run[key])
+        if changed or not (run and before):
             self._clear()
-        else:
-            changed = ", ".join(key for key in run if before.get(key) != run[key])
-            if changed:
-                self._clear()
-        self._write_json(_RUN, run or {})
+        self._write_json(_RUN, run)
         self._find_parts()
         return changed
 

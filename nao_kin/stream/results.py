@@ -38,8 +38,8 @@ class BadRow:
     file: str = ""
 
     def __str__(self) -> str:
-        place = f"line {self.line}" + (f", column {self.column}" if self.column else "")
-        place = place if self.line else f"row {self.row}"
+        place = f"line {self.line}" if self.line else f"row {self.row}"
+        place += f", column {self.column}" if self.column else ""
         return f"{f'{self.file}, ' if self.file else ''}{place}: {self.reason}"
 
 
@@ -148,25 +148,8 @@ class StreamResult:
             >>> nk.stream.fk(nao, "q.csv", "LArm", "poses.npy").as_dict()["rows_written"]
             1
         """
-        bad = [
-            {
-                "row": b.row,
-                "line": b.line,
-                "column": b.column,
-                "reason": b.reason,
-                **({"file": b.file} if b.file else {}),
-            }
-            for b in self.first_bad_rows
-        ]
-        return {
-            "sink": self.sink,
-            "frames": list(self.frames),
-            "columns": list(self.columns),
-            "rows_read": self.rows_read,
-            "rows_written": self.rows_written,
-            "rows_resumed": self.rows_resumed,
-            "bad_rows": self.bad_rows,
-            "first_bad_rows": bad,
-            "clamped": asdict(self.clamped),
-            "notes": list(self.notes),
-        }
+        found = {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(self).items()}
+        for row in found["first_bad_rows"]:
+            if not row["file"]:
+                del row["file"]
+        return found

@@ -22,18 +22,18 @@ from numpy.typing import DTypeLike, NDArray
 
 from nao_kin._core import __version__
 from nao_kin._core import files as atomic
-from nao_kin._core.arrays import Floats
+from nao_kin._core.arrays import Floats, choice
 from nao_kin._core.headings import time_unit_of
 from nao_kin._core.process import usable_cores
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import warn_caller
-from nao_kin.errors import BadArgument, BadInputFile, DegreesWarning, StartedOverWarning, UnknownName
+from nao_kin.errors import BadArgument, BadInputFile, DegreesWarning, StartedOverWarning
 from nao_kin.robot import LimitPolicy, RobotModel, check_robot
 from nao_kin.stream.parts import PartFolder, Progress
 from nao_kin.stream.results import MOST_LISTED, BadRow, StreamResult
 from nao_kin.stream.sinks import PoseColumns, PoseStyle, Sink, sink_class
-from nao_kin.stream.sources import Block, Configurations, Source, TableOptions, found_files, open_source
-from nao_kin.stream.tables import Hips, JointColumns, check_hips, times_in_seconds
+from nao_kin.stream.sources import Block, Configurations, Source, found_files, open_source
+from nao_kin.stream.tables import Hips, JointColumns, TableOptions, check_hips, times_in_seconds
 
 # --- How far a long run has come, for whoever sits in front of it: rows, rate, and the time that is left.
 
@@ -97,6 +97,8 @@ _BLOCKS_AHEAD = 3
 # Entries of the homogeneous matrices that are computed at once.
 _MOST_ENTRIES = 1 << 21
 _TURN = 2.0 * np.pi
+
+_Poses = tuple[NDArray[np.int64], Floats, Floats | None]
 
 
 def fk(
@@ -176,8 +178,7 @@ def fk(
     sink = _path(sink, "sink")
     sink = "/dev/stdout" if sink == "-" else sink
     check_hips(hips)
-    if on_error not in get_args(ErrorPolicy):
-        raise UnknownName("policy for bad rows", on_error, get_args(ErrorPolicy))
+    choice(on_error, get_args(ErrorPolicy), "policy for bad rows")
     names = robot.link_names if frames is None else (frames,) if isinstance(frames, str) else tuple(frames)
     if not names:
         raise BadArgument("no frames; expected at least one name, or None for all links")
@@ -187,12 +188,12 @@ def fk(
     shape = numbers.shape if isinstance(frames, str) else (len(names), *numbers.shape)
     sink_kind = sink_class(sink)
     # Names the frame that does not exist, before anything is read.
-    robot.fk(robot.neutral(), names, reference=reference)
+    robot.frame_ids(names if reference is None else (*names, reference))
     if not isinstance(files, Configurations):
         _check_apart(files, sink)
     with closing(open_source(files, robot, TableOptions(degrees, columns, ignore_other))) as opened:
         joints = [JointColumns(robot, file.table, limits, hips, file.whole) for file in opened.files]
-        writer = sink_kind(names, numbers.names, shape, kind, timed=opened.table.timed)
+        writer = sink_kind(names, numbers.names, shape, kind, opened.table.timed)
         work = _Work(robot, opened, joints, names, reference, numbers, writer, on_error)
         arguments = {
             "frames": list(names),
@@ -235,9 +236,12 @@ class _Work:
     _time_units: dict[int, str] = field(default_factory=dict)
 
     def poses(self, block: Block, before: Progress) -> tuple[_Poses, Progress]:
-        """The poses of a block, and how far the run has then come."""
+        """Rows (n,), numbers (n, frames, k) and times (n,) of a block's poses, and how far the run has then come."""
         joints = self.joints[block.file]
-        q, good, clamped = joints.configurations(_without_times_missing(block))
+        values = block.values
+        if block.times is not None and not np.isfinite(block.times).all():
+            values = np.where(np.isfinite(block.times)[:, None], values, np.nan)
+        q, good, clamped = joints.configurations(values)
         times = self._seconds(block)
         # Of a file of several blocks, the kernels answer every row: the same bits wherever a run began. For a file
         # that is one block, loading them need not pay.
@@ -250,7 +254,9 @@ class _Work:
             listed += self._bad_rows(block, bad[: MOST_LISTED - len(listed)], before.rows_read)
             if self.on_error == "stop":
                 advice = "" if int(bad[0]) in block.problems else joints.advice(block.values[bad[0]])
-                self._refuse(block, listed[0], advice)
+                first = listed[0]
+                reason = f"{'' if first.line else f'row {first.row}: '}{first.reason}{advice}"
+                raise BadInputFile(self.source.files[block.file].path, reason, first.line, first.column)
             if self.on_error == "skip":
                 rows = rows[good]
                 times = None if times is None else times[good]
@@ -266,7 +272,7 @@ class _Work:
             listed,
             before.clamped.and_then(clamped),
         )
-        return _Poses(rows, numbers, times), after
+        return (rows, numbers, times), after
 
     def _seconds(self, block: Block) -> Floats | None:
         """The times of a block [s]."""
@@ -295,10 +301,9 @@ class _Work:
         return numbers
 
     def _bad_rows(self, block: Block, bad: NDArray[np.intp], before: int) -> tuple[BadRow, ...]:
-        lines = block.lines if len(bad) else None
-        found = []
+        joints, found = self.joints[block.file], []
+        file = self.source.files[block.file].path if len(self.source.files) > 1 else ""
         for row in bad.tolist():
-            joints = self.joints[block.file]
             if row in block.problems:
                 column, reason = block.problems[row]
             elif block.times is not None and not np.isfinite(block.times[row]):
@@ -306,36 +311,9 @@ class _Work:
             else:
                 column, reason = joints.problem(block.values[row])
                 column = joints.table.places[column] + 1 if column >= 0 and not joints.whole else 0
-            line = lines[row] if lines is not None else 0
-            file = self.source.files[block.file].path if len(self.source.files) > 1 else ""
+            line = 0 if block.lines is None else block.lines[row]
             found.append(BadRow(before + row, line, column if line else 0, reason, file))
         return tuple(found)
-
-    def _refuse(self, block: Block, bad: BadRow, advice: str) -> None:
-        reason = bad.reason if bad.line else f"row {bad.row}: {bad.reason}"
-        raise BadInputFile(self.source.files[block.file].path, reason + advice, bad.line, bad.column)
-
-
-@dataclass(frozen=True)
-class _Poses:
-    """The poses of a block, to be written.
-
-    Attributes:
-        rows: their rows, shape (n,).
-        numbers: shape (n, frames, k).
-        times: shape (n,) [s]; None for none.
-    """
-
-    rows: NDArray[np.int64]
-    numbers: Floats
-    times: Floats | None
-
-
-def _without_times_missing(block: Block) -> Floats:
-    """The values of a block, NaN in rows whose time is not finite."""
-    if block.times is None or np.isfinite(block.times).all():
-        return block.values
-    return np.where(np.isfinite(block.times)[:, None], block.values, np.nan)
 
 
 def _to_sink(
@@ -353,9 +331,11 @@ def _to_sink(
         resumed = folder.last.rows_read if folder.last else 0
         with ProgressBar(progress) as bar:
             done = _write_parts(work, folder, bar)
-            if run is not None and _identity(source) != run["source"]:
+            now = _identity(source)
+            if run is not None and now != run["source"]:
                 folder.kept = False
-                raise BadInputFile(_changed(run["source"], _identity(source)), "changed while it was read")
+                changed = next(file["path"] for file in run["source"] if file not in (now or ()))
+                raise BadInputFile(str(changed), "changed while it was read")
             bar.joining()
             with folder.unfinished.open("wb") as file:
                 work.sink.join(folder.parts, file, done.rows_written)
@@ -424,7 +404,7 @@ class _PartWriter:
         """Append a block, with which the run has come so far; the part is finished when it has blocks enough."""
         with self._folder.busy:
             self._file = self._file or self._folder.unfinished.open("wb")
-            self._sink.write(self._file, poses.rows, poses.numbers, poses.times)
+            self._sink.write(self._file, *poses)
             self._blocks += 1
             self._done = done
             if self._blocks == _BLOCKS_OF_PART:
@@ -471,11 +451,6 @@ def _identity(source: Sequence[str] | Configurations) -> list[dict[str, Any]] | 
             return None
         found.append({"path": os.path.realpath(path), "size": state.st_size, "modified": state.st_mtime_ns})
     return found
-
-
-def _changed(before: list[dict[str, Any]], now: list[dict[str, Any]] | None) -> str:
-    """The first file that is another one now."""
-    return str(next(file["path"] for file in before if now is None or file not in now))
 
 
 def _provenance(robot: RobotModel) -> dict[str, Any]:

@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from nao_kin._core import files as atomic
-from nao_kin._core.arrays import Floats, flag, texts
+from nao_kin._core.arrays import Floats, choice, flag, texts
 from nao_kin._core.csv_numbers import float_texts, has_pyarrow
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import need_extra
-from nao_kin.errors import BadArgument, UnknownName, WrongShape
+from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.robot import CROSSOVER, RobotModel
 from nao_kin.stream.sources import ARROW, CSV, NPY, PARQUET, kind_of
 
@@ -60,8 +60,7 @@ class PoseColumns:
     degrees: bool = False
 
     def __post_init__(self) -> None:
-        if not isinstance(self.style, str) or self.style not in get_args(PoseStyle):
-            raise UnknownName("form of a pose", self.style, get_args(PoseStyle))
+        choice(self.style, get_args(PoseStyle), "form of a pose")
 
     @property
     def orientation(self) -> tuple[str, ...]:
@@ -196,6 +195,7 @@ _COPIED_AT_ONCE = 1 << 22
 _ROWS_OF_GROUP = 1 << 17
 
 
+@dataclass(frozen=True)
 class Sink(ABC):
     """A kind of file that poses are written to.
 
@@ -207,16 +207,11 @@ class Sink(ABC):
         timed: the rows have times.
     """
 
-    def __init__(
-        self,
-        frames: tuple[str, ...],
-        columns: tuple[str, ...],
-        shape: tuple[int, ...],
-        dtype: np.dtype[Any],
-        *,
-        timed: bool = False,
-    ) -> None:
-        self.frames, self.columns, self.shape, self.dtype, self.timed = frames, columns, shape, dtype, timed
+    frames: tuple[str, ...]
+    columns: tuple[str, ...]
+    shape: tuple[int, ...]
+    dtype: np.dtype[Any]
+    timed: bool = False
 
     @abstractmethod
     def write(self, file: BinaryIO, rows: NDArray[np.int64], numbers: NDArray[Any], times: Floats | None) -> None:

@@ -3,30 +3,31 @@
 from __future__ import annotations
 
 import glob
-import gzip
 import math
-import sys
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, BinaryIO, cast
+from typing import Any
 
 import numpy as np
 
 from nao_kin._core.arrays import Floats, as_floats
 from nao_kin._core.csv_numbers import Records, RowLines, TableColumns, csv_head, line_ends, quick_numbers, whole_lines
+from nao_kin._core.files import opened
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadInputFile, WrongShape
 from nao_kin.robot import RobotModel
-from nao_kin.stream.tables import table_columns
+from nao_kin.stream.tables import TableOptions
 
 # --- Tables of joint values, read block by block from any place that a block begins at.
 
 # Where a block begins: bytes, lines and rows before it, as far as the kind of file needs them.
 Position = tuple[int, ...]
+# Column, from 1 and 0 for none, and reason of rows that could not be read, by their place in a block.
+Problems = dict[int, tuple[int, str]]
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ class Block:
         values: shape (n, columns); NaN in rows that could not be read.
         end: where the next block begins.
         times: shape (n,), in the unit of the file; None where it has none.
-        problems: column, from 1 and 0 for none, and reason of rows that could not be read, by their place in the block.
+        problems: rows that could not be read.
         last: no block follows.
         lines: of every row of the block, found when one is asked for; None where there are no lines.
         file: which of several files it is from.
@@ -46,7 +47,7 @@ class Block:
     values: Floats
     end: Position
     times: Floats | None = None
-    problems: Mapping[int, tuple[int, str]] = field(default_factory=dict)
+    problems: Problems = field(default_factory=dict)
     last: bool = False
     lines: Sequence[int] | None = None
     file: int = 0
@@ -60,12 +61,15 @@ class Source(ABC):
         table: which columns are joints and times, and their units.
         whole: the columns are those of q itself, a floating base included.
         start: where the first block begins.
+        size: how long it is, None where that is not known; in what the number `counted` of a place counts.
     """
 
     path: str
     table: TableColumns
     whole: bool = False
     start: Position
+    size: int | None = None
+    counted: int = 0
 
     @property
     def files(self) -> tuple[Source, ...]:
@@ -76,38 +80,13 @@ class Source(ABC):
     def blocks(self, start: Position) -> Iterator[Block]:
         """The blocks from a place on; the same ones whatever came before."""
 
-    @abstractmethod
     def fraction(self, place: Position) -> float | None:
         """How much of the file lies before a place; None where its length is not known."""
+        return None if self.size is None else place[self.counted] / max(1, self.size)
 
     def close(self) -> None:
         """Nothing more is read."""
         return
-
-
-@dataclass(frozen=True)
-class TableOptions:
-    """How the columns of a file are understood: the arguments of `table_columns`.
-
-    Attributes:
-        degrees: turning joints without a unit are in degrees.
-        columns: heading in the file → what to read it as; None leaves it out.
-        ignore_other: leave out columns of other names.
-    """
-
-    degrees: bool = False
-    columns: Mapping[str, str | None] | None = None
-    ignore_other: bool = False
-
-    def table(self, path: str, headings: Sequence[str], robot: RobotModel, line: int = 0) -> TableColumns:
-        """What the columns of a table are."""
-        return table_columns(
-            path, headings, robot, line, degrees=self.degrees, columns=self.columns, ignore_other=self.ignore_other
-        )
-
-    def of_q(self, robot: RobotModel) -> TableColumns:
-        """What the columns of an array of configurations are, behind those of a floating base."""
-        return TableOptions(self.degrees).table("", robot.joint_names, robot)
 
 
 # --- A CSV file of joint values, in blocks of whole records.
@@ -123,14 +102,6 @@ _SMALL = 1 << 14
 _BOM = b"\xef\xbb\xbf"
 
 
-@dataclass(frozen=True)
-class _Rows:
-    """Rows of numbers, NaN where they could not be read, and why not."""
-
-    values: Floats
-    problems: dict[int, tuple[int, str]]
-
-
 class CsvSource(Source):
     """Joint names in the header, in any order, and one configuration a line, as `read_log` reads them.
 
@@ -139,11 +110,11 @@ class CsvSource(Source):
 
     def __init__(self, path: str, robot: RobotModel, options: TableOptions) -> None:
         self.path = path
-        self._file = _opened_bytes(path)
+        self._file = opened(path)
         # What has been read and not yet been given out: at the start, and behind the last whole line.
         self._rest, self._behind = b"", b""
         packed = path == "-" or path.lower().endswith(".gz") or not Path(path).is_file()
-        self._size = None if packed else Path(path).stat().st_size
+        self.size = None if packed else Path(path).stat().st_size
         try:
             self._read_header(robot, options)
         except BaseException:
@@ -162,25 +133,19 @@ class CsvSource(Source):
             block, at_end = self._next_lines(rest, line)
             if not block:
                 break
-            used, rows = self._read(block, at_end=at_end)
+            used, rows, problems = self._read(block, at_end=at_end)
             part = block[:used] if used < len(block) else block
             rest = block[used:] + self._behind
             offset, before, line = offset + used, line, line + line_ends(part)
-            if len(rows.values):
+            if len(rows):
                 some = True
-                lines = RowLines(part, self._delimiter, before)
-                joints = len(self.table.names)
-                times = rows.values[:, joints] if self.table.timed else None
-                values = rows.values[:, :joints]
-                yield Block(values, (offset, line), times, rows.problems, at_end and not rest, lines)
+                lines = RowLines(part, self.table.delimiter, before)
+                values, times = self.table.split(rows)
+                yield Block(values, (offset, line), times, problems, at_end and not rest, lines)
             if at_end and not rest:
                 break
         if not some and start == self.start:
             raise BadInputFile(self.path, "a header and no configurations")
-
-    def fraction(self, place: Position) -> float | None:
-        """As `Source`."""
-        return place[0] / max(1, self._size) if self._size is not None else None
 
     def close(self) -> None:
         """As `Source`."""
@@ -191,15 +156,8 @@ class CsvSource(Source):
         head = self._file.read(BYTES_AT_ONCE)
         mark = len(_BOM) if head.startswith(_BOM) else 0
         head = head[mark:]
-        if not head.strip():
-            raise BadInputFile(self.path, "empty; expected joint names and values")
         ends = len(head) < BYTES_AT_ONCE - mark
-        beginning = csv_head(head, at_end=ends)
-        if beginning.problem:
-            raise BadInputFile(self.path, beginning.problem, beginning.line)
-        if not beginning.fields:
-            raise BadInputFile(self.path, "empty; expected joint names and values")
-        self._delimiter, self._mark = beginning.delimiter, beginning.mark
+        beginning = csv_head(self.path, head, "joint names and values", at_end=ends)
         try:
             head[: beginning.size].decode("utf-8")
         except UnicodeDecodeError as error:
@@ -207,7 +165,7 @@ class CsvSource(Source):
         self.start = mark + beginning.size, beginning.lines
         self._rest = head[beginning.size :]
         table = options.table(self.path, beginning.fields, robot, beginning.line)
-        self.table = table.with_times_of(self._rest, self._delimiter)
+        self.table = table.of_csv(beginning, self._rest)
 
     def _next_lines(self, rest: bytes, line: int) -> tuple[bytes, bool]:
         """Whole lines, of about `BYTES_AT_ONCE`, and whether the file ends with them; what is behind is kept."""
@@ -223,44 +181,32 @@ class CsvSource(Source):
             if len(block) > _LONGEST_LINE:
                 raise BadInputFile(self.path, f"a line of more than {_LONGEST_LINE >> 20} MiB", line + 1)
 
-    def _read(self, block: bytes, *, at_end: bool) -> tuple[int, _Rows]:
-        """The rows of a block, and how much of it they are."""
+    def _read(self, block: bytes, *, at_end: bool) -> tuple[int, Floats, Problems]:
+        """How much of a block whole records are, their rows, NaN where they could not be read, and why not."""
         if b'"' in block:
             return self._read_exactly(block, at_end=at_end)
-        table = self.table
-        numbers = quick_numbers(block, table.all, self._delimiter, table.places, self._mark, table.iso_times)
+        numbers = quick_numbers(block, self.table)
         if numbers is not None:
-            return len(block), _Rows(numbers, {})
+            return len(block), numbers, {}
         middle = whole_lines(block[: len(block) // 2])
         if len(block) <= _SMALL or not middle:
             return self._read_exactly(block, at_end=True)
-        _, first = self._read(block[:middle], at_end=True)
-        _, second = self._read(block[middle:], at_end=True)
-        count = len(first.values)
-        problems = first.problems | {count + row: problem for row, problem in second.problems.items()}
-        return len(block), _Rows(np.concatenate([first.values, second.values]), problems)
+        _, first, problems = self._read(block[:middle], at_end=True)
+        _, second, behind = self._read(block[middle:], at_end=True)
+        problems |= {len(first) + row: problem for row, problem in behind.items()}
+        return len(block), np.concatenate([first, second]), problems
 
-    def _read_exactly(self, block: bytes, *, at_end: bool) -> tuple[int, _Rows]:
-        """The rows of a block, field by field."""
-        records = Records(block, self._delimiter, at_end=at_end)
+    def _read_exactly(self, block: bytes, *, at_end: bool) -> tuple[int, Floats, Problems]:
+        """The same, field by field."""
+        records = Records(block, self.table.delimiter, at_end=at_end)
         values: list[list[float]] = []
-        problems: dict[int, tuple[int, str]] = {}
+        problems: Problems = {}
         nothing = [math.nan] * len(self.table.places)
-        for _, row, column, reason in self.table.rows(self.path, records, self._mark):
+        for _, row, column, reason in self.table.rows(self.path, records):
             if row is None:
                 problems[len(values)] = column, reason
             values.append(row or nothing)
-        return records.consumed, _Rows(np.array(values).reshape(len(values), len(nothing)), problems)
-
-
-def _opened_bytes(path: str) -> BinaryIO:
-    if path.lower().endswith(".gz"):
-        return cast(BinaryIO, gzip.open(path))
-    if path != "-":
-        return Path(path).open("rb")
-    if sys.stdin is None:
-        raise BadInputFile(path, "closed; there is nothing to read")
-    return sys.stdin.buffer
+        return records.consumed, np.array(values).reshape(len(values), len(nothing)), problems
 
 
 # --- Tables of joint values in the binary formats: NumPy's, Parquet, Arrow IPC.
@@ -269,30 +215,35 @@ ROWS_AT_ONCE = 8192
 _BUFFER = 1 << 18
 
 
+def _table_of_q(robot: RobotModel, degrees: bool = False) -> TableColumns:
+    """What the columns of an array of configurations are, behind those of a floating base."""
+    return TableOptions(degrees).table("", robot.joint_names, robot)
+
+
 class NpySource(Source):
     """A NumPy file of configurations (N, nq)."""
 
     whole = True
+    size: int
+    times: Floats | None = None
 
     def __init__(self, path: str, robot: RobotModel, options: TableOptions) -> None:
-        self.path, self.table, self.start = path, options.of_q(robot), (0,)
+        self.path, self.start = path, (0,)
+        self.table = _table_of_q(robot, options.degrees)
         rows = self._rows()
         if rows.ndim != 2 or rows.shape[1] != robot.nq:
             raise BadInputFile(path, f"an array of shape {rows.shape}, expected (N, {robot.nq})")
         if rows.dtype.kind not in "fiu":
             raise BadInputFile(path, f"an array of {rows.dtype}, expected real numbers")
-        self._count = len(rows)
+        self.size = len(rows)
 
     def blocks(self, start: Position) -> Iterator[Block]:
         """As `Source`; mapped anew for each block, so that what has been read leaves the memory."""
-        for first in range(start[0], self._count, ROWS_AT_ONCE):
+        for first in range(start[0], self.size, ROWS_AT_ONCE):
             values = np.array(self._rows()[first : first + ROWS_AT_ONCE], dtype=np.float64)
             end = first + len(values)
-            yield Block(values, (end,), last=end == self._count)
-
-    def fraction(self, place: Position) -> float:
-        """As `Source`."""
-        return place[0] / max(1, self._count)
+            times = None if self.times is None else self.times[first:end]
+            yield Block(values, (end,), times, last=end == self.size)
 
     def _rows(self) -> np.ndarray[Any, Any]:
         try:
@@ -325,32 +276,21 @@ class Configurations:
     name: str = "configurations"
 
 
-class ArraySource(Source):
-    """Configurations in memory."""
+class ArraySource(NpySource):
+    """Configurations in memory, as if they were in a NumPy file, and maybe with times."""
 
-    whole = True
+    def __init__(self, given: Configurations, robot: RobotModel) -> None:
+        self._q = as_floats(given.q, (robot.nq,), "q")
+        if self._q.ndim != 2:
+            raise WrongShape("q", f"(n, {robot.nq})", self._q.shape)
+        self.times = None if given.times is None else as_floats(given.times, (), "times")
+        if self.times is not None and self.times.shape != (len(self._q),):
+            raise WrongShape("times", f"({len(self._q)},), a time for each configuration", self.times.shape)
+        self.path, self.start, self.size = given.name, (0,), len(self._q)
+        self.table = replace(_table_of_q(robot), timed=self.times is not None, time_unit="s")
 
-    def __init__(self, rows: Configurations, robot: RobotModel) -> None:
-        self.path, self.start = rows.name, (0,)
-        self._rows = as_floats(rows.q, (robot.nq,), "q")
-        if self._rows.ndim != 2:
-            raise WrongShape("q", f"(n, {robot.nq})", self._rows.shape)
-        self._times = None if rows.times is None else as_floats(rows.times, (), "times")
-        if self._times is not None and self._times.shape != (len(self._rows),):
-            raise WrongShape("times", f"({len(self._rows)},), a time for each configuration", self._times.shape)
-        self.table = replace(TableOptions().of_q(robot), timed=self._times is not None, time_unit="s")
-
-    def blocks(self, start: Position) -> Iterator[Block]:
-        """As `Source`."""
-        count = len(self._rows)
-        for first in range(start[0], count, ROWS_AT_ONCE):
-            end = min(first + ROWS_AT_ONCE, count)
-            times = None if self._times is None else self._times[first:end]
-            yield Block(self._rows[first:end], (end,), times, last=end == count)
-
-    def fraction(self, place: Position) -> float:
-        """As `Source`."""
-        return place[0] / max(1, len(self._rows))
+    def _rows(self) -> Floats:
+        return self._q
 
 
 class ParquetSource(Source):
@@ -362,11 +302,11 @@ class ParquetSource(Source):
 
         try:
             with parquet.ParquetFile(path) as file:
-                groups = [file.metadata.row_group(index).num_rows for index in range(file.num_row_groups)]
+                self._groups = [file.metadata.row_group(index).num_rows for index in range(file.num_row_groups)]
                 schema = file.schema_arrow
         except ArrowException as error:
             raise BadInputFile(path, f"not a Parquet file: {abbreviated(error)}") from None
-        self._groups: list[int] = groups
+        self.size = sum(self._groups)
         self.table = _table_of(schema, path, robot, options)
         self._columns = [schema.names[place] for place in self.table.places]
 
@@ -388,13 +328,9 @@ class ParquetSource(Source):
                         left_out -= batch.num_rows - rows.num_rows
                         row += rows.num_rows
                         if rows.num_rows:
-                            yield _block_of(rows, self.table, self._columns, (row,), last=row == sum(self._groups))
+                            yield _block_of(rows, self.table, self._columns, (row,), last=row == self.size)
         except ArrowException as error:
             raise BadInputFile(self.path, f"cannot be read to its end: {abbreviated(error)}") from None
-
-    def fraction(self, place: Position) -> float:
-        """As `Source`."""
-        return place[0] / max(1, sum(self._groups))
 
 
 class ArrowSource(Source):
@@ -402,6 +338,9 @@ class ArrowSource(Source):
 
     A place in it is a number of rows, the batch they end in, and the rows of that batch.
     """
+
+    size: int
+    counted = 1
 
     def __init__(self, path: str, robot: RobotModel, options: TableOptions) -> None:
         self.path, self.start = path, (0, 0, 0)
@@ -412,7 +351,7 @@ class ArrowSource(Source):
                 batches, schema = reader.num_record_batches, reader.schema
         except pa.ArrowException as error:
             raise BadInputFile(path, f"not an Arrow IPC file: {abbreviated(error)}") from None
-        self._batches = int(batches)
+        self.size = int(batches)
         self.table = _table_of(schema, path, robot, options)
         self._columns = [schema.names[place] for place in self.table.places]
 
@@ -421,7 +360,7 @@ class ArrowSource(Source):
         import pyarrow as pa
 
         row, first, offset = start
-        for index in range(first, self._batches):
+        for index in range(first, self.size):
             try:
                 with pa.memory_map(self.path) as file, pa.ipc.open_file(file) as reader:
                     batch = reader.get_batch(index)
@@ -430,13 +369,9 @@ class ArrowSource(Source):
             while offset < batch.num_rows:
                 rows = batch.slice(offset, ROWS_AT_ONCE)
                 row, offset = row + rows.num_rows, offset + rows.num_rows
-                last = offset == batch.num_rows and index + 1 == self._batches
+                last = offset == batch.num_rows and index + 1 == self.size
                 yield _block_of(rows, self.table, self._columns, (row, index, offset), last=last)
             offset = 0
-
-    def fraction(self, place: Position) -> float:
-        """As `Source`."""
-        return place[1] / max(1, self._batches)
 
 
 def _table_of(schema: Any, path: str, robot: RobotModel, options: TableOptions) -> TableColumns:
@@ -459,7 +394,7 @@ def _block_of(rows: Any, table: TableColumns, columns: Sequence[str], end: Posit
     import pyarrow as pa
 
     values = np.empty((rows.num_rows, len(columns)))
-    problems: dict[int, tuple[int, str]] = {}
+    problems: Problems = {}
     for column, (given, name) in enumerate(zip(columns, table.headings, strict=True)):
         numbers = rows.column(rows.schema.get_field_index(given))
         if pa.types.is_timestamp(numbers.type):
@@ -469,9 +404,8 @@ def _block_of(rows: Any, table: TableColumns, columns: Sequence[str], end: Posit
         if numbers.null_count:
             for row in np.flatnonzero(numbers.is_null().to_numpy(zero_copy_only=False)).tolist():
                 problems.setdefault(row, (0, f"{name} is null, expected a finite number"))
-    joints = len(table.names)
-    times = values[:, joints] if table.timed else None
-    return Block(values[:, :joints], end, times, problems, last)
+    numbers, times = table.split(values)
+    return Block(numbers, end, times, problems, last)
 
 
 # --- Where configurations come from: the kind of a file, by the ending of its name, and several files as one.
@@ -487,6 +421,13 @@ KINDS = {
     ".arrow": ARROW,
     ".feather": ARROW,
     ".ipc": ARROW,
+}
+
+
+_SOURCES: dict[str | None, Callable[[str, RobotModel, TableOptions], Source]] = {
+    NPY: NpySource,
+    PARQUET: ParquetSource,
+    ARROW: ArrowSource,
 }
 
 
@@ -583,18 +524,12 @@ def _opened(path: str, robot: RobotModel, options: TableOptions) -> Source:
         BadInputFile: it cannot be read, or its columns are not the joints of the robot.
         MissingExtra: pyarrow is needed and not installed.
     """
-    kind, json = kind_of(path), Path(path).suffix.lower() == ".json"
-    if kind != NPY and not json:
+    if Path(path).suffix.lower() == ".json":
+        raise BadInputFile(path, "JSON is read whole, not as a stream; expected CSV, npy, Parquet or Arrow")
+    kind = kind_of(path)
+    if kind != NPY:
         need_extra(f"reading {abbreviated(path)} as a stream", "arrow")
     try:
-        if kind == NPY:
-            return NpySource(path, robot, options)
-        if kind == PARQUET:
-            return ParquetSource(path, robot, options)
-        if kind == ARROW:
-            return ArrowSource(path, robot, options)
-        if json:
-            raise BadInputFile(path, "JSON is read whole, not as a stream; expected CSV, npy, Parquet or Arrow")
-        return CsvSource(path, robot, options)
+        return _SOURCES.get(kind, CsvSource)(path, robot, options)
     except OSError as error:
         raise BadInputFile(path, f"cannot be read: {error.strerror or error}") from None

@@ -9,28 +9,23 @@ objects.
 
 from __future__ import annotations
 
-import gzip
 import math
 import os
 import zlib
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats, as_numbers, choice, flag, texts, whole_number
+from nao_kin._core.arrays import Floats, choice, flag, texts
 from nao_kin._core.csv_numbers import Records, TableColumns, csv_head, read_csv
-from nao_kin._core.files import described, is_finite_number, read_json, read_text
+from nao_kin._core.files import described, is_finite_number, opened, read_json, read_text
 from nao_kin._core.headings import (
     JOINT_UNITS,
-    TIME_UNITS,
-    IsoTimes,
     in_si_units,
-    is_index,
-    read_heading,
     seconds,
     time_unit_of,
 )
@@ -41,7 +36,6 @@ from nao_kin.errors import (
     CouplingViolated,
     OutsideLimits,
     UnknownName,
-    WrongShape,
     nearest_names,
 )
 from nao_kin.robot import COUPLING_TOLERANCE, UNIT_TOLERANCE, LimitPolicy, RobotModel, check_robot
@@ -163,6 +157,7 @@ def read_log(
         >>> log.times.tolist(), round(float(log.q[0, 0]), 4)
         ([0.02], 0.0087)
     """
+    check_robot(robot)
     check_hips(hips)
     name = str(path)
     if not name:
@@ -170,63 +165,40 @@ def read_log(
     text = _read(name)
     if not text or text.isspace():
         raise BadInputFile(name, "empty; expected joint names and values")
+    options = TableOptions(degrees, columns, ignore_other)
     many = True
-    numbers: list[list[float]] | Floats
     lines: Sequence[int]
-
-    def understood(headings: Sequence[str], line: int, where: str = "") -> TableColumns:
-        return table_columns(
-            name, headings, robot, line, where, degrees=degrees, columns=columns, ignore_other=ignore_other
-        )
-
     if Path(name).suffix.lower() == ".json" or (name == "-" and text.lstrip()[0] in "[{"):
-        table, numbers, lines, many = _from_json(name, text, understood)
+        table, rows, many = _from_json(name, text, robot, options)
+        lines = [0] * len(rows)
     else:
-        table, numbers, lines = read_csv(
-            name, text.encode(), lambda head: understood(head.fields, head.line), "joint names and values"
+        table, rows, lines = read_csv(
+            name,
+            text.encode(),
+            lambda head: options.table(name, head.fields, robot, head.line),
+            "joint names and values",
         )
-        if not len(numbers):
+        if not len(rows):
             raise BadInputFile(name, "a header and no configurations")
-    rows = np.asarray(numbers, dtype=np.float64).reshape(len(numbers), len(table.places))
     raw = rows[:, : len(table.names)]
-    names, values = shared_motors(robot, table.names, in_si_units(raw, table.units), hips)
-    q = _configurations(robot, name, table, dict(zip(names, values.T, strict=True)), raw, lines, limits, many)
+    joints = JointColumns(robot, table, limits, hips)
+    values = joints.values(raw)
+    try:
+        q = robot.configuration(values, limits=limits)
+    except CouplingViolated as error:
+        row = int(np.argmax(values[error.mimic] == error.mimic_value))
+        column, reason = joints.told(error)
+        raise BadInputFile(name, reason + HIPS_ADVICE, *table.place(lines[row], column)) from None
+    except OutsideLimits as error:
+        row = error.violations[0].index[0]
+        column, reason = joints.told(error)
+        where = f"configuration {row}: " if many and not lines[row] else ""
+        reason = f"{where}{reason}{limits_advice(robot, table, raw[row])}"
+        raise BadInputFile(name, reason, *table.place(lines[row], column)) from None
     if not table.timed:
         return Log(q, None, many)
     times, note = times_in_seconds(rows[:, -1], table.time_unit)
     return Log(q, times, many, (note,) if note else ())
-
-
-def _configurations(
-    robot: RobotModel,
-    name: str,
-    table: TableColumns,
-    values: Mapping[str, Floats],
-    raw: Floats,
-    lines: Sequence[int],
-    limits: LimitPolicy,
-    many: bool,
-) -> Floats:
-    """Configurations (n, nq) of values by joint; what is wrong is told with its line and column."""
-    names, degrees = table.names, table.in_degrees
-    try:
-        return robot.configuration(values, limits=limits)
-    except CouplingViolated as error:
-        column = names.index(error.mimic)
-        row = int(np.argmax(values[error.mimic] == error.mimic_value))
-        reason = error.describe(degrees=degrees and robot.unit(error.mimic) == robot.unit(error.primary) == "rad")
-        raise BadInputFile(name, reason + HIPS_ADVICE, *table.place(lines[row], column)) from None
-    except OutsideLimits as error:
-        first = error.violations[0]
-        more = f" (and {error.count - 1} more)" if error.count > 1 else ""
-        reason = f"outside the joint limits: {first.describe(degrees=degrees, index=False)}{more}"
-        row = first.index[0]
-        if not lines[row] and many:
-            reason = f"configuration {row}: {reason}"
-        reason += limits_advice(robot, table, raw[row])
-        # A joint that the file names only through one that follows it has no column of its own.
-        column = names.index(first.joint) if first.joint in names else -1
-        raise BadInputFile(name, reason, *table.place(lines[row], column)) from None
 
 
 HIPS_ADVICE = '; hips="average" (--hips average) takes their mean'
@@ -234,107 +206,82 @@ HIPS_ADVICE = '; hips="average" (--hips average) takes their mean'
 
 def check_hips(hips: str | None) -> None:
     """Raise `UnknownName` for what is no rule for two joints of one motor."""
-    if hips is not None and (not isinstance(hips, str) or hips not in get_args(Hips)):
-        raise UnknownName("rule for the hips", hips, get_args(Hips))
+    if hips is not None:
+        choice(hips, get_args(Hips), "rule for the hips")
 
 
-def table_columns(
-    name: str,
-    headings: Sequence[str],
-    robot: RobotModel,
-    line: int = 0,
-    where: str = "",
-    *,
-    degrees: bool = False,
-    columns: Mapping[str, str | None] | None = None,
-    ignore_other: bool = False,
-) -> TableColumns:
-    """Return what the columns of a table are, which must name every joint of a robot once.
+@dataclass(frozen=True)
+class TableOptions:
+    """How the columns of a file are understood.
 
-    A heading is time, timestamp, t, stamp, the name of a joint, or NAOqi's key of its position, such as
-    Device/SubDeviceList/HeadYaw/Position/Sensor/Value; a unit may stand in brackets behind it. A first column without
-    a name is an index, and left out.
-
-    Args:
-        name: the file, for the message.
-        headings: of all its columns.
-        robot: whose joints they should be; one that follows another may stand for it or beside it.
-        line: where they stand in a CSV file, 0 elsewhere.
-        where: what the message begins with.
+    Attributes:
         degrees: turning joints without a unit are in degrees.
         columns: heading in the file → what to read it as; None leaves it out.
         ignore_other: leave out columns of other names.
-
-    Raises:
-        BadArgument: no robot, no list of texts, no line, or `columns` names a heading that is not there.
-        BadInputFile: an unknown joint, a unit that is none of its kind, a joint named twice, or joints missing.
     """
-    check_robot(robot)
-    name, headings, line = str(name), texts(headings, "headings"), whole_number(line, "line", 0)
-    degrees, ignore_other = flag(degrees, "degrees"), flag(ignore_other, "ignore_other")
-    known = {*robot.joint_names, *robot.mimics}
-    renamed = _renamed(name, headings, columns)
-    names: list[str] = []
-    units: list[str] = []
-    places: list[int] = []
-    time: int | None = None
-    time_unit: str | None = None
-    for place, given in enumerate(heading.strip() for heading in headings):
-        text = renamed.get(given, given)
-        if text is None or (place == 0 and given not in renamed and is_index(given)):
-            continue
-        at = line, place + 1 if line else 0
-        heading = read_heading(text)
-        if heading.name in known:
-            if heading.name in names:
-                raise BadInputFile(name, f"{where}joint {quoted(heading.name)} is given twice", *at)
-            kind = robot.unit(heading.name)
-            usual = "deg" if degrees and kind == "rad" else kind
-            units.append(_unit(name, where, heading.name, heading.unit, JOINT_UNITS.get(kind, (kind,)), usual, at))
-            names.append(heading.name)
-            places.append(place)
-        elif heading.is_time:
-            if time is not None:
-                raise BadInputFile(name, f"{where}two columns of times; columns= (--columns) leaves one out", *at)
-            time = place
-            time_unit = _unit(name, where, "time", heading.unit, tuple(TIME_UNITS), "", at) or None
-        elif not ignore_other:
-            raise BadInputFile(name, where + _unknown(robot, text), *at)
-    missing = [joint for joint in robot.joint_names if joint not in _determined(robot, names)]
-    if missing:
-        shown = ", ".join(missing[:5]) + (f" and {len(missing) - 5} more" if len(missing) > 5 else "")
-        raise BadInputFile(name, f"{where}missing joints: {shown}", line)
-    timed = time is not None
-    places += [] if time is None else [time]
-    return TableColumns(tuple(names), tuple(units), tuple(places), timed, time_unit, len(headings))
 
+    degrees: bool = False
+    columns: Mapping[str, str | None] | None = None
+    ignore_other: bool = False
 
-def _renamed(name: str, headings: Sequence[str], columns: Mapping[str, str | None] | None) -> dict[str, str | None]:
-    if not (columns is None or isinstance(columns, Mapping)):
-        raise BadArgument(f"columns must be a mapping of headings, got {quoted(columns)}")
-    renamed = {} if columns is None else dict(columns)
-    texts([text for pair in renamed.items() for text in pair if text is not None], "columns")
-    there = [heading.strip() for heading in headings]
-    for heading in renamed:
-        if heading not in there:
-            raise BadArgument(str(UnknownName(f"column of {abbreviated(name)}", heading, there)))
-    return renamed
+    def __post_init__(self) -> None:
+        flag(self.degrees, "degrees")
+        flag(self.ignore_other, "ignore_other")
+        if not (self.columns is None or isinstance(self.columns, Mapping)):
+            raise BadArgument(f"columns must be a mapping of headings, got {quoted(self.columns)}")
+        texts([text for pair in (self.columns or {}).items() for text in pair if text is not None], "columns")
 
+    def table(
+        self, name: str, headings: Sequence[str], robot: RobotModel, line: int = 0, where: str = ""
+    ) -> TableColumns:
+        """Return what the columns of a table are, which must name every joint of a robot once.
 
-def _unit(
-    name: str, where: str, what: str, unit: str | None, units: tuple[str, ...], usual: str, at: tuple[int, int]
-) -> str:
-    if unit is None:
-        return usual
-    if unit not in units:
-        reason = f"{where}unit {quoted(unit, MOST_SHOWN)} of {what}, expected one of {', '.join(units)}"
-        raise BadInputFile(name, reason, *at)
-    return "deg" if unit == "°" else unit
+        A heading is time, timestamp, t, stamp, the name of a joint, or NAOqi's key of its position, such as
+        Device/SubDeviceList/HeadYaw/Position/Sensor/Value; a unit may stand in brackets behind it. A first column
+        without a name is an index, and left out.
+
+        Args:
+            name: the file, for the message.
+            headings: of all its columns.
+            robot: whose joints they should be; one that follows another may stand for it or beside it.
+            line: where they stand in a CSV file, 0 elsewhere.
+            where: what the message begins with.
+
+        Raises:
+            BadArgument: `columns` names a heading that is not there.
+            BadInputFile: an unknown joint, a unit that is none of its kind, a joint named twice, or joints missing.
+        """
+        known = {*robot.joint_names, *robot.mimics}
+        given, renamed = [heading.strip() for heading in headings], self.columns or {}
+        for heading in renamed:
+            if heading not in given:
+                raise BadArgument(str(UnknownName(f"column of {abbreviated(name)}", heading, given)))
+
+        def error(reason: str, place: int) -> BadInputFile:
+            return BadInputFile(name, where + reason, line, place + 1 if line else 0)
+
+        def units_of(text: str, joint: str, place: int) -> Sequence[str]:
+            if joint in known:
+                return JOINT_UNITS.get(robot.unit(joint), (robot.unit(joint),))
+            if self.ignore_other:
+                return ()
+            raise error(_unknown(robot, text), place)
+
+        read_as = [renamed.get(heading, heading) for heading in given]
+        table, times = TableColumns.of(read_as, known, units_of, error, degrees=self.degrees)
+        if len(times) > 1:
+            raise error("two columns of times; columns= (--columns) leaves one out", times[1])
+        determined = {robot.mimics[joint].joint if joint in robot.mimics else joint for joint in table.names}
+        missing = [joint for joint in robot.joint_names if joint not in determined]
+        if missing:
+            shown = ", ".join(missing[:5]) + (f" and {len(missing) - 5} more" if len(missing) > 5 else "")
+            raise BadInputFile(name, f"{where}missing joints: {shown}", line)
+        return table
 
 
 def _unknown(robot: RobotModel, text: str) -> str:
     """What is wrong with a heading that names no joint."""
-    if not text:
+    if not text.strip():
         return "a column without a name"
     near = ", ".join(nearest_names(text, [*robot.joint_names, *robot.mimics]))
     advice = f"nearest: {near}" if near else f"expected the robot's {len(robot.joint_names)} joints"
@@ -375,16 +322,15 @@ def log_columns(
         raise BadArgument(f"data must be bytes, got {quoted(data)}")
     try:
         if data is None and Path(path).is_file():
-            opened = gzip.open if Path(path).suffix.lower() == ".gz" else open
-            with opened(path, "rb") as file:
+            with opened(str(path)) as file:
                 data = file.read(_BEGINNING)
     except (OSError, ValueError, EOFError, zlib.error):
         return None
     whole = data is not None and len(data) < _BEGINNING
     beginning = (data or b"")[:_BEGINNING].removeprefix(b"\xef\xbb\xbf")
-    head = csv_head(beginning, at_end=whole)
     try:
-        table = table_columns(str(path), head.fields, robot, columns=columns, ignore_other=True)
+        head = csv_head(str(path), beginning, "a header", at_end=whole)
+        table = TableOptions(columns=columns, ignore_other=True).table(str(path), head.fields, robot)
     except (BadArgument, BadInputFile):
         return None
     rows = beginning[head.size :]
@@ -395,56 +341,37 @@ def log_columns(
     return None if empty else table
 
 
-def shared_motors(
-    robot: RobotModel, names: Sequence[str], values: Floats, hips: Hips | None
-) -> tuple[tuple[str, ...], Floats]:
-    """Make columns of joints that one motor drives one column.
+def shared_motors(robot: RobotModel, names: Sequence[str], values: Floats, hips: Hips | None) -> dict[str, Floats]:
+    """Return joint → values (n,), of joints that one motor drives one for all.
 
     Args:
         robot: whose joints.
         names: the joint of every column.
         values: shape (n, columns) [rad, m or ratio].
         hips: "average", or "left" or "right" for the joint whose name begins with L or R; None leaves all as it is.
-
-    Returns:
-        The names and values, with one column for each motor that several columns are of.
-
-    Raises:
-        BadArgument: no robot, no list of names, no numbers.
-        WrongShape: not as many columns as names.
-        UnknownName: no such rule.
     """
-    check_robot(robot)
-    check_hips(hips)
-    names, values = texts(names, "names"), as_numbers(values, "values")
-    if values.ndim != 2 or values.shape[1] != len(names):
-        raise WrongShape("values", f"(n, {len(names)})", values.shape)
-    motors: dict[str, list[int]] = {}
-    for column, name in enumerate(names):
+    columns = dict(zip(names, values.T, strict=True))
+    motors: dict[str, list[str]] = {}
+    for name in names:
         mimic = robot.mimics.get(name)
         if mimic is None or mimic.multiplier != 0.0:
-            motors.setdefault(name if mimic is None else mimic.joint, []).append(column)
-    several = {joint: columns for joint, columns in motors.items() if len(columns) > 1}
+            motors.setdefault(name if mimic is None else mimic.joint, []).append(name)
+    several = {motor: joints for motor, joints in motors.items() if len(joints) > 1}
     if hips is None or not several:
-        return tuple(names), values
-    kept = [
-        column
-        for column, name in enumerate(names)
+        return columns
+    found = {
+        name: column
+        for name, column in columns.items()
         if name not in robot.mimics or robot.mimics[name].joint not in several
-    ]
-    merged, kept_names = values[:, kept], [names[column] for column in kept]
-    for joint, columns in several.items():
-        wanted = [column for column in columns if names[column][:1].lower() == hips[0]] if hips != "average" else []
-        driving = []
-        for column in wanted or columns:
-            mimic = robot.mimics.get(names[column])
-            driving.append(values[:, column] if mimic is None else mimic.driver_value(values[:, column]))
-        value = np.mean(driving, axis=0)
-        if joint in kept_names:
-            merged[:, kept_names.index(joint)] = value
-        else:
-            merged, kept_names = np.column_stack([merged, value]), [*kept_names, joint]
-    return tuple(kept_names), merged
+    }
+    for motor, joints in several.items():
+        chosen = [name for name in joints if name[:1].lower() == hips[0]] if hips != "average" else []
+        driving = [
+            robot.mimics[name].driver_value(columns[name]) if name in robot.mimics else columns[name]
+            for name in chosen or joints
+        ]
+        found[motor] = np.mean(driving, axis=0)
+    return found
 
 
 def times_in_seconds(times: Floats, unit: str | None) -> tuple[Floats, str]:
@@ -454,14 +381,9 @@ def times_in_seconds(times: Floats, unit: str | None) -> tuple[Floats, str]:
         times: shape (n,).
         unit: "s", "ms", "us", "µs" or "ns"; None where the file does not say it: "s", but for times since 1970 the one
             that their size fits.
-
-    Raises:
-        BadArgument: no numbers.
-        UnknownName: no such unit.
     """
-    times = as_numbers(times, "times")
     if unit is not None:
-        return seconds(times, choice(unit, TIME_UNITS, "unit of time")), ""
+        return seconds(times, unit), ""
     unit = time_unit_of(times)
     note = f"times are taken as {unit} since 1970, by their size; a heading such as time [s] says otherwise"
     return seconds(times, unit), "" if unit == "s" else note
@@ -481,8 +403,7 @@ def limits_advice(robot: RobotModel, table: TableColumns, row: Floats) -> str:
     if not large.size or large.mean() < 0.5:
         return advice
     values = np.where(turning, np.radians(row), in_si_units(row[None], table.units)[0])
-    names, merged = shared_motors(robot, table.names, values[None], "average")
-    q = robot.configuration(dict(zip(names, merged[0].tolist(), strict=True)), limits="ignore")
+    q = robot.configuration(shared_motors(robot, table.names, values[None], "average"), limits="ignore")
     fits = bool(np.all(robot.within_limits(q)))
     return f"{advice}; are these degrees (degrees=True, --deg)?" if fits else advice
 
@@ -493,46 +414,40 @@ def _read(name: str) -> str:
     return read_text(name, advice)
 
 
-def _from_json(
-    name: str, text: str, understood: Callable[[Sequence[str], int, str], TableColumns]
-) -> tuple[TableColumns, list[list[float]], list[int], bool]:
+def _from_json(name: str, text: str, robot: RobotModel, options: TableOptions) -> tuple[TableColumns, Floats, bool]:
     document = read_json(name, text)
-    objects = document if isinstance(document, list) else [document]
+    many = isinstance(document, list)
+    objects = document if many else [document]
     if not objects:
         raise BadInputFile(name, "a list of no configurations")
     names: list[str] = []
-    table, stamped, times = TableColumns((), (), ()), "", None
     rows = []
     for index, entry in enumerate(objects):
-        where = f"configuration {index}: " if isinstance(document, list) else ""
+        where = f"configuration {index}: " if many else ""
         if not isinstance(entry, dict):
             raise BadInputFile(name, f"{where}expected an object of joint values, got {described(entry)}")
         if not names:
             names = list(entry)
-            table = understood(names, 0, where)
-            stamped = names[table.places[-1]] if table.timed else ""
-            times = IsoTimes.of([entry[stamped]]) if isinstance(entry.get(stamped), str) else None
-            table = table if times is None else replace(table, time_unit="s", iso_times=times)
-            kept = [(names[place], heading) for place, heading in zip(table.places, table.headings, strict=True)]
+            table = options.table(name, names, robot, where=where)
+            stamp = entry[names[table.places[-1]]] if table.timed else None
+            table = table.with_times([stamp]) if isinstance(stamp, str) else table
+            keys = [names[place] for place in table.places]
         elif entry.keys() != set(names):
             odd = sorted(entry.keys() ^ set(names))
             raise BadInputFile(
                 name, f"{where}names other joints than configuration 0: {abbreviated(', '.join(odd[:3]))}"
             )
-        if times is not None:
+        row = [entry[key] for key in keys]
+        if table.iso_times is not None:
             try:
-                entry[stamped] = times.seconds(str(entry[stamped]))
+                row[-1] = table.iso_times.seconds(str(row[-1]))
             except ValueError as error:
                 raise BadInputFile(name, f"{where}time {error}") from None
-        for key, heading in kept:
-            if not is_finite_number(entry[key]):
-                raise BadInputFile(name, f"{where}{heading} is {described(entry[key])}, expected a finite number")
-        rows.append([float(entry[key]) for key, _ in kept])
-    return table, rows, [0] * len(rows), isinstance(document, list)
-
-
-def _determined(robot: RobotModel, names: Iterable[str]) -> set[str]:
-    return {robot.mimics[joint].joint if joint in robot.mimics else joint for joint in names}
+        for value, heading in zip(row, table.headings, strict=True):
+            if not is_finite_number(value):
+                raise BadInputFile(name, f"{where}{heading} is {described(value)}, expected a finite number")
+        rows.append(row)
+    return table, np.array(rows, dtype=np.float64), many
 
 
 # --- Rows of joint values, in any order of the joints, as configurations; and what is wrong with those that are none.
@@ -559,8 +474,7 @@ class JointColumns:
     whole: bool = False
 
     def __post_init__(self) -> None:
-        if not isinstance(self.limits, str) or self.limits not in get_args(LimitPolicy):
-            raise UnknownName("limits policy", self.limits, get_args(LimitPolicy))
+        choice(self.limits, get_args(LimitPolicy), "limits policy")
 
     @property
     def base(self) -> int:
@@ -597,24 +511,29 @@ class JointColumns:
             return column, f"{name} is {float(row[column])}, expected a finite number"
         if self.base and abs(float(np.linalg.norm(row[3:7])) - 1.0) > UNIT_TOLERANCE:
             return 3, f"the base's quaternion has norm {float(np.linalg.norm(row[3:7])):.6g}, expected 1"
-        names, values = shared_motors(
-            self.robot, self.table.names, in_si_units(row[None, self.base :], self.table.units), self.hips
-        )
-        angles = dict(zip(names, values[0].tolist(), strict=True))
         try:
-            self.robot.configuration(angles, limits=self.limits)
-        except CouplingViolated as error:
-            both_turn = self.robot.unit(error.mimic) == self.robot.unit(error.primary) == "rad"
-            reason = error.describe(degrees=self.table.in_degrees and both_turn)
-            return self.table.names.index(error.mimic) + self.base, reason
-        except OutsideLimits as error:
-            first = error.violations[0]
-            more = f" (and {error.count - 1} more)" if error.count > 1 else ""
-            # A joint that is named only through one that follows it has no column of its own.
-            column = self.table.names.index(first.joint) + self.base if first.joint in self.table.names else -1
-            reason = first.describe(degrees=self.table.in_degrees, index=False)
-            return column, f"{_OUTSIDE}{reason}{more}"
+            self.robot.configuration(self.values(row[None]), limits=self.limits)
+        except (CouplingViolated, OutsideLimits) as error:
+            column, reason = self.told(error)
+            return column + self.base if column >= 0 else column, reason
         return -1, "no configuration"
+
+    def told(self, error: CouplingViolated | OutsideLimits) -> tuple[int, str]:
+        """Column of the joint that an error is about, from 0 behind the base and -1 for none, and what is wrong."""
+        robot, table = self.robot, self.table
+        if isinstance(error, CouplingViolated):
+            both_turn = robot.unit(error.mimic) == robot.unit(error.primary) == "rad"
+            return table.names.index(error.mimic), error.describe(degrees=table.in_degrees and both_turn)
+        first = error.violations[0]
+        more = f" (and {error.count - 1} more)" if error.count > 1 else ""
+        # A joint that the file names only through one that follows it has no column of its own.
+        column = table.names.index(first.joint) if first.joint in table.names else -1
+        return column, f"{_OUTSIDE}{first.describe(degrees=table.in_degrees, index=False)}{more}"
+
+    def values(self, values: Floats) -> dict[str, Floats]:
+        """Joint → values (n,) of rows (n, columns) [rad, m or ratio]."""
+        table = self.table
+        return shared_motors(self.robot, table.names, in_si_units(values[:, self.base :], table.units), self.hips)
 
     def _assembled(self, values: Floats) -> tuple[Floats, NDArray[np.bool_]]:
         """Configurations (n, nq) of finite rows, and in which of them the joints of one motor agree."""
@@ -622,20 +541,16 @@ class JointColumns:
         q = np.empty((len(values), robot.nq))
         q[:] = robot.neutral()
         q[:, : self.base] = values[:, : self.base]
-        names, values = shared_motors(
-            robot, self.table.names, in_si_units(values[:, self.base :], self.table.units), self.hips
-        )
+        found = self.values(values)
         joints = q[:, robot.nq - len(robot.joint_names) :]
         place = {name: column for column, name in enumerate(robot.joint_names)}
-        own = [column for column, name in enumerate(names) if name in place]
-        joints[:, [place[names[column]] for column in own]] = values[:, own]
-        named = {names[column] for column in own}
+        named = found.keys() & place.keys()
+        for name in named:
+            joints[:, place[name]] = found[name]
         agreeing = np.ones(len(q), dtype=np.bool_)
-        for column, name in enumerate(names):
-            mimic = robot.mimics.get(name)
-            if mimic is None:
-                continue
-            driver, value = joints[:, place[mimic.joint]], values[:, column]
+        for name in found.keys() - named:
+            mimic = robot.mimics[name]
+            driver, value = joints[:, place[mimic.joint]], found[name]
             if mimic.joint not in named and mimic.multiplier != 0.0:
                 driver[:] = mimic.driver_value(value)
                 named.add(mimic.joint)

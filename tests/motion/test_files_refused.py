@@ -57,7 +57,7 @@ WRONG: list[tuple[str, str, str, tuple[int, int]]] = [
     (
         "a.csv",
         "time,HeadYaw,HeadYaw\n0,1,1\n",
-        "joint HeadYaw is given twice",
+        "joint 'HeadYaw' is given twice",
         (1, 3),
     ),
     (

@@ -23,8 +23,7 @@ from nao_kin.cli.app import run
 from nao_kin.errors import BadArgument, BadInputFile
 from nao_kin.stream import run as run_module
 from nao_kin.stream import sources as csv_source
-from nao_kin.stream.sources import TableOptions
-from nao_kin.stream.tables import read_configurations, read_log
+from nao_kin.stream.tables import TableOptions, read_configurations, read_log
 
 ROWS = 40
 TIMES = np.round(0.02 * np.arange(ROWS) + 0.01, 6)

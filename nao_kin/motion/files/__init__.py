@@ -7,18 +7,18 @@ from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
 
-from nao_kin._core.files import check_writable, replaced_file, write_bytes
+from nao_kin._core.arrays import choice
+from nao_kin._core.files import check_writable, read_bytes, replaced_file, write_bytes
 from nao_kin._core.text import abbreviated
-from nao_kin.errors import BadArgument, BadInputFile, UnknownName
-from nao_kin.motion.files.bhuman import BHUMAN
+from nao_kin.errors import BadArgument, BadInputFile
+from nao_kin.motion.files.bhuman import BHUMAN, NAODEVILS
 from nao_kin.motion.files.choregraphe import XAR
 from nao_kin.motion.files.csv_table import CSV, NPZ
 from nao_kin.motion.files.hulks import HULKS, MOTION2
 from nao_kin.motion.files.json_keys import JSON
-from nao_kin.motion.files.naodevils import NAODEVILS
 from nao_kin.motion.files.python_scripts import NAOQI, PYTHON
 from nao_kin.motion.files.runswift import RUNSWIFT
-from nao_kin.motion.files.source import Format, MotionFileWarning, Source, file_name, read_bytes
+from nao_kin.motion.files.source import Format, MotionFileWarning, Source, file_name
 from nao_kin.motion.files.webots import WEBOTS
 from nao_kin.motion.motion import Motion, check_motion
 from nao_kin.robot import RobotModel, check_robot
@@ -76,23 +76,12 @@ def read_motion(
         check_robot(robot)
     joints = BODY_ORDER if robot is None else (*robot.joint_names, *robot.mimics)
     which = None if timeline is None else str(timeline)
-    source = Source(name, read_bytes(name), joints, degrees, which, ignore_other)
+    source = Source(name, read_bytes(name, unpack=False), joints, degrees, which, ignore_other)
     if format is not None:
-        return format_named(format).read(source)
+        return FORMATS[choice(format, FORMATS, "motion format")].read(source)
     if not source.data or source.data.isspace():
         raise BadInputFile(name, f"empty; expected a motion: {described_formats()}")
     return _recognised(source).read(source)
-
-
-def format_named(name: str) -> Format:
-    """The format of a name.
-
-    Raises:
-        UnknownName: there is none.
-    """
-    if not isinstance(name, str) or name not in FORMATS:
-        raise UnknownName("motion format", name, tuple(FORMATS))
-    return FORMATS[name]
 
 
 def formats_of_suffix(name: str) -> list[Format]:
@@ -173,16 +162,13 @@ def write_motion(
     """
     check_motion(motion)
     name = file_name(path)
-    if format is None:
-        known = formats_of_suffix(name)
-        if not known:
-            raise BadArgument(
-                f"no motion format for {abbreviated(path)}; name one with format= or --to, or end it in one of: "
-                f"{described_formats(written=True)}"
-            )
-        chosen = known[0]
-    else:
-        chosen = format_named(format)
+    known = formats_of_suffix(name) if format is None else [FORMATS[choice(format, FORMATS, "motion format")]]
+    if not known:
+        raise BadArgument(
+            f"no motion format for {abbreviated(path)}; name one with format= or --to, or end it in one of: "
+            f"{described_formats(written=True)}"
+        )
+    chosen = known[0]
     if chosen.write is None:
         raise BadArgument(f"{chosen.name} files are only read; write one of: {described_formats(written=True)}")
     check_writable(path)

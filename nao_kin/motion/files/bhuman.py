@@ -1,4 +1,4 @@
-"""B-Human's key frames: blocks of them, and motions made of blocks.
+"""B-Human's key frames: blocks of them, and motions made of blocks; and those of NaoDevils.
 
     motions = {
       sit = {keyframes = [sit, sitDown]; …};
@@ -31,30 +31,39 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import cast
+
+import numpy as np
 
 from nao_kin._core.text import MOST_SHOWN, abbreviated, quoted
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import nearest_names
 from nao_kin.motion.files.config_stream import ConfigStream, Fields, Items, Word
-from nao_kin.motion.files.key_frames import Ease, KeyFrame, joint_values, motion_of_frames
+from nao_kin.motion.files.key_frames import Ease, KeyFrame, ease_of, key_frame, motion_of_frames
 from nao_kin.motion.files.source import Format, MotionFileWarning, Source, chosen
 from nao_kin.motion.motion import Motion
 
 _BEGINS = re.compile(r"^\s*(?:keyframeBlock|mofs)\s*=\s*[\[{]", re.MULTILINE)
 _BLOCKS, _OLD = "keyframeBlock", "mofs"
-_LIMBS = {"leftArm": 6, "leftLeg": 6, "rightLeg": 6, "rightArm": 6}
-_EASES: dict[str, Ease] = {"Linear": "linear", "SinusMinToMax": "cosine", "SinusZeroToMax": "sine"}
+_LIMBS = ("leftArm", "leftLeg", "rightLeg", "rightArm")
+# The default of a key frame is what its block says, and of a block straight.
+_EASES: dict[str, Ease | None] = {
+    "Default": None,
+    "Linear": "linear",
+    "SinusMinToMax": "cosine",
+    "SinusZeroToMax": "sine",
+}
 # What a running robot does besides, by what its sensors say.
 _BY_SENSORS = ("keyframeBranches", "waitConditions", "jointCompensation", "startAsNextPhaseMotion")
 
 
-def recognises(source: Source) -> bool:
+def _recognises_bhuman(source: Source) -> bool:
     """Whether some line begins with keyframeBlock = or mofs = ."""
     return _BEGINS.search(source.text) is not None
 
 
-def read(source: Source) -> Motion:
+def _read_bhuman(source: Source) -> Motion:
     """The motion that `timeline` names: one of the motions, or a block as keyframeBlock/name.
 
     Raises:
@@ -100,9 +109,7 @@ def _blocks(stream: ConfigStream, name: str) -> Fields:
         return cast(Fields, stream.get(stream.fields, name, Fields))
     found = Fields()
     found.at = given.at
-    for entry in given:
-        if not isinstance(entry, Fields):
-            raise stream.error("expected an object {…}", entry)
+    for entry in stream.objects(given, ""):
         found[stream.get(entry, "name", Word).text] = entry
     return found
 
@@ -124,42 +131,75 @@ def _given(fields: Fields, names: Iterable[str]) -> set[str]:
 def _frames(stream: ConfigStream, block: Fields, rows: str, left_out: set[str], *, old: bool) -> list[KeyFrame]:
     """The key frames of a block; `left_out` gets the names of what of them is not taken."""
     frames = []
-    for row in stream.get(block, rows, Items):
-        if not isinstance(row, Fields):
-            raise stream.error("expected an object {…} for a key frame", row)
+    for row in stream.objects(stream.get(block, rows, Items), " for a key frame"):
         left_out |= _given(row, _BY_SENSORS)
         if row.get("conditions"):
             left_out |= {"lines with conditions"}
             continue
         angles = row if old else stream.get(row, "angles", Fields)
         limbs = angles if old else stream.get(angles, "positions", Fields)
-        lists = [(stream.get(angles, "head", Items), 2)]
-        lists += [(stream.get(limbs, limb, Items), count) for limb, count in _LIMBS.items()]
-        duration = stream.get(row, "duration", Word)
-        frames.append(
-            KeyFrame(
-                stream.number(duration, "duration", ""),
-                _ease(stream, row, block),
-                joint_values(stream, lists, "deg" if old else "rad"),
-                stream.place(duration),
-            )
-        )
+        lists = [(angles, "head", 2), *((limbs, limb, 6) for limb in _LIMBS)]
+        ease = ease_of(stream, "interpolationType", _EASES, row, block)
+        frames.append(key_frame(stream, row, ease, lists, "deg" if old else "rad"))
     return frames
 
 
-def _ease(stream: ConfigStream, row: Fields, block: Fields) -> Ease:
-    """The way to a key frame; without a word about it, straight."""
-    for fields in (row, block):
-        if "interpolationType" in fields:
-            word = stream.get(fields, "interpolationType", Word)
-            if word.text in _EASES:
-                return _EASES[word.text]
-            if word.text != "Default":
-                expected = ", ".join(("Default", *_EASES))
-                raise stream.error(
-                    f"interpolationType is {quoted(word.text, MOST_SHOWN)}, expected one of {expected}", word
-                )
-    return "linear"
+BHUMAN = Format("bhuman", (".cfg",), "B-Human's key frames", _recognises_bhuman, _read_bhuman)
 
 
-BHUMAN = Format("bhuman", (".cfg",), "B-Human's key frames", recognises, read)
+# --- NaoDevils' key frames (.kfm).
+#
+#     keyFrameID = nod;
+#     keyFrames = [
+#       {
+#         headAngles = [0, 20deg];
+#         armsAngles = [90deg, 11deg, 0, 90deg, -90deg, 0, 90deg, -11deg, 0, -90deg, 90deg, 0];
+#         legsAngles = [0, 0, -21deg, 49deg, -27.5deg, 0, 0, 0, -21deg, 49deg, -27.5deg, 0];
+#         duration = 400;
+#         intType = sine;
+#         …
+#       }
+#     ];
+#
+# Source: NaoDevils/CodeRelease, KeyFrameEngine: arms and legs are the left one and then the right one, durations
+# milliseconds, numbers without a unit radians, 10000 and 20000 no angles; a step is linear or sine (½ − ½ cos π s).
+# Stiffnesses, and what the robot does by its sensors, are left out.
+#
+# Their .kmc files, as B-Human's, are none of joints: they move feet, elbows and the centre of mass through space, and
+# what the joints do comes of the running robot's balance.
+
+_KFM_BEGINS = re.compile(r"^\s*(?:keyFrames|phaseParameters)\s*=\s*\[", re.MULTILINE)
+_KFM_LISTS = {"headAngles": 2, "armsAngles": 12, "legsAngles": 12}
+# NAOqi's order has the right arm behind the legs.
+_KFM_ORDER = np.array([*range(8), *range(14, 26), *range(8, 14)])
+_KFM_EASES: dict[str, Ease | None] = {"linear": "linear", "sine": "cosine"}
+
+
+def _recognises_kfm(source: Source) -> bool:
+    """Whether some line begins with keyFrames = [ or, in a kick, phaseParameters = [."""
+    return _KFM_BEGINS.search(source.text) is not None
+
+
+def _read_kfm(source: Source) -> Motion:
+    """The motion in a .kfm file.
+
+    Raises:
+        BadInputFile: with line and column; a .kmc file, which holds no joint values.
+    """
+    stream = ConfigStream(source)
+    if "phaseParameters" in stream.fields:
+        raise source.error(
+            "a kick of feet, arms and centre of mass (.kmc): its joint values come of the running robot's balance and "
+            "are not in the file; expected key frames (.kfm)"
+        )
+    frames = []
+    for row in stream.objects(stream.get(stream.fields, "keyFrames", Items), " for a key frame"):
+        lists = [(row, name, count) for name, count in _KFM_LISTS.items()]
+        frame = key_frame(stream, row, ease_of(stream, "intType", _KFM_EASES, row), lists)
+        frames.append(replace(frame, values=frame.values[_KFM_ORDER]))
+    if not frames:
+        raise source.error("no key frames")
+    return motion_of_frames(source, frames)
+
+
+NAODEVILS = Format("naodevils", (".kfm", ".kmc"), "NaoDevils' key frames", _recognises_kfm, _read_kfm)

@@ -35,6 +35,7 @@ from nao_kin._core.text import MOST_SHOWN, abbreviated, quoted
 from nao_kin._core.warn import warn_caller
 from nao_kin.motion.files.source import Format, MotionFileWarning, Place, PlaceOf, Source, chosen
 from nao_kin.motion.files.tracks import Track, is_hand, milliseconds, motion_of, sampled
+from nao_kin.motion.interpolation import handles_along
 from nao_kin.motion.motion import Motion
 
 # --- The timelines of a Choregraphe behaviour, as its XML has them: frames, values and tangents.
@@ -42,7 +43,9 @@ from nao_kin.motion.motion import Motion
 # The file is untrusted XML: it is read by expat; a document type, and with it every entity, is refused; nothing
 # outside of the file is opened.
 
-AUTOMATIC, BEZIER, LINEAR = "bezier_auto", "bezier", "linear"
+# Kinds of tangents, by their place among these.
+KINDS = ("bezier_auto", "bezier", "linear")
+AUTOMATIC, BEZIER, LINEAR = range(3)
 SIDES = {"left": 0, "right": 1}
 _DEEPEST = 200
 
@@ -52,35 +55,15 @@ class Curve:
     """The keys of one actuator, in flat lists: a million small objects would cost more than the reading.
 
     Attributes:
-        kinds: of the two tangents of each key.
-        offsets: of the same, in frames.
-        rises: of the same, in the unit of the value.
+        keys: frame, value, line and column of each key.
+        tangents: of each key, left and then right, the kind, and offsets in frames and in the unit of the value.
     """
 
     joint: str
     unit: str | None
     place: Place
-    frames: list[float] = field(default_factory=list)
-    values: list[float] = field(default_factory=list)
-    kinds: list[str] = field(default_factory=list)
-    offsets: list[float] = field(default_factory=list)
-    rises: list[float] = field(default_factory=list)
-    lines: list[int] = field(default_factory=list)
-    columns: list[int] = field(default_factory=list)
-
-    def add(self, frame: float, value: float, line: int, column: int) -> None:
-        """A key whose tangents are automatic until something else is said."""
-        self.frames.append(frame)
-        self.values.append(value)
-        self.kinds += (AUTOMATIC, AUTOMATIC)
-        self.offsets += (0.0, 0.0)
-        self.rises += (0.0, 0.0)
-        self.lines.append(line)
-        self.columns.append(column)
-
-    def place_of(self, key: int) -> Place:
-        """Where a key stands."""
-        return Place(self.lines[key], self.columns[key])
+    keys: list[float] = field(default_factory=list)
+    tangents: list[float] = field(default_factory=list)
 
 
 @dataclass
@@ -122,11 +105,11 @@ class TimelineReader:
         except (ValueError, LookupError) as error:  # an encoding that Python does not know or that is no single byte
             raise self._source.error(f"malformed XML: {abbreviated(error)}") from None
 
-    def _position(self) -> tuple[int, int]:
-        return self._parser.CurrentLineNumber, self._parser.CurrentColumnNumber + 1
-
     def _place(self) -> Place:
         return Place(*self._position())
+
+    def _position(self) -> tuple[int, int]:
+        return self._parser.CurrentLineNumber, self._parser.CurrentColumnNumber + 1
 
     def _refuse(self, *_: object) -> int:
         raise self._source.error("a document type or an entity, which are refused", self._place())
@@ -137,12 +120,13 @@ class TimelineReader:
             raise self._source.error(f"elements more than {_DEEPEST} deep", self._place())
         kind = tag.rpartition(":")[2]
         if kind == "Tangent":
-            if self._curve and self._curve.kinds:
+            if self._curve and self._curve.keys:
                 self._tangent(attributes, self._curve)
         elif kind == "Key":
             if self._curve:
                 frame, value = self._number(attributes, "frame"), self._number(attributes, "value")
-                self._curve.add(frame, value, *self._position())
+                self._curve.keys += (frame, value, *self._position())
+                self._curve.tangents += (AUTOMATIC, 0.0, 0.0, AUTOMATIC, 0.0, 0.0)
         elif kind == "ActuatorCurve" and self._open:
             self._start_curve(attributes)
         elif kind == "Timeline":
@@ -173,8 +157,7 @@ class TimelineReader:
         self.timelines.append(timeline)
 
     def _start_curve(self, attributes: dict[str, str]) -> None:
-        unit = attributes.get("unit")
-        self._curve = Curve(attributes.get("actuator", ""), unit, self._place())
+        self._curve = Curve(attributes.get("actuator", ""), attributes.get("unit"), self._place())
         if attributes.get("mute", "0") not in ("1", "true"):
             self._open[-1].curves.append(self._curve)
 
@@ -184,13 +167,12 @@ class TimelineReader:
             raise self._source.error(
                 f"side of a tangent is {quoted(side, MOST_SHOWN)}, expected left or right", self._place()
             )
-        if kind not in (AUTOMATIC, BEZIER, LINEAR):
-            expected = f"{BEZIER}, {AUTOMATIC} or {LINEAR}"
+        if kind not in KINDS:
+            expected = f"{KINDS[BEZIER]}, {KINDS[AUTOMATIC]} or {KINDS[LINEAR]}"
             raise self._source.error(f"interpType is {quoted(kind, MOST_SHOWN)}, expected {expected}", self._place())
-        at = len(curve.kinds) - 2 + SIDES[side]
-        curve.kinds[at] = kind
-        curve.offsets[at] = self._number(attributes, "abscissaParam", 0.0)
-        curve.rises[at] = self._number(attributes, "ordinateParam", 0.0)
+        offset, rise = self._number(attributes, "abscissaParam", 0.0), self._number(attributes, "ordinateParam", 0.0)
+        at = len(curve.tangents) - 6 + 3 * SIDES[side]
+        curve.tangents[at : at + 3] = KINDS.index(kind), offset, rise
 
     def _number(self, attributes: dict[str, str], name: str, missing: float | None = None) -> float:
         if name not in attributes:
@@ -301,7 +283,7 @@ def read(source: Source) -> Motion:
     """
     reader = TimelineReader(source)
     reader.read()
-    full = [timeline for timeline in reader.timelines if any(curve.frames for curve in timeline.curves)]
+    full = [timeline for timeline in reader.timelines if any(curve.keys for curve in timeline.curves)]
     if not full:
         raise source.error("no timeline with keys")
     timeline = full[chosen(source, [timeline.name for timeline in full], "timelines")]
@@ -309,12 +291,12 @@ def read(source: Source) -> Motion:
         raise source.error(f"fps is {timeline.fps:g}, expected a number > 0", timeline.place)
     tracks, curved = [], False
     for curve in timeline.curves:
-        if curve.frames:
+        if curve.keys:
             track, bends = _track(source, timeline, curve)
             curved |= bends
             if len(track.keys):
                 tracks.append(track)
-    if sum(len(track.keys) for track in tracks) < sum(len(curve.frames) for curve in timeline.curves):
+    if 4 * sum(len(track.keys) for track in tracks) < sum(len(curve.keys) for curve in timeline.curves):
         warn_caller(
             f"{abbreviated(source.name)}: keys outside of frames {timeline.first:g} to {timeline.last:g} are left out",
             MotionFileWarning,
@@ -329,21 +311,25 @@ def _track(source: Source, timeline: Timeline, curve: Curve) -> tuple[Track, boo
         raise source.error(f"unit {shown}, expected {_DEGREE} (degrees) or {_PERCENT} (percent)", curve.place)
     ratio = curve.unit == _PERCENT or (curve.unit != _DEGREE and is_hand(curve.joint))
     scale = 1.0 if ratio else math.pi / 180.0
-    frames, values = np.array(curve.frames), np.array(curve.values)
+    frames, values, lines, columns = np.array(curve.keys).reshape(-1, 4).T
+    tangents = np.array(curve.tangents).reshape(-1, 2, 3)
+    kinds, handles = tangents[..., 0], tangents[..., 1:]
+    played = (frames >= timeline.first) & ((frames <= timeline.last) | (timeline.last < 1.0))
+    kept = np.flatnonzero(played)
+
+    def place_of(key: int) -> Place:
+        return Place(int(lines[key]), int(columns[key]))
+
     if not (np.diff(frames) > 0.0).all():
         key = int(np.argmin(np.diff(frames) > 0.0)) + 1
-        raise source.error(f"frame {frames[key]:g} does not come after frame {frames[key - 1]:g}", curve.place_of(key))
-    kinds = np.array(curve.kinds).reshape(-1, 2)
-    handles = np.stack([curve.offsets, curve.rises], axis=-1).reshape(-1, 2, 2)
+        raise source.error(f"frame {frames[key]:g} does not come after frame {frames[key - 1]:g}", place_of(key))
     automatic = kinds == AUTOMATIC
     handles[automatic] = automatic_handles(frames, values)[automatic]
     straight(frames, values, handles, kinds == LINEAR)
     inner = np.concatenate([kinds[1:, 0], kinds[:-1, 1]])
-    played = (frames >= timeline.first) & ((frames <= timeline.last) | (timeline.last < 1.0))
-    kept = np.flatnonzero(played)
 
     def place(key: int) -> Place:
-        return curve.place_of(int(kept[key]))
+        return place_of(kept[key])
 
     times = (frames[played] - timeline.first) / timeline.fps
     scaled = handles[played] * [1.0 / timeline.fps, scale]
@@ -368,11 +354,7 @@ def automatic_handles(frames: Floats, values: Floats) -> Floats:
             beyond = np.abs(height) > np.abs(rise)
             inner[beyond] *= rise[beyond] / height[beyond]
         slopes[1:-1] = inner
-    handles = np.zeros((len(values), 2, 2))
-    thirds = np.diff(frames) * _THIRD
-    handles[1:, 0, 0], handles[:-1, 1, 0] = -thirds, thirds
-    handles[..., 1] = handles[..., 0] * slopes[:, None]
-    return handles
+    return handles_along(frames, slopes, slopes)
 
 
 def write(motion: Motion, rate: float | None) -> bytes:
@@ -385,7 +367,7 @@ def write(motion: Motion, rate: float | None) -> bytes:
     fps, frames = _frames(motion)
     curves = motion.as_bezier()
     assert curves.handles is not None
-    kind = LINEAR if motion.interpolation == "linear" else BEZIER
+    kind = KINDS[LINEAR if motion.interpolation == "linear" else BEZIER]
     lines = [
         '<?xml version="1.0" encoding="UTF-8" ?>',
         '<ChoregrapheProject xmlns="http://www.aldebaran-robotics.com/schema/choregraphe/project.xsd" xar_version="3">',

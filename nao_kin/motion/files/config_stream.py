@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -85,6 +86,13 @@ class ConfigStream:
             got = "nothing" if value is None else _kind(value)
             raise self.error(f"{name} is {got}, expected {wanted}", fields if value is None else value)
         return value
+
+    def objects(self, rows: Items, what: str) -> Iterator[Fields]:
+        """The objects of a list, which all its values must be."""
+        for row in rows:
+            if not isinstance(row, Fields):
+                raise self.error(f"expected an object {{…}}{what}", row)
+            yield row
 
     def number(self, value: Any, what: str, plain: str = "rad") -> float:
         """A finite number, angles in radians; one without a unit is in the unit `plain`, or in none ("")."""

@@ -18,24 +18,17 @@ import re
 import tokenize
 import zipfile
 import zlib
-from collections.abc import Iterable
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.csv_numbers import CsvHead, TableColumns, csv_head, read_csv
-from nao_kin._core.headings import (
-    JOINT_UNITS,
-    TIME_UNITS,
-    in_si_units,
-    is_index,
-    read_heading,
-    seconds,
-    time_unit_of,
-)
-from nao_kin._core.text import MOST_SHOWN, abbreviated, quoted
-from nao_kin.errors import BadArgument
+from nao_kin._core.headings import JOINT_UNITS, in_si_units, read_heading, seconds, time_unit_of
+from nao_kin._core.text import abbreviated, quoted
+from nao_kin.errors import BadArgument, BadInputFile
 from nao_kin.motion.files.source import Format, Place, Source
 from nao_kin.motion.files.tracks import Track, check_times, is_hand, motion_of, sampled, warn_of_curves
 from nao_kin.motion.interpolation import INTERPOLATIONS
@@ -44,11 +37,12 @@ from nao_kin.motion.motion import Motion
 
 def _recognises_csv(source: Source) -> bool:
     """Whether the header names a time column."""
-    return any(read_heading(field).is_time for field in _head(source).fields)
+    head = csv_head(source.name, _encoded(source), "a header")
+    return any(read_heading(field).is_time for field in head.fields)
 
 
-def _head(source: Source) -> CsvHead:
-    return csv_head(source.text.encode("utf-8", "replace"))
+def _encoded(source: Source) -> bytes:
+    return source.text.encode("utf-8", "replace")
 
 
 def _read_csv(source: Source) -> Motion:
@@ -58,18 +52,31 @@ def _read_csv(source: Source) -> Motion:
         BadInputFile: with line and column.
     """
     tracks: list[Track] = []
-    header_at = 0
+    first = Place()
 
     def understood(head: CsvHead) -> TableColumns:
-        nonlocal tracks, header_at
-        header_at = head.line
-        table, tracks = _columns(source, head)
-        return table
+        """The columns that are read, times and joints each once; those left out become tracks without keys."""
+        nonlocal first
+        first = Place(head.line, 1)
 
-    data = source.text.encode("utf-8", "replace")
-    table, rows, lines = read_csv(source.name, data, understood, "a header with a time column")
+        def units_of(_: str, joint: str, place: int) -> Sequence[str]:
+            if source.check_joint(joint, first.field(place)) in source.joints:
+                return JOINT_UNITS["1"] if is_hand(joint) else (*JOINT_UNITS["rad"], *JOINT_UNITS["m"])
+            tracks.append(Track(joint, np.zeros(0), np.zeros(0), place=first.field(place)))
+            return ()
+
+        def error(reason: str, place: int) -> BadInputFile:
+            return source.error(reason, first.field(place))
+
+        table, times = TableColumns.of(head.fields, source.joints, units_of, error, degrees=source.degrees)
+        if len(times) != 1:
+            reason = f"{len(times)} columns of times, expected one, headed time [s] or time [ms]"
+            raise source.error(reason, Place(head.line))
+        return replace(table, blanks=True)
+
+    table, rows, lines = read_csv(source.name, _encoded(source), understood, "a header with a time column")
     if not len(rows):
-        raise source.error("a header and no keys", Place(header_at))
+        raise source.error("a header and no keys", Place(first.line))
     times, at = rows[:, -1], table.places[-1] + 1
     if np.isnan(times).any():
         raise source.error("a row without a time", Place(lines[int(np.argmax(np.isnan(times)))], at))
@@ -79,40 +86,8 @@ def _read_csv(source: Source) -> Motion:
         given = np.flatnonzero(~np.isnan(values))
         # All joints that have a key in every row share one array.
         own = times if len(given) == len(times) else times[given]
-        tracks.append(Track(name, own, values[given], place=Place(header_at, place + 1)))
+        tracks.append(Track(name, own, values[given], place=first.field(place)))
     return motion_of(source, tracks, negative=True)
-
-
-def _columns(source: Source, head: CsvHead) -> tuple[TableColumns, list[Track]]:
-    """The columns that are read, times and joints each once, and tracks without keys of those that are left out."""
-    joints, other, times = dict[str, tuple[str, int]](), list[Track](), list[tuple[str | None, int]]()
-    for place, field in enumerate(head.fields):
-        if place == 0 and is_index(field):
-            continue
-        heading, at = read_heading(field), Place(head.line, place + 1)
-        name, unit = heading.name, heading.unit
-        if heading.is_time:
-            units: Iterable[str] = TIME_UNITS
-            times.append((unit, place))
-        else:
-            source.check_joint(name, at)
-            if name not in source.joints:
-                other.append(Track(name, np.zeros(0), np.zeros(0), place=at))
-                continue
-            if name in joints:
-                raise source.error(f"joint {name} is given twice", at)
-            units = JOINT_UNITS["1"] if is_hand(name) else (*JOINT_UNITS["rad"], *JOINT_UNITS["m"])
-            usual = "1" if is_hand(name) else "deg" if source.degrees else "rad"
-            joints[name] = usual if unit is None else unit, place
-        if unit is not None and unit not in units:
-            raise source.error(f"unit {quoted(unit, MOST_SHOWN)} of {name}, expected one of {', '.join(units)}", at)
-    if len(times) != 1:
-        reason = f"{len(times)} columns of times, expected one, headed time [s] or time [ms]"
-        raise source.error(reason, Place(head.line))
-    (time_unit, time), count = times[0], len(head.fields)
-    units_of, places = (tuple(column) for column in zip(*joints.values(), strict=True)) if joints else ((), ())
-    table = TableColumns(tuple(joints), units_of, (*places, time), True, time_unit, count, blanks=True)
-    return table, other
 
 
 def _write_csv(motion: Motion, rate: float | None) -> bytes:

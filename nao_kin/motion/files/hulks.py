@@ -23,10 +23,10 @@ from nao_kin._core.arrays import Floats
 from nao_kin._core.files import described
 from nao_kin._core.text import abbreviated
 from nao_kin._core.warn import warn_caller
-from nao_kin.errors import BadArgument, nearest_names
+from nao_kin.errors import BadArgument
 from nao_kin.motion.files.key_frames import COSINE_ERROR, eased
-from nao_kin.motion.files.source import Format, MotionFileWarning, Place, Source, in_json
-from nao_kin.motion.files.tracks import Track, check_times, columns, milliseconds, motion_of, straight_rows
+from nao_kin.motion.files.source import Format, MotionFileWarning, Path, Place, Source, in_json
+from nao_kin.motion.files.tracks import Track, check_times, milliseconds, motion_of, nao_columns, straight_rows
 from nao_kin.motion.motion import Motion
 from nao_kin.robot.nao import BODY_ORDER
 
@@ -39,7 +39,6 @@ _JOINTS = dict(zip(_PLACES, BODY_ORDER, strict=True))
 _MODES = ("linear", "cosine")
 _POSITIONS, _STIFFNESSES = "positions", "stiffnesses"
 _CONDITIONS = ("entry_condition", "enable", "exit_condition", "interrupt_conditions")
-Path = list[str | int]
 
 
 def _recognises_hulks(source: Source) -> bool:
@@ -62,9 +61,8 @@ def _read_hulks(source: Source) -> Motion:
         reason = f"{described(mode)}, expected {' or '.join(_MODES)}"
         raise source.error(reason, in_json("interpolation_mode"))
     start, first = _positions(source, ["initial_positions"])
-    rows: list[list[Any]] = [list(first.values())]
-    frames, paths = list[Path](), [start]
-    durations: list[Any] = []
+    rows, paths = [[*first.values()]], [start]
+    durations, frames = list[Any](), list[Path]()
     for path, frame in _frames(source):
         if "duration" not in frame:
             raise source.error("a key frame without a duration", in_json(*path))
@@ -79,32 +77,23 @@ def _read_hulks(source: Source) -> Motion:
     steps = source.floats(durations, "duration", lambda at: in_json(*frames[at], "duration"))
     times = np.concatenate([[0.0], np.cumsum(steps)])
     check_times(source, times, lambda key: in_json(*frames[key - 1], "duration"))
-    flat = [value for row in rows for value in row]
     names = list(first)
 
     def place(at: int) -> Place:
-        part, joint = _PLACES[BODY_ORDER.index(names[at % len(names)])]
-        return in_json(*paths[at // len(names)], part, joint)
+        return in_json(*paths[at // len(names)], *_PLACES[BODY_ORDER.index(names[at % len(names)])])
 
-    table = source.floats(flat, "angle", place).reshape(len(rows), len(names))
-    tracks = [Track(joint, times, table[:, column].copy()) for column, joint in enumerate(names)]
+    flat = source.floats([value for row in rows for value in row], "angle", place)
+    columns = flat.reshape(len(rows), len(names)).T
     if mode == "linear":
-        return motion_of(source, tracks)
-    return _eased(source, tracks)
-
-
-def _eased(source: Source, tracks: list[Track]) -> Motion:
-    """Cosine steps as Bezier curves that rest at every key."""
+        return motion_of(source, [Track(joint, times, keys) for joint, keys in zip(names, columns, strict=True)])
     warn_caller(
         f"{abbreviated(source.name)}: cosine steps are read as cubic ones, from which they differ by up to "
         f"{100 * COSINE_ERROR:g} % of a step",
         MotionFileWarning,
     )
-    curves = [
-        Track(track.joint, track.times, track.keys, eased(track.times, track.keys, np.full(len(track.keys), "cosine")))
-        for track in tracks
-    ]
-    return motion_of(source, curves, "bezier")
+    eases = np.full(len(times), "cosine")
+    tracks = [Track(joint, times, keys, eased(times, keys, eases)) for joint, keys in zip(names, columns, strict=True)]
+    return motion_of(source, tracks, "bezier")
 
 
 def _frames(source: Source) -> Iterator[tuple[Path, dict[str, Any]]]:
@@ -114,16 +103,10 @@ def _frames(source: Source) -> Iterator[tuple[Path, dict[str, Any]]]:
         raise source.error("expected either motion or frames")
     name = "motion" if "motion" in document else "frames"
     waits = set[str]()
-    for index, entry in enumerate(source.list_at(name)):
-        path: Path = [name, index]
-        if not isinstance(entry, dict):
-            raise source.error(f"expected an object, got {described(entry)}", in_json(*path))
+    for path, entry in source.objects_at(name):
         if name == "motion":
             waits |= {condition for condition in _CONDITIONS if entry.get(condition)}
-            for row, frame in enumerate(source.list_at(*path, "keyframes")):
-                if not isinstance(frame, dict):
-                    raise source.error(f"expected an object, got {described(frame)}", in_json(*path, "keyframes", row))
-                yield [*path, "keyframes", row], frame
+            yield from source.objects_at(*path, "keyframes")
         elif "duration" in entry or "positions" in entry:
             yield path, entry
         else:
@@ -141,24 +124,13 @@ def _positions(source: Source, path: Path) -> tuple[Path, dict[str, Any]]:
     if isinstance(value, dict) and _POSITIONS in value:
         path, value = [*path, _POSITIONS], value[_POSITIONS]
     found = dict[str, Any]()
-    parts = _objects(source, value, path, (*PARTS, _STIFFNESSES))
-    for part, joints in parts.items():
+    for part, joints in source.fields(value, (*PARTS, _STIFFNESSES), "joint", *path).items():
         if part != _STIFFNESSES:
-            for joint, angle in _objects(source, joints, [*path, part], PARTS[part]).items():
+            for joint, angle in source.fields(joints, PARTS[part], "joint", *path, part).items():
                 found[_JOINTS[part, joint]] = angle
     if not found:
         raise source.error("no joint", in_json(*path))
     return path, found
-
-
-def _objects(source: Source, value: Any, path: Path, names: tuple[str, ...]) -> dict[str, Any]:
-    if not isinstance(value, dict):
-        raise source.error(f"expected an object, got {described(value)}", in_json(*path))
-    for name in value:
-        if name not in names:
-            near = ", ".join(nearest_names(name, names)) or ", ".join(names)
-            raise source.error(f"unknown joint (nearest: {near})", in_json(*path, name))
-    return value
 
 
 def _write_hulks(motion: Motion, rate: float | None) -> bytes:
@@ -168,7 +140,7 @@ def _write_hulks(motion: Motion, rate: float | None) -> bytes:
         BadArgument: joints that are missing or that the format does not know, times before 0.
     """
     times, values = straight_rows(motion, rate, "HULKs motion")
-    table = columns(motion, values, BODY_ORDER, "HULKs motion", one_hip=False)
+    table = nao_columns(motion, values, BODY_ORDER, "HULKs motion", one_hip=False)
     if times[0] < 0.0:
         raise BadArgument(f"HULKs motion files begin at 0 s, the motion at {times[0]:g} s")
     if times[0] > 0.0:
@@ -243,38 +215,36 @@ def _read_motion2(source: Source) -> Motion:
             raise source.error(f"{described(joint)}, expected the number of a joint, 0 to {len(BODY_ORDER) - 1}", place)
         if joint in joints[:index]:
             raise source.error(f"joint {joint} ({BODY_ORDER[joint]}) is given twice", place)
-    total = source.floats([header.get("time")], "time", lambda _: in_json("header"))[0]
+    total = float(source.floats([header.get("time")], "time", lambda _: in_json("header"))[0])
     positions = document.get("position")
     if not isinstance(positions, list) or not positions:
         raise source.error("no list of positions under position")
-    steps, rows = [], []
+    rows = []
     for index, entry in enumerate(positions):
         if not isinstance(entry, dict) or not isinstance(entry.get("parameters"), list) or "time" not in entry:
             raise source.error("expected an object with time and parameters", in_json("position", index))
         if len(entry["parameters"]) != len(joints):
             reason = f"{len(entry['parameters'])} values for {len(joints)} joints"
             raise source.error(reason, in_json("position", index, "parameters"))
-        steps.append(entry["time"])
         rows += entry["parameters"]
-    shares = source.floats(steps, "time", lambda at: in_json("position", at, "time"))
-    return _motion(source, joints, float(total), shares, rows)
 
+    def time_of(index: int) -> Place:
+        return in_json("position", index, "time")
 
-def _motion(source: Source, joints: list[int], total: float, shares: Any, rows: list[Any]) -> Motion:
+    shares = source.floats([entry["time"] for entry in positions], "time", time_of)
     if total < 0.0 or (shares < 0.0).any():
-        entry: list[str | int] = ["position", int(np.argmax(shares < 0.0)), "time"]
-        bad = ["header", "time"] if total < 0.0 else entry
-        raise source.error("a negative time", in_json(*bad))
+        place = in_json("header", "time") if total < 0.0 else time_of(int(np.argmax(shares < 0.0)))
+        raise source.error("a negative time", place)
     sums = np.cumsum(shares)
     times = sums * (total / sums[-1]) / 1e3 if sums[-1] > 0.0 else np.zeros(len(shares))
-    check_times(source, times, lambda key: in_json("position", key, "time"))
-
-    def place(at: int) -> Place:
-        return in_json("position", at // len(joints), "parameters", at % len(joints))
-
-    table = source.floats(rows, "angle", place).reshape(len(times), len(joints))
-    tracks = [Track(BODY_ORDER[joint], times, table[:, column].copy()) for column, joint in enumerate(joints)]
-    return motion_of(source, tracks)
+    check_times(source, times, time_of)
+    flat = source.floats(
+        rows, "angle", lambda at: in_json("position", at // len(joints), "parameters", at % len(joints))
+    )
+    columns = flat.reshape(len(times), len(joints)).T
+    return motion_of(
+        source, [Track(BODY_ORDER[joint], times, keys) for joint, keys in zip(joints, columns, strict=True)]
+    )
 
 
 def _write_motion2(motion: Motion, rate: float | None) -> bytes:
@@ -285,7 +255,7 @@ def _write_motion2(motion: Motion, rate: float | None) -> bytes:
     """
     times, values = straight_rows(motion, rate, "motion2")
     named = [joint for joint in BODY_ORDER if joint in motion.joint_names]
-    table = columns(motion, values, named or BODY_ORDER, "motion2", one_hip=False)
+    table = nao_columns(motion, values, named or BODY_ORDER, "motion2", one_hip=False)
     stamps = milliseconds(times, "motion2")
     if stamps[-1] == 0:
         raise BadArgument("motion2 files take some time, the motion ends at 0 s")

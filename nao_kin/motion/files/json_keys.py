@@ -22,8 +22,7 @@ import numpy as np
 from nao_kin._core.arrays import Floats
 from nao_kin._core.files import described
 from nao_kin._core.text import MOST_SHOWN, quoted
-from nao_kin.errors import nearest_names
-from nao_kin.motion.files.source import Format, Place, Source, in_json
+from nao_kin.motion.files.source import Format, Place, PlaceOf, Source, in_json
 from nao_kin.motion.files.tracks import Track, is_hand, motion_of, sampled
 from nao_kin.motion.interpolation import INTERPOLATIONS, Interpolation
 from nao_kin.motion.motion import Motion
@@ -48,10 +47,7 @@ def read(source: Source) -> Motion:
     document = source.json
     if not isinstance(document, dict):
         raise source.error(f"expected an object with joint_names, times and keys, got {described(document)}")
-    for name in document:
-        if name not in _FIELDS:
-            near = ", ".join(nearest_names(name, _FIELDS)) or ", ".join(_FIELDS)
-            raise source.error(f"unknown field (nearest: {near})", in_json(name))
+    source.fields(document, _FIELDS, "field")
     if document.get("format", TITLE) != TITLE:
         raise source.error(f"expected {TITLE!r}, got {described(document['format'])}", in_json("format"))
     for name in ("joint_names", "times", "keys"):
@@ -69,81 +65,79 @@ def read(source: Source) -> Motion:
     seconds, angle = _scale(source, "time"), _scale(source, "angle")
     interpolation = _interpolation(source)
     times, columns = _times_and_keys(source, joints)
-    handles = None
-    if "handles" in document and document["handles"] is not None:
+    handles: list[Floats | None] = [None] * len(joints)
+    if document.get("handles") is not None:
         if interpolation != "bezier":
             raise source.error(f"handles belong to bezier interpolation, not {interpolation}", in_json("handles"))
         handles = _handles(source, columns)
     tracks = []
-    for row, joint in enumerate(joints):
+    for row, (joint, own, keys, offsets) in enumerate(zip(joints, times, columns, handles, strict=True)):
         scale = 1.0 if is_hand(joint) else angle
-        own = None if handles is None else handles[row] * [seconds, scale]
-        path: list[str | int] = ["times", row] if len(times) > 1 or _is_nested(document["times"]) else ["times"]
+        time_of = in_json("times", row) if _is_nested(document["times"]) else in_json("times")
         tracks.append(
             Track(
                 joint,
-                times[row if len(times) > 1 else 0] * seconds,
-                columns[row] * scale,
-                own,
+                own * seconds,
+                keys * scale,
+                None if offsets is None else offsets * [seconds, scale],
                 Place(where=joint),
-                lambda key, path=path: in_json(*path, key),  # type: ignore[misc]
-                lambda key, row=row: in_json("handles", row, key),  # type: ignore[misc]
+                time_of.entry,
+                in_json("handles", row).entry,
             )
         )
     return motion_of(source, tracks, interpolation, negative=True)
 
 
 def _times_and_keys(source: Source, joints: list[str]) -> tuple[list[Floats], list[Floats]]:
-    """Times, of all joints or of each, and the keys of each."""
+    """Times and keys of each joint; joints that share a list of times share the array."""
     times, keys = source.list_at("times"), source.list_at("keys")
     if _is_nested(times):
         for name, rows in (("times", times), ("keys", keys)):
             if len(rows) != len(joints):
                 raise source.error(f"{len(rows)} lists for {len(joints)} joints", in_json(name))
-        own = [_numbers(source, "time", "times", row) for row in range(len(joints))]
-        columns = [_numbers(source, "key", "keys", row) for row in range(len(joints))]
+        own = [source.floats_at("time", "times", row) for row in range(len(joints))]
+        columns = [source.floats_at("key", "keys", row) for row in range(len(joints))]
         for row, (one, two) in enumerate(zip(own, columns, strict=True)):
             if len(one) != len(two):
                 raise source.error(f"{joints[row]} has {len(one)} times and {len(two)} keys", in_json("keys", row))
             if not len(one):
                 raise source.error(f"{joints[row]} has no keys", in_json("keys", row))
         return own, columns
-    shared = _numbers(source, "time", "times")
+    shared = source.floats_at("time", "times")
     if not len(shared):
         raise source.error("no times", in_json("times"))
     if len(keys) != len(shared):
         raise source.error(f"{len(keys)} rows for {len(shared)} times", in_json("keys"))
-    rows = []
+    table = np.empty((len(keys), len(joints)))
     for row in range(len(keys)):
-        rows.append(_numbers(source, "key", "keys", row))
-        if len(rows[-1]) != len(joints):
-            raise source.error(f"{len(rows[-1])} keys for {len(joints)} joints", in_json("keys", row))
-    return [shared], list(np.array(rows).T.reshape(len(joints), -1).copy())
+        found = source.floats_at("key", "keys", row)
+        if len(found) != len(joints):
+            raise source.error(f"{len(found)} keys for {len(joints)} joints", in_json("keys", row))
+        table[row] = found
+    return [shared] * len(joints), list(table.T)
 
 
-def _handles(source: Source, columns: list[Floats]) -> list[Floats]:
+def _handles(source: Source, columns: list[Floats]) -> list[Floats | None]:
     rows = source.list_at("handles")
     if len(rows) != len(columns):
         raise source.error(f"{len(rows)} lists for {len(columns)} joints", in_json("handles"))
-    result = []
+    result = list[Floats | None]()
     for row, keys in enumerate(columns):
-        own = source.list_at("handles", row)
+        own, place = source.list_at("handles", row), in_json("handles", row)
         if len(own) != len(keys):
-            raise source.error(f"{len(own)} handles for {len(keys)} keys", in_json("handles", row))
+            raise source.error(f"{len(own)} handles for {len(keys)} keys", place)
         for key, pair in enumerate(own):
-            fine = isinstance(pair, list) and len(pair) == 2 and all(type(x) is list and len(x) == 2 for x in pair)
-            if not fine:
+            if not (isinstance(pair, list) and len(pair) == 2 and all(type(x) is list and len(x) == 2 for x in pair)):
                 reason = f"expected [[seconds, value], [seconds, value]], got {described(pair)}"
-                raise source.error(reason, in_json("handles", row, key))
+                raise source.error(reason, place.entry(key))
         flat = [number for pair in own for side in pair for number in side]
-        path: list[str | int] = ["handles", row]
-        numbers = source.floats(
-            flat,
-            "offset",
-            lambda at, path=path: in_json(*path, at // 4, at // 2 % 2, at % 2),  # type: ignore[misc]
-        )
+        numbers = source.floats(flat, "offset", _offset_of(place))
         result.append(numbers.reshape(-1, 2, 2))
     return result
+
+
+def _offset_of(place: Place) -> PlaceOf:
+    return lambda at: place.entry(at // 4).entry(at // 2 % 2).entry(at % 2)
 
 
 def _interpolation(source: Source) -> Interpolation:
@@ -169,10 +163,6 @@ def _scale(source: Source, quantity: str) -> float:
         expected = " or ".join(_UNITS[quantity])
         raise source.error(f"unit {quoted(given, MOST_SHOWN)}, expected {expected}", in_json("units", quantity))
     return _UNITS[quantity][given]
-
-
-def _numbers(source: Source, what: str, *path: str | int) -> Floats:
-    return source.floats(source.list_at(*path), what, lambda index: in_json(*path, index))
 
 
 def _is_nested(times: list[Any]) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats
-from nao_kin.motion.files.config_stream import ConfigStream, Items
+from nao_kin._core.text import MOST_SHOWN, quoted
+from nao_kin.motion.files.config_stream import ConfigStream, Fields, Items, Word
 from nao_kin.motion.files.source import Place, Source
 from nao_kin.motion.files.tracks import Track, check_times, motion_of
 from nao_kin.motion.motion import Motion
@@ -44,23 +45,53 @@ class KeyFrame:
     place: Place
 
 
-def joint_values(stream: ConfigStream, rows: Sequence[tuple[Items, int]], plain: str) -> Floats:
-    """The values of all joints in NAOqi's order, NaN for those that are not commanded.
+def key_frame(
+    stream: ConfigStream,
+    row: Fields,
+    ease: Ease,
+    lists: Sequence[tuple[Fields, str, int]],
+    plain: Literal["rad", "deg"] = "rad",
+) -> KeyFrame:
+    """The key frame that an object describes.
 
     Args:
         stream: the file.
-        rows: lists of values, in that order, and how many each must have.
+        row: holds the duration.
+        ease: the way there.
+        lists: of values, in NAOqi's order: the object that holds each, its name there, and how many it must have.
         plain: unit of numbers without one.
     """
     values = []
-    for row, count in rows:
-        if len(row) != count:
-            raise stream.error(f"{len(row)} angles, expected {count}", row)
-        for word in row:
+    for items, count in [(stream.get(fields, name, Items), count) for fields, name, count in lists]:
+        if len(items) != count:
+            raise stream.error(f"{len(items)} angles, expected {count}", items)
+        for word in items:
             number = stream.number(word, "an angle", plain)
             raw = number / (math.pi / 180.0) if plain == "deg" else number
             values.append(math.nan if raw >= _NO_ANGLE else number)
-    return np.array(values)
+    duration = stream.get(row, "duration", Word)
+    return KeyFrame(stream.number(duration, "duration", ""), ease, np.array(values), stream.place(duration))
+
+
+def ease_of(stream: ConfigStream, name: str, eases: Mapping[str, Ease | None], *objects: Fields) -> Ease:
+    """The way to a key frame: what a word says in the first object that has it, straight where none does.
+
+    Args:
+        stream: the file.
+        name: of the word.
+        eases: what words stand for; None for what the next object says.
+        objects: a key frame, and what it is part of.
+    """
+    for fields in objects:
+        if name in fields:
+            word = stream.get(fields, name, Word)
+            if word.text not in eases:
+                shown = quoted(word.text, MOST_SHOWN)
+                raise stream.error(f"{name} is {shown}, expected one of {', '.join(eases)}", word)
+            ease = eases[word.text]
+            if ease is not None:
+                return ease
+    return "linear"
 
 
 def motion_of_frames(source: Source, frames: Sequence[KeyFrame]) -> Motion:

@@ -5,17 +5,19 @@ from __future__ import annotations
 import ast
 import json
 import math
+import operator
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from nao_kin._core.arrays import Floats
+import numpy as np
+
 from nao_kin._core.files import described
 from nao_kin._core.text import abbreviated
-from nao_kin.errors import BadInputFile, nearest_names
+from nao_kin.errors import BadInputFile
 from nao_kin.motion.files.choregraphe import control_points, plain_keys, points
-from nao_kin.motion.files.source import Format, Place, Source, chosen, in_json
+from nao_kin.motion.files.source import Format, Place, PlaceOf, Source, chosen, in_json
 from nao_kin.motion.files.tracks import Track, is_hand, motion_of, sampled
 from nao_kin.motion.motion import Motion
 from nao_kin.robot.nao import BODY_ORDER, CHAINS
@@ -25,12 +27,14 @@ from nao_kin.robot.nao import BODY_ORDER, CHAINS
 # Choregraphe's exports end in `except BaseException, err:` and `print err`, which today's parser refuses.
 
 _TOKEN = re.compile(
-    r"'''|\"\"\"|'(?:[^\\']|\\.)*'|\"(?:[^\\\"]|\\.)*\"|#.*|[()\[\]{};]|\\$",
+    r"""
+    (?P<code> [^'"\#\\;\n]+ )
+    | '{3}(?:.*?'{3}|.*) | "{3}(?:.*?"{3}|.*) | '(?:[^\\'\n]|\\.)*' | "(?:[^\\"\n]|\\.)*"
+    | (?P<comment> \#[^\n]* ) | (?P<continued> \\\n ) | (?P<end> [;\n] ) | .
+    """,
+    re.DOTALL | re.VERBOSE,
 )
-# A line without any of these is only looked at for its brackets.
-_SPECIAL = re.compile(r"['\"#\\;]")
-_DEFINITION = re.compile(r"(?P<indent>[ \t]*)def[ \t]+(?P<name>\w+)")
-_INDENT = re.compile(r"[ \t]*")
+_DEFINITION = re.compile(r"\s*def[ \t]+(?P<name>\w+)")
 
 
 @dataclass(frozen=True)
@@ -49,83 +53,44 @@ class Statement:
     column: int
     function: str
 
-
-class _Reader:
-    """Where in brackets and long strings the reading is."""
-
-    def __init__(self) -> None:
-        self.depth = 0
-        self.quote = ""
-        self.continued = False
-
-    def split(self, line: str) -> list[str]:
-        """The line without comment, cut where statements end inside of it."""
-        self.continued = False
-        if not self.quote and not _SPECIAL.search(line):
-            self._count(line)
-            return [line]
-        pieces, begin, at = [], 0, 0
-        while at <= len(line):
-            if self.quote:
-                end = line.find(self.quote, at)
-                if end < 0:
-                    break
-                at, self.quote = end + 3, ""
-            token = _TOKEN.search(line, at)
-            if token is None:
-                break
-            at = token.end()
-            mark = token[0]
-            if mark in ("'''", '"""'):
-                self.quote = mark
-            elif mark[0] == "#":
-                line = line[: token.start()] + " " * len(mark)
-            elif mark == "\\":
-                line, self.continued = line[: token.start()] + " ", True
-            elif mark == ";" and self.depth == 0:
-                pieces.append(line[begin : token.start()])
-                begin = at
-            else:
-                self._count(mark if len(mark) == 1 else "")
-        return [*pieces, line[begin:]]
-
-    def _count(self, text: str) -> None:
-        opened = text.count("(") + text.count("[") + text.count("{")
-        self.depth = max(self.depth + opened - text.count(")") - text.count("]") - text.count("}"), 0)
+    def place(self, offset: int, where: str = "") -> Place:
+        """Where a character of the statement stands."""
+        lines, last = self.text.count("\n", 0, offset), self.text.rfind("\n", 0, offset)
+        return Place(self.line + lines, offset - last if lines else self.column + offset, where)
 
 
-def statements(lines: list[str]) -> Iterator[Statement]:
-    """The statements of a text."""
-    reader = _Reader()
+def statements(text: str) -> Iterator[Statement]:
+    """The statements of a text whose last character is a line feed."""
     functions: list[tuple[int, str]] = []
     parts: list[str] = []
-    begin, column = 1, 1
-    for number, line in enumerate(lines, start=1):
-        if not parts:
-            begin, column = number, 1
-            _enter(functions, line)
-        for index, piece in enumerate(reader.split(line)):
-            if index:
-                yield Statement("\n".join(parts), begin, column, functions[-1][1] if functions else "")
-                column = len("\n".join(parts)) + 1 + column if begin == number else 1
-                parts, begin = [], number
-            parts.append(piece)
-        if reader.depth == 0 and not reader.quote and not reader.continued:
-            yield Statement("\n".join(parts), begin, column, functions[-1][1] if functions else "")
-            parts = []
-    if parts:
-        yield Statement("\n".join(parts), begin, column, functions[-1][1] if functions else "")
+    depth, begin, line = 0, 0, 1
+    for token in _TOKEN.finditer(text):
+        part, kind = token[0], token.lastgroup
+        if kind == "code":
+            opened = part.count("(") + part.count("[") + part.count("{")
+            depth = max(depth + opened - part.count(")") - part.count("]") - part.count("}"), 0)
+        elif kind == "comment":
+            part = " " * len(part)
+        elif kind == "continued":
+            part = " \n"
+        ended = kind == "end" and depth == 0
+        if not ended:
+            parts.append(part)
+        if ended or token.end() == len(text):
+            statement, column = "".join(parts), begin - text.rfind("\n", 0, begin)
+            if column == 1 and statement.strip():
+                _enter(functions, statement)
+            yield Statement(statement, line, column, functions[-1][1] if functions else "")
+            line += text.count("\n", begin, token.end())
+            parts, begin = [], token.end()
 
 
-def _enter(functions: list[tuple[int, str]], line: str) -> None:
-    """Leave the functions that end before a line, and enter the one that it defines."""
-    if not line.strip() or line.lstrip().startswith("#"):
-        return
-    indent = _INDENT.match(line)
-    depth = len(indent[0].expandtabs(8)) if indent else 0
+def _enter(functions: list[tuple[int, str]], statement: str) -> None:
+    """Leave the functions that end before a statement, and enter the one that it defines."""
+    depth = len(statement[: -len(statement.lstrip())].expandtabs(8))
     while functions and functions[-1][0] >= depth:
         functions.pop()
-    found = _DEFINITION.match(line)
+    found = _DEFINITION.match(statement)
     if found:
         functions.append((depth, found["name"]))
 
@@ -163,11 +128,13 @@ _LONGEST_STATEMENT = 1 << 20
 _LONGEST_NUMBER = 200
 _CONSTANTS = {"almath.TO_RAD": math.pi / 180.0, "math.pi": math.pi}
 _RADIANS = ("math.radians", "radians")
+# What stands for a joint, and where each entry of it does.
+_Entries = tuple[list[Any], PlaceOf]
 _OPERATIONS: dict[type[ast.operator], Callable[[float, float], float]] = {
-    ast.Add: lambda a, b: a + b,
-    ast.Sub: lambda a, b: a - b,
-    ast.Mult: lambda a, b: a * b,
-    ast.Div: lambda a, b: a / b,
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
 }
 
 
@@ -178,12 +145,7 @@ class _Export:
     line: int
     function: str
     error: BadInputFile | None = None
-    lists: dict[str, list[Any]] = field(default_factory=lambda: {name: [] for name in _LISTS})
-    places: dict[str, list[Place]] = field(default_factory=lambda: {name: [] for name in _LISTS})
-
-    def put(self, name: str, value: Any, place: Place) -> None:
-        self.lists[name].append(value)
-        self.places[name].append(place)
+    lists: dict[str, list[tuple[Any, Place]]] = field(default_factory=lambda: {name: [] for name in _LISTS})
 
 
 def _recognises_python(source: Source) -> bool:
@@ -214,7 +176,7 @@ def _read_python(source: Source) -> Motion:
 def _exports(source: Source) -> list[_Export]:
     """All motions in the file; one that cannot be read does no harm to the others."""
     exports: list[_Export] = []
-    for statement in statements(source.lines):
+    for statement in statements("\n".join([*source.lines, ""])):
         match = _STATEMENT.match(statement.text)
         if _EMPTIED.fullmatch(statement.text):
             exports.append(_Export(statement.line, statement.function))
@@ -222,66 +184,71 @@ def _exports(source: Source) -> list[_Export]:
             if not exports or (match["list"] == "names" and not match["append"]):
                 exports.append(_Export(statement.line, statement.function))
             try:
-                _take(source, exports[-1], statement, match)
+                _take(source, exports[-1].lists, statement, match)
             except BadInputFile as error:
                 exports[-1].error = exports[-1].error or error
         elif exports and _CHANGED.match(statement.text):
             shown = abbreviated(statement.text.strip(), 40)
             reason = f"{shown!r} changes a list in a way that is not known; nothing in the file is run"
-            indent = len(statement.text) - len(statement.text.lstrip())
-            place = Place(statement.line, statement.column + indent)
+            place = statement.place(len(statement.text) - len(statement.text.lstrip()))
             exports[-1].error = exports[-1].error or source.error(reason, place)
     return exports
 
 
-def _motion(source: Source, export: _Export) -> Motion:
-    bezier = any(isinstance(rows, list) and not plain_keys(rows) for rows in export.lists["keys"])
-    tracks = []
-    for row, joint in enumerate(export.lists["names"]):
-        at_name, at_times, at_keys = (export.places[name][row] for name in _LISTS)
-        source.check_joint(joint, at_name)
-        for value, place in ((export.lists["times"][row], at_times), (export.lists["keys"][row], at_keys)):
-            if not isinstance(value, list):
-                raise source.error(f"expected a list, got {described(value)}", place)
-        times = source.floats(export.lists["times"][row], "time", _entry(at_times))
-        rows, handles = export.lists["keys"][row], None
-        if len(rows) != len(times):
-            raise source.error(f"{joint} has {len(times)} times and {len(rows)} keys", at_keys)
-        if bezier:
-            keys, handles = control_points(source, rows, times, _entry(at_keys))
-        else:
-            keys = source.floats(rows, "key", _entry(at_keys))
-        if source.degrees and not is_hand(joint):
-            keys = keys * (math.pi / 180.0)
-            if handles is not None:
-                handles[..., 1] *= math.pi / 180.0
-        tracks.append(Track(joint, times, keys, handles, at_name, _entry(at_times), _entry(at_keys)))
-    return motion_of(source, tracks, "bezier" if bezier else "linear")
-
-
-def _entry(place: Place) -> Callable[[int], Place]:
-    return lambda index: Place(place.line, place.column, f"{place.where}[{index}]")
-
-
-def _take(source: Source, export: _Export, statement: Statement, match: re.Match[str]) -> None:
-    """Put what a statement says into the export that it belongs to."""
+def _take(source: Source, lists: dict[str, list[Any]], statement: Statement, match: re.Match[str]) -> None:
+    """Put what a statement says into the list that it is about."""
     name, text = match["list"], statement.text[match.end() :].rstrip()
-    offset = match.end()
-    before = statement.text[:offset]
-    line = statement.line + before.count("\n")
-    column = offset - before.rfind("\n") if "\n" in before else statement.column + offset
-    place = Place(line, column, name)
+    place = statement.place(match.end(), name)
     if match["append"]:
         if not text.endswith(")"):
             raise source.error("no ) at the end of the statement", place)
-        export.put(name, _literal(source, text[:-1], place), place)
+        lists[name].append((_literal(source, text[:-1], place), place))
         return
     value = [] if re.fullmatch(r"list\s*\(\s*\)", text) else _literal(source, text, place)
     if not isinstance(value, list):
         raise source.error(f"expected a list, got {described(value)}", place)
-    export.lists[name], export.places[name] = [], []
-    for index, entry in enumerate(value):
-        export.put(name, entry, Place(line, column, f"{name}[{index}]"))
+    lists[name] = [(entry, place.entry(index)) for index, entry in enumerate(value)]
+
+
+def _motion(source: Source, export: _Export) -> Motion:
+    bezier = any(isinstance(rows, list) and not plain_keys(rows) for rows, _ in export.lists["keys"])
+    tracks = []
+    for (joint, at_name), (times, at_times), (keys, at_keys) in zip(*export.lists.values(), strict=True):
+        source.check_joint(joint, at_name)
+        for value, place in ((times, at_times), (keys, at_keys)):
+            if not isinstance(value, list):
+                raise source.error(f"expected a list, got {described(value)}", place)
+        entries = (times, at_times.entry), (keys, at_keys.entry)
+        tracks.append(_track(source, joint, at_name, *entries, at_keys, "key", bezier=bezier))
+    return motion_of(source, tracks, "bezier" if bezier else "linear")
+
+
+def _track(
+    source: Source,
+    joint: str,
+    place: Place,
+    times: _Entries,
+    keys: _Entries,
+    at_keys: Place,
+    what: str,
+    *,
+    bezier: bool,
+) -> Track:
+    """The track of what stands for a joint: its times, and as many keys, which are `what`, or control points."""
+    (rows, time_of), (values, key_of) = times, keys
+    stamps = source.floats(rows, "time", time_of)
+    if len(values) != len(stamps):
+        raise source.error(f"{joint} has {len(stamps)} times and {len(values)} keys", at_keys)
+    handles = None
+    if bezier:
+        numbers, handles = control_points(source, values, stamps, key_of)
+    else:
+        numbers = source.floats(values, what, key_of)
+    if source.degrees and not is_hand(joint):
+        numbers = np.radians(numbers)
+        if handles is not None:
+            handles[..., 1] = np.radians(handles[..., 1])
+    return Track(joint, stamps, numbers, handles, place, time_of, key_of)
 
 
 def _literal(source: Source, text: str, place: Place) -> Any:
@@ -367,7 +334,6 @@ PYTHON = Format("python", (".py",), "Choregraphe's Python export", _recognises_p
 _CHAINS = {**CHAINS, "Body": BODY_ORDER}
 _ANGLES = ("angles", "angleLists", "keys", "controlPoints")
 _TIMES = ("times", "timeLists")
-Path = list[str | int]
 
 
 def _recognises_naoqi(source: Source) -> bool:
@@ -387,107 +353,79 @@ def _read_naoqi(source: Source) -> Motion:
         BadInputFile: with the path to the value; relative angles, for what they are relative to is
             not in the file.
     """
-    paths = _paths(source)
-    names, single = _names(source, paths["names"])
-    keys, times = (_per_joint(source, paths[what], names, single=single) for what in ("angles", "times"))
-    tracks = []
+    places = _places(source)
+    names, single = _names(source, places["names"])
+    keys, times = (_per_joint(source, places[what], names, single=single) for what in ("angles", "times"))
     bezier = any(not plain_keys(rows) for rows, _ in keys)
-    for row, joint in enumerate(names):
-        (own, key_path), (stamps, time_path) = keys[row], times[row]
-
-        def time_of(key: int, path: Path | None = time_path) -> Place:
-            return Place() if path is None else in_json(*([*path, key] if path[-1:] != ["="] else path[:-1]))
-
-        def key_of(key: int, path: Path | None = key_path) -> Place:
-            return Place() if path is None else in_json(*([*path, key] if path[-1:] != ["="] else path[:-1]))
-
-        seconds = source.floats(stamps, "time", time_of)
-        if len(own) != len(seconds):
-            raise source.error(f"{joint} has {len(seconds)} times and {len(own)} keys", in_json(*paths["angles"]))
-        values, handles = _curve(source, own, seconds, key_of, bezier=bezier)
-        if source.degrees and not is_hand(joint):
-            values = values * (math.pi / 180.0)
-            if handles is not None:
-                handles[..., 1] *= math.pi / 180.0
-        tracks.append(Track(joint, seconds, values, handles, in_json(*paths["names"]), time_of, key_of))
+    at_names, at_keys = in_json(places["names"]), in_json(places["angles"])
+    tracks = [
+        _track(source, joint, at_names, stamps, rows, at_keys, "angle", bezier=bezier)
+        for joint, stamps, rows in zip(names, times, keys, strict=True)
+    ]
     return motion_of(source, tracks, "bezier" if bezier else "linear")
 
 
-def _curve(source: Source, rows: list[Any], times: Floats, place: Any, *, bezier: bool) -> tuple[Floats, Floats | None]:
-    if bezier:
-        return control_points(source, rows, times, place)
-    return source.floats(rows, "angle", place), None
-
-
-def _paths(source: Source) -> dict[str, Path]:
-    """Where names, angles and times stand."""
-    value = source.json
+def _places(source: Source) -> dict[str, str | int]:
+    """Under which name, or at which place of the list, names, angles and times stand."""
+    value, found = source.json, dict[str, str | int]()
     if isinstance(value, dict):
-        known = ("names", *_ANGLES, *_TIMES, "isAbsolute")
-        for name in value:
-            if name not in known:
-                near = ", ".join(nearest_names(name, known)) or ", ".join(known)
-                raise source.error(f"unknown argument (nearest: {near})", in_json(name))
-        found: dict[str, Path] = {}
+        source.fields(value, ("names", *_ANGLES, *_TIMES, "isAbsolute"), "argument")
         for what, choices in (("names", ("names",)), ("angles", _ANGLES), ("times", _TIMES)):
             given = [name for name in choices if name in value]
             if len(given) != 1:
                 raise source.error(f"{len(given)} of {' and '.join(choices)}, expected one")
-            found[what] = [given[0]]
-        absolute, where = value.get("isAbsolute", True), ["isAbsolute"]
+            found[what] = given[0]
+        absolute, where = value.get("isAbsolute", True), in_json("isAbsolute")
     elif isinstance(value, list) and len(value) == 3:
-        return {"names": [0], "times": [1], "angles": [2]}
+        return {"names": 0, "times": 1, "angles": 2}
     elif isinstance(value, list) and len(value) == 4:
-        found, absolute, where = {"names": [0], "angles": [1], "times": [2]}, value[3], [3]  # type: ignore[list-item]
+        found, absolute, where = {"names": 0, "angles": 1, "times": 2}, value[3], in_json(3)
     else:
         raise source.error(
             f"expected [names, angles, times, isAbsolute] or [names, times, keys], got {described(value)}"
         )
     if absolute is False or absolute == 0:
-        raise source.error("relative angles: what they are relative to is not in the file", in_json(*where))
+        raise source.error("relative angles: what they are relative to is not in the file", where)
     if absolute is not True and absolute != 1:
-        raise source.error(f"isAbsolute is {described(absolute)}, expected true", in_json(*where))
+        raise source.error(f"isAbsolute is {described(absolute)}, expected true", where)
     return found
 
 
-def _names(source: Source, path: Path) -> tuple[list[str], bool]:
+def _names(source: Source, at: str | int) -> tuple[list[str], bool]:
     """The joints, and whether they are one name."""
-    given = source.json[path[0]]
-    single = isinstance(given, str)
+    given = source.json[at]
+    rows, place_of = _entries(given, in_json(at))
     names: list[str] = []
-    for index, name in enumerate(given if isinstance(given, list) else [given]):
-        where = [*path, index] if isinstance(given, list) else path
+    for index, name in enumerate(rows):
         if isinstance(name, str) and name in _CHAINS and name not in source.joints:
             named: Sequence[str] = _CHAINS[name]
         else:
-            named = [source.check_joint(name, in_json(*where))]
+            named = [source.check_joint(name, place_of(index))]
         for joint in named:
             if joint in names:
-                raise source.error(f"joint {joint} is given twice", in_json(*where))
+                raise source.error(f"joint {joint} is given twice", place_of(index))
             names.append(joint)
     if not names:
-        raise source.error("no names", in_json(*path))
-    return names, single and len(names) == 1
+        raise source.error("no names", in_json(at))
+    return names, isinstance(given, str) and len(names) == 1
 
 
-def _per_joint(source: Source, path: Path, names: list[str], *, single: bool) -> list[tuple[list[Any], Path | None]]:
-    """What stands for each joint as a list, and its path; a path that ends in "=" is that of a single value."""
-    given = source.json[path[0]]
+def _per_joint(source: Source, at: str | int, names: list[str], *, single: bool) -> list[_Entries]:
+    """What stands for each joint as a list, and the place of each entry."""
+    given, place = source.json[at], in_json(at)
     if not isinstance(given, list):
-        return [([given], [*path, "="])] * len(names)
+        return [_entries(given, place)] * len(names)
     nested = any(isinstance(entry, list) for entry in given)
-    if single and (not nested or _is_points(given)):
-        return [(given, path)]
-    if len(names) == 1 and not nested:
-        return [(given, path)]
-    if len(given) == 1 and not nested:
-        return [(given, path)] * len(names)
+    if single and _is_points(given) if nested else 1 in (len(names), len(given)):
+        return [_entries(given, place)] * len(names)
     if len(given) != len(names):
-        raise source.error(f"{len(given)} entries for {len(names)} joints", in_json(*path))
-    return [
-        (entry, [*path, row]) if isinstance(entry, list) else ([entry], [*path, row, "="])
-        for row, entry in enumerate(given)
-    ]
+        raise source.error(f"{len(given)} entries for {len(names)} joints", place)
+    return [_entries(entry, place.entry(row)) for row, entry in enumerate(given)]
+
+
+def _entries(value: Any, place: Place) -> _Entries:
+    """The entries of a list with their places; one of what is no list."""
+    return (value, place.entry) if isinstance(value, list) else ([value], lambda _: place)
 
 
 def _is_points(rows: list[Any]) -> bool:

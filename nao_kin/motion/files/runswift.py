@@ -17,11 +17,9 @@ import re
 
 import numpy as np
 
-from nao_kin._core.arrays import decimal
-from nao_kin._core.csv_numbers import plain_floats
 from nao_kin._core.text import MOST_SHOWN, quoted
 from nao_kin.motion.files.source import Format, Place, Source
-from nao_kin.motion.files.tracks import Track, check_times, columns, milliseconds, motion_of, straight_rows
+from nao_kin.motion.files.tracks import Track, check_times, milliseconds, motion_of, nao_columns, straight_rows
 from nao_kin.motion.motion import Motion
 
 SHORT_NAMES = {
@@ -71,11 +69,10 @@ def read(source: Source) -> Motion:
         BadInputFile: with line and column.
     """
     order = list(SHORT_NAMES)
-    plain = source.text.isascii() and "_" not in source.text
     rows, lines = list[list[float]](), list[int]()
     for number, line in enumerate(source.lines, start=1):
         if line.startswith("!"):
-            values = _numbers(source, line, number, [*order, _DURATION], plain=plain)
+            values = _numbers(source, line, number, [*order, _DURATION])
             duration = values.pop()
             if duration < 0.0 or duration != math.floor(duration) or (duration == 0.0 and rows):
                 column = list(_WORD.finditer(line))[-1].start() + 1
@@ -86,7 +83,7 @@ def read(source: Source) -> Motion:
             rows.append([row[short] for short in SHORT_NAMES] + [duration])
             lines.append(number)
         elif line.startswith("$"):
-            for value in _numbers(source, line, number, order, plain=plain):
+            for value in _numbers(source, line, number, order):
                 if not 0.0 <= value <= 1.0:
                     raise source.error(f"stiffness {value:g}, expected 0 to 1", Place(number))
         else:
@@ -96,8 +93,8 @@ def read(source: Source) -> Motion:
     table = np.array(rows)
     times = np.cumsum(table[:, -1]) / 1e3
     check_times(source, times, lambda row: Place(lines[row]))
-    angles = np.radians(table[:, :-1])
-    tracks = [Track(joint, times, angles[:, column].copy()) for column, joint in enumerate(SHORT_NAMES.values())]
+    angles = np.radians(table[:, :-1].T)
+    tracks = [Track(joint, times, keys) for joint, keys in zip(SHORT_NAMES.values(), angles, strict=True)]
     return motion_of(source, tracks)
 
 
@@ -120,26 +117,13 @@ def _order(source: Source, line: str, number: int) -> list[str] | None:
     return names
 
 
-def _numbers(source: Source, line: str, number: int, names: list[str], *, plain: bool) -> list[float]:
+def _numbers(source: Source, line: str, number: int, names: list[str]) -> list[float]:
     """The numbers after ! or $."""
     words = list(_WORD.finditer(line))
     if len(words) != len(names):
         what = "values and a duration" if names[-1] == _DURATION else "values"
         raise source.error(f"{len(words)} numbers, expected {len(SHORT_NAMES)} {what}", Place(number))
-    quick = plain_floats([word[0] for word in words]) if plain else None
-    if quick:
-        return quick
-    values = []
-    for name, word in zip(names, words, strict=True):
-        try:
-            value = decimal(word[0])
-        except ValueError:
-            value = math.inf
-        if math.isinf(value):
-            shown = quoted(word[0], MOST_SHOWN)
-            raise source.error(f"{name} is {shown}, expected a finite number", Place(number, word.start() + 1))
-        values.append(value)
-    return values
+    return source.decimals([word[0] for word in words], names, lambda at: Place(number, words[at].start() + 1))
 
 
 def write(motion: Motion, rate: float | None) -> bytes:
@@ -149,7 +133,7 @@ def write(motion: Motion, rate: float | None) -> bytes:
         BadArgument: joints that are missing or that the format does not know, times before 0 or nearer than 1 ms.
     """
     times, values = straight_rows(motion, rate, "rUNSWift pos")
-    table = np.degrees(columns(motion, values, list(SHORT_NAMES.values()), "rUNSWift pos", one_hip=True))
+    table = np.degrees(nao_columns(motion, values, list(SHORT_NAMES.values()), "rUNSWift pos", one_hip=True))
     stamps = milliseconds(times, "rUNSWift pos")
     lines = [_line(" ", [*SHORT_NAMES, _DURATION])]
     for row, duration in zip(table.tolist(), np.diff([0, *stamps]).tolist(), strict=True):

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import math
 import re
-import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path
+from pathlib import Path as FilePath
 from typing import Any
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats
-from nao_kin._core.files import described, is_finite_number, read_bounded, read_json
+from nao_kin._core.arrays import Floats, decimal
+from nao_kin._core.csv_numbers import plain_floats
+from nao_kin._core.files import described, is_finite_number, read_json
 from nao_kin._core.text import MOST_SHOWN, abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinWarning, nearest_names
 from nao_kin.motion.motion import Motion
@@ -47,6 +48,14 @@ class Place:
     column: int = 0
     where: str = ""
 
+    def entry(self, index: int) -> Place:
+        """The place of an entry of the list that stands here."""
+        return Place(self.line, self.column, f"{self.where}[{index}]")
+
+    def field(self, index: int) -> Place:
+        """The place of a field of the row whose first one stands here."""
+        return Place(self.line, self.column + index)
+
 
 def in_json(*path: str | int) -> Place:
     """The place in JSON of the value that names and indices lead to, as keys[3][2] or motion[0].keyframes."""
@@ -61,6 +70,8 @@ def in_json(*path: str | int) -> Place:
     return Place(where=words)
 
 
+# The names and indices that lead to a value in JSON.
+Path = list[str | int]
 # Where the entry with a number stands.
 PlaceOf = Callable[[int], Place]
 NOWHERE = Place()
@@ -133,6 +144,23 @@ class Source:
             raise self.error(f"expected a list, got {described(value)}", in_json(*path))
         return value
 
+    def objects_at(self, *path: str | int) -> Iterator[tuple[Path, dict[str, Any]]]:
+        """The objects of a list, each with its path."""
+        for index, value in enumerate(self.list_at(*path)):
+            if not isinstance(value, dict):
+                raise self.error(f"expected an object, got {described(value)}", in_json(*path, index))
+            yield [*path, index], value
+
+    def fields(self, value: Any, names: Sequence[str], what: str, *path: str | int) -> dict[str, Any]:
+        """A value in the JSON text, which must be an object without other fields than those of these names."""
+        if not isinstance(value, dict):
+            raise self.error(f"expected an object, got {described(value)}", in_json(*path))
+        for name in value:
+            if name not in names:
+                near = ", ".join(nearest_names(name, names)) or ", ".join(names)
+                raise self.error(f"unknown {what} (nearest: {near})", in_json(*path, name))
+        return value
+
     def error(self, reason: str, place: Place = NOWHERE) -> BadInputFile:
         """What to raise for something that is wrong with the file."""
         return BadInputFile(self.name, f"{place.where}: {reason}" if place.where else reason, place.line, place.column)
@@ -155,6 +183,43 @@ class Source:
                     return numbers
         first = next(index for index, value in enumerate(values) if not is_finite_number(value))
         raise self.error(f"{what} is {described(values[first])}, expected a finite number", place(first))
+
+    def decimals(
+        self, fields: Sequence[str], names: Sequence[str], place: PlaceOf, hold: str | None = None
+    ) -> list[float]:
+        """Numbers out of text.
+
+        Args:
+            fields: what stands in the file.
+            names: what each of them is.
+            place: where each stands.
+            hold: stands for no number, NaN.
+
+        Raises:
+            BadInputFile: one is no finite number.
+        """
+        numbers = plain_floats(fields) if self._has_plain_digits else None
+        if numbers:
+            return numbers
+        numbers = []
+        for index, (name, text) in enumerate(zip(names, map(str.strip, fields), strict=True)):
+            try:
+                numbers.append(math.nan if text == hold else decimal(text))
+            except ValueError:
+                numbers.append(math.inf)
+            if math.isinf(numbers[-1]):
+                reason = f"{name} is {quoted(text, MOST_SHOWN)}, expected a finite number"
+                raise self.error(reason if hold is None else f"{reason} or {hold}", place(index))
+        return numbers
+
+    @cached_property
+    def _has_plain_digits(self) -> bool:
+        """Whether Python's `float` reads decimal digits only: it takes those of any script, and underscores."""
+        return self.text.isascii() and "_" not in self.text
+
+    def floats_at(self, what: str, *path: str | int) -> Floats:
+        """The numbers of a list in the JSON text, each of which is `what`."""
+        return self.floats(self.list_at(*path), what, in_json(*path).entry)
 
     def check_joint(self, joint: Any, place: Place = NOWHERE) -> str:
         """A joint name that may occur, or that is left out later.
@@ -188,29 +253,11 @@ def file_name(path: object) -> str:
     Raises:
         BadArgument: it is none, or empty.
     """
-    if not isinstance(path, (str, Path)):
+    if not isinstance(path, (str, FilePath)):
         raise BadArgument(f"path must be the name of a file, got {type(path).__name__}")
     if not str(path):
         raise BadArgument("no file name; expected a motion file, or - for standard input")
     return str(path)
-
-
-def read_bytes(name: str) -> bytes:
-    """All of a file, or of standard input for "-".
-
-    Raises:
-        BadInputFile: it cannot be read.
-    """
-    try:
-        if name != "-":
-            with Path(name).open("rb") as file:
-                return read_bounded(file, name)
-        if sys.stdin is None:
-            raise BadInputFile(name, "closed; there is nothing to read")
-        return read_bounded(sys.stdin.buffer, name)
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else None
-        raise BadInputFile(name, f"cannot be read: {reason or error}") from None
 
 
 # --- What a motion file format is made of.

@@ -14,7 +14,7 @@ from nao_kin.errors import BadArgument, NaoKinError
 from nao_kin.motion.editing import resample
 from nao_kin.motion.files.source import NOWHERE, MotionFileWarning, Place, PlaceOf, Source
 from nao_kin.motion.interpolation import Interpolation
-from nao_kin.motion.motion import Motion
+from nao_kin.motion.motion import Motion, out_of_order
 from nao_kin.robot.nao import BODY_ORDER
 
 # How far a handle may leave its segment, as files round to six digits; and what a motion itself takes [s, and share].
@@ -116,10 +116,9 @@ def check_times(source: Source, times: Floats, place: PlaceOf, *, negative: bool
     """
     if len(times) and times[0] < 0.0 and not negative:
         raise source.error(f"time {times[0]:.9g} s is negative", place(0))
-    ascends = np.diff(times) > 0.0
-    if not ascends.all():
-        key = int(np.argmin(ascends)) + 1
-        word = "the same as" if times[key] == times[key - 1] else "before"
+    wrong = out_of_order(times)
+    if wrong is not None:
+        key, word = wrong
         raise source.error(
             f"time {times[key]:.9g} s is {word} the one of the key before, {times[key - 1]:.9g} s", place(key)
         )
@@ -209,7 +208,7 @@ def milliseconds(times: Floats, what: str) -> list[int]:
     return [int(time) for time in whole]
 
 
-def columns(motion: Motion, values: Floats, wanted: Sequence[str], what: str, *, one_hip: bool) -> Floats:
+def nao_columns(motion: Motion, values: Floats, wanted: Sequence[str], what: str, *, one_hip: bool) -> Floats:
     """The columns of a format that holds the same joints of the NAO in every file.
 
     Args:

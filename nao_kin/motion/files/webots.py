@@ -17,8 +17,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, decimal
-from nao_kin._core.csv_numbers import plain_floats
+from nao_kin._core.arrays import Floats
 from nao_kin._core.text import MOST_SHOWN, quoted
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument
@@ -57,7 +56,6 @@ def read(source: Source) -> Motion:
     for row in range(count, len(lines)):
         if lines[row].strip():
             raise source.error("after an empty line, where Webots stops reading", Place(row + 1))
-    plain = source.text.isascii() and "_" not in source.text
     times, rows = [], []
     for number, line in enumerate(lines[1:count], start=2):
         fields = line.split(",")
@@ -67,29 +65,24 @@ def read(source: Source) -> Motion:
             got = f"{len(fields)} fields"
             raise source.error(f"{got}, expected a time, a pose name and {len(names)} values", Place(number))
         times.append(_seconds(source, fields[0], number))
-        values = fields[2:]
-        numbers = plain_floats(values) if plain and _HOLD not in line else None
-        rows.append(numbers or _values(source, names, values, number))
+        rows.append(source.decimals(fields[2:], names, Place(number, 3).field, _HOLD))
     if not rows:
         raise source.error("a header and no poses", Place(1))
     stamps = check_times(source, np.array(times), lambda row: Place(row + 2, 1))
-    return _motion(source, names, stamps, np.array(rows))
-
-
-def _motion(source: Source, names: list[str], times: Floats, table: Floats) -> Motion:
+    table = np.array(rows)
     if np.isnan(table).all():
         raise source.error("no pose has a value")
     # A last pose without any value still says how long the motion is.
     ends_empty = np.isnan(table[-1]).all()
     tracks = []
     for joint, place, column in _columns(source, names, table):
-        rows, keys = held(column)
-        if not len(rows):
+        at, keys = held(column)
+        if not len(at):
             warn_caller(f"{source.name}: {joint} has no value in any pose and is left out", MotionFileWarning)
             continue
         if ends_empty:
-            rows, keys = np.append(rows, len(times) - 1), np.append(keys, keys[-1])
-        own = times if len(rows) == len(times) else times[rows]
+            at, keys = np.append(at, len(stamps) - 1), np.append(keys, keys[-1])
+        own = stamps if len(at) == len(stamps) else stamps[at]
         tracks.append(Track(joint, own, keys, place=place))
     return motion_of(source, tracks)
 
@@ -149,21 +142,6 @@ def _seconds(source: Source, field: str, line: int) -> float:
         raise source.error(f"time {shown}, expected minutes:seconds:milliseconds", Place(line, 1))
     minutes, seconds, thousandths = (int(group or 0) for group in match.groups())
     return (minutes * 60000 + seconds * 1000 + thousandths) / 1000
-
-
-def _values(source: Source, names: list[str], fields: list[str], line: int) -> list[float]:
-    """The values of a pose, NaN for *."""
-    values = []
-    for column, (joint, field) in enumerate(zip(names, fields, strict=True), start=3):
-        try:
-            value = math.nan if field.strip() == _HOLD else decimal(field)
-        except ValueError:
-            value = math.inf
-        if math.isinf(value):
-            shown = quoted(field.strip(), MOST_SHOWN)
-            raise source.error(f"{joint} is {shown}, expected a finite number or *", Place(line, column))
-        values.append(value)
-    return values
 
 
 def write(motion: Motion, rate: float | None) -> bytes:
