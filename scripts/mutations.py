@@ -845,7 +845,7 @@ _WHOLE_BODY = (
         ),
     ),
     *_faults(
-        "ik/body_errors.py",
+        "ik/limit_regions.py",
         "test_whole_body.py::test_rows_of_limits_hold_for_the_steps_that_end_inside",
         (
             "upper-bounds-of-tables-not-seen",

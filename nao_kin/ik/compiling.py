@@ -117,11 +117,11 @@ def in_threads(run: Callable[[slice], None], count: int, threads: int | None, pe
 
     None is for all cores, as far as each of them gets `per_thread` targets.
     """
-    most = usable_cores() if threads is None else threads
-    parts = max(1, min(most, count // per_thread if threads is None else count))
-    if parts == 1:
+    useful = count // per_thread if threads is None else min(count, threads)
+    if useful <= 1:
         run(slice(0, count))
         return
+    parts = min(useful, usable_cores()) if threads is None else useful
     # More parts than threads, for some targets take longer than others.
     pieces = 4 * parts
     edges = [count * i // pieces for i in range(pieces + 1)]
