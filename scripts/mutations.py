@@ -816,7 +816,7 @@ _FOLLOWING = (
         "test_follow.py",
         ("way-from-the-reference-not-counted", "start = None if reference is None else references[0]", "start = None"),
         ("quaternion-of-the-base-changes-its-sign", "np.where(turned, -1.0, 1.0)", "np.where(turned, 1.0, 1.0)"),
-        ("torso-that-gives-way-stays", "np.where(there, given_way, path.torso)", "path.torso"),
+        ("torso-that-gives-way-stays", "np.where(is_found, given_way, path.torso)", "path.torso"),
     ),
 )
 
