@@ -143,11 +143,9 @@ def _layer(
             return None
         rows = np.full(len(values), row)
         if before is None:  # nothing was found at the samples before: this one begins
-            return _Layer(
-                i, values, np.zeros(len(values)), np.zeros(len(values), np.int64), [answer] * len(values), rows
-            )
+            return _Layer(i, values, np.zeros(len(rows)), np.zeros_like(rows), [answer] * len(rows), rows)
         if count and (answer.families[row, :count] == Family.NONE).all():
-            return _Layer(i, values, *_reached(before, values, weights), [answer] * len(values), rows)
+            return _Layer(i, values, *_reached(before, values, weights), [answer] * len(rows), rows)
     return _followed(limb, first, i, before, reference, weights)
 
 

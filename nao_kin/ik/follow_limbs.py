@@ -70,11 +70,9 @@ class LimbPath:
         if self.name in _ARMS:
             direction = self.targets[1] if len(self.targets) == 2 else None
             return arm(robot, self.name[0], target, direction=direction, frame=frame, **options)
-        return (
-            head(robot, target, frame=frame, **options)
-            if target.ndim == 3
-            else look_at(robot, target, frame, **options)
-        )
+        if target.ndim == 3:
+            return head(robot, target, frame=frame, **options)
+        return look_at(robot, target, frame, **options)
 
     def points(self, q: Floats) -> Floats:
         """Points that stand for what is asked of the pose, shape (n, p, 3) [m].
