@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats
 from nao_kin._kernels.cache import both_ways
+from nao_kin._kernels.so3 import inverse_jacobian_factor, rotation_vector
 from nao_kin.ik.body import (
     Body,
     add_chain,
@@ -31,7 +32,6 @@ from nao_kin.ik.body import (
     place_all,
     place_chain,
 )
-from nao_kin.ik.descent import inverse_jacobian_factor, rotation_vector
 from nao_kin.ik.leg import JOINTS, MOST_BRANCHES, Leg, solve_leg_exactly
 from nao_kin.ik.quadratic_program import cholesky, solve_cholesky
 from nao_kin.ik.ranges import BEST, EXTRAS, NEEDED, OUT_OF_REACH, REASON, Ranges
@@ -380,13 +380,10 @@ def _agree(body: Body, gap: float, shared: int, first: Floats, second: Floats, x
 @both_ways
 def _nearer(body: Body, T_torso_foot: Floats, missing: float, hip: Floats, first: Floats, x: Floats) -> bool:
     """Move the torso so that the second hip comes nearer to its ankle by what is missing."""
-    sole = body.ankle_to_sole[1]
-    towards = np.empty(3)
-    for i in range(3):
-        towards[i] = T_torso_foot[i, 3] - hip[i]
-        for j in range(3):  # from the sole back to the ankle
-            for k in range(3):
-                towards[i] -= T_torso_foot[i, j] * sole[k, j] * sole[k, 3]
+    T_foot_ankle, T_torso_ankle = np.empty((4, 4)), np.empty((4, 4))
+    inverted(body.ankle_to_sole[1], T_foot_ankle)
+    multiplied(T_torso_foot, T_foot_ankle, T_torso_ankle)
+    towards = T_torso_ankle[:3, 3] - hip
     far = math.sqrt(towards[0] * towards[0] + towards[1] * towards[1] + towards[2] * towards[2])
     slope = np.empty(JOINTS)
     for k in range(JOINTS):

@@ -25,6 +25,8 @@ from numpy.typing import NDArray
 from nao_kin._core.arrays import Floats
 from nao_kin._core.text import quoted
 from nao_kin._kernels.cache import both_ways
+from nao_kin._kernels.chains import Chain, chain_of, chain_types, to_frame
+from nao_kin._kernels.so3 import inverse_jacobian_factor, rotation_vector
 from nao_kin.errors import BadArgument
 from nao_kin.ik.compiling import Row, copied, in_lists, kept, run_rows
 from nao_kin.ik.limit_regions import TABLE, LimitRegion, Region, open_directions, project, region_type
@@ -40,34 +42,12 @@ LEAST_GAIN = 1e-3
 LONGEST_STEP = 1.0
 # A slope of this share of the steepest there could be is flat.
 FLAT = 1e-7
-# Under this angle the closed form of J_l⁻¹ loses digits, and two terms of its series are exact [rad].
-SMALL_ANGLE = 1e-2
 # A floor against rounding keeps the linear system regular where damping vanishes with the error.
 _FLOOR, _TINY = 1e-15, 1e-300
 
 # Places in what is reported of a start: half the squared error, whether the target is met, whether nothing lessens the
 # error any more, and the errors in position and angle of what was asked for.
 COST, MET, SETTLED, POSITION, ANGLE = range(5)
-
-
-class Chain(NamedTuple):
-    """n joints that m coordinates move, as `SerialChain` has them, from the base to each frame in turn.
-
-    Attributes:
-        joints: how many are on the way to each frame.
-        links: the placements, one more than joints for each frame, twelve numbers for each, 3×4 by rows.
-        slides: 1 for a joint that slides.
-        place: which coordinate moves a joint, −1 for none.
-        ratio: value of a joint = ratio · coordinate + offset [rad or m].
-        offset: of each joint [rad or m].
-    """
-
-    joints: Row
-    links: Row
-    slides: Row
-    place: Row
-    ratio: Row
-    offset: Row
 
 
 class Goal(NamedTuple):
@@ -208,8 +188,7 @@ def errors_at(chain: Chain, goal: Goal, target: Row, values: Row, scratch: Scrat
     """Weighted errors (6 for each frame) and their derivative (.., m) at joint values; half their square."""
     first, m, cost = 0, len(values), 0.0
     for frame in range(len(chain.joints)):
-        last = first + chain.joints[frame]
-        to_frame(chain, values, scratch, frame, first, last)
+        last = to_frame(chain, values, frame, first, scratch.T, scratch.axes, scratch.origins)
         T, at, row = scratch.T, 16 * frame, 6 * frame
         dx, dy, dz = target[at + 3] - T[3], target[at + 7] - T[7], target[at + 11] - T[11]
         for i in range(at, at + 3):
@@ -222,36 +201,6 @@ def errors_at(chain: Chain, goal: Goal, target: Row, values: Row, scratch: Scrat
         derivative(chain, goal, target, scratch, J, m, frame, first, last)
         first = last
     return cost
-
-
-@both_ways
-def to_frame(chain: Chain, values: Row, scratch: Scratch, frame: int, first: int, last: int) -> None:
-    """The pose of a frame, and axes and origins of the joints on the way to it, into the scratch."""
-    T, origins, axes = scratch.T, scratch.origins, scratch.axes
-    # Before each frame there is one link more than joints.
-    a = 12 * (first + frame)
-    for i in range(12):
-        T[i] = chain.links[a + i]
-    for k in range(first, last):
-        value = chain.offset[k]
-        if chain.place[k] >= 0:
-            value += chain.ratio[k] * values[chain.place[k]]
-        for i in range(3):
-            axes[3 * k + i], origins[3 * k + i] = T[4 * i + 2], T[4 * i + 3]
-        if chain.slides[k] != 0.0:
-            for i in range(3):
-                T[4 * i + 3] += value * T[4 * i + 2]
-        else:
-            cosine, sine = math.cos(value), math.sin(value)
-            for i in range(0, 12, 4):
-                T[i], T[i + 1] = cosine * T[i] + sine * T[i + 1], cosine * T[i + 1] - sine * T[i]
-        a += 12
-        for i in range(0, 12, 4):
-            x, y, z = T[i], T[i + 1], T[i + 2]
-            T[i] = x * chain.links[a] + y * chain.links[a + 4] + z * chain.links[a + 8]
-            T[i + 1] = x * chain.links[a + 1] + y * chain.links[a + 5] + z * chain.links[a + 9]
-            T[i + 2] = x * chain.links[a + 2] + y * chain.links[a + 6] + z * chain.links[a + 10]
-            T[i + 3] += x * chain.links[a + 3] + y * chain.links[a + 7] + z * chain.links[a + 11]
 
 
 @both_ways
@@ -303,38 +252,6 @@ def turn_left(T: Row, target: Row, at: int, turn: Row) -> None:
         r01 * a0 + r11 * b0 + r21 * c0, r01 * a1 + r11 * b1 + r21 * c1, r01 * a2 + r11 * b2 + r21 * c2,
         r02 * a0 + r12 * b0 + r22 * c0, r02 * a1 + r12 * b1 + r22 * c1, r02 * a2 + r12 * b2 + r22 * c2,
     )  # fmt: skip
-
-
-@both_ways
-def rotation_vector(
-    m00: float, m01: float, m02: float, m10: float, m11: float, m12: float, m20: float, m21: float, m22: float
-) -> tuple[float, float, float]:
-    """The logarithm of a rotation, by its unit quaternion: accurate at 0 and at π."""
-    trace = m00 + m11 + m22
-    # Four times the products of the largest component with all of them.
-    if trace >= max(m00, m11, m22):
-        s, x, y, z = 1.0 + trace, m21 - m12, m02 - m20, m10 - m01
-    elif m00 >= max(m11, m22):
-        s, x, y, z = m21 - m12, 1.0 + m00 - m11 - m22, m01 + m10, m02 + m20
-    elif m11 >= m22:
-        s, x, y, z = m02 - m20, m01 + m10, 1.0 + m11 - m00 - m22, m12 + m21
-    else:
-        s, x, y, z = m10 - m01, m02 + m20, m12 + m21, 1.0 + m22 - m00 - m11
-    if s < 0.0:
-        s, x, y, z = -s, -x, -y, -z
-    length = math.sqrt(x * x + y * y + z * z)
-    # Of a small angle the vector is twice the quaternion's.
-    scale = 2.0 * math.atan2(length, s) / length if length > 1e-150 else 2.0 / s
-    return scale * x, scale * y, scale * z
-
-
-@both_ways
-def inverse_jacobian_factor(squares: float) -> float:
-    """C = (1 − (φ/2) cot(φ/2))/φ² of J_l(v)⁻¹ = 1 − ½ [v×] + c [v×]², from φ² = v·v."""
-    angle = math.sqrt(squares)
-    if angle <= SMALL_ANGLE:
-        return 1.0 / 12.0 + squares / 720.0
-    return (1.0 - 0.5 * angle / math.tan(0.5 * angle)) / squares
 
 
 @both_ways
@@ -440,7 +357,6 @@ class FrameMotion:
         # What is kept of a robot must not keep the robot.
         self._robot, self.frame = weakref.ref(robot), frames[0]
         chains = [serial_chain(robot, robot.tree.root, frame) for frame in frames]
-        drivers = [driver for chain in chains for driver in chain.drivers]
         self.names = tuple(dict.fromkeys(name for chain in chains for name in chain.coordinates))
         if not self.names:
             raise BadArgument(f"no joint moves {quoted(self.frame)}")
@@ -448,15 +364,7 @@ class FrameMotion:
         self._offset = robot.nq - len(robot.joint_names)
         self.columns = self._offset + self.joints
         self.velocity_columns = robot.nv - len(robot.joint_names) + self.joints
-        place = {name: k for k, name in enumerate(self.names)}
-        self.chain = Chain(
-            joints=np.array([len(chain.drivers) for chain in chains], dtype=np.int64),
-            links=np.concatenate([chain.placements.reshape(-1) for chain in chains]),
-            slides=np.concatenate([chain.slides for chain in chains]).astype(np.float64),
-            place=np.array([place.get(driver.joint, -1) for driver in drivers], dtype=np.int64),
-            ratio=np.array([driver.multiplier for driver in drivers], dtype=np.float64),
-            offset=np.array([driver.offset for driver in drivers], dtype=np.float64),
-        )
+        self.chain = chain_of(chains, self.names)
         self.length = chains[0].length(robot)
         self.limited, self.free = LimitRegion(robot, self.joints), LimitRegion(robot, self.joints, enforced=False)
         self.start = robot.clamp(robot.neutral())
@@ -571,9 +479,9 @@ def descended(
 def _arguments() -> tuple[Any, ...]:
     from numba import types
 
-    row, whole, rows = types.float64[::1], types.int64[::1], types.float64[:, ::1]
+    row, rows = types.float64[::1], types.float64[:, ::1]
     return (
-        types.NamedTuple((whole, row, row, whole, row, row), Chain),
+        chain_types(),
         region_type(),
         types.NamedTuple((row, types.float64, types.int64), Goal),
         types.NamedUniTuple(row, len(Scratch._fields), Scratch),

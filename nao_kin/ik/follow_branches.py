@@ -289,7 +289,7 @@ def jumps_of(limb: LimbPath, choice: Choice, reference: Floats, weights: Floats)
         weights: of each coordinate of the robot, shape (nq,).
     """
     columns = list(choice.limb.columns)
-    known = np.isfinite(choice.values).all(axis=1)
+    known = np.asarray(np.isfinite(choice.values).all(axis=1))
     large = np.abs(np.diff(choice.values, axis=0)).max(axis=1, initial=0.0) > _SMALLEST
     steps = np.flatnonzero(known[:-1] & known[1:] & large)
     if not len(steps):

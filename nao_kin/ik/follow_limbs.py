@@ -113,7 +113,7 @@ class LimbPath:
             if not self.follows_only:
                 forearm, torso = f"{self.name[0]}WristYaw", torso_frame(self.robot)
                 ends.append(self.robot.rotation(q, forearm, reference=torso)[:, :, 0])
-        return replace(self, targets=tuple(_between(*pair, shares) for pair in ends))
+        return replace(self, targets=tuple(_between(begin, end, shares) for begin, end in ends))
 
     def _poses(self, q: Floats) -> Floats:
         return np.asarray(self.robot.fk(q, self.frames, reference=torso_frame(self.robot)))
@@ -258,7 +258,7 @@ def limb_paths(
         if name not in frame:
             raise UnknownName("effector of the path", name, tuple(frame))
         frame[name] = value
-    seen = {name: (path.in_torso(array),) for name, array in path.targets.items()}
+    seen: dict[str, Targets] = {name: (path.in_torso(array),) for name, array in path.targets.items()}
     for name, towards in path.directions.items():
         seen[name] += (path.in_torso(towards, free=True),)
     limbs: list[LimbPath] = []

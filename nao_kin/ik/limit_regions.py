@@ -161,12 +161,12 @@ def nearest_of(region: Region, t: int, of: float, joint: float) -> float:
             # sign · (joint − bound) ≥ 0 with bound = left + share · rise.
             sign = 1.0 if side == 0 else -1.0
             left, right = (region.low[i], region.low[i + 1]) if side == 0 else (region.high[i], region.high[i + 1])
-            rise, room = sign * (right - left), sign * (joint - left)
+            rise, slack = sign * (right - left), sign * (joint - left)
             if rise > 0.0:
-                end = min(end, room / rise)
+                end = min(end, slack / rise)
             elif rise < 0.0:
-                start = max(start, room / rise)
-            elif room < 0.0:
+                start = max(start, slack / rise)
+            elif slack < 0.0:
                 end = -1.0
         if start <= end:
             width = region.at[i + 1] - region.at[i]
@@ -422,14 +422,10 @@ def region_of(lower: Floats, upper: Floats, winding: Floats, tables: list[tuple[
     ends = np.cumsum([0, *(bends.shape[1] for _, _, bends in tables)])
     rows = [(of, joint, *ends[t : t + 2]) for t, (of, joint, _) in enumerate(tables)]
     places = [place for of, joint, _ in tables for place in (of, joint) if place >= 0]
-    return Region(
-        lower.astype(np.float64),
-        upper.astype(np.float64),
-        winding,
-        np.array(rows, dtype=np.int64).reshape(-1),
-        *np.concatenate([np.zeros((3, 0)), *(bends for _, _, bends in tables)], axis=1),
-        shared=len(set(places)) < len(places),
-    )
+    at, low, high = np.concatenate([np.zeros((3, 0)), *(bends for _, _, bends in tables)], axis=1)
+    numbers = np.array(rows, dtype=np.int64).reshape(-1)
+    is_shared = len(set(places)) < len(places)
+    return Region(lower.astype(np.float64), upper.astype(np.float64), winding, numbers, at, low, high, is_shared)
 
 
 def extended(table: CoupledLimit) -> Floats:

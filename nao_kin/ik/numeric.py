@@ -267,7 +267,7 @@ def minimise_with_pink(search: PoseSearch, region: LimitRegion, targets: Floats,
                 break
     residual = _residual(search, targets, ends)
     cost = 0.5 * np.square(weights * pose_errors(motion.poses(ends), targets)).sum(axis=-1)
-    return Minimum(ends, cost, residual, (residual <= search.tolerance).all(axis=-1), settled)
+    return Minimum(ends, cost, residual, np.asarray((residual <= search.tolerance).all(axis=-1)), settled)
 
 
 def _residual(search: PoseSearch, targets: Floats, q: Floats) -> Floats:

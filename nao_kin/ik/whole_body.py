@@ -414,11 +414,12 @@ class _Search:
         """
         plan, body, poses = self.plan._replace(as_is=as_is), self.tables.body, self.poses
         if targets is not None:
-            some = [part[targets] for part in plan[:4]]
-            plan = Plan(*some, *plan[4:])._replace(support=0.0 if targets else plan.support)
+            kind, row, T_row_frame, weights = (part[targets] for part in plan[:4])
+            support = 0.0 if targets else plan.support
+            plan = plan._replace(kind=kind, row=row, T_row_frame=T_row_frame, weights=weights, support=support)
             poses = poses._replace(targets=poses.targets[:, targets])
         count = self.restarts if restarts is None else restarts
-        poses = Poses(*(np.ascontiguousarray(part[rows]) for part in poses))
+        poses = Poses._make(np.ascontiguousarray(part[rows]) for part in poses)
         if count:
             random = self.robot.random(np.random.default_rng(self.seed), count)[:, self.tables.order[: body.moving]]
             starts = np.repeat(poses.starts, 1 + count, axis=1)
@@ -426,11 +427,11 @@ class _Search:
             poses = poses._replace(starts=starts)
         n, width = len(rows), poses.posture.shape[1]
         shapes = (width,), (4, 4), (len(plan.kind), 2), (3,), (4,)
-        found = Found(*(np.zeros((n, *shape)) for shape in shapes))
+        found = Found._make(np.zeros((n, *shape)) for shape in shapes)
 
         def solve(function: Callable[..., object], part: slice) -> None:
-            sliced = Poses(*(array[part] for array in poses)), Found(*(array[part] for array in found))
-            function(body, self.ready.legs, plan, *sliced)
+            some = Poses._make(array[part] for array in poses)
+            function(body, self.ready.legs, plan, some, Found._make(array[part] for array in found))
 
         if n:
             threads = 1 if n == 1 else self.threads or usable_cores()

@@ -48,7 +48,7 @@ class SerialChain:
         Examples:
             >>> nao = nk.load_nao()
             >>> round(nk.robot.serial_chain(nao, "torso", "LArm").length(nao), 4)
-            0.2187
+            0.2211
         """
         total = float(np.linalg.norm(self.placements[1:, :, 3], axis=-1).sum())
         for slides, driver in zip(self.slides, self.drivers, strict=True):

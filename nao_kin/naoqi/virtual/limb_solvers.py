@@ -211,21 +211,21 @@ def torso_over_feet(robot: NaoModel, T_world_torso: Floats, T_world_feet: Floats
         What is missing is where the torso is beside the pose, its yaw included; infinite where a foot is not in place.
     """
     left, right = T_world_feet
-    wished = T_world_torso
+    asked_torso = T_world_torso
     for _ in range(_MOST_TURNS):
         # A batch of one, for which the kernel is compiled; without it every tick would take as long as it lasts.
-        found = ik.legs(robot, left[None], right, base="floating", torso=wished, free="yaw", reference=q)
+        found = ik.legs(robot, left[None], right, base="floating", torso=asked_torso, free="yaw", reference=q)
         if not np.all(found.success):
             return Solution(found.q[0] if np.isfinite(found.q).all() else np.array(q), np.inf)
         torso = np.asarray(found.torso)[0]
         # The yaw gives way about the middle of the hips, which takes a leaning torso with it: back to its place.
         six = position6d(T_world_torso)
         six[5] = position6d(torso)[5]
-        wished = pose(six)
-        if np.abs(wished[:3, 3] - torso[:3, 3]).max() < _IN_PLACE:
+        asked_torso = pose(six)
+        if np.abs(asked_torso[:3, 3] - torso[:3, 3]).max() < _IN_PLACE:
             break
-    asked = Target(TORSO, T_world_torso, np.ones(6, dtype=np.bool_), np.eye(3))
-    return Solution(found.q[0], float(np.linalg.norm(asked.errors(torso))))
+    target = Target(TORSO, T_world_torso, np.ones(6, dtype=np.bool_), np.eye(3))
+    return Solution(found.q[0], float(np.linalg.norm(target.errors(torso))))
 
 
 def completed(T_space_wanted: Floats, T_space_now: Floats, mask: int) -> Floats:
