@@ -39,4 +39,4 @@ def inverse_jacobian_factor(squares: float) -> float:
     angle = math.sqrt(squares)
     if angle <= SMALL_ANGLE:
         return 1.0 / 12.0 + squares / 720.0
-    return (1.0 - 0.5 * angle / math.tan(0.5 * angle)) / squares
+    return (1.0 - 0.5 * angle * math.cos(0.5 * angle) / math.sin(0.5 * angle)) / squares

@@ -414,9 +414,13 @@ class _Search:
         """
         plan, body, poses = self.plan._replace(as_is=as_is), self.tables.body, self.poses
         if targets is not None:
-            kind, row, T_row_frame, weights = (part[targets] for part in plan[:4])
-            support = 0.0 if targets else plan.support
-            plan = plan._replace(kind=kind, row=row, T_row_frame=T_row_frame, weights=weights, support=support)
+            plan = plan._replace(
+                kind=plan.kind[targets],
+                row=plan.row[targets],
+                T_row_frame=plan.T_row_frame[targets],
+                weights=plan.weights[targets],
+                support=0.0 if targets else plan.support,
+            )
             poses = poses._replace(targets=poses.targets[:, targets])
         count = self.restarts if restarts is None else restarts
         poses = Poses._make(np.ascontiguousarray(part[rows]) for part in poses)
