@@ -86,6 +86,7 @@ class Scratch(NamedTuple):
     right: Row
 
 
+@both_ways
 def room_for(frames: int, joints: int, moving: int, tables: int) -> tuple[int, ...]:
     """How many numbers each part of a `Scratch` takes."""
     rows = 6 * frames
@@ -457,16 +458,16 @@ def descended(
     """
     limits, targets = region.numbers, np.array(targets, order="C")  # its own, for kernels take no read-only arrays
     found, reports = np.array(starts, order="C"), np.empty((len(starts), ANGLE + 1))
-    sizes = room_for(len(chain.joints), len(chain.place), starts.shape[1], len(limits.tables) // TABLE)
 
     def one_in_lists(part: slice) -> None:
         values, report = found[part.start].tolist(), [0.0] * (ANGLE + 1)
+        sizes = room_for(len(chain.joints), len(chain.place), len(values), len(limits.tables) // TABLE)
         lists = in_lists(chain), in_lists(limits), in_lists(goal), Scratch(*([0.0] * size for size in sizes))
         descend(*lists, targets[part.start].tolist(), still[part.start].tolist(), values, report)
         found[part], reports[part] = values, report
 
     def solve(function: Callable[..., object], part: slice) -> None:
-        numbers = copied(chain), copied(limits), copied(goal), Scratch(*(np.empty(size) for size in sizes))
+        numbers = copied(chain), copied(limits), copied(goal)
         function(*numbers, targets[part], still[part], found[part], reports[part])
 
     if len(starts) == 1 and not _descents.in_memory:
@@ -484,7 +485,6 @@ def _arguments() -> tuple[Any, ...]:
         chain_types(),
         region_type(),
         types.NamedTuple((row, types.float64, types.int64), Goal),
-        types.NamedUniTuple(row, len(Scratch._fields), Scratch),
         rows,
         rows,
         rows,
@@ -494,14 +494,15 @@ def _arguments() -> tuple[Any, ...]:
 
 @kept("damped least squares", _arguments)
 def _descents(
-    chain: Chain,
-    region: Region,
-    goal: Goal,
-    scratch: Scratch,
-    targets: Floats,
-    still: Floats,
-    values: Floats,
-    reports: Floats,
+    chain: Chain, region: Region, goal: Goal, targets: Floats, still: Floats, values: Floats, reports: Floats
 ) -> None:
+    sizes = room_for(len(chain.joints), len(chain.place), len(region.lower), len(region.tables) // TABLE)
+    # Made in the kernel, so that the compiler knows that the arrays are apart.
+    scratch = Scratch(
+        np.empty(sizes[0]), np.empty(sizes[1]), np.empty(sizes[2]), np.empty(sizes[3]), np.empty(sizes[4]),
+        np.empty(sizes[5]), np.empty(sizes[6]), np.empty(sizes[7]), np.empty(sizes[8]), np.empty(sizes[9]),
+        np.empty(sizes[10]), np.empty(sizes[11]), np.empty(sizes[12]), np.empty(sizes[13]), np.empty(sizes[14]),
+        np.empty(sizes[15]), np.empty(sizes[16]),
+    )  # fmt: skip
     for i in range(values.shape[0]):
         descend(chain, region, goal, scratch, targets[i], still[i], values[i], reports[i])
