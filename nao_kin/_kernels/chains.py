@@ -54,7 +54,7 @@ def chain_of(chains: Sequence[Any], names: Sequence[str]) -> Chain:
 
 
 @both_ways
-def to_frame(chain: Chain, values: Any, frame: int, first: int, T: Any, axes: Any, origins: Any) -> int:
+def to_frame(chain: Chain, values: Any, frame: int, first: int, T: Any, axes: Any, origins: Any) -> None:
     """Write the pose of a frame at joint values, and axes and origins of the joints on the way to it.
 
     Args:
@@ -65,9 +65,6 @@ def to_frame(chain: Chain, values: Any, frame: int, first: int, T: Any, axes: An
         T: for the pose in the base, twelve numbers, 3×4 by rows.
         axes: for unit vectors in the base, three numbers for each joint of the chain.
         origins: for places in the base, likewise.
-
-    Returns:
-        The first joint of the next frame.
     """
     last = first + chain.joints[frame]
     # Before each frame there is one link more than joints.
@@ -94,4 +91,3 @@ def to_frame(chain: Chain, values: Any, frame: int, first: int, T: Any, axes: An
             T[i + 1] = x * chain.links[a + 1] + y * chain.links[a + 5] + z * chain.links[a + 9]
             T[i + 2] = x * chain.links[a + 2] + y * chain.links[a + 6] + z * chain.links[a + 10]
             T[i + 3] += x * chain.links[a + 3] + y * chain.links[a + 7] + z * chain.links[a + 11]
-    return int(last)
