@@ -816,7 +816,7 @@ _FOLLOWING = (
         "test_follow.py",
         ("way-from-the-reference-not-counted", "start = None if reference is None else references[0]", "start = None"),
         ("quaternion-of-the-base-changes-its-sign", "np.where(turned, -1.0, 1.0)", "np.where(turned, 1.0, 1.0)"),
-        ("torso-that-gives-way-stays", "np.where(there, given_way, path.torso)", "path.torso"),
+        ("torso-that-gives-way-stays", "np.where(is_found, given_way, path.torso)", "path.torso"),
     ),
 )
 
@@ -845,7 +845,7 @@ _WHOLE_BODY = (
         ),
     ),
     *_faults(
-        "ik/body_errors.py",
+        "ik/limit_regions.py",
         "test_whole_body.py::test_rows_of_limits_hold_for_the_steps_that_end_inside",
         (
             "upper-bounds-of-tables-not-seen",

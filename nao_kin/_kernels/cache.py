@@ -429,6 +429,7 @@ class KeptKernel:
         """The function compiled, or read from a folder; kept there unless it is None."""
         import numba
 
+        register_parts()
         signature = self._signature()
         made = numba.njit(nogil=True, error_model="numpy")(self._function)
         if folder is not None:

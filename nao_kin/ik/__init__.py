@@ -1,8 +1,8 @@
 """Inverse kinematics: joint values for poses, all of them, inside the limits, and the reason where there are none."""
 
 from nao_kin.ik.arm import arm
-from nao_kin.ik.follow import FollowedLimb, FollowedPath, Stretch, follow
-from nao_kin.ik.follow_branches import Jump
+from nao_kin.ik.follow import FollowedPath, Stretch, follow
+from nao_kin.ik.follow_branches import FollowedLimb, Jump
 from nao_kin.ik.head import head, look_at
 from nao_kin.ik.leg import leg
 from nao_kin.ik.legs import LegsResult, legs

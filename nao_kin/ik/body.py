@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats
 from nao_kin._kernels.cache import both_ways
+from nao_kin.ik.limit_regions import Region, region_type
 
 Ints = NDArray[np.int64]
 SIDES = ("L", "R")
@@ -29,18 +30,14 @@ class Body(NamedTuple):
         place: of each joint in its parent, shape (rows, 3) [m].
         axis: of each joint, shape (rows, 3).
         variable: which variable moves it; −1 of the torso.
-        multiplier: joint value = multiplier · variable + offset.
-        offset: see there [rad].
+        multiplier: joint value = multiplier · variable + offset [rad].
+        offset: of each joint [rad].
         mass: of what it carries up to the next joints [kg].
         lever: its centre of mass, shape (rows, 3) [m].
         legs: rows of the joints of the legs, from the hip outwards, shape (2, 6).
         ankle_to_sole: T of the sole's frame in the last of them, shape (2, 4, 4).
-        lower: smallest values of the variables.
-        upper: largest values.
         moving: how many variables move.
-        bent: of each coupled limit, its joint and the joint that it depends on, as variables, shape (tables, 2).
-        bends: at how many values its range bends, shape (tables,).
-        table: these values, and its smallest and largest value there, shape (tables, 3, 24).
+        limits: theirs; both joints of each table move.
     """
 
     parent: Ints
@@ -54,27 +51,17 @@ class Body(NamedTuple):
     lever: Floats
     legs: Ints
     ankle_to_sole: Floats
-    lower: Floats
-    upper: Floats
     moving: int
-    bent: Ints
-    bends: Ints
-    table: Floats
+    limits: Region
 
 
 def body_types() -> Any:
     """Numba's type of `Body`."""
     from numba import types
 
-    by_letter = {
-        "i": types.int64[::1],
-        "I": types.int64[:, ::1],
-        "f": types.float64[::1],
-        "F": types.float64[:, ::1],
-        "T": types.float64[:, :, ::1],
-        "n": types.int64,
-    }
-    return types.NamedTuple(tuple(by_letter[letter] for letter in "iTFFifffFITffnIiT"), Body)
+    whole, row, rows, matrices = types.int64[::1], types.float64[::1], types.float64[:, ::1], types.float64[:, :, ::1]
+    placing = whole, matrices, rows, rows, whole, row, row
+    return types.NamedTuple((*placing, row, rows, types.int64[:, ::1], matrices, types.int64, region_type()), Body)
 
 
 @both_ways
@@ -204,14 +191,7 @@ def centre_of_mass(body: Body, R: Floats, p: Floats, below: Floats, com: Floats)
 def com_velocities(body: Body, R: Floats, p: Floats, torso: Floats, below: Floats, com: Floats, J: Floats) -> None:
     """Velocities of the centre of mass per unit of each variable, written into J (3, n).
 
-    Args:
-        body: the robot.
-        R: rotations of the joints.
-        p: their places.
-        torso: twists of the torso per unit of each variable, shape (6, n).
-        below: from `centre_of_mass`.
-        com: see there.
-        J: for the result.
+    `torso` has the twists of the torso, shape (6, n); `below` and `com` are what `centre_of_mass` has written.
     """
     for k in range(body.moving):
         w0, w1, w2 = torso[3, k], torso[4, k], torso[5, k]

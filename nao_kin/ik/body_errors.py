@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats
 from nao_kin._kernels.cache import both_ways
+from nao_kin._kernels.so3 import inverse_jacobian_factor, rotation_vector
 from nao_kin.ik.body import (
     Body,
     add_chain,
@@ -36,7 +37,12 @@ from nao_kin.ik.quadratic_program import cholesky, solve_cholesky
 from nao_kin.ik.ranges import BEST, EXTRAS, NEEDED, OUT_OF_REACH, REASON, Ranges
 
 PLACE, POSE, GAZE, COM = range(4)
+# The stance on both feet; the others are those of one foot, 0 for the left.
+BOTH = 2
 MOST_ROWS = 6
+# Weights of what is measured in metres [1/m] and in radians [1/rad], as in `numeric`; and of the posture [1/rad].
+DEFAULT_WEIGHTS = (1.0, 0.1)
+DEFAULT_POSTURE = 0.01
 # Under this angle, closed forms lose digits and two terms of their series are exact [rad].
 _SMALL = 1e-2
 
@@ -51,6 +57,10 @@ class Plan(NamedTuple):
         weights: of what is measured in metres and in radians, shape (t, 2).
         support: weight of the distance by which the centre of mass lacks the margin; 0 where it is free.
         posture: weight of the differences to the posture [per rad].
+        stance: 0 for the left foot, 1 for the right one, 2 for both.
+        as_is: whether a start that meets all targets is left as it is.
+        tolerance: of a target that is met [m, rad].
+        steps: of one search, at most.
     """
 
     kind: NDArray[np.int64]
@@ -59,51 +69,73 @@ class Plan(NamedTuple):
     weights: Floats
     support: float
     posture: float
+    stance: int
+    as_is: bool
+    tolerance: float
+    steps: int
 
 
 def plan_types() -> Any:
     """Numba's type of `Plan`."""
     from numba import types
 
-    integers, number = types.int64[::1], types.float64
-    parts = integers, integers, types.float64[:, :, ::1], types.float64[:, ::1], number, number
-    return types.NamedTuple(parts, Plan)
+    integers, number, whole = types.int64[::1], types.float64, types.int64
+    targets = integers, integers, types.float64[:, :, ::1], types.float64[:, ::1]
+    return types.NamedTuple((*targets, number, number, whole, types.boolean, number, whole), Plan)
+
+
+class Point(NamedTuple):
+    """A configuration and what is known there.
+
+    Attributes:
+        x: the variables.
+        T: T_world_torso, shape (4, 4).
+        e: weighted errors, six of each target, 0 where it has fewer, shape (6 t,).
+        J: their derivatives, shape (6 t, moving).
+        residuals: distances and angles without weights, shape (t, 2) [m, rad].
+        com: the centre of mass, shape (3,).
+        com_J: its derivative, shape (3, moving).
+        sums: half the squares of the errors and of the margin that is lacking; half those of the posture; what the
+            joints are outside their limits; what the margin lacks, shape (4,).
+    """
+
+    x: Floats
+    T: Floats
+    e: Floats
+    J: Floats
+    residuals: Floats
+    com: Floats
+    com_J: Floats
+    sums: Floats
 
 
 @both_ways
-def errors_at(
-    body: Body,
-    plan: Plan,
-    targets: Floats,
-    stance: int,
-    x: Floats,
-    T_world_torso: Floats,
-    e: Floats,
-    J: Floats,
-    residuals: Floats,
-    com: Floats,
-    com_J: Floats,
-) -> None:
-    """Weighted errors and derivatives of all targets.
+def new_point(body: Body, variables: int, targets: int) -> Point:
+    """Room for what is known of a configuration."""
+    n, m = body.moving, MOST_ROWS * targets
+    return Point(
+        np.zeros(variables), np.zeros((4, 4)), np.zeros(m), np.zeros((m, n)), np.zeros((targets, 2)),
+        np.zeros(3), np.zeros((3, n)), np.zeros(4),
+    )  # fmt: skip
+
+
+@both_ways
+def errors_at(body: Body, plan: Plan, targets: Floats, point: Point) -> None:
+    """Write the weighted errors and derivatives of all targets into a point, from its variables and its torso.
 
     Args:
         body: the robot.
         plan: what is asked for.
-        targets: of each target its pose, or its place in the last column, shape (t, 4, 4).
-        stance: row of the last joint of a leg that stands.
-        x: the variables.
-        T_world_torso: where the torso is with them.
-        e: for the errors, six of each target, 0 where it has fewer, shape (6 t,).
-        J: for their derivatives, shape (6 t, moving).
-        residuals: for the distances and angles without weights, shape (t, 2) [m, rad].
-        com: for the centre of mass, shape (3,).
-        com_J: for its derivative, shape (3, moving).
+        targets: of each target its pose, or its place in the last column of a pose without rotation, shape (t, 4, 4).
+        point: where.
     """
     n, rows = body.moving, len(body.parent)
+    e, J, residuals, com, com_J = point.e, point.J, point.residuals, point.com, point.com_J
     R, p, below = np.empty((rows, 3, 3)), np.empty((rows, 3)), np.empty((rows, 4))
-    place_all(body, x, T_world_torso, R, p)
+    place_all(body, point.x, point.T, R, p)
     torso = np.zeros((6, n))
-    add_chain(body, stance, -1.0, R, p, torso)
+    standing = 0 if plan.stance == BOTH else plan.stance
+    add_chain(body, body.legs[standing, JOINTS - 1], -1.0, R, p, torso)
     centre_of_mass(body, R, p, below, com)
     com_velocities(body, R, p, torso, below, com, com_J)
     e[:] = 0.0
@@ -130,55 +162,40 @@ def errors_at(
             twists[1, k] += w2 * T[0, 3] - w0 * T[2, 3]
             twists[2, k] += w0 * T[1, 3] - w1 * T[0, 3]
         if plan.kind[t] == GAZE:
-            residuals[t, 1] = _gaze(T, targets[t], twists, radians, n, e[first : first + 2], J[first : first + 2])
+            residuals[t, 1] = _gaze(T, targets[t], twists, radians, e[first : first + 2], J[first : first + 2])
             continue
-        if plan.kind[t] == PLACE:
-            for i in range(3):
-                e[first + i] = metres * (targets[t, i, 3] - T[i, 3])
-                for k in range(n):
-                    J[first + i, k] = -metres * twists[i, k]
-        else:
-            if metres > 0.0:
-                _position(T, targets[t], twists, metres, n, e[first : first + 3], J[first : first + 3])
-            if radians > 0.0:
-                residuals[t, 1] = _turn(
-                    T, targets[t], twists, radians, n, e[first + 3 : first + 6], J[first + 3 : first + 6]
-                )
         if metres > 0.0:
-            d0, d1, d2 = targets[t, 0, 3] - T[0, 3], targets[t, 1, 3] - T[1, 3], targets[t, 2, 3] - T[2, 3]
-            residuals[t, 0] = math.sqrt(d0 * d0 + d1 * d1 + d2 * d2)
+            residuals[t, 0] = _position(T, targets[t], twists, metres, e[first : first + 3], J[first : first + 3])
+        if plan.kind[t] == POSE and radians > 0.0:
+            residuals[t, 1] = _turn(T, targets[t], twists, radians, e[first + 3 : first + 6], J[first + 3 : first + 6])
 
 
 @both_ways
-def _position(T: Floats, target: Floats, twists: Floats, weight: float, n: int, e: Floats, J: Floats) -> None:
-    """Errors w · R_tᵀ (p_t − p) and their derivatives."""
+def _position(T: Floats, target: Floats, twists: Floats, weight: float, e: Floats, J: Floats) -> float:
+    """Errors w · R_tᵀ (p_t − p) and their derivatives; the distance."""
+    d0, d1, d2 = target[0, 3] - T[0, 3], target[1, 3] - T[1, 3], target[2, 3] - T[2, 3]
     for i in range(3):
-        e[i] = 0.0
-        for j in range(3):
-            e[i] += weight * target[j, i] * (target[j, 3] - T[j, 3])
-        for k in range(n):
+        e[i] = weight * target[0, i] * d0 + weight * target[1, i] * d1 + weight * target[2, i] * d2
+        for k in range(twists.shape[1]):
             J[i, k] = -weight * (
                 target[0, i] * twists[0, k] + target[1, i] * twists[1, k] + target[2, i] * twists[2, k]
             )
+    return math.sqrt(d0 * d0 + d1 * d1 + d2 * d2)
 
 
 @both_ways
-def _turn(T: Floats, target: Floats, twists: Floats, weight: float, n: int, e: Floats, J: Floats) -> float:
-    """Errors w · log(Rᵀ R_t) and their derivatives −w · J_l⁻¹ Rᵀ ω; the angle.
-
-    J_l(v)⁻¹ = 1 − ½ [v×] + c [v×]² with c = (1 − (φ/2) cot(φ/2))/φ²; Barfoot, State Estimation for Robotics, 7.1.5.
-    """
+def _turn(T: Floats, target: Floats, twists: Floats, weight: float, e: Floats, J: Floats) -> float:
+    """Errors w · log(Rᵀ R_t) and their derivatives −w · J_l⁻¹ Rᵀ ω; the angle."""
     M = np.empty((3, 3))
     for i in range(3):
         for j in range(3):
             M[i, j] = T[0, i] * target[0, j] + T[1, i] * target[1, j] + T[2, i] * target[2, j]
-    v0, v1, v2 = rotation_vector(M)
+    v0, v1, v2 = rotation_vector(M[0, 0], M[0, 1], M[0, 2], M[1, 0], M[1, 1], M[1, 2], M[2, 0], M[2, 1], M[2, 2])
     squares = v0 * v0 + v1 * v1 + v2 * v2
-    angle = math.sqrt(squares)
-    c = (1.0 - 0.5 * angle / math.tan(0.5 * angle)) / squares if angle > _SMALL else 1.0 / 12.0 + squares / 720.0
+    c = inverse_jacobian_factor(squares)
     e[0], e[1], e[2] = weight * v0, weight * v1, weight * v2
     d = 1.0 - c * squares  # [v×]² = v vᵀ − φ² 1
-    for k in range(n):
+    for k in range(twists.shape[1]):
         w0, w1, w2 = twists[3, k], twists[4, k], twists[5, k]
         u0 = T[0, 0] * w0 + T[1, 0] * w1 + T[2, 0] * w2
         u1 = T[0, 1] * w0 + T[1, 1] * w1 + T[2, 1] * w2
@@ -187,11 +204,11 @@ def _turn(T: Floats, target: Floats, twists: Floats, weight: float, n: int, e: F
         J[0, k] = -weight * (d * u0 + along * v0 - 0.5 * (v1 * u2 - v2 * u1))
         J[1, k] = -weight * (d * u1 + along * v1 - 0.5 * (v2 * u0 - v0 * u2))
         J[2, k] = -weight * (d * u2 + along * v2 - 0.5 * (v0 * u1 - v1 * u0))
-    return angle
+    return math.sqrt(squares)
 
 
 @both_ways
-def _gaze(T: Floats, target: Floats, twists: Floats, weight: float, n: int, e: Floats, J: Floats) -> float:
+def _gaze(T: Floats, target: Floats, twists: Floats, weight: float, e: Floats, J: Floats) -> float:
     """Errors w · φ (d_y, d_z)/sin φ and their derivatives; the angle φ between the x axis and the point."""
     u = np.empty(3)
     for i in range(3):
@@ -212,7 +229,7 @@ def _gaze(T: Floats, target: Floats, twists: Floats, weight: float, n: int, e: F
     else:  # straight behind, every way round is as long as any other
         ratio, slope, dy, dz = math.pi / _SMALL, 0.0, max(dy, _SMALL), dz
     e[0], e[1] = weight * ratio * dy, weight * ratio * dz
-    for k in range(n):
+    for k in range(twists.shape[1]):
         w0, w1, w2 = twists[3, k], twists[4, k], twists[5, k]
         a0 = T[0, 0] * w0 + T[1, 0] * w1 + T[2, 0] * w2
         a1 = T[0, 1] * w0 + T[1, 1] * w1 + T[2, 1] * w2
@@ -229,28 +246,6 @@ def _gaze(T: Floats, target: Floats, twists: Floats, weight: float, n: int, e: F
         J[0, k] = weight * (ratio * g1 + change * dy)
         J[1, k] = weight * (ratio * g2 + change * dz)
     return angle
-
-
-@both_ways
-def rotation_vector(M: Floats) -> tuple[float, float, float]:
-    """Log of a rotation, by its unit quaternion: with every digit at all angles."""
-    m00, m11, m22 = M[0, 0], M[1, 1], M[2, 2]
-    # Four times the quaternion times one of its components, the largest.
-    if m00 + m11 + m22 >= max(m00, m11, m22):
-        w, a, b, c = 1.0 + m00 + m11 + m22, M[2, 1] - M[1, 2], M[0, 2] - M[2, 0], M[1, 0] - M[0, 1]
-    elif m00 >= m11 and m00 >= m22:
-        w, a, b, c = M[2, 1] - M[1, 2], 1.0 + m00 - m11 - m22, M[0, 1] + M[1, 0], M[0, 2] + M[2, 0]
-    elif m11 >= m22:
-        w, a, b, c = M[0, 2] - M[2, 0], M[0, 1] + M[1, 0], 1.0 + m11 - m00 - m22, M[1, 2] + M[2, 1]
-    else:
-        w, a, b, c = M[1, 0] - M[0, 1], M[0, 2] + M[2, 0], M[1, 2] + M[2, 1], 1.0 + m22 - m00 - m11
-    length = math.sqrt(a * a + b * b + c * c)
-    if length == 0.0:
-        return 0.0, 0.0, 0.0
-    if w < 0.0:
-        w, a, b, c = -w, -a, -b, -c
-    factor = 2.0 * math.atan2(length, w) / length
-    return factor * a, factor * b, factor * c
 
 
 # --- Standing: where the torso is when feet stay where they are, and the legs with it.
@@ -290,17 +285,7 @@ def legs_types() -> Any:
 def torso_over_foot(
     body: Body, side: int, feet: Floats, x: Floats, R: Floats, p: Floats, T_world_torso: Floats
 ) -> None:
-    """Where the torso is when a foot is where it should be.
-
-    Args:
-        body: the robot.
-        side: 0 for the left foot.
-        feet: T_world_foot, shape (2, 4, 4).
-        x: the variables.
-        R: for the rotations of this leg's joints in the torso.
-        p: for their places.
-        T_world_torso: for the result.
-    """
+    """Write where the torso is when a foot (0 for the left) is where it should be; R and p as in `foot_in_torso`."""
     T_torso_foot, T_foot_torso = np.empty((4, 4)), np.empty((4, 4))
     foot_in_torso(body, side, x, R, p, T_torso_foot)
     inverted(T_torso_foot, T_foot_torso)
@@ -395,13 +380,10 @@ def _agree(body: Body, gap: float, shared: int, first: Floats, second: Floats, x
 @both_ways
 def _nearer(body: Body, T_torso_foot: Floats, missing: float, hip: Floats, first: Floats, x: Floats) -> bool:
     """Move the torso so that the second hip comes nearer to its ankle by what is missing."""
-    sole = body.ankle_to_sole[1]
-    towards = np.empty(3)
-    for i in range(3):
-        towards[i] = T_torso_foot[i, 3] - hip[i]
-        for j in range(3):  # from the sole back to the ankle
-            for k in range(3):
-                towards[i] -= T_torso_foot[i, j] * sole[k, j] * sole[k, 3]
+    T_foot_ankle, T_torso_ankle = np.empty((4, 4)), np.empty((4, 4))
+    inverted(body.ankle_to_sole[1], T_foot_ankle)
+    multiplied(T_torso_foot, T_foot_ankle, T_torso_ankle)
+    towards = T_torso_ankle[:3, 3] - hip
     far = math.sqrt(towards[0] * towards[0] + towards[1] * towards[1] + towards[2] * towards[2])
     slope = np.empty(JOINTS)
     for k in range(JOINTS):
@@ -430,97 +412,3 @@ def _moved(body: Body, wanted: float, slope: Floats, x: Floats) -> bool:
     for k in range(JOINTS):
         x[body.variable[body.legs[0, k]]] += factor * slope[k]
     return True
-
-
-# --- The limits around a configuration as linear inequalities for a step, and how far a configuration is outside.
-
-_SAME = 1e-12
-
-
-@both_ways
-def table_bounds(body: Body, k: int, of: float) -> tuple[float, float]:
-    """The range of the joint of table k at a value of the joint it depends on; constant outside the table."""
-    at, low, high, last = body.table[k, 0], body.table[k, 1], body.table[k, 2], body.bends[k] - 1
-    if of <= at[0]:
-        return low[0], high[0]
-    if of >= at[last]:
-        return low[last], high[last]
-    right = 1
-    while at[right] < of:
-        right += 1
-    share = (of - at[right - 1]) / (at[right] - at[right - 1])
-    return (
-        low[right - 1] + share * (low[right] - low[right - 1]),
-        high[right - 1] + share * (high[right] - high[right - 1]),
-    )
-
-
-@both_ways
-def outside(body: Body, lower: Floats, x: Floats) -> float:
-    """The sum of what the variables are outside their limits by [rad]."""
-    total = 0.0
-    for v in range(body.moving):
-        total += max(0.0, lower[v] - x[v], x[v] - body.upper[v])
-    for k in range(len(body.bends)):
-        if body.bends[k] > 0:
-            low, high = table_bounds(body, k, x[body.bent[k, 1]])
-            value = x[body.bent[k, 0]]
-            total += max(0.0, low - value, value - high)
-    return total
-
-
-@both_ways
-def clipped(body: Body, lower: Floats, x: Floats) -> None:
-    """What rounding and the bends of tables have left outside, taken back: boxes first, then tables."""
-    for v in range(body.moving):
-        x[v] = min(max(x[v], lower[v]), body.upper[v])
-    for k in range(len(body.bends)):
-        if body.bends[k] > 0:
-            low, high = table_bounds(body, k, x[body.bent[k, 1]])
-            v = body.bent[k, 0]
-            x[v] = min(max(x[v], low, lower[v]), high, body.upper[v])
-
-
-@both_ways
-def limit_rows(body: Body, lower: Floats, x: Floats, longest: float, A: Floats, b: Floats, count: int) -> int:
-    """Rows A δ ≥ b that keep a step δ inside the limits and no longer than `longest`; their number with those before.
-
-    A variable that is outside is brought back as far as a step may go. Of a table every segment within a step's reach
-    gives a row, except where its line would cut away what is allowed here: the region need not be convex.
-    """
-    for v in range(body.moving):
-        for side in range(2):
-            sign = 1.0 if side == 0 else -1.0
-            room = lower[v] - x[v] if side == 0 else x[v] - body.upper[v]
-            A[count] = 0.0
-            A[count, v] = sign
-            b[count] = min(max(room, -longest), longest)
-            count += 1
-    for k in range(len(body.bends)):
-        bends = body.bends[k]
-        if bends == 0:
-            continue
-        joint, of = body.bent[k, 0], body.bent[k, 1]
-        at = body.table[k, 0]
-        here = table_bounds(body, k, x[of])
-        for segment in range(-1, bends):
-            first, last = max(segment, 0), min(segment + 1, bends - 1)
-            begins = at[first] if segment >= 0 else x[of]
-            ends = at[last] if segment < bends - 1 else x[of]
-            if (segment < 0 and x[of] - longest > at[0]) or (segment == bends - 1 and x[of] + longest < at[last]):
-                continue
-            if begins > x[of] + longest or ends < x[of] - longest:
-                continue
-            for side in range(2):
-                sign = 1.0 if side == 0 else -1.0
-                bound = body.table[k, 1 + side]
-                slope = (bound[last] - bound[first]) / (at[last] - at[first]) if last > first else 0.0
-                line = bound[first] + slope * (x[of] - at[first])
-                if sign * (line - here[side]) > _SAME:
-                    continue
-                A[count] = 0.0
-                A[count, joint] = sign
-                A[count, of] = -sign * slope
-                b[count] = min(sign * (line - x[joint]), longest)
-                count += 1
-    return count

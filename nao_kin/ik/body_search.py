@@ -18,20 +18,23 @@ from nao_kin._core.arrays import Floats
 from nao_kin._kernels.cache import both_ways
 from nao_kin.ik.body import Body, Ints, add_chain, body_types, place_all
 from nao_kin.ik.body_errors import (
-    MOST_ROWS,
+    BOTH,
+    DEFAULT_POSTURE,
+    DEFAULT_WEIGHTS,
+    POSE,
     Legs,
     Plan,
-    clipped,
+    Point,
     errors_at,
     legs_types,
-    limit_rows,
-    outside,
+    new_point,
     plan_types,
     stand_on_both,
     torso_over_foot,
 )
 from nao_kin.ik.compiling import kept
 from nao_kin.ik.leg import JOINTS
+from nao_kin.ik.limit_regions import Region, clipped, limit_rows, most_rows, outside
 from nao_kin.ik.quadratic_program import quadratic_program
 
 # --- One pose to find, what is known of a configuration on the way, and the step from it.
@@ -43,7 +46,6 @@ from nao_kin.ik.quadratic_program import quadratic_program
 # such that a second foot stays where it is to first order, all joints stay inside their limits, and no joint moves by
 # more than half a radian.
 
-BOTH = 2
 # A configuration outside by less is inside [rad].
 INSIDE = 2e-10
 _LONGEST_STEP = 0.5
@@ -56,16 +58,14 @@ class Task(NamedTuple):
 
     Attributes:
         plan: what is asked for.
-        stance: 0 for the left foot, 1 for the right one, 2 for both.
         feet: T_world_foot, shape (2, 4, 4).
-        targets: see `errors_at`.
+        targets: as `errors_at` takes them.
         planes: (n_x, n_y, d) with n·com ≥ d where the margin is kept, shape (edges, 3).
         posture: variables to be pulled to.
         pull: weight of that [per rad]; 0 for the targets alone.
     """
 
     plan: Plan
-    stance: int
     feet: Floats
     targets: Floats
     planes: Floats
@@ -73,51 +73,13 @@ class Task(NamedTuple):
     pull: float
 
 
-class Point(NamedTuple):
-    """A configuration and what is known there.
-
-    Attributes:
-        x: the variables.
-        T: T_world_torso, shape (4, 4).
-        e: weighted errors.
-        J: their derivatives.
-        residuals: distances and angles, shape (t, 2).
-        com: the centre of mass.
-        com_J: its derivative.
-        sums: half the squares of the errors and of the margin that is lacking; half those of the posture; what the
-            joints are outside their limits; what the margin lacks, shape (4,).
-    """
-
-    x: Floats
-    T: Floats
-    e: Floats
-    J: Floats
-    residuals: Floats
-    com: Floats
-    com_J: Floats
-    sums: Floats
-
-
 @both_ways
-def new_point(body: Body, targets: int) -> Point:
-    """A place for a configuration."""
-    n, m = body.moving, MOST_ROWS * targets
-    return Point(
-        np.zeros(len(body.lower)), np.zeros((4, 4)), np.zeros(m), np.zeros((m, n)), np.zeros((targets, 2)),
-        np.zeros(3), np.zeros((3, n)), np.zeros(4),
-    )  # fmt: skip
-
-
-@both_ways
-def evaluate(body: Body, task: Task, lower: Floats, point: Point) -> None:
+def evaluate(body: Body, task: Task, limits: Region, point: Point) -> None:
     """All that is known of a configuration that stands."""
     plan, sums = task.plan, point.sums
-    last = body.legs[0 if task.stance == BOTH else task.stance, JOINTS - 1]
-    errors_at(
-        body, plan, task.targets, last, point.x, point.T, point.e, point.J, point.residuals, point.com, point.com_J
-    )
+    errors_at(body, plan, task.targets, point)
     sums[SUM_LACKING] = lacking(task.planes, point.com) if plan.support > 0.0 else 0.0
-    sums[SUM_OUTSIDE] = outside(body, lower, point.x)
+    sums[SUM_OUTSIDE] = outside(limits, point.x)
     sums[SUM_POSTURE] = 0.0
     for v in range(body.moving):
         sums[SUM_POSTURE] += 0.5 * (task.pull * (point.x[v] - task.posture[v])) ** 2
@@ -175,18 +137,17 @@ def normal_equations(body: Body, point: Point, normal: Floats, gradient: Floats)
 
 
 @both_ways
-def step_rows(body: Body, task: Task, lower: Floats, point: Point, A: Floats, b: Floats) -> tuple[int, int]:
+def step_rows(body: Body, task: Task, limits: Region, point: Point, A: Floats, b: Floats) -> tuple[int, int]:
     """What a step (δ, s) has to obey, as A (δ, s) ≥ b: number of equations, which are first, and of all rows."""
     n, count = body.moving, 0
-    if task.stance == BOTH:  # the second foot stays where it is
+    if task.plan.stance == BOTH:  # the second foot stays where it is
         rows = len(body.parent)
         R, p, twists = np.empty((rows, 3, 3)), np.empty((rows, 3)), np.zeros((6, n))
         place_all(body, point.x, point.T, R, p)
         add_chain(body, body.legs[0, JOINTS - 1], -1.0, R, p, twists)
         add_chain(body, body.legs[1, JOINTS - 1], 1.0, R, p, twists)
-        for i in range(6):
-            A[i, :n] = twists[i]
-            A[i, n], b[i] = 0.0, 0.0
+        A[:6, :n] = twists
+        A[:6, n], b[:6] = 0.0, 0.0
         count = 6
     equal = count
     A[count] = 0.0
@@ -200,7 +161,7 @@ def step_rows(body: Body, task: Task, lower: Floats, point: Point, A: Floats, b:
             A[count, n] = 1.0
             b[count] = planes[k, 2] - planes[k, 0] * point.com[0] - planes[k, 1] * point.com[1]
             count += 1
-    return equal, limit_rows(body, lower, point.x, _LONGEST_STEP, A, b, count)
+    return equal, limit_rows(limits, point.x, np.empty(0), np.full(n, _LONGEST_STEP), A, b, count)
 
 
 @both_ways
@@ -256,7 +217,7 @@ _LEAST_GAIN, _GOOD_GAIN = 1e-3, 0.75
 # What legs are outside their limits after a step weighs this times the slope of the errors.
 _PENALTY, _LEAST_PENALTY = 3.0, 1e-3
 # A pose outside the limits is worse than any inside.
-_OUT_OF_THE_QUESTION = 1e9
+_OUTSIDE_COST = 1e9
 # While the posture pulls, the knees of the search are bent by this, and the search begins with more [rad].
 _LEAST_BEND, _FIRST_BEND = 0.02, 0.3
 # The posture has done its part when a step lessens the sum by less than this share.
@@ -270,78 +231,71 @@ _ROUNDING = 1e-9
 
 
 @both_ways
-def _stand(body: Body, legs: Legs, stance: int, feet: Floats, x: Floats, T: Floats) -> bool:
+def _stand(body: Body, legs: Legs, task: Task, x: Floats, T: Floats) -> bool:
     """Put the torso, and with both feet standing the legs, where the feet belong."""
-    if stance == BOTH:
-        return stand_on_both(body, legs, feet, x, T)
+    if task.plan.stance == BOTH:
+        return stand_on_both(body, legs, task.feet, x, T)
     rows = len(body.parent)
-    torso_over_foot(body, stance, feet, x, np.zeros((rows, 3, 3)), np.zeros((rows, 3)), T)
+    torso_over_foot(body, task.plan.stance, task.feet, x, np.zeros((rows, 3, 3)), np.zeros((rows, 3)), T)
     return True
 
 
 @both_ways
-def search(
-    body: Body, legs: Legs, task: Task, tolerance: float, most: int, here: Point, there: Point
-) -> tuple[int, int]:
+def search(body: Body, legs: Legs, task: Task, current: Point, trial: Point) -> tuple[int, int]:
     """Lessen the errors from a configuration that stands; how that ended, and after how many steps.
 
     Args:
         body: the robot.
         legs: the closed forms of its legs.
         task: what to find.
-        tolerance: of a target that is met [m, rad].
-        most: steps.
-        here: where the search begins, with x and T; and ends.
-        there: for configurations that are tried.
+        current: where the search begins, with x and T; and ends.
+        trial: for configurations that are tried.
     """
-    n = body.moving
-    most_rows = 7 + 2 * n + len(task.planes) + 2 * body.table.shape[0] * (body.table.shape[2] + 1)
-    A, rooms, b = np.zeros((most_rows, n + 1)), np.zeros(most_rows), np.zeros(most_rows)
-    normal, gradient, step = np.empty((n, n)), np.empty(n), np.empty(n + 1)
-    lower = body.lower.copy()
+    n, tolerance = body.moving, task.plan.tolerance
+    limits, most = body.limits, task.plan.steps
     if task.pull > 0.0:
-        for side in range(2):
-            knee = body.variable[body.legs[side, 3]]
-            lower[knee] = max(lower[knee], _LEAST_BEND)
-    evaluate(body, task, lower, here)
-    there.x[:] = here.x
+        limits, most = _with_bent_knees(body), _MOST_WITH_POSTURE
+    size = 7 + len(task.planes) + most_rows(limits)
+    A, slack, b = np.zeros((size, n + 1)), np.zeros(size), np.zeros(size)
+    normal, gradient, step = np.empty((n, n)), np.empty(n), np.empty(n + 1)
+    evaluate(body, task, limits, current)
+    trial.x[:] = current.x
     damping, growth, is_new = _FIRST_DAMPING, 2.0, True
     equal, count, penalty = 0, 0, 0.0
     for iteration in range(most):
-        if task.pull == 0.0 and is_reached(here, tolerance):
+        if task.pull == 0.0 and is_reached(current, tolerance):
             return REACHED, iteration
         if is_new:
             # No target prevails against a limit with this weight.
-            penalty = _LEAST_PENALTY + _PENALTY * normal_equations(body, here, normal, gradient)
-            equal, count = step_rows(body, task, lower, here, A, rooms)
+            penalty = _LEAST_PENALTY + _PENALTY * normal_equations(body, current, normal, gradient)
+            equal, count = step_rows(body, task, limits, current, A, slack)
             is_new = False
-        sums = here.sums
+        sums = current.sums
         cost = sums[SUM_ERRORS] + sums[SUM_POSTURE] + penalty * sums[SUM_OUTSIDE]
-        b[:] = rooms
+        b[:] = slack
         better, gain, promised, lessened = False, 0.0, 0.0, 0.0
         for correction in range(2):
-            solve_step(
-                task, here, 2.0 * damping * sums[SUM_ERRORS] + _FLOOR, normal, gradient, A, b, count, equal, step
-            )
-            promised = cost - sum_after(task, here, step)
+            weight = 2.0 * damping * sums[SUM_ERRORS] + _FLOOR
+            solve_step(task, current, weight, normal, gradient, A, b, count, equal, step)
+            promised = cost - sum_after(task, current, step)
             for v in range(n):
-                there.x[v] = here.x[v] + step[v]
-            clipped(body, lower, there.x)
-            if not _stand(body, legs, task.stance, task.feet, there.x, there.T):
+                trial.x[v] = current.x[v] + step[v]
+            clipped(limits, trial.x)
+            if not _stand(body, legs, task, trial.x, trial.T):
                 break
-            evaluate(body, task, lower, there)
-            lessened = cost - there.sums[SUM_ERRORS] - there.sums[SUM_POSTURE] - penalty * there.sums[SUM_OUTSIDE]
+            evaluate(body, task, limits, trial)
+            lessened = cost - trial.sums[SUM_ERRORS] - trial.sums[SUM_POSTURE] - penalty * trial.sums[SUM_OUTSIDE]
             gain = lessened / promised if promised > 0.0 else 0.0
             better = lessened > 0.0 and gain > _LEAST_GAIN
-            if correction == 1 or there.sums[SUM_OUTSIDE] <= INSIDE or gain > _GOOD_GAIN:
+            if correction == 1 or trial.sums[SUM_OUTSIDE] <= INSIDE or gain > _GOOD_GAIN:
                 break
             # The legs are curved ways: their joints end elsewhere than the step says, and the next one allows for it.
             for i in range(equal + 1, count):
                 if A[i, n] == 0.0:
                     for v in range(n):
-                        b[i] -= A[i, v] * (there.x[v] - here.x[v] - step[v])
+                        b[i] -= A[i, v] * (trial.x[v] - current.x[v] - step[v])
         if better:
-            copy_point(there, here)
+            copy_point(trial, current)
             is_new = True
             damping = max(_LEAST_DAMPING, damping * max(1.0 / 3.0, 1.0 - (2.0 * min(gain, 2.0) - 1.0) ** 3))
             growth = 2.0
@@ -350,8 +304,18 @@ def search(
         else:
             damping, growth = damping * growth, 2.0 * growth
         if promised <= _FLAT * cost or damping >= _MOST_DAMPING:
-            return (REACHED if is_reached(here, tolerance) else SETTLED), iteration + 1
-    return (REACHED if is_reached(here, tolerance) else STOPPED), most
+            return (REACHED if is_reached(current, tolerance) else SETTLED), iteration + 1
+    return (REACHED if is_reached(current, tolerance) else STOPPED), most
+
+
+@both_ways
+def _with_bent_knees(body: Body) -> Region:
+    """The limits of a robot whose knees stay bent."""
+    limits, lower = body.limits, body.limits.lower.copy()
+    for side in range(2):
+        knee = body.variable[body.legs[side, 3]]
+        lower[knee] = max(lower[knee], _LEAST_BEND)
+    return Region(lower, limits.upper, limits.winding, limits.tables, limits.at, limits.low, limits.high, limits.shared)
 
 
 @both_ways
@@ -364,46 +328,53 @@ def _bend(body: Body, x: Floats) -> None:
             x[knee] += more
             x[body.variable[body.legs[side, 2]]] -= 0.5 * more
             x[body.variable[body.legs[side, 4]]] -= 0.5 * more
-    clipped(body, body.lower, x)
+    clipped(body.limits, x)
 
 
 @both_ways
-def _take_stance(
-    body: Body, legs: Legs, plan: Plan, task: Task, x: Floats, T: Floats, most: int
-) -> tuple[bool, int]:  # fmt: skip
+def _take_stance(body: Body, legs: Legs, task: Task, x: Floats, T: Floats) -> tuple[bool, int]:
     """Change x until all feet that stand are where they belong; whether they are, and steps taken.
 
     A second foot that is not near its place is searched for first, as a target of the robot on the other foot.
     """
-    feet = task.feet
-    if task.stance != BOTH:
-        return _stand(body, legs, task.stance, feet, x, T), 0
-    here, there = new_point(body, 1), new_point(body, 1)
-    here.x[:] = x
-    if stand_on_both(body, legs, feet, here.x, T) and outside(body, body.lower, here.x) <= INSIDE:
-        x[:] = here.x
+    if task.plan.stance != BOTH:
+        return _stand(body, legs, task, x, T), 0
+    current, trial = new_point(body, len(x), 1), new_point(body, len(x), 1)
+    current.x[:] = x
+    if _stand(body, legs, task, current.x, T) and outside(body.limits, current.x) <= INSIDE:
+        x[:] = current.x
         return True, 0
-    here.x[:] = x
-    _stand(body, legs, 0, feet, here.x, here.T)
-    none = np.zeros((0, 3))
-    _, steps = search(
-        body, legs, Task(plan, 0, feet, feet[1:], none, x, plan.posture), 0.0, _MOST_WITH_POSTURE, here, there
-    )
-    status, more = search(body, legs, Task(plan, 0, feet, feet[1:], none, x, 0.0), _FOOT_TOLERANCE, most, here, there)
-    x[:] = here.x
-    return status == REACHED and stand_on_both(body, legs, feet, x, T), steps + more
+    current.x[:] = x
+    weights = np.empty((1, 2))
+    weights[0, 0], weights[0, 1] = DEFAULT_WEIGHTS
+    plan = Plan(
+        np.full(1, POSE), np.full(1, body.legs[1, JOINTS - 1]), body.ankle_to_sole[1:], weights,
+        0.0, DEFAULT_POSTURE, 0, False, _FOOT_TOLERANCE, task.plan.steps,
+    )  # fmt: skip
+    foot = Task(plan, task.feet, task.feet[1:], np.zeros((0, 3)), x, plan.posture)
+    _stand(body, legs, foot, current.x, current.T)
+    _, first = search(body, legs, foot, current, trial)
+    status, second = search(body, legs, without_pull(foot), current, trial)
+    x[:] = current.x
+    return status == REACHED and _stand(body, legs, task, x, T), first + second
 
 
 @both_ways
-def _is_fine_as_it_is(body: Body, legs: Legs, task: Task, tolerance: float, here: Point, there: Point) -> bool:
+def without_pull(task: Task) -> Task:
+    """The same for the targets alone."""
+    return Task(task.plan, task.feet, task.targets, task.planes, task.posture, 0.0)
+
+
+@both_ways
+def _is_fine_as_it_is(body: Body, legs: Legs, task: Task, current: Point, trial: Point) -> bool:
     """Whether a configuration stands and meets all targets already."""
-    there.x[:] = here.x
-    if not _stand(body, legs, task.stance, task.feet, here.x, here.T):
+    trial.x[:] = current.x
+    if not _stand(body, legs, task, current.x, current.T):
         return False
-    if np.abs(here.x - there.x).max() > _ROUNDING or outside(body, body.lower, here.x) > INSIDE:
+    if np.abs(current.x - trial.x).max() > _ROUNDING or outside(body.limits, current.x) > INSIDE:
         return False
-    evaluate(body, task, body.lower, here)
-    return is_reached(here, tolerance)
+    evaluate(body, task, body.limits, current)
+    return is_reached(current, task.plan.tolerance)
 
 
 @both_ways
@@ -425,94 +396,104 @@ def _only_worst_limb(body: Body, plan: Plan, best: Point, x: Floats) -> None:
 
 
 @both_ways
-def solve_body(
-    body: Body, legs: Legs, feet_plan: Plan, task: Task, starts: Floats, as_is: bool, tolerance: float, most: int,
-    best: Point, report: Floats,
-) -> None:  # fmt: skip
+def solve_body(body: Body, legs: Legs, task: Task, starts: Floats, best: Point, report: Floats) -> None:
     """Search from one start after the other until the targets are met; the best that was found.
 
     Args:
         body: the robot.
         legs: the closed forms of its legs.
-        feet_plan: the second foot as a target.
         task: what to find.
         starts: variables to begin with, the first of them the reference, shape (starts, variables).
-        as_is: whether a reference that meets all targets is left as it is.
-        tolerance: of a target that is met [m, rad].
-        most: steps of one search.
         best: for the result.
         report: for what the constants above name.
     """
-    here, there = new_point(body, len(task.plan.kind)), new_point(body, len(task.plan.kind))
-    alone = Task(task.plan, task.stance, task.feet, task.targets, task.planes, task.posture, 0.0)
+    variables, targets = len(best.x), len(task.plan.kind)
+    current, trial = new_point(body, variables, targets), new_point(body, variables, targets)
+    alone = without_pull(task)
     least, steps = math.inf, 0
     report[STATUS], report[START], report[LACKING] = NOT_STANDING, -1.0, 0.0
     for start in range(len(starts)):
-        here.x[:] = starts[start]
+        current.x[:] = starts[start]
         status = REACHED
-        if not (start == 0 and as_is and _is_fine_as_it_is(body, legs, alone, tolerance, here, there)):
-            here.x[:] = starts[start]
+        if not (start == 0 and task.plan.as_is and _is_fine_as_it_is(body, legs, alone, current, trial)):
+            current.x[:] = starts[start]
             if start % 2 == 1 and least < math.inf:
-                _only_worst_limb(body, task.plan, best, here.x)
-            _bend(body, here.x)
-            stands, more = _take_stance(body, legs, feet_plan, task, here.x, here.T, most)
+                _only_worst_limb(body, task.plan, best, current.x)
+            _bend(body, current.x)
+            stands, more = _take_stance(body, legs, task, current.x, current.T)
             steps += more
             if not stands:
                 continue
             # A pull would lead every start back to where the first one got stuck.
             if task.pull > 0.0 and start == 0:
-                _, more = search(body, legs, task, tolerance, _MOST_WITH_POSTURE, here, there)
+                _, more = search(body, legs, task, current, trial)
                 steps += more
-            status, more = search(body, legs, alone, tolerance, most, here, there)
+            status, more = search(body, legs, alone, current, trial)
             steps += more
-        cost = here.sums[SUM_ERRORS] + (_OUT_OF_THE_QUESTION if here.sums[SUM_OUTSIDE] > INSIDE else 0.0)
+        cost = current.sums[SUM_ERRORS] + (_OUTSIDE_COST if current.sums[SUM_OUTSIDE] > INSIDE else 0.0)
         if cost < least or status == REACHED:
             least = cost
-            copy_point(here, best)
-            report[STATUS], report[START], report[LACKING] = float(status), float(start), here.sums[SUM_LACKING]
+            copy_point(current, best)
+            report[STATUS], report[START], report[LACKING] = float(status), float(start), current.sums[SUM_LACKING]
         if status == REACHED:
             break
     report[STEPS] = float(steps)
 
 
+class Poses(NamedTuple):
+    """n poses to find, by the t targets of one plan.
+
+    Attributes:
+        feet: T_world_foot, shape (n, 2, 4, 4).
+        targets: as `errors_at` takes them, shape (n, t, 4, 4).
+        planes: half planes of the support polygons, shape (n, k, 3).
+        edges: how many of them count, shape (n,).
+        posture: variables to be pulled to, shape (n, variables).
+        starts: variables where searches begin, shape (n, starts, variables).
+    """
+
+    feet: Floats
+    targets: Floats
+    planes: Floats
+    edges: Ints
+    posture: Floats
+    starts: Floats
+
+
+class Found(NamedTuple):
+    """Where the searches for n poses have ended.
+
+    Attributes:
+        x: variables, shape (n, variables).
+        T_world_torso: shape (n, 4, 4).
+        residuals: distances and angles without weights, shape (n, t, 2) [m, rad].
+        com: centres of mass, shape (n, 3).
+        report: what the constants above name, shape (n, 4).
+    """
+
+    x: Floats
+    T_world_torso: Floats
+    residuals: Floats
+    com: Floats
+    report: Floats
+
+
 def _types() -> Any:
     from numba import types
 
-    plan, integer = plan_types(), types.int64
     two, three, four = (types.Array(types.float64, axes, "C") for axes in (2, 3, 4))
-    sizes = types.int64[::1]
+    poses = types.NamedTuple((four, four, three, types.int64[::1], two, three), Poses)
     return types.void(
-        body_types(), legs_types(), plan, plan, integer,
-        four, four, three, sizes, two, three, types.boolean, types.float64, integer,
-        two, three, three, two, two,
-    )  # fmt: skip
+        body_types(), legs_types(), plan_types(), poses, types.NamedTuple((two, three, three, two, two), Found)
+    )
 
 
 @kept("bodies", _types, 60.0)
-def whole_bodies(
-    body: Body,
-    legs: Legs,
-    plan: Plan,
-    feet_plan: Plan,
-    stance: int,
-    feet: Floats,
-    targets: Floats,
-    planes: Floats,
-    edges: Ints,
-    posture: Floats,
-    starts: Floats,
-    as_is: bool,
-    tolerance: float,
-    most: int,
-    x: Floats,
-    T_world_torso: Floats,
-    residuals: Floats,
-    com: Floats,
-    report: Floats,
-) -> None:
-    """`solve_body` for each of many poses; of `planes` (n, k, 3), pose i has the first `edges[i]`."""
-    best = new_point(body, len(plan.kind))
-    for i in range(len(x)):
-        task = Task(plan, stance, feet[i], targets[i], planes[i, : edges[i]], posture[i], plan.posture)
-        solve_body(body, legs, feet_plan, task, starts[i], as_is, tolerance, most, best, report[i])
-        x[i], T_world_torso[i], residuals[i], com[i] = best.x, best.T, best.residuals, best.com
+def whole_bodies(body: Body, legs: Legs, plan: Plan, poses: Poses, found: Found) -> None:
+    """`solve_body` for each of many poses."""
+    for i in range(len(found.x)):
+        best = new_point(body, found.x.shape[1], len(plan.kind))
+        planes = poses.planes[i, : poses.edges[i]]
+        task = Task(plan, poses.feet[i], poses.targets[i], planes, poses.posture[i], plan.posture)
+        solve_body(body, legs, task, poses.starts[i], best, found.report[i])
+        found.x[i], found.T_world_torso[i], found.residuals[i], found.com[i] = best.x, best.T, best.residuals, best.com

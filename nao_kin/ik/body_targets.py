@@ -16,13 +16,18 @@ from nao_kin._core.arrays import Floats, as_floats, as_numbers, as_vectors
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
 from nao_kin.ik.body import SIDES, Body
-from nao_kin.ik.body_errors import COM, GAZE, PLACE, POSE, Legs, Plan
-from nao_kin.ik.geometry import Limb, torso_frame
+from nao_kin.ik.body_errors import COM, DEFAULT_WEIGHTS, GAZE, PLACE, POSE, Legs
+from nao_kin.ik.geometry import Limb, torso_frame, torso_in_trunk
 from nao_kin.ik.leg import leg_limb
+from nao_kin.ik.limit_regions import extended, region_of
 from nao_kin.ik.targets import rigid_poses
 from nao_kin.robot import ModelNumbers, RobotModel, SupportPolygon, check_robot, sole_corners
+from nao_kin.robot.semantics import Mimic
 
 # --- A robot read into the arrays of `body`, and kept until somebody changes the numbers of its model.
+
+
+_FEET = [f"{side}Leg" for side in SIDES]
 
 
 class BodyTables:
@@ -37,43 +42,41 @@ class BodyTables:
 
     def __init__(self, robot: RobotModel, legs: tuple[tuple[str, ...], tuple[str, ...]], enforce: bool) -> None:
         model = robot.model
-        trunk = 1 if robot.base == "floating" else 0
-        # Weakly, for what is kept for a robot must not keep the robot.
-        self._robot, self.torso_in_root = weakref.ref(robot), self._placement(robot, torso_frame(robot))[1]
-        moves = [unit == "rad" for unit in robot.joint_units]
-        columns = np.argsort(np.logical_not(moves), kind="stable")
+        self.torso_in_root = torso_in_trunk(robot)
+        T_torso_root = np.linalg.inv(self.torso_in_root)
+        moves = np.array([unit == "rad" for unit in robot.joint_units])
+        columns, moving = np.argsort(~moves, kind="stable"), int(np.count_nonzero(moves))
         self.order = robot.nq - len(moves) + columns
         variable = {robot.joint_names[int(column)]: k for k, column in enumerate(columns)}
-        self._row = {joint: joint - trunk for joint in range(trunk, model.njoints)}
-        rows = model.njoints - trunk
-        T_torso_root = np.linalg.inv(self.torso_in_root)
+        self._trunk = 1 if robot.base == "floating" else 0
+        rows = model.njoints - self._trunk
         placements, levers = np.tile(np.eye(4), (rows, 1, 1)), np.zeros((rows, 3))
         axes, mass = np.zeros((rows, 3)), np.zeros(rows)
         parent, which = np.full(rows, -1, np.int64), np.full(rows, -1, np.int64)
         multiplier, offset = np.zeros(rows), np.zeros(rows)
         joint_of = {joint.name: joint for joint in robot.tree.moving_joints}
-        for joint, row in self._row.items():
+        for row in range(rows):
+            joint = row + self._trunk
             inertia = model.inertias[joint]
             mass[row], levers[row] = inertia.mass, inertia.lever
             if row == 0:
                 levers[0] = T_torso_root[:3, :3] @ inertia.lever + T_torso_root[:3, 3]
                 continue
             name = str(model.names[joint])
-            parent[row] = self._row[int(model.parents[joint])]
+            parent[row] = int(model.parents[joint]) - self._trunk
             T = np.array(model.jointPlacements[joint].homogeneous)
             placements[row] = T_torso_root @ T if parent[row] == 0 else T
             axes[row] = joint_of[name].axis
-            mimic = robot.mimics.get(name)
-            which[row] = variable[name if mimic is None else mimic.joint]
-            multiplier[row], offset[row] = (1.0, 0.0) if mimic is None else (mimic.multiplier, mimic.offset)
-        moving = int(np.count_nonzero(moves))
-        tables = [table for table in robot.coupled_limits if max(variable[table.joint], variable[table.of]) < moving]
-        table_rows = np.zeros((len(tables), 3, max([2, *(len(table.at) for table in tables)])))
-        for k, table in enumerate(tables):
-            table_rows[k, :, : len(table.at)] = table.at, table.lower, table.upper
+            mimic = robot.mimics.get(name, Mimic(name))
+            which[row], multiplier[row], offset[row] = variable[mimic.joint], mimic.multiplier, mimic.offset
         self.turns = np.arange(len(columns)) < moving
         self.turns[which[multiplier % 1.0 != 0.0]] = False
-        unbounded = np.full(len(columns), math.inf)
+        tables = [table for table in robot.coupled_limits if max(variable[table.joint], variable[table.of]) < moving]
+        joints, winding = columns[:moving], np.zeros(moving)
+        limits = region_of(winding - math.inf, winding + math.inf, winding, [])
+        if enforce:
+            bends = [(variable[table.of], variable[table.joint], extended(table)) for table in tables]
+            limits = region_of(robot.lower[joints], robot.upper[joints], winding, bends)
         self.body = Body(
             parent,
             placements[:, :3, :3].copy(),
@@ -84,43 +87,26 @@ class BodyTables:
             offset,
             mass,
             levers,
-            np.array([[self._row[int(model.getJointId(joint))] for joint in leg] for leg in legs]),
-            np.array([self.frame(f"{side}Leg")[1] for side in SIDES]),
-            robot.lower[columns] if enforce else -unbounded,
-            robot.upper[columns] if enforce else unbounded,
+            np.array([[int(model.getJointId(joint)) - self._trunk for joint in leg] for leg in legs]),
+            np.array([self.frame(robot, foot)[1] for foot in _FEET]),
             moving,
-            np.array([[variable[table.joint], variable[table.of]] for table in tables], np.int64).reshape(-1, 2),
-            np.array([len(table.at) if enforce else 0 for table in tables], np.int64),
-            table_rows,
+            limits,
         )
 
-    @property
-    def robot(self) -> RobotModel:
-        """Whose tables these are."""
-        robot = self._robot()
-        if robot is None:
-            raise ReferenceError("the robot of these tables is gone")
-        return robot
-
-    def frame(self, name: str) -> tuple[int, Floats]:
-        """The row that carries a frame, and T of the frame in it.
+    def frame(self, robot: RobotModel, name: str) -> tuple[int, Floats]:
+        """The row that carries a frame of the robot, and T of the frame in it.
 
         Raises:
             UnknownName: no such frame.
         """
-        joint, T = self._placement(self.robot, name)
-        row = self._row.get(joint, 0)
+        frame = robot.model.frames[robot.frame_ids([name])[0]]
+        row, T = max(0, int(frame.parentJoint) - self._trunk), np.array(frame.placement.homogeneous)
         return row, (np.linalg.inv(self.torso_in_root) @ T if row == 0 else T)
 
     def unwound(self, x: Floats, near: Floats | float) -> Floats:
         """Variables without whole turns: those that may go round within π of `near`, shape (..., n)."""
         turns = np.round((x - near) / (2.0 * math.pi))
         return np.asarray(np.where(self.turns & (turns != 0.0), x - 2.0 * math.pi * turns, x))
-
-    @staticmethod
-    def _placement(robot: RobotModel, name: str) -> tuple[int, Floats]:
-        frame = robot.model.frames[robot.frame_ids([name])[0]]
-        return int(frame.parentJoint), np.array(frame.placement.homogeneous)
 
 
 class PreparedRobot:
@@ -144,6 +130,12 @@ class PreparedRobot:
         self.legs = Legs(limbs[0].numbers, limbs[1].numbers, limbs[0].ranges, limbs[1].ranges)
         self.corners = {side: sole_corners(robot, f"{side}Leg") for side in SIDES}
         self.rest = limbs[0].rest
+        self._feet_at_rest = np.asarray(robot.fk(self.rest, _FEET))
+
+    def feet(self, robot: RobotModel, q: Floats | None) -> dict[str, Floats]:
+        """T_world_foot of both feet, each of shape (..., 4, 4), in configurations; None for those at rest."""
+        T = self._feet_at_rest if q is None else np.asarray(robot.fk(q, _FEET))
+        return {side: T[..., k, :, :] for k, side in enumerate(SIDES)}
 
 
 _KEPT: weakref.WeakKeyDictionary[RobotModel, PreparedRobot] = weakref.WeakKeyDictionary()
@@ -168,9 +160,6 @@ def prepared(robot: RobotModel) -> PreparedRobot:
 
 SUPPORT = "support"
 _OWN_NAMES = ("com", "gaze", "torso")
-# Weights of what is measured in metres [1/m] and in radians [1/rad], as in `numeric`; and of the posture [1/rad].
-DEFAULT_WEIGHTS = (1.0, 0.1)
-DEFAULT_POSTURE = 0.01
 # Beside a target that weighs more, rounding leaves nothing of the others.
 _LARGEST_WEIGHT = 1e12
 
@@ -196,8 +185,8 @@ class Target:
     weights: tuple[float, float]
 
 
-def standing_feet(feet: Mapping[str, ArrayLike] | None, at_reference: Floats) -> dict[str, Floats]:
-    """The feet that stand with T_world_foot, shape (..., 4, 4); None for both where the reference has them.
+def standing_feet(feet: Mapping[str, ArrayLike]) -> dict[str, Floats]:
+    """The feet that stand with T_world_foot, shape (..., 4, 4).
 
     Raises:
         BadArgument: no mapping, or no foot.
@@ -205,8 +194,6 @@ def standing_feet(feet: Mapping[str, ArrayLike] | None, at_reference: Floats) ->
         UnknownName: a foot that is neither "L" nor "R".
         WrongShape, NotFinite: no poses.
     """
-    if feet is None:
-        return {side: at_reference[..., k, :, :] for k, side in enumerate(SIDES)}
     if not isinstance(feet, Mapping):
         raise BadArgument(f"feet must be a mapping of L and R to poses, or None for both, got {type(feet).__name__}")
     for side in feet:
@@ -218,6 +205,7 @@ def standing_feet(feet: Mapping[str, ArrayLike] | None, at_reference: Floats) ->
 
 
 def all_targets(
+    robot: RobotModel,
     tables: BodyTables,
     standing: Mapping[str, Floats],
     targets: Mapping[str, ArrayLike],
@@ -234,7 +222,6 @@ def all_targets(
         UnknownName: a frame, camera or weight that is not there.
         WrongShape, NotFinite: other shapes, NaN or infinity.
     """
-    robot = tables.robot
     if not isinstance(targets, Mapping):
         raise BadArgument(f"targets must be a mapping of frames to poses or places, got {type(targets).__name__}")
     asked: list[tuple[str, str, ArrayLike, int]] = []
@@ -242,13 +229,12 @@ def all_targets(
         if not isinstance(name, str) or name not in robot.frame_table:
             raise UnknownName("target", name, (*robot.semantics.end_effectors, *robot.frame_names))
         asked.append((name, name, value, POSE))
-    trunk = torso_frame(robot)
     if torso is not None:
         # The torso's body carries other frames as well, and who places these places it.
         for name in targets:
-            if tables.frame(name)[0] == 0:
+            if tables.frame(robot, name)[0] == 0:
                 raise BadArgument(f"the torso is asked for twice: as torso and as the target {quoted(name)}")
-        asked.append(("torso", trunk, torso, POSE))
+        asked.append(("torso", torso_frame(robot), torso, POSE))
     if gaze is not None:
         with_camera = isinstance(gaze, tuple) and len(gaze) == 2 and isinstance(gaze[1], str)
         point, camera = cast("tuple[ArrayLike, str]", gaze) if with_camera else (cast("ArrayLike", gaze), "CameraTop")
@@ -256,13 +242,13 @@ def all_targets(
             raise UnknownName("camera", camera, robot.semantics.cameras)
         asked.append(("gaze", camera, point, GAZE))
     if com is not None and not isinstance(com, str):
-        asked.append(("com", trunk, com, COM))
+        asked.append(("com", torso_frame(robot), com, COM))
     elif isinstance(com, str) and com != SUPPORT:
         raise UnknownName("com", com, (SUPPORT,), "or a place (x, y)")
     ankles = {int(tables.body.legs[SIDES.index(side), -1]): side for side in standing}
     found = []
     for name, frame, value, kind in asked:
-        row, T_row_frame = tables.frame(frame)
+        row, T_row_frame = tables.frame(robot, frame)
         if row in ankles and kind != GAZE:
             raise BadArgument(
                 f"{quoted(name)} is on the {'left' if ankles[row] == 'L' else 'right'} foot, which stands: "
@@ -277,18 +263,6 @@ def all_targets(
         if name not in names:
             raise UnknownName("weight", name, names)
     return found
-
-
-def plan_of(targets: list[Target], support: float, posture: float) -> Plan:
-    """Targets for the compiled search."""
-    return Plan(
-        np.array([target.kind for target in targets], np.int64),
-        np.array([target.row for target in targets], np.int64),
-        np.array([target.T_row_frame for target in targets]).reshape(-1, 4, 4),
-        np.array([target.weights for target in targets]).reshape(-1, 2),
-        float(support),
-        float(posture),
-    )
 
 
 def checked_weights(weights: Mapping[str, object] | None) -> Mapping[str, float | tuple[float, float]]:

@@ -14,7 +14,7 @@ from typing import Any, TypeAlias, TypeVar
 import numpy as np
 
 from nao_kin._core.process import usable_cores
-from nao_kin._kernels.cache import KeptKernel, first_rows, register_parts
+from nao_kin._kernels.cache import KeptKernel, first_rows
 
 # A flat sequence of floats that may be written to: a list, or compiled a row of an array.
 Row: TypeAlias = Any
@@ -38,12 +38,7 @@ def kept(name: str, signature: Callable[[], Any], seconds: float = 10.0) -> Call
     """
 
     def made(function: Callable[..., Any]) -> KeptKernel:
-        def registered() -> Any:
-            register_parts()
-            return signature()
-
-        what = f"a kernel of inverse kinematics, {name}"
-        return KeptKernel(function, what, f"{KERNEL}{name}", registered, seconds)
+        return KeptKernel(function, f"a kernel of inverse kinematics, {name}", f"{KERNEL}{name}", signature, seconds)
 
     return made
 
@@ -117,11 +112,11 @@ def in_threads(run: Callable[[slice], None], count: int, threads: int | None, pe
 
     None is for all cores, as far as each of them gets `per_thread` targets.
     """
-    most = usable_cores() if threads is None else threads
-    parts = max(1, min(most, count // per_thread if threads is None else count))
-    if parts == 1:
+    useful = count // per_thread if threads is None else min(count, threads)
+    if useful <= 1:
         run(slice(0, count))
         return
+    parts = min(useful, usable_cores()) if threads is None else useful
     # More parts than threads, for some targets take longer than others.
     pieces = 4 * parts
     edges = [count * i // pieces for i in range(pieces + 1)]

@@ -13,11 +13,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, as_floats
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.ik.follow_branches import Choice, Jump, choose, jumps_of
+from nao_kin.ik.follow_branches import Choice, FollowedLimb, Jump, choose, jumps_of
 from nao_kin.ik.follow_limbs import Path, checked_path, limb_paths
 from nao_kin.ik.geometry import torso_frame
 from nao_kin.ik.legs import Free, Priority, legs
-from nao_kin.ik.results import Codes, Reason
+from nao_kin.ik.results import Codes
 from nao_kin.ik.targets import Limits, check_threads, inside_limits, is_enforced, with_unit_quaternion
 from nao_kin.robot import RobotModel, check_robot
 from nao_kin.rotations import quat_from_matrix, quat_from_xyzw, quat_to_xyzw, slerp
@@ -59,22 +59,9 @@ class Stretch:
         return f"{self.joint} needs {self.needed:.3g} s instead of {self.given:.3g} s after sample {self.index}"
 
 
-@dataclass(frozen=True, eq=False)
-class Timing:
-    """Times of n samples.
-
-    Attributes:
-        times: shape (n,) [s].
-        shares: speed of each joint in each segment as a share of its limit, shape (n − 1, joints).
-        stretched: the segments that take longer than was asked.
-    """
-
-    times: Floats
-    shares: Floats
-    stretched: tuple[Stretch, ...]
-
-
-def scaled(robot: RobotModel, joints: Floats, times: Floats | None, speed: float) -> Timing:
+def scaled(
+    robot: RobotModel, joints: Floats, times: Floats | None, speed: float
+) -> tuple[Floats, Floats, tuple[Stretch, ...]]:
     """The times of samples, stretched where a joint would be too fast; or the least times.
 
     Segment by segment dt = max(given, max_j |Δq_j| / (speed · v_j)).
@@ -84,6 +71,10 @@ def scaled(robot: RobotModel, joints: Floats, times: Floats | None, speed: float
         joints: values of all joints, shape (n, joints).
         times: as asked, shape (n,), increasing; None for the least.
         speed: the share of the limits that may be used.
+
+    Returns:
+        Times, shape (n,) [s]; the speed of each joint in each segment as a share of its limit, shape (n − 1, joints);
+        and the segments that take longer than was asked.
 
     Raises:
         BadArgument: a joint is to move whose speed limit is zero.
@@ -100,19 +91,18 @@ def scaled(robot: RobotModel, joints: Floats, times: Floats | None, speed: float
     # Differences of times are rounded: what is too short by no more than that is kept as it is.
     short = needed > given * (1.0 + 1e-12) + (0.0 if times is None else 4.0 * np.spacing(np.abs(times).max()))
     taken = np.where(short, needed, given)
-    begin = 0.0 if times is None else float(times[0])
     if times is not None and not short.any():
         found = np.array(times)
     else:
-        found = begin + np.concatenate([[0.0], np.cumsum(taken)])
+        found = np.concatenate([[0.0], np.cumsum(taken)]) + (0.0 if times is None else times[0])
     shares = np.divide(least, taken[:, None], out=np.zeros_like(least), where=taken[:, None] > 0.0)
-    stretched: tuple[Stretch, ...] = ()
-    if times is not None:
-        stretched = tuple(
-            Stretch(int(i), robot.joint_names[int(np.argmax(least[i]))], float(given[i]), float(needed[i]))
-            for i in np.flatnonzero(short)
-        )
-    return Timing(found, shares, stretched)
+    stretched = [] if times is None else np.flatnonzero(short).tolist()
+    names = [robot.joint_names[int(np.argmax(least[i]))] for i in stretched]
+    return (
+        found,
+        shares,
+        tuple(Stretch(i, name, float(given[i]), float(needed[i])) for i, name in zip(stretched, names, strict=True)),
+    )
 
 
 def between_samples(values: Floats) -> Floats:
@@ -135,37 +125,6 @@ def between_samples(values: Floats) -> Floats:
 _BASE = 7
 # How many of each kind a message lists.
 _LISTED = 3
-
-
-@dataclass(frozen=True, eq=False)
-class FollowedLimb:
-    """What one limb does at n samples.
-
-    Attributes:
-        name: "LLeg", "RLeg", "legs" for both, "LArm", "RArm" or "Head".
-        columns: the coordinates of q that it moves.
-        reasons: a `Reason` for each sample as a number, shape (n,).
-        residual: errors of the pose in position and rotation angle, shape (n, 2) [m, rad]; nan without values.
-        messages: why, for each sample that is not reached.
-
-    Examples:
-        >>> nao = nk.load_nao()
-        >>> path = np.linspace([0.15, 0.12, 0.0], [0.15, 0.12, 0.05], 5)
-        >>> result = nk.ik.follow(nao, {"LArm": path})
-        >>> result.limbs[0].name, result.limbs[0].reasons.tolist()
-        ('LArm', [0, 0, 0, 0, 0])
-    """
-
-    name: str
-    columns: tuple[int, ...]
-    reasons: Codes
-    residual: Floats
-    messages: Mapping[int, str]
-
-    @property
-    def reached(self) -> NDArray[np.bool_]:
-        """Which samples are reached, shape (n,)."""
-        return np.asarray(self.reasons == Reason.REACHED)
 
 
 @dataclass(frozen=True, eq=False)
@@ -291,11 +250,6 @@ class FollowedPath:
         return f"<FollowedPath of {limbs}: {self.message}>"
 
 
-def followed_limb(name: str, choice: Choice) -> FollowedLimb:
-    """What a limb does, as its choice of branches has it."""
-    return FollowedLimb(name, choice.columns, choice.reasons, choice.residual, dict(choice.messages))
-
-
 def positive(value: float, what: str) -> float:
     """One number above zero.
 
@@ -393,29 +347,27 @@ def follow(
     limbs = limb_paths(robot, given, frames, options, priority)
     q, weights = np.array(references), _weights(robot)
     start = None if reference is None else references[0]
-    followed: list[FollowedLimb] = []
+    choices: list[Choice] = []
     jumps: list[Jump] = []
-    motion = 0.0
     for limb in limbs:
         choice = choose(limb, references, weights, start=start)
-        q[:, list(choice.columns)] = choice.values
-        followed.append(followed_limb(limb.name, choice))
+        q[:, list(choice.limb.columns)] = choice.values
+        choices.append(choice)
         jumps.extend(jumps_of(limb, choice, references, weights))
-        motion += choice.cost
     if given.torso is not None and robot.base == "floating":
         q[:, :7] = _bases(robot, given.torso)
     joints = np.nan_to_num(between_samples(q[:, robot.nq - len(robot.joint_names) :]))
-    timing = scaled(robot, joints, given.times, share)
+    found, shares, stretched = scaled(robot, joints, given.times, share)
     return FollowedPath(
         joint_names=robot.joint_names,
-        times=timing.times,
+        times=found,
         q=q,
         torso=given.torso,
-        limbs=tuple(followed),
+        limbs=tuple(choice.limb for choice in choices),
         jumps=tuple(sorted(jumps, key=lambda jump: jump.index)),
-        stretched=timing.stretched,
-        speed_shares=timing.shares,
-        motion=motion,
+        stretched=stretched,
+        speed_shares=shares,
+        motion=sum(choice.cost for choice in choices),
         notes=notes,
     )
 
@@ -460,8 +412,8 @@ def _given_way(
         threads=threads,
     )
     given_way = np.asarray(found.torso)
-    there = np.isfinite(given_way).all(axis=(1, 2), keepdims=True)
-    return dataclasses.replace(path, torso=np.where(there, given_way, path.torso))
+    is_found = np.isfinite(given_way).all(axis=(1, 2), keepdims=True)
+    return dataclasses.replace(path, torso=np.where(is_found, given_way, path.torso))
 
 
 def _weights(robot: RobotModel) -> Floats:

@@ -11,6 +11,7 @@ can be reached from that branch only.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -19,7 +20,7 @@ from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats
 from nao_kin.ik.follow_limbs import LimbPath
-from nao_kin.ik.results import Codes, Family, IKResult, Integers
+from nao_kin.ik.results import Codes, Family, IKResult, Integers, Reason
 from nao_kin.robot import RobotModel
 
 # Followed through a family, every branch of the sample before brings its own member; more than these are not kept.
@@ -29,29 +30,45 @@ _SAME = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Choice:
-    """What a limb does at each of n samples.
+class FollowedLimb:
+    """What one limb does at n samples.
 
     Attributes:
-        columns: the coordinates that it moves.
-        values: theirs, shape (n, c); nan where the solver offers nothing.
+        name: "LLeg", "RLeg", "legs" for both, "LArm", "RArm" or "Head".
+        columns: the coordinates of q that it moves.
         reasons: a `Reason` for each sample as a number, shape (n,).
-        residual: errors in position and angle, shape (n, 2) [m, rad].
-        messages: of each sample that is not reached, why.
-        cost: the sum of the squared motion [s²].
+        residual: errors of the pose in position and rotation angle, shape (n, 2) [m, rad]; nan without values.
+        messages: why, for each sample that is not reached.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> path = np.linspace([0.15, 0.12, 0.0], [0.15, 0.12, 0.05], 5)
+        >>> result = nk.ik.follow(nao, {"LArm": path})
+        >>> result.limbs[0].name, result.limbs[0].reasons.tolist()
+        ('LArm', [0, 0, 0, 0, 0])
     """
 
+    name: str
     columns: tuple[int, ...]
-    values: Floats
     reasons: Codes
     residual: Floats
-    messages: dict[int, str]
-    cost: float
+    messages: Mapping[int, str]
 
     @property
-    def known(self) -> NDArray[np.bool_]:
-        """Samples that have values, shape (n,)."""
-        return np.asarray(np.isfinite(self.values).all(axis=1))
+    def reached(self) -> NDArray[np.bool_]:
+        """Which samples are reached, shape (n,)."""
+        return np.asarray(self.reasons == Reason.REACHED)
+
+
+class Choice(NamedTuple):
+    """What a limb does at each of n samples, with the values of its coordinates, (n, c), nan where there are none.
+
+    `cost` is the sum of the squared motion [s²].
+    """
+
+    limb: FollowedLimb
+    values: Floats
+    cost: float
 
 
 class _Layer(NamedTuple):
@@ -109,28 +126,26 @@ def choose(
 _NONE = np.zeros(0, dtype=np.int64)
 
 
+def _answer(limb: LimbPath, first: IKResult, i: int, reference: Floats) -> tuple[IKResult, int]:
+    """The result of the solver for sample i, and which target of it: solved ahead, or now."""
+    return (first, i) if i < len(first.count) else (limb.at(i).solve(reference[i : i + 1]), 0)
+
+
 def _layer(
     limb: LimbPath, first: IKResult, i: int, before: _Layer | None, reference: Floats, weights: Floats
 ) -> _Layer | None:
     """What may be at sample i; None where there is nothing."""
-    ahead = i < len(first.count)
-    if before is None and not ahead:
-        # Nothing was found at the samples before: this one begins.
-        alone = _layer(limb.at(i), limb.at(i).solve(reference[i : i + 1]), 0, None, reference[i : i + 1], weights)
-        return None if alone is None else alone._replace(sample=i)
-    count = int(first.count[i]) if ahead else 0
-    in_family = first.families[i, :count] != Family.NONE if ahead else np.zeros(0, dtype=np.bool_)
-    if before is None or (count and not in_family.any()):
-        values = first.branches[i, :count] if count else first.best[i : i + 1]
+    if before is None or i < len(first.count):
+        answer, row = _answer(limb, first, i, reference)
+        count = int(answer.count[row])
+        values = answer.branches[row, :count] if count else answer.best[row : row + 1]
         if np.isnan(values).any():
             return None
-        if before is None:
-            cost, back = np.zeros(len(values)), np.zeros(len(values), dtype=np.int64)
-        else:
-            cost, back = _reached(before, values, weights)
-        return _Layer(i, values, cost, back, [first] * len(values), np.full(len(values), i))
-    if ahead and not count and np.isnan(first.best[i]).any():
-        return None
+        rows = np.full(len(values), row)
+        if before is None:  # nothing was found at the samples before: this one begins
+            return _Layer(i, values, np.zeros(len(rows)), np.zeros_like(rows), [answer] * len(rows), rows)
+        if count and (answer.families[row, :count] == Family.NONE).all():
+            return _Layer(i, values, *_reached(before, values, weights), [answer] * len(rows), rows)
     return _followed(limb, first, i, before, reference, weights)
 
 
@@ -189,19 +204,20 @@ def _cheapest(values: Floats, cost: Floats) -> Integers:
 def _choice(
     limb: LimbPath, first: IKResult, reference: Floats, n: int, chosen: list[tuple[_Layer, int]], cost: float
 ) -> Choice:
-    values, residual = np.full((n, len(first.columns)), np.nan), np.full((n, 2), np.nan)
-    reasons, messages = np.zeros(n, dtype=np.int8), {}
+    values = np.full((n, len(first.columns)), np.nan)
+    answers = {}
     for layer, place in chosen:
-        answer, row = layer.answers[place], int(layer.rows[place])
+        answers[layer.sample] = layer.answers[place], int(layer.rows[place])
         values[layer.sample] = layer.values[place]
-        reasons[layer.sample] = answer.reasons[row]
-        residual[layer.sample] = answer.residual[row]
-        if answer.reasons[row]:
-            messages[layer.sample] = answer.describe((row,))
-    for i in sorted(set(range(n)) - {layer.sample for layer, _ in chosen}):
-        answer, row = (first, i) if i < len(first.count) else (limb.at(i).solve(reference[i : i + 1]), 0)
-        reasons[i], messages[i] = answer.reasons[row], answer.describe((row,))
-    return Choice(first.columns, values, reasons, residual, dict(sorted(messages.items())), cost)
+    residual, reasons, messages = np.full((n, 2), np.nan), np.zeros(n, dtype=np.int8), {}
+    for i in range(n):
+        answer, row = answers.get(i) or _answer(limb, first, i, reference)
+        reasons[i] = answer.reasons[row]
+        if i in answers:
+            residual[i] = answer.residual[row]
+        if reasons[i] or i not in answers:
+            messages[i] = answer.describe((row,))
+    return Choice(FollowedLimb(limb.name, first.columns, reasons, residual, messages), values, cost)
 
 
 def _squares(displacements: Floats) -> Floats:
@@ -272,8 +288,8 @@ def jumps_of(limb: LimbPath, choice: Choice, reference: Floats, weights: Floats)
         reference: configurations of the whole robot, shape (n, nq).
         weights: of each coordinate of the robot, shape (nq,).
     """
-    columns = list(choice.columns)
-    known = choice.known
+    columns = list(choice.limb.columns)
+    known = np.asarray(np.isfinite(choice.values).all(axis=1))
     large = np.abs(np.diff(choice.values, axis=0)).max(axis=1, initial=0.0) > _SMALLEST
     steps = np.flatnonzero(known[:-1] & known[1:] & large)
     if not len(steps):
@@ -307,7 +323,7 @@ def _stays(limb: LimbPath, first: Floats, second: Floats, weights: Floats, colum
         inner = limb.between(first, second, shares)
         reference = np.tile(first, (len(shares), 1))
         choice = choose(inner, reference, weights, start=first, end=second)
-        known = choice.known
+        known = np.isfinite(choice.values).all(axis=1)
         q = np.concatenate([[first], reference[known], [second]])
         q[1:-1, columns] = choice.values[known]
         steps = np.abs(np.diff(q[:, columns], axis=0)).max(axis=1)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -27,17 +26,19 @@ from nao_kin.rotations import exp, log
 _LEVER = 0.1
 
 Targets = tuple[Floats, ...]
+_LEGS, _ARMS = ("LLeg", "RLeg"), ("LArm", "RArm")
 
 
 @dataclass(frozen=True, eq=False)
-class LimbPath(ABC):
+class LimbPath:
     """Targets of one limb along a path, in the torso.
 
     Attributes:
         robot: whose limb.
-        name: what it is called in reports.
-        frames: the frames that are asked for.
-        targets: arrays of n targets each.
+        name: "LLeg", "RLeg", "legs" for both, "LArm", "RArm" or "Head".
+        frames: the frames that are asked for: one, or that of each leg; of a gaze the camera.
+        targets: arrays of n targets each: poses of feet; poses or places of a hand, or its places and the directions of
+            the forearm; orientations of the head, or the points that a camera looks at.
         options: what else its solver is called with.
     """
 
@@ -49,164 +50,73 @@ class LimbPath(ABC):
 
     @property
     def follows_only(self) -> bool:
-        """Whether every target has a family of solutions, so that each sample follows from the one before."""
-        return False
+        """Whether every target has a family of solutions, so that each sample follows from the one before.
 
-    @abstractmethod
+        Places alone leave two joints of an arm free.
+        """
+        return self.name in _ARMS and len(self.targets) == 1 and self.targets[0].ndim == 2
+
     def solve(self, reference: Floats, **changed: Any) -> IKResult:
-        """All solutions for the targets, with references of shape (n, nq) and options changed."""
+        """All solutions for the targets, with references of shape (n, nq) and options changed.
 
-    @abstractmethod
+        Of a hand's place alone this is the solution nearest to the reference.
+        """
+        robot, frame, target = self.robot, self.frames[0], self.targets[0]
+        options = {"reference": reference} | self.options | changed
+        if self.name == "legs":
+            return legs(robot, target, self.targets[1], frames=(frame, self.frames[1]), **options)
+        if self.name in _LEGS:
+            return leg(robot, self.name[0], target, frame=frame, **options)
+        if self.name in _ARMS:
+            direction = self.targets[1] if len(self.targets) == 2 else None
+            return arm(robot, self.name[0], target, direction=direction, frame=frame, **options)
+        if target.ndim == 3:
+            return head(robot, target, frame=frame, **options)
+        return look_at(robot, target, frame, **options)
+
     def points(self, q: Floats) -> Floats:
-        """Points that stand for what is asked of the pose, shape (n, p, 3) [m]."""
+        """Points that stand for what is asked of the pose, shape (n, p, 3) [m].
+
+        Of a pose the origin and a point on each axis, of a place the origin, of a direction a point along it; of the
+        head those on the axes as seen from the origin, of a gaze the one on the optical axis.
+        """
+        points = _pose_points(self._poses(q))
+        if self.name == "Head":
+            axes = points[:, 1:] - points[:, :1]
+            return np.asarray(axes if self.targets[0].ndim == 3 else axes[:, :1])
+        return points[:, : len(self.targets)] if self.targets[0].ndim == 2 else points
 
     def at(self, *rows: int) -> LimbPath:
         """The same for some of the targets, in any order and number."""
         return replace(self, targets=tuple(array[list(rows)] for array in self.targets))
 
-    @abstractmethod
     def between(self, first: Floats, second: Floats, shares: Floats) -> LimbPath:
         """Targets on the way from the pose in one configuration to that in another.
 
-        Places go straight, orientations turn about a fixed axis.
+        Places go straight, orientations turn about a fixed axis. Poses between two that the five joints of an arm make
+        are none that they make: its targets are places, and directions where more than places are asked for. What a
+        camera looks at is the same for two of its orientations: these are the targets of a gaze.
 
         Args:
             first: the whole robot, shape (nq,).
             second: the whole robot.
             shares: how far each target is on its way, in [0, 1], shape (m,).
         """
+        q = np.stack([first, second])
+        T = self._poses(q)
+        if self.name == "Head":
+            ends = [T[:, 0, :3, :3]]
+        elif self.name not in _ARMS:
+            ends = [T[:, k] for k in range(len(self.frames))]
+        else:
+            ends = [T[:, 0, :3, 3]]
+            if not self.follows_only:
+                forearm, torso = f"{self.name[0]}WristYaw", torso_frame(self.robot)
+                ends.append(self.robot.rotation(q, forearm, reference=torso)[:, :, 0])
+        return replace(self, targets=tuple(_between(begin, end, shares) for begin, end in ends))
 
     def _poses(self, q: Floats) -> Floats:
         return np.asarray(self.robot.fk(q, self.frames, reference=torso_frame(self.robot)))
-
-
-@dataclass(frozen=True, eq=False)
-class LegPath(LimbPath):
-    """One foot."""
-
-    def solve(self, reference: Floats, **changed: Any) -> IKResult:
-        """As `LimbPath.solve`."""
-        return leg(
-            self.robot,
-            self.name[0],
-            self.targets[0],
-            frame=self.frames[0],
-            reference=reference,
-            **(self.options | changed),
-        )
-
-    def points(self, q: Floats) -> Floats:
-        """The origin and a point on each axis."""
-        return _pose_points(self._poses(q))
-
-    def between(self, first: Floats, second: Floats, shares: Floats) -> LimbPath:
-        """As `LimbPath.between`."""
-        T = self._poses(np.stack([first, second]))
-        return replace(self, targets=(_between(T[0, 0], T[1, 0], shares),))
-
-
-@dataclass(frozen=True, eq=False)
-class LegsPath(LimbPath):
-    """Both feet, on the one motor of the hips."""
-
-    def solve(self, reference: Floats, **changed: Any) -> IKResult:
-        """As `LimbPath.solve`."""
-        left, right = self.targets
-        frames = (self.frames[0], self.frames[1])
-        return legs(self.robot, left, right, frames=frames, reference=reference, **(self.options | changed))
-
-    def points(self, q: Floats) -> Floats:
-        """The origins and a point on each axis, of both."""
-        return _pose_points(self._poses(q))
-
-    def between(self, first: Floats, second: Floats, shares: Floats) -> LimbPath:
-        """As `LimbPath.between`."""
-        T = self._poses(np.stack([first, second]))
-        return replace(self, targets=tuple(_between(T[0, foot], T[1, foot], shares) for foot in range(2)))
-
-
-@dataclass(frozen=True, eq=False)
-class ArmPath(LimbPath):
-    """One hand: poses, places, or places and directions as a second array."""
-
-    @property
-    def follows_only(self) -> bool:
-        """Places alone leave two joints free."""
-        return len(self.targets) == 1 and self.targets[0].ndim == 2
-
-    def solve(self, reference: Floats, **changed: Any) -> IKResult:
-        """As `LimbPath.solve`; of a place alone, the solution nearest to the reference."""
-        direction = self.targets[1] if len(self.targets) == 2 else None
-        return arm(
-            self.robot,
-            self.name[0],
-            self.targets[0],
-            direction=direction,
-            frame=self.frames[0],
-            reference=reference,
-            **(self.options | changed),
-        )
-
-    def points(self, q: Floats) -> Floats:
-        """The origin; with a direction a point along it, with a pose on each axis."""
-        points = _pose_points(self._poses(q))
-        if self.targets[0].ndim == 3:
-            return points
-        return points[:, : len(self.targets)]
-
-    def between(self, first: Floats, second: Floats, shares: Floats) -> LimbPath:
-        """Places, and directions of the forearm where more than places are asked for.
-
-        Poses between two that five joints make are none that they make; place and direction are five numbers.
-        """
-        q = np.stack([first, second])
-        place = self._poses(q)[:, 0, :3, 3]
-        places = _between(place[0], place[1], shares)
-        if self.follows_only:
-            return replace(self, targets=(places,))
-        forearm = f"{self.name[0]}WristYaw"
-        direction = self.robot.rotation(q, forearm, reference=torso_frame(self.robot))[:, :, 0]
-        return replace(self, targets=(places, _between(direction[0], direction[1], shares)))
-
-
-@dataclass(frozen=True, eq=False)
-class HeadPath(LimbPath):
-    """Orientations of the head."""
-
-    def solve(self, reference: Floats, **changed: Any) -> IKResult:
-        """As `LimbPath.solve`."""
-        options = self.options | changed
-        return head(self.robot, self.targets[0], frame=self.frames[0], reference=reference, **options)
-
-    def points(self, q: Floats) -> Floats:
-        """A point on each axis, seen from the origin."""
-        points = _pose_points(self._poses(q))
-        return np.asarray(points[:, 1:] - points[:, :1])
-
-    def between(self, first: Floats, second: Floats, shares: Floats) -> LimbPath:
-        """As `LimbPath.between`."""
-        T = self._poses(np.stack([first, second]))[:, 0]
-        return replace(self, targets=(_between(T[0, :3, :3], T[1, :3, :3], shares),))
-
-
-@dataclass(frozen=True, eq=False)
-class GazePath(LimbPath):
-    """Points that a camera looks at."""
-
-    def solve(self, reference: Floats, **changed: Any) -> IKResult:
-        """As `LimbPath.solve`."""
-        return look_at(self.robot, self.targets[0], self.frames[0], reference=reference, **(self.options | changed))
-
-    def points(self, q: Floats) -> Floats:
-        """A point on the optical axis, seen from the camera."""
-        points = _pose_points(self._poses(q))
-        return np.asarray(points[:, 1:2] - points[:, :1])
-
-    def between(self, first: Floats, second: Floats, shares: Floats) -> LimbPath:
-        """Orientations of the camera: what it looks at is the same for two of them."""
-        T = self._poses(np.stack([first, second]))[:, 0]
-        turns = _between(T[0, :3, :3], T[1, :3, :3], shares)
-        return HeadPath(self.robot, self.name, self.frames, (turns,), self.options)
 
 
 def _pose_points(T: Floats) -> Floats:
@@ -232,7 +142,6 @@ def _between(first: Floats, second: Floats, shares: Floats) -> Floats:
 
 # --- A path as callers give it: looked at once at the door, and brought into the torso.
 
-_LEGS, _ARMS = ("LLeg", "RLeg"), ("LArm", "RArm")
 _POSE, _ROTATION, _PLACE = (4, 4), (3, 3), (3,)
 
 
@@ -349,23 +258,18 @@ def limb_paths(
         if name not in frame:
             raise UnknownName("effector of the path", name, tuple(frame))
         frame[name] = value
-    seen = {name: path.in_torso(array) for name, array in path.targets.items()}
+    seen: dict[str, Targets] = {name: (path.in_torso(array),) for name, array in path.targets.items()}
+    for name, towards in path.directions.items():
+        seen[name] += (path.in_torso(towards, free=True),)
     limbs: list[LimbPath] = []
-    legs = [name for name in _LEGS if name in seen]
-    if len(legs) == 2:
-        pair = seen["LLeg"], seen["RLeg"]
-        limbs.append(LegsPath(robot, "legs", (frame["LLeg"], frame["RLeg"]), pair, {**options, "priority": priority}))
-    else:
-        limbs.extend(LegPath(robot, name, (frame[name],), (seen[name],), options) for name in legs)
-    for name in (name for name in seen if name not in _LEGS):
-        if name in _ARMS:
-            towards = path.directions.get(name)
-            aside = () if towards is None else (path.in_torso(towards, free=True),)
-            limbs.append(ArmPath(robot, name, (frame[name],), (seen[name], *aside), options))
-        elif name == "Head":
-            limbs.append(HeadPath(robot, "Head", (frame[name],), (seen[name],), options))
-        else:
-            limbs.append(GazePath(robot, "Head", (frame[name],), (seen[name],), options))
+    if set(_LEGS) <= seen.keys():
+        feet = [seen.pop(name)[0] for name in _LEGS]
+        both = {**options, "priority": priority}
+        limbs.append(LimbPath(robot, "legs", tuple(frame[name] for name in _LEGS), tuple(feet), both))
+    # A camera moves the head. Legs come first.
+    for name in sorted(seen, key=lambda name: name not in _LEGS):
+        limb = name if name in (*_LEGS, *_ARMS) else "Head"
+        limbs.append(LimbPath(robot, limb, (frame[name],), seen[name], options))
     return tuple(limbs)
 
 

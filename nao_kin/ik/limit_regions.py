@@ -4,18 +4,296 @@ from __future__ import annotations
 
 import functools
 import itertools
+import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats
-from nao_kin.ik.compiling import copied, in_lists, kept, run_rows
-from nao_kin.ik.descent import Region, project
+from nao_kin._kernels.cache import both_ways
+from nao_kin.ik.compiling import Row, copied, in_lists, kept, run_rows
 from nao_kin.robot import LIMIT_TOLERANCE, RobotModel
 from nao_kin.robot.semantics import CoupledLimit
+
+# --- Limits of the joints that move a frame, for scalar code: boxes, and plane regions of coupled limits.
+#
+# The numbers are those of a `LimitRegion`; what is done with them is the same, one configuration after the other.
+
+# Tables that share a joint are obeyed in turn, so often at most.
+MOST_TURNS = 20
+# Directions are probed by a step of this length [rad or m]: far above rounding, far below the bends of a table.
+PROBE = 1e-6
+# A line of a table that is beyond the table's own bound by less [rad] belongs to it.
+_SAME = 1e-12
+# Numbers of a table: the places of the joint that is depended on and of the one that depends, −1 for one that does not
+# move; the first of its bends, and the one behind the last.
+TABLE = 4
+
+
+class Region(NamedTuple):
+    """Where m joints may be.
+
+    Attributes:
+        lower: smallest values, m numbers.
+        upper: largest values.
+        winding: 1 for a joint that turns without limits and is the same after a whole turn.
+        tables: four whole numbers for each coupled limit.
+        at: bends of all tables: values of the joint that is depended on.
+        low: smallest value of the other one there, inside its box.
+        high: largest value there.
+        shared: whether two tables share a joint.
+    """
+
+    lower: Row
+    upper: Row
+    winding: Row
+    tables: Row
+    at: Row
+    low: Row
+    high: Row
+    shared: bool
+
+
+@both_ways
+def project(region: Region, values: Row, still: Row, inside: Row) -> None:
+    """The nearest values inside the limits; `still` has for each table the value of its joint that does not move."""
+    for j in range(len(region.lower)):
+        inside[j] = min(max(values[j], region.lower[j]), region.upper[j])
+    count = len(region.tables) // TABLE
+    # What a plane's nearest point is asked for are the values as given: clipping them first would move the point.
+    for t in range(count):
+        of, joint = region.tables[TABLE * t], region.tables[TABLE * t + 1]
+        if of >= 0 and joint >= 0:
+            inside[of], inside[joint] = nearest_point(region, t, values[of], values[joint])
+    for t in range(count):
+        if region.tables[TABLE * t] < 0 or region.tables[TABLE * t + 1] < 0:
+            obey(region, t, still, inside)
+    if region.shared:
+        for _ in range(MOST_TURNS):
+            changed = False
+            for t in range(count):
+                changed = obey(region, t, still, inside) or changed
+            if not changed:
+                break
+
+
+@both_ways
+def obey(region: Region, t: int, still: Row, values: Row) -> bool:
+    """Take the moving joints of a table into its region; whether that changed them."""
+    of, joint = region.tables[TABLE * t], region.tables[TABLE * t + 1]
+    if of >= 0 and joint >= 0:
+        x, y = nearest_point(region, t, values[of], values[joint])
+        changed = bool(x != values[of] or y != values[joint])
+        values[of], values[joint] = x, y
+        return changed
+    if joint >= 0:
+        low, high = range_at(region, t, still[t])
+        y = min(max(values[joint], low), high)
+        changed = bool(y != values[joint])
+        values[joint] = y
+        return changed
+    x = nearest_of(region, t, values[of], still[t])
+    changed = bool(x != values[of])
+    values[of] = x
+    return changed
+
+
+@both_ways
+def range_at(region: Region, t: int, of: float) -> tuple[float, float]:
+    """Smallest and largest value of the joint of a table where the other is at `of`; constant outside the table."""
+    first, last = region.tables[TABLE * t + 2], region.tables[TABLE * t + 3] - 1
+    if of <= region.at[first]:
+        return region.low[first], region.high[first]
+    if of >= region.at[last]:
+        return region.low[last], region.high[last]
+    right = first + 1
+    while region.at[right] < of:
+        right += 1
+    left = right - 1
+    share = (of - region.at[left]) / (region.at[right] - region.at[left])
+    low = region.low[left] + share * (region.low[right] - region.low[left])
+    return low, region.high[left] + share * (region.high[right] - region.high[left])
+
+
+@both_ways
+def nearest_point(region: Region, t: int, of: float, joint: float) -> tuple[float, float]:
+    """The nearest point of a plane region: on one of the segments of its boundary, if it is not inside."""
+    first, last = region.tables[TABLE * t + 2], region.tables[TABLE * t + 3] - 1
+    low, high = range_at(region, t, of)
+    if region.at[first] <= of <= region.at[last] and low <= joint <= high:
+        return of, joint
+    best, x, y = math.inf, of, joint
+    for side in range(2):
+        bound = region.low if side == 0 else region.high
+        for i in range(first, last):
+            dx, dy = region.at[i + 1] - region.at[i], bound[i + 1] - bound[i]
+            square = dx * dx + dy * dy
+            share = ((of - region.at[i]) * dx + (joint - bound[i]) * dy) / square if square > 0.0 else 0.0
+            share = min(max(share, 0.0), 1.0)
+            foot_x, foot_y = region.at[i] + share * dx, bound[i] + share * dy
+            away = (of - foot_x) * (of - foot_x) + (joint - foot_y) * (joint - foot_y)
+            if away < best:
+                best, x, y = away, foot_x, foot_y
+    for side in range(2):
+        i = first if side == 0 else last
+        foot = min(max(joint, region.low[i]), region.high[i])
+        away = (of - region.at[i]) * (of - region.at[i]) + (joint - foot) * (joint - foot)
+        if away < best:
+            best, x, y = away, region.at[i], foot
+    # The foot of a perpendicular lies on the boundary to rounding; the last bit is clipped away.
+    low, high = range_at(region, t, x)
+    return x, min(max(y, low), high)
+
+
+@both_ways
+def nearest_of(region: Region, t: int, of: float, joint: float) -> float:
+    """The nearest value of the joint that is depended on at which the other may be at `joint`; `of` if there is none.
+
+    Between two bends the allowed values are an interval, given by two linear inequalities.
+    """
+    first, last = region.tables[TABLE * t + 2], region.tables[TABLE * t + 3] - 1
+    best, found = math.inf, of
+    for i in range(first, last):
+        start, end = 0.0, 1.0
+        for side in range(2):
+            # sign · (joint − bound) ≥ 0 with bound = left + share · rise.
+            sign = 1.0 if side == 0 else -1.0
+            left, right = (region.low[i], region.low[i + 1]) if side == 0 else (region.high[i], region.high[i + 1])
+            rise, slack = sign * (right - left), sign * (joint - left)
+            if rise > 0.0:
+                end = min(end, slack / rise)
+            elif rise < 0.0:
+                start = max(start, slack / rise)
+            elif slack < 0.0:
+                end = -1.0
+        if start <= end:
+            width = region.at[i + 1] - region.at[i]
+            value = min(max(of, region.at[i] + start * width), region.at[i] + end * width)
+            if abs(value - of) < best:
+                best, found = abs(value - of), value
+    return found
+
+
+@both_ways
+def open_directions(
+    region: Region, values: Row, still: Row, wanted: Row, ahead: Row, inside: Row, is_open: Row, along: Row
+) -> bool:
+    """Along which directions a step may go that wants to go along `wanted`; whether all are open.
+
+    A joint held at its limit is not (`is_open` 0); of two joints at the edge of their plane region only the direction
+    along the edge is, which `along` has for each table, (2, 0) where the two are free.
+    """
+    count, width = len(region.tables) // TABLE, len(region.lower)
+    for j in range(width):
+        ahead[j] = 1.0 if wanted[j] > 0.0 else -1.0 if wanted[j] < 0.0 else 0.0
+    for t in range(count):
+        of, joint = region.tables[TABLE * t], region.tables[TABLE * t + 1]
+        along[2 * t], along[2 * t + 1] = 2.0, 0.0
+        if of >= 0 and joint >= 0:
+            length = math.sqrt(wanted[of] * wanted[of] + wanted[joint] * wanted[joint])
+            if length > 0.0:
+                ahead[of], ahead[joint] = wanted[of] / length, wanted[joint] / length
+    for j in range(width):
+        ahead[j] = values[j] + PROBE * ahead[j]
+    project(region, ahead, still, inside)
+    everything = True
+    for j in range(width):
+        free = abs(inside[j] - values[j]) >= 0.5 * PROBE or ahead[j] == values[j]
+        is_open[j] = 1.0 if free else 0.0
+        everything = everything and bool(inside[j] == ahead[j])
+    if everything:
+        return True
+    for t in range(count):
+        of, joint = region.tables[TABLE * t], region.tables[TABLE * t + 1]
+        if of >= 0 and joint >= 0:
+            is_open[of], is_open[joint] = 1.0, 1.0
+            x, y = (inside[of] - values[of]) / PROBE, (inside[joint] - values[joint]) / PROBE
+            off = max(abs(inside[of] - ahead[of]), abs(inside[joint] - ahead[joint])) / PROBE
+            if off > 1e-3:
+                length = math.sqrt(x * x + y * y)
+                along[2 * t] = x / length if length > 1e-3 else 0.0
+                along[2 * t + 1] = y / length if length > 1e-3 else 0.0
+    return False
+
+
+@both_ways
+def clipped(region: Region, values: Row) -> None:
+    """Take back what rounding and the bends of tables have left outside, where both joints of each table move."""
+    for j in range(len(region.lower)):
+        values[j] = min(max(values[j], region.lower[j]), region.upper[j])
+    for t in range(len(region.tables) // TABLE):
+        of, joint = region.tables[TABLE * t], region.tables[TABLE * t + 1]
+        low, high = range_at(region, t, values[of])
+        values[joint] = min(max(values[joint], low, region.lower[joint]), high, region.upper[joint])
+
+
+@both_ways
+def outside(region: Region, values: Row) -> float:
+    """The sum of what the values are outside their limits by, when both joints of each table move [rad or m]."""
+    total = 0.0
+    for j in range(len(region.lower)):
+        total += max(0.0, region.lower[j] - values[j], values[j] - region.upper[j])
+    for t in range(len(region.tables) // TABLE):
+        low, high = range_at(region, t, values[region.tables[TABLE * t]])
+        value = values[region.tables[TABLE * t + 1]]
+        total += max(0.0, low - value, value - high)
+    return total
+
+
+@both_ways
+def most_rows(region: Region) -> int:
+    """How many rows `limit_rows` writes at most."""
+    return 2 * (len(region.lower) + len(region.at))
+
+
+@both_ways
+def limit_rows(region: Region, values: Row, still: Row, longest: Row, A: Floats, b: Floats, count: int) -> int:
+    """Rows A δ ≥ b that keep a step δ inside the limits and no longer than `longest`; their number with those before.
+
+    A joint that is outside is brought back as far as a step may go. Of a table every segment within a step's reach
+    gives a row, except where its line would cut away what is allowed at these values: the region need not be convex.
+    """
+    first_box = count
+    for j in range(len(region.lower)):
+        for side in range(2):
+            slack = region.lower[j] - values[j] if side == 0 else values[j] - region.upper[j]
+            A[count] = 0.0
+            A[count, j] = 1.0 if side == 0 else -1.0
+            b[count] = min(max(slack, -longest[j]), longest[j])
+            count += 1
+    for t in range(len(region.tables) // TABLE):
+        of, joint = region.tables[TABLE * t], region.tables[TABLE * t + 1]
+        at_of = values[of] if of >= 0 else still[t]
+        at_joint = values[joint] if joint >= 0 else still[t]
+        reach = longest[of] if of >= 0 else 0.0
+        bounds = range_at(region, t, at_of)
+        for i in range(region.tables[TABLE * t + 2], region.tables[TABLE * t + 3] - 1):
+            begins, ends = region.at[i], region.at[i + 1]
+            if begins > at_of + reach or ends < at_of - reach:
+                continue
+            for side in range(2):
+                sign, bound = (1.0, region.low) if side == 0 else (-1.0, region.high)
+                slope = (bound[i + 1] - bound[i]) / (ends - begins)
+                line = bound[i] + slope * (at_of - begins)
+                if sign * (line - bounds[side]) > _SAME:
+                    continue
+                A[count] = 0.0
+                # No more is asked for than the boxes let the two joints do.
+                most = 0.0
+                if joint >= 0:
+                    A[count, joint] = sign
+                    most += -b[first_box + 2 * joint + 1 - side]
+                if of >= 0 and slope != 0.0:
+                    A[count, of] = -sign * slope
+                    most += -abs(slope) * b[first_box + 2 * of + (1 if A[count, of] > 0.0 else 0)]
+                b[count] = min(sign * (line - at_joint), most)
+                count += 1
+    return count
+
+
+# --- The same for many configurations at a time, read from a robot.
 
 # Where the joint that a table depends on has no limits, its region ends so far beyond the table [rad].
 _FAR = 100.0
@@ -23,67 +301,7 @@ _FAR = 100.0
 _FEW = 16
 
 
-class PlaneRegion:
-    """The points (of, joint) that a coupled limit and the boxes of its two joints allow.
-
-    The region lies between two polylines over the range of `of`; it need not be convex.
-
-    Attributes:
-        at: values of `of` where a bound bends, both ends of its range included, shape (k,).
-        lower: smallest value of `joint` there, shape (k,).
-        upper: largest value there, shape (k,).
-    """
-
-    def __init__(self, table: CoupledLimit, of_box: tuple[float, float], joint_box: tuple[float, float]) -> None:
-        first, last = max(of_box[0], table.at[0] - _FAR), min(of_box[1], table.at[-1] + _FAR)
-        at = {first, last, *(value for value in table.at if first < value < last)}
-        for bound in (table.lower, table.upper):
-            for end in joint_box:
-                at |= {value for value in _crossings(table.at, bound, end) if first < value < last}
-        self.at: Floats = np.array(sorted(at))
-        self.lower: Floats = np.clip(np.interp(self.at, table.at, table.lower), *joint_box)
-        self.upper: Floats = np.clip(np.interp(self.at, table.at, table.upper), *joint_box)
-
-    def range(self, of: Floats) -> tuple[Floats, Floats]:
-        """Smallest and largest value of `joint` at values of `of`, any shape."""
-        return np.interp(of, self.at, self.lower), np.interp(of, self.at, self.upper)
-
-
-@dataclass(frozen=True, eq=False)
-class Line:
-    """A segment of a coupled limit, as a line joint = start + slope (of − begins).
-
-    Attributes:
-        of: the joint that the limit depends on, by its place in `RobotModel.joint_names`.
-        joint: the joint that it limits.
-        sign: 1 for a lower bound, −1 for an upper one.
-        begins: where the segment begins, a value of `of`.
-        ends: where it ends.
-        start: the limit where it begins.
-        slope: of the segment.
-        region: what it belongs to.
-    """
-
-    of: int
-    joint: int
-    sign: float
-    begins: float
-    ends: float
-    start: float
-    slope: float
-    region: PlaneRegion
-
-    def at(self, of: Floats) -> Floats:
-        """The line at values of `of`."""
-        return np.asarray(self.start + self.slope * (of - self.begins))
-
-    def bound(self, of: Floats) -> Floats:
-        """The limit itself at values of `of`."""
-        return self.region.range(of)[0 if self.sign > 0.0 else 1]
-
-
-@dataclass(frozen=True, eq=False)
-class Violations:
+class Violations(NamedTuple):
     """For each of n configurations, the joint that is farthest outside its limits.
 
     Attributes:
@@ -129,17 +347,13 @@ class LimitRegion:
             self.lower = -self.upper
         unlimited = np.isinf(self.lower) & np.isinf(self.upper)
         self.winding = moving[(turning & unlimited & ~followed)[moving]]
-        self._is_moving = np.zeros(len(robot.joint_names), dtype=np.bool_)
-        self._is_moving[moving] = True
-        column = {name: index for index, name in enumerate(robot.joint_names)}
-        self._tables: list[tuple[PlaneRegion, int, int]] = []
+        self._is_moving = np.isin(np.arange(len(robot.joint_names)), moving)
+        self._tables: list[tuple[Floats, int, int]] = []
         for table in robot.coupled_limits if enforced else ():
-            of, joint = column[table.of], column[table.joint]
+            of, joint = robot.joint_names.index(table.of), robot.joint_names.index(table.joint)
             if self._is_moving[of] or self._is_moving[joint]:
                 boxes = [(float(robot.lower[i]), float(robot.upper[i])) for i in (of, joint)]
                 self._tables.append((_plane_region(table, boxes[0], boxes[1]), of, joint))
-        coupled = [index for _, of, joint in self._tables for index in (of, joint)]
-        self._shared = len(set(coupled)) < len(coupled)
 
     def project(self, values: Floats) -> Floats:
         """The nearest values inside the limits, shape (n, joints); joints that do not move stay as they are."""
@@ -165,32 +379,11 @@ class LimitRegion:
     @functools.cached_property
     def numbers(self) -> Region:
         """The same for scalar code."""
-        place = {int(index): k for k, index in enumerate(self.moving)}
-        tables: list[int] = []
-        regions = [region for region, _, _ in self._tables]
-        ends = list(itertools.accumulate((len(region.at) for region in regions), initial=0))
-        for (_, of, joint), first, last in zip(self._tables, ends, ends[1:], strict=False):
-            tables += [place.get(of, -1), place.get(joint, -1), first, last]
-        winding = np.zeros(len(self.moving))
-        winding[[place[int(index)] for index in self.winding]] = 1.0
-        at, low, high = (
-            np.concatenate([np.zeros(0), *(getattr(region, name) for region in regions)])
-            for name in ("at", "lower", "upper")
-        )
-        lower, upper = (np.array(bound[self.moving], dtype=np.float64) for bound in (self.lower, self.upper))
-        whole = np.array(tables, dtype=np.int64)
-        return Region(lower, upper, winding, whole, at, low, high, bool(self._shared))
-
-    def lines(self) -> list[Line]:
-        """The segments of all coupled limits of joints that move."""
-        found = []
-        for region, of, joint in self._tables:
-            for i in range(len(region.at) - 1):
-                begins, ends = float(region.at[i]), float(region.at[i + 1])
-                for sign, bound in ((1.0, region.lower), (-1.0, region.upper)):
-                    slope = float(bound[i + 1] - bound[i]) / (ends - begins)
-                    found.append(Line(of, joint, sign, begins, ends, float(bound[i]), slope, region))
-        return found
+        place = np.full(len(self._is_moving), -1)
+        place[self.moving] = np.arange(len(self.moving))
+        winding = np.isin(self.moving, self.winding).astype(np.float64)
+        tables = [(place[of], place[joint], bends) for bends, of, joint in self._tables]
+        return region_of(self.lower[self.moving], self.upper[self.moving], winding, tables)
 
     def still_values(self, values: Floats) -> Floats:
         """For each table the value of its joint that does not move, shape (n, t), from those of all, (n, joints)."""
@@ -213,7 +406,7 @@ class LimitRegion:
         limit = np.where(below[rows, joint] > 0.0, self.lower[joint], self.upper[joint])
         coupled = np.zeros(len(values), dtype=np.bool_)
         for region, of, column in self._tables:
-            low, high = region.range(values[:, of])
+            low, high = (np.interp(values[:, of], region[0], bound) for bound in region[1:])
             over = np.maximum(low - values[:, column], values[:, column] - high)
             # A table is to blame where no box is.
             worse = (over > LIMIT_TOLERANCE) & (worst <= LIMIT_TOLERANCE) | coupled & (over > worst)
@@ -224,19 +417,45 @@ class LimitRegion:
         return Violations(joint, values[rows, joint], limit, worst > LIMIT_TOLERANCE, coupled)
 
 
+def region_of(lower: Floats, upper: Floats, winding: Floats, tables: list[tuple[int, int, Floats]]) -> Region:
+    """Limits as scalar code takes them; each table with the places of its two joints and its bends, shape (3, k)."""
+    ends = np.cumsum([0, *(bends.shape[1] for _, _, bends in tables)])
+    rows = [(of, joint, *ends[t : t + 2]) for t, (of, joint, _) in enumerate(tables)]
+    places = [place for of, joint, _ in tables for place in (of, joint) if place >= 0]
+    at, low, high = np.concatenate([np.zeros((3, 0)), *(bends for _, _, bends in tables)], axis=1)
+    numbers = np.array(rows, dtype=np.int64).reshape(-1)
+    is_shared = len(set(places)) < len(places)
+    return Region(lower.astype(np.float64), upper.astype(np.float64), winding, numbers, at, low, high, is_shared)
+
+
+def extended(table: CoupledLimit) -> Floats:
+    """The bends of a coupled limit with its constant ends drawn out far: values, lower and upper bounds, (3, k + 2)."""
+    bends = np.pad([table.at, table.lower, table.upper], ((0, 0), (1, 1)), mode="edge")
+    bends[0, 0], bends[0, -1] = bends[0, 0] - _FAR, bends[0, -1] + _FAR
+    return bends
+
+
 @functools.cache
-def _plane_region(table: CoupledLimit, of_box: tuple[float, float], joint_box: tuple[float, float]) -> PlaneRegion:
-    """The region of a table, made once: robots of one kind share it."""
-    return PlaneRegion(table, of_box, joint_box)
+def _plane_region(table: CoupledLimit, of_box: tuple[float, float], joint_box: tuple[float, float]) -> Floats:
+    """The points (of, joint) that a coupled limit and the boxes of its two joints allow; robots of one kind share it.
 
+    The region lies between two polylines over the range of `of`; it need not be convex.
 
-def _crossings(at: tuple[float, ...], bound: tuple[float, ...], level: float) -> list[float]:
-    """Where a polyline crosses a level between two of its bends."""
-    found = []
-    for (a, y), (b, z) in zip(zip(at, bound, strict=True), list(zip(at, bound, strict=True))[1:], strict=False):
-        if (y - level) * (z - level) < 0.0:
-            found.append(a + (level - y) / (z - y) * (b - a))
-    return found
+    Returns:
+        Values of `of` where a bound bends, both ends of its range included, and the smallest and the largest value of
+        `joint` there, shape (3, k).
+    """
+    first, last = max(of_box[0], table.at[0] - _FAR), min(of_box[1], table.at[-1] + _FAR)
+    bends = {first, last, *table.at}
+    for bound in (table.lower, table.upper):
+        points = zip(table.at, bound, strict=True)
+        for ((left, y), (right, z)), end in itertools.product(itertools.pairwise(points), joint_box):
+            if (y - end) * (z - end) < 0.0:
+                bends.add(left + (end - y) / (z - y) * (right - left))
+    at = np.array(sorted(value for value in bends if first <= value <= last))
+    return np.array(
+        [at, *(np.clip(np.interp(at, table.at, bound), *joint_box) for bound in (table.lower, table.upper))]
+    )
 
 
 def region_type() -> Any:

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats
-from nao_kin.ik.descent import Chain, Goal
+from nao_kin.ik.descent import FrameMotion, Goal, descended
 from nao_kin.ik.geometry import Limb, kept_limb, torso_in_trunk
-from nao_kin.ik.limit_regions import LimitRegion
-from nao_kin.ik.pose_search import FrameMotion, descended
 from nao_kin.ik.ranges import MOST_TURNED
 from nao_kin.ik.results import IKResult
 from nao_kin.robot import RobotModel
@@ -26,42 +23,6 @@ if TYPE_CHECKING:
 # What one radian counts [m], as in `arm`.
 ANGLE_WEIGHT = 0.1
 _GOAL = Goal(np.repeat([1.0, ANGLE_WEIGHT], 3), 0.0, 200)
-
-
-@dataclass(frozen=True, eq=False)
-class Feet:
-    """The search space of one foot or of both.
-
-    Attributes:
-        chain: the ways from the root to the frames, moved by the coordinates of the limb.
-        limited: their limits.
-        free: without limits.
-        T_root_torso: the frame in which targets are given.
-    """
-
-    chain: Chain
-    limited: LimitRegion
-    free: LimitRegion
-    T_root_torso: Floats
-
-
-def search_of_feet(robot: RobotModel, *frames: str) -> Feet:
-    """The search space of a frame on one foot, or of one on each, over the coordinates in the order of their limb."""
-    motions = [FrameMotion(robot, frame) for frame in frames]
-    joints = list(dict.fromkeys(int(joint) for motion in motions for joint in motion.joints))
-    place = [np.array([joints.index(int(joint)) for joint in motion.joints]) for motion in motions]
-    chains = [motion.chain for motion in motions]
-    chain = Chain(
-        np.concatenate([chain.joints for chain in chains]),
-        np.concatenate([chain.links for chain in chains]),
-        np.concatenate([chain.slides for chain in chains]),
-        np.concatenate([np.where(c.place < 0, -1, order[c.place]) for c, order in zip(chains, place, strict=True)]),
-        np.concatenate([chain.ratio for chain in chains]),
-        np.concatenate([chain.offset for chain in chains]),
-    )
-    moving = np.array(joints, dtype=np.intp)
-    free = LimitRegion(robot, moving, enforced=False)
-    return Feet(chain, LimitRegion(robot, moving), free, torso_in_trunk(robot))
 
 
 def missed(result: IKResult) -> NDArray[np.bool_]:
@@ -94,21 +55,21 @@ def nearest_feet(
     Returns:
         Coordinates of the limb, shape (n, c), and errors of each foot in position and angle, shape (n, F, 2) [m, rad].
     """
-    feet = kept_limb(robot, search_of_feet, *frames)
-    region = feet.limited if enforce else feet.free
+    motion = kept_limb(robot, FrameMotion, *frames)
+    region = motion.limited if enforce else motion.free
     n, c = len(T), len(limb.columns)
-    wanted = np.array(feet.T_root_torso @ T)
+    wanted = np.array(torso_in_trunk(robot) @ T)
     wanted[..., :3, :3] = nearest_rotation(wanted[..., :3, :3])
     near = reference[:, limb.index]
     began = np.stack([np.broadcast_to(start, (n, c)) for start in (near, *starts)])
     values = robot.neutral()[None].repeat(len(began) * n, axis=0)
     values[:, limb.index] = began.reshape(-1, c)
-    values = region.project(values[:, robot.nq - len(robot.joint_names) :])
+    values = region.project(motion.joint_values(values))
     targets = np.broadcast_to(wanted.reshape(n, -1), (len(began), n, 16 * len(frames))).reshape(len(values), -1)
     still, inside = region.still_values(values), values[:, region.moving]
     # A single start is searched from as Python where nothing is compiled yet.
     parts = [slice(k, k + 1) for k in range(len(inside))] if n == 1 else [slice(None)]
-    found = [descended(feet.chain, region, _GOAL, targets[k], still[k], inside[k], threads) for k in parts]
+    found = [descended(motion.chain, region, _GOAL, targets[k], still[k], inside[k], threads) for k in parts]
     cost = np.concatenate([part.cost for part in found]).reshape(len(began), n)
     rows: NDArray[np.intp] = np.argmin(cost, axis=0) * n + np.arange(n)
     best = np.concatenate([part.q for part in found])[rows]

@@ -69,7 +69,7 @@ def quadratic_program(H: Floats, g: Floats, A: Floats, b: Floats, count: int, eq
         H: positive definite, shape (n, n); destroyed.
         g: shape (n,).
         A: rows aᵢ, of which `count` count.
-        b: see there.
+        b: least values bᵢ.
         count: how many rows.
         equal: how many of these, the first, are equations.
         x: for the result.

@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin._core.arrays import Floats, as_floats, check_tolerance, common_batch
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.ik.compiling import kept
+from nao_kin.ik.descent import FrameMotion
 from nao_kin.ik.geometry import kept_limb
-from nao_kin.ik.pose_search import SearchSpace, search_space
+from nao_kin.ik.limit_regions import Region, limit_rows, most_rows, region_type
 from nao_kin.ik.quadratic_program import quadratic_program
 from nao_kin.robot import LIMIT_TOLERANCE, Expression, RobotModel, check_robot
 
@@ -225,8 +226,6 @@ _ROUNDING = 1e-9
 _LEAST_COST = 1e-10
 # Fewer quadratic programs are solved as Python, if nothing has been compiled yet.
 _FEW = 64
-# A line of a coupled limit that is beyond the limit itself by less [rad] belongs to it.
-_SAME = 1e-12
 
 _Svd = tuple[Floats, Floats, Floats]
 
@@ -295,8 +294,7 @@ def velocity(
         check_tolerance(value, name)
         if not 0.0 < value < np.inf:
             raise BadArgument(f"{name} must be a finite number above 0, got {value}")
-    space = kept_limb(robot, search_space, frame)
-    motion = space.motion
+    motion = kept_limb(robot, FrameMotion, frame)
     start, twists = robot.checked(q), as_floats(twist, (6,), "twist")
     batch = common_batch("q and twist", start.shape[:-1], twists.shape[:-1])
     q_rows = np.array(np.broadcast_to(start, (*batch, robot.nq)).reshape(-1, robot.nq))
@@ -311,7 +309,7 @@ def velocity(
     if limits == "ignore":
         speeds = asked
     else:
-        bounds = _Bounds(space, q_rows, dt)
+        bounds = _Bounds(motion, q_rows, dt)
         if limits == "scale":
             speeds = bounds.scaled(asked)
         else:
@@ -341,9 +339,8 @@ def velocity(
 class _Bounds:
     """What velocities joints may have, from configurations (n, nq)."""
 
-    def __init__(self, space: SearchSpace, q: Floats, dt: float) -> None:
-        motion = space.motion
-        self._motion, self._region, self._dt = motion, space.limited, dt
+    def __init__(self, motion: FrameMotion, q: Floats, dt: float) -> None:
+        self._motion, self._region, self._dt = motion, motion.limited, dt
         self._values = motion.joint_values(q)
         # Whether the configurations are inside to begin with.
         off = np.abs(self._region.project(self._values) - self._values)
@@ -379,34 +376,11 @@ class _Bounds:
         cornered = ~fine & (np.abs(self._region.project(ahead) - ahead).max(axis=-1) > 0.1 * LIMIT_TOLERANCE)
         return np.asarray(np.where(cornered[:, None], 0.0, alike))
 
-    def inequalities(self, rows: NDArray[np.intp]) -> tuple[Floats, Floats]:
-        """Rows A v ≥ b for configurations, shapes (k, r, m) and (k, r), that keep speed limits and ranges for dt.
-
-        From outside its range a joint comes back as fast as it may. Of a coupled limit every segment within reach gives
-        a row, except where its line would cut away what is allowed now: the region need not be convex.
-        """
-        motion, region, dt = self._motion, self._region, self._dt
-        values, fastest = self._values[rows], self._fastest
-        moving = values[:, motion.joints]
-        low = np.clip((region.lower[motion.joints] - moving) / dt, -fastest, fastest)
-        high = np.clip((region.upper[motion.joints] - moving) / dt, -fastest, fastest)
-        k, m = moving.shape
-        A = [np.broadcast_to(np.concatenate([np.eye(m), -np.eye(m)]), (k, 2 * m, m))]
-        b = [low, -high]
-        for line in region.lines():
-            row = np.zeros((k, m))
-            for joint, share in ((line.joint, 1.0), (line.of, -line.slope)):
-                row[:, motion.joints == joint] = line.sign * share
-            # No more than the joints can do, for from outside a limit they come back as fast as they may.
-            ahead = (row * np.where(row > 0.0, high, np.where(row < 0.0, low, 0.0))).sum(axis=-1)
-            reach = np.where(motion.joints == line.of, fastest, 0.0).sum() * dt
-            of = values[:, line.of]
-            now = line.sign * (line.at(of) - line.bound(of)) <= _SAME
-            now &= (line.begins <= of + reach) & (line.ends >= of - reach)
-            needed = np.minimum(line.sign * (line.at(of) - values[:, line.joint]) / dt, ahead)
-            A.append(row[:, None])
-            b.append(np.where(now, needed, -np.inf)[:, None])
-        return np.ascontiguousarray(np.concatenate(A, axis=1)), np.ascontiguousarray(np.concatenate(b, axis=1))
+    def numbers(self, rows: NDArray[np.intp]) -> tuple[Region, Floats, Floats, Floats, float]:
+        """What `_programs` takes of configurations."""
+        values = self._values[rows]
+        moving = np.ascontiguousarray(values[:, self._motion.joints])
+        return self._region.numbers, moving, self._region.still_values(values), self._fastest * self._dt, self._dt
 
     def scaled(self, speeds: Floats) -> Floats:
         """The same velocities, all slowed alike until every joint is inside."""
@@ -441,13 +415,9 @@ def _redistributed(
     squares[:, :size] += np.square(sigma) + np.square(_dampings(sigma, damping))
     H = np.ascontiguousarray(np.einsum("nki,nk,nkj->nij", Vt, squares, Vt))
     g = np.ascontiguousarray(-np.einsum("nij,ni->nj", J[rows], wanted[rows]))
-    A, b = bounds.inequalities(rows)
     found, solved = np.zeros_like(g), np.zeros(len(rows), dtype=np.bool_)
-    if len(rows) < _FEW and not _programs.in_memory:
-        for k in range(len(rows)):
-            solved[k] = quadratic_program(H[k], g[k], A[k], b[k], b.shape[1], 0, found[k])
-    else:
-        _programs(H, g, A, b, found, solved)
+    solve = _programs.uncompiled if len(rows) < _FEW and not _programs.in_memory else _programs
+    solve(*bounds.numbers(rows), H, g, found, solved)
     speeds[rows] = bounds.allowed(np.where(solved[:, None], found, asked[rows]), rows)
     return speeds
 
@@ -455,14 +425,23 @@ def _redistributed(
 def _arguments() -> tuple[Any, ...]:
     from numba import types
 
-    rows, blocks = types.float64[:, ::1], types.float64[:, :, ::1]
-    return blocks, rows, blocks, rows, rows, types.boolean[::1]
+    rows, number = types.float64[:, ::1], types.float64
+    bounds = region_type(), rows, rows, types.float64[::1], number
+    return *bounds, types.float64[:, :, ::1], rows, rows, types.boolean[::1]
 
 
 @kept("velocities", _arguments)
-def _programs(H: Any, g: Floats, A: Any, b: Floats, found: Floats, solved: NDArray[np.bool_]) -> None:
+def _programs(
+    region: Region, values: Floats, still: Floats, longest: Floats, dt: float,
+    H: Floats, g: Floats, found: Floats, solved: NDArray[np.bool_],
+) -> None:  # fmt: skip
+    """The minimum of each ½ vᵀ H v + gᵀ v whose step v dt stays inside the limits and is no longer than `longest`."""
+    A, b = np.empty((most_rows(region), g.shape[1])), np.empty(most_rows(region))
     for k in range(len(g)):
-        solved[k] = quadratic_program(H[k], g[k], A[k], b[k], b.shape[1], 0, found[k])
+        count = limit_rows(region, values[k], still[k], longest, A, b, 0)
+        for i in range(count):
+            b[i] /= dt
+        solved[k] = quadratic_program(H[k], g[k], A, b, count, 0, found[k])
 
 
 def _dampings(sigma: Floats, damping: float | None) -> Floats:

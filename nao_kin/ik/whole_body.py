@@ -13,11 +13,20 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin._core.arrays import MOST_SEARCHES, Floats, as_vectors, check_tolerance, common_batch, whole_number
 from nao_kin._core.process import usable_cores
 from nao_kin.ik.body import SIDES, Ints
-from nao_kin.ik.body_errors import POSE
-from nao_kin.ik.body_search import BOTH, LACKING, NOT_STANDING, REACHED, START, STATUS, STEPS, STOPPED, whole_bodies
+from nao_kin.ik.body_errors import BOTH, DEFAULT_POSTURE, DEFAULT_WEIGHTS, Plan
+from nao_kin.ik.body_search import (
+    LACKING,
+    NOT_STANDING,
+    REACHED,
+    START,
+    STATUS,
+    STEPS,
+    STOPPED,
+    Found,
+    Poses,
+    whole_bodies,
+)
 from nao_kin.ik.body_targets import (
-    DEFAULT_POSTURE,
-    DEFAULT_WEIGHTS,
     BodyTables,
     PreparedRobot,
     Target,
@@ -26,7 +35,6 @@ from nao_kin.ik.body_targets import (
     factor,
     feet_beyond,
     margin_beyond,
-    plan_of,
     prepared,
     standing_feet,
     target_beyond,
@@ -173,8 +181,6 @@ class WholeBodyResult:
 
 # --- `whole_body`: a pose of the whole NAO, its feet standing, for hands, gaze and centre of mass.
 
-# The second foot as a target of the search that brings the robot to stand.
-_FOOT_WEIGHTS = (1.0, 0.1)
 # What a search from one start takes as Python, before the kernel has been compiled [s].
 _PYTHON_SECONDS = 0.25
 # A joint is at its limit from here on [rad].
@@ -259,15 +265,12 @@ def whole_body(
     factors = checked_weights(weights)
     check_tolerance(tolerance)
     check_tolerance(margin, "margin")
-    counts = (
-        whole_number(restarts, "restarts", 0, MOST_SEARCHES),
-        whole_number(iterations, "iterations", 1, MOST_SEARCHES),
-    )
+    searches = whole_number(restarts, "restarts", 0, MOST_SEARCHES)
+    steps = whole_number(iterations, "iterations", 1, MOST_SEARCHES)
     workers = check_threads(threads)
     given, notes = (ready.rest, ()) if reference is None else _configurations(robot, reference, "reference", enforce)
-    at_reference = np.asarray(robot.fk(given, ["LLeg", "RLeg"]))
-    standing = standing_feet(feet, at_reference)
-    asked = all_targets(tables, standing, targets, com, gaze, torso, factors)
+    standing = standing_feet(feet) if feet is not None else ready.feet(robot, None if reference is None else given)
+    asked = all_targets(robot, tables, standing, targets, com, gaze, torso, factors)
     wanted, more = (given, ()) if posture is None else _configurations(robot, posture, "posture", enforce)
     batch = common_batch(
         "targets, feet, posture and reference",
@@ -279,192 +282,177 @@ def whole_body(
     support = isinstance(com, str)
     weight = factor(COM, factors) * DEFAULT_WEIGHTS[0] if support else 0.0
     as_vectors([margin, margin * weight], "margin", 2)
-    problem = _Problem.laid_out(ready, tables, standing, asked, batch, float(margin) if support else None)
-    pull = factor("posture", factors) * DEFAULT_POSTURE
+    plan = Plan(
+        np.array([target.kind for target in asked], np.int64),
+        np.array([target.row for target in asked], np.int64),
+        np.array([target.T_row_frame for target in asked]).reshape(-1, 4, 4),
+        np.array([target.weights for target in asked]).reshape(-1, 2),
+        support=weight,
+        posture=factor("posture", factors) * DEFAULT_POSTURE,
+        stance=BOTH if len(standing) == BOTH else SIDES.index(next(iter(standing))),
+        as_is=False,
+        tolerance=float(tolerance),
+        steps=steps,
+    )
     begin, near = (_rows(q[..., tables.order], batch, 1) for q in (given, wanted))
-    unwound = (begin, near) if enforce else (tables.unwound(begin, 0.0), tables.unwound(near, 0.0))
-    starts = _Starts(tables, unwound[0], counts[0], whole_number(seed, "seed", 0))
-    search = _Search(ready, tables, problem, starts, unwound[1], pull, float(tolerance), counts[1], workers)
-    found = search.run(asked, weight, as_is=posture is None, restarts=False)
+    poses, origin, polygons = _poses(
+        ready,
+        standing,
+        asked,
+        batch,
+        margin if support else 0.0,
+        near if enforce else tables.unwound(near, 0.0),
+        begin if enforce else tables.unwound(begin, 0.0),
+    )
+    search = _Search(
+        robot,
+        ready,
+        tables,
+        asked,
+        tuple(standing),
+        plan,
+        poses,
+        origin,
+        polygons,
+        margin=float(margin) if support else 0.0,
+        restarts=searches,
+        seed=whole_number(seed, "seed", 0),
+        threads=workers,
+    )
+    found = search.run(np.arange(len(begin)), as_is=posture is None, restarts=0)
     again = np.flatnonzero(found.report[:, STATUS] != REACHED)
-    if again.size and counts[0]:
-        found.put(again, search.run(asked, weight, as_is=False, rows=again))
+    if again.size and searches:
+        for all_rows, rows in zip(found, search.run(again), strict=True):
+            all_rows[again] = rows
     if not enforce:
         found.x[:] = tables.unwound(found.x, near)
-    return _result(search, asked, weight, found, _rows(given, batch, 1), batch, tuple(standing), notes + more)
+    return _result(search, found, _rows(given, batch, 1), batch, notes + more)
 
 
-@dataclass(frozen=True, eq=False)
-class _Problem:
-    """n poses to find, seen from the first foot that stands, so that a far origin costs no digits.
+def _poses(
+    ready: PreparedRobot,
+    standing: Mapping[str, Floats],
+    asked: list[Target],
+    batch: tuple[int, ...],
+    margin: float,
+    posture: Floats,
+    first: Floats,
+) -> tuple[Poses, Floats, tuple[SupportPolygon, ...]]:
+    """All arguments as rows, one for each pose, seen from the first foot that stands, which keeps digits far away.
 
-    Attributes:
-        stance: 0 for the left foot, 1 for the right one, 2 for both.
-        origin: where the first foot is in the world, shape (n, 3) [m].
-        feet: T_origin_foot, shape (n, 2, 4, 4).
-        targets: shape (n, t, 4, 4).
-        polygons: below the feet, from the origin; one of each pose, or one for all.
-        margin: how far inside them the centre of mass is to be [m].
-        planes: their half planes moved inwards by the margin, shape (n, k, 3).
-        edges: how many of each count, shape (n,).
+    Returns:
+        The rows, with one start for each pose; where the first foot is in the world, shape (n, 3) [m]; and the polygons
+        below the feet, from there: one for each pose, or one for all.
     """
-
-    stance: int
-    origin: Floats
-    feet: Floats
-    targets: Floats
-    polygons: tuple[SupportPolygon, ...]
-    margin: float
-    planes: Floats
-    edges: Ints
-
-    @staticmethod
-    def laid_out(
-        ready: PreparedRobot,
-        tables: BodyTables,
-        standing: Mapping[str, Floats],
-        asked: list[Target],
-        batch: tuple[int, ...],
-        margin: float | None,
-    ) -> _Problem:
-        """All arguments as rows, one for each pose; without a margin, the polygon asks for nothing."""
-        n = math.prod(batch)
-        feet = np.broadcast_to(np.eye(4), (n, 2, 4, 4)).copy()
-        for side, T in standing.items():
-            feet[:, SIDES.index(side)] = _rows(T, batch, 2)
-        first = SIDES.index(next(iter(standing)))
-        origin = feet[:, first, :3, 3].copy()
-        targets = np.empty((n, len(asked), 4, 4))
-        for k, target in enumerate(asked):
-            targets[:, k] = _rows(target.values, batch, 2)
-        feet[:, :, :3, 3] -= origin[:, None]
-        targets[:, :, :3, 3] -= origin[:, None]
-        alike = all(T.ndim == 2 for T in standing.values())
-        polygons = tuple(
-            polygon_below((feet[i, SIDES.index(side)], ready.corners[side]) for side in standing)
-            for i in range(min(n, 1) if alike else n)
-        )
-        edges = np.array([len(polygon.vertices) for polygon in polygons], np.int64)
-        planes = np.zeros((len(polygons), int(edges.max(initial=0)), 3))
-        for i, polygon in enumerate(polygons):
-            planes[i, : edges[i]] = polygon.half_planes
-            planes[i, : edges[i], 2] += margin or 0.0
-        if alike:
-            planes, edges = np.repeat(planes, n, axis=0), np.repeat(edges, n)
-        stance = BOTH if len(standing) == BOTH else first
-        return _Problem(stance, origin, feet, targets, polygons, margin or 0.0, planes, edges)
-
-    def margins(self, com: Floats) -> Floats:
-        """How far centres of mass, from the origin, are inside the polygons, shape (n,) for (n, 3)."""
-        if len(self.polygons) == 1:
-            return self.polygons[0].signed_distance(com)
-        return np.array([polygon.signed_distance(c) for polygon, c in zip(self.polygons, com, strict=True)])
-
-
-@dataclass(frozen=True, eq=False)
-class _Found:
-    """What the kernel writes, n rows each: variables, T_origin_torso, residuals, centres of mass and reports."""
-
-    x: Floats
-    torso: Floats
-    residuals: Floats
-    com: Floats
-    report: Floats
-
-    def put(self, rows: Ints, other: _Found) -> None:
-        """Write the rows of another search over some of these."""
-        self.x[rows], self.torso[rows], self.residuals[rows] = other.x, other.torso, other.residuals
-        self.com[rows], self.report[rows] = other.com, other.report
-
-
-class _Starts:
-    """Where searches begin: at the references, and at random configurations, which are drawn when they are needed."""
-
-    def __init__(self, tables: BodyTables, first: Floats, count: int, seed: int) -> None:
-        self.first, self.count = first, count
-        self._tables, self._seed = tables, seed
-
-    def rows(self, rows: Ints, *, restarts: bool) -> Floats:
-        """Variables of all starts for some poses, the hands as in the reference, shape (n, starts, variables)."""
-        starts = np.repeat(self.first[rows, None], 1 + (self.count if restarts else 0), axis=1)
-        if restarts:
-            moving = self._tables.body.moving
-            random = self._tables.robot.random(np.random.default_rng(self._seed), self.count)
-            starts[:, 1:, :moving] = random[:, self._tables.order[:moving]]
-        return starts
+    n = math.prod(batch)
+    feet = np.stack([_rows(standing.get(side, np.eye(4)), batch, 2) for side in SIDES], axis=1)
+    origin = feet[:, SIDES.index(next(iter(standing))), :3, 3].copy()
+    targets = np.empty((n, len(asked), 4, 4))
+    for k, target in enumerate(asked):
+        targets[:, k] = _rows(target.values, batch, 2)
+    feet[:, :, :3, 3] -= origin[:, None]
+    targets[:, :, :3, 3] -= origin[:, None]
+    alike = all(T.ndim == 2 for T in standing.values())
+    polygons = tuple(
+        polygon_below((feet[i, SIDES.index(side)], ready.corners[side]) for side in standing)
+        for i in range(min(n, 1) if alike else n)
+    )
+    edges = np.array([len(polygon.vertices) for polygon in polygons], np.int64)
+    planes = np.zeros((len(polygons), int(edges.max(initial=0)), 3))
+    for i, polygon in enumerate(polygons):
+        planes[i, : edges[i]] = polygon.half_planes
+        planes[i, : edges[i], 2] += margin
+    if alike:
+        planes, edges = np.repeat(planes, n, axis=0), np.repeat(edges, n)
+    return Poses(feet, targets, planes, edges, posture, first[:, None]), origin, polygons
 
 
 @dataclass(frozen=True, eq=False)
 class _Search:
-    """The compiled search with all that does not change from call to call."""
+    """The compiled search for n poses.
 
+    Attributes:
+        robot: whose poses.
+        ready: what is kept of it.
+        tables: it as arrays, with or without limits.
+        asked: the targets.
+        standing: the feet that stand.
+        plan: the targets for the kernel.
+        poses: what `_poses` returns, with `origin` and `polygons`.
+        origin: where the first foot is in the world, shape (n, 3) [m].
+        polygons: below the feet.
+        margin: how far inside them the centre of mass is to be [m].
+        restarts: other starts to try, at most.
+        seed: of these.
+        threads: how many may work; None for all cores.
+    """
+
+    robot: RobotModel
     ready: PreparedRobot
     tables: BodyTables
-    problem: _Problem
-    starts: _Starts
-    posture: Floats
-    pull: float
-    tolerance: float
-    iterations: int
+    asked: list[Target]
+    standing: tuple[str, ...]
+    plan: Plan
+    poses: Poses
+    origin: Floats
+    polygons: tuple[SupportPolygon, ...]
+    margin: float
+    restarts: int
+    seed: int
     threads: int | None
 
     def run(
-        self,
-        asked: list[Target],
-        support: float,
-        *,
-        as_is: bool,
-        restarts: bool = True,
-        rows: Ints | None = None,
-        places: list[int] | None = None,
-    ) -> _Found:
-        """Search for some of the poses, with some of the targets; for all with all where nothing is said."""
-        problem, body = self.problem, self.tables.body
-        some = np.arange(len(self.posture)) if rows is None else rows
-        which = list(range(len(asked))) if places is None else places
-        plan = plan_of([asked[k] for k in which], support, self.pull)
-        sole = Target("", POSE, int(body.legs[1, -1]), body.ankle_to_sole[1], np.eye(4), _FOOT_WEIGHTS)
-        feet_plan = plan_of([sole], 0.0, DEFAULT_POSTURE)
-        n, width = len(some), len(self.tables.order)
-        found = _Found(
-            np.zeros((n, width)), np.zeros((n, 4, 4)), np.zeros((n, len(which), 2)), np.zeros((n, 3)), np.zeros((n, 4))
-        )
-        feet, targets, planes, near = (
-            np.ascontiguousarray(array[some])
-            for array in (problem.feet, problem.targets[:, which], problem.planes, self.posture)
-        )
-        edges, begin = problem.edges[some], self.starts.rows(some, restarts=restarts)
+        self, rows: Ints, *, targets: list[int] | None = None, as_is: bool = False, restarts: int | None = None
+    ) -> Found:
+        """Search for some of the poses.
+
+        Args:
+            rows: which.
+            targets: which of the targets to meet; an empty list for the support polygon alone, None for all.
+            as_is: whether a reference that meets all targets is left as it is.
+            restarts: other starts to try; None for all.
+        """
+        plan, body, poses = self.plan._replace(as_is=as_is), self.tables.body, self.poses
+        if targets is not None:
+            plan = plan._replace(
+                kind=plan.kind[targets],
+                row=plan.row[targets],
+                T_row_frame=plan.T_row_frame[targets],
+                weights=plan.weights[targets],
+                support=0.0 if targets else plan.support,
+            )
+            poses = poses._replace(targets=poses.targets[:, targets])
+        count = self.restarts if restarts is None else restarts
+        poses = Poses._make(np.ascontiguousarray(part[rows]) for part in poses)
+        if count:
+            random = self.robot.random(np.random.default_rng(self.seed), count)[:, self.tables.order[: body.moving]]
+            starts = np.repeat(poses.starts, 1 + count, axis=1)
+            starts[:, 1:, : body.moving] = random  # the hands as in the reference
+            poses = poses._replace(starts=starts)
+        n, width = len(rows), poses.posture.shape[1]
+        shapes = (width,), (4, 4), (len(plan.kind), 2), (3,), (4,)
+        found = Found._make(np.zeros((n, *shape)) for shape in shapes)
 
         def solve(function: Callable[..., object], part: slice) -> None:
-            function(
-                body, self.ready.legs, plan, feet_plan, problem.stance, feet[part], targets[part], planes[part],
-                edges[part], near[part], begin[part], as_is, self.tolerance, self.iterations,
-                found.x[part], found.torso[part], found.residuals[part], found.com[part], found.report[part],
-            )  # fmt: skip
+            some = Poses._make(array[part] for array in poses)
+            function(body, self.ready.legs, plan, some, Found._make(array[part] for array in found))
 
         if n:
-            workers, each = min(n, self.threads or usable_cores()), begin.shape[1] * _PYTHON_SECONDS
-            run_rows(whole_bodies, solve, n, workers, each=each)
+            threads = 1 if n == 1 else self.threads or usable_cores()
+            run_rows(whole_bodies, solve, n, min(n, threads), each=(1 + count) * _PYTHON_SECONDS)
         return found
 
 
 def _result(
-    search: _Search,
-    asked: list[Target],
-    support: float,
-    found: _Found,
-    reference: Floats,
-    batch: tuple[int, ...],
-    standing: tuple[str, ...],
-    notes: tuple[str, ...],
+    search: _Search, found: Found, reference: Floats, batch: tuple[int, ...], notes: tuple[str, ...]
 ) -> WholeBodyResult:
-    robot, tables, problem = search.tables.robot, search.tables, search.problem
+    robot, tables, body = search.robot, search.tables, search.tables.body
     status = found.report[:, STATUS]
-    residuals = {target.name: found.residuals[:, k].copy() for k, target in enumerate(asked)}
-    weights = [target.weights for target in asked]
-    if support > 0.0:
+    residuals = {target.name: found.residuals[:, k].copy() for k, target in enumerate(search.asked)}
+    weights = [target.weights for target in search.asked]
+    if search.plan.support > 0.0:
         residuals[COM] = np.column_stack([found.report[:, LACKING], np.zeros(len(status))])
-        weights.append((support, 0.0))
+        weights.append((search.plan.support, 0.0))
     away = np.array(
         [np.hypot(*(residual * pair).T) for residual, pair in zip(residuals.values(), weights, strict=True)]
     )
@@ -473,28 +461,32 @@ def _result(
     worst, beyond = np.full(len(status), -1), np.zeros(len(status))
     reasons = np.full(len(status), Reason.REACHED, np.int8)
     if not stands.all():
-        beyond[~stands] = feet_beyond(tables.body, problem.feet[~stands])
+        beyond[~stands] = feet_beyond(body, search.poses.feet[~stands])
         reasons[~stands] = np.where(beyond[~stands] > 0.0, Reason.OUT_OF_REACH, Reason.NOT_CONVERGED)
     if failed.size:
         # What is met does not give way, however much its rounding weighs.
-        unmet = np.array([(residual > search.tolerance).any(axis=-1) for residual in residuals.values()])
+        unmet = np.array([(residual > search.plan.tolerance).any(axis=-1) for residual in residuals.values()])
         worst[failed] = np.argmax(np.where(unmet | ~unmet.any(axis=0), away, -1.0)[:, failed], axis=0)
-        beyond[failed] = _beyond(search, asked, standing, failed, worst)
-        reasons[failed] = _why(search, asked, support, failed, worst, beyond, found)
+        beyond[failed] = _beyond(search, failed, worst)
+        reasons[failed] = _why(search, failed, worst, beyond, found)
     q = reference.copy()
     q[:, tables.order] = found.x
-    torso = found.torso.copy()
-    torso[:, :3, 3] += problem.origin
+    torso = found.T_world_torso.copy()
+    torso[:, :3, 3] += search.origin
     if robot.base == "floating":
         T_world_root = torso @ np.linalg.inv(tables.torso_in_root)
         q[:, :3], q[:, 3:7] = T_world_root[:, :3, 3], quat_to_xyzw(quat_from_matrix(T_world_root[:, :3, :3]))
-    com = found.com + problem.origin
-    values = found.x[:, : tables.body.moving]
-    names = tuple(robot.joint_names[int(k) - (robot.nq - len(robot.joint_names))] for k in tables.order)
-    near = np.minimum(values - tables.body.lower[: values.shape[1]], tables.body.upper[: values.shape[1]] - values)
-    margins = problem.margins(found.com)
+    com = found.com + search.origin
+    values = found.x[:, : body.moving]
+    near = np.minimum(values - body.limits.lower, body.limits.upper - values)
+    if len(search.polygons) == 1:
+        margins = search.polygons[0].signed_distance(found.com)
+    else:
+        pairs = zip(search.polygons, found.com, strict=True)
+        margins = np.array([polygon.signed_distance(place) for polygon, place in pairs])
     for array in (q, torso, com, margins, *residuals.values()):
         array[~stands] = np.nan
+    names = [robot.joint_names[int(k) - (robot.nq - len(robot.joint_names))] for k in tables.order]
     return WholeBodyResult(
         q=q.reshape(*batch, robot.nq),
         torso=torso.reshape(*batch, 4, 4),
@@ -504,59 +496,52 @@ def _result(
         worst=worst.reshape(batch),
         com=com.reshape(*batch, 3),
         margin=margins.reshape(batch),
-        at_limits=(near <= _AT_LIMIT).reshape(*batch, values.shape[1]),
-        joints=names[: values.shape[1]],
+        at_limits=(near <= _AT_LIMIT).reshape(*batch, body.moving),
+        joints=tuple(names[: body.moving]),
         iterations=found.report[:, STEPS].astype(np.int64).reshape(batch),
-        starts=np.where(stands, found.report[:, START].astype(np.int64) + 1, 1 + search.starts.count).reshape(batch),
-        standing=standing,
+        starts=np.where(stands, found.report[:, START].astype(np.int64) + 1, 1 + search.restarts).reshape(batch),
+        standing=search.standing,
         notes=notes + _crossing(search, found, stands.reshape(batch)),
     )
 
 
-def _beyond(search: _Search, asked: list[Target], standing: tuple[str, ...], failed: Ints, worst: Ints) -> Floats:
+def _beyond(search: _Search, failed: Ints, worst: Ints) -> Floats:
     """How far the targets that give way are certainly out of reach; 0 where that is not more than the tolerance."""
-    problem, beyond = search.problem, np.zeros(len(failed))
+    poses, polygons, beyond = search.poses, search.polygons, np.zeros(len(failed))
     for place in np.unique(worst[failed]).tolist():
         mine = np.flatnonzero(worst[failed] == place)
         rows = failed[mine]
-        if place < len(asked):
-            places = problem.targets[rows, place, :3, 3]
-            beyond[mine] = target_beyond(search.tables.body, asked[place], standing, problem.feet[rows], places)
+        if place < len(search.asked):
+            target, places = search.asked[place], poses.targets[rows, place, :3, 3]
+            beyond[mine] = target_beyond(search.tables.body, target, search.standing, poses.feet[rows], places)
         else:
-            polygons = problem.polygons if len(problem.polygons) > 1 else problem.polygons * len(worst)
-            beyond[mine] = [margin_beyond(polygons[row], problem.margin) for row in rows]
-    return np.where(beyond > search.tolerance, beyond, 0.0)
+            below = polygons if len(polygons) > 1 else polygons * len(worst)
+            beyond[mine] = [margin_beyond(below[row], search.margin) for row in rows]
+    return np.where(beyond > search.plan.tolerance, beyond, 0.0)
 
 
-def _why(
-    search: _Search, asked: list[Target], support: float, failed: Ints, worst: Ints, beyond: Floats, found: _Found
-) -> Codes:
+def _why(search: _Search, failed: Ints, worst: Ints, beyond: Floats, found: Found) -> Codes:
     """Whether the targets that give way are out of reach, or are met if there are no others."""
     status = found.report[failed, STATUS]
     reasons = np.where(status == STOPPED, Reason.NOT_CONVERGED, Reason.TARGETS_DISAGREE).astype(np.int8)
     reasons[beyond[failed] > 0.0] = Reason.OUT_OF_REACH
-    count = len(asked) + (support > 0.0)
+    is_alone = len(search.asked) + (search.plan.support > 0.0) == 1
     for place in np.unique(worst[failed]).tolist():
         mine = np.flatnonzero((worst[failed] == place) & (reasons == Reason.TARGETS_DISAGREE))
-        rows = failed[mine]
-        is_com = place == len(asked)
-        alone = _Found(found.x, found.torso, found.residuals, found.com, found.report[rows])
-        if count > 1:
-            weight = support if is_com else 0.0
-            alone = search.run(asked, weight, as_is=False, rows=rows, places=[] if is_com else [place])
-        reasons[mine[alone.report[:, STATUS] != REACHED]] = Reason.NOT_CONVERGED
+        targets = [place] if place < len(search.asked) else []
+        report = found.report[failed[mine]] if is_alone else search.run(failed[mine], targets=targets).report
+        reasons[mine[report[:, STATUS] != REACHED]] = Reason.NOT_CONVERGED
     return reasons
 
 
-def _crossing(search: _Search, found: _Found, stands: NDArray[np.bool_]) -> tuple[str, ...]:
+def _crossing(search: _Search, found: Found, stands: NDArray[np.bool_]) -> tuple[str, ...]:
     """Whether ankles are on swapped sides of the torso, as `legs` notes it."""
-    if search.problem.stance != BOTH:
+    if search.plan.stance != BOTH:
         return ()
-    sole_to_ankle = np.linalg.inv(search.tables.body.ankle_to_sole)
-    ankles = (search.problem.feet @ sole_to_ankle)[:, :, :3, 3]
-    left = np.einsum("ni,ni->n", found.torso[:, :3, 1], ankles[:, 0] - ankles[:, 1])
+    ankles = (search.poses.feet @ np.linalg.inv(search.tables.body.ankle_to_sole))[:, :, :3, 3]
+    left = np.einsum("ni,ni->n", found.T_world_torso[:, :3, 1], ankles[:, 0] - ankles[:, 1])
     crossed = stands & (left < 0.0).reshape(stands.shape)
-    return crossing_in_words(crossed, "poses")
+    return crossing_in_words(crossed, "poses") if crossed.any() else ()
 
 
 def _configurations(robot: RobotModel, given: ArrayLike, what: str, enforce: bool) -> tuple[Floats, tuple[str, ...]]:

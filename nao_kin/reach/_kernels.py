@@ -11,13 +11,15 @@ import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats
-from nao_kin._kernels.cache import KeptKernel, both_ways, register_parts
+from nao_kin._kernels.cache import KeptKernel, both_ways
+from nao_kin._kernels.chains import Chain, chain_of, chain_types, to_frame
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.robot import WORLD, RobotModel, joints_below, serial_chain
 from nao_kin.robot.semantics import CoupledLimit
@@ -33,18 +35,12 @@ _DIGITS = 12
 
 
 class ChainTables(NamedTuple):
-    """A serial chain of n joints that c coordinates move, and the limits of those.
+    """A serial chain that c coordinates move, and the limits of those.
 
-    Before joint k stands the placement k, and its axis is z there; the placement n leads from the last joint to the
-    frame. The value of a joint is multiplier · coordinate + offset. Coordinates after the first `moving` move no joint
-    of the chain: others' limits depend on them.
+    Coordinates after the first `moving` move no joint of the chain: others' limits depend on them.
 
     Attributes:
-        placements: shape (n + 1, 3, 4), rotation and translation [m].
-        slides: which joints slide instead of turning, shape (n,).
-        coordinate: which coordinate moves a joint, shape (n,).
-        multiplier: shape (n,).
-        offset: shape (n,) [rad or m].
+        chain: the joints.
         moving: number of coordinates that move the frame.
         low: smallest value of each coordinate drawn, shape (c,).
         high: largest value drawn, shape (c,).
@@ -53,11 +49,7 @@ class ChainTables(NamedTuple):
         bends: at, lower, upper, shape (b, 3).
     """
 
-    placements: Floats
-    slides: NDArray[np.bool_]
-    coordinate: Integers
-    multiplier: Floats
-    offset: Floats
+    chain: Chain
     moving: int
     low: Floats
     high: Floats
@@ -73,26 +65,20 @@ class MovedChain:
         frame: name of the frame.
         reference: name of the reference.
         joints: names of the coordinates that are drawn.
+        radius: length of the stretched chain [m]: the frame stays so near to `centre`.
         tables: the arrays.
     """
 
     frame: str
     reference: str
     joints: tuple[str, ...]
+    radius: float
     tables: ChainTables
 
     @property
     def centre(self) -> Floats:
-        """Where the first joint stands in the reference, shape (3,) [m]: the frame stays within `radius` of it."""
-        return self.tables.placements[0, :, 3]
-
-    @property
-    def radius(self) -> float:
-        """Length of the stretched chain [m]."""
-        tables = self.tables
-        links = np.linalg.norm(tables.placements[1:, :, 3], axis=-1).sum()
-        ends = np.stack([tables.low, tables.high])[:, tables.coordinate] * tables.multiplier + tables.offset
-        return float(links + np.abs(ends).max(axis=0)[tables.slides].sum()) * (1.0 + 1e-9)
+        """Where the first joint stands in the reference, shape (3,) [m]."""
+        return np.asarray(self.tables.chain.links[3:12:4])
 
     @property
     def manipulability_step(self) -> float:
@@ -101,11 +87,11 @@ class MovedChain:
         With r = min(3, moving), w² is at most the mean of the eigenvalues of J_v J_vᵀ to the power r, and their sum is
         that of the squared columns.
         """
-        tables = self.tables
-        longest = np.zeros(tables.moving)
-        speeds = np.abs(tables.multiplier) * np.where(tables.slides, 1.0, self.radius)
-        np.add.at(longest, tables.coordinate, speeds)
-        rank = min(3, tables.moving)
+        chain, moving = self.tables.chain, self.tables.moving
+        longest = np.zeros(moving)
+        speeds = np.abs(chain.ratio) * np.where(chain.slides != 0.0, 1.0, self.radius)
+        np.add.at(longest, np.maximum(chain.place, 0), speeds)  # a joint that stands still adds nothing
+        rank = min(3, moving)
         bound = (float(longest @ longest) / rank) ** (rank / 2)
         return 2.0 ** math.ceil(math.log2(bound / _STEPS)) if bound > 0.0 else 1.0
 
@@ -113,7 +99,8 @@ class MovedChain:
     def digest(self) -> str:
         """A fingerprint of geometry and limits, the same on every machine."""
         found = hashlib.sha256("\0".join(self.joints).encode())
-        for part in self.tables:
+        (_, links, slides, place, ratio, offset), *limits = self.tables
+        for part in (links, slides, np.maximum(place, 0), ratio, offset, *limits):
             found.update((np.round(np.asarray(part, dtype=np.float64), _DIGITS) + 0.0).astype("<f8").tobytes())
         return found.hexdigest()
 
@@ -140,30 +127,26 @@ def moved_chain(robot: RobotModel, name: str, reference: str | None) -> MovedCha
     joints = list(chain.coordinates)
     if not joints:
         raise BadArgument(f"no joint moves {frame} in {base}")
+    numbers = chain_of([chain], joints)
     moving = len(joints)
     tables = _tables_of(robot, joints)
     column = {joint: index for index, joint in enumerate(joints)}
     low, high = _ranges(robot, joints)
     bends = [np.column_stack([table.at, table.lower, table.upper]) for table in tables]
     ends = list(itertools.accumulate(map(len, bends), initial=0))
+    rows = [(column[table.joint], column[table.of], *ends[i : i + 2]) for i, table in enumerate(tables)]
     return MovedChain(
         frame,
         base,
         tuple(joints),
+        chain.length(robot) * (1.0 + 1e-9),
         ChainTables(
-            placements=chain.placements,
-            slides=np.array(chain.slides, dtype=np.bool_),
-            coordinate=np.array([column.get(driver.joint, 0) for driver in chain.drivers], dtype=np.int64),
-            multiplier=np.array([driver.multiplier for driver in chain.drivers], dtype=np.float64),
-            offset=np.array([driver.offset for driver in chain.drivers], dtype=np.float64),
-            moving=moving,
-            low=low,
-            high=high,
-            tables=np.array(
-                [(column[table.joint], column[table.of], *ends[i : i + 2]) for i, table in enumerate(tables)],
-                dtype=np.int64,
-            ).reshape(-1, 4),
-            bends=np.concatenate(bends) if bends else np.zeros((0, 3)),
+            numbers,
+            moving,
+            low,
+            high,
+            np.array(rows, dtype=np.int64).reshape(-1, 4),
+            np.concatenate([np.zeros((0, 3)), *bends]),
         ),
     )
 
@@ -255,31 +238,19 @@ class VoxelGrid(NamedTuple):
 
 def kept(*arguments: str) -> Callable[[Callable[..., Any]], KeptKernel]:
     """A kernel kept on disk, with arguments of the types that `_signature` has by these names."""
-
-    def made(function: Callable[..., Any]) -> KeptKernel:
-        name = function.__name__
-        return KeptKernel(
-            function,
-            "the kernels of reach maps",
-            f"reach kernel, {name}",
-            lambda: _signature(arguments),
-            3.0,
-        )
-
-    return made
+    what, signature = "the kernels of reach maps", partial(_signature, arguments)
+    return lambda function: KeptKernel(function, what, f"reach kernel, {function.__name__}", signature, 3.0)
 
 
 def _signature(arguments: tuple[str, ...]) -> Any:
     """The types of a kernel that gives back nothing."""
     from numba import types
 
-    register_parts()
-    row, rows, whole, whole_rows = types.float64[::1], types.float64[:, ::1], types.int64[::1], types.int64[:, ::1]
-    matrices, number, three = types.float64[:, :, ::1], types.int64, types.UniTuple(types.int64, 3)
-    chain = matrices, types.boolean[::1], whole, row, row, number, row, row, whole_rows, rows
+    row, rows, whole_rows, whole = types.float64[::1], types.float64[:, ::1], types.int64[:, ::1], types.int64
+    three = types.UniTuple(whole, 3)
     named = {
         "draws": types.uint64[:, ::1],
-        "chain": types.NamedTuple(chain, ChainTables),
+        "tables": types.NamedTuple((chain_types(), whole, row, row, whole_rows, rows), ChainTables),
         "grid": types.NamedTuple((types.float64, three, three), VoxelGrid),
         "number": types.float64,
         "row": row,
@@ -289,27 +260,27 @@ def _signature(arguments: tuple[str, ...]) -> Any:
     return types.void(*(named[name] for name in arguments))
 
 
-@kept("draws", "chain", "rows")
-def joint_values(draws: NDArray[np.uint64], chain: ChainTables, values: Floats) -> None:
+@kept("draws", "tables", "rows")
+def joint_values(draws: NDArray[np.uint64], tables: ChainTables, values: Floats) -> None:
     """Values (m, c) inside all limits from 64 random bits each.
 
     Each uniform in its box; then the box of a coupled joint is mapped onto its range at the joint it depends on.
     """
-    count = chain.low.shape[0]
+    count = tables.low.shape[0]
     for sample in range(draws.shape[0]):
         for c in range(count):
             # The 53 bits of a double in [0, 1), as NumPy's own generators have them.
             uniform = (draws[sample, c] >> _DISCARDED) * _UNIT
-            values[sample, c] = chain.low[c] + (chain.high[c] - chain.low[c]) * uniform
-        for table in range(chain.tables.shape[0]):
-            c, of = chain.tables[table, 0], chain.tables[table, 1]
-            bends = chain.bends[chain.tables[table, 2] : chain.tables[table, 3]]
-            width = chain.high[c] - chain.low[c]
-            share = (values[sample, c] - chain.low[c]) / width if width > 0.0 else 0.0
+            values[sample, c] = tables.low[c] + (tables.high[c] - tables.low[c]) * uniform
+        for table in range(tables.tables.shape[0]):
+            c, of = tables.tables[table, 0], tables.tables[table, 1]
+            bends = tables.bends[tables.tables[table, 2] : tables.tables[table, 3]]
+            width = tables.high[c] - tables.low[c]
+            share = (values[sample, c] - tables.low[c]) / width if width > 0.0 else 0.0
             lower = interpolated(bends, 1, values[sample, of])
             upper = interpolated(bends, 2, values[sample, of])
-            lower = min(max(lower, chain.low[c]), chain.high[c])
-            upper = min(max(upper, chain.low[c]), chain.high[c])
+            lower = min(max(lower, tables.low[c]), tables.high[c])
+            upper = min(max(upper, tables.low[c]), tables.high[c])
             values[sample, c] = lower + (upper - lower) * share
 
 
@@ -329,48 +300,30 @@ def interpolated(bends: Floats, column: int, at: float) -> float:
     return float(bends[left, column] + share * (bends[right, column] - bends[left, column]))
 
 
-@kept("rows", "chain", "rows", "rows", "row")
-def hands(values: Floats, chain: ChainTables, positions: Floats, axes: Floats, manipulability: Floats) -> None:
+@kept("rows", "tables", "rows", "rows", "row")
+def hands(values: Floats, tables: ChainTables, positions: Floats, axes: Floats, manipulability: Floats) -> None:
     """Position (m, 3), x axis (m, 3) and manipulability (m,) of the frame at joint values (m, c)."""
-    joints = chain.slides.shape[0]
-    origin, axis, columns = np.empty((joints, 3)), np.empty((joints, 3)), np.empty((chain.moving, 3))
-    R, turned, p = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
+    chain, joints = tables.chain, len(tables.chain.slides)
+    T, axis, origin = np.empty(12), np.empty(3 * joints), np.empty(3 * joints)
+    columns = np.empty((tables.moving, 3))
     for sample in range(values.shape[0]):
-        for i in range(3):
-            p[i] = chain.placements[0, i, 3]
-            for j in range(3):
-                R[i, j] = chain.placements[0, i, j]
-        for k in range(joints):
-            value = chain.multiplier[k] * values[sample, chain.coordinate[k]] + chain.offset[k]
-            for i in range(3):
-                origin[k, i], axis[k, i] = p[i], R[i, 2]
-            if chain.slides[k]:
-                for i in range(3):
-                    p[i] += value * R[i, 2]
-            else:
-                cosine, sine = math.cos(value), math.sin(value)
-                for i in range(3):
-                    first, second = R[i, 0], R[i, 1]
-                    R[i, 0], R[i, 1] = cosine * first + sine * second, cosine * second - sine * first
-            A = chain.placements[k + 1]
-            for i in range(3):
-                p[i] += R[i, 0] * A[0, 3] + R[i, 1] * A[1, 3] + R[i, 2] * A[2, 3]
-                for j in range(3):
-                    turned[i, j] = R[i, 0] * A[0, j] + R[i, 1] * A[1, j] + R[i, 2] * A[2, j]
-            R, turned = turned, R
+        to_frame(chain, values[sample], 0, 0, T, axis, origin)
         columns[:] = 0.0
         for k in range(joints):
-            m, c = chain.multiplier[k], chain.coordinate[k]
-            if chain.slides[k]:
-                for i in range(3):
-                    columns[c, i] += m * axis[k, i]
+            m, c = chain.ratio[k], chain.place[k]
+            if c < 0:
+                continue
+            a, b, d = axis[3 * k], axis[3 * k + 1], axis[3 * k + 2]
+            if chain.slides[k] != 0.0:
+                x, y, z = a, b, d
             else:
-                x, y, z = p[0] - origin[k, 0], p[1] - origin[k, 1], p[2] - origin[k, 2]
-                columns[c, 0] += m * (axis[k, 1] * z - axis[k, 2] * y)
-                columns[c, 1] += m * (axis[k, 2] * x - axis[k, 0] * z)
-                columns[c, 2] += m * (axis[k, 0] * y - axis[k, 1] * x)
+                u, v, w = T[3] - origin[3 * k], T[7] - origin[3 * k + 1], T[11] - origin[3 * k + 2]
+                x, y, z = b * w - d * v, d * u - a * w, a * v - b * u
+            columns[c, 0] += m * x
+            columns[c, 1] += m * y
+            columns[c, 2] += m * z
         for i in range(3):
-            positions[sample, i], axes[sample, i] = p[i], R[i, 0]
+            positions[sample, i], axes[sample, i] = T[4 * i + 3], T[4 * i]
         manipulability[sample] = volume(columns)
 
 

@@ -124,7 +124,7 @@ class _Votes:
         cells = np.floor((self._targets @ R - origin) / self._voxel)
         if np.abs(cells).max() >= 2**40:
             raise BadArgument("targets are too far away for voxels of this size")
-        # The mirrored map, moved to a target, starts here.
+        # The mirrored map, moved to a target, starts at:
         starts: Integers = cells.astype(np.int64) - (self._low + self._sides - 1)
         first, last = starts.min(axis=0), starts.max(axis=0) + self._sides
         if self._heights is not None:
@@ -135,9 +135,7 @@ class _Votes:
         for start in starts - first:
             low, high = np.maximum(start, 0), np.minimum(start + self._sides, votes.shape)
             if (low < high).all():
-                there = tuple(slice(a, b) for a, b in zip(low, high, strict=True))
-                here = tuple(slice(a, b) for a, b in zip(low - start, high - start, strict=True))
-                votes[there] += self._mirrored[here]
+                votes[tuple(map(slice, low, high))] += self._mirrored[tuple(map(slice, low - start, high - start))]
         best = int(np.argmax(votes))
         place = np.array(np.unravel_index(best, votes.shape)) + first
         return int(votes.flat[best]), R @ (origin + place * self._voxel)

@@ -13,7 +13,7 @@ from nao_kin._core.arrays import MOST_THREADS, Floats, as_floats, whole_number
 from nao_kin._core.process import usable_cores
 from nao_kin._kernels.cache import first_rows
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.reach._kernels import ChainTables, Integers, MovedChain, moved_chain
+from nao_kin.reach._kernels import KERNELS, ChainTables, Integers, MovedChain, VoxelGrid, moved_chain
 from nao_kin.reach.files import MOST_VOXELS, SampleRange, asked_range, union, without
 from nao_kin.reach.reach_map import MOST_INDEX, ReachMap, ReachSettings, map_of
 from nao_kin.robot import RobotModel, check_robot
@@ -105,7 +105,7 @@ def workspace(
 def map_settings(
     robot: RobotModel, frame: str, *, voxel: float = 0.01, seed: int = 0, reference: str | None = None
 ) -> ReachSettings:
-    """The settings of the map that `workspace` would make; arguments and errors as there.
+    """The settings of the map that `workspace` would make; arguments and errors are its own.
 
     Examples:
         >>> nk.reach.map_settings(nk.load_nao(), "RArm").joints[0]
@@ -141,10 +141,7 @@ class _Counter:
     def __init__(
         self, chain: ChainTables, settings: ReachSettings, first: tuple[int, int, int], shape: tuple[int, int, int]
     ) -> None:
-        from nao_kin.reach import _kernels
-
-        self._kernels, self._chain, self._settings = _kernels.KERNELS, chain, settings
-        self._grid = _kernels.VoxelGrid(settings.voxel, first, shape)
+        self._chain, self._settings, self._grid = chain, settings, VoxelGrid(settings.voxel, first, shape)
         self._lock = threading.Lock()
         self._ending = threading.Event()
         self._done: list[SampleRange] = []
@@ -167,9 +164,9 @@ class _Counter:
         """Count the samples of these ranges, until all are done or `stop` says so."""
         few = _blocks(ranges, _FEW)
         number = sum(math.ceil((stop - start) / _FEW) for start, stop in ranges)
-        uncompiled = tuple(kernel.uncompiled for kernel in self._kernels)
-        if first_rows(self._kernels, lambda part: self._count_block(next(few), uncompiled), number) < number:
-            for kernel in self._kernels:
+        uncompiled = tuple(kernel.uncompiled for kernel in KERNELS)
+        if first_rows(KERNELS, lambda part: self._count_block(next(few), uncompiled), number) < number:
+            for kernel in KERNELS:
                 kernel.ready()  # here, and not in a thread, where nobody listens
         blocks = _blocks([left for part in ranges for left in without(part, self.done)], _BLOCK)
         asked = sum(stop - start for start, stop in ranges)
@@ -193,7 +190,7 @@ class _Counter:
                 block = next(blocks, None)
             if block is None:
                 return
-            self._count_block(block, self._kernels)
+            self._count_block(block, KERNELS)
 
     def _count_block(self, block: SampleRange, functions: Sequence[Callable[..., object]]) -> None:
         joint_values, hands, places, tally = functions

@@ -41,6 +41,23 @@ class SerialChain:
         """Whose coordinates move the frame, from the base outwards; those of a follower that stands still do not."""
         return tuple(dict.fromkeys(driver.joint for driver in self.drivers if driver.multiplier != 0.0))
 
+    def length(self, robot: RobotModel) -> float:
+        """Return the way from the first joint to the frame, drawn out to a straight line [m].
+
+        It is infinite with a sliding joint that has no limits.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> round(nk.robot.serial_chain(nao, "torso", "LArm").length(nao), 4)
+            0.2211
+        """
+        total = float(np.linalg.norm(self.placements[1:, :, 3], axis=-1).sum())
+        for slides, driver in zip(self.slides, self.drivers, strict=True):
+            if slides:
+                place = robot.joint_names.index(driver.joint)
+                total += max(map(abs, driver.range(float(robot.lower[place]), float(robot.upper[place]))))
+        return total
+
 
 def serial_chain(robot: RobotModel, base: str, frame: str) -> SerialChain:
     """The joints between two frames.

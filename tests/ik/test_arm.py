@@ -10,7 +10,7 @@ import nao_kin as nk
 from nao_kin.errors import BadArgument, NotARotation, NotFinite, UnknownName, WrongShape, ZeroNorm
 from nao_kin.ik import Family, Reason
 from nao_kin.ik.follow_branches import _cause
-from nao_kin.ik.follow_limbs import ArmPath
+from nao_kin.ik.follow_limbs import LimbPath
 from nao_kin.rotations import exp, log, matrix_from_quat
 
 SIDES = ("L", "R")
@@ -387,7 +387,7 @@ def test_without_limits_they_end_no_branch_of_a_path(nao: nk.NaoModel) -> None:
     q[1:, nao.joint_names.index("LElbowYaw")] += 1.0  # another branch is taken up
     columns = list(nk.ik.arm(nao, "L", targets[0][0]).columns)
     causes = {
-        limits: _cause(ArmPath(nao, "LArm", ("LArm",), targets, {"limits": limits}), q, 0, columns)
+        limits: _cause(LimbPath(nao, "LArm", ("LArm",), targets, {"limits": limits}), q, 0, columns)
         for limits in ("enforce", "ignore")
     }
     assert "LShoulderPitch = 2.2 not in" in causes["enforce"]

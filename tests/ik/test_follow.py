@@ -266,7 +266,7 @@ def test_no_combination_of_branches_moves_less(nao: nk.NaoModel, effector: str) 
 
 def test_between_two_configurations_the_motion_to_both_counts(nao: nk.NaoModel) -> None:
     T = nao.fk(nao.random(22, 3), "LLeg")
-    limb = limb_paths.LegPath(nao, "LLeg", ("LLeg",), (T,), {"limits": "ignore"})
+    limb = limb_paths.LimbPath(nao, "LLeg", ("LLeg",), (T,), {"limits": "ignore"})
     every = nk.ik.leg(nao, "L", T, limits="ignore")
     start, end = nao.random(23, 2)
     choice = branch_choice.choose(limb, np.tile(start, (3, 1)), 1.0 / nao.velocity_limits, start=start, end=end)

@@ -12,11 +12,12 @@ from made_up_robots import J, made_up
 from scipy.optimize import least_squares
 
 import nao_kin as nk
+from nao_kin._core.arrays import Floats
 from nao_kin.errors import BadArgument, MissingExtra, NotARotation, NotFinite, UnknownName, WrongShape
 from nao_kin.ik import Family, Reason, numeric
-from nao_kin.ik.descent import Bench, Goal, errors_at, room_for
+from nao_kin.ik.descent import FrameMotion, Goal, Scratch, errors_at, room_for
 from nao_kin.ik.limit_regions import LimitRegion
-from nao_kin.ik.pose_search import FrameMotion, PoseErrors
+from nao_kin.ik.numeric import pose_errors
 from nao_kin.robot.semantics import CoupledLimit, Semantics
 
 FRAMES = ("Head", "LArm", "RArm", "LLeg", "RLeg", "CameraTop", "LFoot")
@@ -254,14 +255,14 @@ def test_the_nearest_pose_is_a_minimum_no_step_inside_the_limits_improves(nao: n
     lost = np.flatnonzero(~np.asarray(found.success))
     assert lost.size > 15
     motion = FrameMotion(nao, "LArm")
-    errors = PoseErrors(motion, T, np.repeat([1.0, 0.1], 3))
+    weights = np.repeat([1.0, 0.1], 3)
     low, high = nao.lower[motion.joints], nao.upper[motion.joints]
     for k in lost:
 
         def cost(values: np.ndarray, k: int = k) -> np.ndarray:
             q = found.q[k].copy()
             q[motion.columns] = values
-            return errors(q[None], np.array([k]))[0][0]
+            return weights * pose_errors(nao.fk(q[None], "LArm"), T[k : k + 1])[0]
 
         best = found.best[k]
         ours = 0.5 * float(np.square(cost(best)).sum())
@@ -274,19 +275,19 @@ def test_beyond_the_stretched_limb_no_search_of_scipy_ends_nearer(nao: nk.NaoMod
     robot = nao if name == "nao" else nk.load_robot(name)
     motion, rng = FrameMotion(robot, frame), np.random.default_rng(8)
     T = robot.fk(robot.random(rng, 8), frame)
-    centre, distance = motion.reach(np.broadcast_to(robot.neutral(), (8, robot.nq)))
+    centre = motion.chain.links[3:12:4]
     outwards = T[:, :3, 3] - centre
-    T[:, :3, 3] = centre + outwards * ((distance + 0.05) / np.linalg.norm(outwards, axis=-1))[:, None]
+    T[:, :3, 3] = centre + outwards * ((motion.length + 0.05) / np.linalg.norm(outwards, axis=-1))[:, None]
     found = numeric(robot, frame, T)
     assert (found.reasons == Reason.OUT_OF_REACH).all()
-    errors = PoseErrors(motion, T, np.repeat([1.0, 0.1], 3))
+    weights = np.repeat([1.0, 0.1], 3)
     low, high = np.maximum(robot.lower, -np.pi)[motion.joints], np.minimum(robot.upper, np.pi)[motion.joints]
     for k in range(8):
 
         def cost(values: np.ndarray, k: int = k) -> np.ndarray:
             q = found.q[k].copy()
             q[motion.columns] = values
-            return errors(q[None], np.array([k]))[0][0]
+            return weights * pose_errors(robot.fk(q[None], frame), T[k : k + 1])[0]
 
         for start in rng.uniform(low, high, (8, len(low))):
             other, q = least_squares(cost, start, bounds=(low, high)), found.q[k].copy()
@@ -398,38 +399,40 @@ def test_an_empty_batch_has_an_empty_answer(nao: nk.NaoModel, shape: tuple[int, 
 # --- derivatives and regions ----------------------------------------------------------------------------------------
 
 
+def _errors(motion: FrameMotion, weights: Floats, target: Floats, values: Floats) -> tuple[Floats, Floats, float]:
+    """Errors, their derivative and half their square, as the search computes them of a target in the base."""
+    scratch = Scratch(*(np.zeros(size) for size in room_for(1, len(motion.chain.place), len(values), 0)))
+    goal = Goal(weights, 1e-8, 1)
+    cost = errors_at(motion.chain, goal, target.reshape(16), values, scratch, scratch.e, scratch.J)
+    return scratch.e, scratch.J.reshape(6, len(values)), cost
+
+
 @pytest.mark.parametrize("angle", [0.0, 1e-9, 1e-4, 0.0099, 0.0101, 1.0, 3.0, np.pi - 1e-3])
 def test_the_derivative_of_the_error_is_that_of_finite_differences(nao: nk.NaoModel, angle: float) -> None:
-    motion = FrameMotion(nao, "RLeg")
-    q = nao.random(6, 3)
+    motion, weights = FrameMotion(nao, "RLeg"), np.array([1.0, 2.0, 3.0, 0.1, 0.2, 0.3])
+    q, h = nao.random(6, 3), 1e-5
     axes = np.random.default_rng(1).normal(size=(3, 3))
     axes /= np.linalg.norm(axes, axis=-1, keepdims=True)
     T = nao.fk(q, "RLeg")
     T[:, :3, :3] = T[:, :3, :3] @ nk.rotations.exp(angle * axes)
     T[:, :3, 3] += 0.1
-    errors, rows = PoseErrors(motion, T, np.array([1.0, 2.0, 3.0, 0.1, 0.2, 0.3])), np.arange(3)
-    derivative, h = errors(q, rows)[1], 1e-5
-    for column in range(len(motion.joints)):
-        step = np.zeros((3, len(motion.joints)))
-        step[:, column] = h
-        difference = (errors(motion.moved(q, step), rows)[0] - errors(motion.moved(q, -step), rows)[0]) / (2 * h)
-        np.testing.assert_allclose(derivative[:, :, column], difference, atol=2e-8 if angle < 3.1 else 1e-6)
+    for target, values in zip(T, q[:, motion.columns], strict=True):
+        derivative = _errors(motion, weights, target, values)[1]
+        for column, step in enumerate(h * np.eye(len(values))):
+            ahead, behind = (_errors(motion, weights, target, values + way)[0] for way in (step, -step))
+            difference = (ahead - behind) / (2 * h)
+            np.testing.assert_allclose(derivative[:, column], difference, atol=2e-8 if angle < 3.1 else 1e-6)
 
 
-def test_the_search_sees_the_same_errors_and_derivatives(nao: nk.NaoModel) -> None:
+def test_the_search_sees_the_errors_of_the_poses(nao: nk.NaoModel) -> None:
     for robot, frame in ((nao, "RLeg"), (nao, "Head"), (nk.load_nao("v5", base="floating"), "LArm")):
         motion, weights = FrameMotion(robot, frame), np.array([1.0, 2.0, 3.0, 0.0, 0.2, 0.3])
         q, T = robot.random(3, 40), robot.fk(robot.random(4, 40), frame)
         T[0] = robot.fk(q[:1], frame)[0]
-        errors = PoseErrors(motion, T, weights)
-        expected, derivative = errors(q, np.arange(40))
-        m, goal = len(motion.joints), Goal(weights, 1e-8, 1)
+        expected = weights * pose_errors(robot.fk(q, frame), T)
         for row, target in enumerate(motion.in_base(T, q)):
-            bench = Bench(*(np.zeros(size) for size in room_for(1, len(motion.chain.place), m, 0)))
-            values = q[row, motion.columns]
-            cost = errors_at(motion.chain, goal, target.reshape(16), values, bench, bench.e, bench.J)
-            np.testing.assert_allclose(bench.e, expected[row], atol=1e-12)
-            np.testing.assert_allclose(bench.J.reshape(6, m), derivative[row], atol=1e-9)
+            e, _, cost = _errors(motion, weights, target, q[row, motion.columns])
+            np.testing.assert_allclose(e, expected[row], atol=1e-12)
             assert cost == pytest.approx(0.5 * np.square(expected[row]).sum(), abs=1e-12)
 
 

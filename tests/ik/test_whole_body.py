@@ -23,16 +23,15 @@ from nao_kin.ik.body import place_all
 from nao_kin.ik.body_errors import (
     COM,
     GAZE,
-    MOST_ROWS,
     PLACE,
     POSE,
     Plan,
     errors_at,
-    limit_rows,
-    outside,
+    new_point,
     stand_on_both,
 )
 from nao_kin.ik.body_targets import Target, feet_beyond, margin_beyond, prepared, target_beyond
+from nao_kin.ik.limit_regions import TABLE, limit_rows, outside
 from nao_kin.ik.quadratic_program import quadratic_program
 from nao_kin.ik.targets import inside_limits
 from nao_kin.robot import SupportPolygon
@@ -334,7 +333,7 @@ def test_no_pose_is_beyond_the_stretched_robot(nao: nk.NaoModel, both: bool) -> 
     poses = standing_poses(nao, 200, both=both)
     sides = ("L", "R") if both else ("L",)
     for frame in ("LArm", "RLeg", "CameraTop", "torso", "LHandFinger13", "LThigh"):
-        row, T = body.frame(frame)
+        row, T = body.frame(nao, frame)
         target = Target(frame, PLACE, row, T, np.eye(4), (1.0, 0.1))
         places = poses.pose(nao, frame)[:, :3, 3]
         assert not target_beyond(body.body, target, sides, poses.feet, places).any()
@@ -544,7 +543,7 @@ def test_places_and_centres_of_mass_are_those_of_the_model(nao: nk.NaoModel) -> 
         R, p = np.empty((rows, 3, 3)), np.empty((rows, 3))
         place_all(tables.body, x, np.eye(4), R, p)
         for frame in ("LArm", "RLeg", "CameraBottom", "LHandFinger13", "torso"):
-            row, T = tables.frame(frame)
+            row, T = tables.frame(nao, frame)
             np.testing.assert_allclose(R[row] @ T[:3, 3] + p[row], nao.fk(q, frame)[:3, 3], atol=1e-14)
             np.testing.assert_allclose(R[row] @ T[:3, :3], nao.fk(q, frame)[:3, :3], atol=1e-14)
 
@@ -555,22 +554,20 @@ def test_derivatives_are_those_of_the_errors(nao: nk.NaoModel, stance: str) -> N
     body, side = tables.body, "LR".index(stance)
     frames = [("LArm", POSE), ("RLeg" if stance == "L" else "LLeg", POSE), ("RArm", PLACE), ("CameraTop", GAZE)]
     frames += [("torso", POSE), ("torso", COM)]
-    rows, places = zip(*(tables.frame(frame) for frame, _ in frames), strict=True)
-    plan = Plan(np.array([k for _, k in frames]), np.array(rows), np.array(places), np.full((6, 2), 0.7), 1.0, 0.0)
+    rows, places = zip(*(tables.frame(nao, frame) for frame, _ in frames), strict=True)
+    kinds, weights = np.array([k for _, k in frames]), np.full((6, 2), 0.7)
+    plan = Plan(kinds, np.array(rows), np.array(places), weights, 1.0, 0.0, side, False, 1e-8, 1)
     targets = np.tile(np.eye(4), (6, 1, 1))
     targets[:, :3, :3] = nk.rotations.exp(rng.normal(size=(6, 3)))
     targets[:, :3, 3] = rng.normal(size=(6, 3))
-    last = int(body.legs[side, -1])
 
     def at(x: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         q = np.empty(25)
         q[tables.order] = x
-        e, J = np.empty(6 * MOST_ROWS), np.empty((6 * MOST_ROWS, body.moving))
-        com, com_J = np.empty(3), np.empty((3, body.moving))
-        errors_at(
-            body, plan, targets, last, x, np.linalg.inv(nao.fk(q, f"{stance}Leg")), e, J, np.empty((6, 2)), com, com_J
-        )
-        return e, J, com, com_J
+        point = new_point(body, 25, 6)
+        point.x[:], point.T[:] = x, np.linalg.inv(nao.fk(q, f"{stance}Leg"))
+        errors_at(body, plan, targets, point)
+        return point.e, point.J, point.com, point.com_J
 
     for q in nao.random(rng, 3):
         x = q[tables.order]
@@ -631,32 +628,32 @@ def test_rows_that_contradict_each_other_are_noticed() -> None:
 def test_rows_of_limits_hold_for_the_steps_that_end_inside(nao: nk.NaoModel) -> None:
     """On the edges of the coupled tables, farther from their bends than a step is long, and at bends that jut out."""
     tables, rng, longest = prepared(nao).tables[True], np.random.default_rng(3), 1e-3
-    body, count = tables.body, 0
-    A, b = np.zeros((200, body.moving + 1)), np.zeros(200)
-    middle = 0.5 * (body.lower + body.upper)
-    for k, bends in enumerate(body.bends):
-        (joint, of), (at, *bounds) = body.bent[k], body.table[k, :, :bends]
+    limits, moving, count = tables.body.limits, tables.body.moving, 0
+    A, b = np.zeros((200, moving + 1)), np.zeros(200)
+    middle = 0.5 * (nao.lower + nao.upper)[tables.order]
+    for of, joint, first, end in limits.tables.reshape(-1, TABLE):
+        at, *bounds = (part[first:end] for part in (limits.at, limits.low, limits.high))
         places = [(value, side) for value in at for side in range(2)]
         places += [(0.5 * (one + other), side) for one, other in itertools.pairwise(at) for side in range(2)]
         for value, side in places:
             x = middle.copy()
-            x[of] = np.clip(value, body.lower[of] + longest, body.upper[of] - longest)
+            x[of] = np.clip(value, limits.lower[of] + longest, limits.upper[of] - longest)
             x[joint] = np.interp(x[of], at, bounds[side])
             jut = [np.interp(x[of] + d, at, bounds[side]) - x[joint] for d in (-longest, longest)]
             if (sum(jut) < -1e-12) == (side == 0) and abs(sum(jut)) > 1e-12:
                 continue
-            if not body.lower[joint] + longest < x[joint] < body.upper[joint] - longest:
+            if not limits.lower[joint] + longest < x[joint] < limits.upper[joint] - longest:
                 continue
-            rows = limit_rows(body, body.lower, x, longest, A, b, 0)
+            rows = limit_rows(limits, x, np.empty(0), np.full(moving, longest), A, b, 0)
             for _ in range(20):
                 step = np.zeros(len(x))
                 step[[joint, of]] = 0.99 * longest * rng.uniform(-1.0, 1.0, 2)
-                holds = (A[:rows, : body.moving] @ step[: body.moving] >= b[:rows] - 1e-12).all()
+                holds = (A[:rows, :moving] @ step[:moving] >= b[:rows] - 1e-12).all()
                 q = np.empty(len(x))
                 q[tables.order] = x + step
                 excess = sum(violation.excess for violation in nao.limit_violations(q))
-                assert outside(body, body.lower, x + step) == pytest.approx(excess, abs=1e-8)
-                assert holds == (outside(body, body.lower, x + step) <= 1e-12)
+                assert outside(limits, x + step) == pytest.approx(excess, abs=1e-8)
+                assert holds == (outside(limits, x + step) <= 1e-12)
                 count += 1
     assert count > 300
 

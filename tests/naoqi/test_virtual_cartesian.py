@@ -214,7 +214,7 @@ def test_a_target_on_another_branch_is_reached_in_time(script: Script) -> None:
     for share in np.linspace(0.0, 1.0, 50):  # the arm that follows the straight way ends at a limit
         T = start.copy()
         T[:3, 3] += share * (behind - start[:3, 3])
-        found = near(robot, [Target("LArm", T, axes, np.eye(3))], q)
+        found = near(robot, Target("LArm", T, axes, np.eye(3)), q)
         q = found.q
     assert found.missing > 1e-3
     script("positionInterpolation", "LArm", TORSO, [*behind.tolist(), 0.0, 0.0, 0.0], 7, 3.0)
@@ -229,7 +229,7 @@ def test_only_the_axes_of_the_mask_count_along_those_of_the_space(nao: nk.NaoMod
     before = nao.fk(q, "LArm")
     T = before.copy()
     T[:3, 3] += R @ [0.02, 0.5, 0.5]
-    found = descend(nao, [Target("LArm", T, naoqi.controlled_axes("X"), R)], columns_of(nao, ["LArm"]), q)
+    found = descend(nao, Target("LArm", T, naoqi.controlled_axes("X"), R), columns_of(nao, ["LArm"]), q)
     assert (R.T @ (nao.fk(found.q, "LArm")[:3, 3] - before[:3, 3]))[0] == pytest.approx(0.02, abs=1e-8)
     assert np.linalg.norm(nao.fk(found.q, "LArm")[:3, 3] - before[:3, 3]) < 0.03
 

@@ -302,7 +302,7 @@ class _Limb:
             self._segment = at
             self._look_ahead(begin, end, q, T_world_torso)
         if self._straight is None:
-            return limbs.near(self._scene.robot, [self._target(time, T_world_torso)], q).q
+            return limbs.near(self._scene.robot, self._target(time, T_world_torso), q).q
         share = min(max((time - begin) / (end - begin), 0.0), 1.0)
         start, goal = self._straight
         found = q.copy()
@@ -316,7 +316,7 @@ class _Limb:
         found = Solution(q, 0.0)
         for share in np.arange(1, _TRIED + 1) / _TRIED:
             target = self._target(float(begin + share * (end - begin)), T_world_torso)
-            found = limbs.near(self._scene.robot, [target], found.q)
+            found = limbs.near(self._scene.robot, target, found.q)
         self._straight = None
         if found.missing > limbs.MET:
             other = limbs.anywhere(self._scene.robot, target, q)

@@ -86,62 +86,49 @@ class Solution:
     missing: float
 
 
-def descend(robot: RobotModel, targets: Sequence[Target], columns: Sequence[int], q: Floats) -> Solution:
-    """The joint values near by that bring frames to their targets, inside all limits.
+def descend(robot: RobotModel, target: Target, columns: Sequence[int], q: Floats) -> Solution:
+    """The joint values near by that bring a frame to its target, inside all limits.
 
-    Where the targets cannot be met from here, these are the nearest that steps downhill lead to.
+    Where the target cannot be met from here, these are the nearest that steps downhill lead to.
 
     Args:
         robot: with a fixed base.
-        targets: what is asked for.
+        target: what is asked for.
         columns: the joints that may move, as places in q.
         q: where to begin, inside the limits, shape (nq,).
     """
     free = np.array(columns)
-    best, e = np.array(q), _errors(robot, targets, q)
-    damping = _DAMPING
+    best, e, damping = np.array(q), target.missing(robot, q), _DAMPING
     for _ in range(_MOST_STEPS):
-        if float(np.abs(e).max(initial=0.0)) < _MET or damping > _MOST_DAMPING:
+        if np.abs(e).max(initial=0.0) < _MET or damping > _MOST_DAMPING:
             break
-        J = np.concatenate([target.rows(robot, best) for target in targets])[:, free]
-        step = _step(robot, J, e, free, best, damping)
-        if float(np.abs(step).max(initial=0.0)) < _SMALLEST_STEP:
+        step = _step(robot, target.rows(robot, best)[:, free], e, free, best, damping)
+        if np.abs(step).max(initial=0.0) < _SMALLEST_STEP:
             break
-        candidate = best.copy()
-        candidate[free] += step
-        candidate = robot.clamp(candidate)
-        left = _errors(robot, targets, candidate)
+        trial = best.copy()
+        trial[free] += step
+        trial = robot.clamp(trial)
+        left = target.missing(robot, trial)
         if left @ left < e @ e:
-            best, e, damping = candidate, left, max(0.1 * damping, 1e-12)
+            best, e, damping = trial, left, max(0.1 * damping, 1e-12)
         else:
             damping *= 10.0
     return Solution(best, float(np.linalg.norm(e)))
 
 
-def _errors(robot: RobotModel, targets: Sequence[Target], q: Floats) -> Floats:
-    return np.concatenate([target.missing(robot, q) for target in targets])
-
-
 def _step(robot: RobotModel, J: Floats, e: Floats, free: NDArray[np.int64], q: Floats, damping: float) -> Floats:
-    """Jᵀ (J Jᵀ + λ 1)⁻¹ e over the joints that are not pressed against a limit by it."""
+    """Jᵀ (J Jᵀ + λ 1)⁻¹ e over the joints that it does not press against a limit, coupled ones included."""
     moving = np.ones(len(free), dtype=np.bool_)
     step = np.zeros(len(free))
     for _ in range(len(free)):
-        active = J[:, moving]
-        step = np.zeros(len(free))
-        step[moving] = active.T @ np.linalg.solve(active @ active.T + damping * np.eye(len(e)), e)
-        pressed = _at_limits(robot, q, free, step) & moving
+        step = np.where(moving, J, 0.0).T @ np.linalg.solve(J[:, moving] @ J[:, moving].T + damping * np.eye(len(e)), e)
+        nudged = q.copy()
+        nudged[free] += np.sign(step) * 1e-9
+        pressed = (step != 0.0) & (np.abs(robot.clamp(nudged)[free] - q[free]) < 1e-10)
         if not pressed.any():
             break
         moving &= ~pressed
     return step
-
-
-def _at_limits(robot: RobotModel, q: Floats, free: NDArray[np.int64], step: Floats) -> NDArray[np.bool_]:
-    """Which joints stand at a limit, coupled ones included, that the step would take them beyond."""
-    nudged = q.copy()
-    nudged[free] += np.sign(step) * 1e-9
-    return np.asarray((step != 0.0) & (np.abs(robot.clamp(nudged)[free] - q[free]) < 1e-10))
 
 
 # --- The six effectors of Cartesian control, each with the joints that move it, and the solvers that know them.
@@ -177,9 +164,9 @@ def columns_of(robot: NaoModel, effectors: Sequence[str]) -> list[int]:
     return [robot.joint_names.index(name) for name in dict.fromkeys(names)]
 
 
-def near(robot: NaoModel, targets: Sequence[Target], q: Floats) -> Solution:
+def near(robot: NaoModel, target: Target, q: Floats) -> Solution:
     """Joint values beside those of now: what a path is followed with."""
-    return descend(robot, targets, columns_of(robot, [target.frame for target in targets]), q)
+    return descend(robot, target, columns_of(robot, [target.frame]), q)
 
 
 def anywhere(robot: NaoModel, target: Target, q: Floats) -> Solution:
@@ -188,26 +175,27 @@ def anywhere(robot: NaoModel, target: Target, q: Floats) -> Solution:
     Whole poses of arms and legs, places of hands and directions of the head go by their closed forms; other masks by
     descents, from the joints of now and from others.
     """
-    found = near(robot, [target], q)
+    found = near(robot, target, q)
     if found.missing <= MET:
         return found
     closed = _closed_form(robot, target, q)
+    is_known = closed is not None and bool(np.isfinite(closed).all())
     if closed is not None and target.reference == TORSO:
-        return _better(_judged(robot, target, closed), found)
-    rng = np.random.default_rng(0)
+        missing = float(np.linalg.norm(target.missing(robot, closed))) if is_known else np.inf
+        return min(found, Solution(closed, missing), key=lambda one: one.missing)
     columns = columns_of(robot, [target.frame])
-    reached: list[Solution] = []
-    starts = robot.random(rng, _STARTS)
-    if closed is not None and np.isfinite(closed).all():  # which holds for the torso as it is now
+    starts = robot.random(np.random.default_rng(0), _STARTS)
+    if is_known:  # it holds for the torso as it is now
         starts[0] = closed
+    others = []
     for start in starts:
         begin = q.copy()
         begin[columns] = start[columns]
-        other = descend(robot, [target], columns, robot.clamp(begin))
-        if other.missing <= MET:
-            reached.append(other)
-        found = _better(other, found)
-    return min(reached, key=lambda one: float(np.abs(one.q - q).max())) if reached else found
+        others.append(descend(robot, target, columns, robot.clamp(begin)))
+    reached = [one for one in others if one.missing <= MET]
+    if reached:
+        return min(reached, key=lambda one: float(np.abs(one.q - q).max()))
+    return min(found, *others, key=lambda one: one.missing)
 
 
 def torso_over_feet(robot: NaoModel, T_world_torso: Floats, T_world_feet: Floats, q: Floats) -> Solution:
@@ -223,22 +211,21 @@ def torso_over_feet(robot: NaoModel, T_world_torso: Floats, T_world_feet: Floats
         What is missing is where the torso is beside the pose, its yaw included; infinite where a foot is not in place.
     """
     left, right = T_world_feet
-    wished = T_world_torso
+    asked_torso = T_world_torso
     for _ in range(_MOST_TURNS):
         # A batch of one, for which the kernel is compiled; without it every tick would take as long as it lasts.
-        found = ik.legs(robot, left[None], right, base="floating", torso=wished, free="yaw", reference=q)
+        found = ik.legs(robot, left[None], right, base="floating", torso=asked_torso, free="yaw", reference=q)
         if not np.all(found.success):
             return Solution(found.q[0] if np.isfinite(found.q).all() else np.array(q), np.inf)
         torso = np.asarray(found.torso)[0]
         # The yaw gives way about the middle of the hips, which takes a leaning torso with it: back to its place.
         six = position6d(T_world_torso)
         six[5] = position6d(torso)[5]
-        wished = pose(six)
-        if np.abs(wished[:3, 3] - torso[:3, 3]).max() < _IN_PLACE:
+        asked_torso = pose(six)
+        if np.abs(asked_torso[:3, 3] - torso[:3, 3]).max() < _IN_PLACE:
             break
-    away = np.linalg.norm(torso[:3, 3] - T_world_torso[:3, 3])
-    turn = np.linalg.norm(log(torso[:3, :3] @ T_world_torso[:3, :3].T))
-    return Solution(found.q[0], float(np.hypot(away, RADIAN * turn)))
+    target = Target(TORSO, T_world_torso, np.ones(6, dtype=np.bool_), np.eye(3))
+    return Solution(found.q[0], float(np.linalg.norm(target.errors(torso))))
 
 
 def completed(T_space_wanted: Floats, T_space_now: Floats, mask: int) -> Floats:
@@ -261,16 +248,6 @@ def _closed_form(robot: NaoModel, target: Target, q: Floats) -> Floats | None:
     if frame == "Head" and axes in (AXIS_MASK_ROT, AXIS_MASK_ALL):
         return ik.head(robot, T[:3, :3], reference=q).q
     return None
-
-
-def _judged(robot: NaoModel, target: Target, q: Floats) -> Solution:
-    if not np.isfinite(q).all():
-        return Solution(q, np.inf)
-    return Solution(q, float(np.linalg.norm(target.missing(robot, q))))
-
-
-def _better(one: Solution, other: Solution) -> Solution:
-    return one if one.missing < other.missing else other
 
 
 def in_torso(T_world_torso: Floats, T_world: Floats) -> Floats:

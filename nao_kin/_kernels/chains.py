@@ -1,0 +1,93 @@
+"""The joints between a base and frames as numbers, and the poses of the frames: scalar code, as Python or compiled."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from nao_kin._kernels.cache import both_ways
+
+
+class Chain(NamedTuple):
+    """n joints that m coordinates move, as `SerialChain` has them, from the base to each frame in turn.
+
+    Attributes:
+        joints: how many are on the way to each frame.
+        links: the placements, one more than joints for each frame, twelve numbers for each, 3×4 by rows.
+        slides: 1 for a joint that slides.
+        place: which coordinate moves a joint, −1 for none.
+        ratio: value of a joint = ratio · coordinate + offset [rad or m].
+        offset: of each joint [rad or m].
+    """
+
+    joints: Any
+    links: Any
+    slides: Any
+    place: Any
+    ratio: Any
+    offset: Any
+
+
+def chain_types() -> Any:
+    """Numba's type of `Chain`."""
+    from numba import types
+
+    row, whole = types.float64[::1], types.int64[::1]
+    return types.NamedTuple((whole, row, row, whole, row, row), Chain)
+
+
+def chain_of(chains: Sequence[Any], names: Sequence[str]) -> Chain:
+    """Return several `SerialChain`s as one `Chain`, moved by the coordinates of these names."""
+    drivers = [driver for chain in chains for driver in chain.drivers]
+    place = {name: k for k, name in enumerate(names)}
+    return Chain(
+        joints=np.array([len(chain.drivers) for chain in chains], dtype=np.int64),
+        links=np.concatenate([chain.placements.reshape(-1) for chain in chains]),
+        slides=np.concatenate([chain.slides for chain in chains]).astype(np.float64),
+        place=np.array([place.get(driver.joint, -1) for driver in drivers], dtype=np.int64),
+        ratio=np.array([driver.multiplier for driver in drivers], dtype=np.float64),
+        offset=np.array([driver.offset for driver in drivers], dtype=np.float64),
+    )
+
+
+@both_ways
+def to_frame(chain: Chain, values: Any, frame: int, first: int, T: Any, axes: Any, origins: Any) -> None:
+    """Write the pose of a frame at joint values, and axes and origins of the joints on the way to it.
+
+    Args:
+        chain: the joints.
+        values: of the coordinates.
+        frame: which frame.
+        first: its first joint.
+        T: for the pose in the base, twelve numbers, 3×4 by rows.
+        axes: for unit vectors in the base, three numbers for each joint of the chain.
+        origins: for places in the base, likewise.
+    """
+    last = first + chain.joints[frame]
+    # Before each frame there is one link more than joints.
+    a = 12 * (first + frame)
+    for i in range(12):
+        T[i] = chain.links[a + i]
+    for k in range(first, last):
+        value = chain.offset[k]
+        if chain.place[k] >= 0:
+            value += chain.ratio[k] * values[chain.place[k]]
+        for i in range(3):
+            axes[3 * k + i], origins[3 * k + i] = T[4 * i + 2], T[4 * i + 3]
+        if chain.slides[k] != 0.0:
+            for i in range(3):
+                T[4 * i + 3] += value * T[4 * i + 2]
+        else:
+            cosine, sine = math.cos(value), math.sin(value)
+            for i in range(0, 12, 4):
+                T[i], T[i + 1] = cosine * T[i] + sine * T[i + 1], cosine * T[i + 1] - sine * T[i]
+        a += 12
+        for i in range(0, 12, 4):
+            x, y, z = T[i], T[i + 1], T[i + 2]
+            T[i] = x * chain.links[a] + y * chain.links[a + 4] + z * chain.links[a + 8]
+            T[i + 1] = x * chain.links[a + 1] + y * chain.links[a + 5] + z * chain.links[a + 9]
+            T[i + 2] = x * chain.links[a + 2] + y * chain.links[a + 6] + z * chain.links[a + 10]
+            T[i + 3] += x * chain.links[a + 3] + y * chain.links[a + 7] + z * chain.links[a + 11]
