@@ -1,7 +1,11 @@
-"""The limbs of a robot as the closed forms need them: read off its model, and refused where they are not a NAO's.
+"""The limbs of a robot as the closed forms need them, and closed forms run on targets.
 
-Joints are looked at with all of them at zero, in the axes of the torso: where each stands, and its axis. What the
-closed forms suppose of these (axes that meet, are perpendicular, point along x, y or z) is verified here.
+Joints are read off the model with all of them at zero, in the axes of the torso: where each stands, and its axis. What
+the closed forms suppose of these (axes that meet, are perpendicular, point along x, y or z) is verified here, and limbs
+that are not a NAO's are refused.
+
+A closed form runs as Python on one target where nothing is compiled yet, and compiled on many; its numbers are made
+into an `IKResult`.
 """
 
 from __future__ import annotations
@@ -12,7 +16,7 @@ import weakref
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar, get_args, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +24,7 @@ from numpy.typing import NDArray
 from nao_kin._core.arrays import Floats, choice
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.ik.compiling import run_rows
+from nao_kin.ik.compiling import borrowed, kept, run_rows
 from nao_kin.ik.ranges import (
     ANGLE_ERROR,
     BEST,
@@ -33,9 +37,12 @@ from nao_kin.ik.ranges import (
     NOT_RIGID,
     POSITION_ERROR,
     REASON,
-    REPORT,
-    ClosedForm,
     Ranges,
+    Rotation,
+    Selection,
+    Vector,
+    Workspace,
+    write_branches,
 )
 from nao_kin.ik.results import IKResult, Integers, Obstacles, result_made_later
 from nao_kin.robot import ModelNumbers, RobotModel, check_robot
@@ -133,6 +140,11 @@ class ChainAtZero:
         """
         if np.abs(values).max() > _TOLERANCE:
             raise self.missing(f"{what} by {float(np.abs(values).max()):.3g} m")
+
+    def frame_in_link(self, origin: Floats) -> tuple[float, Rotation, Vector]:
+        """Whether the frame is turned against its link, 0 or 1; its rotation, and its place from a point."""
+        turned = 0.0 if np.array_equal(self.rotation, np.eye(3)) else 1.0
+        return turned, tuple(self.rotation.ravel().tolist()), tuple((self.point - origin).tolist())
 
     def missing(self, why: str) -> BadArgument:
         """The error for a limb that the closed form does not fit."""
@@ -288,7 +300,84 @@ def torso_in_trunk(robot: RobotModel) -> Floats:
     return np.array(place.placement.homogeneous)
 
 
-# --- A closed form run on targets: as Python on one, compiled on many, and its numbers made into an `IKResult`.
+# --- Closed forms run on targets.
+
+# Where in a row that a kernel writes the report begins; the number of branches stands before it.
+REPORT = 1
+
+
+class ClosedForm:
+    """A closed form of a limb, and the kernel that solves rows of targets with it.
+
+    The kernel writes a row for each target: how many branches there are, the report, and the branches as far as there
+    is room.
+
+    Args:
+        name: of the kernel.
+        solve: solves one target, as `ranges` says.
+        types: makes the types of a limb's geometry and of its limits.
+        max_branches: the most that `solve` finds.
+        alone: `solve`, or the part of it without search, which solves one target as Python; None where all of it is a
+            search. Where it finds nothing, the kernel searches for the nearest pose.
+        usual: how many branches there are inside the limits; where there are more, all targets are solved once more.
+        more: how many numbers follow the joints in a report.
+        scratch: how many numbers are needed in q beside the joints.
+        seconds: about how long the kernel takes to compile [s].
+    """
+
+    def __init__(
+        self,
+        name: str,
+        solve: Callable[..., int],
+        types: Callable[[], tuple[Any, Any]],
+        max_branches: int,
+        *,
+        alone: Callable[..., int] | None,
+        usual: int = 2,
+        more: int = 0,
+        scratch: int = 0,
+        seconds: float = 10.0,
+    ) -> None:
+        self.alone, self.searches, self.max_branches = alone, alone is not solve, max_branches
+        self.usual, self.more, self.scratch = usual, more, scratch
+
+        def run(limb: Any, ranges: Any, targets: Floats, references: Floats, enforce: bool, out: Floats) -> None:
+            joints = references.shape[1]
+            branches = REPORT + BEST + joints + more
+            owner = np.empty(joints + scratch + max_branches * (joints + EXTRAS))
+            q, found = borrowed(owner[: joints + scratch]), borrowed(owner[joints + scratch :])
+            targets, references, out = borrowed(targets), borrowed(references), borrowed(out)
+            for i in range(targets.shape[0]):
+                work = Workspace(q, found, out[i, REPORT:branches])
+                count = solve(limb, targets[i], Selection(ranges, references[i], enforce), work)
+                out[i, 0] = count
+                write_branches(found, count, joints, out[i, branches:])
+            owner[0] = 0.0
+
+        def signature() -> tuple[Any, ...]:
+            import numba
+
+            rows = numba.float64[:, ::1]
+            return *types(), rows, rows, numba.boolean, rows
+
+        run.__module__ = solve.__module__  # which a process that compiles it has to import
+        self.kernel = kept(name, signature, seconds)(run)
+
+
+def limb_types(numbers: type[Any], joints: int) -> tuple[Any, Any]:
+    """Numba's types of a limb's geometry and of its limits.
+
+    Args:
+        numbers: the named tuple of a limb's geometry: numbers, and tuples of numbers.
+        joints: how many joints the limb has.
+    """
+    from numba import types
+
+    lengths = [len(get_args(hint)) for hint in get_type_hints(numbers).values()]
+    parts = [types.UniTuple(types.float64, length) if length else types.float64 for length in lengths]
+    limits, table = types.UniTuple(types.float64, joints), types.UniTuple(types.float64, MOST_BENDS)
+    ranges = limits, limits, types.int64, table, table, table, types.int64, types.int64
+    return types.NamedTuple(parts, numbers), types.NamedTuple(ranges, Ranges)
 
 
 class Found(NamedTuple):
@@ -403,7 +492,8 @@ def _one(form: ClosedForm, limb: Limb, target: Floats, reference: Floats, enforc
     values = [0.0] * (form.max_branches * (c + EXTRAS))
     report = [0.0] * BEST + [math.nan] * (c + form.more)
     q = [0.0] * (c + form.scratch)
-    count = form.alone(limb.numbers, limb.ranges, target[0].tolist(), reference[0].tolist(), enforce, q, values, report)
+    selection, work = Selection(limb.ranges, reference[0].tolist(), enforce), Workspace(q, values, report)
+    count = form.alone(limb.numbers, target[0].tolist(), selection, work)
     if count == 0 and form.searches and report[REASON] != NOT_RIGID:
         return _by_kernel(form, limb, target, reference, enforce, form.max_branches, 1)
     return Found(np.array([[count, *report, *values]]), c, len(report))
