@@ -57,6 +57,7 @@ from nao_kin.ik.ranges import (
     REACHED,
     REASON,
     Pose,
+    Ranges,
     Selection,
     Workspace,
     add_branch,
@@ -86,7 +87,7 @@ _LOOKS = 8
 
 
 @both_ways
-def write_pieces(task: LegTask, enforce: bool, pieces: Floats) -> int:
+def write_pieces(task: LegTask, ranges: Ranges, enforce: bool, pieces: Floats) -> int:
     """Write the pieces of HipYawPitch with which ankle and normal are met inside the limits; their number."""
     count = 0
     if not enforce:
@@ -97,26 +98,26 @@ def write_pieces(task: LegTask, enforce: bool, pieces: Floats) -> int:
     ends = np.empty(_MOST_ENDS)
     for bend in range(task.knee[1]):
         knee = task.knee[0] if bend == 0 else -task.knee[0]
-        if is_outside(task.ranges, 3, knee):
+        if is_outside(ranges, 3, knee):
             continue
-        boxes = _write_ends(task, knee, ends)
+        boxes = _write_ends(task, ranges, knee, ends)
         for way in (1.0, -1.0):
             for ankle in (1.0, -1.0):
                 branch = Branch(knee, way, ankle)
-                last = _add_ends_of_table(task, branch, ends, boxes)
-                count = _add_pieces(task, branch, ends[boxes:last], pieces, count)
+                last = _add_ends_of_table(task, ranges, branch, ends, boxes)
+                count = _add_pieces(task, ranges, branch, ends[boxes:last], pieces, count)
     return count
 
 
 @both_ways
-def _add_pieces(task: LegTask, branch: Branch, ends: Floats, pieces: Floats, count: int) -> int:
+def _add_pieces(task: LegTask, ranges: Ranges, branch: Branch, ends: Floats, pieces: Floats, count: int) -> int:
     """Join what is inside between ends, and ends that are inside by themselves."""
     joined, begin = False, 0.0
     for i in range(len(ends)):
-        after = i + 1 < len(ends) and _is_level_inside(task, branch, 0.5 * (ends[i] + ends[i + 1]))
+        after = i + 1 < len(ends) and _is_level_inside(task, ranges, branch, 0.5 * (ends[i] + ends[i + 1]))
         if after and not joined:
             begin = ends[i]
-        elif not joined and _is_level_inside(task, branch, ends[i]):
+        elif not joined and _is_level_inside(task, ranges, branch, ends[i]):
             begin, joined = ends[i], True
         if joined and not after and count < len(pieces):
             knee, way, ankle = branch
@@ -127,17 +128,17 @@ def _add_pieces(task: LegTask, branch: Branch, ends: Floats, pieces: Floats, cou
 
 
 @both_ways
-def _is_level_inside(task: LegTask, branch: Branch, hip: float) -> bool:
-    return is_inside(task.ranges, level_joints(task, branch, hip))
+def _is_level_inside(task: LegTask, ranges: Ranges, branch: Branch, hip: float) -> bool:
+    return is_inside(ranges, level_joints(task, branch, hip))
 
 
 # --- where joints are at their limits ---------------------------------------------------------------------------------
 
 
 @both_ways
-def _write_ends(task: LegTask, knee: float, ends: Floats) -> int:
+def _write_ends(task: LegTask, ranges: Ranges, knee: float, ends: Floats) -> int:
     """Sorted, all values of HipYawPitch inside its range that may put a joint at a limit or at a bend of the table."""
-    leg, ranges, foot = task.leg, task.ranges, task.foot
+    leg, foot = task.leg, task.foot
     ends[0], ends[1], count = ranges.lower[0], ranges.upper[0], 2
     x, y, z = foot.x, foot.y, foot.z
     n0, n1, n2 = foot.r02, foot.r12, foot.r22
@@ -191,9 +192,9 @@ def _add_angles(times: int, cosine: float, sine: float, value: float, ends: Floa
 
 
 @both_ways
-def _add_ends_of_table(task: LegTask, branch: Branch, ends: Floats, boxes: int) -> int:
+def _add_ends_of_table(task: LegTask, ranges: Ranges, branch: Branch, ends: Floats, boxes: int) -> int:
     """Behind the ends of boxes, add the same with those where AnkleRoll meets its coupled limit, sorted; the number."""
-    ranges, count = task.ranges, 2 * boxes
+    count = 2 * boxes
     ends[boxes:count] = ends[:boxes]
     if ranges.bends == 0:
         return count
@@ -203,17 +204,17 @@ def _add_ends_of_table(task: LegTask, branch: Branch, ends: Floats, boxes: int) 
         if is_outside(ranges, 1, q[1]) or is_outside(ranges, 2, q[2]) or is_outside(ranges, 4, q[4]):
             continue
         for side in range(2):
-            count = add_roots(_beyond, (task, branch, side), low, high, _LOOKS, ends, count)
+            count = add_roots(_beyond, (task, ranges, branch, side), low, high, _LOOKS, ends, count)
     ends[boxes:count] = np.sort(ends[boxes:count])
     return count
 
 
 @both_ways
-def _beyond(given: tuple[LegTask, Branch, int], hip: float) -> float:
+def _beyond(given: tuple[LegTask, Ranges, Branch, int], hip: float) -> float:
     """How far AnkleRoll is beyond one side of its coupled limit."""
-    task, branch, side = given
+    task, ranges, branch, side = given
     q = level_joints(task, branch, hip)
-    low, high = table_range(task.ranges, q[4])
+    low, high = table_range(ranges, q[4])
     return low - q[5] if side == 0 else q[5] - high
 
 
@@ -355,7 +356,7 @@ def split_turns(legs: Legs, target: Row, selection: Selection, work: Workspace) 
     if report[REASON] == OUT_OF_REACH:
         return 0
     reason = report[REASON], report[JOINT], report[NEEDED], report[LIMIT], report[BLAMED]
-    tasks = tasks_of(legs, target, selection.ranges, report)[1]
+    tasks = tasks_of(legs, target, report)[1]
     count = _over_pieces(tasks, target[PRIORITY], selection, work)
     if count > 0:
         for j in range(JOINTS):
@@ -421,8 +422,8 @@ def _over_pieces(tasks: Tasks, priority: float, selection: Selection, work: Work
     """Report the least turns of the feet; where they are none, add solutions."""
     q, (left, right) = work.q, tasks
     lefts, rights = np.empty((MOST_PIECES, PIECE)), np.empty((MOST_PIECES, PIECE))
-    left_count = write_pieces(left, selection.enforce, lefts)
-    right_count = write_pieces(right, selection.enforce, rights)
+    left_count = write_pieces(left, selection.ranges.left, selection.enforce, lefts)
+    right_count = write_pieces(right, selection.ranges.right, selection.enforce, rights)
     level = slope(left.yaw) < LEVEL and slope(right.yaw) < LEVEL
     family = _family_of(left.foot) if level else _ALONE
     hips = np.empty(MOST_VALUES)
@@ -493,20 +494,22 @@ def _nearest_branches(given: tuple[Tasks, Floats, Floats, Selection, Row], hip: 
     Returns:
         The squared distance; infinity where none is inside the limits.
     """
-    (left, right), left_piece, right_piece, (_, reference, enforce), q = given
-    away, joints = _nearest_branch(left, left_piece, hip, reference[1:OF_ONE], enforce)
-    far, others = _nearest_branch(right, right_piece, hip, reference[OF_ONE:], enforce)
+    (left, right), left_piece, right_piece, (ranges, reference, enforce), q = given
+    away, joints = _nearest_branch(left, ranges.left, left_piece, hip, reference[1:OF_ONE], enforce)
+    far, others = _nearest_branch(right, ranges.right, right_piece, hip, reference[OF_ONE:], enforce)
     write_joints(joints, others, q)
     off = joint_difference(hip, reference[0], enforce)
     return away + far + off * off
 
 
 @both_ways
-def _nearest_branch(task: LegTask, piece: Floats, hip: float, reference: Row, enforce: bool) -> tuple[float, Joints]:
+def _nearest_branch(
+    task: LegTask, ranges: Ranges, piece: Floats, hip: float, reference: Row, enforce: bool
+) -> tuple[float, Joints]:
     """The joints of one leg, and the squared distance of five of them to the reference's."""
     if piece[WAY] != 0.0:
         q = level_joints(task, Branch(piece[KNEE], piece[WAY], piece[ANKLE]), hip)
-        inside = not enforce or is_inside(task.ranges, q)
+        inside = not enforce or is_inside(ranges, q)
         return squared_distance(q[1:], reference, enforce) if inside else math.inf, q
     best, nearest = level_joints(task, Branch(task.knee[0], 1.0, -piece[SIGN]), hip), math.inf
     for branch in range(2 * task.knee[1]):

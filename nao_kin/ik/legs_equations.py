@@ -96,14 +96,12 @@ class LegTask(NamedTuple):
 
     Attributes:
         leg: its geometry.
-        ranges: limits of its six joints.
         foot: its target.
         knee: the angle of the knee, and in how many ways it bends.
         yaw: how the foot turns with HipYawPitch.
     """
 
     leg: Leg
-    ranges: Ranges
     foot: Pose
     knee: tuple[float, int]
     yaw: FootYaw
@@ -127,15 +125,15 @@ Tasks: TypeAlias = tuple[LegTask, LegTask]
 
 
 @both_ways
-def tasks_of(legs: Legs, target: Row, ranges: LegsRanges, report: Row) -> tuple[bool, Tasks]:
+def tasks_of(legs: Legs, target: Row, report: Row) -> tuple[bool, Tasks]:
     """Whether the poses of both feet are rigid, and what is asked of the legs; a leg that is too short is reported."""
     rigid, right = foot_of(legs.right, target[RIGHT:PRIORITY])
     right_knee = knee_of(legs.right, right, report)
     fine, left = foot_of(legs.left, target[LEFT:RIGHT])
     left_knee = knee_of(legs.left, left, report)
     return fine and rigid, (
-        LegTask(legs.left, ranges.left, left, left_knee, foot_yaw(left)),
-        LegTask(legs.right, ranges.right, right, right_knee, foot_yaw(right)),
+        LegTask(legs.left, left, left_knee, foot_yaw(left)),
+        LegTask(legs.right, right, right_knee, foot_yaw(right)),
     )
 
 
@@ -145,7 +143,7 @@ def solve_legs(legs: Legs, target: Row, selection: Selection, work: Workspace) -
     report = work.report
     start_report(report)
     report[BLAMED], report[MOVED] = NEITHER, 0.0
-    rigid, tasks = tasks_of(legs, target, selection.ranges, report)
+    rigid, tasks = tasks_of(legs, target, report)
     left, right = tasks
     if not rigid:
         report[REASON] = NOT_RIGID
@@ -155,12 +153,12 @@ def solve_legs(legs: Legs, target: Row, selection: Selection, work: Workspace) -
         return 0
     if slope(left.yaw) < LEVEL and slope(right.yaw) < LEVEL:
         return 0  # a family, over which is searched
-    hip = common_hip(left.yaw, right.yaw)
+    hip, count = common_hip(left.yaw, right.yaw), 0
     c, s = math.cos(hip), math.sin(hip)
     if off_root(left.yaw, c, s) > _NEARLY or off_root(right.yaw, c, s) > _NEARLY:
         return 0
-    count = _add_with_hip(tasks, hip, selection, work, 0)
-    count = _add_with_hip(tasks, wrapped(hip + math.pi), selection, work, count)
+    for value in (hip, wrapped(hip + math.pi)):
+        count = _add_with_hip(tasks, value, selection, work, count)
     if count > 0:
         finish_report(work, JOINTS, count)
         for yaw, place in ((left.yaw, LEFT_FOOT), (right.yaw, RIGHT_FOOT)):
@@ -172,17 +170,17 @@ def solve_legs(legs: Legs, target: Row, selection: Selection, work: Workspace) -
 @both_ways
 def _add_with_hip(tasks: Tasks, hip: float, selection: Selection, work: Workspace, count: int) -> int:
     """Add all solutions with a value of HipYawPitch, and report the errors of both feet in the best."""
-    reference, enforce = selection.reference, selection.enforce
+    ranges, reference, enforce = selection
     found, report = work.found, work.report
     left, right = tasks
-    if enforce and (is_outside(left.ranges, 0, hip) or is_outside(right.ranges, 0, hip)):
+    if enforce and (is_outside(ranges.left, 0, hip) or is_outside(ranges.right, 0, hip)):
         return count
     for branch in range(2 * left.knee[1]):
-        fits, errors, joints = _exact(left, hip, branch, reference[1], enforce)
+        fits, errors, joints = _exact(left, ranges.left, hip, branch, reference[1], enforce)
         if not fits:
             continue
         for other in range(2 * right.knee[1]):
-            fits, others, right_joints = _exact(right, hip, other, reference[OF_ONE], enforce)
+            fits, others, right_joints = _exact(right, ranges.right, hip, other, reference[OF_ONE], enforce)
             if fits:
                 write_joints(joints, right_joints, work.q)
                 nearest = found[JOINTS] if count > 0 else math.inf
@@ -196,10 +194,10 @@ def _add_with_hip(tasks: Tasks, hip: float, selection: Selection, work: Workspac
 
 @both_ways
 def _exact(
-    task: LegTask, hip: float, branch: int, roll: float, enforce: bool
+    task: LegTask, ranges: Ranges, hip: float, branch: int, roll: float, enforce: bool
 ) -> tuple[bool, tuple[float, float], Joints]:
     """Whether a branch of a leg is a solution with this value of HipYawPitch; its errors, and its joints."""
-    leg, ranges, foot = task.leg, task.ranges, task.foot
+    leg, foot = task.leg, task.foot
     bent = task.knee[0] if branch < 2 else -task.knee[0]
     if enforce and is_outside(ranges, 3, bent):
         return False, (0.0, 0.0), (hip, 0.0, 0.0, bent, 0.0, 0.0)
