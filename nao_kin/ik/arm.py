@@ -341,26 +341,21 @@ def _search(arm: Arm, hand: Pose, criterion: float, selection: Selection, q: Row
         for j in range(_GRID):
             yaw, wrist = low3 + i * step3, low5 + j * step5
             costs[i + 1, j + 1] = _cost(arm, hand, criterion, selection, yaw, wrist, q)
-    starts = np.full((_BEST + 1, 3), math.inf)
+    valleys = np.full(_GRID * _GRID, math.inf)
     for i in range(_GRID):
         for j in range(_GRID):
-            cost = costs[i + 1, j + 1]
             # The lowest of its neighbours: the best of all lie side by side in one valley.
-            if cost > np.min(costs[i : i + 3, j : j + 3]):
-                continue
-            place = _BEST
-            while place > 0 and starts[place - 1, 0] > cost:
-                place -= 1
-            if place < _BEST:
-                for k in range(_BEST - 1, place, -1):
-                    starts[k] = starts[k - 1]
-                starts[place, 0], starts[place, 1], starts[place, 2] = cost, low3 + i * step3, low5 + j * step5
-    yaw, wrist = min(max(reference[2], low3), high3), min(max(reference[4], low5), high5)
-    starts[_BEST, 0] = _cost(arm, hand, criterion, selection, yaw, wrist, q)
-    starts[_BEST, 1], starts[_BEST, 2] = yaw, wrist
-    best, best_yaw, best_wrist = math.inf, yaw, wrist
+            if costs[i + 1, j + 1] <= np.min(costs[i : i + 3, j : j + 3]):
+                valleys[i * _GRID + j] = costs[i + 1, j + 1]
+    order = np.argsort(valleys, kind="mergesort")
+    best, best_yaw, best_wrist = math.inf, 0.0, 0.0
     for k in range(_BEST + 1):
-        cost, yaw, wrist = starts[k, 0], starts[k, 1], starts[k, 2]
+        # From the lowest valleys, and from the reference.
+        if k < _BEST:
+            cost, yaw, wrist = valleys[order[k]], low3 + order[k] // _GRID * step3, low5 + order[k] % _GRID * step5
+        else:
+            yaw, wrist = min(max(reference[2], low3), high3), min(max(reference[4], low5), high5)
+            cost = _cost(arm, hand, criterion, selection, yaw, wrist, q)
         if cost == math.inf:
             continue
         longest = 0.5 * max(step3, step5)
@@ -539,27 +534,24 @@ def arm(
         if direction is not None:
             raise BadArgument("a direction goes with places (..., 3), a pose (..., 4, 4) has one")
         T = as_poses(numbers, "target")
-        batch = T.shape[:-2]
-        rows = T.reshape(*batch, 16)
-        references = as_reference(robot, limb.rest, reference, batch, enforce)
+        rows = T.reshape(*T.shape[:-2], 16)
+        references = as_reference(robot, limb.rest, reference, T.shape[:-2], enforce)
         return solved(_POSE, limb, rows, references, enforce, workers, lambda: refuse_not_rigid(T, "target"))
     if numbers.shape[-1:] != (3,):
         raise WrongShape("target", "(..., 4, 4) for poses or (..., 3) for places", numbers.shape)
     places = as_vectors(numbers, "target")
     if direction is None:
-        references = as_reference(robot, limb.rest, reference, places.shape[:-1], enforce)
-        criteria = np.full((*places.shape[:-1], 1), wanted)
-        rows = np.concatenate([places, criteria], axis=-1)
-        return solved(_POSITION, limb, rows, references, enforce, workers, lambda: None)
-    towards = as_floats(direction, (3,), "direction")
-    try:
-        batch = common_batch("direction", places.shape[:-1], towards.shape[:-1])
-    except WrongShape:
-        raise WrongShape("direction", f"{places.shape} as the places, or (3,)", towards.shape) from None
-    rows = np.empty((*batch, 6))
-    rows[..., :3], rows[..., 3:] = places, unit(towards, "direction")[0]
-    references = as_reference(robot, limb.rest, reference, batch, enforce)
-    return solved(_DIRECTION, limb, rows, references, enforce, workers, lambda: None)
+        form, rows = _POSITION, np.concatenate([places, np.full((*places.shape[:-1], 1), wanted)], axis=-1)
+    else:
+        towards = as_floats(direction, (3,), "direction")
+        try:
+            batch = common_batch("direction", places.shape[:-1], towards.shape[:-1])
+        except WrongShape:
+            raise WrongShape("direction", f"{places.shape} as the places, or (3,)", towards.shape) from None
+        form, rows = _DIRECTION, np.empty((*batch, 6))
+        rows[..., :3], rows[..., 3:] = places, unit(towards, "direction")[0]
+    references = as_reference(robot, limb.rest, reference, rows.shape[:-1], enforce)
+    return solved(form, limb, rows, references, enforce, workers)
 
 
 def arm_limb(robot: RobotModel, side: str, frame: str | None) -> Limb:

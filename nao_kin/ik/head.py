@@ -405,7 +405,7 @@ def look_at(
     points = as_vectors(point, "point")
     enforce, batch = is_enforced(limits), points.shape[:-1]
     references = as_reference(robot, limb.rest, reference, batch, enforce)
-    return solved(_GAZE, limb, points, references, enforce, check_threads(threads), lambda: None)
+    return solved(_GAZE, limb, points, references, enforce, check_threads(threads))
 
 
 def head_limb(robot: RobotModel, frame: str) -> Limb:

@@ -20,7 +20,6 @@ from nao_kin.ik.geometry import (
     chain_at_zero,
     check_side,
     found_for,
-    kappa_of,
     kept_limb,
     limb_of,
     limb_types,
@@ -438,7 +437,7 @@ def nearest_foot(
     """Coordinates nearest to n targets, and their errors, shape (n, 2), as `nearest_feet`."""
     # From all branches for the targets brought into reach, whatever the limits.
     targets = _brought_into_reach(limb.numbers, T).reshape(-1, 16)
-    solve = found_for(_LEG, limb, targets if len(T) > 1 else targets[0], limb.rest, False, None, lambda: None)
+    solve = found_for(_LEG, limb, targets if len(T) > 1 else targets[0], limb.rest, False, None)
     branches = solve.branches[..., :JOINTS]
     if limb.follows:
         branches = (branches - limb.offset) / limb.multiplier
@@ -472,8 +471,9 @@ def _leg_of(robot: RobotModel, side: str, frame: str) -> Limb:
     chain = chain_at_zero(robot, "leg", tuple(side + joint for joint in _JOINTS), frame)
     for index, axis in ((1, X), (2, Y), (3, Y), (4, Y), (5, X)):
         chain.require_axis(index, axis)
-    kappa = kappa_of(chain.axes[0])
-    chain.require_axis(0, (0.0, float(np.cos(kappa)), float(np.sin(kappa))))
+    _, cosine, sine = chain.axes[0].tolist()
+    kappa = math.atan2(sine, cosine)
+    chain.require_axis(0, (0.0, math.cos(kappa), math.sin(kappa)))
     chain.require_meeting(0, 1)
     chain.require_meeting(0, 2)
     chain.require_meeting(4, 5)
@@ -482,7 +482,6 @@ def _leg_of(robot: RobotModel, side: str, frame: str) -> Limb:
     chain.require_zero("knee and ankle are not below the hip", np.concatenate([thigh[:2], tibia[:2]]))
     if min(thigh[2], tibia[2]) <= 0.0:
         raise chain.missing("knee and ankle are not below the hip")
-    _, cosine, sine = chain.axes[0].tolist()
     lengths = float(thigh[2]), float(tibia[2])
     turned, rotation, place = chain.frame_in_link(ankle)
     numbers = Leg(tuple(hip.tolist()), kappa, cosine, sine, *lengths, _STRETCHED, turned, rotation, place)

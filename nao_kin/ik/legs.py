@@ -374,16 +374,13 @@ def _as_result(
 def _notes(legs: Legs, rows: Floats, torso: Floats | None) -> tuple[str, ...]:
     """Whether ankles are on swapped sides of the torso."""
     # Along the torso's y-axis; without a torso that is the y of the target.
-    axes = [(1, np.ones(()))] if torso is None else [(i, torso[..., i, 1]) for i in range(3)]
+    along = np.array([0.0, 1.0, 0.0]) if torso is None else torso[..., :3, 1]
     sides = []
     for leg, first in ((legs.left, LEFT), (legs.right, RIGHT)):
+        T = rows[..., first : first + 16].reshape(*rows.shape[:-1], 4, 4)
         # The frame's origin seen from the ankle, in the axes of the frame.
         frame = leg.place @ np.reshape(leg.rotation, (3, 3))
-        side = np.zeros(rows.shape[:-1])
-        for i, share in axes:
-            at = first + 4 * i
-            side += share * (rows[..., at + 3] - rows[..., at : at + 3] @ frame)
-        sides.append(side)
+        sides.append((along * (T[..., :3, 3] - T[..., :3, :3] @ frame)).sum(axis=-1))
     return crossing_in_words(np.asarray(sides[0] < sides[1]), "targets")
 
 
