@@ -76,15 +76,143 @@ from nao_kin.ik.results import Family, IKResult
 from nao_kin.ik.targets import Limits, as_poses, as_reference, check_threads, is_enforced, refuse_not_rigid
 from nao_kin.robot import RobotModel
 
+# Criteria of a position, as a number in its target.
+NEAREST, LIMITS, MANIPULABILITY = 0.0, 1.0, 2.0
+Criterion = Literal["nearest", "limits", "manipulability"]
+_CRITERIA = {"nearest": NEAREST, "limits": LIMITS, "manipulability": MANIPULABILITY}
+_WEIGHT = 0.1
+_JOINTS = ("ShoulderPitch", "ShoulderRoll", "ElbowYaw", "ElbowRoll", "WristYaw")
+
+
+def arm(
+    robot: RobotModel,
+    side: str,
+    target: ArrayLike,
+    *,
+    direction: ArrayLike | None = None,
+    criterion: Criterion = "nearest",
+    angle_weight: float = _WEIGHT,
+    frame: str | None = None,
+    reference: ArrayLike | None = None,
+    limits: Limits = "enforce",
+    threads: SupportsIndex | None = None,
+) -> IKResult:
+    """Joint values of an arm for a pose of its hand, for place and direction, or for a place.
+
+    - A pose (..., 4, 4) is six numbers, one more than there are joints: the arm makes it where the elbow that it asks
+      for is as far from the shoulder as the upper arm is long. Then all branches are given, up to four.
+    - A place (..., 3) and a `direction` of the forearm, which is that of the hand, are five: up to eight branches.
+    - A place alone leaves two joints free: the one member of that family that is best by `criterion`.
+
+    Where a target is not met, `best` and `q` are the joint values nearest to it, inside the limits if these are
+    enforced: with the smallest √(distance² + (angle_weight · angle)²); `residual` has the distance and the angle.
+    `success` is then False and `reason` says why.
+
+    Args:
+        robot: a NAO of any version, or another robot with arms of its geometry.
+        side: "L" or "R".
+        target: poses of the frame in the torso, shape (..., 4, 4), or places of its origin, shape (..., 3) [m].
+        direction: with places: where the forearm's x axis is to point, in the torso, of any length but zero; shape
+            (..., 3), broadcasts with the places.
+        criterion: with places alone: "nearest" to the reference, "limits" for the largest distance to the nearest
+            limit as a share of that joint's range, or "manipulability" for the largest √det(J_v J_vᵀ). The choice is
+            searched for on a grid, and from its valleys by steps down to 1e-9 rad.
+        angle_weight: what one radian counts [m]: 0.1 makes 0.1 rad as bad as 10 mm.
+        frame: a frame on the hand; None for the end effector "LArm" or "RArm".
+        reference: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
+            distance to it, and take from it the joints that are not of this arm. None for all joints at zero, or at
+            the limit nearest to it.
+        limits: "enforce" leaves out branches with a joint outside its limits; "ignore" gives all, each joint with the
+            whole turns that bring it within half a turn of the reference; with criterion "limits" within ±π.
+        threads: how many threads may work on a batch; None for all cores where that is worthwhile.
+
+    Returns:
+        Solutions to within 1e-10 m and rad. Five joints make no pose that is rounded, to float32 for instance: its
+        reason is `NOT_ENOUGH_JOINTS`, `q` the nearest, and `residual` what is left, some 1e-8 m and rad. A family of
+        solutions is there once: the elbow on the axis of ShoulderPitch (`SHOULDER_AXIS`), the stretched arm
+        (`ELBOW_LOCK`), a place alone (`REDUNDANT`).
+
+    Raises:
+        UnknownName: no such side, frame, criterion or policy.
+        BadArgument: the robot has no such arm; the message says what is missing. Or the last row of a target is not
+            0, 0, 0, 1, a number is beyond ±1e150, `angle_weight` no length above zero, or a direction comes with poses.
+        NotARotation: a target has no rotation; names the argument, its index and its defect.
+        ZeroNorm: a direction is zero.
+        WrongShape, NotFinite: arrays of other shapes, NaN or infinity.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> q = nao.posture("StandInit")
+        >>> result = nk.ik.arm(nao, "L", nao.fk(q, "LArm"))
+        >>> bool(np.abs(nao.fk(result.q, "LArm") - nao.fk(q, "LArm")).max() < 1e-9)
+        True
+    """
+    check_side(side)
+    limb = arm_limb(robot, side, frame)
+    enforce, workers = is_enforced(limits), check_threads(threads)
+    wanted = _CRITERIA[choice(criterion, _CRITERIA, "criterion")]
+    if angle_weight is not _WEIGHT:
+        check_tolerance(angle_weight, "angle_weight")
+        weight = float(angle_weight)
+        if not 0.0 < weight <= LARGEST:
+            raise BadArgument(
+                f"angle_weight must be a length above zero, and at most {LARGEST:.0e}, got {angle_weight}"
+            )
+        limb = dataclasses.replace(limb, numbers=limb.numbers._replace(weight=weight))
+    numbers = as_numbers(target, "target")
+    if numbers.shape[-2:] == (4, 4):
+        if direction is not None:
+            raise BadArgument("a direction goes with places (..., 3), a pose (..., 4, 4) has one")
+        T = as_poses(numbers, "target")
+        rows = T.reshape(*T.shape[:-2], 16)
+        references = as_reference(robot, limb.rest, reference, T.shape[:-2], enforce)
+        return solved(_POSE, limb, rows, references, enforce, workers, lambda: refuse_not_rigid(T, "target"))
+    if numbers.shape[-1:] != (3,):
+        raise WrongShape("target", "(..., 4, 4) for poses or (..., 3) for places", numbers.shape)
+    places = as_vectors(numbers, "target")
+    if direction is None:
+        form, rows = _POSITION, np.concatenate([places, np.full((*places.shape[:-1], 1), wanted)], axis=-1)
+    else:
+        towards = as_floats(direction, (3,), "direction")
+        try:
+            batch = common_batch("direction", places.shape[:-1], towards.shape[:-1])
+        except WrongShape:
+            raise WrongShape("direction", f"{places.shape} as the places, or (3,)", towards.shape) from None
+        form, rows = _DIRECTION, np.empty((*batch, 6))
+        rows[..., :3], rows[..., 3:] = places, unit(towards, "direction")[0]
+    references = as_reference(robot, limb.rest, reference, rows.shape[:-1], enforce)
+    return solved(form, limb, rows, references, enforce, workers)
+
+
+def arm_limb(robot: RobotModel, side: str, frame: str | None) -> Limb:
+    """An arm of a robot as the closed form takes it.
+
+    Raises:
+        BadArgument: the robot has none of this geometry.
+        UnknownName: no such frame.
+    """
+    return kept_limb(robot, _arm_of, side, f"{side}Arm" if frame is None else frame)
+
+
+def _arm_of(robot: RobotModel, side: str, frame: str) -> Limb:
+    chain = chain_at_zero(robot, "arm", tuple(side + joint for joint in _JOINTS), frame)
+    for index, axis in enumerate((Y, Z, X, Z, X)):
+        chain.require_axis(index, axis)
+    chain.require_meeting(0, 1)
+    chain.require_meeting(2, 3)
+    shoulder, elbow, wrist = chain.points[0], chain.points[2], chain.points[4]
+    chain.require_zero("the axis of WristYaw passes the elbow", (wrist - elbow)[1:])
+    chain.require_zero("the elbow is out of the plane of the upper arm", (elbow - shoulder)[2:])
+    x, y, _ = (elbow - shoulder).tolist()
+    return limb_of(chain, frame, Arm(tuple(shoulder.tolist()), x, y, _WEIGHT, *chain.frame_in_link(elbow)))
+
+
 # --- What an arm does where no formula answers: the nearest pose, and the best of many for a position alone.
 #
 # The nearest pose is found by damped least squares from the branches that would meet it if the elbow could be moved,
 # within the limits. For a position, ElbowYaw and WristYaw are chosen freely, the other three joints follow in closed
 # form (two ways for ElbowRoll, two for the shoulder), and the best choice is searched for: the position is met to
 # rounding.
-
-# Criteria of a position, as a number in its target.
-NEAREST, LIMITS, MANIPULABILITY = 0.0, 1.0, 2.0
 
 _REDUNDANT = float(Family.REDUNDANT)
 _ITERATIONS = 200
@@ -444,137 +572,6 @@ def manipulability(arm: Arm, q: Row) -> float:
         x, y, z = rows[0, j], rows[1, j], rows[2, j]
         xx, yy, zz, xy, xz, yz = xx + x * x, yy + y * y, zz + z * z, xy + x * y, xz + x * z, yz + y * z
     return math.sqrt(max(0.0, xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz)))
-
-
-# --- `arm`: the five joints of an arm, for a pose of the hand, its place and direction, or its place alone.
-
-Criterion = Literal["nearest", "limits", "manipulability"]
-_CRITERIA = {"nearest": NEAREST, "limits": LIMITS, "manipulability": MANIPULABILITY}
-_WEIGHT = 0.1
-_JOINTS = ("ShoulderPitch", "ShoulderRoll", "ElbowYaw", "ElbowRoll", "WristYaw")
-
-
-def arm(
-    robot: RobotModel,
-    side: str,
-    target: ArrayLike,
-    *,
-    direction: ArrayLike | None = None,
-    criterion: Criterion = "nearest",
-    angle_weight: float = _WEIGHT,
-    frame: str | None = None,
-    reference: ArrayLike | None = None,
-    limits: Limits = "enforce",
-    threads: SupportsIndex | None = None,
-) -> IKResult:
-    """Joint values of an arm for a pose of its hand, for place and direction, or for a place.
-
-    - A pose (..., 4, 4) is six numbers, one more than there are joints: the arm makes it where the elbow that it asks
-      for is as far from the shoulder as the upper arm is long. Then all branches are given, up to four.
-    - A place (..., 3) and a `direction` of the forearm, which is that of the hand, are five: up to eight branches.
-    - A place alone leaves two joints free: the one member of that family that is best by `criterion`.
-
-    Where a target is not met, `best` and `q` are the joint values nearest to it, inside the limits if these are
-    enforced: with the smallest √(distance² + (angle_weight · angle)²); `residual` has the distance and the angle.
-    `success` is then False and `reason` says why.
-
-    Args:
-        robot: a NAO of any version, or another robot with arms of its geometry.
-        side: "L" or "R".
-        target: poses of the frame in the torso, shape (..., 4, 4), or places of its origin, shape (..., 3) [m].
-        direction: with places: where the forearm's x axis is to point, in the torso, of any length but zero; shape
-            (..., 3), broadcasts with the places.
-        criterion: with places alone: "nearest" to the reference, "limits" for the largest distance to the nearest
-            limit as a share of that joint's range, or "manipulability" for the largest √det(J_v J_vᵀ). The choice is
-            searched for on a grid, and from its valleys by steps down to 1e-9 rad.
-        angle_weight: what one radian counts [m]: 0.1 makes 0.1 rad as bad as 10 mm.
-        frame: a frame on the hand; None for the end effector "LArm" or "RArm".
-        reference: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
-            distance to it, and take from it the joints that are not of this arm. None for all joints at zero, or at
-            the limit nearest to it.
-        limits: "enforce" leaves out branches with a joint outside its limits; "ignore" gives all, each joint with the
-            whole turns that bring it within half a turn of the reference; with criterion "limits" within ±π.
-        threads: how many threads may work on a batch; None for all cores where that is worthwhile.
-
-    Returns:
-        Solutions to within 1e-10 m and rad. Five joints make no pose that is rounded, to float32 for instance: its
-        reason is `NOT_ENOUGH_JOINTS`, `q` the nearest, and `residual` what is left, some 1e-8 m and rad. A family of
-        solutions is there once: the elbow on the axis of ShoulderPitch (`SHOULDER_AXIS`), the stretched arm
-        (`ELBOW_LOCK`), a place alone (`REDUNDANT`).
-
-    Raises:
-        UnknownName: no such side, frame, criterion or policy.
-        BadArgument: the robot has no such arm; the message says what is missing. Or the last row of a target is not
-            0, 0, 0, 1, a number is beyond ±1e150, `angle_weight` no length above zero, or a direction comes with poses.
-        NotARotation: a target has no rotation; names the argument, its index and its defect.
-        ZeroNorm: a direction is zero.
-        WrongShape, NotFinite: arrays of other shapes, NaN or infinity.
-
-    Examples:
-        >>> nao = nk.load_nao()
-        >>> q = nao.posture("StandInit")
-        >>> result = nk.ik.arm(nao, "L", nao.fk(q, "LArm"))
-        >>> bool(np.abs(nao.fk(result.q, "LArm") - nao.fk(q, "LArm")).max() < 1e-9)
-        True
-    """
-    check_side(side)
-    limb = arm_limb(robot, side, frame)
-    enforce, workers = is_enforced(limits), check_threads(threads)
-    wanted = _CRITERIA[choice(criterion, _CRITERIA, "criterion")]
-    if angle_weight is not _WEIGHT:
-        check_tolerance(angle_weight, "angle_weight")
-        weight = float(angle_weight)
-        if not 0.0 < weight <= LARGEST:
-            raise BadArgument(
-                f"angle_weight must be a length above zero, and at most {LARGEST:.0e}, got {angle_weight}"
-            )
-        limb = dataclasses.replace(limb, numbers=limb.numbers._replace(weight=weight))
-    numbers = as_numbers(target, "target")
-    if numbers.shape[-2:] == (4, 4):
-        if direction is not None:
-            raise BadArgument("a direction goes with places (..., 3), a pose (..., 4, 4) has one")
-        T = as_poses(numbers, "target")
-        rows = T.reshape(*T.shape[:-2], 16)
-        references = as_reference(robot, limb.rest, reference, T.shape[:-2], enforce)
-        return solved(_POSE, limb, rows, references, enforce, workers, lambda: refuse_not_rigid(T, "target"))
-    if numbers.shape[-1:] != (3,):
-        raise WrongShape("target", "(..., 4, 4) for poses or (..., 3) for places", numbers.shape)
-    places = as_vectors(numbers, "target")
-    if direction is None:
-        form, rows = _POSITION, np.concatenate([places, np.full((*places.shape[:-1], 1), wanted)], axis=-1)
-    else:
-        towards = as_floats(direction, (3,), "direction")
-        try:
-            batch = common_batch("direction", places.shape[:-1], towards.shape[:-1])
-        except WrongShape:
-            raise WrongShape("direction", f"{places.shape} as the places, or (3,)", towards.shape) from None
-        form, rows = _DIRECTION, np.empty((*batch, 6))
-        rows[..., :3], rows[..., 3:] = places, unit(towards, "direction")[0]
-    references = as_reference(robot, limb.rest, reference, rows.shape[:-1], enforce)
-    return solved(form, limb, rows, references, enforce, workers)
-
-
-def arm_limb(robot: RobotModel, side: str, frame: str | None) -> Limb:
-    """An arm of a robot as the closed form takes it.
-
-    Raises:
-        BadArgument: the robot has none of this geometry.
-        UnknownName: no such frame.
-    """
-    return kept_limb(robot, _arm_of, side, f"{side}Arm" if frame is None else frame)
-
-
-def _arm_of(robot: RobotModel, side: str, frame: str) -> Limb:
-    chain = chain_at_zero(robot, "arm", tuple(side + joint for joint in _JOINTS), frame)
-    for index, axis in enumerate((Y, Z, X, Z, X)):
-        chain.require_axis(index, axis)
-    chain.require_meeting(0, 1)
-    chain.require_meeting(2, 3)
-    shoulder, elbow, wrist = chain.points[0], chain.points[2], chain.points[4]
-    chain.require_zero("the axis of WristYaw passes the elbow", (wrist - elbow)[1:])
-    chain.require_zero("the elbow is out of the plane of the upper arm", (elbow - shoulder)[2:])
-    x, y, _ = (elbow - shoulder).tolist()
-    return limb_of(chain, frame, Arm(tuple(shoulder.tolist()), x, y, _WEIGHT, *chain.frame_in_link(elbow)))
 
 
 @both_ways

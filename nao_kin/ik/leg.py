@@ -55,34 +55,79 @@ from nao_kin.ik.searches import least
 from nao_kin.ik.targets import Limits, as_poses, as_reference, check_threads, is_enforced, refuse_not_rigid
 from nao_kin.robot import RobotModel
 
-# --- The leg: eight real branches from the pose of the foot.
-#
-# The axes of the three hip joints, a₁ = (0, cos κ, sin κ), x and y at zero, meet in the hip; those of KneePitch and
-# AnklePitch are y; AnklePitch and AnkleRoll, about x, meet in the ankle. With F the orientation of the foot and h the
-# hip as the foot sees it from the ankle,
-#
-#     h = Rx(−q₆) w,  w = L₁ (−sin(q₄ + q₅), cos(q₄ + q₅)) + L₂ (−sin q₅, cos q₅)  in the plane of x and z,
-#     F = Rx(κ) Ry(q₁) Rx(q₂ − κ) Ry(q₃) · Ry(q₄ + q₅) Rx(q₆).
-#
-# |h| gives the knee (two signs), the direction of h the ankle's roll (two) and then its pitch, and what is left of F
-# the three angles of the hip (two).
+_JOINTS = ("HipYawPitch", "HipRoll", "HipPitch", "KneePitch", "AnklePitch", "AnkleRoll")
 
-MOST_BRANCHES = 8
-JOINTS = 6
 
-_ALONE, _HIP_LOCK, _ANKLE_AXIS = float(Family.NONE), float(Family.HIP_LOCK), float(Family.ANKLE_AXIS)
-# A distance [m] that rounding may add to the reach of the leg, and below which the hip is on the axis of AnkleRoll.
-_ROUNDING = 1e-12
-# A straight leg solves targets that are out of reach by up to this [m]: poses rounded to float32, for instance.
-_STRETCHED = 1e-6
-# Below this the knee is stretched or folded: its angle is a square root, of which rounding leaves half the digits.
-_STRAIGHT = 1e-7
-# Sine of the angle between the axes of HipYawPitch and HipPitch up to which they are parallel.
-_PARALLEL = 1e-12
-# Steps of the search in a family.
-_STEPS = 180
-# Where the hip is nearer to the axis of AnkleRoll [m], rounding may put the roll outside its limits.
-_NEAR_AXIS = 1e-5
+def leg(
+    robot: RobotModel,
+    side: str,
+    T_torso_foot: ArrayLike,
+    *,
+    frame: str | None = None,
+    reference: ArrayLike | None = None,
+    limits: Limits = "enforce",
+    threads: SupportsIndex | None = None,
+) -> IKResult:
+    """All joint values of a leg with which its foot has a given pose: up to eight branches, each verified.
+
+    Where the target is not met, `best` and `q` are the nearest joint values that a search finds, inside the limits if
+    these are enforced: with the smallest √(distance² + (0.1 m · angle)²); `residual` has the distance and the angle.
+
+    Both legs share the motor of their HipYawPitch: a solution of the right leg sets the coordinate LHipYawPitch, and
+    with it moves the left leg.
+
+    Args:
+        robot: a NAO of any version, or another robot with legs of its geometry.
+        side: "L" or "R".
+        T_torso_foot: the pose of the frame in the torso, shape (..., 4, 4) [m].
+        frame: a frame on the foot; None for the end effector "LLeg" or "RLeg".
+        reference: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
+            distance to it, and take from it the joints that are not of this leg. None for all joints at zero, or at
+            the limit nearest to it.
+        limits: "enforce" leaves out branches with a joint outside its own or a coupled limit; "ignore" gives all, each
+            joint with the whole turns that bring it within half a turn of the reference.
+        threads: how many threads may work on a batch; None for all cores where that is worthwhile.
+
+    Returns:
+        Solutions to within 1e-10 m and rad, the errors in `residual`: of the rotation nearest to the one of the target,
+        so that rounded poses, to float32 for instance, are met too. For the same reason a straight leg solves a target
+        that is out of its reach by up to 1e-6 m, and `residual` says by how much. A family of solutions is there once,
+        by its member that is inside the limits and nearest to the reference: the hip at lock (`HIP_LOCK`), or the hip
+        on the axis of AnkleRoll (`ANKLE_AXIS`). A knee within 1e-7 rad of straight is straight: its two branches are
+        one.
+
+    Raises:
+        UnknownName: no such side, frame or policy.
+        BadArgument: the robot has no such leg; the message says what is missing. Or the last row of a target is not
+            0, 0, 0, 1, or a number is beyond ±1e150.
+        NotARotation: a target has no rotation; names the argument, its index and its defect.
+        WrongShape, NotFinite: arrays of other shapes, NaN or infinity.
+
+    Source: the derivation is in docs/inverse_kinematics.md.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> q = nao.posture("StandInit")
+        >>> result = nk.ik.leg(nao, "L", nao.fk(q, "LLeg"))
+        >>> bool(result.success), result.solutions.shape
+        (True, (1, 25))
+    """
+    limb = leg_limb(robot, check_side(side), frame)
+    T = as_poses(T_torso_foot, "T_torso_foot")
+    enforce, workers, batch = is_enforced(limits), check_threads(threads), T.shape[:-2]
+    references = as_reference(robot, limb.rest, reference, batch, enforce)
+    targets = T.reshape(*batch, 16)
+    refuse = partial(refuse_not_rigid, T, "T_torso_foot")
+    found = found_for(_LEG, limb, targets, references[0], enforce, workers, refuse)
+    result = result_of(limb, batch, found, references)
+    if not found.is_complete:
+        away = missed(result)
+        near = np.broadcast_to(references[0], (*batch, robot.nq))[away]
+        result.best[away], result.residual[away] = nearest_foot(robot, limb, T[away], near, enforce, workers)
+    return result
+
+
+# --- What the closed form needs to know of a leg, read off a robot.
 
 
 class Leg(NamedTuple):
@@ -111,6 +156,67 @@ class Leg(NamedTuple):
     turned: float
     rotation: Rotation
     place: Vector
+
+
+def leg_limb(robot: RobotModel, side: str, frame: str | None) -> Limb:
+    """A leg of a robot as the closed form takes it.
+
+    Raises:
+        BadArgument: the robot has none of this geometry.
+        UnknownName: no such frame.
+    """
+    return kept_limb(robot, _leg_of, side, f"{side}Leg" if frame is None else frame)
+
+
+def _leg_of(robot: RobotModel, side: str, frame: str) -> Limb:
+    chain = chain_at_zero(robot, "leg", tuple(side + joint for joint in _JOINTS), frame)
+    for index, axis in ((1, X), (2, Y), (3, Y), (4, Y), (5, X)):
+        chain.require_axis(index, axis)
+    _, cosine, sine = chain.axes[0].tolist()
+    kappa = math.atan2(sine, cosine)
+    chain.require_axis(0, (0.0, math.cos(kappa), math.sin(kappa)))
+    chain.require_meeting(0, 1)
+    chain.require_meeting(0, 2)
+    chain.require_meeting(4, 5)
+    hip, knee, ankle = chain.points[0], chain.points[3], chain.points[4]
+    thigh, tibia = hip - knee, knee - ankle
+    chain.require_zero("knee and ankle are not below the hip", np.concatenate([thigh[:2], tibia[:2]]))
+    if min(thigh[2], tibia[2]) <= 0.0:
+        raise chain.missing("knee and ankle are not below the hip")
+    lengths = float(thigh[2]), float(tibia[2])
+    turned, rotation, place = chain.frame_in_link(ankle)
+    numbers = Leg(tuple(hip.tolist()), kappa, cosine, sine, *lengths, _STRETCHED, turned, rotation, place)
+    return limb_of(chain, frame, numbers)
+
+
+# --- Eight real branches from the pose of the foot.
+#
+# The axes of the three hip joints, a₁ = (0, cos κ, sin κ), x and y at zero, meet in the hip; those of KneePitch and
+# AnklePitch are y; AnklePitch and AnkleRoll, about x, meet in the ankle. With F the orientation of the foot and h the
+# hip as the foot sees it from the ankle,
+#
+#     h = Rx(−q₆) w,  w = L₁ (−sin(q₄ + q₅), cos(q₄ + q₅)) + L₂ (−sin q₅, cos q₅)  in the plane of x and z,
+#     F = Rx(κ) Ry(q₁) Rx(q₂ − κ) Ry(q₃) · Ry(q₄ + q₅) Rx(q₆).
+#
+# |h| gives the knee (two signs), the direction of h the ankle's roll (two) and then its pitch, and what is left of F
+# the three angles of the hip (two).
+
+MOST_BRANCHES = 8
+JOINTS = 6
+
+_ALONE, _HIP_LOCK, _ANKLE_AXIS = float(Family.NONE), float(Family.HIP_LOCK), float(Family.ANKLE_AXIS)
+# A distance [m] that rounding may add to the reach of the leg, and below which the hip is on the axis of AnkleRoll.
+_ROUNDING = 1e-12
+# A straight leg solves targets that are out of reach by up to this [m]: poses rounded to float32, for instance.
+_STRETCHED = 1e-6
+# Below this the knee is stretched or folded: its angle is a square root, of which rounding leaves half the digits.
+_STRAIGHT = 1e-7
+# Sine of the angle between the axes of HipYawPitch and HipPitch up to which they are parallel.
+_PARALLEL = 1e-12
+# Steps of the search in a family.
+_STEPS = 180
+# Where the hip is nearer to the axis of AnkleRoll [m], rounding may put the roll outside its limits.
+_NEAR_AXIS = 1e-5
 
 
 @both_ways
@@ -357,78 +463,7 @@ def _errors(
     return math.sqrt(dx * dx + dy * dy + dz * dz), angle_of_chord(squares)
 
 
-# --- `leg`: the call.
-
-_JOINTS = ("HipYawPitch", "HipRoll", "HipPitch", "KneePitch", "AnklePitch", "AnkleRoll")
-
-
-def leg(
-    robot: RobotModel,
-    side: str,
-    T_torso_foot: ArrayLike,
-    *,
-    frame: str | None = None,
-    reference: ArrayLike | None = None,
-    limits: Limits = "enforce",
-    threads: SupportsIndex | None = None,
-) -> IKResult:
-    """All joint values of a leg with which its foot has a given pose: up to eight branches, each verified.
-
-    Where the target is not met, `best` and `q` are the nearest joint values that a search finds, inside the limits if
-    these are enforced: with the smallest √(distance² + (0.1 m · angle)²); `residual` has the distance and the angle.
-
-    Both legs share the motor of their HipYawPitch: a solution of the right leg sets the coordinate LHipYawPitch, and
-    with it moves the left leg.
-
-    Args:
-        robot: a NAO of any version, or another robot with legs of its geometry.
-        side: "L" or "R".
-        T_torso_foot: the pose of the frame in the torso, shape (..., 4, 4) [m].
-        frame: a frame on the foot; None for the end effector "LLeg" or "RLeg".
-        reference: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
-            distance to it, and take from it the joints that are not of this leg. None for all joints at zero, or at
-            the limit nearest to it.
-        limits: "enforce" leaves out branches with a joint outside its own or a coupled limit; "ignore" gives all, each
-            joint with the whole turns that bring it within half a turn of the reference.
-        threads: how many threads may work on a batch; None for all cores where that is worthwhile.
-
-    Returns:
-        Solutions to within 1e-10 m and rad, the errors in `residual`: of the rotation nearest to the one of the target,
-        so that rounded poses, to float32 for instance, are met too. For the same reason a straight leg solves a target
-        that is out of its reach by up to 1e-6 m, and `residual` says by how much. A family of solutions is there once,
-        by its member that is inside the limits and nearest to the reference: the hip at lock (`HIP_LOCK`), or the hip
-        on the axis of AnkleRoll (`ANKLE_AXIS`). A knee within 1e-7 rad of straight is straight: its two branches are
-        one.
-
-    Raises:
-        UnknownName: no such side, frame or policy.
-        BadArgument: the robot has no such leg; the message says what is missing. Or the last row of a target is not
-            0, 0, 0, 1, or a number is beyond ±1e150.
-        NotARotation: a target has no rotation; names the argument, its index and its defect.
-        WrongShape, NotFinite: arrays of other shapes, NaN or infinity.
-
-    Source: the derivation is in docs/inverse_kinematics.md.
-
-    Examples:
-        >>> nao = nk.load_nao()
-        >>> q = nao.posture("StandInit")
-        >>> result = nk.ik.leg(nao, "L", nao.fk(q, "LLeg"))
-        >>> bool(result.success), result.solutions.shape
-        (True, (1, 25))
-    """
-    limb = leg_limb(robot, check_side(side), frame)
-    T = as_poses(T_torso_foot, "T_torso_foot")
-    enforce, workers, batch = is_enforced(limits), check_threads(threads), T.shape[:-2]
-    references = as_reference(robot, limb.rest, reference, batch, enforce)
-    targets = T.reshape(*batch, 16)
-    refuse = partial(refuse_not_rigid, T, "T_torso_foot")
-    found = found_for(_LEG, limb, targets, references[0], enforce, workers, refuse)
-    result = result_of(limb, batch, found, references)
-    if not found.is_complete:
-        away = missed(result)
-        near = np.broadcast_to(references[0], (*batch, robot.nq))[away]
-        result.best[away], result.residual[away] = nearest_foot(robot, limb, T[away], near, enforce, workers)
-    return result
+# --- The nearest pose of a foot that no branch reaches.
 
 
 def nearest_foot(
@@ -455,37 +490,6 @@ def _brought_into_reach(leg: Leg, T: Floats) -> Floats:
     moved = np.array(T)
     moved[:, :3, 3] += ankle * (reached / far - 1.0)[:, None]
     return moved
-
-
-def leg_limb(robot: RobotModel, side: str, frame: str | None) -> Limb:
-    """A leg of a robot as the closed form takes it.
-
-    Raises:
-        BadArgument: the robot has none of this geometry.
-        UnknownName: no such frame.
-    """
-    return kept_limb(robot, _leg_of, side, f"{side}Leg" if frame is None else frame)
-
-
-def _leg_of(robot: RobotModel, side: str, frame: str) -> Limb:
-    chain = chain_at_zero(robot, "leg", tuple(side + joint for joint in _JOINTS), frame)
-    for index, axis in ((1, X), (2, Y), (3, Y), (4, Y), (5, X)):
-        chain.require_axis(index, axis)
-    _, cosine, sine = chain.axes[0].tolist()
-    kappa = math.atan2(sine, cosine)
-    chain.require_axis(0, (0.0, math.cos(kappa), math.sin(kappa)))
-    chain.require_meeting(0, 1)
-    chain.require_meeting(0, 2)
-    chain.require_meeting(4, 5)
-    hip, knee, ankle = chain.points[0], chain.points[3], chain.points[4]
-    thigh, tibia = hip - knee, knee - ankle
-    chain.require_zero("knee and ankle are not below the hip", np.concatenate([thigh[:2], tibia[:2]]))
-    if min(thigh[2], tibia[2]) <= 0.0:
-        raise chain.missing("knee and ankle are not below the hip")
-    lengths = float(thigh[2]), float(tibia[2])
-    turned, rotation, place = chain.frame_in_link(ankle)
-    numbers = Leg(tuple(hip.tolist()), kappa, cosine, sine, *lengths, _STRETCHED, turned, rotation, place)
-    return limb_of(chain, frame, numbers)
 
 
 _LEG = ClosedForm("legs", solve_leg, lambda: limb_types(Leg, JOINTS), MOST_BRANCHES, alone=solve_leg)
