@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import Any, Literal, NamedTuple, SupportsIndex
+from functools import partial
+from typing import Literal, NamedTuple, SupportsIndex
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -592,10 +593,7 @@ def _solve_directed(arm: Arm, target: Row, selection: Selection, work: Workspace
     return count
 
 
-def _types() -> tuple[Any, Any]:
-    return limb_types(Arm, JOINTS)
-
-
+_types = partial(limb_types, Arm, JOINTS)
 _POSE = ClosedForm("arms by pose", _solve_pose, _types, MOST_BRANCHES, alone=solve_arm)
 _DIRECTION = ClosedForm("arms by place and direction", _solve_directed, _types, MOST_BRANCHES, alone=solve_direction)
 _POSITION = ClosedForm("arms by place", solve_position, _types, 1, alone=None)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple, SupportsIndex
+from functools import partial
+from typing import NamedTuple, SupportsIndex
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -444,9 +445,6 @@ def gaze_error(head: Head, point: Vector, yaw: float, pitch: float) -> float:
     return math.atan2(math.sqrt(across * across + y * y), u * nx + w * nz)
 
 
-def _types() -> tuple[Any, Any]:
-    return limb_types(Head, JOINTS)
-
-
+_types = partial(limb_types, Head, JOINTS)
 _HEAD = ClosedForm("heads", solve_head, _types, MOST_BRANCHES, alone=solve_head)
 _GAZE = ClosedForm("gazes", solve_gaze, _types, MOST_BRANCHES, alone=solve_gaze)

@@ -1,4 +1,4 @@
-"""`leg`: all branches of one leg for the pose of its foot."""
+"""`leg`: all branches of one leg for the pose of its foot: the call, what is read off the robot, and the equations."""
 
 from __future__ import annotations
 
@@ -492,4 +492,4 @@ def _brought_into_reach(leg: Leg, T: Floats) -> Floats:
     return moved
 
 
-_LEG = ClosedForm("legs", solve_leg, lambda: limb_types(Leg, JOINTS), MOST_BRANCHES, alone=solve_leg)
+_LEG = ClosedForm("legs", solve_leg, partial(limb_types, Leg, JOINTS), MOST_BRANCHES, alone=solve_leg)
