@@ -57,11 +57,11 @@ from nao_kin.ik.quadratic_program import cholesky, solve_cholesky
 from nao_kin.ik.ranges import (
     ANGLE_ERROR,
     BEST,
+    LIMIT_ROUNDING,
     NOT_ENOUGH_JOINTS,
     NOT_RIGID,
     POSITION_ERROR,
     REASON,
-    ROUNDING,
     Pose,
     Selection,
     Workspace,
@@ -539,7 +539,7 @@ def _cost(arm: Arm, hand: Pose, criterion: float, selection: Selection, yaw: flo
             q[1] = wrapped(math.atan2(hand.y, across) - math.atan2(my, mx))
             q[2], q[3], q[4] = yaw, roll, wrist
             outside = farthest_outside(selection.ranges, q)[0] if selection.enforce else 0.0
-            cost = _OUTSIDE * (1.0 + outside) if outside > ROUNDING else _criterion(arm, criterion, selection, q)
+            cost = _OUTSIDE * (1.0 + outside) if outside > LIMIT_ROUNDING else _criterion(arm, criterion, selection, q)
             if cost < best:
                 best, best0, best1, best3 = cost, q[0], q[1], q[3]
     q[0], q[1], q[2], q[3], q[4] = best0, best1, yaw, best3, wrist

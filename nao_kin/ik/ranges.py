@@ -33,8 +33,10 @@ EXTRAS = 4
 VERIFIED = 1e-10
 # How far a rotation may be from one, as everywhere in the library.
 RIGID = 1e-6
-# What rounding may leave: of the defect of a rotation, and of an angle beyond its limit [rad].
+# Rotations that are closer to one are left as they are.
 ROUNDING = 1e-14
+# A search passes a limit by no more [rad].
+LIMIT_ROUNDING = 1e-14
 # Whole turns are added up to a reference of this size [rad]: beyond, they would cost digits of the solution.
 MOST_TURNED = 1e4
 # The most values at which the range of a joint that depends on another may bend.
@@ -254,7 +256,7 @@ def locked_pair(pair: tuple[int, int], total: float, sign: float, selection: Sel
         third = sign * (total - first) + shift
         outside = max(0.0, low3 - third, third - high3)
         away = (first - reference[i]) * (first - reference[i]) + (third - reference[j]) * (third - reference[j])
-        if outside < best_outside - ROUNDING or (outside < best_outside + ROUNDING and away < best):
+        if outside < best_outside - LIMIT_ROUNDING or (outside < best_outside + LIMIT_ROUNDING and away < best):
             best_outside, best = outside, away
             q[i], q[j] = first, third
 
@@ -279,7 +281,7 @@ def squared_distance(q: Row, reference: Row, enforce: bool) -> float:
 def branch_cost(selection: Selection, q: Row) -> float:
     """How far a member of a family is from the reference; far more where it is outside the limits."""
     outside = farthest_outside(selection.ranges, q)[0] if selection.enforce else 0.0
-    if outside > ROUNDING:
+    if outside > LIMIT_ROUNDING:
         return 1e3 * (1.0 + outside)
     return squared_distance(q, selection.reference, selection.enforce)
 
