@@ -340,7 +340,7 @@ class ClosedForm:
                 count = solve(limb, targets[i], Selection(ranges, references[i], enforce), work)
                 out[i, 0] = count
                 write_branches(found, count, joints, out[i, branches:])
-            owner[0] = 0.0
+            owner[0] = 0.0  # used once more, as `borrowed` asks
 
         def signature() -> tuple[Any, ...]:
             import numba

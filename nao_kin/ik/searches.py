@@ -69,7 +69,7 @@ def nearest_to_zero(function: Callable[..., float], given: Any, low: float, high
 def add_roots(
     function: Callable[..., float], given: Any, low: float, high: float, steps: int, roots: Floats, count: int
 ) -> int:
-    """Add where a function is zero between two values, also where it only touches zero; the new number of roots.
+    """Add where a function is zero strictly between two values, also where it touches zero; the new number of roots.
 
     Also added is where it is nearest to zero without touching, if that is between even steps.
     """
@@ -80,7 +80,7 @@ def add_roots(
         after = function(given, at + step) if k < steps else here
         above = here > 0.0
         if above != (after > 0.0):
-            count = _add(crossing(function, given, at, at + step, above), roots, count)
+            count = _add(crossing(function, given, at, at + step, above), low, high, roots, count)
         # Where it is nearer to zero than beside, zero may be touched, or passed twice.
         elif (
             above == (before > 0.0)
@@ -90,16 +90,16 @@ def add_roots(
             left, right = max(low, at - step), min(high, at + step)
             nearest = nearest_to_zero(function, given, left, right, 1.0 if above else -1.0)
             if (function(given, nearest) > 0.0) != above:
-                count = _add(crossing(function, given, left, nearest, above), roots, count)
-                count = _add(crossing(function, given, nearest, right, not above), roots, count)
-            count = _add(nearest, roots, count)
+                count = _add(crossing(function, given, left, nearest, above), low, high, roots, count)
+                count = _add(crossing(function, given, nearest, right, not above), low, high, roots, count)
+            count = _add(nearest, low, high, roots, count)
         before, here = here, after
     return count
 
 
 @both_ways
-def _add(root: float, roots: Floats, count: int) -> int:
-    if count < len(roots):
+def _add(root: float, low: float, high: float, roots: Floats, count: int) -> int:
+    if low < root < high and count < len(roots):
         roots[count] = root
         count += 1
     return count
