@@ -32,9 +32,9 @@ from nao_kin.ik.body import (
     place_all,
     place_chain,
 )
-from nao_kin.ik.leg import JOINTS, MOST_BRANCHES, Leg, solve_leg_exactly
+from nao_kin.ik.leg import JOINTS, MOST_BRANCHES, Leg, solve_leg
 from nao_kin.ik.quadratic_program import cholesky, solve_cholesky
-from nao_kin.ik.ranges import BEST, EXTRAS, NEEDED, OUT_OF_REACH, REASON, Ranges
+from nao_kin.ik.ranges import BEST, EXTRAS, NEEDED, OUT_OF_REACH, REASON, Ranges, Selection, Workspace
 
 PLACE, POSE, GAZE, COM = range(4)
 # The stance on both feet; the others are those of one foot, 0 for the left.
@@ -251,7 +251,7 @@ def _gaze(T: Floats, target: Floats, twists: Floats, weight: float, e: Floats, J
 # --- Standing: where the torso is when feet stay where they are, and the legs with it.
 #
 # The leg of the first foot carries the torso: its six joint values are the torso's pose. The leg of a second foot
-# follows in closed form (`solve_leg_exactly`), the branch nearest to where it was, and asks for a value of
+# follows in closed form (`solve_leg`), the branch nearest to where it was, and asks for a value of
 # HipYawPitch of its own. Both hips have one motor, so the torso is moved until both ask for the same: Newton's method
 # on h₂ − h₁ over the joints of the first leg. Both feet are then met to rounding.
 
@@ -275,7 +275,7 @@ def legs_types() -> Any:
     """Numba's type of `Legs`."""
     from numba import types
 
-    from nao_kin.ik.compiling import limb_types
+    from nao_kin.ik.geometry import limb_types
 
     leg, ranges = limb_types(Leg, JOINTS)
     return types.NamedTuple((leg, leg, ranges, ranges), Legs)
@@ -326,7 +326,7 @@ def stand_on_both(body: Body, legs: Legs, feet: Floats, x: Floats, T_world_torso
         for k in range(JOINTS):
             row = body.legs[1, k]
             values[k] = body.multiplier[row] * x[body.variable[row]] + body.offset[row]
-        count = solve_leg_exactly(legs.right, legs.right_ranges, target, values, False, q, found, report)
+        count = solve_leg(legs.right, target, Selection(legs.right_ranges, values, False), Workspace(q, found, report))
         first[:] = 0.0
         add_chain(body, body.legs[0, JOINTS - 1], 1.0, R, p, first)
         if count == 0:

@@ -127,7 +127,8 @@ class PreparedRobot:
         self.numbers = ModelNumbers(robot.model)
         joints = limbs[0].joints, limbs[1].joints
         self.tables = {enforce: BodyTables(robot, joints, enforce) for enforce in (True, False)}
-        self.legs = Legs(limbs[0].numbers, limbs[1].numbers, limbs[0].ranges, limbs[1].ranges)
+        left, right = (limb.numbers._replace(stretched=0.0) for limb in limbs)
+        self.legs = Legs(left, right, limbs[0].ranges, limbs[1].ranges)
         self.corners = {side: sole_corners(robot, f"{side}Leg") for side in SIDES}
         self.rest = limbs[0].rest
         self._feet_at_rest = np.asarray(robot.fk(self.rest, _FEET))

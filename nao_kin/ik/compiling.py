@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
@@ -38,9 +39,39 @@ def kept(name: str, signature: Callable[[], Any], seconds: float = 10.0) -> Call
     """
 
     def made(function: Callable[..., Any]) -> KeptKernel:
-        return KeptKernel(function, f"a kernel of inverse kinematics, {name}", f"{KERNEL}{name}", signature, seconds)
+        def registered() -> Any:
+            _register_borrowed()
+            return signature()
+
+        what = f"a kernel of inverse kinematics, {name}"
+        return KeptKernel(function, what, f"{KERNEL}{name}", registered, seconds)
 
     return made
+
+
+def borrowed(array: Any) -> Any:
+    """The same array, whose users compiled code does not count: that takes a sixth of the time of a leg.
+
+    The array that it is borrowed from has to be used once more after the last use of what is returned.
+    """
+    return array
+
+
+@cache
+def _register_borrowed() -> None:
+    from numba.core import cgutils
+    from numba.extending import intrinsic, overload
+
+    @intrinsic  # type: ignore[untyped-decorator]
+    def uncounted(_: Any, array: Any) -> tuple[Any, Callable[..., Any]]:
+        def view(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            made = context.make_array(array)(context, builder, arguments[0])
+            made.meminfo = cgutils.get_null_value(made.meminfo.type)
+            return made._getvalue()
+
+        return array(array), view
+
+    overload(borrowed)(lambda array: lambda array: uncounted(array))
 
 
 def in_lists(numbers: _Numbers) -> _Numbers:
@@ -51,30 +82,6 @@ def in_lists(numbers: _Numbers) -> _Numbers:
 def copied(numbers: _Numbers) -> _Numbers:
     """A named tuple with arrays of its own: threads wait for each other to count who uses one."""
     return type(numbers)(*(part.copy() if isinstance(part, np.ndarray) else part for part in numbers))
-
-
-def limb_types(numbers: type[Any], joints: int) -> tuple[Any, Any]:
-    """Types of a limb's geometry and of its limits.
-
-    Args:
-        numbers: the named tuple of a limb's geometry.
-        joints: how many joints the limb has.
-    """
-    from numba import types
-
-    from nao_kin.ik.ranges import MOST_BENDS, Ranges
-
-    limits, table = types.UniTuple(types.float64, joints), types.UniTuple(types.float64, MOST_BENDS)
-    parts = limits, limits, types.int64, table, table, table, types.int64, types.int64
-    return types.NamedUniTuple(types.float64, len(numbers._fields), numbers), types.NamedTuple(parts, Ranges)
-
-
-def kernel_arguments(numbers: Any, ranges: Any) -> tuple[Any, ...]:
-    """Types of the arguments of the kernel of a `closed_form`, from those of what it solves and of its limits."""
-    from numba import types
-
-    rows = types.float64[:, ::1]
-    return numbers, ranges, rows, rows, types.boolean, rows
 
 
 def run_rows(

@@ -1,7 +1,11 @@
-"""The limbs of a robot as the closed forms need them: read off its model, and refused where they are not a NAO's.
+"""The limbs of a robot as the closed forms need them, and closed forms run on targets.
 
-Joints are looked at with all of them at zero, in the axes of the torso: where each stands, and its axis. What the
-closed forms suppose of these (axes that meet, are perpendicular, point along x, y or z) is verified here.
+Joints are read off the model with all of them at zero, in the axes of the torso: where each stands, and its axis. What
+the closed forms suppose of these (axes that meet, are perpendicular, point along x, y or z) is verified here, and limbs
+that are not a NAO's are refused.
+
+A closed form runs as Python on one target where nothing is compiled yet, and compiled on many; its numbers are made
+into an `IKResult`.
 """
 
 from __future__ import annotations
@@ -12,7 +16,7 @@ import weakref
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar, get_args, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +24,7 @@ from numpy.typing import NDArray
 from nao_kin._core.arrays import Floats, choice
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.ik.compiling import run_rows
+from nao_kin.ik.compiling import borrowed, kept, run_rows
 from nao_kin.ik.ranges import (
     ANGLE_ERROR,
     BEST,
@@ -33,9 +37,12 @@ from nao_kin.ik.ranges import (
     NOT_RIGID,
     POSITION_ERROR,
     REASON,
-    REPORT,
-    ClosedForm,
     Ranges,
+    Rotation,
+    Selection,
+    Vector,
+    Workspace,
+    write_branches,
 )
 from nao_kin.ik.results import IKResult, Integers, Obstacles, result_made_later
 from nao_kin.robot import ModelNumbers, RobotModel, check_robot
@@ -58,7 +65,7 @@ class Limb:
         columns: which coordinates of q move them.
         index: the same as an array, shape (c,).
         multiplier: value of a joint = multiplier · coordinate + offset; shape (c,).
-        offset: see there [rad].
+        offset: of the same, shape (c,) [rad].
         ranges: limits of the joints, and of a joint whose range depends on another: `Ranges`; of two limbs, of each.
         numbers: its geometry, as its closed form takes it.
         frame: the frame whose pose is asked for.
@@ -133,6 +140,11 @@ class ChainAtZero:
         """
         if np.abs(values).max() > _TOLERANCE:
             raise self.missing(f"{what} by {float(np.abs(values).max()):.3g} m")
+
+    def frame_in_link(self, origin: Floats) -> tuple[float, Rotation, Vector]:
+        """Whether the frame is turned against its link, 0 or 1; its rotation, and its place from a point."""
+        turned = 0.0 if np.array_equal(self.rotation, np.eye(3)) else 1.0
+        return turned, tuple(self.rotation.ravel().tolist()), tuple((self.point - origin).tolist())
 
     def missing(self, why: str) -> BadArgument:
         """The error for a limb that the closed form does not fit."""
@@ -214,8 +226,7 @@ def chain_at_zero(robot: RobotModel, limb: str, joints: tuple[str, ...], frame: 
     if int(place.parentJoint) != ids[-1]:
         carried = [name for name, i in robot.frame_table.items() if int(model.frames[i].parentJoint) == ids[-1]]
         raise BadArgument(f"frame {quoted(frame)} is not carried by {joints[-1]}; its frames are {', '.join(carried)}")
-    T_torso_trunk = torso_in_trunk(robot)
-    T = np.linalg.inv(T_torso_trunk) if not np.array_equal(T_torso_trunk, np.eye(4)) else np.eye(4)
+    T = np.linalg.inv(torso_in_trunk(robot))
     points, axes = [], []
     for joint, own in zip(joints, ids, strict=True):
         T = T @ np.array(model.jointPlacements[own].homogeneous)
@@ -228,44 +239,38 @@ def chain_at_zero(robot: RobotModel, limb: str, joints: tuple[str, ...], frame: 
 def limb_of(chain: ChainAtZero, frame: str, numbers: Any) -> Limb:
     """A limb with its limits and coordinates; joints that follow others are moved through these."""
     robot, joints = chain.robot, chain.joints
-    first = robot.nq - len(robot.joint_names)
-    columns, multiplier, offset, lower, upper = [], [], [], [], []
-    for joint in joints:
-        mimic = robot.mimics.get(joint)
-        column = robot.joint_names.index(joint if mimic is None else mimic.joint)
-        m, o = (1.0, 0.0) if mimic is None else (mimic.multiplier, mimic.offset)
-        if m == 0.0:
-            raise chain.missing(f"{joint} stands still")
-        ends = sorted((m * float(robot.lower[column]) + o, m * float(robot.upper[column]) + o))
-        columns.append(first + column)
-        multiplier.append(m)
-        offset.append(o)
-        lower.append(ends[0])
-        upper.append(ends[1])
+    mimics = [robot.mimics.get(joint) for joint in joints]
+    drivers = [joint if mimic is None else mimic.joint for joint, mimic in zip(joints, mimics, strict=True)]
+    columns = [robot.joint_names.index(driver) for driver in drivers]
+    multiplier = np.array([1.0 if mimic is None else mimic.multiplier for mimic in mimics])
+    offset = np.array([0.0 if mimic is None else mimic.offset for mimic in mimics])
+    if not multiplier.all():
+        raise chain.missing(f"{joints[int(np.argmin(np.abs(multiplier)))]} stands still")
+    lower, upper = np.sort(multiplier * [robot.lower[columns], robot.upper[columns]] + offset, axis=0).tolist()
     tables = [table for table in robot.coupled_limits if table.joint in joints and table.of in joints]
     if len(tables) > 1:
         raise chain.missing(f"{len(tables)} of its joints have limits that depend on others")
-    columns_of_table: tuple[tuple[float, ...], ...] = (), (), ()
-    bends, joint_of, of = 0, 0, 0
-    if tables:
-        bends, columns_of_table = len(tables[0].at), (tables[0].at, tables[0].lower, tables[0].upper)
-        joint_of, of = joints.index(tables[0].joint), joints.index(tables[0].of)
-    if bends > MOST_BENDS:
-        raise chain.missing(f"the table of {tables[0].joint} has more than {MOST_BENDS} rows")
-    at, low, high = ((*column, *(0.0,) * (MOST_BENDS - bends)) for column in columns_of_table)
-    ranges = Ranges(tuple(lower), tuple(upper), bends, at, low, high, joint_of, of)
+    bends, bounds, places = 0, np.zeros((3, MOST_BENDS)), (0, 0)
+    for table in tables:
+        bends, places = len(table.at), (joints.index(table.joint), joints.index(table.of))
+        if bends > MOST_BENDS:
+            raise chain.missing(f"the table of {table.joint} has more than {MOST_BENDS} rows")
+        bounds[:, :bends] = table.at, table.lower, table.upper
+    at, low, high = (tuple(row) for row in bounds.tolist())
+    ranges = Ranges(tuple(lower), tuple(upper), bends, at, low, high, *places)
+    index = np.array(columns, dtype=np.intp) + robot.nq - len(robot.joint_names)
     return Limb(
         joints,
-        tuple(columns),
-        np.array(columns, dtype=np.intp),
-        np.array(multiplier),
-        np.array(offset),
+        tuple(index.tolist()),
+        index,
+        multiplier,
+        offset,
         ranges,
         numbers,
         frame,
         torso_frame(robot),
         robot.clamp(robot.neutral()),
-        any(m != 1.0 for m in multiplier) or any(o != 0.0 for o in offset),
+        follows=bool(np.any(multiplier != 1.0) or offset.any()),
     )
 
 
@@ -273,11 +278,6 @@ def torso_frame(robot: RobotModel) -> str:
     """The frame in which targets are given: the one that people call the torso, or the root link."""
     root = robot.semantics.root
     return root if root in robot.frame_table else robot.tree.root
-
-
-def kappa_of(axis: Floats) -> float:
-    """The angle κ of an axis (0, cos κ, sin κ)."""
-    return math.atan2(float(axis[2]), float(axis[1]))
 
 
 def torso_in_trunk(robot: RobotModel) -> Floats:
@@ -288,7 +288,84 @@ def torso_in_trunk(robot: RobotModel) -> Floats:
     return np.array(place.placement.homogeneous)
 
 
-# --- A closed form run on targets: as Python on one, compiled on many, and its numbers made into an `IKResult`.
+# --- Closed forms run on targets.
+
+# Where in a row that a kernel writes the report begins; the number of branches stands before it.
+REPORT = 1
+
+
+class ClosedForm:
+    """A closed form of a limb, and the kernel that solves rows of targets with it.
+
+    The kernel writes a row for each target: how many branches there are, the report, and the branches as far as there
+    is room.
+
+    Args:
+        name: of the kernel.
+        solve: solves one target, as `ranges` says.
+        types: makes the types of a limb's geometry and of its limits.
+        max_branches: the most that `solve` finds.
+        alone: `solve`, or the part of it without search, which solves one target as Python; None where all of it is a
+            search. Where it finds nothing, the kernel searches for the nearest pose.
+        usual: how many branches there are inside the limits; where there are more, all targets are solved once more.
+        more: how many numbers follow the joints in a report.
+        scratch: how many numbers are needed in q beside the joints.
+        seconds: about how long the kernel takes to compile [s].
+    """
+
+    def __init__(
+        self,
+        name: str,
+        solve: Callable[..., int],
+        types: Callable[[], tuple[Any, Any]],
+        max_branches: int,
+        *,
+        alone: Callable[..., int] | None,
+        usual: int = 2,
+        more: int = 0,
+        scratch: int = 0,
+        seconds: float = 10.0,
+    ) -> None:
+        self.alone, self.searches, self.max_branches = alone, alone is not solve, max_branches
+        self.usual, self.more, self.scratch = usual, more, scratch
+
+        def run(limb: Any, ranges: Any, targets: Floats, references: Floats, enforce: bool, out: Floats) -> None:
+            joints = references.shape[1]
+            branches = REPORT + BEST + joints + more
+            owner = np.empty(joints + scratch + max_branches * (joints + EXTRAS))
+            q, found = borrowed(owner[: joints + scratch]), borrowed(owner[joints + scratch :])
+            targets, references, out = borrowed(targets), borrowed(references), borrowed(out)
+            for i in range(targets.shape[0]):
+                work = Workspace(q, found, out[i, REPORT:branches])
+                count = solve(limb, targets[i], Selection(ranges, references[i], enforce), work)
+                out[i, 0] = count
+                write_branches(found, count, joints, out[i, branches:])
+            owner[0] = 0.0  # used once more, as `borrowed` asks
+
+        def signature() -> tuple[Any, ...]:
+            import numba
+
+            rows = numba.float64[:, ::1]
+            return *types(), rows, rows, numba.boolean, rows
+
+        run.__module__ = solve.__module__  # which a process that compiles it has to import
+        self.kernel = kept(name, signature, seconds)(run)
+
+
+def limb_types(numbers: type[Any], joints: int) -> tuple[Any, Any]:
+    """Numba's types of a limb's geometry and of its limits.
+
+    Args:
+        numbers: the named tuple of a limb's geometry: numbers, and tuples of numbers.
+        joints: how many joints the limb has.
+    """
+    from numba import types
+
+    lengths = [len(get_args(hint)) for hint in get_type_hints(numbers).values()]
+    parts = [types.UniTuple(types.float64, length) if length else types.float64 for length in lengths]
+    limits, table = types.UniTuple(types.float64, joints), types.UniTuple(types.float64, MOST_BENDS)
+    ranges = limits, limits, types.int64, table, table, table, types.int64, types.int64
+    return types.NamedTuple(parts, numbers), types.NamedTuple(ranges, Ranges)
 
 
 class Found(NamedTuple):
@@ -335,7 +412,7 @@ def solved(
     references: tuple[Floats, tuple[str, ...]],
     enforce: bool,
     threads: int | None,
-    refuse: Callable[[], object],
+    refuse: Callable[[], object] = lambda: None,
 ) -> IKResult:
     """Solve targets, shape (..., m), see `found_for`."""
     found = found_for(form, limb, targets, references[0], enforce, threads, refuse)
@@ -349,7 +426,7 @@ def found_for(
     reference: Floats,
     enforce: bool,
     threads: int | None,
-    refuse: Callable[[], object],
+    refuse: Callable[[], object] = lambda: None,
 ) -> Found:
     """What a closed form finds for targets, shape (..., m).
 
@@ -366,11 +443,15 @@ def found_for(
     joints = reference[..., limb.index]
     if limb.follows:
         joints = joints * limb.multiplier + limb.offset
-    count = math.prod(batch)
-    joints = joints.reshape(1, c) if not batch else np.broadcast_to(joints, (*batch, c)).reshape(count, c)
-    flat = targets.reshape(count, targets.shape[-1])
+    # As the kernel is compiled for: one type of array.
+    joints = _plain((np.broadcast_to(joints, (*batch, c)) if batch else joints).reshape(-1, c))
+    flat = _plain(targets.reshape(math.prod(batch), targets.shape[-1]))
     if batch:
-        found = _many(form, limb, flat, joints, enforce, threads)
+        # Room for the usual number of branches; for all where there are more.
+        room = min(form.usual, form.max_branches) if enforce else form.max_branches
+        found = _by_kernel(form, limb, flat, joints, enforce, room, threads)
+        if found.rows[:, 0].max(initial=0.0) > room:
+            found = _by_kernel(form, limb, flat, joints, enforce, form.max_branches, threads)
         rigid = found.report[:, REASON].min(initial=0.0) != NOT_RIGID
     else:
         found = _one(form, limb, flat, joints, enforce)
@@ -378,16 +459,12 @@ def found_for(
     if not rigid:
         refuse()
     if not enforce and not found.is_complete:
-        _turn_missed(found, joints)
+        # The nearest poses of targets that are missed, turned to within half a turn of the reference.
+        missed, report = found.rows[:, 0] == 0.0, found.report
+        near, best = joints[missed], report[missed, BEST : BEST + c]
+        turns = np.floor((near - best) / (2.0 * math.pi) + 0.5)
+        report[missed, BEST : BEST + c] = best + 2.0 * math.pi * np.where(np.abs(near) > MOST_TURNED, 0.0, turns)
     return found
-
-
-def _turn_missed(found: Found, reference: Floats) -> None:
-    """Turn the nearest poses of targets that are missed by whole turns to within half a turn of the reference."""
-    missed, c, report = found.rows[:, 0] == 0.0, found.joints, found.report
-    near, best = reference[missed], report[missed, BEST : BEST + c]
-    turns = np.floor((near - best) / (2.0 * math.pi) + 0.5)
-    report[missed, BEST : BEST + c] = best + 2.0 * math.pi * np.where(np.abs(near) > MOST_TURNED, 0.0, turns)
 
 
 def _one(form: ClosedForm, limb: Limb, target: Floats, reference: Floats, enforce: bool) -> Found:
@@ -395,38 +472,24 @@ def _one(form: ClosedForm, limb: Limb, target: Floats, reference: Floats, enforc
     quick = form.kernel.quick
     if quick is not None:
         found = _space(form, limb, 1, form.max_branches)
-        quick(limb.numbers, limb.ranges, _plain(target), _plain(reference), enforce, found.rows)
+        quick(limb.numbers, limb.ranges, target, reference, enforce, found.rows)
         return found
-    if form.alone is None:
-        return _by_kernel(form, limb, target, reference, enforce, form.max_branches, 1)
-    c = len(limb.joints)
-    values = [0.0] * (form.max_branches * (c + EXTRAS))
-    report = [0.0] * BEST + [math.nan] * (c + form.more)
-    q = [0.0] * (c + form.scratch)
-    count = form.alone(limb.numbers, limb.ranges, target[0].tolist(), reference[0].tolist(), enforce, q, values, report)
-    if count == 0 and form.searches and report[REASON] != NOT_RIGID:
-        return _by_kernel(form, limb, target, reference, enforce, form.max_branches, 1)
-    return Found(np.array([[count, *report, *values]]), c, len(report))
-
-
-def _many(
-    form: ClosedForm, limb: Limb, targets: Floats, references: Floats, enforce: bool, threads: int | None
-) -> Found:
-    """Many targets, by the kernel's function."""
-    room = min(form.usual, form.max_branches) if enforce else form.max_branches
-    while True:
-        found = _by_kernel(form, limb, targets, references, enforce, room, threads)
-        if found.rows[:, 0].max(initial=0.0) <= room:
-            return found
-        room = form.max_branches
+    if form.alone is not None:
+        c = len(limb.joints)
+        values = [0.0] * (form.max_branches * (c + EXTRAS))
+        report = [0.0] * BEST + [math.nan] * (c + form.more)
+        selection = Selection(limb.ranges, reference[0].tolist(), enforce)
+        work = Workspace([0.0] * (c + form.scratch), values, report)
+        count = form.alone(limb.numbers, target[0].tolist(), selection, work)
+        if count > 0 or not form.searches or report[REASON] == NOT_RIGID:
+            return Found(np.array([[count, *report, *values]]), c, len(report))
+    return _by_kernel(form, limb, target, reference, enforce, form.max_branches, 1)
 
 
 def _by_kernel(
     form: ClosedForm, limb: Limb, targets: Floats, references: Floats, enforce: bool, room: int, threads: int | None
 ) -> Found:
     """Targets by the kernel's function, with room for so many branches of each."""
-    # As the kernel is compiled for: one type of array.
-    targets, references = _plain(targets), _plain(references)
     found = _space(form, limb, len(targets), room)
 
     def solve(function: Callable[..., object], part: slice) -> None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple, SupportsIndex
+from functools import partial
+from typing import NamedTuple, SupportsIndex
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,8 +12,8 @@ from numpy.typing import ArrayLike
 from nao_kin._core.arrays import as_floats, as_vectors
 from nao_kin._kernels.cache import both_ways
 from nao_kin.errors import UnknownName
-from nao_kin.ik.compiling import Row, limb_types
-from nao_kin.ik.geometry import Limb, Y, Z, chain_at_zero, kept_limb, limb_of, solved
+from nao_kin.ik.compiling import Row
+from nao_kin.ik.geometry import ClosedForm, Limb, Y, Z, chain_at_zero, kept_limb, limb_of, limb_types, solved
 from nao_kin.ik.ranges import (
     ANGLE_ERROR,
     BEST,
@@ -24,338 +25,22 @@ from nao_kin.ik.ranges import (
     REASON,
     VERIFIED,
     Ranges,
-    admitted,
+    Rotation,
+    Selection,
+    Vector,
+    Workspace,
+    add_branch,
     angle_of_chord,
-    begun,
-    closed_form,
-    concluded,
-    entered,
-    rigid,
+    check_limits,
+    coupled_range,
+    finish_report,
+    link_rotation,
+    start_report,
     table_range,
 )
 from nao_kin.ik.results import Family, IKResult
 from nao_kin.ik.targets import Limits, as_reference, check_threads, is_enforced, refuse_not_rotation
 from nao_kin.robot import LIMIT_TOLERANCE, RobotModel, check_robot
-
-# --- The head: HeadYaw about z and HeadPitch about y meet in the neck, R = Rz(yaw) Ry(pitch).
-#
-# An orientation is made where its second column has no z; then there is one solution. A camera in the head's plane of
-# symmetry, at o in the head with the optical axis n, sees the point P in the middle where
-#
-#     P = Rz(yaw) Ry(pitch) (o + λ n),  λ > 0:
-#
-# |o + λ n| = |P| gives λ, P's direction the yaw (two) and the pitch. What the two joints do not make, or their limits
-# do not allow, is answered with the nearest. For an orientation the best pitch of every yaw is known, and the yaw is
-# searched for. The error of a look may have several valleys over yaw and pitch: a grid finds them, and each is
-# searched.
-
-JOINTS = 2
-MOST_BRANCHES = 4
-
-_ALONE, _YAW_AXIS = float(Family.NONE), float(Family.YAW_AXIS)
-# Below this distance from the yaw's axis [m], every yaw looks at a point as well as another.
-_ON_AXIS = 1e-12
-# Steps of the search for the nearest yaw, and divisions of the best two after it.
-_STEPS, _DIVISIONS = 120, 60
-# A grid of looks over yaw and pitch, and the last steps of the searches from it [rad].
-_YAWS, _PITCHES, _LAST_STEP = 60, 40, 1e-10
-_GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
-
-
-class Head(NamedTuple):
-    """What the closed form needs to know of a head.
-
-    Attributes:
-        x: the neck in the torso, three numbers [m].
-        y: see there.
-        z: see there.
-        a00: rotation of the frame in the head, nine numbers by rows.
-        a01: see there.
-        a02: see there.
-        a10: see there.
-        a11: see there.
-        a12: see there.
-        a20: see there.
-        a21: see there.
-        a22: see there.
-        forward: its origin in the head, along x [m].
-        up: along z [m].
-    """
-
-    x: float
-    y: float
-    z: float
-    a00: float
-    a01: float
-    a02: float
-    a10: float
-    a11: float
-    a12: float
-    a20: float
-    a21: float
-    a22: float
-    forward: float
-    up: float
-
-
-@both_ways
-def solve_head(
-    head: Head,
-    ranges: Ranges,
-    target: Row,
-    reference: Row,
-    enforce: bool,
-    q: Row,
-    found: Row,
-    report: Row,
-) -> int:
-    """The joint values for an orientation of the frame, or the nearest to it; see `ranges` for the arguments."""
-    begun(report)
-    fine, a, b, c, d, e, f, g, h, i = rigid(target)
-    if not fine:
-        report[REASON] = NOT_RIGID
-        return 0
-    wanted = (
-        a * head.a00 + b * head.a01 + c * head.a02,
-        a * head.a10 + b * head.a11 + c * head.a12,
-        a * head.a20 + b * head.a21 + c * head.a22,
-        d * head.a00 + e * head.a01 + f * head.a02,
-        d * head.a10 + e * head.a11 + f * head.a12,
-        d * head.a20 + e * head.a21 + f * head.a22,
-        g * head.a00 + h * head.a01 + i * head.a02,
-        g * head.a10 + h * head.a11 + i * head.a12,
-        g * head.a20 + h * head.a21 + i * head.a22,
-    )
-    q[0], q[1] = math.atan2(-wanted[1], wanted[4]), math.atan2(-wanted[6], wanted[8])
-    error = orientation_error(wanted, q[0], q[1])
-    count = 0
-    if error > VERIFIED:
-        report[REASON] = NOT_ENOUGH_JOINTS
-    elif admitted(ranges, enforce, q, report):
-        count = entered(reference, q, enforce, (0.0, error), _ALONE, found, 0)
-    if count == 0:
-        _nearest(ranges, wanted, enforce, report)
-    concluded(found, JOINTS, count, report)
-    return count
-
-
-@both_ways
-def solve_gaze(
-    head: Head,
-    ranges: Ranges,
-    target: Row,
-    reference: Row,
-    enforce: bool,
-    q: Row,
-    found: Row,
-    report: Row,
-) -> int:
-    """The joint values with which the frame's x axis passes through a point, or nearest to it."""
-    begun(report)
-    x, y, z = target[0] - head.x, target[1] - head.y, target[2] - head.z
-    point = x, y, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    far, aside = math.sqrt(x * x + y * y + z * z), math.sqrt(x * x + y * y)
-    # The optical axis (n_x, n_z), and the camera along it and across.
-    nx, nz = head.a00, head.a20
-    along, across = head.forward * nx + head.up * nz, head.forward * nz - head.up * nx
-    beyond = (far - abs(across)) * (far + abs(across))
-    radius = math.sqrt(head.forward * head.forward + head.up * head.up)
-    count = 0
-    if beyond < 0.0 or (along >= 0.0 and far <= radius):
-        report[REASON] = OUT_OF_REACH
-        report[NEEDED] = (radius if along >= 0.0 else abs(across)) - far
-    else:
-        for root in range(2):
-            ahead = math.sqrt(beyond) if root == 0 else -math.sqrt(beyond)
-            if ahead <= along or (root == 1 and beyond == 0.0):
-                continue  # λ = ahead − along
-            u, w = head.forward + (ahead - along) * nx, head.up + (ahead - along) * nz
-            if aside <= _ON_AXIS:
-                q[1] = math.atan2(-u * z, w * z)
-                q[0] = _free_yaw(ranges, q[1], reference[0], enforce)
-                count = _look(head, ranges, point, _YAW_AXIS, reference, enforce, q, found, report, count)
-                continue
-            for back in range(2):
-                r = aside if back == 0 else -aside
-                q[0] = math.atan2(y, x) if back == 0 else math.atan2(-y, -x)
-                q[1] = math.atan2(w * r - u * z, u * r + w * z)
-                count = _look(head, ranges, point, _ALONE, reference, enforce, q, found, report, count)
-    if count == 0 and far > 0.0:
-        _nearest_look(head, ranges, point, enforce, report)
-    concluded(found, JOINTS, count, report)
-    return count
-
-
-@both_ways
-def _look(
-    head: Head,
-    ranges: Ranges,
-    point: tuple[float, ...],
-    family: float,
-    reference: Row,
-    enforce: bool,
-    q: Row,
-    found: Row,
-    report: Row,
-    count: int,
-) -> int:
-    """Enter a branch that looks at a point, if it does and is inside the limits."""
-    if not admitted(ranges, enforce, q, report):
-        return count
-    error = gaze_error(head, point, q[0], q[1])
-    return entered(reference, q, enforce, (0.0, error), family, found, count) if error <= VERIFIED else count
-
-
-@both_ways
-def _free_yaw(ranges: Ranges, pitch: float, wanted: float, enforce: bool) -> float:
-    """The yaw nearest to the one wanted at which the pitch is allowed; the wanted one if it is nowhere."""
-    if not enforce:
-        return wanted
-    best = min(max(wanted, ranges.lower[0]), ranges.upper[0])
-    if ranges.bends == 0:
-        return best
-    low, high = table_range(ranges, best)
-    if low <= pitch <= high:
-        return best
-    # The range is a polygon: the nearest yaw is at a bend, or where an edge has the pitch.
-    nearest, found = math.inf, best
-    for i in range(ranges.bends):
-        for edge in range(3):
-            yaw = ranges.at[i]
-            if edge > 0 and i > 0:
-                one = ranges.low[i - 1] if edge == 1 else ranges.high[i - 1]
-                two = ranges.low[i] if edge == 1 else ranges.high[i]
-                if one != two:
-                    share = (pitch - one) / (two - one)
-                    yaw = ranges.at[i - 1] + share * (ranges.at[i] - ranges.at[i - 1])
-            low, high = table_range(ranges, yaw)
-            inside = ranges.lower[0] <= yaw <= ranges.upper[0]
-            inside = inside and low - LIMIT_TOLERANCE <= pitch <= high + LIMIT_TOLERANCE
-            if inside and abs(yaw - wanted) < nearest:
-                nearest, found = abs(yaw - wanted), yaw
-    return found
-
-
-@both_ways
-def _nearest(ranges: Ranges, wanted: tuple[float, ...], enforce: bool, report: Row) -> None:
-    """Report the joint values with the nearest orientation: the yaw by search, for each the best pitch."""
-    low, high = (ranges.lower[0], ranges.upper[0]) if enforce else (-math.pi, math.pi)
-    step = (high - low) / _STEPS
-    best, at = math.inf, low
-    for i in range(_STEPS + 1):
-        error = _error_at_yaw(ranges, wanted, enforce, low + i * step)[0]
-        if error < best:
-            best, at = error, low + i * step
-    left, right = max(low, at - step), min(high, at + step)
-    for _ in range(_DIVISIONS):
-        width = _GOLDEN * (right - left)
-        one, two = right - width, left + width
-        error_one = _error_at_yaw(ranges, wanted, enforce, one)[0]
-        error_two = _error_at_yaw(ranges, wanted, enforce, two)[0]
-        if error_one < error_two:
-            right = two
-        else:
-            left = one
-        if min(error_one, error_two) < best:
-            best, at = min(error_one, error_two), one if error_one < error_two else two
-    error, pitch = _error_at_yaw(ranges, wanted, enforce, at)
-    report[BEST], report[BEST + 1] = at, pitch
-    report[POSITION_ERROR], report[ANGLE_ERROR] = 0.0, error
-
-
-@both_ways
-def _error_at_yaw(ranges: Ranges, wanted: tuple[float, ...], enforce: bool, yaw: float) -> tuple[float, float]:
-    """The error of the best pitch at a yaw, and that pitch."""
-    c, s = math.cos(yaw), math.sin(yaw)
-    # The trace of Ry(−pitch) Rz(−yaw) R has one maximum.
-    pitch = math.atan2(wanted[2] * c + wanted[5] * s - wanted[6], wanted[0] * c + wanted[3] * s + wanted[8])
-    if enforce:
-        low = _allowed_pitch(ranges, yaw, -math.inf, True)
-        high = _allowed_pitch(ranges, yaw, math.inf, True)
-        if pitch < low or pitch > high:
-            below, above = orientation_error(wanted, yaw, low), orientation_error(wanted, yaw, high)
-            return (below, low) if below < above else (above, high)
-    return orientation_error(wanted, yaw, pitch), pitch
-
-
-@both_ways
-def _nearest_look(head: Head, ranges: Ranges, point: tuple[float, ...], enforce: bool, report: Row) -> None:
-    """Report the joint values that look nearest to a point: down from the lowest of each valley of a grid."""
-    low, high = (ranges.lower[0], ranges.upper[0]) if enforce else (-math.pi, math.pi)
-    least, most = (ranges.lower[1], ranges.upper[1]) if enforce else (-math.pi, math.pi)
-    report[POSITION_ERROR], report[ANGLE_ERROR] = 0.0, math.inf
-    here, pitch, before = math.inf, 0.0, math.inf
-    for i in range(_YAWS + 2):
-        error, best = math.inf, 0.0
-        if i <= _YAWS:
-            yaw = low + (high - low) * i / _YAWS
-            for k in range(_PITCHES + 1):
-                other = _allowed_pitch(ranges, yaw, least + (most - least) * k / _PITCHES, enforce)
-                found = gaze_error(head, point, yaw, other)
-                if found < error:
-                    error, best = found, other
-        if here <= before and here <= error and here < math.inf:
-            _look_down(head, ranges, point, enforce, low + (high - low) * (i - 1) / _YAWS, pitch, report)
-        here, pitch, before = error, best, here
-
-
-@both_ways
-def _look_down(
-    head: Head, ranges: Ranges, point: tuple[float, ...], enforce: bool, yaw: float, pitch: float, report: Row
-) -> None:
-    """In steps to nearer looks, along the edge of the range too, until they are tiny; report the nearest so far."""
-    low, high = (ranges.lower[0], ranges.upper[0]) if enforce else (-math.pi, math.pi)
-    error, step = gaze_error(head, point, yaw, pitch), (high - low) / _YAWS
-    while step > _LAST_STEP:
-        before = error
-        for i in range(9):
-            one = min(max(yaw + step * (i // 3 - 1), low), high)
-            other = _allowed_pitch(ranges, one, pitch + step * (i % 3 - 1), enforce)
-            found = gaze_error(head, point, one, other)
-            if found < error:
-                error, yaw, pitch = found, one, other
-        if error == before:
-            step *= 0.5
-    if error < report[ANGLE_ERROR]:
-        report[BEST], report[BEST + 1], report[ANGLE_ERROR] = yaw, pitch, error
-
-
-@both_ways
-def _allowed_pitch(ranges: Ranges, yaw: float, pitch: float, enforce: bool) -> float:
-    """The pitch nearest to one that is allowed at a yaw."""
-    if not enforce:
-        return pitch
-    low, high = ranges.lower[1], ranges.upper[1]
-    if ranges.bends > 0:
-        bounds = table_range(ranges, yaw)
-        low, high = min(max(low, bounds[0]), high), max(min(high, bounds[1]), low)
-    return min(max(pitch, low), high)
-
-
-@both_ways
-def orientation_error(wanted: tuple[float, ...], yaw: float, pitch: float) -> float:
-    """The angle between Rz(yaw) Ry(pitch) and the orientation wanted [rad]."""
-    c, s, cp, sp = math.cos(yaw), math.sin(yaw), math.cos(pitch), math.sin(pitch)
-    d0, d1, d2 = c * cp - wanted[0], -s - wanted[1], c * sp - wanted[2]
-    d3, d4, d5 = s * cp - wanted[3], c - wanted[4], s * sp - wanted[5]
-    d6, d7, d8 = -sp - wanted[6], -wanted[7], cp - wanted[8]
-    squares = d0 * d0 + d1 * d1 + d2 * d2 + d3 * d3 + d4 * d4 + d5 * d5
-    return angle_of_chord(squares + d6 * d6 + d7 * d7 + d8 * d8)
-
-
-@both_ways
-def gaze_error(head: Head, point: tuple[float, ...], yaw: float, pitch: float) -> float:
-    """The angle between the optical axis and the direction from the camera to a point seen from the neck [rad]."""
-    c, s, cp, sp = math.cos(yaw), math.sin(yaw), math.cos(pitch), math.sin(pitch)
-    # The point as the head sees it, Ry(−pitch) Rz(−yaw) P, from the camera.
-    x, y = c * point[0] + s * point[1], c * point[1] - s * point[0]
-    u, w = cp * x - sp * point[2] - head.forward, sp * x + cp * point[2] - head.up
-    nx, nz = head.a00, head.a20
-    across = w * nx - u * nz
-    return math.atan2(math.sqrt(across * across + y * y), u * nx + w * nz)
-
-
-# --- `head` and `look_at`: the two joints of the neck, for an orientation or for a point that a camera is to see.
 
 _JOINTS = ("HeadYaw", "HeadPitch")
 
@@ -456,7 +141,26 @@ def look_at(
     points = as_vectors(point, "point")
     enforce, batch = is_enforced(limits), points.shape[:-1]
     references = as_reference(robot, limb.rest, reference, batch, enforce)
-    return solved(_GAZE, limb, points, references, enforce, check_threads(threads), lambda: None)
+    return solved(_GAZE, limb, points, references, enforce, check_threads(threads))
+
+
+# --- What the closed forms need to know of a head, read off a robot.
+
+
+class Head(NamedTuple):
+    """What the closed form needs to know of a head.
+
+    Attributes:
+        neck: the neck in the torso [m].
+        turned: whether the frame is turned against the head, 0 or 1.
+        rotation: its rotation in the head, nine numbers by rows.
+        place: its origin in the head, seen from the neck [m]; a camera's is in the plane of x and z.
+    """
+
+    neck: Vector
+    turned: float
+    rotation: Rotation
+    place: Vector
 
 
 def head_limb(robot: RobotModel, frame: str) -> Limb:
@@ -483,9 +187,8 @@ def _head_of(robot: RobotModel, frame: str) -> Limb:
     chain.require_axis(0, Z)
     chain.require_axis(1, Y)
     chain.require_meeting(0, 1)
-    place = chain.point - chain.points[0]
-    numbers = (*chain.points[0], *chain.rotation.ravel(), place[0], place[2])
-    return limb_of(chain, frame, Head(*(float(value) for value in numbers)))
+    neck = chain.points[0]
+    return limb_of(chain, frame, Head(tuple(neck.tolist()), *chain.frame_in_link(neck)))
 
 
 def _camera_of(robot: RobotModel, camera: str) -> Limb:
@@ -495,9 +198,253 @@ def _camera_of(robot: RobotModel, camera: str) -> Limb:
     return _head_of(robot, camera)
 
 
-def _types() -> tuple[Any, Any]:
-    return limb_types(Head, JOINTS)
+# --- The head: HeadYaw about z and HeadPitch about y meet in the neck, R = Rz(yaw) Ry(pitch).
+#
+# An orientation is made where its second column has no z; then there is one solution. A camera in the head's plane of
+# symmetry, at o in the head with the optical axis n, sees the point P in the middle where
+#
+#     P = Rz(yaw) Ry(pitch) (o + λ n),  λ > 0:
+#
+# |o + λ n| = |P| gives λ, P's direction the yaw (two) and the pitch. What the two joints do not make, or their limits
+# do not allow, is answered with the nearest. For an orientation the best pitch of every yaw is known, and the yaw is
+# searched for. The error of a look may have several valleys over yaw and pitch: a grid finds them, and each is
+# searched.
+
+JOINTS = 2
+MOST_BRANCHES = 4
+
+_ALONE, _YAW_AXIS = float(Family.NONE), float(Family.YAW_AXIS)
+# Below this distance from the yaw's axis [m], every yaw looks at a point as well as another.
+_ON_AXIS = 1e-12
+# Steps of the search for the nearest yaw, and divisions of the best two after it.
+_STEPS, _DIVISIONS = 120, 60
+# A grid of looks over yaw and pitch, and the last steps of the searches from it [rad].
+_YAWS, _PITCHES, _LAST_STEP = 60, 40, 1e-10
+_GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 
-_HEAD = closed_form("heads", solve_head, _types, MOST_BRANCHES, alone=solve_head)
-_GAZE = closed_form("gazes", solve_gaze, _types, MOST_BRANCHES, alone=solve_gaze)
+@both_ways
+def solve_head(head: Head, target: Row, selection: Selection, work: Workspace) -> int:
+    """The joint values for an orientation of the frame, or the nearest to it; see `ranges` for the arguments."""
+    q, report = work.q, work.report
+    start_report(report)
+    fine, wanted = link_rotation(head, target)
+    if not fine:
+        report[REASON] = NOT_RIGID
+        return 0
+    q[0], q[1] = math.atan2(-wanted[1], wanted[4]), math.atan2(-wanted[6], wanted[8])
+    error = orientation_error(wanted, q[0], q[1])
+    count = 0
+    if error > VERIFIED:
+        report[REASON] = NOT_ENOUGH_JOINTS
+    elif check_limits(selection, q, report):
+        count = add_branch(selection, work, (0.0, error), _ALONE, 0)
+    if count == 0:
+        _report_nearest(wanted, selection, report)
+    finish_report(work, JOINTS, count)
+    return count
+
+
+@both_ways
+def solve_gaze(head: Head, target: Row, selection: Selection, work: Workspace) -> int:
+    """The joint values with which the frame's x axis passes through a point, or nearest to it."""
+    q, report = work.q, work.report
+    start_report(report)
+    point = target[0] - head.neck[0], target[1] - head.neck[1], target[2] - head.neck[2]
+    x, y, z = point
+    far, aside = math.sqrt(x * x + y * y + z * z), math.sqrt(x * x + y * y)
+    # The optical axis (n_x, n_z), and the camera along it and across.
+    nx, nz = head.rotation[0], head.rotation[6]
+    forward, _, up = head.place
+    along, across = forward * nx + up * nz, forward * nz - up * nx
+    beyond = (far - abs(across)) * (far + abs(across))
+    radius = math.sqrt(forward * forward + up * up)
+    count = 0
+    if beyond < 0.0 or (along >= 0.0 and far <= radius):
+        report[REASON] = OUT_OF_REACH
+        report[NEEDED] = (radius if along >= 0.0 else abs(across)) - far
+    else:
+        for root in range(2):
+            ahead = math.sqrt(beyond) if root == 0 else -math.sqrt(beyond)
+            if ahead <= along or (root == 1 and beyond == 0.0):
+                continue  # λ = ahead − along
+            u, w = forward + (ahead - along) * nx, up + (ahead - along) * nz
+            if aside <= _ON_AXIS:
+                q[1] = math.atan2(-u * z, w * z)
+                q[0] = _free_yaw(selection, q[1])
+                count = _add_look(head, point, _YAW_AXIS, selection, work, count)
+                continue
+            for back in range(2):
+                r = aside if back == 0 else -aside
+                q[0] = math.atan2(y, x) if back == 0 else math.atan2(-y, -x)
+                q[1] = math.atan2(w * r - u * z, u * r + w * z)
+                count = _add_look(head, point, _ALONE, selection, work, count)
+    if count == 0 and far > 0.0:
+        _report_nearest_look(head, point, selection, report)
+    finish_report(work, JOINTS, count)
+    return count
+
+
+@both_ways
+def _add_look(head: Head, point: Vector, family: float, selection: Selection, work: Workspace, count: int) -> int:
+    """Add a branch that looks at a point, if it does and is inside the limits."""
+    q = work.q
+    if not check_limits(selection, q, work.report):
+        return count
+    return add_branch(selection, work, (0.0, gaze_error(head, point, q[0], q[1])), family, count)
+
+
+@both_ways
+def _free_yaw(selection: Selection, pitch: float) -> float:
+    """The yaw nearest to the reference at which the pitch is allowed; that of the reference if it is nowhere."""
+    ranges: Ranges = selection.ranges
+    wanted: float = selection.reference[0]
+    if not selection.enforce:
+        return wanted
+    best = min(max(wanted, ranges.lower[0]), ranges.upper[0])
+    if ranges.bends == 0:
+        return best
+    low, high = table_range(ranges, best)
+    if low <= pitch <= high:
+        return best
+    # The range is a polygon: the nearest yaw is at a bend, or where an edge has the pitch.
+    nearest, found = math.inf, best
+    for i in range(ranges.bends):
+        for edge in range(3):
+            yaw = ranges.at[i]
+            if edge > 0 and i > 0:
+                one = ranges.low[i - 1] if edge == 1 else ranges.high[i - 1]
+                two = ranges.low[i] if edge == 1 else ranges.high[i]
+                if one != two:
+                    share = (pitch - one) / (two - one)
+                    yaw = ranges.at[i - 1] + share * (ranges.at[i] - ranges.at[i - 1])
+            low, high = table_range(ranges, yaw)
+            inside = ranges.lower[0] <= yaw <= ranges.upper[0]
+            inside = inside and low - LIMIT_TOLERANCE <= pitch <= high + LIMIT_TOLERANCE
+            if inside and abs(yaw - wanted) < nearest:
+                nearest, found = abs(yaw - wanted), yaw
+    return found
+
+
+@both_ways
+def _report_nearest(wanted: Rotation, selection: Selection, report: Row) -> None:
+    """Report the joint values with the nearest orientation: the yaw by search, for each the best pitch."""
+    low, high = _joint_bounds(selection, 0)
+    step = (high - low) / _STEPS
+    best, at = math.inf, low
+    for i in range(_STEPS + 1):
+        error = _error_at_yaw(wanted, selection, low + i * step)[0]
+        if error < best:
+            best, at = error, low + i * step
+    left, right = max(low, at - step), min(high, at + step)
+    for _ in range(_DIVISIONS):
+        width = _GOLDEN * (right - left)
+        one, two = right - width, left + width
+        error_one = _error_at_yaw(wanted, selection, one)[0]
+        error_two = _error_at_yaw(wanted, selection, two)[0]
+        if error_one < error_two:
+            right = two
+        else:
+            left = one
+        if min(error_one, error_two) < best:
+            best, at = min(error_one, error_two), one if error_one < error_two else two
+    error, pitch = _error_at_yaw(wanted, selection, at)
+    report[BEST], report[BEST + 1] = at, pitch
+    report[POSITION_ERROR], report[ANGLE_ERROR] = 0.0, error
+
+
+@both_ways
+def _error_at_yaw(wanted: Rotation, selection: Selection, yaw: float) -> tuple[float, float]:
+    """The error of the best pitch at a yaw, and that pitch."""
+    c, s = math.cos(yaw), math.sin(yaw)
+    # The trace of Ry(−pitch) Rz(−yaw) R has one maximum.
+    pitch = math.atan2(wanted[2] * c + wanted[5] * s - wanted[6], wanted[0] * c + wanted[3] * s + wanted[8])
+    if selection.enforce:
+        low, high = coupled_range(selection.ranges, 1, yaw)
+        if pitch < low or pitch > high:
+            below, above = orientation_error(wanted, yaw, low), orientation_error(wanted, yaw, high)
+            return (below, low) if below < above else (above, high)
+    return orientation_error(wanted, yaw, pitch), pitch
+
+
+@both_ways
+def _report_nearest_look(head: Head, point: Vector, selection: Selection, report: Row) -> None:
+    """Report the joint values that look nearest to a point: down from the lowest of each valley of a grid."""
+    low, high = _joint_bounds(selection, 0)
+    least, most = _joint_bounds(selection, 1)
+    report[POSITION_ERROR], report[ANGLE_ERROR] = 0.0, math.inf
+    here, pitch, before = math.inf, 0.0, math.inf
+    for i in range(_YAWS + 2):
+        error, best = math.inf, 0.0
+        if i <= _YAWS:
+            yaw = low + (high - low) * i / _YAWS
+            for k in range(_PITCHES + 1):
+                other = _allowed_pitch(selection, yaw, least + (most - least) * k / _PITCHES)
+                found = gaze_error(head, point, yaw, other)
+                if found < error:
+                    error, best = found, other
+        if here <= before and here <= error and here < math.inf:
+            _look_down(head, point, selection, low + (high - low) * (i - 1) / _YAWS, pitch, report)
+        here, pitch, before = error, best, here
+
+
+@both_ways
+def _look_down(head: Head, point: Vector, selection: Selection, yaw: float, pitch: float, report: Row) -> None:
+    """In steps to nearer looks, along the edge of the range too, until they are tiny; report the nearest so far."""
+    low, high = _joint_bounds(selection, 0)
+    error, step = gaze_error(head, point, yaw, pitch), (high - low) / _YAWS
+    while step > _LAST_STEP:
+        before = error
+        for i in range(9):
+            one = min(max(yaw + step * (i // 3 - 1), low), high)
+            other = _allowed_pitch(selection, one, pitch + step * (i % 3 - 1))
+            found = gaze_error(head, point, one, other)
+            if found < error:
+                error, yaw, pitch = found, one, other
+        if error == before:
+            step *= 0.5
+    if error < report[ANGLE_ERROR]:
+        report[BEST], report[BEST + 1], report[ANGLE_ERROR] = yaw, pitch, error
+
+
+@both_ways
+def _joint_bounds(selection: Selection, joint: int) -> tuple[float, float]:
+    """Between which values of a joint is searched."""
+    return (selection.ranges.lower[joint], selection.ranges.upper[joint]) if selection.enforce else (-math.pi, math.pi)
+
+
+@both_ways
+def _allowed_pitch(selection: Selection, yaw: float, pitch: float) -> float:
+    """The pitch nearest to one that is allowed at a yaw."""
+    if not selection.enforce:
+        return pitch
+    low, high = coupled_range(selection.ranges, 1, yaw)
+    return min(max(pitch, low), high)
+
+
+@both_ways
+def orientation_error(wanted: Rotation, yaw: float, pitch: float) -> float:
+    """The angle between Rz(yaw) Ry(pitch) and the orientation wanted [rad]."""
+    c, s, cp, sp = math.cos(yaw), math.sin(yaw), math.cos(pitch), math.sin(pitch)
+    d0, d1, d2 = c * cp - wanted[0], -s - wanted[1], c * sp - wanted[2]
+    d3, d4, d5 = s * cp - wanted[3], c - wanted[4], s * sp - wanted[5]
+    d6, d7, d8 = -sp - wanted[6], -wanted[7], cp - wanted[8]
+    squares = d0 * d0 + d1 * d1 + d2 * d2 + d3 * d3 + d4 * d4 + d5 * d5
+    return angle_of_chord(squares + d6 * d6 + d7 * d7 + d8 * d8)
+
+
+@both_ways
+def gaze_error(head: Head, point: Vector, yaw: float, pitch: float) -> float:
+    """The angle between the optical axis and the direction from the camera to a point seen from the neck [rad]."""
+    c, s, cp, sp = math.cos(yaw), math.sin(yaw), math.cos(pitch), math.sin(pitch)
+    # The point as the head sees it, Ry(−pitch) Rz(−yaw) P, from the camera.
+    x, y = c * point[0] + s * point[1], c * point[1] - s * point[0]
+    u, w = cp * x - sp * point[2] - head.place[0], sp * x + cp * point[2] - head.place[2]
+    nx, nz = head.rotation[0], head.rotation[6]
+    across = w * nx - u * nz
+    return math.atan2(math.sqrt(across * across + y * y), u * nx + w * nz)
+
+
+_types = partial(limb_types, Head, JOINTS)
+_HEAD = ClosedForm("heads", solve_head, _types, MOST_BRANCHES, alone=solve_head)
+_GAZE = ClosedForm("gazes", solve_gaze, _types, MOST_BRANCHES, alone=solve_gaze)

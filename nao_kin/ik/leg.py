@@ -1,4 +1,4 @@
-"""`leg`: all branches of one leg for the pose of its foot."""
+"""`leg`: all branches of one leg for the pose of its foot: the call, what is read off the robot, and the equations."""
 
 from __future__ import annotations
 
@@ -11,511 +11,49 @@ from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats
 from nao_kin._kernels.cache import both_ways
-from nao_kin.ik.compiling import Row, limb_types
+from nao_kin.ik.compiling import Row
 from nao_kin.ik.geometry import (
+    ClosedForm,
     Limb,
     X,
     Y,
     chain_at_zero,
     check_side,
     found_for,
-    kappa_of,
     kept_limb,
     limb_of,
+    limb_types,
     result_of,
-    solved,
 )
-from nao_kin.ik.nearest_feet import brought_into_reach, missed, nearest_feet
+from nao_kin.ik.nearest_feet import missed, nearest_feet
 from nao_kin.ik.ranges import (
     NEEDED,
     NOT_RIGID,
     OUT_OF_REACH,
     REASON,
-    ROUNDING,
-    VERIFIED,
-    Ranges,
-    admitted,
+    Pose,
+    Rotation,
+    Selection,
+    Vector,
+    Workspace,
+    add_branch,
+    add_shortfall,
     angle_of_chord,
-    begun,
-    closed_form,
-    concluded,
-    distance,
-    entered,
-    excess,
-    falls_short,
+    branch_cost,
+    check_limits,
+    coupled_range,
+    finish_report,
     is_inside,
     is_outside,
+    link_rotation,
     locked_pair,
-    rigid,
-    table_range,
+    start_report,
     wrapped,
 )
 from nao_kin.ik.results import Family, IKResult
+from nao_kin.ik.searches import least
 from nao_kin.ik.targets import Limits, as_poses, as_reference, check_threads, is_enforced, refuse_not_rigid
 from nao_kin.robot import RobotModel
-
-# --- The leg: eight real branches from the pose of the foot.
-#
-# The axes of the three hip joints, a₁ = (0, cos κ, sin κ), x and y at zero, meet in the hip; those of KneePitch and
-# AnklePitch are y; AnklePitch and AnkleRoll, about x, meet in the ankle. With F the orientation of the foot and h the
-# hip as the foot sees it from the ankle,
-#
-#     h = Rx(−q₆) w,  w = L₁ (−sin(q₄ + q₅), cos(q₄ + q₅)) + L₂ (−sin q₅, cos q₅)  in the plane of x and z,
-#     F = Rx(κ) Ry(q₁) Rx(q₂ − κ) Ry(q₃) · Ry(q₄ + q₅) Rx(q₆).
-#
-# |h| gives the knee (two signs), the direction of h the ankle's roll (two) and then its pitch, and what is left of F
-# the three angles of the hip (two).
-
-MOST_BRANCHES = 8
-JOINTS = 6
-
-_ALONE, _HIP_LOCK, _ANKLE_AXIS = float(Family.NONE), float(Family.HIP_LOCK), float(Family.ANKLE_AXIS)
-# A distance [m] that rounding may add to the reach of the leg, and below which the hip is on the axis of AnkleRoll.
-_ROUNDING = 1e-12
-# A straight leg solves targets that are out of reach by up to this [m]: poses rounded to float32, for instance.
-STRETCHED = 1e-6
-# Below this the knee is stretched or folded: its angle is a square root, of which rounding leaves half the digits.
-_STRAIGHT = 1e-7
-# Sine of the angle between the axes of HipYawPitch and HipPitch up to which they are parallel.
-_PARALLEL = 1e-12
-# Steps of the search in a family, and halvings after it.
-_STEPS, _HALVINGS = 180, 48
-# Where the hip is nearer to the axis of AnkleRoll [m], rounding may put the roll outside its limits.
-_NEAR_AXIS = 1e-5
-
-
-class Leg(NamedTuple):
-    """What the closed form needs to know of a leg.
-
-    Attributes:
-        hip_x: the hip in the torso, three numbers [m].
-        hip_y: see there.
-        hip_z: see there.
-        kappa: the axis of HipYawPitch is (0, cos κ, sin κ) [rad].
-        cos_kappa: see there.
-        sin_kappa: see there.
-        thigh: L₁, from hip to knee [m].
-        tibia: L₂, from knee to ankle [m].
-        turned: whether the frame that is asked for is turned against the foot, 0 or 1.
-        a00: its rotation in the foot, nine numbers by rows.
-        a01: see there.
-        a02: see there.
-        a10: see there.
-        a11: see there.
-        a12: see there.
-        a20: see there.
-        a21: see there.
-        a22: see there.
-        x: its origin in the foot, seen from the ankle, three numbers [m].
-        y: see there.
-        z: see there.
-    """
-
-    hip_x: float
-    hip_y: float
-    hip_z: float
-    kappa: float
-    cos_kappa: float
-    sin_kappa: float
-    thigh: float
-    tibia: float
-    turned: float
-    a00: float
-    a01: float
-    a02: float
-    a10: float
-    a11: float
-    a12: float
-    a20: float
-    a21: float
-    a22: float
-    x: float
-    y: float
-    z: float
-
-
-class Foot(NamedTuple):
-    """A target: orientation of the foot and place of the ankle, seen from the hip, in axes turned by κ about x."""
-
-    f00: float
-    f01: float
-    f02: float
-    f10: float
-    f11: float
-    f12: float
-    f20: float
-    f21: float
-    f22: float
-    x: float
-    y: float
-    z: float
-
-
-@both_ways
-def foot_of(leg: Leg, target: Row) -> tuple[bool, Foot]:
-    """Whether a target is a rigid transform, and its foot."""
-    fine, a, b, c, d, e, f, g, h, i = rigid(target)
-    if leg.turned != 0.0:
-        a, b, c = (
-            a * leg.a00 + b * leg.a01 + c * leg.a02,
-            a * leg.a10 + b * leg.a11 + c * leg.a12,
-            a * leg.a20 + b * leg.a21 + c * leg.a22,
-        )
-        d, e, f = (
-            d * leg.a00 + e * leg.a01 + f * leg.a02,
-            d * leg.a10 + e * leg.a11 + f * leg.a12,
-            d * leg.a20 + e * leg.a21 + f * leg.a22,
-        )
-        g, h, i = (
-            g * leg.a00 + h * leg.a01 + i * leg.a02,
-            g * leg.a10 + h * leg.a11 + i * leg.a12,
-            g * leg.a20 + h * leg.a21 + i * leg.a22,
-        )
-    x = target[3] - leg.hip_x - (a * leg.x + b * leg.y + c * leg.z)
-    y = target[7] - leg.hip_y - (d * leg.x + e * leg.y + f * leg.z)
-    z = target[11] - leg.hip_z - (g * leg.x + h * leg.y + i * leg.z)
-    C, S = leg.cos_kappa, leg.sin_kappa
-    return fine, Foot(
-        a, b, c,
-        C * d + S * g, C * e + S * h, C * f + S * i,
-        C * g - S * d, C * h - S * e, C * i - S * f,
-        x, C * y + S * z, C * z - S * y,
-    )  # fmt: skip
-
-
-@both_ways
-def within_reach(leg: Leg, foot: Foot, stretched: float) -> tuple[Foot, float]:
-    """The foot with its ankle moved onto the reach of the leg, where it is out of it by up to `stretched`; how far."""
-    far = math.sqrt(foot.x * foot.x + foot.y * foot.y + foot.z * foot.z)
-    reached = min(max(far, abs(leg.thigh - leg.tibia)), leg.thigh + leg.tibia)
-    short = abs(far - reached)
-    if short <= _ROUNDING or short > stretched or far == 0.0:
-        return foot, 0.0
-    scale = reached / far
-    return Foot(
-        foot.f00, foot.f01, foot.f02,
-        foot.f10, foot.f11, foot.f12,
-        foot.f20, foot.f21, foot.f22,
-        foot.x * scale, foot.y * scale, foot.z * scale,
-    ), short  # fmt: skip
-
-
-@both_ways
-def knee_of(leg: Leg, foot: Foot, report: Row) -> tuple[float, int]:
-    """The angle of the knee, and in how many ways it bends; none where the ankle is out of reach, which is reported."""
-    far = math.sqrt(foot.x * foot.x + foot.y * foot.y + foot.z * foot.z)
-    longest, shortest = leg.thigh + leg.tibia, abs(leg.thigh - leg.tibia)
-    if far > longest + _ROUNDING or far < shortest - _ROUNDING:
-        report[REASON] = OUT_OF_REACH
-        report[NEEDED] = far - longest if far > longest else shortest - far
-        return 0.0, 0
-    stretched = math.sqrt(max(0.0, (longest - far) * (longest + far)))
-    folded = math.sqrt(max(0.0, (far - shortest) * (far + shortest)))
-    knee = 2.0 * math.atan2(stretched, folded)
-    if knee < _STRAIGHT:
-        return 0.0, 1
-    if knee > math.pi - _STRAIGHT:
-        return math.pi, 1
-    return knee, 2
-
-
-@both_ways
-def solve_leg(
-    leg: Leg,
-    ranges: Ranges,
-    target: Row,
-    reference: Row,
-    enforce: bool,
-    q: Row,
-    found: Row,
-    report: Row,
-) -> int:
-    """All branches of a leg for the pose of its frame, rounded poses included; see `ranges` for the arguments."""
-    return _solved(leg, ranges, target, STRETCHED, reference, enforce, q, found, report)
-
-
-@both_ways
-def solve_leg_exactly(
-    leg: Leg,
-    ranges: Ranges,
-    target: Row,
-    reference: Row,
-    enforce: bool,
-    q: Row,
-    found: Row,
-    report: Row,
-) -> int:
-    """As `solve_leg`, without the targets that are out of reach by less than `STRETCHED`."""
-    return _solved(leg, ranges, target, 0.0, reference, enforce, q, found, report)
-
-
-@both_ways
-def _solved(
-    leg: Leg,
-    ranges: Ranges,
-    target: Row,
-    stretched: float,
-    reference: Row,
-    enforce: bool,
-    q: Row,
-    found: Row,
-    report: Row,
-) -> int:
-    """All branches for a target that is out of reach by up to `stretched`."""
-    begun(report)
-    fine, foot = foot_of(leg, target)
-    if not fine:
-        report[REASON] = NOT_RIGID
-        return 0
-    foot, short = within_reach(leg, foot, stretched)
-    knee = knee_of(leg, foot, report)
-    if knee[1] == 0:
-        return 0
-    count = _branches(leg, ranges, foot, knee, reference, enforce, enforce, q, found, report)
-    if count == 0 and enforce:
-        # Which joint is in the way: all branches, to see which of them is nearest to the limits.
-        count = _branches(leg, ranges, foot, knee, reference, True, False, q, found, report)
-    falls_short(found, JOINTS, count, short)
-    concluded(found, JOINTS, count, report)
-    return count
-
-
-@both_ways
-def _branches(
-    leg: Leg,
-    ranges: Ranges,
-    foot: Foot,
-    knee: tuple[float, int],
-    reference: Row,
-    enforce: bool,
-    prune: bool,
-    q: Row,
-    found: Row,
-    report: Row,
-) -> int:
-    """Enter all branches, given the angle of the knee and in how many ways it bends.
-
-    With `prune` a branch is left as soon as a joint is seen outside its limits, and nothing is reported of it.
-    """
-    # The hip, seen in the foot.
-    hx = -(foot.f00 * foot.x + foot.f10 * foot.y + foot.f20 * foot.z)
-    hy = -(foot.f01 * foot.x + foot.f11 * foot.y + foot.f21 * foot.z)
-    hz = -(foot.f02 * foot.x + foot.f12 * foot.y + foot.f22 * foot.z)
-    height = math.sqrt(hy * hy + hz * hz)
-    count = 0
-    sine, cosine = math.sin(knee[0]), math.cos(knee[0])
-    if height <= _ROUNDING:
-        for k in range(knee[1]):
-            q[3] = knee[0] if k == 0 else -knee[0]
-            if prune and is_outside(ranges, 3, q[3]):
-                continue
-            bx, bz = -leg.thigh * (sine if k == 0 else -sine), leg.tibia + leg.thigh * cosine
-            q[4] = math.atan2(-bz * hx, bx * hx)
-            for other in range(2):
-                count = _about_ankle_axis(leg, ranges, foot, other, reference, enforce, q, found, report, count)
-        return count
-    near_axis = enforce and height < _NEAR_AXIS
-    for side in range(2):
-        wz = height if side == 0 else -height
-        roll = math.atan2(hy, hz) if side == 0 else math.atan2(-hy, -hz)
-        if prune and not near_axis and is_outside(ranges, 5, roll):
-            continue
-        s6, c6 = math.sin(roll), math.cos(roll)
-        for k in range(knee[1]):
-            q[3], s4 = (knee[0], sine) if k == 0 else (-knee[0], -sine)
-            if prune and is_outside(ranges, 3, q[3]):
-                continue
-            bx, bz = -leg.thigh * s4, leg.tibia + leg.thigh * cosine
-            q[4], q[5] = math.atan2(bx * wz - bz * hx, bx * hx + bz * wz), roll
-            if prune and is_outside(ranges, 4, q[4]):
-                continue
-            if near_axis:
-                _put_on_limit(ranges, height, q)
-                if prune and is_outside(ranges, 5, q[5]):
-                    continue
-                s6, c6 = math.sin(q[5]), math.cos(q[5])
-            turn = q[3] + q[4]
-            ankle = math.sin(turn), math.cos(turn), s6, c6
-            family = hip_angles(leg, ranges, foot, ankle, reference, enforce, q)
-            errors = -1.0, -1.0
-            for other in range(2 if family == _ALONE else 1):
-                if other == 1:
-                    other_triple(leg, q)
-                if prune and not is_inside(ranges, q):
-                    continue
-                if prune or admitted(ranges, enforce, q, report):
-                    if errors[0] < 0.0:  # both triples make the same rotation
-                        errors = leg_errors(leg, foot, (s4, cosine), ankle, q)
-                    if errors[0] <= VERIFIED and errors[1] <= VERIFIED:
-                        count = entered(reference, q, enforce, errors, family, found, count)
-    return count
-
-
-@both_ways
-def _ankle(q: Row) -> tuple[float, float, float, float]:
-    """Sine and cosine of q₄ + q₅ and of q₆."""
-    turn = q[3] + q[4]
-    return math.sin(turn), math.cos(turn), math.sin(q[5]), math.cos(q[5])
-
-
-@both_ways
-def _put_on_limit(ranges: Ranges, height: float, q: Row) -> None:
-    """AnkleRoll onto its limit, where the hip is so near its axis that the foot hardly moves."""
-    low, high = ranges.lower[5], ranges.upper[5]
-    if ranges.bends > 0:
-        bounds = table_range(ranges, q[4])
-        low, high = max(low, bounds[0]), min(high, bounds[1])
-    inside = min(max(q[5], low), high)
-    if abs(inside - q[5]) * height < _ROUNDING:
-        q[5] = inside
-
-
-@both_ways
-def hip_angles(
-    leg: Leg,
-    ranges: Ranges,
-    foot: Foot,
-    ankle: tuple[float, float, float, float],
-    reference: Row,
-    enforce: bool,
-    q: Row,
-) -> float:
-    """The hip's angles q₁ to q₃ from what knee and ankle leave of the foot's orientation; returns their family.
-
-    With M = Ry(q₁) Rx(ρ) Ry(q₃), ρ = q₂ − κ, the second column of M is (sin q₁ sin ρ, cos ρ, cos q₁ sin ρ). The first
-    turn is taken from it and undone; the other two follow from what is left, with every digit also beside lock.
-    """
-    s, c, sine, cosine = ankle
-    # M = F Rx(−q₆) Ry(−q₄ − q₅), as far as it is needed.
-    m01 = foot.f01 * cosine - foot.f02 * sine
-    m11 = foot.f11 * cosine - foot.f12 * sine
-    m21 = foot.f21 * cosine - foot.f22 * sine
-    third0 = foot.f01 * sine + foot.f02 * cosine
-    third2 = foot.f21 * sine + foot.f22 * cosine
-    m00, m02 = foot.f00 * c + third0 * s, third0 * c - foot.f00 * s
-    m20, m22 = foot.f20 * c + third2 * s, third2 * c - foot.f20 * s
-    sin_rho = math.sqrt(m01 * m01 + m21 * m21)
-    q[1] = wrapped(leg.kappa + math.atan2(sin_rho, m11))
-    if sin_rho <= _PARALLEL:
-        if m11 > 0.0:
-            locked_pair(ranges, (0, 2), math.atan2(m02 - m20, m00 + m22), 1.0, reference, enforce, q)
-        else:
-            locked_pair(ranges, (0, 2), math.atan2(-m02 - m20, m00 - m22), -1.0, reference, enforce, q)
-        return _HIP_LOCK
-    q[0] = math.atan2(m01, m21)
-    # Ry(−q₁) M, whose first row is (cos q₃, 0, sin q₃).
-    q[2] = math.atan2(m21 * m02 - m01 * m22, m21 * m00 - m01 * m20)
-    return _ALONE
-
-
-@both_ways
-def other_triple(leg: Leg, q: Row) -> None:
-    """The hip's angles that make the same orientation: Ry(q₁ + π) Rx(−ρ) Ry(q₃ + π)."""
-    q[0], q[1], q[2] = wrapped(q[0] + math.pi), wrapped(2.0 * leg.kappa - q[1]), wrapped(q[2] + math.pi)
-
-
-@both_ways
-def _about_ankle_axis(
-    leg: Leg,
-    ranges: Ranges,
-    foot: Foot,
-    other: int,
-    reference: Row,
-    enforce: bool,
-    q: Row,
-    found: Row,
-    report: Row,
-    count: int,
-) -> int:
-    """Enter the member of a family with the hip on the axis of AnkleRoll: every q₆ meets the pose with its own hip."""
-    low, high = reference[5] - math.pi, reference[5] + math.pi
-    if enforce:
-        low, high = ranges.lower[5], ranges.upper[5]
-        if ranges.bends > 0:
-            bounds = table_range(ranges, q[4])
-            low, high = max(low, bounds[0]), max(low, min(high, bounds[1]))
-    step = (high - low) / _STEPS
-    best, at = math.inf, low
-    # The reference's own roll is tried too: an axis that is met within rounding does not change a member that fits.
-    for i in range(-1, _STEPS + 1):
-        roll = min(max(reference[5], low), high) if i < 0 else low + step * i
-        cost = _cost_of_roll(leg, ranges, foot, other, roll, reference, enforce, q)
-        if cost < best:
-            best, at = cost, roll
-    width = step
-    for _ in range(_HALVINGS):
-        for roll in (max(low, at - width), min(high, at + width)):
-            cost = _cost_of_roll(leg, ranges, foot, other, roll, reference, enforce, q)
-            if cost < best:
-                best, at = cost, roll
-        width *= 0.5
-    if _cost_of_roll(leg, ranges, foot, other, at, reference, enforce, q) == math.inf:
-        return count
-    if admitted(ranges, enforce, q, report):
-        errors = leg_errors(leg, foot, (math.sin(q[3]), math.cos(q[3])), _ankle(q), q)
-        if errors[0] <= VERIFIED and errors[1] <= VERIFIED:
-            return entered(reference, q, enforce, errors, _ANKLE_AXIS, found, count)
-    return count
-
-
-@both_ways
-def _cost_of_roll(
-    leg: Leg,
-    ranges: Ranges,
-    foot: Foot,
-    other: int,
-    roll: float,
-    reference: Row,
-    enforce: bool,
-    q: Row,
-) -> float:
-    """What a member of the family is away from the reference; far more where it is outside the limits."""
-    q[5] = roll
-    family = hip_angles(leg, ranges, foot, _ankle(q), reference, enforce, q)
-    if other == 1:
-        if family != _ALONE:
-            return math.inf  # the two triples belong to one family
-        other_triple(leg, q)
-    outside = excess(ranges, q) if enforce else 0.0
-    return distance(reference, q, JOINTS, enforce) if outside <= ROUNDING else 1e3 * (1.0 + outside)
-
-
-@both_ways
-def leg_errors(
-    leg: Leg, foot: Foot, knee: tuple[float, float], ankle: tuple[float, float, float, float], q: Row
-) -> tuple[float, float]:
-    """How far the frame is from its target by forward kinematics: distance [m] and angle [rad].
-
-    The sines and cosines of the knee and those of `_ankle` are given, for two triples of the hip share them.
-    """
-    s1, c1 = math.sin(q[0]), math.cos(q[0])
-    rho = q[1] - leg.kappa
-    s2, c2 = math.sin(rho), math.cos(rho)
-    s3, c3 = math.sin(q[2]), math.cos(q[2])
-    s4, c4 = knee
-    s5, c5, s6, c6 = ankle
-    # M = Ry(q₁) Rx(ρ) Ry(q₃)
-    b0, b2 = s1 * c2, c1 * c2
-    m01, m11, m21 = s1 * s2, c2, c1 * s2
-    m00, m10, m20 = c1 * c3 - b0 * s3, s2 * s3, -s1 * c3 - b2 * s3
-    m02, m12, m22 = c1 * s3 + b0 * c3, -s2 * c3, b2 * c3 - s1 * s3
-    # The ankle, in the axes of the thigh.
-    vx, vz = -leg.tibia * s4, -leg.thigh - leg.tibia * c4
-    dx, dy, dz = m00 * vx + m02 * vz - foot.x, m10 * vx + m12 * vz - foot.y, m20 * vx + m22 * vz - foot.z
-    # The foot, M Ry(q₄ + q₅) Rx(q₆), against its target.
-    e00, e10, e20 = m00 * c5 - m02 * s5 - foot.f00, m10 * c5 - m12 * s5 - foot.f10, m20 * c5 - m22 * s5 - foot.f20
-    n02, n12, n22 = m00 * s5 + m02 * c5, m10 * s5 + m12 * c5, m20 * s5 + m22 * c5
-    e01, e11, e21 = m01 * c6 + n02 * s6 - foot.f01, m11 * c6 + n12 * s6 - foot.f11, m21 * c6 + n22 * s6 - foot.f21
-    e02, e12, e22 = n02 * c6 - m01 * s6 - foot.f02, n12 * c6 - m11 * s6 - foot.f12, n22 * c6 - m21 * s6 - foot.f22
-    dx += e00 * leg.x + e01 * leg.y + e02 * leg.z
-    dy += e10 * leg.x + e11 * leg.y + e12 * leg.z
-    dz += e20 * leg.x + e21 * leg.y + e22 * leg.z
-    squares = e00 * e00 + e10 * e10 + e20 * e20 + e01 * e01 + e11 * e11 + e21 * e21
-    squares += e02 * e02 + e12 * e12 + e22 * e22
-    return math.sqrt(dx * dx + dy * dy + dz * dz), angle_of_chord(squares)
-
-
-# --- `leg`: all branches of one leg for the pose of its foot, by the closed form of `leg_equations`.
 
 _JOINTS = ("HipYawPitch", "HipRoll", "HipPitch", "KneePitch", "AnklePitch", "AnkleRoll")
 
@@ -589,25 +127,35 @@ def leg(
     return result
 
 
-def nearest_foot(
-    robot: RobotModel, limb: Limb, T: Floats, reference: Floats, enforce: bool, threads: int | None
-) -> tuple[Floats, Floats]:
-    """Coordinates nearest to n targets, and their errors, shape (n, 2), as `nearest_feet`."""
-    starts = _branches_in_reach(robot, limb, T)
-    best, errors = nearest_feet(robot, (limb.frame,), limb, T[:, None], reference, starts, enforce, threads)
-    return best, errors[:, 0]
+# --- What the closed form needs to know of a leg, read off a robot.
 
 
-def _branches_in_reach(robot: RobotModel, limb: Limb, T: Floats) -> list[Floats]:
-    """The coordinates of all branches for n targets brought into reach, each of shape (n, c); whatever the limits."""
-    targets = brought_into_reach(limb.numbers, T).reshape(-1, 16)
-    references = np.broadcast_to(limb.rest, (len(T), robot.nq)), ()
-    if len(T) == 1:
-        found = solved(_LEG, limb, targets[0], (limb.rest, ()), False, None, lambda: None).branches[None]
-    else:
-        found = solved(_LEG, limb, targets, references, False, None, lambda: None).branches
-    branches = np.where(np.isnan(found), limb.rest[limb.index], found)
-    return list(branches.swapaxes(0, 1))
+class Leg(NamedTuple):
+    """What the closed form needs to know of a leg.
+
+    Attributes:
+        hip: the hip in the torso [m].
+        kappa: the axis of HipYawPitch is (0, cos κ, sin κ) [rad].
+        cos_kappa: the y of this axis.
+        sin_kappa: its z.
+        thigh: L₁, from hip to knee [m].
+        tibia: L₂, from knee to ankle [m].
+        stretched: how far a target may be out of reach of the straight leg [m].
+        turned: whether the frame that is asked for is turned against the foot, 0 or 1.
+        rotation: its rotation in the foot, nine numbers by rows.
+        place: its origin in the foot, seen from the ankle [m].
+    """
+
+    hip: Vector
+    kappa: float
+    cos_kappa: float
+    sin_kappa: float
+    thigh: float
+    tibia: float
+    stretched: float
+    turned: float
+    rotation: Rotation
+    place: Vector
 
 
 def leg_limb(robot: RobotModel, side: str, frame: str | None) -> Limb:
@@ -624,8 +172,9 @@ def _leg_of(robot: RobotModel, side: str, frame: str) -> Limb:
     chain = chain_at_zero(robot, "leg", tuple(side + joint for joint in _JOINTS), frame)
     for index, axis in ((1, X), (2, Y), (3, Y), (4, Y), (5, X)):
         chain.require_axis(index, axis)
-    kappa = kappa_of(chain.axes[0])
-    chain.require_axis(0, (0.0, float(np.cos(kappa)), float(np.sin(kappa))))
+    _, cosine, sine = chain.axes[0].tolist()
+    kappa = math.atan2(sine, cosine)
+    chain.require_axis(0, (0.0, math.cos(kappa), math.sin(kappa)))
     chain.require_meeting(0, 1)
     chain.require_meeting(0, 2)
     chain.require_meeting(4, 5)
@@ -634,10 +183,313 @@ def _leg_of(robot: RobotModel, side: str, frame: str) -> Limb:
     chain.require_zero("knee and ankle are not below the hip", np.concatenate([thigh[:2], tibia[:2]]))
     if min(thigh[2], tibia[2]) <= 0.0:
         raise chain.missing("knee and ankle are not below the hip")
-    turned = 0.0 if np.array_equal(chain.rotation, np.eye(3)) else 1.0
-    numbers = (*hip, kappa, *chain.axes[0][1:], thigh[2], tibia[2], turned)
-    rest = (*chain.rotation.ravel(), *(chain.point - ankle))
-    return limb_of(chain, frame, Leg(*(float(value) for value in (*numbers, *rest))))
+    lengths = float(thigh[2]), float(tibia[2])
+    turned, rotation, place = chain.frame_in_link(ankle)
+    numbers = Leg(tuple(hip.tolist()), kappa, cosine, sine, *lengths, _STRETCHED, turned, rotation, place)
+    return limb_of(chain, frame, numbers)
 
 
-_LEG = closed_form("legs", solve_leg, lambda: limb_types(Leg, JOINTS), MOST_BRANCHES, alone=solve_leg)
+# --- Eight real branches from the pose of the foot.
+#
+# The axes of the three hip joints, a₁ = (0, cos κ, sin κ), x and y at zero, meet in the hip; those of KneePitch and
+# AnklePitch are y; AnklePitch and AnkleRoll, about x, meet in the ankle. With F the orientation of the foot and h the
+# hip as the foot sees it from the ankle,
+#
+#     h = Rx(−q₆) w,  w = L₁ (−sin(q₄ + q₅), cos(q₄ + q₅)) + L₂ (−sin q₅, cos q₅)  in the plane of x and z,
+#     F = Rx(κ) Ry(q₁) Rx(q₂ − κ) Ry(q₃) · Ry(q₄ + q₅) Rx(q₆).
+#
+# |h| gives the knee (two signs), the direction of h the ankle's roll (two) and then its pitch, and what is left of F
+# the three angles of the hip (two).
+
+MOST_BRANCHES = 8
+JOINTS = 6
+
+_ALONE, _HIP_LOCK, _ANKLE_AXIS = float(Family.NONE), float(Family.HIP_LOCK), float(Family.ANKLE_AXIS)
+# A distance [m] that rounding may add to the reach of the leg, and below which the hip is on the axis of AnkleRoll.
+_ROUNDING = 1e-12
+# A straight leg solves targets that are out of reach by up to this [m]: poses rounded to float32, for instance.
+_STRETCHED = 1e-6
+# Below this the knee is stretched or folded: its angle is a square root, of which rounding leaves half the digits.
+_STRAIGHT = 1e-7
+# Sine of the angle between the axes of HipYawPitch and HipPitch up to which they are parallel.
+_PARALLEL = 1e-12
+# Steps of the search in a family.
+_STEPS = 180
+# Where the hip is nearer to the axis of AnkleRoll [m], rounding may put the roll outside its limits.
+_NEAR_AXIS = 1e-5
+
+
+@both_ways
+def foot_of(leg: Leg, target: Row) -> tuple[bool, Pose]:
+    """Whether a target is rigid; the foot's rotation and the ankle, seen from the hip in axes turned by κ about x."""
+    fine, (a, b, c, d, e, f, g, h, i) = link_rotation(leg, target)
+    px, py, pz = leg.place
+    x = target[3] - leg.hip[0] - (a * px + b * py + c * pz)
+    y = target[7] - leg.hip[1] - (d * px + e * py + f * pz)
+    z = target[11] - leg.hip[2] - (g * px + h * py + i * pz)
+    C, S = leg.cos_kappa, leg.sin_kappa
+    return fine, Pose(
+        a, b, c,
+        C * d + S * g, C * e + S * h, C * f + S * i,
+        C * g - S * d, C * h - S * e, C * i - S * f,
+        x, C * y + S * z, C * z - S * y,
+    )  # fmt: skip
+
+
+@both_ways
+def within_reach(leg: Leg, foot: Pose) -> tuple[Pose, float]:
+    """The foot with its ankle moved onto the reach of the leg, where it is out of it by a little; how far."""
+    far = math.sqrt(foot.x * foot.x + foot.y * foot.y + foot.z * foot.z)
+    reached = min(max(far, abs(leg.thigh - leg.tibia)), leg.thigh + leg.tibia)
+    short = abs(far - reached)
+    if short <= _ROUNDING or short > leg.stretched or far == 0.0:
+        return foot, 0.0
+    scale = reached / far
+    return Pose(
+        foot.r00, foot.r01, foot.r02,
+        foot.r10, foot.r11, foot.r12,
+        foot.r20, foot.r21, foot.r22,
+        foot.x * scale, foot.y * scale, foot.z * scale,
+    ), short  # fmt: skip
+
+
+@both_ways
+def knee_of(leg: Leg, foot: Pose, report: Row) -> tuple[float, int]:
+    """The angle of the knee, and in how many ways it bends; none where the ankle is out of reach, which is reported."""
+    far = math.sqrt(foot.x * foot.x + foot.y * foot.y + foot.z * foot.z)
+    longest, shortest = leg.thigh + leg.tibia, abs(leg.thigh - leg.tibia)
+    if far > longest + _ROUNDING or far < shortest - _ROUNDING:
+        report[REASON] = OUT_OF_REACH
+        report[NEEDED] = far - longest if far > longest else shortest - far
+        return 0.0, 0
+    stretched = math.sqrt(max(0.0, (longest - far) * (longest + far)))
+    folded = math.sqrt(max(0.0, (far - shortest) * (far + shortest)))
+    knee = 2.0 * math.atan2(stretched, folded)
+    if knee < _STRAIGHT:
+        return 0.0, 1
+    if knee > math.pi - _STRAIGHT:
+        return math.pi, 1
+    return knee, 2
+
+
+@both_ways
+def solve_leg(leg: Leg, target: Row, selection: Selection, work: Workspace) -> int:
+    """All branches of a leg for the pose of its frame; see `ranges` for the arguments."""
+    start_report(work.report)
+    fine, foot = foot_of(leg, target)
+    if not fine:
+        work.report[REASON] = NOT_RIGID
+        return 0
+    foot, short = within_reach(leg, foot)
+    knee = knee_of(leg, foot, work.report)
+    if knee[1] == 0:
+        return 0
+    count = _branches(leg, foot, knee, selection, selection.enforce, work)
+    if count == 0 and selection.enforce:
+        # Which joint is in the way: all branches, to see which of them is nearest to the limits.
+        count = _branches(leg, foot, knee, selection, False, work)
+    add_shortfall(work.found, JOINTS, count, short)
+    finish_report(work, JOINTS, count)
+    return count
+
+
+@both_ways
+def _branches(leg: Leg, foot: Pose, knee: tuple[float, int], selection: Selection, prune: bool, work: Workspace) -> int:
+    """Add all branches, given the angle of the knee and in how many ways it bends.
+
+    With `prune` a branch is left as soon as a joint is seen outside its limits, and nothing is reported of it.
+    """
+    ranges, q = selection.ranges, work.q
+    # The hip, seen in the foot.
+    hx = -(foot.r00 * foot.x + foot.r10 * foot.y + foot.r20 * foot.z)
+    hy = -(foot.r01 * foot.x + foot.r11 * foot.y + foot.r21 * foot.z)
+    hz = -(foot.r02 * foot.x + foot.r12 * foot.y + foot.r22 * foot.z)
+    height = math.sqrt(hy * hy + hz * hz)
+    count = 0
+    sine, cosine = math.sin(knee[0]), math.cos(knee[0])
+    if height <= _ROUNDING:
+        for k in range(knee[1]):
+            q[3] = knee[0] if k == 0 else -knee[0]
+            if prune and is_outside(ranges, 3, q[3]):
+                continue
+            bx, bz = -leg.thigh * (sine if k == 0 else -sine), leg.tibia + leg.thigh * cosine
+            q[4] = math.atan2(-bz * hx, bx * hx)
+            for other in range(2):
+                count = _add_about_ankle_axis(leg, foot, other, selection, work, count)
+        return count
+    near_axis = selection.enforce and height < _NEAR_AXIS
+    for side in range(2):
+        wz = height if side == 0 else -height
+        roll = math.atan2(hy, hz) if side == 0 else math.atan2(-hy, -hz)
+        if prune and not near_axis and is_outside(ranges, 5, roll):
+            continue
+        s6, c6 = math.sin(roll), math.cos(roll)
+        for k in range(knee[1]):
+            q[3], s4 = (knee[0], sine) if k == 0 else (-knee[0], -sine)
+            if prune and is_outside(ranges, 3, q[3]):
+                continue
+            bx, bz = -leg.thigh * s4, leg.tibia + leg.thigh * cosine
+            q[4], q[5] = math.atan2(bx * wz - bz * hx, bx * hx + bz * wz), roll
+            if prune and is_outside(ranges, 4, q[4]):
+                continue
+            if near_axis:
+                # Onto the limit of AnkleRoll, where the foot hardly moves by that.
+                low, high = coupled_range(ranges, 5, q[4])
+                inside = min(max(roll, low), high)
+                if abs(inside - roll) * height < _ROUNDING:
+                    q[5] = inside
+                if prune and is_outside(ranges, 5, q[5]):
+                    continue
+                s6, c6 = math.sin(q[5]), math.cos(q[5])
+            turn = q[3] + q[4]
+            ankle = math.sin(turn), math.cos(turn), s6, c6
+            family = _write_hip(leg, foot, ankle, selection, q)
+            errors = -1.0, -1.0
+            for other in range(2 if family == _ALONE else 1):
+                if other == 1:
+                    _write_other_hip(leg, q)
+                if prune and not is_inside(ranges, q):
+                    continue
+                if prune or check_limits(selection, q, work.report):
+                    if errors[0] < 0.0:  # both triples make the same rotation
+                        errors = _errors(leg, foot, (s4, cosine), ankle, q)
+                    count = add_branch(selection, work, errors, family, count)
+    return count
+
+
+@both_ways
+def _write_hip(leg: Leg, foot: Pose, ankle: tuple[float, float, float, float], selection: Selection, q: Row) -> float:
+    """Write the hip's angles q₁ to q₃ that knee and ankle leave of the foot's orientation; their family.
+
+    With M = Ry(q₁) Rx(ρ) Ry(q₃), ρ = q₂ − κ, the second column of M is (sin q₁ sin ρ, cos ρ, cos q₁ sin ρ). The first
+    turn is taken from it and undone; the other two follow from what is left, with every digit also beside lock.
+    """
+    s, c, sine, cosine = ankle
+    # M = F Rx(−q₆) Ry(−q₄ − q₅), as far as it is needed.
+    m01 = foot.r01 * cosine - foot.r02 * sine
+    m11 = foot.r11 * cosine - foot.r12 * sine
+    m21 = foot.r21 * cosine - foot.r22 * sine
+    third0 = foot.r01 * sine + foot.r02 * cosine
+    third2 = foot.r21 * sine + foot.r22 * cosine
+    m00, m02 = foot.r00 * c + third0 * s, third0 * c - foot.r00 * s
+    m20, m22 = foot.r20 * c + third2 * s, third2 * c - foot.r20 * s
+    sin_rho = math.sqrt(m01 * m01 + m21 * m21)
+    q[1] = wrapped(leg.kappa + math.atan2(sin_rho, m11))
+    if sin_rho <= _PARALLEL:
+        if m11 > 0.0:
+            locked_pair((0, 2), math.atan2(m02 - m20, m00 + m22), 1.0, selection, q)
+        else:
+            locked_pair((0, 2), math.atan2(-m02 - m20, m00 - m22), -1.0, selection, q)
+        return _HIP_LOCK
+    q[0] = math.atan2(m01, m21)
+    # Ry(−q₁) M, whose first row is (cos q₃, 0, sin q₃).
+    q[2] = math.atan2(m21 * m02 - m01 * m22, m21 * m00 - m01 * m20)
+    return _ALONE
+
+
+@both_ways
+def _write_other_hip(leg: Leg, q: Row) -> None:
+    """Replace the hip's angles by those that make the same orientation: Ry(q₁ + π) Rx(−ρ) Ry(q₃ + π)."""
+    q[0], q[1], q[2] = wrapped(q[0] + math.pi), wrapped(2.0 * leg.kappa - q[1]), wrapped(q[2] + math.pi)
+
+
+@both_ways
+def _add_about_ankle_axis(leg: Leg, foot: Pose, other: int, selection: Selection, work: Workspace, count: int) -> int:
+    """Add the member of a family with the hip on the axis of AnkleRoll: every q₆ meets the pose with its own hip."""
+    q, near = work.q, selection.reference[5]
+    low, high = near - math.pi, near + math.pi
+    if selection.enforce:
+        low, high = coupled_range(selection.ranges, 5, q[4])
+    given = leg, foot, other, selection, q
+    # The reference's own roll is tried too: an axis that is met within rounding does not change a member that fits.
+    roll = least(_cost_of_roll, given, low, high, near, _STEPS)
+    if _cost_of_roll(given, roll) < math.inf and check_limits(selection, q, work.report):
+        count = add_branch(selection, work, leg_errors(leg, foot, q), _ANKLE_AXIS, count)
+    return count
+
+
+@both_ways
+def _cost_of_roll(given: tuple[Leg, Pose, int, Selection, Row], roll: float) -> float:
+    """Write a member of the family into q; its cost."""
+    leg, foot, other, selection, q = given
+    q[5] = roll
+    turn = q[3] + q[4]
+    family = _write_hip(leg, foot, (math.sin(turn), math.cos(turn), math.sin(roll), math.cos(roll)), selection, q)
+    if other == 1:
+        if family != _ALONE:
+            return math.inf  # the two triples belong to one family
+        _write_other_hip(leg, q)
+    return branch_cost(selection, q)
+
+
+@both_ways
+def leg_errors(leg: Leg, foot: Pose, q: Row) -> tuple[float, float]:
+    """How far the frame is from its target by forward kinematics: distance [m] and angle [rad]."""
+    turn = q[3] + q[4]
+    ankle = math.sin(turn), math.cos(turn), math.sin(q[5]), math.cos(q[5])
+    return _errors(leg, foot, (math.sin(q[3]), math.cos(q[3])), ankle, q)
+
+
+@both_ways
+def _errors(
+    leg: Leg, foot: Pose, knee: tuple[float, float], ankle: tuple[float, float, float, float], q: Row
+) -> tuple[float, float]:
+    """As `leg_errors`, given sine and cosine of q₄, q₄ + q₅ and q₆, which two triples of the hip share."""
+    s1, c1 = math.sin(q[0]), math.cos(q[0])
+    rho = q[1] - leg.kappa
+    s2, c2 = math.sin(rho), math.cos(rho)
+    s3, c3 = math.sin(q[2]), math.cos(q[2])
+    s4, c4 = knee
+    s5, c5, s6, c6 = ankle
+    # M = Ry(q₁) Rx(ρ) Ry(q₃)
+    b0, b2 = s1 * c2, c1 * c2
+    m01, m11, m21 = s1 * s2, c2, c1 * s2
+    m00, m10, m20 = c1 * c3 - b0 * s3, s2 * s3, -s1 * c3 - b2 * s3
+    m02, m12, m22 = c1 * s3 + b0 * c3, -s2 * c3, b2 * c3 - s1 * s3
+    # The ankle, in the axes of the thigh.
+    vx, vz = -leg.tibia * s4, -leg.thigh - leg.tibia * c4
+    dx, dy, dz = m00 * vx + m02 * vz - foot.x, m10 * vx + m12 * vz - foot.y, m20 * vx + m22 * vz - foot.z
+    # The foot, M Ry(q₄ + q₅) Rx(q₆), against its target.
+    e00, e10, e20 = m00 * c5 - m02 * s5 - foot.r00, m10 * c5 - m12 * s5 - foot.r10, m20 * c5 - m22 * s5 - foot.r20
+    n02, n12, n22 = m00 * s5 + m02 * c5, m10 * s5 + m12 * c5, m20 * s5 + m22 * c5
+    e01, e11, e21 = m01 * c6 + n02 * s6 - foot.r01, m11 * c6 + n12 * s6 - foot.r11, m21 * c6 + n22 * s6 - foot.r21
+    e02, e12, e22 = n02 * c6 - m01 * s6 - foot.r02, n12 * c6 - m11 * s6 - foot.r12, n22 * c6 - m21 * s6 - foot.r22
+    px, py, pz = leg.place
+    dx += e00 * px + e01 * py + e02 * pz
+    dy += e10 * px + e11 * py + e12 * pz
+    dz += e20 * px + e21 * py + e22 * pz
+    squares = e00 * e00 + e10 * e10 + e20 * e20 + e01 * e01 + e11 * e11 + e21 * e21
+    squares += e02 * e02 + e12 * e12 + e22 * e22
+    return math.sqrt(dx * dx + dy * dy + dz * dz), angle_of_chord(squares)
+
+
+# --- The nearest pose of a foot that no branch reaches.
+
+
+def nearest_foot(
+    robot: RobotModel, limb: Limb, T: Floats, reference: Floats, enforce: bool, threads: int | None
+) -> tuple[Floats, Floats]:
+    """Coordinates nearest to n targets, and their errors, shape (n, 2), as `nearest_feet`."""
+    # From all branches for the targets brought into reach, whatever the limits.
+    targets = _brought_into_reach(limb.numbers, T).reshape(-1, 16)
+    solve = found_for(_LEG, limb, targets if len(T) > 1 else targets[0], limb.rest, False, None)
+    branches = solve.branches[..., :JOINTS]
+    if limb.follows:
+        branches = (branches - limb.offset) / limb.multiplier
+    starts = np.where(np.isnan(branches), limb.rest[limb.index], branches).swapaxes(0, 1)
+    best, errors = nearest_feet(robot, (limb.frame,), limb, T[:, None], reference, list(starts), enforce, threads)
+    return best, errors[:, 0]
+
+
+def _brought_into_reach(leg: Leg, T: Floats) -> Floats:
+    """Targets (n, 4, 4) of a leg, moved on the line through the hip until the ankle is in reach, with the knee bent."""
+    R = T[:, :3, :3] @ np.reshape(leg.rotation, (3, 3)).T
+    ankle = T[:, :3, 3] - R @ leg.place - leg.hip
+    far = np.maximum(np.linalg.norm(ankle, axis=-1), 1e-9)
+    reached = np.clip(far, 1.01 * abs(leg.thigh - leg.tibia), 0.999 * (leg.thigh + leg.tibia))
+    moved = np.array(T)
+    moved[:, :3, 3] += ankle * (reached / far - 1.0)[:, None]
+    return moved
+
+
+_LEG = ClosedForm("legs", solve_leg, partial(limb_types, Leg, JOINTS), MOST_BRANCHES, alone=solve_leg)

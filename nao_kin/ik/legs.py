@@ -11,12 +11,13 @@ from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, choice, common_batch, rigid_inverse
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.ik.compiling import limb_types
 from nao_kin.ik.geometry import (
+    ClosedForm,
     Found,
     Limb,
     found_for,
     kept_limb,
+    limb_types,
     missing_geometry,
     parts_of_result,
     torso_in_trunk,
@@ -50,7 +51,6 @@ from nao_kin.ik.legs_torso import (
     solve_pair,
 )
 from nao_kin.ik.nearest_feet import missed, nearest_feet
-from nao_kin.ik.ranges import closed_form
 from nao_kin.ik.results import Codes, IKResult, Reason, angle_in_words, crossing_in_words, errors_in_words
 from nao_kin.ik.targets import Limits, as_poses, as_reference, check_threads, is_enforced, refuse_not_rigid
 from nao_kin.robot import RobotModel
@@ -322,8 +322,7 @@ def _middle(one: Floats, other: Floats) -> Floats:
 def _moved_torso(legs: Legs, rows: Floats, moved: Floats) -> Floats:
     """The torso in the world after what gave way, shape (..., 4, 4)."""
     wished = rows[..., TORSO:].reshape(*rows.shape[:-1], 4, 4)
-    left, right = legs.left, legs.right
-    hips = 0.5 * np.array([left.hip_x + right.hip_x, left.hip_y + right.hip_y, left.hip_z + right.hip_z])
+    hips = 0.5 * np.add(legs.left.hip, legs.right.hip)
     torso, free = np.array(wished), rows[..., FREE].flat[0] if rows.size else HEIGHT
     if free == HEIGHT:
         torso[..., 2, 3] += moved
@@ -375,23 +374,14 @@ def _as_result(
 def _notes(legs: Legs, rows: Floats, torso: Floats | None) -> tuple[str, ...]:
     """Whether ankles are on swapped sides of the torso."""
     # Along the torso's y-axis; without a torso that is the y of the target.
-    axes = [(1, np.ones(()))] if torso is None else [(i, torso[..., i, 1]) for i in range(3)]
+    along = np.array([0.0, 1.0, 0.0]) if torso is None else torso[..., :3, 1]
     sides = []
     for leg, first in ((legs.left, LEFT), (legs.right, RIGHT)):
-        frame = _frame_from_ankle(leg)
-        side = np.zeros(rows.shape[:-1])
-        for i, share in axes:
-            at = first + 4 * i
-            side += share * (rows[..., at + 3] - rows[..., at : at + 3] @ frame)
-        sides.append(side)
+        T = rows[..., first : first + 16].reshape(*rows.shape[:-1], 4, 4)
+        # The frame's origin seen from the ankle, in the axes of the frame.
+        frame = leg.place @ np.reshape(leg.rotation, (3, 3))
+        sides.append((along * (T[..., :3, 3] - T[..., :3, :3] @ frame)).sum(axis=-1))
     return crossing_in_words(np.asarray(sides[0] < sides[1]), "targets")
-
-
-def _frame_from_ankle(leg: Leg) -> Floats:
-    """The frame's origin seen from the ankle, in the axes of the frame."""
-    rotation = leg.a00, leg.a01, leg.a02, leg.a10, leg.a11, leg.a12, leg.a20, leg.a21, leg.a22
-    place: Floats = np.array([leg.x, leg.y, leg.z]) @ np.array(rotation).reshape(3, 3)
-    return place
 
 
 def _legs_of(robot: RobotModel, left: str, right: str) -> Limb:
@@ -423,7 +413,7 @@ def _types() -> tuple[Any, Any]:
     return types.NamedUniTuple(leg, 2, Legs), types.NamedUniTuple(ranges, 2, LegsRanges)
 
 
-_LEGS = closed_form(
+_LEGS = ClosedForm(
     "both legs",
     solve_pair,
     _types,

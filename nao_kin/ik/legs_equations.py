@@ -1,6 +1,6 @@
 """Both legs on the motor of HipYawPitch: what is left of a leg when the motor stands, and where both feet are met.
 
-With the names of `leg_equations`: let e = Ry(q₁) x be the axis of HipRoll, p the ankle seen from the hip and n the
+With the names of `leg`: let e = Ry(q₁) x be the axis of HipRoll, p the ankle seen from the hip and n the
 normal of the sole. The plane of the leg contains e and p, so its own normal is along p × e, and the foot's x-axis, in
 that plane and perpendicular to n, is along
 
@@ -21,7 +21,7 @@ from typing import NamedTuple, TypeAlias
 
 from nao_kin._kernels.cache import both_ways
 from nao_kin.ik.compiling import Row
-from nao_kin.ik.leg import Foot, Leg, foot_of, knee_of, leg_errors
+from nao_kin.ik.leg import Leg, foot_of, knee_of, leg_errors
 from nao_kin.ik.ranges import (
     ANGLE_ERROR,
     BEST,
@@ -29,12 +29,15 @@ from nao_kin.ik.ranges import (
     POSITION_ERROR,
     REASON,
     VERIFIED,
+    Pose,
     Ranges,
-    begun,
-    concluded,
-    entered,
+    Selection,
+    Workspace,
+    add_branch,
+    finish_report,
     is_inside,
     is_outside,
+    start_report,
     wrapped,
 )
 from nao_kin.ik.results import Family
@@ -88,133 +91,154 @@ class FootYaw(NamedTuple):
     y_sin: float
 
 
+class LegTask(NamedTuple):
+    """One of both legs, and what is asked of it.
+
+    Attributes:
+        leg: its geometry.
+        foot: its target.
+        knee: the angle of the knee, and in how many ways it bends.
+        yaw: how the foot turns with HipYawPitch.
+    """
+
+    leg: Leg
+    foot: Pose
+    knee: tuple[float, int]
+    yaw: FootYaw
+
+
+class Branch(NamedTuple):
+    """A branch of a leg whose ankle and normal are met.
+
+    Attributes:
+        knee: KneePitch.
+        way: 1 for the leg below the axis of HipRoll, −1 for above.
+        ankle: the sign of the cosine of AnkleRoll.
+    """
+
+    knee: float
+    way: float
+    ankle: float
+
+
+Tasks: TypeAlias = tuple[LegTask, LegTask]
+
+
 @both_ways
-def solve_legs(
-    legs: Legs, ranges: LegsRanges, target: Row, reference: Row, enforce: bool, q: Row, found: Row, report: Row
-) -> int:
-    """All joint values that meet the poses of both feet; see `ranges` for the arguments."""
-    begun(report)
-    report[BLAMED], report[MOVED] = NEITHER, 0.0
+def tasks_of(legs: Legs, target: Row, report: Row) -> tuple[bool, Tasks]:
+    """Whether the poses of both feet are rigid, and what is asked of the legs; a leg that is too short is reported."""
+    rigid, right = foot_of(legs.right, target[RIGHT:PRIORITY])
+    right_knee = knee_of(legs.right, right, report)
     fine, left = foot_of(legs.left, target[LEFT:RIGHT])
-    fine_too, right = foot_of(legs.right, target[RIGHT:PRIORITY])
-    if not (fine and fine_too):
+    left_knee = knee_of(legs.left, left, report)
+    return fine and rigid, (
+        LegTask(legs.left, left, left_knee, foot_yaw(left)),
+        LegTask(legs.right, right, right_knee, foot_yaw(right)),
+    )
+
+
+@both_ways
+def solve_legs(legs: Legs, target: Row, selection: Selection, work: Workspace) -> int:
+    """All joint values that meet the poses of both feet; see `ranges` for the arguments."""
+    report = work.report
+    start_report(report)
+    report[BLAMED], report[MOVED] = NEITHER, 0.0
+    rigid, tasks = tasks_of(legs, target, report)
+    left, right = tasks
+    if not rigid:
         report[REASON] = NOT_RIGID
         return 0
-    left_knee = knee_of(legs.left, left, report)
-    right_knee = knee_of(legs.right, right, report) if left_knee[1] > 0 else left_knee
-    if right_knee[1] == 0:
-        report[BLAMED] = LEFT_LEG if left_knee[1] == 0 else RIGHT_LEG
+    if left.knee[1] == 0 or right.knee[1] == 0:
+        report[BLAMED] = LEFT_LEG if left.knee[1] == 0 else RIGHT_LEG
         return 0
-    left_yaw, right_yaw = foot_yaw(left), foot_yaw(right)
-    if slope(left_yaw) < LEVEL and slope(right_yaw) < LEVEL:
+    if slope(left.yaw) < LEVEL and slope(right.yaw) < LEVEL:
         return 0  # a family, over which is searched
-    hip = common_hip(left_yaw, right_yaw)
+    hip, count = common_hip(left.yaw, right.yaw), 0
     c, s = math.cos(hip), math.sin(hip)
-    if off_root(left_yaw, c, s) > _NEARLY or off_root(right_yaw, c, s) > _NEARLY:
+    if off_root(left.yaw, c, s) > _NEARLY or off_root(right.yaw, c, s) > _NEARLY:
         return 0
-    count = 0
-    for _ in range(2):
-        count = _with_hip(
-            legs, ranges, (left, right), (left_knee, right_knee), hip, reference, enforce, q, found, report, count
-        )
-        hip = wrapped(hip + math.pi)
+    for value in (hip, wrapped(hip + math.pi)):
+        count = _add_with_hip(tasks, value, selection, work, count)
     if count > 0:
-        concluded(found, JOINTS, count, report)
-        for foot in range(2):
-            yaw, place = (left_yaw, LEFT_FOOT) if foot == 0 else (right_yaw, RIGHT_FOOT)
+        finish_report(work, JOINTS, count)
+        for yaw, place in ((left.yaw, LEFT_FOOT), (right.yaw, RIGHT_FOOT)):
             x, y = yaw.x_cos * c + yaw.x_sin * s, yaw.y_cos * c + yaw.y_sin * s
             report[place + 2] = math.copysign(report[place + 1], x * y)
     return count
 
 
 @both_ways
-def _with_hip(
-    legs: Legs,
-    ranges: LegsRanges,
-    feet: tuple[Foot, Foot],
-    knees: tuple[tuple[float, int], tuple[float, int]],
-    hip: float,
-    reference: Row,
-    enforce: bool,
-    q: Row,
-    found: Row,
-    report: Row,
-    count: int,
-) -> int:
-    """Enter all solutions with a value of HipYawPitch, and report the errors of both feet in the best."""
+def _add_with_hip(tasks: Tasks, hip: float, selection: Selection, work: Workspace, count: int) -> int:
+    """Add all solutions with a value of HipYawPitch, and report the errors of both feet in the best."""
+    ranges, reference, enforce = selection
+    found, report = work.found, work.report
+    left, right = tasks
     if enforce and (is_outside(ranges.left, 0, hip) or is_outside(ranges.right, 0, hip)):
         return count
-    for branch in range(2 * knees[0][1]):
-        fits, away, turned, left = _exact(
-            legs.left, ranges.left, feet[0], hip, knees[0][0], branch, reference[1], enforce
-        )
+    for branch in range(2 * left.knee[1]):
+        fits, errors, joints = _exact(left, ranges.left, hip, branch, reference[1], enforce)
         if not fits:
             continue
-        for other in range(2 * knees[1][1]):
-            fits, far, off, right = _exact(
-                legs.right, ranges.right, feet[1], hip, knees[1][0], other, reference[OF_ONE], enforce
-            )
+        for other in range(2 * right.knee[1]):
+            fits, others, right_joints = _exact(right, ranges.right, hip, other, reference[OF_ONE], enforce)
             if fits:
-                write_joints(left, right, q)
-                errors = max(away, far), max(turned, off)
+                write_joints(joints, right_joints, work.q)
                 nearest = found[JOINTS] if count > 0 else math.inf
-                count = entered(reference, q, enforce, errors, _ALONE, found, count)
+                both = max(errors[0], others[0]), max(errors[1], others[1])
+                count = add_branch(selection, work, both, _ALONE, count)
                 if found[JOINTS] < nearest:
-                    report[LEFT_FOOT], report[LEFT_FOOT + 1] = away, turned
-                    report[RIGHT_FOOT], report[RIGHT_FOOT + 1] = far, off
+                    report[LEFT_FOOT], report[LEFT_FOOT + 1] = errors
+                    report[RIGHT_FOOT], report[RIGHT_FOOT + 1] = others
     return count
 
 
 @both_ways
 def _exact(
-    leg: Leg, ranges: Ranges, foot: Foot, hip: float, knee: float, branch: int, roll: float, enforce: bool
-) -> tuple[bool, float, float, Joints]:
+    task: LegTask, ranges: Ranges, hip: float, branch: int, roll: float, enforce: bool
+) -> tuple[bool, tuple[float, float], Joints]:
     """Whether a branch of a leg is a solution with this value of HipYawPitch; its errors, and its joints."""
-    bent = knee if branch < 2 else -knee
+    leg, foot = task.leg, task.foot
+    bent = task.knee[0] if branch < 2 else -task.knee[0]
     if enforce and is_outside(ranges, 3, bent):
-        return False, 0.0, 0.0, (hip, 0.0, 0.0, bent, 0.0, 0.0)
+        return False, (0.0, 0.0), (hip, 0.0, 0.0, bent, 0.0, 0.0)
     cosine, sine = _roll(foot, hip, 1.0 if branch % 2 == 0 else -1.0, roll - leg.kappa)
     hip_roll = wrapped(leg.kappa + math.atan2(sine, cosine))
     if enforce and is_outside(ranges, 1, hip_roll):
-        return False, 0.0, 0.0, (hip, hip_roll, 0.0, bent, 0.0, 0.0)
+        return False, (0.0, 0.0), (hip, hip_roll, 0.0, bent, 0.0, 0.0)
     q = _exact_joints(leg, foot, hip, hip_roll, bent, cosine, sine)
     if enforce and not is_inside(ranges, q):
-        return False, 0.0, 0.0, q
-    away, turned = errors_of(leg, foot, q)
-    return away <= VERIFIED and turned <= VERIFIED, away, turned, q
+        return False, (0.0, 0.0), q
+    errors = leg_errors(leg, foot, q)
+    return errors[0] <= VERIFIED and errors[1] <= VERIFIED, errors, q
 
 
 @both_ways
-def write_joints(
-    left: Joints,
-    right: Joints,
-    q: Row,
-) -> None:
-    """The joints of both legs into one row."""
+def write_joints(left: Joints, right: Joints, q: Row) -> None:
+    """Write the joints of both legs into one row."""
     q[0], q[1], q[2], q[3], q[4], q[5] = left
-    q[6], q[7], q[8], q[9], q[10] = right[1], right[2], right[3], right[4], right[5]
+    _, q[6], q[7], q[8], q[9], q[10] = right
 
 
 @both_ways
-def errors_of(leg: Leg, foot: Foot, q: Joints) -> tuple[float, float]:
-    """How far a frame is from its target by forward kinematics: distance [m] and angle [rad]."""
-    turn = q[3] + q[4]
-    ankle = math.sin(turn), math.cos(turn), math.sin(q[5]), math.cos(q[5])
-    return leg_errors(leg, foot, (math.sin(q[3]), math.cos(q[3])), ankle, q)
+def errors_of_feet(tasks: Tasks, q: Row) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Errors of the left and the right foot in position and angle [m, rad]."""
+    left, right = tasks
+    return (
+        leg_errors(left.leg, left.foot, (q[0], q[1], q[2], q[3], q[4], q[5])),
+        leg_errors(right.leg, right.foot, (q[0], q[6], q[7], q[8], q[9], q[10])),
+    )
 
 
 @both_ways
-def feet_reported(legs: Legs, feet: tuple[Foot, Foot], yaws: tuple[FootYaw, FootYaw], q: Row, report: Row) -> None:
+def report_feet(tasks: Tasks, q: Row, report: Row) -> None:
     """Report joint values as the best, with the errors of both feet."""
-    left = q[0], q[1], q[2], q[3], q[4], q[5]
-    right = q[0], q[6], q[7], q[8], q[9], q[10]
     for j in range(JOINTS):
         report[BEST + j] = q[j]
-    one, two = errors_of(legs.left, feet[0], left), errors_of(legs.right, feet[1], right)
+    one, two = errors_of_feet(tasks, q)
     report[LEFT_FOOT], report[LEFT_FOOT + 1] = one
     report[RIGHT_FOOT], report[RIGHT_FOOT + 1] = two
-    report[LEFT_FOOT + 2] = math.copysign(one[1], yaw_of(yaws[0], q[0], one[1]))
-    report[RIGHT_FOOT + 2] = math.copysign(two[1], yaw_of(yaws[1], q[0], two[1]))
+    report[LEFT_FOOT + 2] = math.copysign(one[1], _yaw_of(tasks[0].yaw, q[0], one[1]))
+    report[RIGHT_FOOT + 2] = math.copysign(two[1], _yaw_of(tasks[1].yaw, q[0], two[1]))
     report[POSITION_ERROR], report[ANGLE_ERROR] = max(one[0], two[0]), max(one[1], two[1])
 
 
@@ -222,21 +246,21 @@ def feet_reported(legs: Legs, feet: tuple[Foot, Foot], yaws: tuple[FootYaw, Foot
 
 
 @both_ways
-def foot_yaw(foot: Foot) -> FootYaw:
+def foot_yaw(foot: Pose) -> FootYaw:
     """X and Y of a target."""
-    x = foot.x * foot.f00 + foot.y * foot.f10 + foot.z * foot.f20
-    y = foot.x * foot.f01 + foot.y * foot.f11 + foot.z * foot.f21
-    n = foot.x * foot.f02 + foot.y * foot.f12 + foot.z * foot.f22
+    x = foot.x * foot.r00 + foot.y * foot.r10 + foot.z * foot.r20
+    y = foot.x * foot.r01 + foot.y * foot.r11 + foot.z * foot.r21
+    n = foot.x * foot.r02 + foot.y * foot.r12 + foot.z * foot.r22
     return FootYaw(
-        foot.f00 * n - x * foot.f02,
-        x * foot.f22 - foot.f20 * n,
-        foot.f01 * n - y * foot.f02,
-        y * foot.f22 - foot.f21 * n,
+        foot.r00 * n - x * foot.r02,
+        x * foot.r22 - foot.r20 * n,
+        foot.r01 * n - y * foot.r02,
+        y * foot.r22 - foot.r21 * n,
     )
 
 
 @both_ways
-def yaw_of(yaw: FootYaw, hip: float, angle: float) -> float:
+def _yaw_of(yaw: FootYaw, hip: float, angle: float) -> float:
     """The turn ψ of the foot about its normal [rad]: of the two ways of the ankle that of a size nearer to `angle`."""
     c, s = math.cos(hip), math.sin(hip)
     turn = math.atan2(yaw.y_cos * c + yaw.y_sin * s, yaw.x_cos * c + yaw.x_sin * s)
@@ -266,21 +290,15 @@ def common_hip(left: FootYaw, right: FootYaw) -> float:
     Beside a singularity a root is lost in rounding, but there ψ hardly changes with it: the slopes weigh both.
     """
     hip = hip_of(left)
-    gap = hips_apart(left, right)
+    # How far the other root is away: sine and cosine of the difference of two arcus tangents, within ±π/2.
+    sine = left.y_cos * right.y_sin - left.y_sin * right.y_cos
+    cosine = left.y_cos * right.y_cos + left.y_sin * right.y_sin
+    gap = math.atan2(sine, cosine) if cosine >= 0.0 else math.atan2(-sine, -cosine)
     # As `slope`, without what may be zero below.
     one = (left.y_cos * left.y_cos + left.y_sin * left.y_sin) * (right.x_cos * right.y_sin - right.x_sin * right.y_cos)
     two = (right.y_cos * right.y_cos + right.y_sin * right.y_sin) * (left.x_cos * left.y_sin - left.x_sin * left.y_cos)
     one, two = one * one, two * two
     return wrapped(hip + gap * (two / (one + two))) if one + two > 0.0 else hip
-
-
-@both_ways
-def hips_apart(left: FootYaw, right: FootYaw) -> float:
-    """How far the root of the right foot is from that of the left one, up to half a turn, within ±π/2 [rad]."""
-    # The sine and the cosine of the difference of two arcus tangents.
-    sine = left.y_cos * right.y_sin - left.y_sin * right.y_cos
-    cosine = left.y_cos * right.y_cos + left.y_sin * right.y_sin
-    return math.atan2(sine, cosine) if cosine >= 0.0 else math.atan2(-sine, -cosine)
 
 
 @both_ways
@@ -295,7 +313,7 @@ def off_root(yaw: FootYaw, c: float, s: float) -> float:
 
 
 @both_ways
-def _roll(foot: Foot, hip: float, way: float, otherwise: float) -> tuple[float, float]:
+def _roll(foot: Pose, hip: float, way: float, otherwise: float) -> tuple[float, float]:
     """Cosine and sine of ρ, the turn of the plane of a leg about the axis of HipRoll, where the foot is met.
 
     Args:
@@ -307,7 +325,7 @@ def _roll(foot: Foot, hip: float, way: float, otherwise: float) -> tuple[float, 
     c, s = math.cos(hip), math.sin(hip)
     # The ankle and the foot's x-axis, beside the axis.
     py, pz = foot.y, s * foot.x + c * foot.z
-    fy, fz = foot.f10, s * foot.f00 + c * foot.f20
+    fy, fz = foot.r10, s * foot.r00 + c * foot.r20
     aside, turned = math.sqrt(py * py + pz * pz), math.sqrt(fy * fy + fz * fz)
     if aside > _ALONG or (aside >= turned and aside > 0.0):
         return -way * pz / aside, way * py / aside
@@ -317,45 +335,38 @@ def _roll(foot: Foot, hip: float, way: float, otherwise: float) -> tuple[float, 
 
 
 @both_ways
-def _exact_joints(leg: Leg, foot: Foot, hip: float, hip_roll: float, knee: float, cosine: float, sine: float) -> Joints:
+def _exact_joints(leg: Leg, foot: Pose, hip: float, hip_roll: float, knee: float, cosine: float, sine: float) -> Joints:
     """The joints of a leg whose pose a value of HipYawPitch meets, with cosine and sine of ρ."""
     c, s = math.cos(hip), math.sin(hip)
     px, pz = c * foot.x - s * foot.z, s * foot.x + c * foot.z
-    fx, fz = c * foot.f00 - s * foot.f20, s * foot.f00 + c * foot.f20
-    nz, yz = s * foot.f02 + c * foot.f22, s * foot.f01 + c * foot.f21
-    turn = math.atan2(foot.f10 * sine - fz * cosine, fx)
-    ankle_roll = math.atan2(-foot.f12 * cosine - nz * sine, foot.f11 * cosine + yz * sine)
-    pitch = hip_pitch(leg, px, pz * cosine - foot.y * sine, knee)
+    fx, fz = c * foot.r00 - s * foot.r20, s * foot.r00 + c * foot.r20
+    nz, yz = s * foot.r02 + c * foot.r22, s * foot.r01 + c * foot.r21
+    turn = math.atan2(foot.r10 * sine - fz * cosine, fx)
+    ankle_roll = math.atan2(-foot.r12 * cosine - nz * sine, foot.r11 * cosine + yz * sine)
+    pitch = _hip_pitch(leg, px, pz * cosine - foot.y * sine, knee)
     return hip, hip_roll, pitch, knee, wrapped(turn - pitch - knee), ankle_roll
 
 
 @both_ways
-def level_joints(leg: Leg, foot: Foot, hip: float, knee: float, way: float, ankle: float) -> Joints:
-    """The joints with which ankle and normal are met, whatever the turn of the foot about it.
-
-    Args:
-        leg: its geometry.
-        foot: the target.
-        hip: HipYawPitch.
-        knee: KneePitch.
-        way: as `_roll`.
-        ankle: the sign of the cosine of AnkleRoll.
-    """
+def level_joints(task: LegTask, branch: Branch, hip: float) -> Joints:
+    """The joints with which ankle and normal are met, whatever the turn of the foot about it."""
+    leg, foot = task.leg, task.foot
+    knee, way, ankle = branch
     c, s = math.cos(hip), math.sin(hip)
     px, py, pz = c * foot.x - s * foot.z, foot.y, s * foot.x + c * foot.z
     aside = math.sqrt(py * py + pz * pz)
     cosine, sine = (-way * pz / aside, way * py / aside) if aside > 0.0 else (way, 0.0)
-    nx, nz = c * foot.f02 - s * foot.f22, s * foot.f02 + c * foot.f22
-    up = nz * cosine - foot.f12 * sine
+    nx, nz = c * foot.r02 - s * foot.r22, s * foot.r02 + c * foot.r22
+    up = nz * cosine - foot.r12 * sine
     turn = math.atan2(ankle * nx, ankle * up)
-    ankle_roll = math.atan2(-foot.f12 * cosine - nz * sine, ankle * math.sqrt(nx * nx + up * up))
-    pitch = hip_pitch(leg, px, pz * cosine - py * sine, knee)
+    ankle_roll = math.atan2(-foot.r12 * cosine - nz * sine, ankle * math.sqrt(nx * nx + up * up))
+    pitch = _hip_pitch(leg, px, pz * cosine - py * sine, knee)
     hip_roll = wrapped(leg.kappa + math.atan2(sine, cosine))
     return hip, hip_roll, pitch, knee, wrapped(turn - pitch - knee), ankle_roll
 
 
 @both_ways
-def hip_pitch(leg: Leg, x: float, z: float, knee: float) -> float:
+def _hip_pitch(leg: Leg, x: float, z: float, knee: float) -> float:
     """HipPitch with which the ankle is at (x, z) in the plane of the leg."""
     vx, vz = -leg.tibia * math.sin(knee), -leg.thigh - leg.tibia * math.cos(knee)
     return math.atan2(vz * x - vx * z, vx * x + vz * z)

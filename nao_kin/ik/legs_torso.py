@@ -14,11 +14,10 @@ import math
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats
 from nao_kin._kernels.cache import both_ways
 from nao_kin.ik.compiling import Row
-from nao_kin.ik.leg import STRETCHED, Leg, foot_of, within_reach
-from nao_kin.ik.legs_apart import alone, split_turns
+from nao_kin.ik.leg import Leg, foot_of, within_reach
+from nao_kin.ik.legs_apart import separate_legs, split_turns
 from nao_kin.ik.legs_equations import (
     BLAMED,
     JOINTS,
@@ -31,11 +30,11 @@ from nao_kin.ik.legs_equations import (
     RIGHT,
     RIGHT_FOOT,
     Legs,
-    LegsRanges,
     foot_yaw,
     solve_legs,
 )
-from nao_kin.ik.ranges import NOT_RIGID, POSITION_ERROR, REASON, falls_short
+from nao_kin.ik.ranges import NOT_RIGID, POSITION_ERROR, REASON, Selection, Workspace, add_shortfall
+from nao_kin.ik.searches import add_roots
 
 # What of the torso gives way, as a number in a target; nothing where the feet are given in the torso.
 NOTHING, HEIGHT, LEAN, YAW = -1.0, 0.0, 1.0, 2.0
@@ -49,47 +48,42 @@ SCRATCH = IN_TORSO + PRIORITY + 1
 
 # Steps over the bounds, and halvings of a bracket.
 _STEPS, _HALVINGS = 96, 60
-_GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 _MOST_LEAN = 0.5 * math.pi
 # Hips that are less apart [rad] wherever the torso stands agree everywhere.
 _AGREE = 1e-10
 
 
 @both_ways
-def solve_at_wish(
-    legs: Legs, ranges: LegsRanges, target: Row, reference: Row, enforce: bool, q: Row, found: Row, report: Row
-) -> int:
+def solve_at_wish(legs: Legs, target: Row, selection: Selection, work: Workspace) -> int:
     """All joint values that meet both feet, with the torso where it is wished; see `ranges` for the arguments."""
-    short = _at_wish(legs, target, q)
-    count = solve_legs(legs, ranges, q[IN_TORSO:SCRATCH], reference, enforce, q, found, report)
-    _fall_short(short, count, found, report)
+    short = _write_at_wish(legs, target, work.q)
+    count = solve_legs(legs, work.q[IN_TORSO:SCRATCH], selection, work)
+    _add_shortfalls(short, count, work)
     return count
 
 
 @both_ways
-def solve_pair(
-    legs: Legs, ranges: LegsRanges, target: Row, reference: Row, enforce: bool, q: Row, found: Row, report: Row
-) -> int:
+def solve_pair(legs: Legs, target: Row, selection: Selection, work: Workspace) -> int:
     """The same, or the best where the hips disagree; in the world with the torso moved as little as it takes."""
-    count = solve_at_wish(legs, ranges, target, reference, enforce, q, found, report)
-    if count > 0 or report[REASON] == NOT_RIGID:
+    short, moved = _write_at_wish(legs, target, work.q), 0.0
+    in_torso = work.q[IN_TORSO:SCRATCH]
+    count = solve_legs(legs, in_torso, selection, work)
+    if count > 0 or work.report[REASON] == NOT_RIGID:
+        _add_shortfalls(short, count, work)
         return count
-    moved, short = 0.0, (0.0, 0.0)
-    if target[FREE] == NOTHING:
-        short = _at_wish(legs, target, q)
-    else:
-        moved = _moved(legs, ranges, target, reference, enforce, q, found, report)
-        move_torso(legs, target, moved, q)
-        count = solve_legs(legs, ranges, q[IN_TORSO:SCRATCH], reference, enforce, q, found, report)
+    if target[FREE] != NOTHING:
+        moved = _least_move(legs, target, selection, work)
+        move_torso(legs, target, moved, work.q)
+        count = solve_legs(legs, in_torso, selection, work)
     if count == 0:
-        count = split_turns(legs, ranges, q[IN_TORSO:SCRATCH], reference, enforce, q, found, report)
-    _fall_short(short, count, found, report)
-    report[MOVED] = moved
+        count = split_turns(legs, in_torso, selection, work)
+    _add_shortfalls(short, count, work)
+    work.report[MOVED] = moved
     return count
 
 
 @both_ways
-def _at_wish(legs: Legs, target: Row, q: Row) -> tuple[float, float]:
+def _write_at_wish(legs: Legs, target: Row, q: Row) -> tuple[float, float]:
     """Write the target in the torso where it is wished; with feet in the torso each as `within_reach`, and how far."""
     move_torso(legs, target, 0.0, q)
     if target[FREE] != NOTHING:
@@ -101,7 +95,7 @@ def _at_wish(legs: Legs, target: Row, q: Row) -> tuple[float, float]:
 def _into_reach(leg: Leg, q: Row, first: int) -> float:
     """Move the foot that begins there as `within_reach` does; how far."""
     foot = foot_of(leg, q[first : first + 16])[1]
-    moved, short = within_reach(leg, foot, STRETCHED)
+    moved, short = within_reach(leg, foot)
     if short > 0.0:
         x, y, z = moved.x - foot.x, moved.y - foot.y, moved.z - foot.z
         q[first + 3] += x
@@ -111,30 +105,35 @@ def _into_reach(leg: Leg, q: Row, first: int) -> float:
 
 
 @both_ways
-def _fall_short(short: tuple[float, float], count: int, found: Row, report: Row) -> None:
+def _add_shortfalls(short: tuple[float, float], count: int, work: Workspace) -> None:
     """Add to the errors in position what the feet were moved by."""
+    report = work.report
     if max(short[0], short[1]) > 0.0:
-        falls_short(found, JOINTS, count, max(short[0], short[1]))
+        add_shortfall(work.found, JOINTS, count, max(short[0], short[1]))
         report[LEFT_FOOT] += short[0]
         report[RIGHT_FOOT] += short[1]
         report[POSITION_ERROR] = max(report[LEFT_FOOT], report[RIGHT_FOOT])
 
 
 @both_ways
-def _moved(
-    legs: Legs, ranges: LegsRanges, target: Row, reference: Row, enforce: bool, q: Row, found: Row, report: Row
-) -> float:
+def _least_move(legs: Legs, target: Row, selection: Selection, work: Workspace) -> float:
     """The s with which the feet are met, nearest to the wish; or with which the hips are least apart."""
     low, high = _bounds(legs, target)
+    if _agree_everywhere(legs, target, low, high, work.q):
+        return _nearest_reached(legs, target, low, high, selection, work)
     values = np.empty(4 * _STEPS + 4)
-    number = _meetings(legs, target, low, high, q, values)
-    for k in range(number):
-        move_torso(legs, target, values[k], q)
-        if solve_legs(legs, ranges, q[IN_TORSO:SCRATCH], reference, enforce, q, found, report) > 0:
+    count = add_roots(_disagreement, (legs, target, work.q), low, high, _STEPS, values, 0) if low < high else 0
+    for k in np.argsort(np.abs(values[:count])):
+        if _reaches(legs, target, values[k], selection, work):
             return float(values[k])
-    if number < 0:
-        return _nearest_reached(legs, ranges, target, low, high, reference, enforce, q, found, report)
-    return _least_apart(legs, ranges, target, low, high, reference, enforce, q, found, report)
+    return _least_apart(legs, target, low, high, selection, work)
+
+
+@both_ways
+def _reaches(legs: Legs, target: Row, moved: float, selection: Selection, work: Workspace) -> bool:
+    """Whether both feet are met with the torso moved by s."""
+    move_torso(legs, target, moved, work.q)
+    return solve_legs(legs, work.q[IN_TORSO:SCRATCH], selection, work) > 0
 
 
 @both_ways
@@ -144,9 +143,8 @@ def move_torso(legs: Legs, target: Row, moved: float, q: Row) -> None:
     if mode == NOTHING:
         q[IN_TORSO:SCRATCH] = target[LEFT : PRIORITY + 1]
         return
-    cx = 0.5 * (legs.left.hip_x + legs.right.hip_x)
-    cy = 0.5 * (legs.left.hip_y + legs.right.hip_y)
-    cz = 0.5 * (legs.left.hip_z + legs.right.hip_z)
+    left, right = legs.left.hip, legs.right.hip
+    cx, cy, cz = 0.5 * (left[0] + right[0]), 0.5 * (left[1] + right[1]), 0.5 * (left[2] + right[2])
     s, c = math.sin(moved), math.cos(moved)
     for side in range(2):
         first = LEFT if side == 0 else RIGHT
@@ -204,8 +202,8 @@ def _bounds(legs: Legs, target: Row) -> tuple[float, float]:
         leg, first = (legs.left, LEFT) if side == 0 else (legs.right, RIGHT)
         foot = foot_of(leg, target[first : first + 16])[1]
         # The ankle as it stands in the world: in axes turned by κ, from a hip in the world's origin.
-        C, S = leg.cos_kappa, leg.sin_kappa
-        ax, ay, az = foot.x + leg.hip_x, C * foot.y - S * foot.z + leg.hip_y, S * foot.y + C * foot.z + leg.hip_z
+        C, S, hip = leg.cos_kappa, leg.sin_kappa, leg.hip
+        ax, ay, az = foot.x + hip[0], C * foot.y - S * foot.z + hip[1], S * foot.y + C * foot.z + hip[2]
         hx, hy, hz = _hip_in_world(leg, target)
         aside = (ax - hx) * (ax - hx) + (ay - hy) * (ay - hy)
         longest = leg.thigh + leg.tibia
@@ -216,7 +214,7 @@ def _bounds(legs: Legs, target: Row) -> tuple[float, float]:
 
 @both_ways
 def _hip_in_world(leg: Leg, target: Row) -> tuple[float, float, float]:
-    t, x, y, z = TORSO, leg.hip_x, leg.hip_y, leg.hip_z
+    t, (x, y, z) = TORSO, leg.hip
     return (
         target[t] * x + target[t + 1] * y + target[t + 2] * z + target[t + 3],
         target[t + 4] * x + target[t + 5] * y + target[t + 6] * z + target[t + 7],
@@ -228,113 +226,50 @@ def _hip_in_world(leg: Leg, target: Row) -> tuple[float, float, float]:
 
 
 @both_ways
-def _disagreement(legs: Legs, target: Row, moved: float, q: Row) -> tuple[float, float]:
-    """G, and the angle between the roots [rad]."""
+def _tangents(legs: Legs, target: Row, moved: float, q: Row) -> tuple[float, float]:
+    """G, the sine between the directions of which the roots of both feet are the tangents, and the cosine."""
     move_torso(legs, target, moved, q)
     left = foot_yaw(foot_of(legs.left, q[IN_TORSO + LEFT : IN_TORSO + RIGHT])[1])
     right = foot_yaw(foot_of(legs.right, q[IN_TORSO + RIGHT : IN_TORSO + PRIORITY])[1])
-    sine = left.y_cos * right.y_sin - left.y_sin * right.y_cos
-    cosine = left.y_cos * right.y_cos + left.y_sin * right.y_sin
-    return sine, math.atan2(abs(sine), abs(cosine))
+    return left.y_cos * right.y_sin - left.y_sin * right.y_cos, left.y_cos * right.y_cos + left.y_sin * right.y_sin
 
 
 @both_ways
-def _meetings(legs: Legs, target: Row, low: float, high: float, q: Row, values: Floats) -> int:
-    """Enter all s where the hips agree, the nearest to the wish first; their number, −1 where they do for every s."""
+def _disagreement(given: tuple[Legs, Row, Row], moved: float) -> float:
+    """G for a target."""
+    legs, target, q = given
+    return _tangents(legs, target, moved, q)[0]
+
+
+@both_ways
+def _agree_everywhere(legs: Legs, target: Row, low: float, high: float, q: Row) -> bool:
+    """Whether the hips agree for every s between two."""
     if not low < high:
-        return 0
-    step, count, everywhere = (high - low) / _STEPS, 0, True
-    here, apart = _disagreement(legs, target, low, q)
-    before = here
+        return False
     for k in range(_STEPS + 1):
-        at = low + step * k
-        everywhere = everywhere and apart < _AGREE
-        after = here
-        if k < _STEPS:
-            after, apart = _disagreement(legs, target, at + step, q)
-        if (here > 0.0) != (after > 0.0):
-            count = _entered_value(_crossing(legs, target, at, at + step, here > 0.0, q), values, count)
-        elif abs(here) <= abs(before) and abs(here) <= abs(after) and (here > 0.0) == (before > 0.0):
-            left, right, sign = max(low, at - step), min(high, at + step), 1.0 if here > 0.0 else -1.0
-            lowest = _lowest(legs, target, left, right, sign, q)
-            if sign * _disagreement(legs, target, lowest, q)[0] < 0.0:
-                count = _entered_value(_crossing(legs, target, left, lowest, here > 0.0, q), values, count)
-                count = _entered_value(_crossing(legs, target, lowest, right, here <= 0.0, q), values, count)
-            count = _entered_value(lowest, values, count)
-        before, here = here, after
-    return -1 if everywhere else count
-
-
-@both_ways
-def _entered_value(value: float, values: Floats, count: int) -> int:
-    place = count
-    while place > 0 and abs(values[place - 1]) > abs(value):
-        values[place] = values[place - 1]
-        place -= 1
-    values[place] = value
-    return count + 1
-
-
-@both_ways
-def _crossing(legs: Legs, target: Row, low: float, high: float, falls: bool, q: Row) -> float:
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        if (_disagreement(legs, target, middle, q)[0] > 0.0) == falls:
-            low = middle
-        else:
-            high = middle
-    return 0.5 * (low + high)
-
-
-@both_ways
-def _lowest(legs: Legs, target: Row, low: float, high: float, sign: float, q: Row) -> float:
-    """Where sign · G is least, by golden sections."""
-    one, two = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
-    first = sign * _disagreement(legs, target, one, q)[0]
-    second = sign * _disagreement(legs, target, two, q)[0]
-    for _ in range(_HALVINGS):
-        if first <= second:
-            high, two, second = two, one, first
-            one = high - _GOLDEN * (high - low)
-            first = sign * _disagreement(legs, target, one, q)[0]
-        else:
-            low, one, first = one, two, second
-            two = low + _GOLDEN * (high - low)
-            second = sign * _disagreement(legs, target, two, q)[0]
-    return 0.5 * (low + high)
+        sine, cosine = _tangents(legs, target, low + (high - low) / _STEPS * k, q)
+        if math.atan2(abs(sine), abs(cosine)) >= _AGREE:
+            return False
+    return True
 
 
 # --- where they do everywhere, or nowhere -----------------------------------------------------------------------------
 
 
 @both_ways
-def _nearest_reached(
-    legs: Legs,
-    ranges: LegsRanges,
-    target: Row,
-    low: float,
-    high: float,
-    reference: Row,
-    enforce: bool,
-    q: Row,
-    found: Row,
-    report: Row,
-) -> float:
+def _nearest_reached(legs: Legs, target: Row, low: float, high: float, selection: Selection, work: Workspace) -> float:
     """Of the s where the legs reach their feet, the one nearest to the wish; 0 where there is none among even steps."""
     inside = math.inf
     for k in range(_STEPS + 1):
         moved = low + (high - low) * k / _STEPS
-        if abs(moved) < abs(inside):
-            move_torso(legs, target, moved, q)
-            if solve_legs(legs, ranges, q[IN_TORSO:SCRATCH], reference, enforce, q, found, report) > 0:
-                inside = moved
+        if abs(moved) < abs(inside) and _reaches(legs, target, moved, selection, work):
+            inside = moved
     if inside == math.inf:
         return 0.0
     outside = inside - math.copysign(min(abs(inside), (high - low) / _STEPS), inside)
     for _ in range(_HALVINGS):
         moved = 0.5 * (inside + outside)
-        move_torso(legs, target, moved, q)
-        if solve_legs(legs, ranges, q[IN_TORSO:SCRATCH], reference, enforce, q, found, report) > 0:
+        if _reaches(legs, target, moved, selection, work):
             inside = moved
         else:
             outside = moved
@@ -342,18 +277,7 @@ def _nearest_reached(
 
 
 @both_ways
-def _least_apart(
-    legs: Legs,
-    ranges: LegsRanges,
-    target: Row,
-    low: float,
-    high: float,
-    reference: Row,
-    enforce: bool,
-    q: Row,
-    found: Row,
-    report: Row,
-) -> float:
+def _least_apart(legs: Legs, target: Row, low: float, high: float, selection: Selection, work: Workspace) -> float:
     """The s with the hips least apart where each leg reaches its foot; 0 where none does among even steps."""
     best, least, step = 0.0, math.inf, (high - low) / _STEPS
     for k in range(_STEPS + 1 + 2 * _HALVINGS if low < high else 0):
@@ -365,25 +289,8 @@ def _least_apart(
             # To both sides of the best, nearer and nearer.
             nearer = step * 0.5 ** ((k - _STEPS - 1) // 2)
             moved = max(low, best - nearer) if k % 2 == 0 else min(high, best + nearer)
-        apart = _apart(legs, ranges, target, moved, reference, enforce, q, found, report)
-        if apart < least:
-            best, least = moved, apart
+        move_torso(legs, target, moved, work.q)
+        gap = separate_legs(legs, work.q[IN_TORSO:SCRATCH], selection, work)
+        if work.report[BLAMED] == NEITHER and gap < least:
+            best, least = moved, gap
     return best
-
-
-@both_ways
-def _apart(
-    legs: Legs,
-    ranges: LegsRanges,
-    target: Row,
-    moved: float,
-    reference: Row,
-    enforce: bool,
-    q: Row,
-    found: Row,
-    report: Row,
-) -> float:
-    """How far the hips are apart, infinity where a leg does not reach its foot."""
-    move_torso(legs, target, moved, q)
-    gap = alone(legs, ranges, q[IN_TORSO:SCRATCH], reference, enforce, q, found, report)
-    return gap if report[BLAMED] == NEITHER else math.inf

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +14,6 @@ from nao_kin.ik.ranges import MOST_TURNED
 from nao_kin.ik.results import IKResult
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import log, nearest_rotation
-
-if TYPE_CHECKING:
-    from nao_kin.ik.leg import Leg
-
 
 # What one radian counts [m], as in `arm`.
 ANGLE_WEIGHT = 0.1
@@ -83,15 +78,3 @@ def nearest_feet(
         turns = np.round((near - best) * limb.multiplier / (2.0 * math.pi))
         best += 2.0 * math.pi / limb.multiplier * np.where(np.abs(near) > MOST_TURNED, 0.0, turns)
     return best, np.stack([away, np.linalg.norm(log(errors), axis=-1)], axis=-1)
-
-
-def brought_into_reach(leg: Leg, T: Floats) -> Floats:
-    """Targets (n, 4, 4) of a leg, moved on the line through the hip until the ankle is in reach, with the knee bent."""
-    to_foot = np.array([[leg.a00, leg.a10, leg.a20], [leg.a01, leg.a11, leg.a21], [leg.a02, leg.a12, leg.a22]])
-    R = T[:, :3, :3] @ to_foot
-    ankle = T[:, :3, 3] - R @ np.array([leg.x, leg.y, leg.z]) - np.array([leg.hip_x, leg.hip_y, leg.hip_z])
-    far = np.maximum(np.linalg.norm(ankle, axis=-1), 1e-9)
-    reached = np.clip(far, 1.01 * abs(leg.thigh - leg.tibia), 0.999 * (leg.thigh + leg.tibia))
-    moved = np.array(T)
-    moved[:, :3, 3] += ankle * (reached / far - 1.0)[:, None]
-    return moved

@@ -1,26 +1,21 @@
 """Which branches are inside the limits, and their order: what all closed forms share.
 
-A solver is a function `solve(limb, ranges, target, reference, enforce, q, found, report) → count`: it writes the values
-of each branch into `q`, asks `admitted` whether they are inside the limits, verifies them by its own forward
-kinematics, and hands them to `entered`.
+A solver is a function `solve(limb, target, selection, work) → count`: it writes the values of each branch into
+`work.q`, asks `check_limits` whether they are inside the limits, computes their errors by its own forward kinematics,
+and hands both to `add_branch`.
 
-`found` holds a row of c + 4 numbers for each branch: the joint values, the squared distance to the reference, the
-errors in position and angle, and the family. `report` holds the numbers that the constants below name, from `BEST` on
-the joint values of the nearest pose.
+`work.found` holds a row of c + 4 numbers for each branch: the joint values, the squared distance to the reference, the
+errors in position and angle, and the family. `work.report` holds the numbers that the constants below name, from `BEST`
+on the joint values of the nearest pose.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
-import numpy as np
-
-from nao_kin._core.arrays import Floats
-from nao_kin._kernels.cache import KeptKernel, both_ways
-from nao_kin.ik.compiling import Row, kept, kernel_arguments
+from nao_kin._kernels.cache import both_ways
+from nao_kin.ik.compiling import Row
 from nao_kin.ik.results import Reason
 from nao_kin.robot import LIMIT_TOLERANCE
 
@@ -34,23 +29,21 @@ JOINT_LIMIT, COUPLED_LIMIT = float(Reason.JOINT_LIMIT), float(Reason.COUPLED_LIM
 
 # How many numbers follow the joint values in a row of `found`.
 EXTRAS = 4
-# What rounding may add to an angle [rad]; a search passes a limit by no more.
-ROUNDING = 1e-9
-# Where in a row that a kernel writes the report begins; the number of branches stands before it.
-REPORT = 1
 # A branch whose pose is off by more, in m or rad, is no solution.
 VERIFIED = 1e-10
 # How far a rotation may be from one, as everywhere in the library.
 RIGID = 1e-6
 # Rotations that are closer to one are left as they are.
 ROUNDING = 1e-14
-
-
+# A search passes a limit by no more [rad].
+LIMIT_ROUNDING = 1e-14
 # Whole turns are added up to a reference of this size [rad]: beyond, they would cost digits of the solution.
 MOST_TURNED = 1e4
-
 # The most values at which the range of a joint that depends on another may bend.
 MOST_BENDS = 24
+
+Vector: TypeAlias = tuple[float, float, float]
+Rotation: TypeAlias = tuple[float, float, float, float, float, float, float, float, float]
 
 
 class Ranges(NamedTuple):
@@ -77,6 +70,51 @@ class Ranges(NamedTuple):
     high: tuple[float, ...]
     joint: int
     of: int
+
+
+class Selection(NamedTuple):
+    """Which branches of a target are returned, and in which order.
+
+    Attributes:
+        ranges: limits of the joints; of two limbs those of each.
+        reference: joint values; the branch nearest to them comes first.
+        enforce: whether branches outside the limits are left out.
+    """
+
+    ranges: Any
+    reference: Row
+    enforce: bool
+
+
+class Workspace(NamedTuple):
+    """What a solver writes into.
+
+    Attributes:
+        q: the joint values of one branch.
+        found: the branches.
+        report: the reason, and the nearest pose.
+    """
+
+    q: Row
+    found: Row
+    report: Row
+
+
+class Pose(NamedTuple):
+    """A rotation by rows, and a place [m]."""
+
+    r00: float
+    r01: float
+    r02: float
+    r10: float
+    r11: float
+    r12: float
+    r20: float
+    r21: float
+    r22: float
+    x: float
+    y: float
+    z: float
 
 
 @both_ways
@@ -115,18 +153,33 @@ def table_range(ranges: Ranges, of: float) -> tuple[float, float]:
 
 
 @both_ways
-def excess(ranges: Ranges, q: Row) -> float:
-    """How far the joint that is farthest outside its limits is outside them; less than 0 where all are inside.
+def coupled_range(ranges: Ranges, joint: int, of: float) -> tuple[float, float]:
+    """The range of a joint at a value of the joint that it may depend on, inside its own range."""
+    low, high = ranges.lower[joint], ranges.upper[joint]
+    if ranges.bends > 0:
+        bounds = table_range(ranges, of)
+        low, high = min(max(low, bounds[0]), high), max(min(high, bounds[1]), low)
+    return low, high
 
-    A table counts only for a joint that is inside its own range.
+
+@both_ways
+def farthest_outside(ranges: Ranges, q: Row) -> tuple[float, float, int, float]:
+    """How far a joint is outside its limits, less than 0 where all are inside; why, which joint, and the limit.
+
+    The joint is the one that is farthest outside. A table counts only for a joint that is inside its own range.
     """
-    worst = -1.0
+    worst, reason, joint, limit = -math.inf, JOINT_LIMIT, 0, 0.0
     for j in range(len(ranges.lower)):
-        worst = max(worst, ranges.lower[j] - q[j], q[j] - ranges.upper[j])
+        below, above = ranges.lower[j] - q[j], q[j] - ranges.upper[j]
+        if max(below, above) > worst:
+            worst, joint, limit = max(below, above), j, ranges.lower[j] if below > above else ranges.upper[j]
     if ranges.bends > 0 and not is_outside(ranges, ranges.joint, q[ranges.joint]):
         low, high = table_range(ranges, q[ranges.of])
-        worst = max(worst, low - q[ranges.joint], q[ranges.joint] - high)
-    return worst
+        below, above = low - q[ranges.joint], q[ranges.joint] - high
+        if max(below, above) > worst:
+            worst, reason, joint = max(below, above), COUPLED_LIMIT, ranges.joint
+            limit = low if below > above else high
+    return worst, reason, joint, limit
 
 
 @both_ways
@@ -147,14 +200,14 @@ def angle_of_chord(squares: float) -> float:
 
 
 @both_ways
-def admitted(ranges: Ranges, enforce: bool, q: Row, report: Row) -> bool:
-    """Whether a branch is inside the limits; if not, it is reported where none before was less outside."""
-    if not enforce or is_inside(ranges, q):
+def check_limits(selection: Selection, q: Row, report: Row) -> bool:
+    """Whether a branch may be returned; if not, its limit is reported where none before was less outside."""
+    if not selection.enforce or is_inside(selection.ranges, q):
         return True
-    outside = excess(ranges, q)
+    outside = farthest_outside(selection.ranges, q)[0]
     if outside < report[EXCESS]:
         report[EXCESS] = outside
-        blame(ranges, q, report)
+        report_limit(selection.ranges, q, report)
     return False
 
 
@@ -172,31 +225,19 @@ def is_inside(ranges: Ranges, q: Row) -> bool:
 
 
 @both_ways
-def blame(ranges: Ranges, q: Row, report: Row) -> None:
-    """Report the joint that is farthest outside, as `excess` has it."""
-    worst = -math.inf
-    for j in range(len(ranges.lower)):
-        below, above = ranges.lower[j] - q[j], q[j] - ranges.upper[j]
-        if max(below, above) > worst:
-            worst = max(below, above)
-            report[REASON], report[JOINT], report[NEEDED] = JOINT_LIMIT, float(j), q[j]
-            report[LIMIT] = ranges.lower[j] if below > above else ranges.upper[j]
-    if ranges.bends > 0 and not is_outside(ranges, ranges.joint, q[ranges.joint]):
-        low, high = table_range(ranges, q[ranges.of])
-        value = q[ranges.joint]
-        if max(low - value, value - high) > worst:
-            report[REASON], report[JOINT], report[NEEDED] = COUPLED_LIMIT, float(ranges.joint), value
-            report[LIMIT] = low if low - value > value - high else high
+def report_limit(ranges: Ranges, q: Row, report: Row) -> None:
+    """Report the joint that is farthest outside its limits."""
+    _, report[REASON], joint, report[LIMIT] = farthest_outside(ranges, q)
+    report[JOINT], report[NEEDED] = float(joint), q[joint]
 
 
 @both_ways
-def locked_pair(
-    ranges: Ranges, pair: tuple[int, int], total: float, sign: float, reference: Row, enforce: bool, q: Row
-) -> None:
-    """Two joints about one line, of which only first + sign · third = total is determined.
+def locked_pair(pair: tuple[int, int], total: float, sign: float, selection: Selection, q: Row) -> None:
+    """Write two joints about one line into q, of which only first + sign · third = total is determined.
 
-    The pair that is nearest to the reference, inside the ranges if there is one, is written into q.
+    They are the pair that is nearest to the reference, inside the ranges if there is one.
     """
+    ranges, reference, enforce = selection
     i, j = pair
     if not enforce:
         # What the reference has too much, up to whole turns, is shared by both.
@@ -215,46 +256,51 @@ def locked_pair(
         third = sign * (total - first) + shift
         outside = max(0.0, low3 - third, third - high3)
         away = (first - reference[i]) * (first - reference[i]) + (third - reference[j]) * (third - reference[j])
-        if outside < best_outside - ROUNDING or (outside < best_outside + ROUNDING and away < best):
+        if outside < best_outside - LIMIT_ROUNDING or (outside < best_outside + LIMIT_ROUNDING and away < best):
             best_outside, best = outside, away
             q[i], q[j] = first, third
 
 
 @both_ways
-def apart(value: float, near: float, enforce: bool) -> float:
+def joint_difference(value: float, near: float, enforce: bool) -> float:
     """How far a value is from that of the reference; without limits, to the nearest of its whole turns."""
     return (value if enforce else turned_towards(value, near)) - near
 
 
 @both_ways
-def distance(reference: Row, q: Row, count: int, enforce: bool) -> float:
-    """Squared distance of joint values to those of the reference, as `apart` has it."""
+def squared_distance(q: Row, reference: Row, enforce: bool) -> float:
+    """Squared distance of joint values to those of the reference, as `joint_difference` has it."""
     total = 0.0
-    for j in range(count):
-        off = apart(q[j], reference[j], enforce)
-        total += off * off
+    for j in range(len(reference)):
+        difference = joint_difference(q[j], reference[j], enforce)
+        total += difference * difference
     return total
 
 
 @both_ways
-def entered(
-    reference: Row,
-    q: Row,
-    enforce: bool,
-    errors: tuple[float, float],
-    family: float,
-    found: Row,
-    count: int,
-) -> int:
-    """Put a verified branch among those that were found, the nearest to the reference first; their new number.
+def branch_cost(selection: Selection, q: Row) -> float:
+    """How far a member of a family is from the reference; far more where it is outside the limits."""
+    outside = farthest_outside(selection.ranges, q)[0] if selection.enforce else 0.0
+    if outside > LIMIT_ROUNDING:
+        return 1e3 * (1.0 + outside)
+    return squared_distance(q, selection.reference, selection.enforce)
 
-    Without limits, each joint is turned by whole turns to within half a turn of the reference.
+
+@both_ways
+def add_branch(selection: Selection, work: Workspace, errors: tuple[float, float], family: float, count: int) -> int:
+    """Add the branch in `q` to those that were found, the nearest to the reference first; their new number.
+
+    A branch whose errors in position and angle are too large is left out. Without limits, each joint is turned by whole
+    turns to within half a turn of the reference.
     """
+    if not (errors[0] <= VERIFIED and errors[1] <= VERIFIED):
+        return count
+    reference, q, found = selection.reference, work.q, work.found
     joints = len(reference)
     width = joints + EXTRAS
     last, away = count * width, 0.0
     for j in range(joints):
-        value = q[j] if enforce else turned_towards(q[j], reference[j])
+        value = q[j] if selection.enforce else turned_towards(q[j], reference[j])
         found[last + j] = value
         away += (value - reference[j]) * (value - reference[j])
     found[last + joints] = away
@@ -269,7 +315,7 @@ def entered(
 
 
 @both_ways
-def falls_short(found: Row, joints: int, count: int, short: float) -> None:
+def add_shortfall(found: Row, joints: int, count: int, short: float) -> None:
     """Add to the errors in position of the branches what their target was moved by to be in reach [m]."""
     if short > 0.0:
         for k in range(count):
@@ -277,8 +323,8 @@ def falls_short(found: Row, joints: int, count: int, short: float) -> None:
 
 
 @both_ways
-def begun(report: Row) -> None:
-    """A report that says nothing yet."""
+def start_report(report: Row) -> None:
+    """Clear a report."""
     report[REASON], report[JOINT], report[NEEDED], report[LIMIT] = NOT_CONVERGED, -1.0, 0.0, 0.0
     report[EXCESS] = math.inf
     for j in range(POSITION_ERROR, len(report)):
@@ -286,8 +332,9 @@ def begun(report: Row) -> None:
 
 
 @both_ways
-def concluded(found: Row, joints: int, count: int, report: Row) -> None:
+def finish_report(work: Workspace, joints: int, count: int) -> None:
     """Report the best of the branches, where there is one."""
+    found, report = work.found, work.report
     if count > 0:
         report[REASON], report[JOINT], report[NEEDED], report[LIMIT] = REACHED, -1.0, 0.0, 0.0
         report[POSITION_ERROR], report[ANGLE_ERROR] = found[joints + 1], found[joints + 2]
@@ -310,9 +357,22 @@ def write_branches(found: Row, count: int, joints: int, out: Row) -> None:
 
 
 @both_ways
-def rigid(
-    T: Row,
-) -> tuple[bool, float, float, float, float, float, float, float, float, float]:
+def link_rotation(limb: Any, T: Row) -> tuple[bool, Rotation]:
+    """Whether the sixteen numbers of T are rigid, and the rotation of the link whose frame stands at T."""
+    fine, R = _rigid(T)
+    if limb.turned == 0.0:
+        return fine, R
+    a, b, c, d, e, f, g, h, i = R
+    r00, r01, r02, r10, r11, r12, r20, r21, r22 = limb.rotation
+    return fine, (
+        a * r00 + b * r01 + c * r02, a * r10 + b * r11 + c * r12, a * r20 + b * r21 + c * r22,
+        d * r00 + e * r01 + f * r02, d * r10 + e * r11 + f * r12, d * r20 + e * r21 + f * r22,
+        g * r00 + h * r01 + i * r02, g * r10 + h * r11 + i * r12, g * r20 + h * r21 + i * r22,
+    )  # fmt: skip
+
+
+@both_ways
+def _rigid(T: Row) -> tuple[bool, Rotation]:
     """Whether the sixteen numbers of T are a rigid transform, and the rotation nearest to what it has.
 
     One step of R ← R (3 − RᵀR)/2 leaves of a defect δ ≤ 1e-6 less than δ².
@@ -327,8 +387,7 @@ def rigid(
     fine = defect <= RIGID and abs(determinant - 1.0) <= RIGID and below <= RIGID
     fine = fine and abs(T[3]) + abs(T[7]) + abs(T[11]) < math.inf
     if fine and defect > ROUNDING:
-        return (
-            fine,
+        return fine, (
             a + 0.5 * (a * xx + b * xy + c * xz),
             b + 0.5 * (a * xy + b * yy + c * yz),
             c + 0.5 * (a * xz + b * yz + c * zz),
@@ -339,69 +398,4 @@ def rigid(
             h + 0.5 * (g * xy + h * yy + i * yz),
             i + 0.5 * (g * xz + h * yz + i * zz),
         )
-    return fine, a, b, c, d, e, f, g, h, i
-
-
-@dataclass(frozen=True, eq=False)
-class ClosedForm:
-    """A closed form of a limb.
-
-    Attributes:
-        kernel: solves rows of targets. It writes a row for each: how many branches there are, the report, and the
-            branches as far as there is room.
-        alone: solves one target as Python; None where that is a search.
-        max_branches: the most there are.
-        searches: whether the kernel searches for the nearest where `alone` finds nothing.
-        usual: how many there are inside the limits; where there are more, all targets are solved once more.
-        more: how many numbers follow the joints in a report.
-        scratch: how many numbers are needed in q beside the joints.
-    """
-
-    kernel: KeptKernel
-    alone: Callable[..., int] | None
-    max_branches: int
-    searches: bool
-    usual: int
-    more: int
-    scratch: int
-
-
-def closed_form(
-    name: str,
-    solve: Callable[..., int],
-    types: Callable[[], tuple[Any, Any]],
-    max_branches: int,
-    *,
-    alone: Callable[..., int] | None,
-    usual: int = 2,
-    more: int = 0,
-    scratch: int = 0,
-    seconds: float = 10.0,
-) -> ClosedForm:
-    """Return a closed form whose kernel solves each target with `solve`.
-
-    Args:
-        name: of the kernel.
-        solve: solves one target.
-        types: makes the types of a limb's geometry and of its limits.
-        max_branches: the most that `solve` finds.
-        alone: `solve`, or the part of it without search; None where all of it is a search.
-        usual: how many there are inside the limits.
-        more: how many numbers follow the joints in a report.
-        scratch: how many numbers are needed in q beside the joints.
-        seconds: about how long the kernel takes to compile [s].
-    """
-
-    def run(limb: Any, ranges: Any, targets: Floats, references: Floats, enforce: bool, out: Floats) -> None:
-        joints = references.shape[1]
-        branches = REPORT + BEST + joints + more
-        found, q = np.empty(max_branches * (joints + EXTRAS)), np.empty(joints + scratch)
-        for i in range(targets.shape[0]):
-            report = out[i, REPORT:branches]
-            count = solve(limb, ranges, targets[i], references[i], enforce, q, found, report)
-            out[i, 0] = count
-            write_branches(found, count, joints, out[i, branches:])
-
-    run.__module__ = solve.__module__  # which a process that compiles it has to import
-    kernel = kept(name, lambda: kernel_arguments(*types()), seconds)(run)
-    return ClosedForm(kernel, alone, max_branches, alone is not solve, usual, more, scratch)
+    return fine, (a, b, c, d, e, f, g, h, i)

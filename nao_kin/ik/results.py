@@ -209,12 +209,7 @@ class IKResult:
     @property
     def message(self) -> str | NDArray[np.object_]:
         """The reason in a sentence: a str, or of a batch an array of them, shape (...)."""
-        if self.reasons.ndim == 0:
-            return self.describe()
-        messages = np.empty(self.reasons.shape, dtype=object)
-        for index in np.ndindex(*self.reasons.shape):
-            messages[index] = self.describe(index)
-        return messages
+        return messages_of(self)
 
     def describe(self, index: tuple[int, ...] = (), *, degrees: bool = False) -> str:
         """The reason of one target in a sentence.
@@ -269,6 +264,16 @@ def result_made_later(parts: Callable[[], dict[str, Any]], notes: tuple[str, ...
     result = object.__new__(IKResult)
     result.__dict__["_parts"], result.__dict__["notes"] = parts, notes
     return result
+
+
+def messages_of(result: Any) -> str | NDArray[np.object_]:
+    """What a result describes: a str, or of a batch an array of them, shape (...)."""
+    if result.reasons.ndim == 0:
+        return str(result.describe())
+    messages = np.empty(result.reasons.shape, dtype=object)
+    for index in np.ndindex(*result.reasons.shape):
+        messages[index] = result.describe(index)
+    return messages
 
 
 def errors_in_words(away: float, turned: float, degrees: bool) -> str:

@@ -115,7 +115,7 @@ def as_reference(
         fits = False
     if not fits:
         raise WrongShape("reference", f"({robot.nq},) or {(*batch, robot.nq)} as the targets", array.shape)
-    return _projected(robot, array, "reference") if enforce else (_with_unit_quaternion(robot, array), ())
+    return inside_limits(robot, array) if enforce else (with_unit_quaternion(robot, array), ())
 
 
 def inside_limits(robot: RobotModel, reference: ArrayLike, what: str = "reference") -> tuple[Floats, tuple[str, ...]]:
@@ -131,18 +131,13 @@ def inside_limits(robot: RobotModel, reference: ArrayLike, what: str = "referenc
     Raises:
         WrongShape, NotFinite, BadArgument: no configurations.
     """
-    return _projected(robot, _finite(robot, reference, what), what)
-
-
-def _projected(robot: RobotModel, reference: Floats, what: str) -> tuple[Floats, tuple[str, ...]]:
+    array = _finite(robot, reference, what)
     try:
-        return robot.check_limits(reference), ()
+        return robot.check_limits(array), ()
     except OutsideLimits as error:
-        q = _with_unit_quaternion(robot, reference)
-        joints = len(robot.joint_names)
-        everything = LimitRegion(robot, np.arange(joints))
+        q, joints = with_unit_quaternion(robot, array), len(robot.joint_names)
         values = q[..., -joints:]
-        values[...] = everything.project(values.reshape(-1, joints)).reshape(values.shape)
+        values[...] = LimitRegion(robot, np.arange(joints)).project(values.reshape(-1, joints)).reshape(values.shape)
         return q, (f"{what} projected into the limits: {error.violations[0].describe()}",)
 
 
@@ -157,11 +152,7 @@ def with_unit_quaternion(robot: RobotModel, reference: ArrayLike, what: str = "r
     Raises:
         WrongShape, NotFinite, BadArgument: no configurations.
     """
-    return _with_unit_quaternion(robot, _finite(robot, reference, what))
-
-
-def _with_unit_quaternion(robot: RobotModel, reference: Floats) -> Floats:
-    q: Floats = np.array(reference)
+    q: Floats = np.array(_finite(robot, reference, what))
     base = robot.nq - len(robot.joint_names)
     q[..., :base] = robot.clamp(q)[..., :base]
     return q

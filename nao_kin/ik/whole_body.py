@@ -40,7 +40,15 @@ from nao_kin.ik.body_targets import (
     target_beyond,
 )
 from nao_kin.ik.compiling import run_rows
-from nao_kin.ik.results import MILLIMETRES_FROM, Codes, Integers, Reason, crossing_in_words, length_in_words
+from nao_kin.ik.results import (
+    MILLIMETRES_FROM,
+    Codes,
+    Integers,
+    Reason,
+    crossing_in_words,
+    length_in_words,
+    messages_of,
+)
 from nao_kin.ik.targets import Limits, check_threads, inside_limits, is_enforced, with_unit_quaternion
 from nao_kin.robot import RobotModel, SupportPolygon, polygon_below
 from nao_kin.rotations import quat_from_matrix, quat_to_xyzw
@@ -123,12 +131,7 @@ class WholeBodyResult:
     @property
     def message(self) -> str | NDArray[np.object_]:
         """The reason in a sentence: a str, or of a batch an array of them, shape (...)."""
-        if self.reasons.ndim == 0:
-            return self.describe()
-        messages = np.empty(self.reasons.shape, dtype=object)
-        for index in np.ndindex(*self.reasons.shape):
-            messages[index] = self.describe(index)
-        return messages
+        return messages_of(self)
 
     def describe(self, index: tuple[int, ...] = ()) -> str:
         """The reason of one pose in a sentence.
