@@ -115,7 +115,7 @@ def as_reference(
         fits = False
     if not fits:
         raise WrongShape("reference", f"({robot.nq},) or {(*batch, robot.nq)} as the targets", array.shape)
-    return inside_limits(robot, array) if enforce else (with_unit_quaternion(robot, array), ())
+    return _projected(robot, array, "reference") if enforce else (with_unit_quaternion(robot, array), ())
 
 
 def inside_limits(robot: RobotModel, reference: ArrayLike, what: str = "reference") -> tuple[Floats, tuple[str, ...]]:
@@ -131,11 +131,15 @@ def inside_limits(robot: RobotModel, reference: ArrayLike, what: str = "referenc
     Raises:
         WrongShape, NotFinite, BadArgument: no configurations.
     """
-    array = _finite(robot, reference, what)
+    return _projected(robot, _finite(robot, reference, what), what)
+
+
+def _projected(robot: RobotModel, reference: Floats, what: str) -> tuple[Floats, tuple[str, ...]]:
+    """What `inside_limits` returns, for finite configurations."""
     try:
-        return robot.check_limits(array), ()
+        return robot.check_limits(reference), ()
     except OutsideLimits as error:
-        q, joints = with_unit_quaternion(robot, array), len(robot.joint_names)
+        q, joints = with_unit_quaternion(robot, reference, what), len(robot.joint_names)
         values = q[..., -joints:]
         values[...] = LimitRegion(robot, np.arange(joints)).project(values.reshape(-1, joints)).reshape(values.shape)
         return q, (f"{what} projected into the limits: {error.violations[0].describe()}",)
