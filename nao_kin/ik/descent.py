@@ -190,7 +190,7 @@ def errors_at(chain: Chain, goal: Goal, target: Row, values: Row, scratch: Scrat
     first, m, cost = 0, len(values), 0.0
     for frame in range(len(chain.joints)):
         last = first + chain.joints[frame]
-        to_frame(chain, values, frame, first, scratch.T, scratch.axes, scratch.origins)
+        to_frame(chain, values, frame, first, scratch)
         T, at, row = scratch.T, 16 * frame, 6 * frame
         dx, dy, dz = target[at + 3] - T[3], target[at + 7] - T[7], target[at + 11] - T[11]
         for i in range(at, at + 3):

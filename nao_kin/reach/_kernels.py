@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats
 from nao_kin._kernels.cache import KeptKernel, both_ways
-from nao_kin._kernels.chains import Chain, chain_of, chain_types, to_frame
+from nao_kin._kernels.chains import Chain, Posed, chain_of, chain_types, to_frame
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.robot import WORLD, RobotModel, joints_below, serial_chain
 from nao_kin.robot.semantics import CoupledLimit
@@ -304,10 +304,11 @@ def interpolated(bends: Floats, column: int, at: float) -> float:
 def hands(values: Floats, tables: ChainTables, positions: Floats, axes: Floats, manipulability: Floats) -> None:
     """Position (m, 3), x axis (m, 3) and manipulability (m,) of the frame at joint values (m, c)."""
     chain, joints = tables.chain, len(tables.chain.slides)
-    T, axis, origin = np.empty(12), np.empty(3 * joints), np.empty(3 * joints)
+    posed = Posed(np.empty(12), np.empty(3 * joints), np.empty(3 * joints))
+    T, axis, origin = posed.T, posed.axes, posed.origins
     columns = np.empty((tables.moving, 3))
     for sample in range(values.shape[0]):
-        to_frame(chain, values[sample], 0, 0, T, axis, origin)
+        to_frame(chain, values[sample], 0, 0, posed)
         columns[:] = 0.0
         for k in range(joints):
             m, c = chain.ratio[k], chain.place[k]
