@@ -32,8 +32,8 @@ def limbs(robot: RobotModel) -> list[dict[str, Any]]:
         - `lower`, `upper`: their limits as values of the joints [rad], None for none; `table`: None, or the joint whose
           range depends on another: places of `joint` and `of` among the joints, and `lower` and `upper` bounds `at`
           values of the latter, linear between them and constant outside.
-        - `geometry`: lengths [m], angles [rad] and rotations by name, as the derivation in
-          docs/inverse_kinematics.md has them.
+        - `geometry`: lengths and places [m], angles [rad] and rotations (nine numbers by rows) by name, as in the
+          derivation in docs/inverse_kinematics.md.
 
     Raises:
         BadArgument: no robot model.
@@ -103,5 +103,5 @@ def _described(limb: Limb) -> dict[str, Any]:
         "lower": [finite_or_none(value) for value in ranges.lower],
         "upper": [finite_or_none(value) for value in ranges.upper],
         "table": table if bends > 0 else None,
-        "geometry": limb.numbers._asdict(),
+        "geometry": {name: list(x) if isinstance(x, tuple) else x for name, x in limb.numbers._asdict().items()},
     }

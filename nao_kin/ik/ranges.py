@@ -36,7 +36,7 @@ RIGID = 1e-6
 # Rotations that are closer to one are left as they are.
 ROUNDING = 1e-14
 # A search passes a limit by no more [rad].
-LIMIT_ROUNDING = 1e-14
+LIMIT_ROUNDING = 1e-9
 # Whole turns are added up to a reference of this size [rad]: beyond, they would cost digits of the solution.
 MOST_TURNED = 1e4
 # The most values at which the range of a joint that depends on another may bend.

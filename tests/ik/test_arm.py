@@ -220,6 +220,17 @@ def test_out_of_reach_is_said_with_the_distance_and_the_nearest(nao: nk.NaoModel
     assert nk.ik.arm(nao, "L", T[0]).count == 0
 
 
+def test_a_place_is_answered_by_the_reference_that_is_there_with_joints_at_their_limits(nao: nk.NaoModel) -> None:
+    rng = np.random.default_rng(3)
+    columns = [nao.joint_names.index(name) for name in nao.chains["LArm"] if not name.endswith("Hand")]
+    q = nao.random(rng, 1000)
+    at = rng.integers(0, 3, (1000, len(columns)))
+    q[:, columns] = np.where(at == 0, nao.lower[columns], np.where(at == 1, nao.upper[columns], q[:, columns]))
+    found = nk.ik.arm(nao, "L", nao.position(q, "LArm"), reference=q)
+    assert found.success.all()
+    np.testing.assert_allclose(found.q[:, columns], q[:, columns], atol=1e-6)
+
+
 @pytest.mark.parametrize("version", ["v3.2", "v6"])
 @pytest.mark.parametrize("inside", [1e-9, 1e-3])
 def test_a_place_inside_the_fold_is_out_of_reach(version: str, inside: float) -> None:

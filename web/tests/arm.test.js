@@ -27,8 +27,10 @@ for (const frame of ["LArm", "RArm"]) {
   const numbers = numbersOf(frame);
   const free = unlimited(numbers);
   const arm = new Arm(numbers);
-  const { x, y, z, elbow_x, elbow_y, hand_x, hand_y, hand_z } = numbers.geometry;
-  const [upper, lower] = [Math.hypot(elbow_x, elbow_y), Math.hypot(hand_x, hand_y, hand_z)];
+  const { shoulder, elbow_x, elbow_y, place } = numbers.geometry;
+  const [x, y, z] = shoulder;
+  const [hand_x, hand_y, hand_z] = place;
+  const [upper, lower] = [Math.hypot(elbow_x, elbow_y), Math.hypot(...place)];
   const configurations = randomValues(numbers, 200, 3);
   const references = randomValues(numbers, 200, 4);
 

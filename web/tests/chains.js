@@ -17,8 +17,8 @@ export const unlimited = (numbers) => ({
 
 /** The same limb with its frame turned in the link, as CameraBottom is in the head. */
 export function turnedFrame(numbers) {
-  const { a00, a01, a02, a10, a11, a12, a20, a21, a22 } = numbersOf("CameraBottom").geometry;
-  const geometry = { ...numbers.geometry, a00, a01, a02, a10, a11, a12, a20, a21, a22, turned: 1 };
+  const { rotation } = numbersOf("CameraBottom").geometry;
+  const geometry = { ...numbers.geometry, rotation, turned: 1 };
   return { ...numbers, geometry };
 }
 
@@ -30,8 +30,8 @@ const [X, Y, Z] = [
 
 // From the torso outwards: axes of joints, and displacements in the link between them.
 const CHAINS = {
-  leg: ({ kappa, hip_x, hip_y, hip_z, thigh, tibia, x, y, z }) => [
-    { by: [hip_x, hip_y, hip_z] },
+  leg: ({ kappa, hip, thigh, tibia, place }) => [
+    { by: hip },
     { axis: [0, Math.cos(kappa), Math.sin(kappa)] },
     { axis: X },
     { axis: Y },
@@ -40,19 +40,19 @@ const CHAINS = {
     { by: [0, 0, -tibia] },
     { axis: Y },
     { axis: X },
-    { by: [x, y, z] },
+    { by: place },
   ],
-  arm: ({ x, y, z, elbow_x, elbow_y, hand_x, hand_y, hand_z }) => [
-    { by: [x, y, z] },
+  arm: ({ shoulder, elbow_x, elbow_y, place }) => [
+    { by: shoulder },
     { axis: Y },
     { axis: Z },
     { by: [elbow_x, elbow_y, 0] },
     { axis: X },
     { axis: Z },
     { axis: X },
-    { by: [hand_x, hand_y, hand_z] },
+    { by: place },
   ],
-  head: ({ x, y, z, forward, up }) => [{ by: [x, y, z] }, { axis: Z }, { axis: Y }, { by: [forward, 0, up] }],
+  head: ({ neck, place }) => [{ by: neck }, { axis: Z }, { axis: Y }, { by: place }],
 };
 CHAINS.gaze = CHAINS.head;
 
@@ -77,7 +77,7 @@ function carried({ kind, geometry }, q, v, isPoint) {
 
 /** Pose of a limb's frame in the torso: sixteen numbers, row by row. */
 export function poseOf(numbers, q) {
-  const { a00, a01, a02, a10, a11, a12, a20, a21, a22 } = numbers.geometry;
+  const [a00, a01, a02, a10, a11, a12, a20, a21, a22] = numbers.geometry.rotation;
   const place = carried(numbers, q, [0, 0, 0], true);
   const axes = [
     [a00, a10, a20],

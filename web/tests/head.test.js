@@ -150,8 +150,9 @@ for (const camera of ["CameraTop", "CameraBottom"]) {
   });
 
   test(`${camera} cannot look at what is nearer to the neck than itself`, () => {
-    const { x, y, z, forward, up } = cameraNumbers.geometry;
-    const radius = Math.hypot(forward, up);
+    const { neck, place } = cameraNumbers.geometry;
+    const [x, y, z] = neck;
+    const radius = Math.hypot(...place);
     const answer = gaze.solveGaze([x + 0.01, y, z], [0, 0]);
     assertBlamed(answer, "OUT_OF_REACH", -1, radius - 0.01, 0);
     assert.ok(answer.nearest);

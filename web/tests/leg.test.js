@@ -87,13 +87,13 @@ for (const frame of ["LLeg", "RLeg"]) {
   });
 
   test(`${frame} out of reach says by how much, stretched or folded`, () => {
-    const { hip_x, hip_y, hip_z, thigh, tibia, z } = numbers.geometry;
+    const { hip, thigh, tibia, place } = numbers.geometry;
     const T = poseOf(numbers, [0, 0, 0, 0, 0, 0]);
     const far = leg.solve(movedBy(T, [0, 0, -0.05]), references[0]);
     assertBlamed(far, "OUT_OF_REACH", -1, 0.05, 0);
-    const hip = [hip_x, hip_y, hip_z + z];
+    const folding = [hip[0], hip[1], hip[2] + place[2]];
     const folded = leg.solve(
-      T.map((value, i) => (i % 4 === 3 && i < 12 ? hip[(i - 3) / 4] : value)),
+      T.map((value, i) => (i % 4 === 3 && i < 12 ? folding[(i - 3) / 4] : value)),
       references[0],
     );
     assertBlamed(folded, "OUT_OF_REACH", -1, Math.abs(thigh - tibia), 0);

@@ -388,7 +388,7 @@ def test_limbs_are_plain_and_those_of_the_robot(nao: nk.NaoModel) -> None:
     moved = nk.load_nao()
     hip = int(moved.model.getJointId("LHipYawPitch"))
     moved.model.jointPlacements[hip].translation += np.array([0.001, 0.0, 0.0])
-    assert limb_of(moved, "leg", "L")["geometry"]["hip_x"] == limb_of(nao, "leg", "L")["geometry"]["hip_x"] + 0.001
+    assert limb_of(moved, "leg", "L")["geometry"]["hip"][0] == limb_of(nao, "leg", "L")["geometry"]["hip"][0] + 0.001
 
 
 def test_the_limbs_of_the_unit_tests_of_the_page_are_those_of_the_robot(nao: nk.NaoModel) -> None:

@@ -32,13 +32,11 @@ export class Arm extends Limb {
   /** @param {ArmNumbers} numbers */
   constructor(numbers) {
     super(numbers);
-    const { x, y, z, elbow_x, elbow_y, hand_x, hand_y, hand_z } = this.geometry;
-    /** @type {Vector} */
-    this.shoulder = [x, y, z];
+    const { shoulder, elbow_x, elbow_y, place } = this.geometry;
+    this.shoulder = shoulder;
     /** @type {Vector} */
     this.elbow = [elbow_x, elbow_y, 0];
-    /** @type {Vector} */
-    this.hand = [hand_x, hand_y, hand_z];
+    this.hand = place;
     this.upperArm = Math.hypot(elbow_x, elbow_y);
   }
 

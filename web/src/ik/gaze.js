@@ -25,14 +25,13 @@ export class Gaze extends Neck {
   /** @param {GazeNumbers} numbers */
   constructor(numbers) {
     super(numbers);
-    const { x, y, z, a00, a20, forward, up } = this.geometry;
-    /** @type {Vector} */
-    this.neck = [x, y, z];
+    const { neck, place, rotation } = this.geometry;
+    this.neck = neck;
     // o and n, which lie in the head's plane of x and z.
-    this.ahead = forward;
-    this.up = up;
-    this.nx = a00;
-    this.nz = a20;
+    this.ahead = place[0];
+    this.up = place[2];
+    this.nx = rotation[0];
+    this.nz = rotation[6];
   }
 
   /**

@@ -38,12 +38,11 @@ export class Leg extends Limb {
   /** @param {LegNumbers} numbers */
   constructor(numbers) {
     super(numbers);
-    const { thigh, tibia, hip_x, hip_y, hip_z, x, y, z } = this.geometry;
+    const { thigh, tibia, hip, place } = this.geometry;
     this.triangle = new LegTriangle(thigh, tibia);
-    /** @type {Vector} */
-    this.hip = [hip_x, hip_y, hip_z];
-    /** @type {Vector} the frame from the ankle, in the axes of the foot */
-    this.sole = [x, y, z];
+    this.hip = hip;
+    // The frame from the ankle, in the axes of the foot.
+    this.sole = place;
   }
 
   /**

@@ -33,13 +33,8 @@ export class Limb {
     this.table = numbers.table;
     /** @type {Numbers["geometry"]} */
     this.geometry = numbers.geometry;
-    const { a00, a01, a02, a10, a11, a12, a20, a21, a22 } = numbers.geometry;
-    /**
-     * Rotation of the frame in the link that carries it.
-     *
-     * @type {Rotation}
-     */
-    this.frameRotation = [a00, a01, a02, a10, a11, a12, a20, a21, a22];
+    // Of the frame in the link that carries it.
+    this.frameRotation = numbers.geometry.rotation;
   }
 
   /**

@@ -1,5 +1,7 @@
 // What goes into the closed forms and what comes out of them.
 
+import type { Rotation, Vector } from "../math/types.js";
+
 /** Numbers of a limb as `nk.ik.limbs` describes it. Lengths are in metres, angles in radians; an open limit is null. */
 interface Described<Kind extends string, Geometry> {
   kind: Kind;
@@ -34,60 +36,39 @@ export interface CoupledTable {
   upper: number[];
 }
 
-/** The rotation of the frame in the link that carries it, entry by entry. */
-interface FrameRotation {
-  a00: number;
-  a01: number;
-  a02: number;
-  a10: number;
-  a11: number;
-  a12: number;
-  a20: number;
-  a21: number;
-  a22: number;
+/** The frame in the link that carries it: its rotation there, and its place from the last centre of joints. */
+interface FrameInLink {
+  rotation: Rotation;
+  place: Vector;
+  /** 0 where the frame has the axes of its link. */
+  turned: number;
 }
 
-/** The leg: where the hip is in the torso, and the frame at (x, y, z) from the ankle in its own axes. */
-export interface LegGeometry extends FrameRotation {
-  hip_x: number;
-  hip_y: number;
-  hip_z: number;
+/** The leg: the hip in the torso, and the frame from the ankle. */
+export interface LegGeometry extends FrameInLink {
+  hip: Vector;
   /** Angle of HipYawPitch's axis (0, cos κ, sin κ). */
   kappa: number;
   cos_kappa: number;
   sin_kappa: number;
   thigh: number;
   tibia: number;
-  x: number;
-  y: number;
-  z: number;
-  /** 0 where the frame has the axes of its link. */
-  turned: number;
+  /** By how much a target may be out of reach of the straight leg. */
+  stretched: number;
 }
 
-/** The arm: the shoulder at (x, y, z) in the torso, the elbow from it in the upper arm, the frame from the elbow. */
-export interface ArmGeometry extends FrameRotation {
-  x: number;
-  y: number;
-  z: number;
+/** The arm: the shoulder in the torso, the elbow from it in the upper arm, the frame from the elbow. */
+export interface ArmGeometry extends FrameInLink {
+  shoulder: Vector;
   elbow_x: number;
   elbow_y: number;
-  hand_x: number;
-  hand_y: number;
-  hand_z: number;
   /** Metres that count as much as a radian, for the nearest pose; the page does not ask for that. */
   weight: number;
-  /** 0 where the frame has the axes of its link. */
-  turned: number;
 }
 
-/** The head: the neck at (x, y, z) in the torso, the frame from it by `forward` and `up` in the head. */
-export interface HeadGeometry extends FrameRotation {
-  x: number;
-  y: number;
-  z: number;
-  forward: number;
-  up: number;
+/** The head: the neck in the torso, the frame from it. */
+export interface HeadGeometry extends FrameInLink {
+  neck: Vector;
 }
 
 /** Why there is no branch, or that there is one: names of `nk.ik.Reason`. */
