@@ -1,7 +1,6 @@
 import { allTurnedTowards, clamp, interpolate, squaredDistance, turnedTowards } from "../math/numbers.js";
 import { LIMIT, ROUNDING } from "./tolerances.js";
 
-/** @import { Rotation } from "../math/types.js" */
 /** @import { Answer } from "./answer.js" */
 /** @import { LimbNumbers, Violation } from "./types.js" */
 
