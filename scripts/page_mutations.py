@@ -407,7 +407,7 @@ _PROGRAM = (
         ),
     ),
     *_faults(
-        "viewer/recording.py",
+        "viewer/handles.py",
         "test_from_python_alone.py",
         (
             "halved-recording-loses-its-first-and-last",

@@ -46,7 +46,7 @@ SCREWS = (
         ("way-from-the-difference-of-far-points", "turned(back, p_1 - p_0)", "turned(back, p_1) - turned(back, p_0)"),
     ),
     *faults(
-        "screws/_screw.py",
+        "screws/_exponential.py",
         "test_axes.py",
         ("slide-as-long-as-the-velocity", "speed, 0.0), dot(e, v))", "speed, 0.0), np.linalg.norm(v, axis=-1))"),
         ("pitch-of-a-translation-without-its-sign", "np.copysign(np.inf, self.slide)", "np.inf"),

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats
 from nao_kin._kernels.cache import both_ways
-from nao_kin._kernels.so3 import inverse_jacobian_factor, rotation_vector
+from nao_kin._kernels.chains import inverse_jacobian_factor, rotation_vector
 from nao_kin.ik.body import (
     Body,
     add_chain,

@@ -25,8 +25,7 @@ from numpy.typing import NDArray
 from nao_kin._core.arrays import Floats
 from nao_kin._core.text import quoted
 from nao_kin._kernels.cache import both_ways
-from nao_kin._kernels.chains import Chain, chain_of, chain_types, to_frame
-from nao_kin._kernels.so3 import SMALL_ANGLE, rotation_vector
+from nao_kin._kernels.chains import SMALL_ANGLE, Chain, chain_of, chain_types, rotation_vector, to_frame
 from nao_kin.errors import BadArgument
 from nao_kin.ik.compiling import Row, copied, in_lists, kept, run_rows
 from nao_kin.ik.limit_regions import TABLE, LimitRegion, Region, open_directions, project, region_type

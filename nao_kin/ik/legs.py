@@ -22,7 +22,7 @@ from nao_kin.ik.geometry import (
     parts_of_result,
     torso_in_trunk,
 )
-from nao_kin.ik.leg import Leg, leg_limb, nearest_foot
+from nao_kin.ik.leg import Leg, leg_limb, missed, nearest_feet, nearest_foot
 from nao_kin.ik.legs_apart import BALANCED, LEFT_FIRST, RIGHT_FIRST
 from nao_kin.ik.legs_equations import (
     BLAMED,
@@ -50,7 +50,6 @@ from nao_kin.ik.legs_torso import (
     solve_at_wish,
     solve_pair,
 )
-from nao_kin.ik.nearest_feet import missed, nearest_feet
 from nao_kin.ik.results import Codes, IKResult, Reason, angle_in_words, crossing_in_words, errors_in_words
 from nao_kin.ik.targets import Limits, as_poses, as_reference, check_threads, is_enforced, refuse_not_rigid
 from nao_kin.robot import RobotModel

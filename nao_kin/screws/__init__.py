@@ -16,6 +16,7 @@ from nao_kin.screws._dual_quaternions import (
     pose_from_dual_quat,
 )
 from nao_kin.screws._exponential import (
+    Screw,
     exp,
     hat,
     left_jacobian,
@@ -39,7 +40,6 @@ from nao_kin.screws._poses import (
     transform_twist,
     transform_wrench,
 )
-from nao_kin.screws._screw import Screw
 
 __all__ = [
     "Screw",

@@ -1,8 +1,7 @@
 """The robot in a browser."""
 
+from nao_kin.viewer.handles import Recording, ShownRobot
 from nao_kin.viewer.meshcat_robot import MeshcatRobot
-from nao_kin.viewer.recording import Recording
-from nao_kin.viewer.shown_robot import ShownRobot
 from nao_kin.viewer.shown_scene import OutsideLimitsWarning
 from nao_kin.viewer.viewer import Viewer
 

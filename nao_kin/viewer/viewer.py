@@ -30,13 +30,12 @@ from nao_kin.viewer import overlays
 from nao_kin.viewer.access import POLICY, Document, checked_names, checked_token, live_page, static_page
 from nao_kin.viewer.browser import Screenshots
 from nao_kin.viewer.description import SceneRobot
-from nao_kin.viewer.drawings import Buttons, Extras
+from nao_kin.viewer.handles import Recording, ShownRobot, checked_pose
 from nao_kin.viewer.messages import RetainedMessages, packed, panel_message, set_animation, track, typed_array
 from nao_kin.viewer.notebook import NOT_LIVE, Bridge, bridge_of, frame, has_bridge
-from nao_kin.viewer.recording import Recording
+from nao_kin.viewer.overlays import Buttons, Extras
 from nao_kin.viewer.scene import ROBOT
 from nao_kin.viewer.server import Answer, LiveServer, weak_receiver
-from nao_kin.viewer.shown_robot import ShownRobot, checked_pose
 from nao_kin.viewer.shown_scene import ChangeCallback, Changes, Lead, OutsideWarnings, Subscription
 
 # A page names itself in what it sends, and is sent it back.

@@ -39,8 +39,17 @@ import numpy as np
 from nao_kin._core.text import MOST_SHOWN, abbreviated, quoted
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import nearest_names
-from nao_kin.motion.files.config_stream import ConfigStream, Fields, Items, Word
-from nao_kin.motion.files.key_frames import Ease, KeyFrame, ease_of, key_frame, motion_of_frames
+from nao_kin.motion.files.key_frames import (
+    ConfigStream,
+    Ease,
+    Fields,
+    Items,
+    KeyFrame,
+    Word,
+    ease_of,
+    key_frame,
+    motion_of_frames,
+)
 from nao_kin.motion.files.source import Format, MotionFileWarning, Source, chosen
 from nao_kin.motion.motion import Motion
 
