@@ -135,7 +135,7 @@ def read_joint_tree(robot: RobotModel) -> dict[int, JointNode]:
         ['HeadYaw', 'HeadPitch']
     """
     check_robot(robot)
-    model, rows = robot.model, joint_rows(robot.model, robot.tree)
+    model, rows = robot.model, joint_rows(robot)
     ids = {name: index for index, name in enumerate(model.names) if index in rows}
     ranges = dict(zip(robot.joint_names, zip(robot.lower.tolist(), robot.upper.tolist(), strict=True), strict=True))
     nodes: dict[int, JointNode] = {}

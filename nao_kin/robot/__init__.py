@@ -1,8 +1,8 @@
 """Robot models: any URDF as a Pinocchio model that answers kinematic questions."""
 
 from nao_kin.robot.answers import CROSSOVER
-from nao_kin.robot.build import LIMIT_ARRAYS, Base, ModelNumbers, joint_rows
-from nao_kin.robot.chains import SerialChain, Topology, joints_below, serial_chain, topology
+from nao_kin.robot.build import LIMIT_ARRAYS, Base, ModelNumbers
+from nao_kin.robot.chains import SerialChain, Topology, joint_rows, joints_below, serial_chain, topology
 from nao_kin.robot.configurations import COUPLING_TOLERANCE, UNIT_TOLERANCE
 from nao_kin.robot.geometry import GeometryKind, mesh_path, read_mesh, shape_geometry
 from nao_kin.robot.kinematics import WORLD, Expression, FrameIds, Kinematics, PoseForm, expression_named

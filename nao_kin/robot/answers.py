@@ -17,7 +17,7 @@ from nao_kin._core.arrays import MOST_THREADS, as_floats, as_numbers, refuse_non
 from nao_kin._core.text import quoted
 from nao_kin._kernels.cache import has_numba, note_slowness
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.robot.build import ModelNumbers, joint_rows
+from nao_kin.robot.build import ModelNumbers, rows_by_id
 from nao_kin.robot.configurations import TURN, Configurations
 from nao_kin.robot.kinematics import Kinematics, Question
 from nao_kin.robot.urdf import UrdfTree
@@ -27,7 +27,7 @@ from nao_kin.robot.urdf import UrdfTree
 
 def joint_tree(model: pin.Model, tree: UrdfTree) -> kernels.JointTree:
     """The joints of a model that `build_model` made of this tree."""
-    joints, rows = list[kernels.TreeJoint](), joint_rows(model, tree)
+    joints, rows = list[kernels.TreeJoint](), rows_by_id(model, tree)
     ids = {row.name: index for index, row in rows.items()}
     for index in range(1, model.njoints):
         placement, inertia, row = model.jointPlacements[index], model.inertias[index], rows.get(index)

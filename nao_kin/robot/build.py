@@ -113,14 +113,8 @@ def _built(tree: UrdfTree, base: Base) -> pin.Model:
     return model
 
 
-def joint_rows(model: pin.Model, tree: UrdfTree) -> dict[int, UrdfJoint]:
-    """Pinocchio's id → the joint of the file; the universe and a floating base, which come first, have none.
-
-    Examples:
-        >>> nao = nk.load_nao()
-        >>> nk.robot.joint_rows(nao.model, nao.tree)[1].name
-        'HeadYaw'
-    """
+def rows_by_id(model: pin.Model, tree: UrdfTree) -> dict[int, UrdfJoint]:
+    """Pinocchio's id → the joint of the file; the universe and a floating base, which come first, have none."""
     moving = tree.moving_joints
     return dict(enumerate(moving, model.njoints - len(moving)))
 

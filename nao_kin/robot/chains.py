@@ -8,10 +8,24 @@ from dataclasses import dataclass
 import numpy as np
 
 from nao_kin._core.arrays import Floats
-from nao_kin.robot.build import joint_rows
+from nao_kin.robot.build import rows_by_id
 from nao_kin.robot.model import RobotModel, check_robot
 from nao_kin.robot.semantics import Mimic
 from nao_kin.robot.urdf import UrdfJoint
+
+
+def joint_rows(robot: RobotModel) -> dict[int, UrdfJoint]:
+    """Pinocchio's id → the joint of the file; the universe and a floating base, which come first, have none.
+
+    Raises:
+        BadArgument: no robot model.
+
+    Examples:
+        >>> nk.robot.joint_rows(nk.load_nao())[1].name
+        'HeadYaw'
+    """
+    check_robot(robot)
+    return rows_by_id(robot.model, robot.tree)
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +88,7 @@ def serial_chain(robot: RobotModel, base: str, frame: str) -> SerialChain:
     down, T_last_frame = joints_below(robot, frame)
     while up and down and up[0] == down[0]:  # joints that carry both
         up, down = up[1:], down[1:]
-    rows = joint_rows(robot.model, robot.tree)
+    rows = joint_rows(robot)
     placements, fixed, slides, drivers = [], np.linalg.inv(T_last_base), list[bool](), list[Mimic]()
     for joint_id, sign in (*((joint, -1.0) for joint in reversed(up)), *((joint, 1.0) for joint in down)):
         row, T_parent_joint = rows[joint_id], np.array(robot.model.jointPlacements[joint_id].homogeneous)
@@ -98,8 +112,7 @@ def joints_below(robot: RobotModel, frame: str) -> tuple[list[int], Floats]:
         >>> len(ids), placement.shape
         (2, (4, 4))
     """
-    check_robot(robot)
-    model, rows = robot.model, joint_rows(robot.model, robot.tree)
+    rows, model = joint_rows(robot), robot.model
     place = model.frames[robot.frame_ids([frame])[0]]
     ids = [int(joint_id) for joint_id in model.supports[place.parentJoint] if joint_id in rows]
     return ids, np.array(place.placement.homogeneous)
@@ -162,8 +175,7 @@ def topology(robot: RobotModel) -> Topology:
         >>> nk.robot.topology(nk.load_nao()).degrees_of_freedom
         25
     """
-    check_robot(robot)
-    rows = joint_rows(robot.model, robot.tree)
+    rows = joint_rows(robot)
     # Joint → the joints from the root to it, itself the last.
     paths = {row.name: [rows[k].name for k in robot.model.supports[i] if k in rows] for i, row in rows.items()}
     names = list(paths)

@@ -17,7 +17,6 @@ from nao_kin.robot.build import Base
 from nao_kin.robot.model import RobotModel
 
 _PACKAGE = "example-robot-data"
-_NEEDED = ("loading a robot by name", "robots")
 _DESCRIPTIONS = "robot_descriptions"
 # What all its names end in.
 _ENDING = "_description"
@@ -38,7 +37,7 @@ def robot_names(*, download: bool = False) -> tuple[str, ...]:
         True
     """
     described = _described_names() if download else ()
-    return (*_files(None if described else _NEEDED), *described)
+    return (*_files(None if described else MissingExtra("loading a robot by name", "robots")), *described)
 
 
 def load_robot(name: str, *, base: Base = "fixed") -> RobotModel:
@@ -65,8 +64,12 @@ def load_robot(name: str, *, base: Base = "fixed") -> RobotModel:
     """
     described = _described_names()
     is_theirs = isinstance(name, str) and name.endswith(_ENDING) and not described
-    theirs = ("loading a robot by this name", "descriptions")
-    files = _files(theirs if is_theirs else None if described else _NEEDED)
+    missing = (
+        MissingExtra("loading a robot by this name", "descriptions")
+        if is_theirs
+        else MissingExtra("loading a robot by name", "robots")
+    )
+    files = _files(None if described else missing)
     if isinstance(name, str) and name in files:
         urdf = files[name]
         # example-robot-data keeps the SRDF of the same name in the folder srdf beside that of the URDF.
@@ -78,13 +81,13 @@ def load_robot(name: str, *, base: Base = "fixed") -> RobotModel:
     raise UnknownName("robot", name, (*files, *described), hint)
 
 
-def _files(needed: tuple[str, str] | None) -> dict[str, Path]:
+def _files(missing: MissingExtra | None) -> dict[str, Path]:
     """The URDF files of example-robot-data by name, none where it is not installed.
 
     The package holds data and no module, so its folder is found through the list of its installed files.
 
     Args:
-        needed: the purpose and the extra without which there is no robot; None where there are others.
+        missing: raised where the package is not installed; None where there are other robots.
 
     Raises:
         MissingExtra: the package is needed and not installed.
@@ -94,9 +97,9 @@ def _files(needed: tuple[str, str] | None) -> dict[str, Path]:
     try:
         installed = importlib.metadata.files(_PACKAGE) or []
     except importlib.metadata.PackageNotFoundError:
-        if needed is None:
+        if missing is None:
             return {}
-        raise MissingExtra(*needed) from None
+        raise missing from None
     found = {
         file.stem: Path(str(file.locate())) for file in installed if file.suffix == ".urdf" and "robots" in file.parts
     }
