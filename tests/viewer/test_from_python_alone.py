@@ -14,7 +14,7 @@ from viewer_pages import messages_of
 
 import nao_kin as nk
 from nao_kin.errors import NaoKinError
-from nao_kin.viewer import Viewer, recording
+from nao_kin.viewer import Viewer, handles
 from nao_kin.viewer.shown_scene import Changes
 
 
@@ -40,8 +40,8 @@ def test_a_recording_stands_still_where_the_robot_did_and_keeps_both_ends_when_i
     nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     clock = [0.0]
-    monkeypatch.setattr(recording, "time", SimpleNamespace(monotonic=lambda: clock[0]))
-    monkeypatch.setattr(recording, "_MOST", 20)
+    monkeypatch.setattr(handles, "time", SimpleNamespace(monotonic=lambda: clock[0]))
+    monkeypatch.setattr(handles, "_MOST", 20)
     viewer = Viewer(nao)
     begin = viewer.q
     with viewer.record(fps=10.0) as taken:

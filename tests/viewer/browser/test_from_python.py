@@ -18,7 +18,7 @@ from viewer_pages import Page, messages_of, opened, until
 import nao_kin as nk
 from nao_kin.errors import BadArgument, DisagreeingJoints, NotARotation, NotFinite, UnknownName, WrongShape
 from nao_kin.joints import TypedModel
-from nao_kin.viewer import Viewer, recording
+from nao_kin.viewer import Viewer, handles
 
 HOSTILE = ("__proto__", "</script><script>window.hacked = 1</script>", "a/b", "toString", "Ω" * 200)
 
@@ -585,8 +585,8 @@ def test_what_is_shown_is_recorded_as_a_motion(page: Page, live: Viewer, nao: nk
 
 def test_recordings_of_any_length_need_bounded_memory(nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch) -> None:
     clock = iter(np.arange(0.0, 1e6, 0.04))
-    monkeypatch.setattr(recording, "time", SimpleNamespace(monotonic=lambda: float(next(clock))))
-    monkeypatch.setattr(recording, "_MOST", 40)
+    monkeypatch.setattr(handles, "time", SimpleNamespace(monotonic=lambda: float(next(clock))))
+    monkeypatch.setattr(handles, "_MOST", 40)
     viewer = Viewer(nao)
     with viewer.record(fps=30.0) as taken:
         for index in range(2000):
