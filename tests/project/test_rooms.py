@@ -8,6 +8,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 
+import pytest
+
 import nao_kin
 
 PACKAGE = Path(nao_kin.__file__).parent
@@ -136,6 +138,8 @@ def test_a_public_room_lists_what_it_offers() -> None:
             assert offered <= set(value.__all__), name
 
 
+@pytest.mark.filterwarnings("ignore::DeprecationWarning:pyparsing")  # of matplotlib 3.9
+@pytest.mark.filterwarnings("ignore::DeprecationWarning:matplotlib")
 def test_no_module_takes_the_place_of_a_public_name() -> None:
     for module in MODULES:
         if module.stem != "__main__":
