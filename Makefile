@@ -1,8 +1,9 @@
 # Two commands need only Python, make and the package registries:
 #   make demo    sets everything up and runs the main job
-#   make test    sets everything up and checks everything
+#   make test    sets everything up and checks what a change can break
 # And while working:
-#   make quick        lint and the fast tests, half a minute
+#   make quick        lint and the fast tests, half a minute; with ROOM=ik, all tests of tests/ik
+#   make test-all     what `make test` leaves out: matrices, notebooks, wheels, other versions of the dependencies
 #   make test-lowest  the fast tests with the lowest versions of all dependencies that pyproject.toml allows
 #   make test-light   the wheel with the default dependencies alone answers, and says what an extra would bring
 #   make coverage     all tests with branch coverage, 95 % at least
@@ -22,9 +23,10 @@ OPEN := $(if $(filter Darwin,$(shell uname)),open,xdg-open)
 LOWEST ?= .venv-lowest
 LIGHT ?= .venv-light
 PIP_INSTALL := python -m pip install --quiet --disable-pip-version-check --no-compile
-QUICK := -m "not slow" --hypothesis-profile=quick
+QUICK := -m "not slow and not full" --hypothesis-profile=quick
+PARALLEL := -n $(WORKERS) --dist loadfile --no-loadscope-reorder
 
-.PHONY: demo test quick kernels long-kernels other-kernels lint types web unit test-lowest test-light coverage mutate docs linkcheck generate check-generated tools-table check-tools-table bench clean
+.PHONY: demo test test-all quick kernels long-kernels other-kernels lint types web unit test-lowest test-light coverage mutate docs linkcheck generate check-generated tools-table check-tools-table bench clean
 
 $(STAMP): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -48,8 +50,13 @@ test: $(STAMP)
 	$(MAKE) -j3 lint types check-generated docs kernels web
 	$(MAKE) unit
 
+test-all: $(STAMP) $(LOWEST)/.installed $(LIGHT)/.installed
+	$(BIN)/pytest $(PARALLEL) -m full
+	$(MAKE) test-lowest
+	$(MAKE) test-light
+
 quick: lint
-	$(BIN)/pytest -n auto $(QUICK)
+	$(BIN)/pytest $(if $(ROOM),$(PARALLEL) tests/$(ROOM),-n auto $(QUICK))
 
 kernels: long-kernels other-kernels
 
@@ -77,7 +84,7 @@ web:
 unit: $(STAMP)
 	@command -v check_urdf >/dev/null || echo "check_urdf is absent (Debian: liburdfdom-tools); its tests are skipped"
 	@command -v chromium chromium-browser google-chrome >/dev/null || echo "no Chromium; the browser tests are skipped"
-	$(BIN)/pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder
+	$(BIN)/pytest $(PARALLEL) -m "not full"
 
 $(LOWEST)/.installed: pyproject.toml scripts/lowest_requirements.py | $(STAMP)
 	$(PYTHON) -m venv $(LOWEST)

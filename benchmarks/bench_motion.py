@@ -25,7 +25,8 @@ from numpy.typing import NDArray
 from scipy.interpolate import BPoly, CubicHermiteSpline, make_interp_spline
 
 import nao_kin as nk
-from nao_kin.motion import FORMATS, check, read_motion, smooth_slopes, write_motion
+from nao_kin.motion import FORMATS, check, read_motion, write_motion
+from nao_kin.motion.interpolation import smooth_slopes
 from nao_kin.robot.nao import BODY_ORDER
 
 Array = NDArray[Any]

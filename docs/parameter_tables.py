@@ -7,28 +7,29 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from nao_kin import parameters
+from nao_kin.robot.nao import parameters, v6
+from nao_kin.robot.nao.rows import SOURCES
 
 _TABLES = {
     "Offsets [mm]": parameters.OFFSETS,
-    "Joints": parameters.JOINTS,
+    "Joints": v6.JOINTS,
     "Limits": parameters.LIMITS,
     "Speed and torque [rad/s, N m]": parameters.ACTUATORS,
-    "Coupled limits [°]": parameters.COUPLED_LIMITS,
+    "Coupled limits [°]": v6.COUPLED_LIMITS,
     "Inertia [kg, m, kg m²]": parameters.INERTIALS,
     "Frames [m, rad]": parameters.FRAMES,
-    "Fingers [m, rad]": parameters.FINGERS,
+    "Fingers [m, rad]": v6.FINGERS,
     "Placeholder of links without a mass of their own [kg, m, kg m²]": (parameters.PLACEHOLDER,),
-    "Collision shapes [m]": parameters.COLLISION_SHAPES,
+    "Collision shapes [m]": v6.COLLISION_SHAPES,
     "Meshes": parameters.VISUALS,
-    "Postures, in Body order [rad; 0 to 1 for hands]": parameters.POSTURES,
+    "Postures, in Body order [rad; 0 to 1 for hands]": v6.POSTURES,
 }
 
 
 def write_tables(path: Path) -> None:
     """Write all tables, and the sources behind their codes."""
     parts = [f"## {title}\n\n{_table(rows)}" for title, rows in _TABLES.items()]
-    sources = "\n".join(f"| {code} | {text} |" for code, text in parameters.SOURCES.items())
+    sources = "\n".join(f"| {code} | {text} |" for code, text in SOURCES.items())
     parts.append(f"## Sources\n\n| code | source |\n|---|---|\n{sources}")
     path.parent.mkdir(exist_ok=True)
     path.write_text("\n\n".join(parts) + "\n", encoding="utf-8")

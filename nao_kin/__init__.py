@@ -24,6 +24,7 @@ if TYPE_CHECKING:
         export,
         ik,
         joints,
+        joints as typed,
         motion,
         naoqi,
         reach,
@@ -33,11 +34,19 @@ if TYPE_CHECKING:
         stream,
         viewer,
     )
-    from nao_kin import joints as typed
     from nao_kin._kernels import KernelState, cache_folder, warm_up
     from nao_kin.motion import Motion
-    from nao_kin.robot import LimitViolation, NaoModel, RobotModel, load_nao, load_robot, robot_names, semantics, urdf
-    from nao_kin.robot import nao as parameters
+    from nao_kin.robot import (
+        LimitViolation,
+        NaoModel,
+        RobotModel,
+        load_nao,
+        load_robot,
+        nao as parameters,
+        robot_names,
+        semantics,
+        urdf,
+    )
     from nao_kin.screws import lines
     from nao_kin.stream import distributed
     from nao_kin.viewer import Viewer

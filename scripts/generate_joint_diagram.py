@@ -19,7 +19,9 @@ from numpy.typing import NDArray
 
 from nao_kin import NaoModel, load_nao
 from nao_kin._core.files import write_text
-from nao_kin.joints import JointGroups, TypedJoint, body_part, group_joints, unmerged_joints
+from nao_kin.joints import JointGroups, MultiDofJoint, group_joints
+from nao_kin.joints.grouping import unmerged_joints
+from nao_kin.joints.tables import body_part
 
 OUTPUT = Path(__file__).resolve().parent.parent / "docs" / "images" / "kinematic_tree.svg"
 
@@ -53,12 +55,12 @@ class Figure:
         angles = {name: math.radians(value) for name, value in POSTURE.items()}
         self._q = nao.configuration(angles, limits="ignore")
 
-    def centre(self, joint: TypedJoint) -> Point:
+    def centre(self, joint: MultiDofJoint) -> Point:
         """Where a joint is."""
         T_zero, T_shown = (self.nao.fk(q, joint.joints[0]) for q in (self._zero, self._q))
         return self._on_page(T_shown[:3, :3] @ T_zero[:3, :3].T @ (joint.centre - T_zero[:3, 3]) + T_shown[:3, 3])
 
-    def axis(self, joint: TypedJoint, part: int) -> Floats:
+    def axis(self, joint: MultiDofJoint, part: int) -> Floats:
         """Direction of an axis: right, up, and towards the reader."""
         R_zero, R_shown = (self.nao.rotation(q, joint.joints[part]) for q in (self._zero, self._q))
         x, y, z = R_shown @ R_zero.T @ joint.axes[part]
@@ -101,7 +103,7 @@ def spherical(at: Point) -> list[str]:
     return [socket, _circle(at, 6.6, COLOURS["spherical"], "none")]
 
 
-def panel(figure: Figure, groups: JointGroups, title: str, label: Callable[[TypedJoint], str]) -> list[str]:
+def panel(figure: Figure, groups: JointGroups, title: str, label: Callable[[MultiDofJoint], str]) -> list[str]:
     """The figure with the symbols of its joints, those of the robot's left side labelled."""
     centres = {joint.name: figure.centre(joint) for joint in groups}
     drawn = [_text((ORIGIN[0], 28.0), title, 17, anchor="middle", weight="600")]
@@ -113,7 +115,7 @@ def panel(figure: Figure, groups: JointGroups, title: str, label: Callable[[Type
         f'stroke="{MOTOR}" stroke-width="2" stroke-dasharray="4 3"/>'
     )
     drawn.append(_text(((left[0] + right[0]) / 2, dip - 5.0), "one motor", 12, anchor="middle", fill=MOTOR))
-    together: dict[Point, list[TypedJoint]] = {}
+    together: dict[Point, list[MultiDofJoint]] = {}
     for joint in groups:
         together.setdefault(centres[joint.name], []).append(joint)
     for at, joints in together.items():
@@ -128,7 +130,7 @@ def panel(figure: Figure, groups: JointGroups, title: str, label: Callable[[Type
     return drawn
 
 
-def symbol(figure: Figure, joint: TypedJoint, at: Point) -> list[str]:
+def symbol(figure: Figure, joint: MultiDofJoint, at: Point) -> list[str]:
     """The symbol of a joint."""
     if joint.pair.name == "universal":
         return universal(at)
@@ -178,7 +180,7 @@ def diagram(nao: NaoModel) -> str:
     """The SVG."""
     figure = Figure(nao)
 
-    def in_words(joint: TypedJoint) -> str:
+    def in_words(joint: MultiDofJoint) -> str:
         return f"{body_part(joint.joints[0]).removeprefix('left ')}: {joint.pair.name}"
 
     panels = [

@@ -12,7 +12,8 @@ import sys
 from pathlib import Path
 
 from nao_kin._core.files import write_text
-from nao_kin.robot.nao import VERSIONS, nao_parameters, urdf_name, urdf_text
+from nao_kin.robot.nao import VERSIONS, nao_parameters
+from nao_kin.robot.nao.urdf_text import urdf_name, urdf_text
 
 URDF = Path(__file__).resolve().parent.parent / "urdf"
 

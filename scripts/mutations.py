@@ -7,8 +7,7 @@ place here, for they change nothing: `CHANGES_NOTHING` names them.
 
 from __future__ import annotations
 
-from mutation import Mutation
-from mutation import faults as _faults
+from mutation import Mutation, faults as _faults
 from page_mutations import VIEWER
 from rotation_mutations import ROTATIONS
 from screw_mutations import SCREWS

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from mutation import Mutation
-from mutation import faults as _faults
+from mutation import Mutation, faults as _faults
 
 _CLOSED_FORMS_AND_DRAGS = (
     *_faults(

@@ -7,7 +7,6 @@ from typing import Any
 
 import pytest
 from hypothesis import settings
-from slow_tests import MODULES, is_slow
 from viewer_pages import chromium
 
 import nao_kin as nk
@@ -19,11 +18,13 @@ settings.load_profile("nao_kin")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    for item in items:
-        if is_slow(item.path.stem, getattr(item, "originalname", item.name)):
-            item.add_marker(pytest.mark.slow)
-    # Long modules first, so that at the end no worker waits for another.
-    items.sort(key=lambda item: item.path.stem not in MODULES)
+    """Run slow modules first, so that at the end no worker waits for another."""
+
+    def is_quick(item: pytest.Item) -> bool:
+        module = item.getparent(pytest.Module)
+        return module is None or not any(mark.name in ("slow", "full") for mark in module.own_markers)
+
+    items.sort(key=is_quick)
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -18,8 +18,7 @@ from typing import Any
 
 import typer
 
-from nao_kin._core.extras import ALL, EXTRAS, Extra, with_remedy
-from nao_kin._core.extras import command as install_command
+from nao_kin._core.extras import ALL, EXTRAS, Extra, command as install_command, with_remedy
 from nao_kin._core.process import before_ending, kill_group, uninterrupted
 from nao_kin._core.text import abbreviated
 from nao_kin._kernels.cache import need_numba, warm_up

@@ -13,7 +13,7 @@ from nao_kin.cli.output import degrees_per, print_json, print_table, progress
 
 if TYPE_CHECKING:
     from nao_kin.crosscheck import Report
-    from nao_kin.joints import JointRow, JointTable
+    from nao_kin.joints import JointTable, JointTableRow
     from nao_kin.robot import RobotModel
 
 
@@ -105,7 +105,7 @@ def _document(model: RobotModel, table: JointTable, deg: bool) -> dict[str, Any]
     return document
 
 
-def _cells(model: RobotModel, row: JointRow, deg: bool) -> list[str]:
+def _cells(model: RobotModel, row: JointTableRow, deg: bool) -> list[str]:
     names = [f"{part} (with {model.mimics[part].joint})" if part in model.mimics else part for part in row.parts]
     ranges = []
     for lower, upper, unit in zip(row.lower, row.upper, row.units, strict=True):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from nao_kin.crosscheck._run import run
-from nao_kin.crosscheck.by_hand import Step, steps_of, steps_of_nao, steps_of_tree
+from nao_kin.crosscheck.by_hand import Step, steps_of, steps_of_nao
 from nao_kin.crosscheck.report import Conversions, Place, Report, Row
 
 __all__ = [
@@ -15,5 +15,4 @@ __all__ = [
     "run",
     "steps_of",
     "steps_of_nao",
-    "steps_of_tree",
 ]

@@ -54,7 +54,7 @@ class Step:
 
 
 def steps_of(robot: RobotModel) -> tuple[Step, ...]:
-    """The steps of a robot: a NAO's from its parameters' rows; any other's, and a calibrated NAO's, from its tree.
+    """Return the steps of a robot: of a NAO by its parameters, of another or a calibrated one by its URDF.
 
     Examples:
         >>> steps = nk.crosscheck.steps_of(nk.load_nao())
@@ -97,11 +97,6 @@ def steps_of_tree(tree: UrdfTree) -> tuple[Step, ...]:
     """The steps of a URDF, made of the numbers it prints; every moving joint is a frame beside the link it moves.
 
     A name that the file gives to a link and to a joint means the link: it is a frame at the same place.
-
-    Examples:
-        >>> steps = nk.crosscheck.steps_of_tree(nk.urdf.read_urdf(nk.load_nao().urdf_path))
-        >>> steps[0].parent is None
-        True
     """
     steps = [Step(tree.root, None)]
     for joint in tree.joints:

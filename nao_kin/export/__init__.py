@@ -1,6 +1,6 @@
 """The robot in the formats of other tools."""
 
-from nao_kin.export.formats import FORMATS, check_options, options, write
+from nao_kin.export.formats import FORMATS, check_options as check_options, options, write
 from nao_kin.export.gltf import gltf
 from nao_kin.export.mujoco import mjcf
 from nao_kin.export.pipeline import Exported
@@ -8,12 +8,10 @@ from nao_kin.export.ros2 import ros2
 from nao_kin.export.sdf import sdf
 from nao_kin.export.srdf import srdf
 from nao_kin.export.urdf import urdf
-from nao_kin.export.variants import variant
 
 __all__ = [
     "FORMATS",
     "Exported",
-    "check_options",
     "gltf",
     "mjcf",
     "options",
@@ -21,6 +19,5 @@ __all__ = [
     "sdf",
     "srdf",
     "urdf",
-    "variant",
     "write",
 ]

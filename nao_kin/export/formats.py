@@ -67,9 +67,6 @@ def check_options(format: str, chosen: Iterable[str]) -> None:
     Raises:
         UnknownName: no such format.
         BadArgument: an option that the format does not take.
-
-    Examples:
-        >>> nk.export.check_options("urdf", ["frames", "names"])
     """
     known = options(format)
     for name in chosen:

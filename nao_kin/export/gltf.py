@@ -19,17 +19,7 @@ from nao_kin.export.pipeline import Exported, Target
 from nao_kin.export.variants import Variant, joint_values
 from nao_kin.motion import Motion, Trajectory, read_motion
 from nao_kin.robot import RobotModel, mesh_path, read_mesh
-from nao_kin.robot.urdf import (
-    Box,
-    Cylinder,
-    Geometry,
-    Packages,
-    Rgba,
-    Sphere,
-    UnreadableShape,
-    UrdfJoint,
-    UrdfTree,
-)
+from nao_kin.robot.urdf import Box, Cylinder, Geometry, Packages, Rgba, Sphere, UnreadableShape, UrdfJoint, UrdfTree
 from nao_kin.rotations import quat_from_matrix, quat_to_xyzw
 
 # --- A robot as the nodes of a scene: for each joint one that stands where the joint is, and in it one that moves.

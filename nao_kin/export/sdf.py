@@ -23,12 +23,12 @@ from nao_kin.robot.urdf import (
     Inertial,
     MeshFile,
     Origin,
+    Sphere as Ball,
     UrdfJoint,
     UrdfTree,
     Visual,
+    srdf as writing,
 )
-from nao_kin.robot.urdf import Sphere as Ball
-from nao_kin.robot.urdf import srdf as writing
 
 # --- A robot's tree as the text of an SDFormat model, as Gazebo and Drake read it.
 #

@@ -24,8 +24,7 @@ from nao_kin.export.pipeline import Exported, Target
 from nao_kin.export.variants import Variant, joint_values, name_frames, named_semantics, new_names
 from nao_kin.robot import RobotModel, shape_geometry
 from nao_kin.robot.semantics import Posture, Semantics
-from nao_kin.robot.urdf import UnreadableShape, UrdfJoint, UrdfTree
-from nao_kin.robot.urdf import srdf as writing
+from nao_kin.robot.urdf import UnreadableShape, UrdfJoint, UrdfTree, srdf as writing
 
 # --- Groups of joints and end effectors for MoveIt, from the chains and effectors of a robot's semantics.
 

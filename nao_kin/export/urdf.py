@@ -13,8 +13,7 @@ from nao_kin.export.meshes import MESH_FOLDER, Paint, paint_names, shapes_of, ta
 from nao_kin.export.pipeline import Exported, Target
 from nao_kin.export.variants import Variant
 from nao_kin.robot import RobotModel
-from nao_kin.robot.urdf import Collision, Inertial, MeshFile, Origin, UrdfJoint, UrdfTree, Visual
-from nao_kin.robot.urdf import srdf as writing
+from nao_kin.robot.urdf import Collision, Inertial, MeshFile, Origin, UrdfJoint, UrdfTree, Visual, srdf as writing
 
 # --- A robot's tree as the text of a URDF: the same text every time, its numbers the shortest that read back.
 

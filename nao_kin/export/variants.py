@@ -454,11 +454,6 @@ def variant(
     Raises:
         UnknownName: no such choice of an option.
         BadArgument: the robot has no ROS names.
-
-    Examples:
-        >>> tree, changes = nk.export.variant(nk.load_nao("v6"), frames="none", coupling="locked")
-        >>> len(tree.links), len(tree.moving_joints)
-        (23, 22)
     """
     check_robot(robot)
     return Variant(frames, names, coupling, inertia, typed, axes).tree_of(robot)

@@ -6,7 +6,7 @@ from nao_kin.ik.follow_branches import FollowedLimb, Jump
 from nao_kin.ik.head import head, look_at
 from nao_kin.ik.leg import leg
 from nao_kin.ik.legs import LegsResult, legs
-from nao_kin.ik.limbs import limb_of_frame, limbs
+from nao_kin.ik.limbs import limb_of_frame as limb_of_frame, limbs
 from nao_kin.ik.numeric import numeric
 from nao_kin.ik.results import Family, IKResult, Obstacles, Reason
 from nao_kin.ik.velocity import TwistMap, VelocityResult, velocity
@@ -30,7 +30,6 @@ __all__ = [
     "head",
     "leg",
     "legs",
-    "limb_of_frame",
     "limbs",
     "look_at",
     "numeric",

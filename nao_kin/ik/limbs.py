@@ -68,10 +68,6 @@ def limb_of_frame(robot: RobotModel, frame: str) -> str | None:
     Raises:
         UnknownName: no such frame.
         BadArgument: no robot model.
-
-    Examples:
-        >>> nk.ik.limb_of_frame(nk.load_nao(), "LLeg")
-        'LLeg'
     """
     check_robot(robot)
     robot.frame_ids([frame])

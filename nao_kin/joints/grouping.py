@@ -47,11 +47,6 @@ class JointNode:
         row: place of the rate of that coordinate in the velocity.
 
     Its value is coupling.multiplier · q[column] + coupling.offset.
-
-    Examples:
-        >>> tree = nk.joints.read_joint_tree(nk.load_nao())
-        >>> tree[1].name, tree[1].unit
-        ('HeadYaw', 'rad')
     """
 
     index: int
@@ -95,24 +90,11 @@ class JointNode:
         return np.array(self.T_root.translation)
 
     def of(self, q: Floats) -> Floats:
-        """Its values at configurations of the robot, shape (..., nq) → (...).
-
-        Examples:
-            >>> nao = nk.load_nao()
-            >>> tree = nk.joints.read_joint_tree(nao)
-            >>> float(tree[1].of(nao.configuration({"HeadYaw": 0.3})))
-            0.3
-        """
+        """Its values at configurations of the robot, shape (..., nq) → (...)."""
         return self.coupling.value(q[..., self.column])
 
     def excess(self, value: Floats, driver: Floats) -> Floats:
-        """How far a value of it is above what its driver asks of it; of a revolute up to whole turns.
-
-        Examples:
-            >>> tree = nk.joints.read_joint_tree(nk.load_nao())
-            >>> float(tree[1].excess(np.array(0.5), np.array(0.25)))
-            0.25
-        """
+        """How far a value of it is above what its driver asks of it; of a revolute up to whole turns."""
         difference = value - self.coupling.value(driver)
         return wrapped(difference) if self.kind == "revolute" else np.asarray(difference)
 
@@ -129,10 +111,6 @@ def read_joint_tree(robot: RobotModel) -> dict[int, JointNode]:
 
     Raises:
         BadArgument: no robot model.
-
-    Examples:
-        >>> [node.name for node in nk.joints.read_joint_tree(nk.load_nao()).values()][:2]
-        ['HeadYaw', 'HeadPitch']
     """
     check_robot(robot)
     model, rows = robot.model, joint_rows(robot)
@@ -215,10 +193,6 @@ def unmerged_joints(robot: RobotModel) -> JointGroups:
 
     Raises:
         BadArgument: no robot model.
-
-    Examples:
-        >>> len(nk.joints.unmerged_joints(nk.load_nao()))
-        26
     """
     nodes = read_joint_tree(robot)
     return _grouped(nodes, [[node] for node in nodes.values() if _counts(node)], "none", 0.0)

@@ -219,10 +219,6 @@ def anatomical_kind(joints: tuple[str, ...], pair: KinematicPair, *, twists: Col
 
     Raises:
         BadArgument: the pair is none.
-
-    Examples:
-        >>> nk.joints.anatomical_kind(("LKneePitch",), nk.joints.kinematic_pair("revolute"))
-        'hinge'
     """
     if not isinstance(pair, KinematicPair):
         raise BadArgument(f"pair must be a KinematicPair, got {type(pair).__name__}")
@@ -236,10 +232,6 @@ def body_part(joint: str) -> str:
 
     Raises:
         BadArgument: no name.
-
-    Examples:
-        >>> nk.joints.body_part("LHipRoll")
-        'left hip'
     """
     if not isinstance(joint, str):
         raise BadArgument(f"joint must be a name, got {quoted(joint)}")

@@ -3,20 +3,26 @@
 from __future__ import annotations
 
 from nao_kin.motion.checking import MotionReport, MotionViolation, check
-from nao_kin.motion.configurations import HIPS, HOLD, Hips, Trajectory
-from nao_kin.motion.editing import complete, concatenate, loop, mirror, mirrored_joints, resample, reverse, time_warp
-from nao_kin.motion.files import FORMATS, is_motion_file, read_motion, write_motion
+from nao_kin.motion.configurations import HOLD as HOLD, Hips, Trajectory
+from nao_kin.motion.editing import (
+    complete,
+    concatenate,
+    loop,
+    mirror,
+    mirrored_joints as mirrored_joints,
+    resample,
+    reverse,
+    time_warp,
+)
+from nao_kin.motion.files import FORMATS, is_motion_file as is_motion_file, read_motion, write_motion
 from nao_kin.motion.files.source import MotionFileWarning
-from nao_kin.motion.interpolation import INTERPOLATIONS, Interpolation, smooth_slopes
+from nao_kin.motion.interpolation import Interpolation
 from nao_kin.motion.mending import Change, Mended, clamp, share_motors, slow_down
 from nao_kin.motion.motion import Motion
 from nao_kin.motion.plotting import plot
 
 __all__ = [
     "FORMATS",
-    "HIPS",
-    "HOLD",
-    "INTERPOLATIONS",
     "Change",
     "Hips",
     "Interpolation",
@@ -30,17 +36,14 @@ __all__ = [
     "clamp",
     "complete",
     "concatenate",
-    "is_motion_file",
     "loop",
     "mirror",
-    "mirrored_joints",
     "plot",
     "read_motion",
     "resample",
     "reverse",
     "share_motors",
     "slow_down",
-    "smooth_slopes",
     "time_warp",
     "write_motion",
 ]

@@ -424,10 +424,6 @@ def mirrored_joints(robot: RobotModel) -> dict[str, tuple[str, float]]:
     Raises:
         UnknownName: a joint has no other side.
         BadArgument: one that is not its mirror image.
-
-    Examples:
-        >>> nk.motion.mirrored_joints(nk.load_nao())["LShoulderRoll"]
-        ('RShoulderRoll', -1.0)
     """
     check_robot(robot)
     return {name: (other, _sign(robot, name, other)) for name in robot.joint_names for other in (other_side(name),)}

@@ -45,10 +45,6 @@ def smooth_slopes(times: Floats, keys: Floats) -> Floats:
 
     Raises:
         WrongShape, NotFinite, BadArgument: no finite numbers, times that do not ascend, or not one key for each.
-
-    Examples:
-        >>> nk.motion.smooth_slopes(np.array([0.0, 1.0, 2.0]), np.array([0.0, 0.5, 1.0])).tolist()
-        [0.0, 0.5, 0.0]
     """
     times, keys = as_floats(times, (), "times"), as_floats(keys, (), "keys")
     if times.ndim != 1 or keys.shape != times.shape:

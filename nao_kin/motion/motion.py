@@ -298,9 +298,9 @@ class Motion:
         times: for each joint the times of its keys, strictly ascending, shape (k,) [s].
         joint_names: the joints, by their names in the URDF; RHipYawPitch may stand beside LHipYawPitch.
         keys: for each joint its values there, shape (k,) [rad, m or ratio; a hand is 0 closed to 1 open].
-        interpolation: what lies between two keys of a joint. "linear": a straight line. "smooth": the monotone cubic
-            of `nao_kin.motion.smooth_slopes`, at rest at the first and the last key. "bezier": a cubic in time and
-            value with the handles below.
+        interpolation: what lies between two keys of a joint. "linear": a straight line. "smooth": a monotone cubic
+            (Fritsch–Butland), at rest at the first and the last key. "bezier": a cubic in time and value with the
+            handles below.
         handles: for "bezier", for each joint shape (k, 2, 2): key, before or after it, offset in time [s] and in value,
             NAOqi's form; else None. Where none are given they are a third of the segment beside them long, along the
             slope of "smooth". Offsets in time are ≤ 0 before and ≥ 0 after a key, and end within the segment.

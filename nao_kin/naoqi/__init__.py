@@ -7,10 +7,8 @@ configurations and poses, with leading batch axes, and `VirtualNao`, which `nao_
 from nao_kin.naoqi import _qi  # noqa: F401  (qi is loaded before Pinocchio, which the others import)
 from nao_kin.naoqi.live import (
     LOLA_ENTRIES,
-    LOLA_SOCKET,
     JointReading,
     JointSource,
-    LolaFrame,
     LolaSource,
     Lost,
     NaoqiSource,
@@ -21,21 +19,9 @@ from nao_kin.naoqi.live import (
     recorded,
     vertical,
 )
-from nao_kin.naoqi.names import (
-    BODY_ORDERS,
-    CHAINS,
-    GROUPS,
-    Hips,
-    angles,
-    chain_names,
-    from_order,
-    joint_names,
-    limits,
-    to_order,
-)
+from nao_kin.naoqi.names import BODY_ORDERS, Hips, angles, chain_names, from_order, joint_names, limits, to_order
 from nao_kin.naoqi.scripts import light_colours, run_script, spoken_words
 from nao_kin.naoqi.spaces import (
-    AXES,
     AXIS_MASK_ALL,
     AXIS_MASK_NONE,
     AXIS_MASK_PLANEZ,
@@ -50,21 +36,15 @@ from nao_kin.naoqi.spaces import (
     AXIS_MASK_Y,
     AXIS_MASK_Z,
     AXIS_MASKS,
-    EFFECTORS,
     FRAME_ROBOT,
     FRAME_TORSO,
     FRAME_WORLD,
-    SPACES,
     axis_mask,
     controlled_axes,
-    frame_of,
     pose,
     pose_from_list,
     pose_in,
     position6d,
-    robot_frame,
-    space_number,
-    torso_in,
     transform_list,
 )
 from nao_kin.naoqi.virtual.engine import Change, NaoqiError
@@ -72,7 +52,6 @@ from nao_kin.naoqi.virtual.qi_server import OpenToOthersWarning, QiServer
 from nao_kin.naoqi.virtual.virtual_nao import State, VirtualNao
 
 __all__ = [
-    "AXES",
     "AXIS_MASKS",
     "AXIS_MASK_ALL",
     "AXIS_MASK_NONE",
@@ -88,20 +67,14 @@ __all__ = [
     "AXIS_MASK_Y",
     "AXIS_MASK_Z",
     "BODY_ORDERS",
-    "CHAINS",
-    "EFFECTORS",
     "FRAME_ROBOT",
     "FRAME_TORSO",
     "FRAME_WORLD",
-    "GROUPS",
     "LOLA_ENTRIES",
-    "LOLA_SOCKET",
-    "SPACES",
     "Change",
     "Hips",
     "JointReading",
     "JointSource",
-    "LolaFrame",
     "LolaSource",
     "Lost",
     "NaoqiError",
@@ -116,7 +89,6 @@ __all__ = [
     "controlled_axes",
     "decode_lola",
     "encode_lola",
-    "frame_of",
     "from_order",
     "joint_names",
     "light_colours",
@@ -128,12 +100,9 @@ __all__ = [
     "position6d",
     "readings",
     "recorded",
-    "robot_frame",
     "run_script",
-    "space_number",
     "spoken_words",
     "to_order",
-    "torso_in",
     "transform_list",
     "vertical",
 ]

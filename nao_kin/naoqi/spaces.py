@@ -153,10 +153,6 @@ def space_number(space: SupportsIndex | str) -> int:
     Raises:
         UnknownName: no such name.
         BadArgument: no such number.
-
-    Examples:
-        >>> nk.naoqi.space_number("FRAME_ROBOT")
-        2
     """
     if isinstance(space, str):
         if space not in SPACES:
@@ -185,10 +181,6 @@ def frame_of(robot: RobotModel, name: str) -> str:
 
     Raises:
         UnknownName: there is none.
-
-    Examples:
-        >>> nk.naoqi.frame_of(nk.load_nao(), "CameraTop")
-        'CameraTop'
     """
     check_robot(robot)
     for candidate in (name, f"{name}_frame"):
@@ -213,11 +205,6 @@ def robot_frame(robot: RobotModel, q: ArrayLike, *, torso_in_world: ArrayLike | 
     Raises:
         WrongShape, NotFinite, NotARotation, BadArgument: q is no configuration, or the torso's pose is not rigid.
         UnknownName: a robot without the feet of a NAO.
-
-    Examples:
-        >>> nao = nk.load_nao()
-        >>> nk.naoqi.robot_frame(nao, nao.posture("Stand"))[:2, 3].round(3).tolist()
-        [0.005, 0.0]
     """
     check_robot(robot)
     T_torso_feet = robot.fk(q, [frame_of(robot, foot) for foot in _FEET], reference=frame_of(robot, _TORSO))
@@ -262,13 +249,7 @@ def pose_in(
 def torso_in(
     robot: RobotModel, q: ArrayLike, space: SupportsIndex | str, *, torso_in_world: ArrayLike | None = None
 ) -> Floats:
-    """T_space_torso, which takes what is known in the torso to a space; arguments and errors as in `pose_in`.
-
-    Examples:
-        >>> nao = nk.load_nao()
-        >>> np.allclose(nk.naoqi.torso_in(nao, nao.posture("Stand"), "FRAME_TORSO"), np.eye(4))
-        True
-    """
+    """T_space_torso, which takes what is known in the torso to a space; arguments and errors as in `pose_in`."""
     number = space_number(space)
     if number == FRAME_TORSO:
         return np.eye(4)

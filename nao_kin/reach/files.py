@@ -98,14 +98,7 @@ _HEADERS = {
 
 
 def check_column(name: str) -> None:
-    """Raise `UnknownName` for what is no number of a voxel.
-
-    Examples:
-        >>> nk.reach.check_column("counts")
-        Traceback (most recent call last):
-            ...
-        nao_kin.errors.UnknownName: unknown number of a voxel 'counts' (nearest: count)
-    """
+    """Raise `UnknownName` for what is no number of a voxel."""
     if not isinstance(name, str) or name not in COLUMNS:
         raise UnknownName("number of a voxel", name, COLUMNS)
 

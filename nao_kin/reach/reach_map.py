@@ -165,7 +165,7 @@ class ReachSettings:
         step: unit of the integers in which manipulability is summed.
 
     Examples:
-        >>> settings = nk.reach.map_settings(nk.load_nao(), "LArm", voxel=0.05)
+        >>> settings = nk.reach.workspace(nk.load_nao(), "LArm", voxel=0.05, samples=1000).settings
         >>> settings.frame, settings.reference
         ('LArm', 'torso')
     """
@@ -180,16 +180,7 @@ class ReachSettings:
     step: float
 
     def check_same(self, other: ReachSettings, what: str) -> None:
-        """Raise `BadArgument` with the first setting that differs from the one in `what`.
-
-        Examples:
-            >>> nao = nk.load_nao()
-            >>> fine, coarse = (nk.reach.map_settings(nao, "LArm", voxel=v) for v in (0.01, 0.02))
-            >>> fine.check_same(coarse, "the other map")
-            Traceback (most recent call last):
-                ...
-            nao_kin.errors.BadArgument: the other map is of another voxel: 0.02 instead of 0.01
-        """
+        """Raise `BadArgument` with the first setting that differs from the one in `what`."""
         for name, mine in asdict(self).items():
             theirs = getattr(other, name)
             if mine == theirs:

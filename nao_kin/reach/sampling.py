@@ -105,12 +105,7 @@ def workspace(
 def map_settings(
     robot: RobotModel, frame: str, *, voxel: float = 0.01, seed: int = 0, reference: str | None = None
 ) -> ReachSettings:
-    """The settings of the map that `workspace` would make; arguments and errors are its own.
-
-    Examples:
-        >>> nk.reach.map_settings(nk.load_nao(), "RArm").joints[0]
-        'RShoulderPitch'
-    """
+    """The settings of the map that `workspace` would make; arguments and errors are its own."""
     check_robot(robot)
     return _prepared(robot, frame, voxel, seed, reference)[1]
 

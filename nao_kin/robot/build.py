@@ -207,13 +207,7 @@ def address(array: Floats) -> int:
 
 
 class ModelNumbers:
-    """A copy of the numbers, and where they are.
-
-    Examples:
-        >>> nao = nk.NaoModel("v6")
-        >>> nk.robot.ModelNumbers(nao.model).changed()
-        False
-    """
+    """A copy of the numbers, and where they are."""
 
     def __init__(self, model: pin.Model) -> None:
         self._inertias = model.inertias
@@ -228,15 +222,7 @@ class ModelNumbers:
         self._masses = None if bodies.column(_LEVER_AND_TENSOR) == masses[1:] else masses
 
     def changed(self) -> bool:
-        """Whether any number is another one than when it was first looked at.
-
-        Examples:
-            >>> nao = nk.NaoModel("v6")
-            >>> numbers = nk.robot.ModelNumbers(nao.model)
-            >>> nao.model.jointPlacements[1].translation *= 1.01
-            >>> numbers.changed()
-            True
-        """
+        """Whether any number is another one than when it was first looked at."""
         placements, frames, bodies, last = self._parts
         if placements.changed() or frames.changed() or bodies.changed() or last.changed():
             return True
@@ -245,15 +231,7 @@ class ModelNumbers:
         return bool(self._first.mass != self._first_mass)
 
     def placements_changed(self) -> bool:
-        """Whether a joint or a frame stands elsewhere than when it was first looked at.
-
-        Examples:
-            >>> nao = nk.NaoModel("v6")
-            >>> numbers = nk.robot.ModelNumbers(nao.model)
-            >>> nao.model.inertias[1].mass *= 1.1
-            >>> numbers.changed(), numbers.placements_changed()
-            (True, False)
-        """
+        """Whether a joint or a frame stands elsewhere than when it was first looked at."""
         placements, frames, _, _ = self._parts
         return placements.changed() or frames.changed()
 

@@ -19,10 +19,6 @@ def joint_rows(robot: RobotModel) -> dict[int, UrdfJoint]:
 
     Raises:
         BadArgument: no robot model.
-
-    Examples:
-        >>> nk.robot.joint_rows(nk.load_nao())[1].name
-        'HeadYaw'
     """
     check_robot(robot)
     return rows_by_id(robot.model, robot.tree)
@@ -39,11 +35,6 @@ class SerialChain:
         placements: rotation and translation, shape (n + 1, 3, 4) [m].
         slides: which joints slide instead of turning, n of them.
         drivers: for each joint, the coordinate that moves it, by the name of its joint, with multiplier and offset.
-
-    Examples:
-        >>> chain = nk.robot.serial_chain(nk.load_nao(), "torso", "LArm")
-        >>> len(chain.drivers), chain.placements.shape
-        (5, (6, 3, 4))
     """
 
     placements: Floats
@@ -59,11 +50,6 @@ class SerialChain:
         """Return the way from the first joint to the frame, drawn out to a straight line [m].
 
         It is infinite with a sliding joint that has no limits.
-
-        Examples:
-            >>> nao = nk.load_nao()
-            >>> round(nk.robot.serial_chain(nao, "torso", "LArm").length(nao), 4)
-            0.2211
         """
         total = float(np.linalg.norm(self.placements[1:, :, 3], axis=-1).sum())
         for slides, driver in zip(self.slides, self.drivers, strict=True):
@@ -78,11 +64,6 @@ def serial_chain(robot: RobotModel, base: str, frame: str) -> SerialChain:
 
     Raises:
         UnknownName: no such frame.
-
-    Examples:
-        >>> chain = nk.robot.serial_chain(nk.load_nao(), "LLeg", "RLeg")
-        >>> len(chain.drivers), [driver.joint for driver in chain.drivers][4:8]
-        (12, ['LHipRoll', 'LHipYawPitch', 'LHipYawPitch', 'RHipRoll'])
     """
     up, T_last_base = joints_below(robot, base)
     down, T_last_frame = joints_below(robot, frame)
@@ -106,11 +87,6 @@ def joints_below(robot: RobotModel, frame: str) -> tuple[list[int], Floats]:
 
     Raises:
         UnknownName: no such frame.
-
-    Examples:
-        >>> ids, placement = nk.robot.joints_below(nk.load_nao(), "CameraTop")
-        >>> len(ids), placement.shape
-        (2, (4, 4))
     """
     rows, model = joint_rows(robot), robot.model
     place = model.frames[robot.frame_ids([frame])[0]]

@@ -37,10 +37,6 @@ def shape_geometry(shape: Geometry, packages: Packages) -> Any:
 
     Raises:
         UnreadableShape: the mesh file is missing or cannot be read.
-
-    Examples:
-        >>> nk.robot.shape_geometry(nk.urdf.Sphere(0.05), nk.load_nao().tree.packages).radius
-        0.05
     """
     import coal
 
@@ -62,11 +58,6 @@ def mesh_path(mesh: MeshFile, packages: Packages) -> Path:
 
     Raises:
         UnreadableShape: it is not there.
-
-    Examples:
-        >>> nao = nk.load_nao()
-        >>> nk.robot.mesh_path(nao.tree.visuals[0].geometry, nao.tree.packages).suffix
-        '.obj'
     """
     path = packages.file(mesh.filename)
     if path is None:
@@ -84,12 +75,6 @@ def read_mesh(path: Path, made_of: Callable[[Any], Made], **options: Any) -> Mad
 
     Raises:
         UnreadableShape: the file cannot be read or has no triangles, or `made_of` has failed.
-
-    Examples:
-        >>> nao = nk.load_nao()
-        >>> path = nk.robot.mesh_path(nao.tree.visuals[0].geometry, nao.tree.packages)
-        >>> nk.robot.read_mesh(path, lambda scene: len(scene.geometry))
-        1
     """
     import trimesh
 

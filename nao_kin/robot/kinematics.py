@@ -91,10 +91,6 @@ def expression_named(name: str) -> pin.ReferenceFrame:
 
     Raises:
         UnknownName: none of the three.
-
-    Examples:
-        >>> nk.robot.expression_named("mixed")
-        pinocchio.pinocchio_pywrap_default.ReferenceFrame.LOCAL_WORLD_ALIGNED
     """
     return EXPRESSIONS[choice(name, EXPRESSIONS, "expression")]
 
@@ -103,12 +99,6 @@ class Kinematics:
     """What a Pinocchio model answers, for checked configurations of any batch shape (..., nq).
 
     May be called from several threads at once: each has Pinocchio data of its own.
-
-    Examples:
-        >>> nao = nk.load_nao()
-        >>> kinematics = nk.robot.Kinematics(nao.model)
-        >>> kinematics.poses(nao.neutral(), nao.frame_ids(["LArm"])).shape
-        (1, 4, 4)
     """
 
     def __init__(self, model: pin.Model) -> None:
@@ -136,13 +126,7 @@ class Kinematics:
         return np.asarray(np.einsum("...ji,...j->...i", T_root_reference[..., :3, :3], lever))
 
     def poses(self, q: Floats, frame_ids: FrameIds) -> Floats:
-        """T_root_frame of several frames, shape (..., frames, 4, 4); a fresh array.
-
-        Examples:
-            >>> nao = nk.load_nao()
-            >>> nk.robot.Kinematics(nao.model).poses(nao.random(0, 5), nao.frame_ids(["LArm", "RArm"])).shape
-            (5, 2, 4, 4)
-        """
+        """T_root_frame of several frames, shape (..., frames, 4, 4); a fresh array."""
         workspace, selection = self._workspace(), _selection_of(frame_ids)
         if q.ndim == 1:
             workspace.place(q, frame_ids)
@@ -155,14 +139,7 @@ class Kinematics:
         return poses
 
     def relative_poses(self, q: Floats, frame_ids: FrameIds, reference_id: int) -> Floats:
-        """T_reference_frame = T_root_reference⁻¹ T_root_frame of several frames, shape (..., frames, 4, 4).
-
-        Examples:
-            >>> nao = nk.load_nao()
-            >>> hand, camera = nao.frame_ids(["LArm", "CameraTop"])
-            >>> nk.robot.Kinematics(nao.model).relative_poses(nao.neutral(), [hand], camera).shape
-            (1, 4, 4)
-        """
+        """T_reference_frame = T_root_reference⁻¹ T_root_frame of several frames, shape (..., frames, 4, 4)."""
         poses = self.poses(q, (*frame_ids, reference_id))
         if poses.shape == (2, 4, 4):  # the same as below, where plain indices save half of the time
             T, T_reference = poses[0], poses[1]
@@ -177,14 +154,7 @@ class Kinematics:
         return relative
 
     def jacobians(self, q: Floats, frame_id: int, expression: pin.ReferenceFrame) -> Floats:
-        """The geometric Jacobians of one frame, linear rows first, shape (..., 6, nv); a fresh array.
-
-        Examples:
-            >>> nao = nk.load_nao()
-            >>> mixed = nk.robot.expression_named("mixed")
-            >>> nk.robot.Kinematics(nao.model).jacobians(nao.random(0, 5), nao.frame_ids(["LArm"])[0], mixed).shape
-            (5, 6, 25)
-        """
+        """The geometric Jacobians of one frame, linear rows first, shape (..., 6, nv); a fresh array."""
         model, data = self.model, self._workspace().data
         shape = 6, model.nv  # with one degree of freedom, a vector comes back
         if q.ndim == 1:
@@ -200,11 +170,6 @@ class Kinematics:
 
         Raises:
             BadArgument: the robot has no mass.
-
-        Examples:
-            >>> nao = nk.load_nao()
-            >>> nk.robot.Kinematics(nao.model).centres_of_mass(nao.random(0, 5)).shape
-            (5, 3)
         """
         model, data = self.model, self._workspace().data
         # Pinocchio counts only what moves, and divides by its mass.
@@ -228,11 +193,6 @@ class Kinematics:
 
         Raises:
             BadArgument: the robot has no mass.
-
-        Examples:
-            >>> nao = nk.load_nao()
-            >>> nk.robot.Kinematics(nao.model).com_jacobians(nao.random(0, 5)).shape
-            (5, 3, 25)
         """
         model, data = self.model, self._workspace().data
         share = pin.computeTotalMass(model) / self.check_mass()
@@ -243,14 +203,7 @@ class Kinematics:
         return jacobians
 
     def motions(self, frame_ids: FrameIds, form: str, q: Floats, v: Floats, a: Floats | None = None) -> Floats:
-        """Twists of frames, or with accelerations the derivatives of their numbers; shape (..., frames, 6).
-
-        Examples:
-            >>> nao = nk.load_nao()
-            >>> q, v = nao.neutral(), np.ones(nao.nv)
-            >>> nk.robot.Kinematics(nao.model).motions(nao.frame_ids(["LArm"]), "mixed", q, v).shape
-            (1, 6)
-        """
+        """Twists of frames, or with accelerations the derivatives of their numbers; shape (..., frames, 6)."""
         model, data, expression = self.model, self._workspace().data, EXPRESSIONS[form]
         motions = np.empty((*q.shape[:-1], len(frame_ids), 6))
         count = math.prod(q.shape[:-1])
@@ -271,10 +224,6 @@ class Kinematics:
 
         Raises:
             BadArgument: the robot has no mass.
-
-        Examples:
-            >>> round(nk.robot.Kinematics(nk.load_nao().model).check_mass(), 2)
-            5.36
         """
         mass = self.mass
         if mass <= 0.0:

@@ -94,7 +94,7 @@ class RobotModel:
         """A robot from the tree of its URDF.
 
         Args:
-            tree: the URDF as `nao_kin.robot.urdf.read_urdf` reads it.
+            tree: the URDF as it was read.
             semantics: what the robot means beyond it.
             base: "fixed", or "floating" for a free base.
 
@@ -997,13 +997,6 @@ def _is_plain(q: ArrayLike, dtype: object, out: object, threads: object) -> bool
 
 
 def check_robot(robot: object) -> None:
-    """Raise `BadArgument` for what is no robot model.
-
-    Examples:
-        >>> nk.robot.check_robot("nao")
-        Traceback (most recent call last):
-            ...
-        nao_kin.errors.BadArgument: robot must be a RobotModel, got str
-    """
+    """Raise `BadArgument` for what is no robot model."""
     if not isinstance(robot, RobotModel):
         raise BadArgument(f"robot must be a RobotModel, got {type(robot).__name__}")

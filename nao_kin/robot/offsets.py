@@ -72,12 +72,6 @@ def read_offsets(offsets: Mapping[str, Any] | Path | str) -> dict[str, Mapping[s
     Raises:
         BadArgument: neither a mapping nor a path, or another entry than joints and frames.
         BadInputFile: the file cannot be read, is no TOML, or has another entry.
-
-    Examples:
-        >>> from pathlib import Path
-        >>> _ = Path("mine.toml").write_text("joints = {HeadYaw = 0.01}")
-        >>> nk.robot.read_offsets("mine.toml")
-        {'joints': {'HeadYaw': 0.01}}
     """
     document = dict(offsets) if isinstance(offsets, Mapping) else read_toml(offsets)
     for kind, table in document.items():

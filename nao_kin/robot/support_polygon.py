@@ -121,10 +121,6 @@ def sole_corners(robot: RobotModel, sole: str) -> NDArray[np.float64]:
     Raises:
         UnknownName: no such frame.
         BadArgument: there are fewer than three of them.
-
-    Examples:
-        >>> nk.robot.sole_corners(nk.load_nao(), "LLeg").shape  # four sensors, and the frame of the sole
-        (5, 3)
     """
     model, table = robot.model, robot.frame_table
     own = model.frames[robot.frame_ids([sole])[0]]
@@ -140,15 +136,7 @@ def sole_corners(robot: RobotModel, sole: str) -> NDArray[np.float64]:
 
 
 def polygon_below(soles: Iterable[tuple[NDArray[np.float64], NDArray[np.float64]]]) -> SupportPolygon:
-    """The support polygon of soles, each as T_world_sole and its corners (k, 3) in the frame of the sole.
-
-    Examples:
-        >>> nao = nk.load_nao()
-        >>> feet = nao.fk(nao.posture("Stand"), ["LLeg", "RLeg"])
-        >>> corners = [nk.robot.sole_corners(nao, sole) for sole in ("LLeg", "RLeg")]
-        >>> nk.robot.polygon_below(zip(feet, corners)).vertices.shape[1]
-        2
-    """
+    """The support polygon of soles, each as T_world_sole and its corners (k, 3) in the frame of the sole."""
     return SupportPolygon.around(np.concatenate([points @ T[:3, :3].T + T[:3, 3] for T, points in soles]))
 
 

@@ -2,24 +2,25 @@
 
 from nao_kin.stream.results import BadRow, Clamped, StreamResult, clamp
 from nao_kin.stream.run import ErrorPolicy, fk
-from nao_kin.stream.sinks import FEW_ROWS, PoseColumns, PoseStyle, csv_header, pose_lines
+from nao_kin.stream.sinks import (
+    FEW_ROWS as FEW_ROWS,
+    PoseColumns as PoseColumns,
+    PoseStyle,
+    csv_header as csv_header,
+    pose_lines as pose_lines,
+)
 from nao_kin.stream.sources import Configurations
-from nao_kin.stream.tables import log_columns, read_configurations, read_log
+from nao_kin.stream.tables import log_columns as log_columns, read_configurations, read_log
 
 __all__ = [
-    "FEW_ROWS",
     "BadRow",
     "Clamped",
     "Configurations",
     "ErrorPolicy",
-    "PoseColumns",
     "PoseStyle",
     "StreamResult",
     "clamp",
-    "csv_header",
     "fk",
-    "log_columns",
-    "pose_lines",
     "read_configurations",
     "read_log",
 ]

@@ -20,8 +20,7 @@ from typing import Any, BinaryIO, Literal, get_args
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from nao_kin._core import __version__
-from nao_kin._core import files as atomic
+from nao_kin._core import __version__, files as atomic
 from nao_kin._core.arrays import Floats, choice
 from nao_kin._core.headings import time_unit_of
 from nao_kin._core.process import usable_cores

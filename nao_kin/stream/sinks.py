@@ -50,10 +50,6 @@ class PoseColumns:
             "position6d": x, y, z, wx, wy, wz with R = Rz(wz) Ry(wy) Rx(wx), named as NAOqi names them.
             "rpy": the same numbers as x, y, z, roll, pitch, yaw.
         degrees: angles in degrees; their names then end in _deg.
-
-    Examples:
-        >>> nk.stream.PoseColumns("rpy").names
-        ('x', 'y', 'z', 'roll', 'pitch', 'yaw')
     """
 
     style: PoseStyle = "matrix"
@@ -90,11 +86,6 @@ class PoseColumns:
         """Poses of frames at configurations (n, nq) as rows of numbers (n, frames, k), in the order of `names`.
 
         The arguments are those of `RobotModel.fk`.
-
-        Examples:
-            >>> nao = nk.load_nao()
-            >>> nk.stream.PoseColumns("position_quaternion").poses(nao, nao.random(rng=0, n=3), ["LArm", "RArm"]).shape
-            (3, 2, 7)
         """
         form = "position6d" if self.style == "rpy" else self.style
         # Batches below the crossover are left to Pinocchio.
@@ -121,10 +112,6 @@ def csv_header(columns: Sequence[str], *, timed: bool = False) -> str:
 
     Raises:
         BadArgument: no list of texts, or neither True nor False.
-
-    Examples:
-        >>> nk.stream.csv_header(["x", "y", "z"]).strip()
-        'row,frame,x,y,z'
     """
     return ",".join(("row", *(("time",) if flag(timed, "timed") else ()), "frame", *texts(columns, "columns"))) + "\n"
 
@@ -139,10 +126,6 @@ def pose_lines(
     Raises:
         BadArgument: no arrays of numbers, or no list of texts.
         WrongShape: rows, frames, numbers and times do not fit together.
-
-    Examples:
-        >>> nk.stream.pose_lines(np.array([0]), ["LArm"], np.array([[[0.5, 0.25]]])).decode().strip()
-        '0,LArm,0.5,0.25'
     """
     names = [_field(name) for name in texts(frames, "frames")]
     for what, array, kinds in (("rows", rows, "iu"), ("numbers", numbers, "f"), ("times", times, "f")):

@@ -308,12 +308,6 @@ def log_columns(
         path: the file.
         columns: as in `read_log`.
         data: its content, where that has been read.
-
-    Examples:
-        >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
-        >>> nk.motion.write_motion(nod, "nod.csv")
-        >>> nk.stream.log_columns(nk.load_nao(), "nod.csv") is None
-        True
     """
     check_robot(robot)
     if not isinstance(path, (str, os.PathLike)):

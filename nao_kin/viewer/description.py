@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import COLD_TO_WARM, Vector, as_floats, choice, finite_or_none
-from nao_kin._core.arrays import colours as scale_colours
+from nao_kin._core.arrays import COLD_TO_WARM, Vector, as_floats, choice, colours as scale_colours, finite_or_none
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
 from nao_kin.ik import limbs
 from nao_kin.joints import group_joints

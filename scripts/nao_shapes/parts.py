@@ -1,4 +1,4 @@
-"""All parts of the robot, by the names that nao_kin.robot.nao.VISUALS gives them, as the text of their files."""
+"""All parts of the robot, by the names that VISUALS gives them, as the text of their files."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ from collections.abc import Iterator, Mapping
 
 from manifold3d import Manifold
 
-from nao_kin.robot.nao import CAMERAS, Version, nao_parameters
+from nao_kin.robot.nao import Version, nao_parameters
+from nao_kin.robot.nao.v6 import CAMERAS
 from nao_shapes.arm import elbow, forearm, hinge, shoulder, shoulder_pad, upper_arm
 from nao_shapes.foot import foot
 from nao_shapes.hand import fingertip, palm, phalanx

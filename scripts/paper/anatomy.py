@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import nao_kin as nk
-from nao_kin.joints import ANATOMY, LOWER_PAIRS, group_joints
+from nao_kin.joints import ANATOMY, KINEMATIC_PAIRS, group_joints
 from paper.rows import Problem, Row
 
 # The paper's tables I and II: anatomical joint → mechanical equivalents and their degrees of freedom.
@@ -24,9 +24,9 @@ def problem_3() -> Problem:
         printed = _TABLES.get(joint.name, {})
         rows.append(Row(f"{joint.name}: same equivalents", "joints.ANATOMY", joint.mechanical == tuple(printed), True))
         rows.append(Row(f"{joint.name}: freedoms", "joints.ANATOMY", joint.freedoms, tuple(printed.values())))
-        constrained = tuple(6 - LOWER_PAIRS[name].freedoms for name in joint.mechanical)
-        forbidden = tuple(LOWER_PAIRS[name].constraints for name in joint.mechanical)
-        rows.append(Row(f"{joint.name}: constraints", "joints.LOWER_PAIRS", forbidden, constrained))
+        constrained = tuple(6 - KINEMATIC_PAIRS[name].freedoms for name in joint.mechanical)
+        forbidden = tuple(KINEMATIC_PAIRS[name].constraints for name in joint.mechanical)
+        rows.append(Row(f"{joint.name}: constraints", "joints.KINEMATIC_PAIRS", forbidden, constrained))
     groups = group_joints(nk.load_nao())
     for name, count in (("revolute", 6), ("universal", 7), ("spherical", 2)):
         found = sum(joint.pair.name == name for joint in groups)

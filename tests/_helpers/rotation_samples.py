@@ -6,8 +6,7 @@ import itertools
 import math
 
 import numpy as np
-from hypothesis import settings
-from hypothesis import strategies as st
+from hypothesis import settings, strategies as st
 from scipy.spatial.transform import Rotation
 
 PROPERTY = settings(derandomize=True, max_examples=60, deadline=None)

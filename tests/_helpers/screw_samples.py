@@ -6,8 +6,7 @@ import math
 
 import mpmath
 import numpy as np
-from hypothesis import Phase, settings
-from hypothesis import strategies as st
+from hypothesis import Phase, settings, strategies as st
 from rotation_samples import PROPERTY, axes, beside, turns
 
 EPS = float(np.finfo(float).eps)

@@ -140,6 +140,7 @@ def test_a_reference_frame_can_be_named(capsys: pytest.CaptureFixture, nao: nk.N
     assert np.array_equal(document["poses"]["Head"], nao.fk(nao.posture("Stand"), "Head", reference="LLeg"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [40, 60, 80])
 @pytest.mark.parametrize("arguments", [("fk",), ("fk", "--as", "quaternion"), ("joints",), ("info",)])
 def test_a_narrow_terminal_cuts_nothing(arguments: tuple[str, ...], width: int) -> None:
@@ -240,7 +241,7 @@ def test_long_files_are_worked_through_in_pieces(
     threads: int | None,
 ) -> None:
     monkeypatch.setattr("nao_kin.cli.fk._CHUNK", 2)
-    monkeypatch.setattr("nao_kin.stream.FEW_ROWS", few)
+    monkeypatch.setattr("FEW_ROWS", few)
     poses = nao.fk(nao.random(0, 5), ["LArm", "RLeg"], threads=threads)
     assert np.array_equal(_printed_csv(capsys, trajectory), poses)
 
@@ -329,6 +330,7 @@ def test_options_that_may_be_repeated_are_taken_together(capsys: pytest.CaptureF
     assert run(["fk", "--json", "--json", "--help"]) == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "arguments",
     [
@@ -367,6 +369,7 @@ def _warned(*arguments: object, **options: object) -> nk.NaoModel:
     return nk.NaoModel()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "command", [("info",), ("joints",), ("fk",), ("check", "--samples", "1"), ("view", "--html", "x")]
 )
@@ -478,6 +481,7 @@ def _program(*arguments: str, **options) -> subprocess.CompletedProcess:
     return subprocess.run([sys.executable, "-m", "nao_kin", *arguments], capture_output=True, text=True, **options)
 
 
+@pytest.mark.slow
 def test_the_program_runs_from_any_folder_and_reads_standard_input(nao: nk.NaoModel, tmp_path: Path) -> None:
     text = json.dumps(nao.angles(nao.posture("Stand")))
     done = _program("fk", "-", "--frame", "LArm", "--json", input=text, cwd=tmp_path)
@@ -485,11 +489,13 @@ def test_the_program_runs_from_any_folder_and_reads_standard_input(nao: nk.NaoMo
     assert json.loads(done.stdout)["poses"]["LArm"]["x"] == nao.position(nao.posture("Stand"), "LArm")[0]
 
 
+@pytest.mark.slow
 def test_errors_leave_with_code_2_and_one_line(tmp_path: Path) -> None:
     done = _program("fk", "--joint", "HeadYaw=9", cwd=tmp_path)
     assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="needs a POSIX shell")
 def test_closed_streams_are_named_or_done_without(tmp_path: Path) -> None:
     def shell(redirection: str, *arguments: str) -> subprocess.CompletedProcess:
@@ -509,6 +515,7 @@ def test_closed_streams_are_named_or_done_without(tmp_path: Path) -> None:
     assert (done.returncode, done.stdout, done.stderr) == (2, "", "")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("arguments", ["fk {} --csv", "fk {}", "fk {} --json", "joints"])
 def test_a_reader_that_stops_early_is_no_error(nao: nk.NaoModel, tmp_path: Path, arguments: str) -> None:
     path, rows = tmp_path / "walk.csv", nao.random(0, 500).tolist()  # more than a pipe holds
@@ -532,6 +539,7 @@ def _wait_until_read(pipe: io.TextIOWrapper) -> None:
         time.sleep(0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="needs signals and pipes")
 def test_an_interrupt_ends_without_a_traceback() -> None:
     child = subprocess.Popen(

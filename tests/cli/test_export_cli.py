@@ -12,8 +12,8 @@ import pytest
 
 import nao_kin as nk
 from nao_kin.cli.app import run
-from nao_kin.cli.export import ExportOptions
-from nao_kin.cli.export import export as command
+from nao_kin.cli.export import ExportOptions, export as command
+from nao_kin.robot.urdf.reader import read_urdf
 
 
 def said(capsys: pytest.CaptureFixture, *arguments: str) -> tuple[str, list[str]]:
@@ -69,9 +69,9 @@ def test_json_has_the_files_and_the_changes(capsys: pytest.CaptureFixture) -> No
 
 def test_a_version_or_another_robot_is_exported(capsys: pytest.CaptureFixture) -> None:
     said(capsys, "five.urdf", "--format", "urdf", "--version", "v5", "--names", "ros", "--meshes", "package://nao")
-    assert nk.urdf.read_urdf("five.urdf").name == "NaoH25V50"
+    assert read_urdf("five.urdf").name == "NaoH25V50"
     said(capsys, "again.urdf", "--format", "urdf", "--urdf", "five.urdf", "--meshes", "none")
-    assert nk.urdf.read_urdf("again.urdf").name == "NaoH25V50"
+    assert read_urdf("again.urdf").name == "NaoH25V50"
 
 
 def test_a_dash_writes_to_standard_output(capfd: pytest.CaptureFixture) -> None:

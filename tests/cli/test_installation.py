@@ -9,10 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from nao_kin.cli import doctor
-from nao_kin.cli import doctor as probes
+from nao_kin.cli import doctor, doctor as probes
 from nao_kin.cli.app import run
 from nao_kin.cli.doctor import inspect_installation
+
+pytestmark = pytest.mark.slow
 
 
 def test_a_sound_installation_has_no_problems() -> None:

@@ -17,7 +17,10 @@ import pytest
 
 import nao_kin as nk
 from nao_kin.cli.app import run
-from nao_kin.motion import FORMATS, check, is_motion_file, read_motion, write_motion
+from nao_kin.motion import FORMATS, check, read_motion, write_motion
+from nao_kin.motion.files import is_motion_file
+
+pytestmark = pytest.mark.slow
 
 COMMANDS = ("convert", "check", "info", "plot")
 

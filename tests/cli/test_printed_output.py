@@ -22,6 +22,8 @@ import nao_kin as nk
 from nao_kin._kernels import cache as kernel_cache
 from nao_kin.cli.app import run
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize("page", PRINTED, ids=lambda page: page.name)
 def test_blocks_print_what_stands_under_them(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -23,6 +23,8 @@ from nao_kin.errors import BadArgument, NoBrowser
 from nao_kin.viewer import Viewer
 from nao_kin.viewer.browser import find_browser
 
+pytestmark = pytest.mark.slow
+
 
 def _shown(path: Path) -> tuple[np.ndarray, dict]:
     """The configuration in a page, and the message that brings it."""

@@ -21,7 +21,7 @@ from nao_kin.errors import NoBrowser
 from nao_kin.viewer import Viewer
 from nao_kin.viewer.browser import find_browser
 
-pytestmark = pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="needs /proc")
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="needs /proc")]
 
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(nk.__file__).parent.parent)}
 

@@ -20,6 +20,8 @@ from nao_kin.robot.limits import JointLimits
 from nao_kin.robot.nao import NaoParameters, nao_parameters
 from nao_kin.rotations import EulerAngles
 
+pytestmark = pytest.mark.slow
+
 Function = Callable[..., Any]
 Euler = Callable[[EulerAngles], EulerAngles]
 

@@ -14,6 +14,8 @@ import nao_kin as nk
 mujoco = pytest.importorskip("mujoco")
 from mujoco_models import exported, simulate  # noqa: E402
 
+pytestmark = pytest.mark.slow
+
 GRAVITY = 9.81
 
 

@@ -21,7 +21,9 @@ from made_up_robots import J, made_up
 import nao_kin as nk
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.export.inertia import make_physical, realizable
-from nao_kin.export.variants import named_semantics
+from nao_kin.export.variants import named_semantics, variant
+from nao_kin.robot.nao.urdf_text import nao_urdf_path
+from nao_kin.robot.urdf.reader import read_urdf
 
 DATA = Path(__file__).parents[1] / "data"
 VERSIONS = ("v3.2", "v3.3", "v4", "v5", "v6")
@@ -86,7 +88,7 @@ def test_every_variant_moves_as_the_robot_does(version: str, variant: dict[str, 
         q[[nao.joint_names.index(name) for name in LOCKED]] = 0.0
     ros = variant["names"] == "ros"
     values, read = _values(nao, q, ros), nk.RobotModel.from_urdf(path)
-    places = _links(nao, nk.export.variant(nao, **variant)[0], ros)
+    places = _links(nao, variant(nao, **variant)[0], ros)
     expected = nao.fk(q, list(places.values()))
 
     own = read.configuration({name: values[name] for name in read.joint_names}, limits="ignore")
@@ -112,7 +114,7 @@ def test_every_variant_moves_as_the_robot_does(version: str, variant: dict[str, 
 def test_the_default_is_what_was_read(tmp_path: Path) -> None:
     nao = nk.load_nao("v5")
     done = nk.export.urdf(nao, tmp_path / "nao.urdf")
-    tree = nk.urdf.read_urdf(done.path)
+    tree = read_urdf(done.path)
     assert done.changes == ()
     assert (tree.joints, dict(tree.inertials)) == (nao.tree.joints, dict(nao.tree.inertials))
     assert set(tree.visuals) == set(nao.tree.visuals)
@@ -187,7 +189,7 @@ def test_mass_comes_from_nowhere_only_where_nothing_has_any(tmp_path: Path) -> N
         '<joint name="ab" type="continuous"><parent link="a"/><child link="b"/></joint>'
         '<joint name="bc" type="continuous"><parent link="b"/><child link="c"/><origin xyz="1 0 0"/></joint></robot>'
     )
-    tree, changes = make_physical(nk.urdf.read_urdf(path))
+    tree, changes = make_physical(read_urdf(path))
     assert changes[-1] == "a: nothing that carries b has mass; 0.002 kg added"
     assert [tree.inertials[link].mass for link in "bc"] == [0.001, 0.001]
     assert all(realizable(body) for body in tree.inertials.values())
@@ -196,7 +198,7 @@ def test_mass_comes_from_nowhere_only_where_nothing_has_any(tmp_path: Path) -> N
 def test_a_point_mass_becomes_a_ball_of_water(tmp_path: Path) -> None:
     path = tmp_path / "point.urdf"
     path.write_text('<robot name="p"><link name="a"><inertial><mass value="4.18879"/></inertial></link></robot>')
-    tree, changes = make_physical(nk.urdf.read_urdf(path))
+    tree, changes = make_physical(read_urdf(path))
     assert changes == ("a: no inertia → a ball of water, 0.0168 kg m²",)  # 10 cm: 0.4 · 4.19 · 0.01
     assert tree.inertials["a"].inertia[0] == pytest.approx(0.4 * 4.18879 * 0.1**2, rel=1e-5)
 
@@ -207,7 +209,7 @@ def test_a_sheet_thinner_than_a_millionth_is_made_as_thick(thickness: float, men
     path = tmp_path / "sheet.urdf"
     inertia = f'<inertia ixx="{1 + thickness!r}" iyy="{1 + thickness!r}" izz="2" ixy="0" ixz="0" iyz="0"/>'
     path.write_text(f'<robot name="s"><link name="a"><inertial><mass value="3"/>{inertia}</inertial></link></robot>')
-    tree, changes = make_physical(nk.urdf.read_urdf(path))
+    tree, changes = make_physical(read_urdf(path))
     assert len(changes) == mended
     xx, _, _, yy, _, zz = tree.inertials["a"].inertia
     assert (xx + yy - zz) / 2 == pytest.approx(1e-6 if mended else thickness, rel=1e-5)
@@ -220,7 +222,7 @@ def test_a_tensor_of_rounding_errors_is_none(size: float, tmp_path: Path) -> Non
     path = tmp_path / "rod.urdf"
     inertia = f'<inertia ixx="{size}" iyy="{size}" izz="0" ixy="0" ixz="0" iyz="0"/>'
     path.write_text(f'<robot name="r"><link name="a"><inertial><mass value="2"/>{inertia}</inertial></link></robot>')
-    tree, changes = make_physical(nk.urdf.read_urdf(path))
+    tree, changes = make_physical(read_urdf(path))
     assert realizable(tree.inertials["a"])
     assert ("no inertia → a ball of water" in changes[0]) == (size < 2e-12)
     assert np.diag(nk.RobotModel(tree).model.inertias[0].inertia).max() >= min(size, 1e-12)
@@ -232,7 +234,7 @@ def test_a_tensor_of_rounding_errors_is_none(size: float, tmp_path: Path) -> Non
 @pytest.mark.parametrize("version", VERSIONS[:4])
 def test_links_and_joints_are_named_and_connected_as_in_nao_description(version: str) -> None:
     published = json.loads((DATA / "nao_description_names.json").read_text())["versions"][version]
-    tree, _ = nk.export.variant(nk.load_nao(version), names="ros")
+    tree, _ = variant(nk.load_nao(version), names="ros")
     ours = {"LArm", "RArm", "LFoot/Sole", "RFoot/Sole", "SpeakerLeft", "SpeakerRight"}
     if version == "v5":
         ours |= {f"Micro{place}_frame" for place in ("FrontCenter", "RearCenter", "SurroundLeft", "SurroundRight")}
@@ -244,7 +246,7 @@ def test_links_and_joints_are_named_and_connected_as_in_nao_description(version:
 
 def test_every_name_of_nao_moveit_config_resolves() -> None:
     moveit = json.loads((DATA / "nao_moveit_names.json").read_text())
-    tree, _ = nk.export.variant(nk.load_nao("v4"), names="ros")
+    tree, _ = variant(nk.load_nao("v4"), names="ros")
     assert set(moveit["links"]) <= set(tree.links)
     assert set(moveit["joints"]) <= {joint.name for joint in tree.joints}
     assert moveit["robot"] == tree.name
@@ -254,7 +256,7 @@ def test_every_name_of_nao_moveit_config_resolves() -> None:
 @pytest.mark.parametrize("version", VERSIONS)
 def test_what_the_semantics_name_is_there_under_its_ros_name(version: str, frames: str) -> None:
     nao = nk.load_nao(version)
-    tree, _ = nk.export.variant(nao, names="ros", frames=frames)
+    tree, _ = variant(nao, names="ros", frames=frames)
     named = set(named_semantics(nao.semantics, "ros").frames())
     assert (named <= set(tree.links)) == (frames != "none")
 
@@ -285,18 +287,18 @@ def test_copied_meshes_are_found_beside_the_file(tmp_path: Path) -> None:
         ("package://nao_description", "package://nao_description/meshes/torso_white.obj"),
         ("package://nao_description/", "package://nao_description/meshes/torso_white.obj"),
         ("package://nao/a/b", "package://nao/a/b/torso_white.obj"),
-        ("absolute", str(nk.parameters.nao_urdf_path("v6").resolve().parent / "meshes/torso_white.obj")),
+        ("absolute", str(nao_urdf_path("v6").resolve().parent / "meshes/torso_white.obj")),
     ],
 )
 def test_meshes_have_the_names_that_are_asked_for(meshes: str, first: str, tmp_path: Path) -> None:
     done = nk.export.urdf(nk.load_nao("v6"), tmp_path / "nao.urdf", meshes=meshes)
     assert done.files == (done.path,)
-    assert nk.urdf.read_urdf(done.path).visuals[0].geometry == nk.urdf.MeshFile(first)
+    assert read_urdf(done.path).visuals[0].geometry == nk.urdf.MeshFile(first)
 
 
 def test_without_meshes_the_other_shapes_stay(tmp_path: Path) -> None:
     nao = nk.load_nao("v6")
-    tree = nk.urdf.read_urdf(nk.export.urdf(nao, tmp_path / "nao.urdf", meshes="none").path)
+    tree = read_urdf(nk.export.urdf(nao, tmp_path / "nao.urdf", meshes="none").path)
     assert tree.visuals == ()
     assert set(tree.collisions) == set(nao.tree.collisions)
 
@@ -428,7 +430,7 @@ def test_a_made_up_robot_comes_back_as_it_was(tmp_path: Path) -> None:
         J("f", kind="continuous", follows=("a", 2.0, 0.0)),
     )
     _same_robot(robot, tmp_path / "again.urdf")
-    tree = nk.urdf.read_urdf(tmp_path / "again.urdf")
+    tree = read_urdf(tmp_path / "again.urdf")
     assert dict(tree.inertials) == dict(robot.tree.inertials)
     # Which takes no `revolute` without limits, and no `continuous` that follows one.
     model = pin.buildModelFromUrdf(str(tmp_path / "again.urdf"), mimic=True)
@@ -463,7 +465,7 @@ def test_a_locked_joint_is_fixed_at_the_value_nearest_to_zero(tmp_path: Path) ->
 @pytest.mark.parametrize("variant", [{}, {"frames": "none"}, {"inertia": "physical"}], ids=str)
 def test_romeo_comes_back_as_it_was(variant: dict[str, str], tmp_path: Path) -> None:
     romeo = nk.load_robot("romeo")
-    tree, _ = nk.export.variant(romeo, **variant)
+    tree, _ = variant(romeo, **variant)
     robot = nk.RobotModel(tree)
     np.testing.assert_allclose(robot.com(romeo.neutral()), romeo.com(romeo.neutral()), atol=1e-12)
     assert robot.mass == pytest.approx(romeo.mass, abs=1e-12)

@@ -19,11 +19,11 @@ import pytest
 import nao_kin as nk
 from nao_kin._core.arrays import Floats
 from nao_kin.errors import BadArgument, NotARotation, NotFinite, UnknownName, WrongShape, ZeroNorm
-from nao_kin.ik import Reason
-from nao_kin.ik import follow_branches as branch_choice
-from nao_kin.ik import follow_limbs as limb_paths
+from nao_kin.ik import Reason, follow_branches as branch_choice, follow_limbs as limb_paths
 from nao_kin.ik.targets import inside_limits
 from nao_kin.rotations import matrix_from_rpy, rot_z
+
+pytestmark = pytest.mark.slow
 
 
 def line(first: Floats, last: Floats, n: int) -> Floats:

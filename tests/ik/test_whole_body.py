@@ -36,6 +36,8 @@ from nao_kin.ik.quadratic_program import quadratic_program
 from nao_kin.ik.targets import inside_limits
 from nao_kin.robot import SupportPolygon
 
+pytestmark = pytest.mark.slow
+
 Floats = NDArray[np.float64]
 FEET = ("LLeg", "RLeg")
 

@@ -6,15 +6,14 @@ from types import SimpleNamespace
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from made_up_robots import J, made_up
 
 import nao_kin as nk
 from nao_kin import lines
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.joints import NAO_ANATOMY, RULES, JointAxes, group_joints, unmerged_joints
-from nao_kin.joints.grouping import partition
+from nao_kin.joints import NAO_ANATOMY, JointAxes, group_joints
+from nao_kin.joints.grouping import RULES, partition, unmerged_joints
 from nao_kin.robot.semantics import Mimic
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
@@ -76,6 +75,7 @@ def test_concurrent_axes_make_the_shoulder_of_v32_spherical() -> None:
     assert groups.mobility == 25
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rule", RULES)
 def test_axes_of_a_merged_joint_meet_in_every_configuration(each_nao, rule) -> None:
     q = np.random.default_rng(1).uniform(-3, 3, (200, 25))
@@ -173,6 +173,7 @@ def test_singular_configurations_and_how_far_the_limits_keep_off(version, rule, 
     assert singularity.reachable == (margin <= 0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rule", RULES)
 def test_at_a_singular_value_the_axes_span_a_plane_and_beside_it_space(each_nao, rule) -> None:
     names = list(each_nao.joint_names)

@@ -11,8 +11,11 @@ from made_up_robots import J, made_up
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, NotFinite, UnknownName, WrongShape
-from nao_kin.joints import RULES, TypedModel
+from nao_kin.joints import TypedModel
+from nao_kin.joints.grouping import RULES
 from nao_kin.robot.nao import VERSIONS
+
+pytestmark = pytest.mark.slow
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 BATCHES = [(), (1,), (0,), (2, 3)]

@@ -6,14 +6,17 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from hypothesis import assume, given, settings
-from hypothesis import strategies as st
+import pytest
+from hypothesis import assume, given, settings, strategies as st
 from made_up_robots import J, made_up
 from test_multidof_model import composite_mass_matrix, frames, inverse_dynamics_mass_matrix, mass_matrix
 
 import nao_kin as nk
 from nao_kin.errors import NaoKinError
-from nao_kin.joints import RULES, MultiDofModel
+from nao_kin.joints import MultiDofModel
+from nao_kin.joints.grouping import RULES
+
+pytestmark = pytest.mark.slow
 
 PI = float(np.pi)
 TRIADS = [np.eye(3), np.array([[1.0, 2.0, -2.0], [2.0, 1.0, 2.0], [2.0, -2.0, -1.0]]) / 3.0]

@@ -8,9 +8,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from nao_kin.joints import JointNode
 from nao_kin.joints._readings import Source
 from nao_kin.joints._turn_selection import Angle, Motor, _Assignment, _Given, _Range
+from nao_kin.joints.grouping import JointNode
 from nao_kin.robot.semantics import Mimic
 
 

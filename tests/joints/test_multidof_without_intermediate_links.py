@@ -10,7 +10,10 @@ from made_up_robots import J, made_up
 
 import nao_kin as nk
 from nao_kin.errors import UnknownName
-from nao_kin.joints import RULES, MultiDofModel
+from nao_kin.joints import MultiDofModel
+from nao_kin.joints.grouping import RULES
+
+pytestmark = pytest.mark.slow
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 BETWEEN = {"Neck", *(f"{side}{part}" for side in "LR" for part in ("Shoulder", "Elbow", "Pelvis", "Hip"))}

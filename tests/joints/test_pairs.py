@@ -3,12 +3,12 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from nao_kin.errors import BadArgument, NotFinite, UnknownName, WrongShape, ZeroNorm
-from nao_kin.joints import ANATOMY, LOWER_PAIRS, NAO_ANATOMY, anatomical_kind, body_part, lower_pair, mobility
-from nao_kin.robot.nao import JOINTS
+from nao_kin.joints import ANATOMY, KINEMATIC_PAIRS, NAO_ANATOMY, kinematic_pair, mobility
+from nao_kin.joints.tables import anatomical_kind, body_part
+from nao_kin.robot.nao.v6 import JOINTS
 
 FREEDOMS = {
     "revolute": 1,
@@ -25,7 +25,7 @@ OBLIQUE = np.array([[1.0, 2.0, -2.0], [2.0, 1.0, 2.0]]) / 3.0
 
 
 def axes_of(name: str) -> np.ndarray | tuple[()]:
-    count = LOWER_PAIRS[name].axes
+    count = KINEMATIC_PAIRS[name].axes
     return OBLIQUE[:count] if count else ()
 
 
@@ -47,18 +47,18 @@ def moved(joint: pin.JointModel, rng: np.random.Generator) -> pin.SE3:
 
 @pytest.mark.parametrize("name", FREEDOMS)
 def test_freedoms_and_constraints_of_a_pair_make_six(name) -> None:
-    pair = lower_pair(name)
+    pair = kinematic_pair(name)
     assert pair.freedoms == FREEDOMS[name]
     assert pair.freedoms + pair.constraints == 6
 
 
 def test_reuleaux_knew_six_lower_pairs() -> None:
-    assert "".join(sorted(pair.symbol for pair in LOWER_PAIRS.values() if pair.lower)) == "CEHPRS"
+    assert "".join(sorted(pair.symbol for pair in KINEMATIC_PAIRS.values() if pair.lower)) == "CEHPRS"
 
 
 @pytest.mark.parametrize("name", FREEDOMS)
 def test_pinocchio_joint_has_the_freedoms_of_its_pair(name) -> None:
-    pair = LOWER_PAIRS[name]
+    pair = KINEMATIC_PAIRS[name]
     joint = pair.joint_model(axes_of(name), pitch=pitch_of(name))
     assert joint.nv == pair.freedoms
     assert joint.shortname() in pair.pinocchio
@@ -74,7 +74,7 @@ def test_pinocchio_joint_has_the_freedoms_of_its_pair(name) -> None:
 @pytest.mark.parametrize("name", ["revolute", "cylindrical", "helical", "prismatic"])
 def test_one_axis_stays_where_it_is(name) -> None:
     axis = OBLIQUE[0]
-    pose = moved(LOWER_PAIRS[name].joint_model(axis, pitch=pitch_of(name)), np.random.default_rng(1))
+    pose = moved(KINEMATIC_PAIRS[name].joint_model(axis, pitch=pitch_of(name)), np.random.default_rng(1))
     assert np.allclose(pose.rotation @ axis, axis, rtol=0, atol=1e-14)
     assert np.allclose(np.cross(pose.translation, axis), 0, atol=1e-14)
     turned, slid = not np.allclose(pose.rotation, np.eye(3)), np.linalg.norm(pose.translation) > 1e-3
@@ -83,20 +83,20 @@ def test_one_axis_stays_where_it_is(name) -> None:
 
 
 def test_a_helical_joint_advances_by_its_pitch() -> None:
-    pose = moved(LOWER_PAIRS["helical"].joint_model(OBLIQUE[0], pitch=0.25), np.random.default_rng(1))
+    pose = moved(KINEMATIC_PAIRS["helical"].joint_model(OBLIQUE[0], pitch=0.25), np.random.default_rng(1))
     assert pin.log3(pose.rotation) @ OBLIQUE[0] * 0.25 == pytest.approx(pose.translation @ OBLIQUE[0], abs=1e-14)
 
 
 @pytest.mark.parametrize("name", ["universal", "condyloid", "spherical"])
 def test_the_centre_of_a_turning_joint_stays_where_it_is(name) -> None:
-    pose = moved(LOWER_PAIRS[name].joint_model(axes_of(name)), np.random.default_rng(2))
+    pose = moved(KINEMATIC_PAIRS[name].joint_model(axes_of(name)), np.random.default_rng(2))
     assert np.array_equal(pose.translation, np.zeros(3))
 
 
 @pytest.mark.parametrize("normal", [(0, 0, 1), (0, 0, -1), (1, 0, 0), (0, 3, 0), (1, 2, -2), (1e-9, 0, 1)])
 def test_a_planar_joint_stays_in_its_plane(normal) -> None:
     n = np.array(normal) / np.linalg.norm(normal)
-    joint = LOWER_PAIRS["planar"].joint_model(normal)
+    joint = KINEMATIC_PAIRS["planar"].joint_model(normal)
     assert joint.shortname() == ("JointModelPlanar" if normal == (0, 0, 1) else "JointModelComposite")
     pose = moved(joint, np.random.default_rng(3))
     assert np.allclose(pose.rotation @ n, n, rtol=0, atol=1e-14)
@@ -109,7 +109,7 @@ def test_a_universal_joint_turns_about_the_carried_second_axis_at_any_angle_betw
     for second in ([0, 1, 0], [0, 1, 1], [0, 1, 50]):
         axes = np.array([[0, 0, 1.0], second])
         model = pin.Model()
-        model.addJoint(0, LOWER_PAIRS["universal"].joint_model(axes), pin.SE3.Identity(), "joint")
+        model.addJoint(0, KINEMATIC_PAIRS["universal"].joint_model(axes), pin.SE3.Identity(), "joint")
         data = model.createData()
         pin.forwardKinematics(model, data, np.array([0.7, -1.2]))
         unit = axes[1] / np.linalg.norm(axes[1])
@@ -118,7 +118,7 @@ def test_a_universal_joint_turns_about_the_carried_second_axis_at_any_angle_betw
 
 
 def test_axes_may_have_any_length() -> None:
-    joint = LOWER_PAIRS["revolute"].joint_model([0, 0, 1e-200]).extract()
+    joint = KINEMATIC_PAIRS["revolute"].joint_model([0, 0, 1e-200]).extract()
     assert joint.axis.tolist() == [0, 0, 1]
 
 
@@ -140,12 +140,12 @@ def test_axes_may_have_any_length() -> None:
 )
 def test_directions_that_define_no_such_joint_are_refused(name, axes, pitch, error) -> None:
     with pytest.raises(error):
-        LOWER_PAIRS[name].joint_model(axes, pitch=pitch)
+        KINEMATIC_PAIRS[name].joint_model(axes, pitch=pitch)
 
 
 def test_an_unknown_pair_is_refused_with_the_nearest_names() -> None:
     with pytest.raises(UnknownName, match="spherical"):
-        lower_pair("sperical")
+        kinematic_pair("sperical")
 
 
 # --- mobility ---------------------------------------------------------------------------------------------------------
@@ -171,7 +171,7 @@ def test_mobility_of_a_tree_is_the_sum_of_freedoms_less_the_couplings(names, cou
 )
 def test_mobility_of_known_mechanisms(names, options, expected) -> None:
     assert mobility(names, **options) == expected
-    assert mobility([lower_pair(name) for name in names], **options) == expected
+    assert mobility([kinematic_pair(name) for name in names], **options) == expected
 
 
 @pytest.mark.parametrize(
@@ -249,8 +249,8 @@ def test_the_part_of_the_body_is_read_off_the_name(joint, expected) -> None:
 
 
 def test_a_revolute_along_the_limb_is_a_pivot_and_across_it_a_hinge() -> None:
-    revolute = LOWER_PAIRS["revolute"]
+    revolute = KINEMATIC_PAIRS["revolute"]
     assert anatomical_kind(("LWristYaw",), revolute) == "pivot"
     assert anatomical_kind(("LKneePitch",), revolute) == "hinge"
-    assert anatomical_kind(("whatever",), LOWER_PAIRS["cylindrical"]) == "pivot"
-    assert anatomical_kind(("whatever",), LOWER_PAIRS["helical"]) == ""
+    assert anatomical_kind(("whatever",), KINEMATIC_PAIRS["cylindrical"]) == "pivot"
+    assert anatomical_kind(("whatever",), KINEMATIC_PAIRS["helical"]) == ""

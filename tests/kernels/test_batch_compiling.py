@@ -49,6 +49,7 @@ def outcome(process: subprocess.Popen[str]) -> tuple[str, str]:
     return out, err
 
 
+@pytest.mark.slow
 def test_of_processes_that_need_a_kernel_at_once_one_compiles_it_and_the_next_need_not(tmp_path: Path) -> None:
     outcomes = [outcome(each) for each in [start(ASK, NUMBA_CACHE_DIR=str(tmp_path)) for _ in range(3)]]
     assert [out for out, _ in outcomes] == ["right\n"] * 3
@@ -334,6 +335,7 @@ def is_there(path: Path) -> bool:
     return path.exists()
 
 
+@pytest.mark.slow
 def test_a_short_program_is_answered_at_once_and_the_kernel_is_compiled_after_its_end(
     slow: str, tmp_path: Path
 ) -> None:
@@ -474,7 +476,7 @@ def test_a_fork_after_use_works(nao: nk.NaoModel) -> None:
 
 def test_a_small_batch_does_not_load_the_compiler() -> None:
     code = (
-        "import sys, nao_kin as nk; nao = nk.load_nao(); nao.fk(nao.random(0, nk.robot.CROSSOVER - 1)); "
+        "import sys, nao_kin as nk; nao = nk.load_nao(); nao.fk(nao.random(0, CROSSOVER - 1)); "
         "print('numba' in sys.modules)"
     )
     assert outcome(start(code)) == ("False\n", "")
@@ -492,6 +494,7 @@ def program(*arguments: str, **environment: str) -> Sequence[str]:
     return done.stdout, done.stderr
 
 
+@pytest.mark.slow
 def test_warmup_says_what_is_ready_and_where() -> None:
     program("warmup")
     out, err = program("warmup", "--json")

@@ -9,16 +9,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from made_up_robots import J, made_up
 from test_checking import JOINTS, _motion
 from test_motion import random_motion
 
 import nao_kin as nk
 from nao_kin.motion import (
-    HIPS,
-    INTERPOLATIONS,
     Mended,
     check,
     clamp,
@@ -26,13 +23,15 @@ from nao_kin.motion import (
     concatenate,
     loop,
     mirror,
-    mirrored_joints,
     resample,
     reverse,
     share_motors,
     slow_down,
     time_warp,
 )
+from nao_kin.motion.configurations import HIPS
+from nao_kin.motion.editing import mirrored_joints
+from nao_kin.motion.interpolation import INTERPOLATIONS
 
 SEEDS = st.integers(0, 10_000)
 KINDS = st.sampled_from(INTERPOLATIONS)

@@ -9,8 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 
 from nao_kin.errors import BadInputFile
 from nao_kin.motion import FORMATS, Motion, read_motion, write_motion

@@ -10,13 +10,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from nao_kin import load_nao
 from nao_kin.errors import BadArgument, NotFinite, UnknownName
 from nao_kin.motion import FORMATS, Motion, MotionFileWarning, read_motion, resample, write_motion
 from nao_kin.robot.nao import BODY_ORDER
+
+pytestmark = pytest.mark.slow
 
 DATA = Path(__file__).parents[1] / "data" / "motions"
 LOSSLESS = ["csv", "json", "npz", "python", "naoqi"]

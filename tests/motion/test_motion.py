@@ -10,14 +10,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from scipy.interpolate import BPoly, CubicHermiteSpline, PchipInterpolator
 
 import nao_kin as nk
-from nao_kin.motion import HIPS, INTERPOLATIONS, smooth_slopes
-from nao_kin.motion.configurations import other_side, side_of
-from nao_kin.motion.interpolation import segment_of
+from nao_kin.motion import is_motion_file, mirrored_joints
+from nao_kin.motion.configurations import HIPS, other_side, side_of
+from nao_kin.motion.interpolation import INTERPOLATIONS, segment_of, smooth_slopes
 
 NAMES = ["HeadYaw", "HeadPitch", "LHand"]
 
@@ -458,16 +457,16 @@ def _calls(nao: nk.NaoModel, folder: Path) -> dict[str, tuple[Any, tuple[Any, ..
         "clamp": (of_motion.clamp, (nao, motion), {"fill": "hold"}),
         "complete": (of_motion.complete, (nao, motion, "hold"), {}),
         "concatenate": (of_motion.concatenate, ([motion],), {"gap": 0.0, "blend": 0.0}),
-        "is_motion_file": (of_motion.is_motion_file, (file,), {}),
+        "is_motion_file": (is_motion_file, (file,), {}),
         "loop": (of_motion.loop, (motion, 2), {"gap": 1.0}),
         "mirror": (of_motion.mirror, (nao, motion), {}),
-        "mirrored_joints": (of_motion.mirrored_joints, (nao,), {}),
+        "mirrored_joints": (mirrored_joints, (nao,), {}),
         "read_motion": (of_motion.read_motion, (file,), {"format": "json", "timeline": None, "robot": nao}),
         "resample": (of_motion.resample, (motion, 10.0), {}),
         "reverse": (of_motion.reverse, (motion,), {}),
         "share_motors": (of_motion.share_motors, (nao, motion, "average"), {}),
         "slow_down": (of_motion.slow_down, (nao, motion), {"how": "local"}),
-        "smooth_slopes": (of_motion.smooth_slopes, (ramp, ramp), {}),
+        "smooth_slopes": (smooth_slopes, (ramp, ramp), {}),
         "time_warp": (of_motion.time_warp, (motion, 2.0), {}),
         "write_motion": (of_motion.write_motion, (motion, file), {**written, "overwrite": True}),
         "Motion": (nk.Motion, ([0.0, 1.0], ["HeadYaw"], [[0.0], [0.5]], "bezier", bezier.handles), {}),

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from scipy.spatial.transform import Rotation
 
 import nao_kin as nk
 from nao_kin import naoqi
 from nao_kin.errors import BadArgument, CouplingViolated, NotARotation, NotFinite, UnknownName, WrongShape
+from nao_kin.naoqi.spaces import SPACES, frame_of, robot_frame, space_number, torso_in
 
 CASES = json.loads((Path(__file__).parents[1] / "data" / "reference_cases.json").read_text(encoding="utf-8"))
 
@@ -272,9 +272,9 @@ def test_sensors_go_by_their_short_names(nao: nk.NaoModel) -> None:
     assert np.array_equal(naoqi.pose_in(nao, q, "LFsrFL"), nao.fk(q, "LFoot/FSR/FrontLeft"))
     assert np.array_equal(naoqi.pose_in(nao, q, "HeadTouchFront"), nao.fk(q, "Head/Touch/Front"))
     with pytest.raises(UnknownName, match=r"unknown effector, joint or sensor 'cameratop' \(nearest: CameraTop"):
-        naoqi.frame_of(nao, "cameratop")
+        frame_of(nao, "cameratop")
     with pytest.raises(UnknownName):
-        naoqi.frame_of(nao, 7)  # type: ignore[arg-type]
+        frame_of(nao, 7)  # type: ignore[arg-type]
 
 
 def _frame_by_hand(T_world_left: np.ndarray, T_world_right: np.ndarray) -> np.ndarray:
@@ -288,7 +288,7 @@ def _frame_by_hand(T_world_left: np.ndarray, T_world_right: np.ndarray) -> np.nd
 def test_frame_robot_is_between_the_feet_with_their_mean_yaw(nao: nk.NaoModel) -> None:
     rng = np.random.default_rng(13)
     q, T = nao.random(rng, 20), _random_pose(rng, (20,))
-    found = naoqi.robot_frame(nao, q, torso_in_world=T)
+    found = robot_frame(nao, q, torso_in_world=T)
     for i in range(20):
         expected = _frame_by_hand(T[i] @ nao.fk(q[i], "LLeg"), T[i] @ nao.fk(q[i], "RLeg"))
         assert np.abs(found[i] - expected).max() < 1e-12
@@ -309,7 +309,7 @@ def test_the_mean_yaw_is_taken_along_the_shorter_arc(nao: nk.NaoModel) -> None:
     assert abs(apart) > 0.1
     for yaw in (3.1, np.pi, -3.1, 0.0):
         T = _homogeneous(Rotation.from_euler("z", yaw).as_matrix(), np.zeros(3))
-        R = naoqi.robot_frame(nao, q, torso_in_world=T)[:3, :3]
+        R = robot_frame(nao, q, torso_in_world=T)[:3, :3]
         assert np.abs(R - T[:3, :3]).max() < 1e-12
 
 
@@ -318,9 +318,9 @@ def test_the_spaces_fit_together(nao: nk.NaoModel) -> None:
     q, T = nao.random(rng, (2, 3)), _random_pose(rng, (2, 3))
     in_torso, in_world, in_robot = (naoqi.pose_in(nao, q, "RArm", s, torso_in_world=T) for s in range(3))
     assert np.abs(T @ in_torso - in_world).max() < 1e-12
-    assert np.abs(naoqi.robot_frame(nao, q, torso_in_world=T) @ in_robot - in_world).max() < 1e-12
+    assert np.abs(robot_frame(nao, q, torso_in_world=T) @ in_robot - in_world).max() < 1e-12
     for space in range(3):
-        T_space_torso = naoqi.torso_in(nao, q, space, torso_in_world=T)
+        T_space_torso = torso_in(nao, q, space, torso_in_world=T)
         assert np.abs(T_space_torso @ in_torso - (in_torso, in_world, in_robot)[space]).max() < 1e-12
 
 
@@ -336,18 +336,18 @@ def test_a_floating_base_says_where_the_torso_is() -> None:
 
 
 def test_spaces_go_by_number_or_name() -> None:
-    assert [naoqi.space_number(name) for name in naoqi.SPACES] == [0, 1, 2]
-    assert naoqi.space_number(2.0) == naoqi.space_number(np.int64(2)) == naoqi.FRAME_ROBOT  # type: ignore[arg-type]
+    assert [space_number(name) for name in SPACES] == [0, 1, 2]
+    assert space_number(2.0) == space_number(np.int64(2)) == naoqi.FRAME_ROBOT  # type: ignore[arg-type]
     for wrong in (3, -1, 1.5, None, [0]):
         with pytest.raises(BadArgument, match="space must be one of FRAME_TORSO 0, FRAME_WORLD 1, FRAME_ROBOT 2"):
-            naoqi.space_number(wrong)  # type: ignore[arg-type]
+            space_number(wrong)  # type: ignore[arg-type]
     with pytest.raises(UnknownName, match="nearest: FRAME_ROBOT"):
-        naoqi.space_number("frame_robot")
+        space_number("frame_robot")
 
 
 def test_a_torso_that_is_no_pose_is_refused(nao: nk.NaoModel) -> None:
     with pytest.raises(NotARotation):
-        naoqi.robot_frame(nao, nao.neutral(), torso_in_world=2.0 * np.eye(4) - np.diag([0, 0, 0, 1.0]))
+        robot_frame(nao, nao.neutral(), torso_in_world=2.0 * np.eye(4) - np.diag([0, 0, 0, 1.0]))
 
 
 # --- masks and limits -------------------------------------------------------------------------------------------------

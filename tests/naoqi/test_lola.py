@@ -8,11 +8,11 @@ from contextlib import suppress
 import numpy as np
 import pytest
 import umsgpack
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from nao_kin.errors import BadArgument, NaoKinError
-from nao_kin.naoqi import LOLA_ENTRIES, decode_lola, encode_lola, lola_frames
+from nao_kin.naoqi import decode_lola, encode_lola, lola_frames
+from nao_kin.naoqi.live import LOLA_ENTRIES
 
 
 def _frame(value: float = 0.25) -> dict[str, object]:

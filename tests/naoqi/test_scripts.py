@@ -19,6 +19,8 @@ from nao_kin.cli.app import run
 from nao_kin.naoqi import QiServer, VirtualNao, run_script
 from nao_kin.naoqi.compat import FOLDER, almath
 
+pytestmark = pytest.mark.slow
+
 pytest.importorskip("qi")
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "naoqi"

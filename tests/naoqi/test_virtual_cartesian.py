@@ -15,6 +15,8 @@ from nao_kin.naoqi.virtual import NaoqiError, VirtualNao
 from nao_kin.naoqi.virtual.cartesian import EffectorPath
 from nao_kin.naoqi.virtual.limb_solvers import Target, anywhere, columns_of, descend, near
 
+pytestmark = pytest.mark.slow
+
 TORSO, WORLD, ROBOT = 0, 1, 2
 
 

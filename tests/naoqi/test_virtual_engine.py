@@ -10,6 +10,7 @@ import pytest
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, NotFinite, UnknownName
+from nao_kin.naoqi.spaces import robot_frame
 from nao_kin.naoqi.virtual import Call, Change, NaoqiError, Task, VirtualNao
 from nao_kin.naoqi.virtual.engine import Clock
 
@@ -509,7 +510,7 @@ def test_it_begins_with_frame_robot_at_the_worlds_origin(nao: nk.NaoModel) -> No
     for posture in ("Stand", "Crouch", "StandInit"):
         with VirtualNao(nao, stepped=True, posture=posture) as virtual:
             T_world_torso = virtual.torso_in_world()
-            T_world_robot = nk.naoqi.robot_frame(nao, virtual.state().q, torso_in_world=T_world_torso)
+            T_world_robot = robot_frame(nao, virtual.state().q, torso_in_world=T_world_torso)
             T_world_robot[2, 3] = 0.0  # the lower of the two soles, which need not be the one that stands
             assert np.allclose(T_world_robot, np.eye(4), atol=1e-12)
             T_world_sole = T_world_torso @ nao.fk(virtual.state().q, "LLeg")

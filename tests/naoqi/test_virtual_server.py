@@ -24,15 +24,14 @@ from free_ports import free_port
 import nao_kin as nk
 from nao_kin._kernels.cache import compiles
 from nao_kin.cli.app import run
-from nao_kin.cli.naoqi import follow
-from nao_kin.cli.naoqi import served as served_nao
+from nao_kin.cli.naoqi import follow, served as served_nao
 from nao_kin.cli.options import RobotOptions
 from nao_kin.cli.view import LivePage
 from nao_kin.errors import BadArgument, MissingExtra
 from nao_kin.naoqi import OpenToOthersWarning, QiServer, VirtualNao
 
 pytest.importorskip("qi")
-pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals")
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(os.name != "posix", reason="signals")]
 
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(nk.__file__).parent.parent)}
 SECONDS = 60.0

@@ -13,6 +13,7 @@ from scipy.interpolate import PchipInterpolator
 import nao_kin as nk
 from nao_kin._kernels.cache import KeptKernel
 from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.naoqi.spaces import robot_frame
 from nao_kin.naoqi.virtual import NaoqiError, Service, VirtualNao
 from nao_kin.naoqi.virtual.service import KERNELS
 from nao_kin.naoqi.virtual.services import Missing
@@ -458,7 +459,7 @@ def test_masses_and_their_centres_are_the_robots(virtual: VirtualNao, nao: nk.Na
     com = np.array(_motion(virtual, "getCOM", "Body", space, True))
     mean = np.average([_motion(virtual, "getCOM", part, space, True) for part in parts], axis=0, weights=masses)
     assert np.allclose(com, mean, atol=1e-12)
-    T_world_robot = nk.naoqi.robot_frame(nao, state.q, torso_in_world=state.T_world_torso)
+    T_world_robot = robot_frame(nao, state.q, torso_in_world=state.T_world_torso)
     T_space_torso = (np.eye(4), state.T_world_torso, np.linalg.inv(T_world_robot) @ state.T_world_torso)[space]
     assert np.allclose(com, (T_space_torso @ [*nao.com(state.q), 1.0])[:3], atol=1e-12)
 

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.virtual import Call, NaoqiError, VirtualNao
@@ -26,6 +25,8 @@ from nao_kin.naoqi.virtual.steps import (
     seen_from,
 )
 from nao_kin.naoqi.virtual.walk import AtVelocity, Plan, ToTargets, Walker
+
+pytestmark = pytest.mark.slow
 
 poses = st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(-3.0, 3.0))
 STEPS = ("MaxStepX", "MaxStepY", "MaxStepTheta")

@@ -12,6 +12,8 @@ from site_pages import built_site
 
 import nao_kin as nk
 
+pytestmark = pytest.mark.slow
+
 REFERENCE = Path(__file__).resolve().parents[2] / "docs" / "reference"
 
 

@@ -13,6 +13,8 @@ from urllib.parse import unquote, urlsplit
 import pytest
 from site_pages import ROOT, Reader, built_site, reading
 
+pytestmark = pytest.mark.slow
+
 KATEX = ROOT / "docs" / "_static" / "katex"
 
 # Wide pages, and all that have formulas.

@@ -20,6 +20,8 @@ sys.path.insert(0, str(ROOT / "scripts"))
 
 import generate_gallery  # noqa: E402 - found beside the other scripts
 
+pytestmark = pytest.mark.slow
+
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 SHOWN = generate_gallery.printed_in(generate_gallery.pages_of())
 # In a process of their own: one that draws with matplotlib, one that saves a page.

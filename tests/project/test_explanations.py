@@ -21,6 +21,8 @@ from explanations.frames import spread  # noqa: E402
 from explanations.limits import Chart  # noqa: E402
 from explanations.robot_outline import nao_shapes  # noqa: E402
 
+pytestmark = pytest.mark.slow
+
 NAMES = sorted(draw_explanations.figures())
 IMAGES = ROOT / "docs" / "images"
 TEXT = "{http://www.w3.org/2000/svg}text"

@@ -14,6 +14,8 @@ import pytest
 
 import nao_kin as nk
 
+pytestmark = pytest.mark.slow
+
 FOLDER = Path(__file__).resolve().parents[2] / "examples"
 # Outputs are kept, so that a reader who runs nothing sees the pictures, in the repository and in the documentation.
 LECTURE = sorted((FOLDER / "notebooks").glob("*.ipynb"))

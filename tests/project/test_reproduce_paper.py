@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+pytestmark = pytest.mark.slow
+
 SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
 S3, S2 = math.sqrt(3), math.sqrt(2)
 AXIS_9 = [-0.678598344546, 0.678598344546, -0.281084637715]

@@ -15,6 +15,8 @@ from typer.testing import CliRunner
 
 import nao_kin as nk
 from nao_kin.cli.app import app
+from nao_kin.export.formats import check_options
+from nao_kin.export.variants import variant
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
@@ -46,9 +48,9 @@ def test_no_row_is_wrong(tool: Tool) -> None:
 
 @pytest.mark.parametrize("tool", TOOLS, ids=lambda tool: tool.package)
 def test_the_recommended_export_is_one_that_can_be_asked_for(tool: Tool, nao: nk.NaoModel) -> None:
-    nk.export.check_options(tool.format, tool.options)
+    check_options(tool.format, tool.options)
     if tool.format == "urdf":
-        nk.export.variant(nao, **{name: value for name, value in tool.options.items() if name != "meshes"})
+        variant(nao, **{name: value for name, value in tool.options.items() if name != "meshes"})
     options = tool.command.removeprefix("nao-kin export ").split()[1:]
     # An unknown format is refused before anything is read, and an option that does not exist before that.
     options[options.index("--format") + 1] = "none"
@@ -70,7 +72,7 @@ def _row(folder: Path, *, couple: bool, shift: float = 0.0, mass: float | None =
     """The row of a tool that computes with this library what it reads."""
     expected = reference.write_export(PLAIN, "v5", folder)
     nao = nk.RobotModel.from_urdf(folder / expected["path"])
-    free = nk.RobotModel(nk.export.variant(nao, coupling="independent")[0])
+    free = nk.RobotModel(variant(nao, coupling="independent")[0])
     robot = nao if couple else free
 
     def poses(values: Mapping[str, float]) -> dict[str, np.ndarray]:

@@ -17,6 +17,8 @@ from public_names import called
 
 import nao_kin as nk
 
+pytestmark = pytest.mark.slow
+
 
 class Anything:
     """An object that no function takes."""
@@ -53,12 +55,6 @@ INNER = {
     "crosscheck.run",
     "crosscheck.steps_of",
     "crosscheck.steps_of_nao",
-    "crosscheck.steps_of_tree",
-    "robot.mesh_path",
-    "robot.polygon_below",
-    "robot.read_mesh",
-    "robot.shape_geometry",
-    "robot.sole_corners",
 }
 # Methods of a robot with an argument that is true or false, for which NumPy has no answer to an array.
 FLAGS = {"degrees", "per_joint", "download"}

@@ -8,8 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from made_up_robots import J, made_up
 
 import nao_kin as nk
@@ -215,6 +214,7 @@ def test_a_follower_agrees_to_single_precision_of_its_own_value(tmp_path: Path, 
 _JOINTS = nk.load_nao().joint_names
 
 
+@pytest.mark.slow
 @settings(max_examples=300, deadline=None)
 @given(
     st.dictionaries(

@@ -12,8 +12,7 @@ from types import SimpleNamespace
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 import nao_kin as nk
 from nao_kin import errors
@@ -583,6 +582,7 @@ def test_a_pickle_carries_what_was_changed_in_the_model() -> None:
     assert other.position(other.neutral(), "Head")[2] == 0.2
 
 
+@pytest.mark.slow
 def test_a_pickle_lives_in_another_process(tmp_path) -> None:
     nao = nk.load_nao("v4")
     (tmp_path / "nao.pickle").write_bytes(pickle.dumps(nao))
@@ -608,6 +608,7 @@ def test_threads_do_not_disturb_each_other(nao: nk.NaoModel) -> None:
             assert np.array_equal(got, wanted)
 
 
+@pytest.mark.slow
 def test_importing_the_package_loads_nothing_heavy() -> None:
     code = (
         "import sys, nao_kin; nao_kin.rotations; nao_kin.screws.lines; print('pinocchio' in sys.modules); "

@@ -23,14 +23,14 @@ from made_up_robots import J, made_up
 
 import nao_kin as nk
 from nao_kin._core.files import write_bytes, write_text
-from nao_kin.cli import doctor
-from nao_kin.cli import doctor as probes
+from nao_kin.cli import doctor, doctor as probes
 from nao_kin.cli.app import run
 from nao_kin.errors import BadArgument, CouplingViolated, NotFinite, WrongShape
 from nao_kin.robot import build
 from nao_kin.robot.configurations import Coordinates
 from nao_kin.robot.limits import JointLimits
-from nao_kin.robot.nao import VERSIONS, nao_parameters, nao_urdf_path, urdf_text
+from nao_kin.robot.nao import VERSIONS, nao_parameters
+from nao_kin.robot.nao.urdf_text import nao_urdf_path, urdf_text
 from nao_kin.robot.semantics import Mimic
 
 # --- building and unpickling ------------------------------------------------------------------------------------------

@@ -12,6 +12,7 @@ from made_up_robots import J, made_up
 
 import nao_kin as nk
 from nao_kin.cli.app import run
+from nao_kin.crosscheck.by_hand import steps_of
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, UnknownName, WrongShape
 from nao_kin.naoqi import NaoqiError, VirtualNao
 from nao_kin.rotations import matrix_from_rpy
@@ -103,7 +104,7 @@ def test_the_cross_check_agrees_about_a_calibrated_robot(calibrated: nk.NaoModel
 
 
 def test_a_forgotten_offset_is_seen_by_the_cross_check(calibrated: nk.NaoModel, nao: nk.NaoModel) -> None:
-    report = nk.crosscheck.run(calibrated, samples=10, steps=nk.crosscheck.steps_of(nao))
+    report = nk.crosscheck.run(calibrated, samples=10, steps=steps_of(nao))
     assert not report.ok
 
 

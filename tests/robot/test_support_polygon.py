@@ -8,7 +8,7 @@ from scipy.spatial import ConvexHull
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
-from nao_kin.robot import sole_corners
+from nao_kin.robot.support_polygon import sole_corners
 
 
 @pytest.mark.parametrize("posture", ["Stand", "StandInit", "StandZero", "Crouch"])

@@ -4,8 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from rotation_samples import DISTANCES, PROPERTY, many_axes, matrices, random_rotations, worst
 from scipy.spatial.transform import Rotation
 

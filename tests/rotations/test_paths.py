@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given
 from rotation_samples import PROPERTY, quaternions, random_rotations, worst
 from scipy.interpolate import CubicSpline
-from scipy.spatial.transform import Rotation
-from scipy.spatial.transform import RotationSpline as ScipySpline
+from scipy.spatial.transform import Rotation, RotationSpline as ScipySpline
 
 from nao_kin.errors import BadArgument, NotARotation, NotFinite, UnknownName, WrongShape, ZeroNorm
 from nao_kin.rotations import (
     RotationSpline,
+    _spline as _spline_velocities,
     exp,
     log,
     matrix_from_quat,
@@ -26,7 +26,6 @@ from nao_kin.rotations import (
     slerp,
     vee,
 )
-from nao_kin.rotations import _spline as _spline_velocities
 
 ONE = np.array([1.0, 0.0, 0.0, 0.0])
 AXIS = np.array([0.48, -0.6, 0.64])

@@ -6,8 +6,7 @@ import mpmath
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from rotation_samples import (
     PROPERTY,
     integer_rotations,

@@ -6,8 +6,7 @@ from functools import partial
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from rotation_samples import PROPERTY
 from screw_samples import EPS, EXACT, as_array, exact_ad, exact_pose, power_series, random_twists, twists
 

@@ -118,6 +118,7 @@ def test_a_number_that_is_none_comes_back_from_a_worker_as_our_error(client: Cli
     assert caught.value.value == np.inf
 
 
+@pytest.mark.slow
 def test_programs_that_run_already_do_the_work_though_one_is_killed(nao: nk.NaoModel, tmp_path: Path) -> None:
     q = nao.random(4, 2000)
     here, file = ("--host", "127.0.0.1"), tmp_path / "scheduler.json"
@@ -178,6 +179,7 @@ def test_where_no_scheduler_answers_one_line_says_so() -> None:
         distributed.connect(workers=0)
 
 
+@pytest.mark.slow
 def test_the_program_of_the_documentation_runs(tmp_path: Path) -> None:
     text = (ROOT / "docs" / "cluster.md").read_text(encoding="utf-8")
     (block,) = re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL)

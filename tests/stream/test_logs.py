@@ -21,8 +21,7 @@ import pytest
 import nao_kin as nk
 from nao_kin.cli.app import run
 from nao_kin.errors import BadArgument, BadInputFile
-from nao_kin.stream import run as run_module
-from nao_kin.stream import sources as csv_source
+from nao_kin.stream import run as run_module, sources as csv_source
 from nao_kin.stream.tables import TableOptions, read_configurations, read_log
 
 ROWS = 40

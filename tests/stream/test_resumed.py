@@ -24,11 +24,9 @@ from viewer_pages import PATIENCE, until
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, BadInputFile, StartedOverWarning
-from nao_kin.stream import parts, run
-from nao_kin.stream import sources as csv_source
-from nao_kin.stream import sources as table_sources
+from nao_kin.stream import parts, run, sources as csv_source, sources as table_sources
 
-pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals")
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(os.name != "posix", reason="signals")]
 
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(nk.__file__).parent.parent)}
 FEET = ("--frame", "LLeg", "--frame", "RLeg")
@@ -37,7 +35,7 @@ SINKS = ("csv", "npy", "parquet", "arrow")
 # The program with parts of a few rows, and something that happens on the way.
 _PROGRAM = """
 import os, signal, sys, time
-from nao_kin.stream import parts, run, sources
+from nao_kin.stream import (parts, run, sources)
 from nao_kin import stream
 from nao_kin.cli import fk
 stream.FEW_ROWS = 0
@@ -538,7 +536,7 @@ _PEAK = """
 import resource
 import numpy as np
 import nao_kin as nk
-from nao_kin.stream import sinks
+from nao_kin.stream import (sinks)
 sinks._ROWS_OF_GROUP = 10_000
 nao = nk.load_nao("v6")
 for rows in (30_000, 150_000):

@@ -19,10 +19,7 @@ from scipy.spatial.transform import Rotation
 import nao_kin as nk
 from nao_kin._core.csv_numbers import line_ends, whole_lines
 from nao_kin.errors import BadArgument, BadInputFile, DegreesWarning, MissingExtra, UnknownName
-from nao_kin.stream import run, sinks
-from nao_kin.stream import sinks as csv_text
-from nao_kin.stream import sources as csv_source
-from nao_kin.stream import sources as table_sources
+from nao_kin.stream import run, sinks, sinks as csv_text, sources as csv_source, sources as table_sources
 
 ROWS = 60
 FEET = ["LLeg", "RLeg"]

@@ -34,6 +34,8 @@ import nao_kin as nk
 from nao_kin.errors import BadArgument, NoBrowser
 from nao_kin.viewer import Viewer
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def viewer(nao: nk.NaoModel) -> Iterator[Viewer]:

@@ -201,12 +201,6 @@ def is_motion_file(path: Path | str, data: bytes | None = None) -> bool:
 
     Raises:
         BadArgument: path is no text and no Path.
-
-    Examples:
-        >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
-        >>> nk.motion.write_motion(nod, "nod.csv")
-        >>> nk.motion.is_motion_file("nod.csv")
-        True
     """
     if isinstance(path, str) and not path:
         return False

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, as_floats, as_numbers, refuse_non_finite
-from nao_kin._core.arrays import choice as one_of
+from nao_kin._core.arrays import Floats, as_floats, as_numbers, choice as one_of, refuse_non_finite
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, NotFinite
 

@@ -27,8 +27,7 @@ from nao_kin.naoqi.spaces import (
     space_number,
     transform_list,
 )
-from nao_kin.naoqi.virtual import arguments
-from nao_kin.naoqi.virtual import limb_solvers as limbs
+from nao_kin.naoqi.virtual import arguments, limb_solvers as limbs
 from nao_kin.naoqi.virtual.engine import Call, Task
 from nao_kin.naoqi.virtual.interpolation import ON_TIME, Approach
 from nao_kin.naoqi.virtual.limb_solvers import Solution, Target

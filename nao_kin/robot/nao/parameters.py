@@ -257,10 +257,6 @@ def version_named(name: str) -> Version:
 
     Raises:
         UnknownName: no such version.
-
-    Examples:
-        >>> nk.parameters.version_named("6")
-        'v6'
     """
     wanted = str(name).strip().lower().removeprefix("v")
     for version in VERSIONS:

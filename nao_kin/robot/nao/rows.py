@@ -22,11 +22,6 @@ class Offset:
     Attributes:
         name: Aldebaran's name of the distance.
         sign: 1.0 along the axis, -1.0 against it.
-
-    Examples:
-        >>> thigh = nk.parameters.Offset("ThighLength")
-        >>> (-thigh).sign
-        -1.0
     """
 
     name: str
@@ -101,11 +96,6 @@ class JointRow:
         axis: direction of the axis in the torso-parallel joint frame, not yet normalised.
         motion: what it does, in words.
         mimic: the joint whose motor also drives this one.
-
-    Examples:
-        >>> row = nk.parameters.JOINTS[0]
-        >>> row.name, row.parent, row.axis
-        ('HeadYaw', 'torso', (0.0, 0.0, 1.0))
     """
 
     name: str
@@ -128,10 +118,6 @@ class FingerRow:
         parent: the phalanx that carries it, or "WristYaw".
         xyz_m: position in the parent's frame [m].
         rpy: orientation in the parent's frame at opening 0 [rad].
-
-    Examples:
-        >>> nk.parameters.FINGERS[0].name
-        'Finger11'
     """
 
     name: str
@@ -172,11 +158,6 @@ class ActuatorRow(VersionedRow):
         joint: the joint.
         velocity: largest speed [rad/s; 1/s for a hand].
         effort: largest torque [N m].
-
-    Examples:
-        >>> row = nk.parameters.ACTUATORS[0]
-        >>> row.joint, row.velocity, row.effort
-        ('HeadYaw', 8.26797, 1.547)
     """
 
     joint: str
@@ -239,11 +220,6 @@ class FrameRow(VersionedRow):
         parent: the joint that carries it, or "torso".
         xyz: position in the parent's joint frame, numbers [m] or offsets.
         rpy: orientation, R = Rz(yaw) Ry(pitch) Rx(roll) [rad].
-
-    Examples:
-        >>> row = nk.parameters.FRAMES[0]
-        >>> row.name, row.parent
-        ('Accelerometer', 'torso')
     """
 
     name: str
@@ -267,7 +243,7 @@ class ShapeRow:
         axis: direction of a cylinder's axis, not yet normalised.
 
     Examples:
-        >>> row = nk.parameters.COLLISION_SHAPES[0]
+        >>> row = nk.parameters.nao_parameters("v6").collision_shapes[0]
         >>> row.kind, row.size_m
         ('sphere', (0.04,))
     """
@@ -291,7 +267,7 @@ class VisualRow(VersionedRow):
         colours: its colours; colour c stands in the file `{part}_{c}.obj`.
 
     Examples:
-        >>> nk.parameters.VISUALS[0].part
+        >>> nk.parameters.nao_parameters("v6").visuals[0].part
         'torso'
     """
 
@@ -318,11 +294,6 @@ class PostureRow:
     Attributes:
         name: NAOqi's name.
         body: the 26 joint values in NAOqi's Body order [rad; 0 to 1 for the hands].
-
-    Examples:
-        >>> row = nk.parameters.POSTURES[0]
-        >>> row.name, len(row.body)
-        ('Stand', 26)
     """
 
     name: str
@@ -392,11 +363,6 @@ class VersionPage(Tables):
         visuals: meshes that the base does not have, or has in other colours.
         without_visuals: keys, "joint/part", of the base's meshes that it does not have.
         placeholder: what links without a mass of their own are given; None for what the base gives.
-
-    Examples:
-        >>> page = nk.parameters.VersionPage(version="v5", base="v6")
-        >>> page.version, page.offsets
-        ('v5', ())
     """
 
     version: Version

@@ -316,12 +316,7 @@ _V6_ACCENT = (0.34, 0.36, 0.39, 1.0)
 
 
 def colours_of(version: Version) -> dict[str, tuple[float, float, float, float]]:
-    """The colours of a version's meshes: V6 was sold with dark grey accents, those before it in orange among others.
-
-    Examples:
-        >>> sorted(nk.parameters.colours_of("v6"))
-        ['accent', 'black', 'dark', 'grey', 'led', 'white']
-    """
+    """Return the colours of a version's meshes: V6 has dark grey accents, the earlier versions orange ones."""
     return COLOURS | ({"accent": _V6_ACCENT} if choice(version, VERSIONS, "NAO version") == "v6" else {})
 
 

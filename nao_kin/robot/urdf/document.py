@@ -346,10 +346,6 @@ def mesh_in(folder: Path, filename: str) -> Path | None:
 
     Raises:
         BadArgument: the folder is no path.
-
-    Examples:
-        >>> nk.urdf.mesh_in(nk.load_nao().urdf_path.parent, "no_such.stl") is None
-        True
     """
     try:
         file = Path(folder, "robot.urdf")

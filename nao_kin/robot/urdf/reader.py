@@ -62,11 +62,6 @@ def read_urdf(
         BadModel: the file cannot be read, is no URDF, or describes no tree of supported joints; a xacro source that
             cannot be expanded or is not to be.
         BadArgument: a folder that is not there, or arguments for a file that is not expanded.
-
-    Examples:
-        >>> tree = nk.urdf.read_urdf(nk.load_nao().urdf_path)
-        >>> tree.root, len(tree.moving_joints), len(tree.mimics)
-        ('base_link', 42, 17)
     """
     return urdf_tree(path, file_content(path), package_dirs, xacro, xacro_arguments)
 
@@ -356,10 +351,6 @@ def file_format(path: Path | str) -> Literal["urdf", "mjcf"]:
 
     Raises:
         BadModel: the file cannot be read, is not well-formed, or is neither.
-
-    Examples:
-        >>> nk.urdf.file_format(nk.load_nao().urdf_path)
-        'urdf'
     """
     return _format(path, file_content(path))
 

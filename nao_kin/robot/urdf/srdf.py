@@ -40,14 +40,6 @@ def read_srdf(path: Path | str, tree: UrdfTree, notes: list[str]) -> Semantics:
     Raises:
         BadModel: the file cannot be read or is no SRDF.
         BadArgument: no tree, or no list.
-
-    Examples:
-        >>> tree = nk.urdf.read_urdf(nk.load_nao().urdf_path)
-        >>> from pathlib import Path
-        >>> neck = "<group name='neck'><chain base_link='torso' tip_link='Head'/></group>"
-        >>> _ = Path("nao.srdf").write_text(f"<robot name='nao'>{neck}</robot>")
-        >>> nk.urdf.read_srdf("nao.srdf", tree, notes=[]).chains["neck"]
-        ('HeadYaw', 'HeadPitch')
     """
     if not isinstance(tree, UrdfTree):
         raise BadArgument(f"tree must be a UrdfTree, got {quoted(tree)}")

@@ -127,7 +127,7 @@ class Visual:
         name: its own name, "" without one.
 
     Examples:
-        >>> tree = nk.urdf.read_urdf(nk.load_nao().urdf_path)
+        >>> tree = nk.load_nao().tree
         >>> visual = tree.visuals[0]
         >>> visual.link, type(visual.geometry).__name__
         ('torso', 'MeshFile')
@@ -269,7 +269,7 @@ class Inertial:
         inertia: ixx, ixy, ixz, iyy, iyz, izz about the centre of mass [kg m²].
 
     Examples:
-        >>> tree = nk.urdf.read_urdf(nk.load_nao().urdf_path)
+        >>> tree = nk.load_nao().tree
         >>> tree.inertials["torso"].mass
         1.04956
     """
@@ -299,7 +299,7 @@ class UrdfJoint:
         mimic: the joint it follows, None for a joint of its own.
 
     Examples:
-        >>> tree = nk.urdf.read_urdf(nk.load_nao().urdf_path)
+        >>> tree = nk.load_nao().tree
         >>> joint = next(joint for joint in tree.joints if joint.name == "RHipYawPitch")
         >>> joint.kind, joint.mimic.joint
         ('revolute', 'LHipYawPitch')
@@ -362,7 +362,7 @@ class UrdfTree:
         offsets: joints whose origin is calibrated and not that of the file → the origin they have here.
 
     Examples:
-        >>> tree = nk.urdf.read_urdf(nk.load_nao().urdf_path)
+        >>> tree = nk.load_nao().tree
         >>> tree.name, tree.root
         ('nao_v6', 'base_link')
     """

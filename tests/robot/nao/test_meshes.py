@@ -19,7 +19,12 @@ from manifold3d import Manifold, Mesh
 from scipy.spatial import ConvexHull
 
 import nao_kin as nk
-from nao_kin.robot.nao import COLLISION_SHAPES, VERSIONS, VISUALS, ShapeRow, colours_of, nao_parameters, nao_urdf_path
+from nao_kin.robot.nao import VERSIONS, ShapeRow, nao_parameters
+from nao_kin.robot.nao.parameters import VISUALS
+from nao_kin.robot.nao.urdf_text import nao_urdf_path
+from nao_kin.robot.nao.v6 import COLLISION_SHAPES, colours_of
+
+pytestmark = pytest.mark.slow
 
 ROOT = Path(__file__).resolve().parents[3]
 SCRIPT = ROOT / "scripts" / "generate_meshes.py"

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import inspect
 import re
 import subprocess
 import sys
@@ -13,38 +12,27 @@ import numpy as np
 import pytest
 
 import nao_kin as nk
-from nao_kin import parameters as room
 from nao_kin.errors import UnknownName
 from nao_kin.robot.nao import (
-    ACTUATORS,
     BODY_ORDER,
     CHAINS,
-    COLLISION_SHAPES,
     COUPLED_LIMITS,
-    FINGERS,
-    FRAMES,
     INERTIALS,
-    JOINTS,
     LIMITS,
     OFFSETS,
-    PLACEHOLDER,
-    POSTURES,
     SOURCES,
     VERSIONS,
-    VISUALS,
-    FrameRow,
     LimitRow,
-    Offset,
     Version,
-    VersionPage,
     nao_parameters,
-    nao_urdf_path,
-    version_named,
 )
 from nao_kin.robot.nao.older import PAGES, TABLES, V6
-from nao_kin.robot.nao.rows import overlaid
+from nao_kin.robot.nao.parameters import ACTUATORS, FRAMES, PLACEHOLDER, VISUALS, version_named
+from nao_kin.robot.nao.rows import FrameRow, Offset, VersionPage, overlaid
+from nao_kin.robot.nao.urdf_text import nao_urdf_path
+from nao_kin.robot.nao.v6 import COLLISION_SHAPES, FINGERS, JOINTS, POSTURES
 from nao_kin.robot.semantics import Mimic
-from nao_kin.robot.urdf import read_urdf
+from nao_kin.robot.urdf.reader import read_urdf
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -286,13 +274,14 @@ def test_an_offset_has_a_sign_and_its_published_name() -> None:
     }
 
 
+@pytest.mark.slow
 def test_a_misspelt_offset_is_seen_by_the_type_checker(tmp_path: Path) -> None:
     pytest.importorskip("mypy")
     row = 'JointRow("J", "Head", "torso", "Neck", (0.0, 0.0, {}), (0.0, 0.0, 1.0), "twist", "J6")'
     coordinates = ("-skeleton.THIGH_LENGTH", "-skeleton.THIGH_LENGHT", '"-ThighLength"')
     source = tmp_path / "page.py"
     lines = [
-        "from nao_kin.robot.nao import JointRow; from nao_kin.robot.nao import v6 as skeleton",
+        "from nao_kin.robot.nao.rows import JointRow; from nao_kin.robot.nao import v6 as skeleton",
         *map(row.format, coordinates),
     ]
     source.write_text("\n".join(lines) + "\n")
@@ -366,9 +355,3 @@ def test_the_parameters_cannot_be_changed() -> None:
     for mapping in (parameters.offsets, parameters.inertials, parameters.mimics):
         with pytest.raises(TypeError):
             mapping["NeckOffsetZ"] = 0.0  # type: ignore[index]
-
-
-def test_the_face_of_the_room_exports_what_it_imports_and_says_so_in_order() -> None:
-    assert room.__all__ == sorted(room.__all__, key=lambda name: (not name.isupper(), name))
-    imported = {name for name, value in vars(room).items() if not name.startswith("_") and not inspect.ismodule(value)}
-    assert set(room.__all__) == imported

@@ -19,18 +19,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import nao_kin as nk
-from nao_kin.robot.nao import (
-    BODY_ORDER,
-    CHAINS,
-    COLLISION_SHAPES,
-    FINGERS,
-    PLACEHOLDER,
-    POSTURES,
-    VERSIONS,
-    NaoParameters,
-    nao_parameters,
-    nao_urdf_path,
-)
+from nao_kin.robot.nao import BODY_ORDER, CHAINS, VERSIONS, NaoParameters, nao_parameters
+from nao_kin.robot.nao.parameters import PLACEHOLDER
+from nao_kin.robot.nao.urdf_text import nao_urdf_path
+from nao_kin.robot.nao.v6 import COLLISION_SHAPES, FINGERS, POSTURES
 
 PUBLISHED = json.loads((Path(__file__).parents[2] / "data" / "published_numbers.json").read_text(encoding="utf-8"))
 # Sources print π/2 and π with five digits or more, where the model has them in full.

@@ -16,7 +16,7 @@ from made_up_robots import J, made_up
 
 import nao_kin as nk
 from nao_kin.errors import BadModel
-from nao_kin.robot.urdf import read_urdf
+from nao_kin.robot.urdf.reader import read_urdf
 
 Write = Callable[[str], Path]
 
@@ -611,6 +611,7 @@ def test_robots_of_example_robot_data_agree_with_plain_pinocchio(name: str) -> N
                 assert np.allclose(robot.fk(q, frame.name), data.oMf[index].homogeneous, atol=2e-6)
 
 
+@pytest.mark.slow
 def test_every_robot_of_example_robot_data_loads_or_says_why() -> None:
     refused = {}
     for name in nk.robot_names():

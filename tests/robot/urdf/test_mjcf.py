@@ -16,7 +16,7 @@ from mjcf_samples import BOX, SAMPLES, Mujoco, all_values, write
 import nao_kin as nk
 from nao_kin.errors import BadModel, MissingExtra, NaoKinError
 from nao_kin.robot.semantics import Mimic
-from nao_kin.robot.urdf import read_mjcf
+from nao_kin.robot.urdf.mjcf.reader import read_mjcf
 
 pytest.importorskip("mujoco", reason="MuJoCo reads MJCF")
 

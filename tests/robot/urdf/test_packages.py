@@ -9,7 +9,8 @@ import pytest
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument
-from nao_kin.robot.urdf import Packages, mesh_in
+from nao_kin.robot.urdf import Packages
+from nao_kin.robot.urdf.document import mesh_in
 
 VARIABLES = ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH", "CMAKE_PREFIX_PATH", "GAZEBO_MODEL_PATH", "GZ_SIM_RESOURCE_PATH")
 

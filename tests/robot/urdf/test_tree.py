@@ -10,7 +10,8 @@ import pytest
 from nao_kin._core.text import fresh_name, with_underscores
 from nao_kin.errors import BadModel
 from nao_kin.robot.semantics import Mimic
-from nao_kin.robot.urdf import Box, Collision, Origin, UrdfJoint, UrdfTree, read_urdf
+from nao_kin.robot.urdf import Box, Collision, Origin, UrdfJoint, UrdfTree
+from nao_kin.robot.urdf.reader import read_urdf
 
 
 def _joint(name: str, parent: str, child: str, inside: str = "", kind: str = "revolute") -> str:

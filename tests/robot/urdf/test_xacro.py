@@ -12,6 +12,7 @@ import pytest
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, BadModel
+from nao_kin.robot.urdf.reader import read_urdf
 
 pytest.importorskip("xacro", reason="xacro expands its sources")
 
@@ -160,7 +161,7 @@ DOORS: dict[str, Callable[[Path], object]] = {
     "from_file": nk.RobotModel.from_file,
     "from_urdf": nk.RobotModel.from_urdf,
     "read_robot": nk.urdf.read_robot,
-    "read_urdf": nk.urdf.read_urdf,
+    "read_urdf": read_urdf,
     "from_file, xacro=False": lambda path: nk.RobotModel.from_file(
         path.rename(path.with_suffix(".xacro")), xacro=False
     ),

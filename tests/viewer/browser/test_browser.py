@@ -17,6 +17,8 @@ from nao_kin.errors import NoBrowser
 from nao_kin.rotations import rpy_from_matrix
 from nao_kin.viewer import OutsideLimitsWarning, Viewer
 
+pytestmark = pytest.mark.slow
+
 FPS = 20.0
 
 

@@ -18,6 +18,8 @@ from nao_kin.errors import BadArgument
 from nao_kin.ik import Family, IKResult, Reason
 from nao_kin.rotations import exp
 
+pytestmark = pytest.mark.slow
+
 WEB = Path(__file__).resolve().parents[3] / "web"
 SOURCES = WEB / "src"
 

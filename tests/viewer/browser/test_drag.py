@@ -16,6 +16,8 @@ import nao_kin as nk
 from nao_kin.errors import BadArgument, NotFinite, WrongShape
 from nao_kin.viewer import Viewer
 
+pytestmark = pytest.mark.slow
+
 SIZE = (1100, 640)
 
 # Where on the screen a handle is, moved by so much in the world (y up).

@@ -21,6 +21,8 @@ import nao_kin as nk
 from nao_kin.viewer import Viewer
 from nao_kin.viewer.notebook import Bridge, frame
 
+pytestmark = pytest.mark.slow
+
 CELLS = (
     "import nao_kin as nk\nnao = nk.load_nao()\nviewer = nk.Viewer(nao)\nviewer.display(nao.posture('Crouch'))\nviewer",
     "viewer.display(nao.configuration({'HeadYaw': 1.0}))",

@@ -20,6 +20,8 @@ from nao_kin.stream.tables import read_configurations
 from nao_kin.viewer import Viewer
 from nao_kin.viewer.browser import find_browser
 
+pytestmark = pytest.mark.slow
+
 SIZE = (1100, 760)
 STEP = math.radians(1.0)
 

@@ -16,6 +16,8 @@ from viewer_pages import Page, opened
 import nao_kin as nk
 from nao_kin.viewer import Viewer
 
+pytestmark = pytest.mark.slow
+
 SIZE = (1100, 640)
 
 # A place on the screen [px] at which a link is seen: as far inside its picture as a coarse grid tells.

@@ -17,6 +17,8 @@ from nao_kin.errors import BadArgument, NotFinite, WrongShape, ZeroNorm
 from nao_kin.viewer import Viewer
 from nao_kin.viewer.scene import robot_drawables
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def page(browser: Any, nao: nk.NaoModel, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:

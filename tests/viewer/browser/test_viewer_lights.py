@@ -15,6 +15,8 @@ import nao_kin as nk
 from nao_kin.viewer import Viewer
 from nao_kin.viewer.scene import robot_drawables
 
+pytestmark = pytest.mark.slow
+
 # Of a light: colour and light of its material as the screen has them, and its glow.
 LOOK = """(name) => {
     const { mesh, glow } = naoKin.lights.shapes.get(name);

@@ -111,13 +111,6 @@ def read_mjcf(path: Path | str, *, package_dirs: Iterable[Path | str] = ()) -> t
         MissingExtra: MuJoCo is not installed.
         BadModel: the file cannot be read, is no MJCF, is refused by MuJoCo, or holds no body.
         BadArgument: a folder that is not there.
-
-    Examples:
-        >>> try:
-        ...     tree, semantics = nk.urdf.read_mjcf(nk.load_nao().urdf_path)
-        ... except nk.errors.BadModel as error:
-        ...     print(str(error).partition("; ")[2])
-        it is a URDF, which RobotModel.from_urdf reads
     """
     return mjcf_tree(path, file_content(path), package_dirs)
 
