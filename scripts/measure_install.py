@@ -6,7 +6,7 @@ packages come from the registry that pip is set up for, once without pip's cache
 Example:
     python scripts/measure_install.py                             # the default installation
     python scripts/measure_install.py --extra batch --extra robots  # and what each of these adds to it
-    python scripts/measure_install.py --wheel dist/nao_kin-0.2.0-py3-none-any.whl
+    python scripts/measure_install.py --wheel dist/nao_kin-0.3.0-py3-none-any.whl
 """
 
 from __future__ import annotations

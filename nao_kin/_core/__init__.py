@@ -1,3 +1,3 @@
 """What every room may use: arrays and vectors checked at the door, numbers, files written whole, signals."""
 
-__version__ = "0.2.0"
+__version__ = "0.3.0"
