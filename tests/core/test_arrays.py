@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
+from loops import for_all
 
 from nao_kin._core.arrays import all_finite
 
@@ -11,8 +11,8 @@ from nao_kin._core.arrays import all_finite
 SIZES = (1, 7, 2000, 2001, 10_000)
 
 
-@pytest.mark.parametrize("size", SIZES)
-@pytest.mark.parametrize("value", [0.0, 1.0, 1e-300, 1e154, 1e200, 1.7e308, -1.7e308])
+@for_all("size", SIZES)
+@for_all("value", [0.0, 1.0, 1e-300, 1e154, 1e200, 1.7e308, -1.7e308])
 def test_finite_numbers_are_finite_whether_or_not_their_squares_are(size: int, value: float) -> None:
     assert all_finite(np.full(size, value))
     one = np.zeros(size)
@@ -20,10 +20,10 @@ def test_finite_numbers_are_finite_whether_or_not_their_squares_are(size: int, v
     assert all_finite(one)
 
 
-@pytest.mark.parametrize("size", SIZES)
-@pytest.mark.parametrize("others", [0.0, 1.0, 1e200])
-@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
-@pytest.mark.parametrize("place", [0, -1])
+@for_all("size", SIZES)
+@for_all("others", [0.0, 1.0, 1e200])
+@for_all("bad", [np.nan, np.inf, -np.inf])
+@for_all("place", [0, -1])
 def test_one_entry_that_is_not_finite_is_enough(size: int, others: float, bad: float, place: int) -> None:
     array = np.full(size, others)
     array[place] = bad

@@ -16,12 +16,13 @@ import numpy as np
 import pinocchio as pin
 import pytest
 import yourdfpy
+from loops import for_all
 from made_up_robots import J, made_up
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.export.inertia import make_physical, realizable
-from nao_kin.export.variants import named_semantics, variant
+from nao_kin.export.variants import named_semantics, variant as tree_of
 from nao_kin.robot.nao.urdf_text import nao_urdf_path
 from nao_kin.robot.urdf.reader import read_urdf
 
@@ -88,7 +89,7 @@ def test_every_variant_moves_as_the_robot_does(version: str, variant: dict[str, 
         q[[nao.joint_names.index(name) for name in LOCKED]] = 0.0
     ros = variant["names"] == "ros"
     values, read = _values(nao, q, ros), nk.RobotModel.from_urdf(path)
-    places = _links(nao, variant(nao, **variant)[0], ros)
+    places = _links(nao, tree_of(nao, **variant)[0], ros)
     expected = nao.fk(q, list(places.values()))
 
     own = read.configuration({name: values[name] for name in read.joint_names}, limits="ignore")
@@ -133,7 +134,7 @@ def test_equal_robots_give_equal_text(tmp_path: Path) -> None:
 # Inertias.
 
 
-@pytest.mark.parametrize("version", VERSIONS)
+@for_all("version", VERSIONS)
 def test_the_published_inertias_are_mended_only_where_no_body_can_have_them(version: str) -> None:
     nao = nk.load_nao(version)
     mended, changes = make_physical(nao.tree)
@@ -231,10 +232,10 @@ def test_a_tensor_of_rounding_errors_is_none(size: float, tmp_path: Path) -> Non
 # Names.
 
 
-@pytest.mark.parametrize("version", VERSIONS[:4])
+@for_all("version", VERSIONS[:4])
 def test_links_and_joints_are_named_and_connected_as_in_nao_description(version: str) -> None:
     published = json.loads((DATA / "nao_description_names.json").read_text())["versions"][version]
-    tree, _ = variant(nk.load_nao(version), names="ros")
+    tree, _ = tree_of(nk.load_nao(version), names="ros")
     ours = {"LArm", "RArm", "LFoot/Sole", "RFoot/Sole", "SpeakerLeft", "SpeakerRight"}
     if version == "v5":
         ours |= {f"Micro{place}_frame" for place in ("FrontCenter", "RearCenter", "SurroundLeft", "SurroundRight")}
@@ -246,17 +247,17 @@ def test_links_and_joints_are_named_and_connected_as_in_nao_description(version:
 
 def test_every_name_of_nao_moveit_config_resolves() -> None:
     moveit = json.loads((DATA / "nao_moveit_names.json").read_text())
-    tree, _ = variant(nk.load_nao("v4"), names="ros")
+    tree, _ = tree_of(nk.load_nao("v4"), names="ros")
     assert set(moveit["links"]) <= set(tree.links)
     assert set(moveit["joints"]) <= {joint.name for joint in tree.joints}
     assert moveit["robot"] == tree.name
 
 
-@pytest.mark.parametrize("frames", CHOICES["frames"])
-@pytest.mark.parametrize("version", VERSIONS)
+@for_all("frames", CHOICES["frames"])
+@for_all("version", VERSIONS)
 def test_what_the_semantics_name_is_there_under_its_ros_name(version: str, frames: str) -> None:
     nao = nk.load_nao(version)
-    tree, _ = variant(nao, names="ros", frames=frames)
+    tree, _ = tree_of(nao, names="ros", frames=frames)
     named = set(named_semantics(nao.semantics, "ros").frames())
     assert (named <= set(tree.links)) == (frames != "none")
 
@@ -465,7 +466,7 @@ def test_a_locked_joint_is_fixed_at_the_value_nearest_to_zero(tmp_path: Path) ->
 @pytest.mark.parametrize("variant", [{}, {"frames": "none"}, {"inertia": "physical"}], ids=str)
 def test_romeo_comes_back_as_it_was(variant: dict[str, str], tmp_path: Path) -> None:
     romeo = nk.load_robot("romeo")
-    tree, _ = variant(romeo, **variant)
+    tree, _ = tree_of(romeo, **variant)
     robot = nk.RobotModel(tree)
     np.testing.assert_allclose(robot.com(romeo.neutral()), romeo.com(romeo.neutral()), atol=1e-12)
     assert robot.mass == pytest.approx(romeo.mass, abs=1e-12)

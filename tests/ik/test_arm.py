@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from ik_checks import BESIDE, Floats, assert_solved, distance_to_solutions, pose_errors
+from loops import for_all
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, NotARotation, NotFinite, UnknownName, WrongShape, ZeroNorm
@@ -26,7 +27,7 @@ def bent(nao: nk.NaoModel, side: str, **angles: float) -> Floats:
     return nao.configuration({side + joint: value for joint, value in turned.items()}, limits="ignore")
 
 
-@pytest.mark.parametrize("side", SIDES)
+@for_all("side", SIDES)
 def test_every_configuration_is_among_the_solutions_of_its_pose(each_nao: nk.NaoModel, side: str) -> None:
     q = each_nao.random(7, 4000)
     T = each_nao.fk(q, side + "Arm")
@@ -35,7 +36,7 @@ def test_every_configuration_is_among_the_solutions_of_its_pose(each_nao: nk.Nao
     assert distance_to_solutions(found, q).max() < 1e-9
 
 
-@pytest.mark.parametrize("side", SIDES)
+@for_all("side", SIDES)
 def test_without_limits_there_are_four_branches(each_nao: nk.NaoModel, side: str) -> None:
     T = each_nao.fk(each_nao.random(3, 500), side + "Arm")
     found = nk.ik.arm(each_nao, side, T, limits="ignore")
@@ -68,7 +69,7 @@ def test_all_solutions_of_an_exhaustive_search_are_found(nao: nk.NaoModel) -> No
         assert len(seen) == found.count == (8 if direction else 4)
 
 
-@pytest.mark.parametrize("side", SIDES)
+@for_all("side", SIDES)
 def test_a_place_and_a_direction_bring_the_configuration_back(each_nao: nk.NaoModel, side: str) -> None:
     q = each_nao.random(8, 3000)
     T = each_nao.fk(q, side + "Arm")
@@ -82,8 +83,8 @@ def test_a_place_and_a_direction_bring_the_configuration_back(each_nao: nk.NaoMo
         assert each_nao.within_limits(found.solutions[real, k]).all()
 
 
-@pytest.mark.parametrize("side", SIDES)
-@pytest.mark.parametrize("criterion", ["nearest", "limits", "manipulability"])
+@for_all("side", SIDES)
+@for_all("criterion", ["nearest", "limits", "manipulability"])
 def test_every_place_that_the_hand_can_be_is_found(each_nao: nk.NaoModel, side: str, criterion: str) -> None:
     q = each_nao.random(9, 200)
     places = each_nao.position(q, side + "Arm")
@@ -132,8 +133,8 @@ def test_a_place_is_answered_by_the_reference_that_is_there(nao: nk.NaoModel) ->
     np.testing.assert_allclose(found.q, q, atol=1e-8)
 
 
-@pytest.mark.parametrize("beside", BESIDE)
-@pytest.mark.parametrize("side", SIDES)
+@for_all("beside", BESIDE)
+@for_all("side", SIDES)
 def test_a_stretched_arm_and_beside_it(each_nao: nk.NaoModel, side: str, beside: float) -> None:
     for sign in (1.0, -1.0):
         q = bent(each_nao, side, ElbowRoll=sign * beside)
@@ -146,7 +147,7 @@ def test_a_stretched_arm_and_beside_it(each_nao: nk.NaoModel, side: str, beside:
             assert found.count == 2 + (found.families == Family.NONE).sum() / 2
 
 
-@pytest.mark.parametrize("beside", BESIDE)
+@for_all("beside", BESIDE)
 def test_an_elbow_on_the_axis_of_the_shoulder_and_beside_it(beside: float) -> None:
     # In V3.2 there is no offset at the elbow: the arm spread out, which is inside its limits.
     nao = nk.load_nao("v3.2")
@@ -197,7 +198,7 @@ def test_the_weight_trades_distance_for_angle(nao: nk.NaoModel) -> None:
     assert light[1] > heavy[1]
 
 
-@pytest.mark.parametrize("beyond", [1e-9, 1e-6, 1e-3, 0.1, 1.0])
+@for_all("beyond", [1e-9, 1e-6, 1e-3, 0.1, 1.0])
 def test_out_of_reach_is_said_with_the_distance_and_the_nearest(nao: nk.NaoModel, beyond: float) -> None:
     rng = np.random.default_rng(1)
     quaternions = rng.normal(size=(20, 4))
@@ -233,8 +234,8 @@ def test_a_place_is_answered_by_the_reference_that_is_there_with_joints_at_their
     np.testing.assert_allclose(found.q[:, columns], q[:, columns], atol=1e-6)
 
 
-@pytest.mark.parametrize("version", ["v3.2", "v6"])
-@pytest.mark.parametrize("inside", [1e-9, 1e-3])
+@for_all("version", ["v3.2", "v6"])
+@for_all("inside", [1e-9, 1e-3])
 def test_a_place_inside_the_fold_is_out_of_reach(version: str, inside: float) -> None:
     nao = nk.load_nao(version)
     shoulder = nao.position(nao.neutral(), "LShoulderPitch")
@@ -250,7 +251,7 @@ def test_a_place_inside_the_fold_is_out_of_reach(version: str, inside: float) ->
         assert float(found.obstacles.needed) == pytest.approx(inside, abs=1e-12)
 
 
-@pytest.mark.parametrize("criterion", ["limits", "nearest", "manipulability"])
+@for_all("criterion", ["limits", "nearest", "manipulability"])
 def test_no_member_of_a_random_choice_is_better(nao: nk.NaoModel, criterion: str) -> None:
     rng = np.random.default_rng(21)
     places, reference = nao.position(nao.random(rng, 40), "LArm"), nao.random(rng, 40)
@@ -303,7 +304,7 @@ def test_a_message_says_what_is_in_the_way(nao: nk.NaoModel) -> None:
     assert "targets are in metres" in str(millimetres.message)
 
 
-@pytest.mark.parametrize("side", SIDES)
+@for_all("side", SIDES)
 def test_one_target_and_a_batch_of_it_give_the_same(nao: nk.NaoModel, side: str) -> None:
     T = nao.fk(nao.random(5, (2, 3)), side + "Arm")
     T[1, :, :3, 3] += 0.01

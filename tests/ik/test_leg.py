@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 from ik_checks import BESIDE, Floats, assert_solved, distance_to_solutions, pose_errors
+from loops import for_all
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, NotARotation, NotFinite, UnknownName, WrongShape
@@ -26,7 +27,7 @@ def bent(nao: nk.NaoModel, side: str, **angles: float) -> Floats:
     return nao.configuration(named, limits="ignore")
 
 
-@pytest.mark.parametrize("side", SIDES)
+@for_all("side", SIDES)
 def test_every_configuration_is_among_the_solutions_of_its_pose(each_nao: nk.NaoModel, side: str) -> None:
     q = each_nao.random(7, 4000)
     T = each_nao.fk(q, side + "Leg")
@@ -36,7 +37,7 @@ def test_every_configuration_is_among_the_solutions_of_its_pose(each_nao: nk.Nao
     assert set(found.count.tolist()) == {1, 2}
 
 
-@pytest.mark.parametrize("side", SIDES)
+@for_all("side", SIDES)
 def test_without_limits_there_are_eight_branches(nao: nk.NaoModel, side: str) -> None:
     T = nao.fk(nao.random(3, 500), side + "Leg")
     found = nk.ik.leg(nao, side, T, limits="ignore")
@@ -48,7 +49,7 @@ def test_without_limits_there_are_eight_branches(nao: nk.NaoModel, side: str) ->
     assert apart.min() > 1e-4
 
 
-@pytest.mark.parametrize("side", SIDES)
+@for_all("side", SIDES)
 def test_one_target_and_a_batch_of_it_give_the_same(nao: nk.NaoModel, side: str) -> None:
     T = nao.fk(nao.random(5, (3, 4)), side + "Leg")
     for limits in ("enforce", "ignore"):
@@ -86,7 +87,7 @@ def test_all_solutions_of_an_exhaustive_search_are_found(nao: nk.NaoModel) -> No
         assert len(seen) == found.count == 8
 
 
-@pytest.mark.parametrize("side", SIDES)
+@for_all("side", SIDES)
 def test_the_edges_of_the_limits_belong_to_them(each_nao: nk.NaoModel, side: str) -> None:
     nao, rng = each_nao, np.random.default_rng(2)
     q = nao.random(rng, 1500)
@@ -106,8 +107,8 @@ def test_the_edges_of_the_limits_belong_to_them(each_nao: nk.NaoModel, side: str
     assert distance_to_solutions(found, q).max() < 1e-7
 
 
-@pytest.mark.parametrize("beside", BESIDE)
-@pytest.mark.parametrize("side", SIDES)
+@for_all("beside", BESIDE)
+@for_all("side", SIDES)
 def test_a_straight_knee_and_beside_it(nao: nk.NaoModel, side: str, beside: float) -> None:
     for sign in (1.0, -1.0):
         q = bent(nao, side, KneePitch=sign * beside)
@@ -121,8 +122,8 @@ def test_a_straight_knee_and_beside_it(nao: nk.NaoModel, side: str, beside: floa
             assert limits == "enforce" or found.count == straight
 
 
-@pytest.mark.parametrize("beside", BESIDE)
-@pytest.mark.parametrize(("side", "lock"), [("L", -math.pi / 4), ("L", 3 * math.pi / 4), ("R", math.pi / 4)])
+@for_all("beside", BESIDE)
+@for_all(("side", "lock"), [("L", -math.pi / 4), ("L", 3 * math.pi / 4), ("R", math.pi / 4)])
 def test_a_locked_hip_and_beside_it(nao: nk.NaoModel, side: str, lock: float, beside: float) -> None:
     for sign in (1.0, -1.0):
         q = bent(nao, side, HipRoll=lock + sign * beside)
@@ -172,8 +173,8 @@ def on_ankle_axis(nao: nk.NaoModel, side: str, ankle_pitch: float) -> Floats:
     return bent(nao, side, AnklePitch=ankle_pitch, KneePitch=knee, AnkleRoll=0.02, HipPitch=-0.3)
 
 
-@pytest.mark.parametrize("beside", BESIDE)
-@pytest.mark.parametrize("side", SIDES)
+@for_all("beside", BESIDE)
+@for_all("side", SIDES)
 def test_the_hip_on_the_axis_of_ankle_roll_and_beside_it(nao: nk.NaoModel, side: str, beside: float) -> None:
     q = on_ankle_axis(nao, side, 0.85)
     assert not [row for row in nao.limit_violations(q) if "Elbow" not in row.joint]
@@ -189,8 +190,8 @@ def test_the_hip_on_the_axis_of_ankle_roll_and_beside_it(nao: nk.NaoModel, side:
                 assert found.family is Family.ANKLE_AXIS
 
 
-@pytest.mark.parametrize("beside", [1e-11, 1e-10, 1e-9, 1e-8, 1e-7])
-@pytest.mark.parametrize("end", [0, 1])
+@for_all("beside", [1e-11, 1e-10, 1e-9, 1e-8, 1e-7])
+@for_all("end", [0, 1])
 def test_beside_the_axis_of_ankle_roll_rounding_puts_no_roll_outside_its_limits(
     nao: nk.NaoModel, end: int, beside: float
 ) -> None:
@@ -239,8 +240,8 @@ def test_the_hip_triple_is_that_of_davenport_angles(nao: nk.NaoModel) -> None:
         assert np.minimum(*gaps).max() < 1e-12
 
 
-@pytest.mark.parametrize("beyond", [1.01e-6, 1e-5, 1e-3, 0.1, 1.0])
-@pytest.mark.parametrize("side", SIDES)
+@for_all("beyond", [1.01e-6, 1e-5, 1e-3, 0.1, 1.0])
+@for_all("side", SIDES)
 def test_out_of_reach_is_said_with_the_distance(nao: nk.NaoModel, side: str, beyond: float) -> None:
     rng = np.random.default_rng(1)
     quaternions = rng.normal(size=(50, 4))
@@ -485,7 +486,7 @@ def test_what_is_no_robot_is_refused() -> None:
         nk.ik.leg("nao", "L", np.eye(4))  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("side", SIDES)
+@for_all("side", SIDES)
 def test_straight_legs_in_float32_are_solved_straight_with_what_they_are_short_of(nao: nk.NaoModel, side: str) -> None:
     q = nao.random(13, 2000)
     q[:, nao.joint_names.index(f"{side}KneePitch")] = 0.0
@@ -515,8 +516,8 @@ def test_a_leg_is_not_stretched_by_more_than_a_micrometre(nao: nk.NaoModel) -> N
         assert nao.within_limits(found.q)
 
 
-@pytest.mark.parametrize("limits", ["enforce", "ignore"])
-@pytest.mark.parametrize("side", SIDES)
+@for_all("limits", ["enforce", "ignore"])
+@for_all("side", SIDES)
 def test_a_foot_that_is_not_reached_gets_the_nearest_pose(nao: nk.NaoModel, side: str, limits: str) -> None:
     rng = np.random.default_rng(4)
     T = nao.fk(nao.random(rng, 60), f"{side}Leg")

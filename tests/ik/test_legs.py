@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from ik_checks import BESIDE, Floats, distance_to_solutions, pose_errors
 from legs_scan import least_turns, scanned
+from loops import for_all
 from scipy.optimize import least_squares
 
 import nao_kin as nk
@@ -170,7 +171,7 @@ def test_the_edges_of_the_limits_belong_to_them(each_nao: nk.NaoModel) -> None:
     assert distance_to_solutions(found, q).max() < 1e-7
 
 
-@pytest.mark.parametrize("beside", BESIDE)
+@for_all("beside", BESIDE)
 def test_straight_knees_and_beside_them(nao: nk.NaoModel, beside: float) -> None:
     rng = np.random.default_rng(8)
     for knees in (("LKneePitch",), ("RKneePitch",), ("LKneePitch", "RKneePitch")):
@@ -197,8 +198,8 @@ def on_ankle_axis(nao: nk.NaoModel, sides: str, q: Floats, ankle: float) -> Floa
     return q
 
 
-@pytest.mark.parametrize("beside", BESIDE)
-@pytest.mark.parametrize("sides", ["L", "R", "LR"])
+@for_all("beside", BESIDE)
+@for_all("sides", ["L", "R", "LR"])
 def test_hips_on_the_axis_of_ankle_roll_and_beside_it(nao: nk.NaoModel, sides: str, beside: float) -> None:
     rng = np.random.default_rng(9)
     for ankle, sign in itertools.product((0.83, 0.87), (-1.0, 1.0)):
@@ -219,8 +220,8 @@ def test_hips_on_the_axis_of_ankle_roll_and_beside_it(nao: nk.NaoModel, sides: s
                 assert distance_to_solutions(found, q) < 1e-14 / beside + 1e-8
 
 
-@pytest.mark.parametrize("beside", BESIDE)
-@pytest.mark.parametrize("sides", ["L", "R", "LR"])
+@for_all("beside", BESIDE)
+@for_all("sides", ["L", "R", "LR"])
 def test_locked_hips_and_beside_them(nao: nk.NaoModel, sides: str, beside: float) -> None:
     rng = np.random.default_rng(10)
     for sign in (-1.0, 1.0):
@@ -240,7 +241,7 @@ def test_locked_hips_and_beside_them(nao: nk.NaoModel, sides: str, beside: float
             assert distance_to_solutions(found, q) < 1e-14 / beside + 1e-8
 
 
-@pytest.mark.parametrize("beside", BESIDE)
+@for_all("beside", BESIDE)
 def test_a_leg_along_the_axis_of_hip_roll_and_beside_it(nao: nk.NaoModel, beside: float) -> None:
     rng = np.random.default_rng(11)
     knee = -0.08
@@ -273,8 +274,8 @@ def test_rounding_of_targets_makes_no_feet_disagree(nao: nk.NaoModel) -> None:
 # --- feet that disagree -----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("priority", ["balanced", "left", "right"])
-@pytest.mark.parametrize("limits", ["enforce", "ignore"])
+@for_all("priority", ["balanced", "left", "right"])
+@for_all("limits", ["enforce", "ignore"])
 def test_no_hip_yaw_pitch_of_a_fine_scan_turns_the_feet_less(nao: nk.NaoModel, limits: str, priority: str) -> None:
     T, enforce = disagreeing(nao, 13, 24), limits == "enforce"
     found = nk.ik.legs(nao, *T, limits=limits, priority=priority)  # type: ignore[arg-type]
@@ -431,7 +432,7 @@ def test_feet_that_agree_leave_the_torso_where_it_is_wished(nao: nk.NaoModel) ->
         np.testing.assert_allclose(found.q, q, atol=1e-8)
 
 
-@pytest.mark.parametrize("free", ["height", "lean", "yaw"])
+@for_all("free", ["height", "lean", "yaw"])
 def test_the_torso_gives_way_until_both_feet_are_met(nao: nk.NaoModel, free: str) -> None:
     rng = np.random.default_rng(18)
     q = nao.clamp(nao.posture("StandInit") + rng.uniform(-0.15, 0.15, (400, nao.nq)))
@@ -481,7 +482,7 @@ def amount_of(nao: nk.NaoModel, before: Floats, after: Floats, free: str) -> Flo
     return np.asarray(np.arctan2(turn[..., 1, 0], turn[..., 0, 0]))
 
 
-@pytest.mark.parametrize("free", ["height", "lean", "yaw"])
+@for_all("free", ["height", "lean", "yaw"])
 def test_no_smaller_change_of_the_torso_meets_both_feet(nao: nk.NaoModel, free: str) -> None:
     rng = np.random.default_rng(19)
     q = nao.clamp(nao.posture("StandInit") + rng.uniform(-0.2, 0.2, (12, nao.nq)))

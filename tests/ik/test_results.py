@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from ik_checks import Floats
+from loops import for_all
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, NotARotation, UnknownName
@@ -122,7 +123,7 @@ def test_what_is_merged_is_a_copy() -> None:
     assert not reference.any()
 
 
-@pytest.mark.parametrize(
+@for_all(
     ("needed", "words"),
     [(0.012, "12 mm"), (1e-9, "1 nm"), (2.5e-6, "2.5 µm"), (0.5, "500 mm"), (1.5, "1.5 m")],
 )
@@ -165,7 +166,7 @@ def test_a_solution_of_a_redundant_limb_is_said_to_be_one_of_many(nao: nk.NaoMod
     assert found.message == "reached, one of infinitely many solutions"
 
 
-@pytest.mark.parametrize(
+@for_all(
     ("metres", "words"),
     [
         (0.9999999e-3, "1 mm"),
@@ -193,7 +194,7 @@ def test_a_batch_has_a_message_for_each_target() -> None:
 # --- what all solvers have in common ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("argument", "frame", "solve"), POSES)
+@for_all(("argument", "frame", "solve"), POSES)
 def test_writing_into_one_result_changes_no_later_answer(
     nao: nk.NaoModel, argument: str, frame: str, solve: Callable[..., IKResult]
 ) -> None:
@@ -204,7 +205,7 @@ def test_writing_into_one_result_changes_no_later_answer(
     np.testing.assert_array_equal(solve(nao, T).q, expected)
 
 
-@pytest.mark.parametrize(("argument", "frame", "solve"), POSES)
+@for_all(("argument", "frame", "solve"), POSES)
 def test_a_target_without_a_rotation_is_named_with_its_index_and_its_defect(
     nao: nk.NaoModel, argument: str, frame: str, solve: Callable[..., IKResult]
 ) -> None:
@@ -224,8 +225,8 @@ def test_a_target_without_a_rotation_is_named_with_its_index_and_its_defect(
         solve(nao, T)
 
 
-@pytest.mark.parametrize(("argument", "frame", "solve"), POSES)
-@pytest.mark.parametrize("size", [2e150, 1e200, 1e308])
+@for_all(("argument", "frame", "solve"), POSES)
+@for_all("size", [2e150, 1e200, 1e308])
 def test_numbers_whose_squares_overflow_are_refused(
     nao: nk.NaoModel, argument: str, frame: str, solve: Callable[..., IKResult], size: float
 ) -> None:
@@ -236,8 +237,8 @@ def test_numbers_whose_squares_overflow_are_refused(
             solve(nao, targets)
 
 
-@pytest.mark.parametrize(("argument", "frame", "solve"), POSES)
-@pytest.mark.parametrize("policy", [np.array(["enforce"]), ["enforce"], {}, None, 1])
+@for_all(("argument", "frame", "solve"), POSES)
+@for_all("policy", [np.array(["enforce"]), ["enforce"], {}, None, 1])
 def test_a_limits_policy_that_is_no_name_is_refused(
     nao: nk.NaoModel, argument: str, frame: str, solve: Callable[..., IKResult], policy: object
 ) -> None:
@@ -245,7 +246,7 @@ def test_a_limits_policy_that_is_no_name_is_refused(
         solve(nao, np.eye(4), limits=policy)
 
 
-@pytest.mark.parametrize("solve", CLOSED_FORMS)
+@for_all("solve", CLOSED_FORMS)
 def test_without_limits_a_reference_that_is_a_solution_is_the_best_whatever_its_turns(
     nao: nk.NaoModel, solve: Callable[..., IKResult]
 ) -> None:
@@ -261,7 +262,7 @@ def test_without_limits_a_reference_that_is_a_solution_is_the_best_whatever_its_
     assert np.all(np.diff(np.where(np.isnan(distances), np.inf, distances)[..., :2], axis=-1) >= 0.0)
 
 
-@pytest.mark.parametrize("solve", CLOSED_FORMS[:2])
+@for_all("solve", CLOSED_FORMS[:2])
 def test_without_limits_a_member_of_a_family_may_be_whole_turns_away(
     nao: nk.NaoModel, solve: Callable[..., IKResult]
 ) -> None:

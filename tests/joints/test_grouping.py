@@ -7,6 +7,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from hypothesis import given, strategies as st
+from loops import for_all
 from made_up_robots import J, made_up
 
 import nao_kin as nk
@@ -76,7 +77,7 @@ def test_concurrent_axes_make_the_shoulder_of_v32_spherical() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("rule", RULES)
+@for_all("rule", RULES)
 def test_axes_of_a_merged_joint_meet_in_every_configuration(each_nao, rule) -> None:
     q = np.random.default_rng(1).uniform(-3, 3, (200, 25))
     for joint in group_joints(each_nao, rule=rule):
@@ -85,7 +86,7 @@ def test_axes_of_a_merged_joint_meet_in_every_configuration(each_nao, rule) -> N
             assert joint.residual < 1e-16
 
 
-@pytest.mark.parametrize("rule", RULES)
+@for_all("rule", RULES)
 def test_neighbours_left_apart_do_not_meet(each_nao, rule) -> None:
     axes = JointAxes(each_nao)
     at_zero = axes.lines(each_nao.neutral())
@@ -153,7 +154,7 @@ def test_every_part_of_the_body_is_one_joint(each_nao, part) -> None:
 # --- singularities ----------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
+@for_all(
     ("version", "rule", "part", "degrees", "margin"),
     [
         ("v6", "coincident", "LHipRoll", (-45, 135), 45 - 21.74),
@@ -174,7 +175,7 @@ def test_singular_configurations_and_how_far_the_limits_keep_off(version, rule, 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("rule", RULES)
+@for_all("rule", RULES)
 def test_at_a_singular_value_the_axes_span_a_plane_and_beside_it_space(each_nao, rule) -> None:
     names = list(each_nao.joint_names)
     rng = np.random.default_rng(4)
@@ -447,9 +448,7 @@ def test_the_margin_counts_whole_turns(tmp_path, limits, margin) -> None:
     assert group_joints(robot)["b"].singularity.margin == pytest.approx(margin, abs=1e-12)
 
 
-@pytest.mark.parametrize(
-    "tolerance", [0, -1e-9, 1e-16, 0.011, 1.0, math.inf, -math.inf, math.nan, "wide", None, [1e-9]]
-)
+@for_all("tolerance", [0, -1e-9, 1e-16, 0.011, 1.0, math.inf, -math.inf, math.nan, "wide", None, [1e-9]])
 def test_a_tolerance_that_is_none_is_refused(nao, tolerance) -> None:
     with pytest.raises(BadArgument, match="tolerance"):
         group_joints(nao, tolerance=tolerance)
@@ -462,7 +461,7 @@ def test_an_unknown_rule_is_refused_with_the_nearest(nao) -> None:
         group_joints(nao, rule=["coincident"])
 
 
-@pytest.mark.parametrize("robot", [None, "v6", SimpleNamespace(model=3)])
+@for_all("robot", [None, "v6", SimpleNamespace(model=3)])
 def test_what_is_no_robot_is_refused(robot) -> None:
     with pytest.raises(BadArgument, match="RobotModel"):
         group_joints(robot)

@@ -7,6 +7,7 @@ import pickle
 import numpy as np
 import pinocchio as pin
 import pytest
+from loops import for_all
 from made_up_robots import J, made_up
 
 import nao_kin as nk
@@ -87,8 +88,8 @@ def inverse_dynamics_mass_matrix(model: pin.Model, q: np.ndarray) -> np.ndarray:
 # --- equality with the NAO --------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("rule", RULES)
-@pytest.mark.parametrize("version", VERSIONS)
+@for_all("rule", RULES)
+@for_all("version", VERSIONS)
 def test_all_frames_velocities_and_the_centre_of_mass_are_the_naos(version, rule) -> None:
     typed = typed_nao(version, rule)
     pose, velocity, com = worst_differences(typed.robot, typed, wide(typed.robot, 250))
@@ -97,8 +98,8 @@ def test_all_frames_velocities_and_the_centre_of_mass_are_the_naos(version, rule
     assert com < 1e-13
 
 
-@pytest.mark.parametrize("rule", RULES)
-@pytest.mark.parametrize("version", VERSIONS)
+@for_all("rule", RULES)
+@for_all("version", VERSIONS)
 def test_the_mass_matrix_is_the_naos_seen_through_the_velocity_matrix(version, rule) -> None:
     typed = typed_nao(version, rule)
     for q in wide(typed.robot, 6):
@@ -109,7 +110,7 @@ def test_the_mass_matrix_is_the_naos_seen_through_the_velocity_matrix(version, r
             assert np.allclose(M, expected, rtol=0, atol=1e-14), algorithm.__name__
 
 
-@pytest.mark.parametrize("rule", RULES)
+@for_all("rule", RULES)
 def test_gravity_asks_the_same_torques(rule) -> None:
     typed = typed_nao("v6", rule)
     for q in wide(typed.robot, 10):
@@ -119,7 +120,7 @@ def test_gravity_asks_the_same_torques(rule) -> None:
         assert np.allclose(typed.velocity_matrix(q).T @ typed_torques, torques, rtol=0, atol=1e-14)
 
 
-@pytest.mark.parametrize("rule", RULES)
+@for_all("rule", RULES)
 def test_the_velocity_matrix_is_the_derivative_of_the_typed_configuration(rule) -> None:
     typed, rng, h = typed_nao("v6", rule), np.random.default_rng(3), 1e-6
     for q in wide(typed.robot, 20):
@@ -235,7 +236,7 @@ def test_joints_stand_in_the_depth_first_order_that_pinocchio_wants() -> None:
 # --- the model's own methods ------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("batch", BATCHES)
+@for_all("batch", BATCHES)
 def test_methods_take_every_batch_shape_and_agree_with_the_robot(nao, batch) -> None:
     typed = typed_nao()
     q = nao.random(2, batch)
@@ -283,10 +284,8 @@ def test_a_typed_model_survives_pickling(nao) -> None:
 # --- other robots -----------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("rule", RULES)
-@pytest.mark.parametrize(
-    ("name", "base"), [("romeo", "fixed"), ("romeo", "floating"), ("talos_full_v2", "fixed"), ("panda", "fixed")]
-)
+@for_all("rule", RULES)
+@for_all(("name", "base"), [("romeo", "fixed"), ("romeo", "floating"), ("talos_full_v2", "fixed"), ("panda", "fixed")])
 def test_other_robots_keep_their_frames_velocities_and_centre_of_mass(name, base, rule) -> None:
     robot = nk.load_robot(name, base=base)
     typed = TypedModel(robot, rule=rule)

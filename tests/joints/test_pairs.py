@@ -4,6 +4,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from hypothesis import given, strategies as st
+from loops import for_all
 
 from nao_kin.errors import BadArgument, NotFinite, UnknownName, WrongShape, ZeroNorm
 from nao_kin.joints import ANATOMY, KINEMATIC_PAIRS, NAO_ANATOMY, kinematic_pair, mobility
@@ -45,7 +46,7 @@ def moved(joint: pin.JointModel, rng: np.random.Generator) -> pin.SE3:
 # --- the pairs --------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", FREEDOMS)
+@for_all("name", FREEDOMS)
 def test_freedoms_and_constraints_of_a_pair_make_six(name) -> None:
     pair = kinematic_pair(name)
     assert pair.freedoms == FREEDOMS[name]
@@ -56,7 +57,7 @@ def test_reuleaux_knew_six_lower_pairs() -> None:
     assert "".join(sorted(pair.symbol for pair in KINEMATIC_PAIRS.values() if pair.lower)) == "CEHPRS"
 
 
-@pytest.mark.parametrize("name", FREEDOMS)
+@for_all("name", FREEDOMS)
 def test_pinocchio_joint_has_the_freedoms_of_its_pair(name) -> None:
     pair = KINEMATIC_PAIRS[name]
     joint = pair.joint_model(axes_of(name), pitch=pitch_of(name))
@@ -71,7 +72,7 @@ def test_pinocchio_joint_has_the_freedoms_of_its_pair(name) -> None:
     assert turning == pair.rotations
 
 
-@pytest.mark.parametrize("name", ["revolute", "cylindrical", "helical", "prismatic"])
+@for_all("name", ["revolute", "cylindrical", "helical", "prismatic"])
 def test_one_axis_stays_where_it_is(name) -> None:
     axis = OBLIQUE[0]
     pose = moved(KINEMATIC_PAIRS[name].joint_model(axis, pitch=pitch_of(name)), np.random.default_rng(1))
@@ -87,13 +88,13 @@ def test_a_helical_joint_advances_by_its_pitch() -> None:
     assert pin.log3(pose.rotation) @ OBLIQUE[0] * 0.25 == pytest.approx(pose.translation @ OBLIQUE[0], abs=1e-14)
 
 
-@pytest.mark.parametrize("name", ["universal", "condyloid", "spherical"])
+@for_all("name", ["universal", "condyloid", "spherical"])
 def test_the_centre_of_a_turning_joint_stays_where_it_is(name) -> None:
     pose = moved(KINEMATIC_PAIRS[name].joint_model(axes_of(name)), np.random.default_rng(2))
     assert np.array_equal(pose.translation, np.zeros(3))
 
 
-@pytest.mark.parametrize("normal", [(0, 0, 1), (0, 0, -1), (1, 0, 0), (0, 3, 0), (1, 2, -2), (1e-9, 0, 1)])
+@for_all("normal", [(0, 0, 1), (0, 0, -1), (1, 0, 0), (0, 3, 0), (1, 2, -2), (1e-9, 0, 1)])
 def test_a_planar_joint_stays_in_its_plane(normal) -> None:
     n = np.array(normal) / np.linalg.norm(normal)
     joint = KINEMATIC_PAIRS["planar"].joint_model(normal)
@@ -122,7 +123,7 @@ def test_axes_may_have_any_length() -> None:
     assert joint.axis.tolist() == [0, 0, 1]
 
 
-@pytest.mark.parametrize(
+@for_all(
     ("name", "axes", "pitch", "error"),
     [
         ("revolute", [0, 0, 0], None, ZeroNorm),
@@ -156,7 +157,7 @@ def test_mobility_of_a_tree_is_the_sum_of_freedoms_less_the_couplings(names, cou
     assert mobility(names, couplings=couplings) == sum(FREEDOMS[name] for name in names) - couplings
 
 
-@pytest.mark.parametrize(
+@for_all(
     ("names", "options", "expected"),
     [
         (["revolute"] * 26, {"couplings": 1}, 25),
@@ -174,9 +175,7 @@ def test_mobility_of_known_mechanisms(names, options, expected) -> None:
     assert mobility([kinematic_pair(name) for name in names], **options) == expected
 
 
-@pytest.mark.parametrize(
-    "options", [{"links": 0}, {"links": 1.5}, {"links": 4}, {"couplings": -1}, {"couplings": "1"}, {"space": 4}]
-)
+@for_all("options", [{"links": 0}, {"links": 1.5}, {"links": 4}, {"couplings": -1}, {"couplings": "1"}, {"space": 4}])
 def test_counts_that_are_none_are_refused(options) -> None:
     with pytest.raises(BadArgument):
         mobility(["revolute", "revolute"], **options)
@@ -229,7 +228,7 @@ def test_the_anatomical_joint_of_a_part_has_as_many_freedoms_as_it_has_joints(pa
     assert len(part.joints) in kind.freedoms
 
 
-@pytest.mark.parametrize(
+@for_all(
     ("joint", "expected"),
     [
         ("HeadYaw", "neck"),

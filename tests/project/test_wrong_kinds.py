@@ -13,6 +13,7 @@ from typing import Any
 import meshcat
 import numpy as np
 import pytest
+from loops import for_all
 from public_names import called
 
 import nao_kin as nk
@@ -165,7 +166,7 @@ def test_what_shows_a_robot_or_plays_one_refuses_wrong_kinds_of_objects(
 STARTED = ("Viewer", "MeshcatRobot", "VirtualNao", "QiServer", "NaoqiSource", "LolaSource", "Packages")
 
 
-@pytest.mark.parametrize("made", STARTED)
+@for_all("made", STARTED)
 def test_wrong_kinds_of_objects_are_refused_before_anything_starts(made: str, nao: nk.NaoModel) -> None:
     kind = next(getattr(room, made) for room in (nk.viewer, nk.naoqi, nk.urdf) if hasattr(room, made))
     with nk.naoqi.VirtualNao(nao, stepped=True) as virtual:

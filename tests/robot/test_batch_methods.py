@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
+from loops import for_all
 
 import nao_kin as nk
 from nao_kin._kernels import program_run
@@ -39,11 +40,11 @@ def methods(robot: nk.RobotModel) -> dict[str, tuple[Ask, tuple[int, ...]]]:
 
 
 METHODS = sorted(methods(nk.load_nao()))
-each_method = pytest.mark.parametrize("name", METHODS)
+each_method = for_all("name", METHODS)
 
 
 @each_method
-@pytest.mark.parametrize("shape", [(), (1,), (40,), (0,), (4, 5), (2, 0, 3), (2, 3, 1, 4)])
+@for_all("shape", [(), (1,), (40,), (0,), (4, 5), (2, 0, 3), (2, 3, 1, 4)])
 def test_every_leading_shape_comes_back(nao: nk.NaoModel, name: str, shape: tuple[int, ...]) -> None:
     ask, tail = methods(nao)[name]
     q = nao.random(0, shape)
@@ -85,8 +86,8 @@ def test_every_layout_and_kind_of_number_is_read(nao: nk.NaoModel, name: str) ->
 
 
 @each_method
-@pytest.mark.parametrize("count", [3, 40])
-@pytest.mark.parametrize("threads", [None, 1])
+@for_all("count", [3, 40])
+@for_all("threads", [None, 1])
 def test_results_go_where_they_are_wanted(nao: nk.NaoModel, name: str, count: int, threads: int | None) -> None:
     ask, tail = methods(nao)[name]
     q = nao.random(0, count)
@@ -119,8 +120,8 @@ def test_an_out_that_cannot_be_used_is_refused(nao: nk.NaoModel) -> None:
             nao.com(memory[: q.size].reshape(q.shape), out=memory[900:1020].reshape(40, 3), threads=threads)
 
 
-@pytest.mark.parametrize("limits", ["ignore", "raise", "clamp"])
-@pytest.mark.parametrize("threads", [None, 1])
+@for_all("limits", ["ignore", "raise", "clamp"])
+@for_all("threads", [None, 1])
 def test_an_input_is_never_written_over(nao: nk.NaoModel, limits: str, threads: int | None) -> None:
     memory = np.zeros(2000)
     q = memory[:1000].reshape(40, 25)
@@ -131,13 +132,13 @@ def test_an_input_is_never_written_over(nao: nk.NaoModel, limits: str, threads: 
     np.testing.assert_array_equal(memory, before)
 
 
-@pytest.mark.parametrize("threads", [0, -1, 1.5, "two"])
+@for_all("threads", [0, -1, 1.5, "two"])
 def test_threads_are_a_whole_number_from_one(nao: nk.NaoModel, threads: object) -> None:
     with pytest.raises(BadArgument, match="threads must be"):
         nao.fk(nao.random(0, 3), "LArm", threads=threads)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("dtype", [np.int32, "float16", complex, "no such", object(), np.longdouble])
+@for_all("dtype", [np.int32, "float16", complex, "no such", object(), np.longdouble])
 def test_precisions_are_single_and_double(nao: nk.NaoModel, dtype: object) -> None:
     with pytest.raises(BadArgument, match="dtype must be float64 or float32"):
         nao.com(nao.random(0, 3), dtype=dtype)  # type: ignore[call-overload]
@@ -158,8 +159,8 @@ def test_names_are_refused_with_the_valid_ones(nao: nk.NaoModel) -> None:
 
 
 @each_method
-@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
-@pytest.mark.parametrize("place", [(0, 0), (7, 11), (16, 24), (39, 3)])
+@for_all("bad", [np.nan, np.inf, -np.inf])
+@for_all("place", [(0, 0), (7, 11), (16, 24), (39, 3)])
 def test_the_first_number_that_is_not_finite_is_named(
     nao: nk.NaoModel, name: str, bad: float, place: tuple[int, int]
 ) -> None:
@@ -177,7 +178,7 @@ def test_the_first_number_that_is_not_finite_is_named(
         assert caught.value.index == (*divmod(place[0], 8), place[1])
 
 
-@pytest.mark.parametrize("row", [0, 15, 16, 99])
+@for_all("row", [0, 15, 16, 99])
 def test_one_number_that_is_not_finite_is_found_in_any_tile(nao: nk.NaoModel, row: int) -> None:
     q = nao.random(0, 100)
     q[row, 3] = np.nan
@@ -187,7 +188,7 @@ def test_one_number_that_is_not_finite_is_found_in_any_tile(nao: nk.NaoModel, ro
         assert caught.value.index == (row, 3)
 
 
-@pytest.mark.parametrize("threads", [None, 1])
+@for_all("threads", [None, 1])
 def test_velocities_that_are_not_finite_are_named(nao: nk.NaoModel, threads: int | None) -> None:
     q, v = nao.random(0, 40), np.zeros((40, nao.nv))
     v[3, 4] = np.nan
@@ -296,8 +297,8 @@ def test_a_quaternion_of_another_length_is_refused() -> None:
     np.testing.assert_allclose(np.linalg.det(many[..., :3, :3]), 1.0, rtol=0, atol=1e-14)
 
 
-@pytest.mark.parametrize("count", [3, 40])
-@pytest.mark.parametrize("threads", [None, 1])
+@for_all("count", [3, 40])
+@for_all("threads", [None, 1])
 def test_infinity_in_a_base_is_named_before_its_norm(count: int, threads: int | None) -> None:
     nao = nk.load_nao(base="floating")
     for place, name in (((2, 3), "base"), ((2, 12), nao.joint_names[5])):

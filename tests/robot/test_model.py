@@ -13,6 +13,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from hypothesis import given, strategies as st
+from loops import for_all
 
 import nao_kin as nk
 from nao_kin import errors
@@ -97,9 +98,7 @@ def test_integers_are_numbers(nao: nk.NaoModel) -> None:
     assert np.array_equal(nao.fk([0] * 25, "LArm"), nao.fk(nao.neutral(), "LArm"))
 
 
-@pytest.mark.parametrize(
-    "name", ["Stand", "StandInit", "StandZero", "Crouch", "Sit", "SitRelax", "LyingBelly", "LyingBack"]
-)
+@for_all("name", ["Stand", "StandInit", "StandZero", "Crouch", "Sit", "SitRelax", "LyingBelly", "LyingBack"])
 def test_postures_are_inside_all_limits(each_nao: nk.NaoModel, name: str) -> None:
     each_nao.check_limits(each_nao.posture(name))
 
@@ -153,7 +152,7 @@ def test_a_finger_sets_its_hand(nao: nk.NaoModel) -> None:
 # --- forward kinematics -----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("batch", BATCHES)
+@for_all("batch", BATCHES)
 def test_every_result_has_the_batch_shape_of_its_input(nao: nk.NaoModel, batch: tuple[int, ...]) -> None:
     q = nao.random(0, batch) if batch else nao.random(0)
     links = len(nao.link_names)
@@ -219,8 +218,8 @@ def test_poses_in_a_reference_are_relative_poses(nao: nk.NaoModel) -> None:
     assert np.array_equal(nao.fk(q, "LLeg", reference="torso"), nao.fk(q, "LLeg"))
 
 
-@pytest.mark.parametrize("frames", ["LArm", ["LArm"], ["LArm", "Head", "RLeg"], None])
-@pytest.mark.parametrize("shape", [(), (1,), (5,), (2, 3)])
+@for_all("frames", ["LArm", ["LArm"], ["LArm", "Head", "RLeg"], None])
+@for_all("shape", [(), (1,), (5,), (2, 3)])
 def test_relative_poses_are_those_of_pinocchio_for_any_number_of_frames(nao: nk.NaoModel, frames, shape) -> None:
     q = nao.random(4, shape)
     found = nao.fk(q, frames, reference="LElbowRoll").reshape(-1, *nao.fk(q[(0,) * len(shape)], frames).shape)
@@ -276,7 +275,7 @@ def _twist_by_differences(
     return np.array([*linear, spin[2, 1], spin[0, 2], spin[1, 0]])
 
 
-@pytest.mark.parametrize("base", ["fixed", "floating"])
+@for_all("base", ["fixed", "floating"])
 def test_jacobians_agree_with_central_differences(base: str) -> None:
     nao = nk.load_nao("v6", base=base)
     rng = np.random.default_rng(0)
@@ -376,7 +375,7 @@ def test_a_floating_base_with_a_sloppy_quaternion_still_gives_rotations() -> Non
     assert q[3] == 0.5 * (1 + 9e-7)
 
 
-@pytest.mark.parametrize(
+@for_all(
     "error",
     [
         lambda nao: nao.fk(nao.neutral(), "LHnd"),
@@ -425,7 +424,7 @@ def test_a_floating_base_moves_everything(nao: nk.NaoModel) -> None:
 # --- bad input --------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
+@for_all(
     ("call", "message"),
     [
         (lambda n: n.fk(n.neutral(), "LHnd"), r"unknown frame 'LHnd' \(nearest: LHand"),
@@ -446,7 +445,7 @@ def test_unknown_names_are_answered_with_the_nearest_ones(nao: nk.NaoModel, call
         call(nao)
 
 
-@pytest.mark.parametrize("q", [np.zeros(24), np.zeros(26), np.zeros((25, 2)), 0.0, [], np.zeros((0,))])
+@for_all("q", [np.zeros(24), np.zeros(26), np.zeros((25, 2)), 0.0, [], np.zeros((0,))])
 def test_a_wrong_shape_is_told_with_the_right_one(nao: nk.NaoModel, q) -> None:
     for method in (nao.fk, nao.com, nao.angles, nao.clamp, nao.check_limits, nao.to_body):
         with pytest.raises(WrongShape, match=r"q must have shape \(\.\.\., 25\), got \("):
@@ -455,7 +454,7 @@ def test_a_wrong_shape_is_told_with_the_right_one(nao: nk.NaoModel, q) -> None:
         nao.from_body(np.zeros(25))
 
 
-@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+@for_all("bad", [math.nan, math.inf, -math.inf])
 def test_nan_and_infinity_are_told_with_the_joint(nao: nk.NaoModel, bad: float) -> None:
     q = nao.random(0, (2, 2))
     q[1, 0, 3] = bad
@@ -483,13 +482,13 @@ def test_frames_may_come_from_an_iterator(nao: nk.NaoModel) -> None:
         assert np.array_equal(nao.fk(q, (name for name in names)), nao.fk(q, names))
 
 
-@pytest.mark.parametrize("q", ["stand", [["a"]], [1, [2, 3]], None, [1j] * 25, object()])
+@for_all("q", ["stand", [["a"]], [1, [2, 3]], None, [1j] * 25, object()])
 def test_what_is_no_number_is_refused(nao: nk.NaoModel, q) -> None:
     with pytest.raises(BadArgument, match="q must be real numbers, got "):
         nao.fk(q)
 
 
-@pytest.mark.parametrize(
+@for_all(
     "call",
     [
         lambda n: n.random("seed"),
@@ -562,8 +561,8 @@ def test_every_error_is_one_line_and_of_one_family(error: NaoKinError) -> None:
 # --- copies, pickles, threads -----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("base", ["fixed", "floating"])
-@pytest.mark.parametrize("duplicate", [lambda m: pickle.loads(pickle.dumps(m)), copy.copy, copy.deepcopy])
+@for_all("base", ["fixed", "floating"])
+@for_all("duplicate", [lambda m: pickle.loads(pickle.dumps(m)), copy.copy, copy.deepcopy])
 def test_copies_answer_like_the_original(duplicate, base: str) -> None:
     nao = nk.load_nao("v5", base=base)
     other = duplicate(nao)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from loops import for_all
 from scipy.spatial import ConvexHull
 
 import nao_kin as nk
@@ -11,8 +12,8 @@ from nao_kin.errors import BadArgument, UnknownName, WrongShape
 from nao_kin.robot.support_polygon import sole_corners
 
 
-@pytest.mark.parametrize("posture", ["Stand", "StandInit", "StandZero", "Crouch"])
-@pytest.mark.parametrize("soles", [None, ["LLeg"], ["RLeg"], ["RLeg", "LLeg"]])
+@for_all("posture", ["Stand", "StandInit", "StandZero", "Crouch"])
+@for_all("soles", [None, ["LLeg"], ["RLeg"], ["RLeg", "LLeg"]])
 def test_it_is_the_hull_of_the_corners_of_the_soles(
     each_nao: nk.NaoModel, posture: str, soles: list[str] | None
 ) -> None:

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from loops import for_all
 from rotation_samples import integer_rotations, many_angles, many_rotations, random_rotations, worst
 from scipy.linalg import polar
 from scipy.spatial.transform import Rotation
@@ -43,7 +44,7 @@ NO_ROTATIONS = {
 }
 
 
-@pytest.mark.parametrize(("turn", "axis"), [(rot_x, "x"), (rot_y, "y"), (rot_z, "z")])
+@for_all(("turn", "axis"), [(rot_x, "x"), (rot_y, "y"), (rot_z, "z")])
 def test_elementary_turns_agree_with_scipy(turn, axis):
     angle = many_angles((1000,))
     assert worst(turn(angle), Rotation.from_euler(axis, angle[:, np.newaxis]).as_matrix()) < 5e-16
@@ -69,7 +70,7 @@ def test_rotations_pass_and_their_defects_are_reported():
     assert worst(defects.orthogonality, np.abs(np.swapaxes(R, -1, -2) @ R - np.eye(3)).max(axis=(-2, -1))) < 1e-15
 
 
-@pytest.mark.parametrize("name", NO_ROTATIONS)
+@for_all("name", NO_ROTATIONS)
 def test_what_is_no_rotation_is_refused_with_its_defects(name):
     M = NO_ROTATIONS[name]
     assert not is_rotation(M)
@@ -81,7 +82,7 @@ def test_what_is_no_rotation_is_refused_with_its_defects(name):
         assert caught.value.orthogonality_defect == pytest.approx(np.abs(M.T @ M - np.eye(3)).max(), abs=1e-12)
 
 
-@pytest.mark.parametrize("name", NO_ROTATIONS)
+@for_all("name", NO_ROTATIONS)
 def test_one_bad_matrix_of_many_is_found_at_its_index(name):
     R = random_rotations(20000).reshape(4, 5000, 3, 3)
     R[2, 4321] = NO_ROTATIONS[name]
@@ -119,7 +120,7 @@ def test_the_tolerance_decides():
         check_rotation(R, tolerance=0.9e-4)
 
 
-@pytest.mark.parametrize("tolerance", [-1.0, math.nan, "tight", None])
+@for_all("tolerance", [-1.0, math.nan, "tight", None])
 def test_a_tolerance_that_is_no_number_from_zero_on_is_refused(tolerance):
     for call in (is_rotation, check_rotation):
         with pytest.raises(BadArgument, match="tolerance"):
@@ -136,7 +137,7 @@ def test_a_matrix_with_nan_is_no_rotation():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("shape", [(3,), (9,), (2, 3), (3, 4), (4, 4), (5, 3, 2), ()])
+@for_all("shape", [(3,), (9,), (2, 3), (3, 4), (4, 4), (5, 3, 2), ()])
 def test_other_shapes_are_refused(shape):
     for call in (is_rotation, check_rotation, nearest_rotation):
         with pytest.raises(WrongShape):
@@ -166,13 +167,13 @@ def test_no_rotation_is_nearer_than_the_nearest_one():
         assert distance < np.linalg.norm(M - nearby, axis=(1, 2)).min()
 
 
-@pytest.mark.parametrize("scale", [1e-300, 1e-160, 1e160, 1e300])
+@for_all("scale", [1e-300, 1e-160, 1e160, 1e300])
 def test_the_scale_of_a_matrix_does_not_change_its_nearest_rotation(scale):
     R = random_rotations(5)
     assert worst(nearest_rotation(scale * R), R) < 3e-15
 
 
-@pytest.mark.parametrize(
+@for_all(
     "M", [np.zeros((3, 3)), np.diag([1.0, 0.0, 0.0]), -np.eye(3), np.diag([3.0, 1.0, -1.0]), np.full((3, 3), 1.7e308)]
 )
 def test_a_matrix_without_a_single_nearest_rotation_is_refused(M):
@@ -195,7 +196,7 @@ def off(size, seed=0):
     return R + rng.uniform(-size, size, R.shape)
 
 
-@pytest.mark.parametrize("size", [1e-13, 1e-10, 1e-8, 1e-7, 2e-7])
+@for_all("size", [1e-13, 1e-10, 1e-8, 1e-7, 2e-7])
 def test_what_is_a_rotation_only_nearly_is_answered_for_the_nearest_one(size):
     R = off(size)
     nearest = nearest_rotation(R)

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from loops import for_all
 from rotation_samples import (
     DISTANCES,
     integer_rotations,
@@ -51,8 +52,8 @@ def test_both_triples_about_any_perpendicular_axes_give_the_matrix_back():
     assert np.abs([found.angles, found.other]).max() <= math.pi
 
 
-@pytest.mark.parametrize("at_lock", ["first", "third"])
-@pytest.mark.parametrize("side", HIPS)
+@for_all("at_lock", ["first", "third"])
+@for_all("side", HIPS)
 def test_the_hip_comes_back_at_every_distance_from_lock(side, at_lock):
     axes_ = HIPS[side]
     rng = np.random.default_rng(0)
@@ -75,7 +76,7 @@ def test_the_hip_comes_back_at_every_distance_from_lock(side, at_lock):
     assert (found.angles[found.locked][:, 0 if at_lock == "first" else 2] == 0.0).all()
 
 
-@pytest.mark.parametrize("side", HIPS)
+@for_all("side", HIPS)
 def test_the_principal_triple_of_the_hip_is_the_one_within_its_joints_reach(side):
     rng = np.random.default_rng(1)
     triples = rng.uniform([-1.1, -0.37, -1.5], [0.7, 0.37, 0.4], (200, 3))
@@ -84,14 +85,14 @@ def test_the_principal_triple_of_the_hip_is_the_one_within_its_joints_reach(side
     assert worst(found.other, triples) > 1.0
 
 
-@pytest.mark.parametrize("side", HIPS)
+@for_all("side", HIPS)
 def test_scipy_composes_the_same_matrix(side):
     triples = np.random.default_rng(2).uniform(-3.0, 3.0, (50, 3))
     expected = Rotation.from_davenport(np.array(HIPS[side]), "intrinsic", triples).as_matrix()
     assert worst(matrix_from_davenport(triples, *HIPS[side]), expected) < 2e-15
 
 
-@pytest.mark.parametrize("sequence", [a + b + c for a in "xyz" for b in "xyz" for c in "xyz" if a != b != c])
+@for_all("sequence", [a + b + c for a in "xyz" for b in "xyz" for c in "xyz" if a != b != c])
 def test_coordinate_axes_give_the_moving_euler_angles(sequence):
     axes_ = [np.eye(3)["xyz".index(name)] for name in sequence]
     R = np.concatenate([random_rotations(200, seed=3), integer_rotations()])
@@ -110,7 +111,7 @@ def test_the_length_of_the_axes_does_not_matter():
     assert worst(scaled.angles, davenport_angles(R, X, Y, Z).angles) == 0.0
 
 
-@pytest.mark.parametrize("opposite", [1.0, -1.0])
+@for_all("opposite", [1.0, -1.0])
 def test_the_length_of_parallel_outer_axes_does_not_choose_the_branch(opposite):
     rng = np.random.default_rng(5)
     a1 = np.array([-0.2694581835180821, 0.7849222527916708, -1.0827223760427476])
@@ -142,7 +143,7 @@ def test_opposite_outer_axes_are_allowed():
     assert worst(matrix_from_davenport(found.other, X, Y, -X), R) <= ROUND_TRIP
 
 
-@pytest.mark.parametrize(
+@for_all(
     ("axes_", "message"),
     [
         ((X, X, Z), "axes a1 and a2 must be perpendicular.*reach every rotation; the angle between them is 0°"),
@@ -156,8 +157,8 @@ def test_axes_that_cannot_reach_every_rotation_are_refused(axes_, message):
         davenport_angles(np.eye(3), *axes_)
 
 
-@pytest.mark.parametrize("scale", [1.0, 3.0, 1e-200, 7e100])
-@pytest.mark.parametrize("tilt", [0.0, 0.99e-9, -0.99e-9, 1.01e-9, -1.01e-9, 1e-8, 1e-4, 1e-2])
+@for_all("scale", [1.0, 3.0, 1e-200, 7e100])
+@for_all("tilt", [0.0, 0.99e-9, -0.99e-9, 1.01e-9, -1.01e-9, 1e-8, 1e-4, 1e-2])
 def test_axes_count_as_perpendicular_to_1e_9(tilt, scale):
     fine = abs(tilt) < 1e-9
     for turn in [np.eye(3), *random_rotations(5)]:

@@ -6,6 +6,7 @@ import eigenpy
 import numpy as np
 import pinocchio as pin
 import pytest
+from loops import for_all
 from rotation_samples import (
     CONVENTIONS,
     DISTANCES,
@@ -34,7 +35,7 @@ from nao_kin.rotations import (
 TURN = {"x": rot_x, "y": rot_y, "z": rot_z}
 ROUND_TRIP = 4e-15
 
-each_convention = pytest.mark.parametrize(("sequence", "axes"), CONVENTIONS)
+each_convention = for_all(("sequence", "axes"), CONVENTIONS)
 
 
 def product_of_turns(sequence, axes, triple):
@@ -76,7 +77,7 @@ def test_matrix_agrees_with_scipy(sequence, axes):
     assert worst(matrix_from_euler(triples, sequence, axes=axes), expected) < 2e-15
 
 
-@pytest.mark.parametrize("at_lock", ["first", "third"])
+@for_all("at_lock", ["first", "third"])
 @each_convention
 def test_both_triples_give_the_matrix_back_at_every_distance_from_lock(sequence, axes, at_lock):
     triples = beside_lock(sequence, np.random.default_rng(2))
@@ -97,7 +98,7 @@ def test_both_triples_of_any_rotation_give_it_back(sequence, axes):
     assert worst(product_of_turns(sequence, axes, found.other.T), R) <= ROUND_TRIP
 
 
-@pytest.mark.parametrize("at_lock", ["first", "third"])
+@for_all("at_lock", ["first", "third"])
 @each_convention
 def test_integer_rotations_come_back(sequence, axes, at_lock):
     R = integer_rotations()
@@ -118,7 +119,7 @@ def test_angles_agree_with_scipy_away_from_lock(sequence, axes):
     assert not found.locked.any()
 
 
-@pytest.mark.parametrize("sequence", sorted({s for s, _ in CONVENTIONS}))
+@for_all("sequence", sorted({s for s, _ in CONVENTIONS}))
 def test_eigen_finds_one_of_the_two_triples(sequence):
     axes = ["xyz".index(axis) for axis in sequence]
     for R in random_rotations(100, seed=4):
@@ -140,7 +141,7 @@ def test_the_two_triples_keep_their_ranges_and_are_two(sequence, axes):
     assert worst(np.abs(found.angles - found.other)[:, [0, 2]], math.pi) < 1e-15
 
 
-@pytest.mark.parametrize(("at_lock", "zero"), [("first", 0), ("third", 2)])
+@for_all(("at_lock", "zero"), [("first", 0), ("third", 2)])
 @each_convention
 def test_at_lock_the_chosen_outer_angle_is_zero(sequence, axes, at_lock, zero):
     for pole in poles(sequence):
@@ -219,7 +220,7 @@ def test_the_fixed_axis_matrix_of_the_paper_has_both_its_solutions():
     assert worst(matrix_from_rpy(np.radians([150, 120, 150])), Q) == pytest.approx(0.5, abs=1e-12)
 
 
-@pytest.mark.parametrize("sequence", ["xyy", "ZYX", "xx", "", "xyzx", "abc", "x y z", 123, None, ["x", "y", "z"]])
+@for_all("sequence", ["xyy", "ZYX", "xx", "", "xyzx", "abc", "x y z", 123, None, ["x", "y", "z"]])
 def test_a_malformed_sequence_is_refused_by_name(sequence):
     three = sorted({s for s, _ in CONVENTIONS})
     with pytest.raises(UnknownName, match="unknown sequence") as caught:
@@ -230,7 +231,7 @@ def test_a_malformed_sequence_is_refused_by_name(sequence):
     assert caught.value.valid == (*three, "x", "y", "z", "xy", "xz", "yx", "yz", "zx", "zy")
 
 
-@pytest.mark.parametrize("sequence", ["x", "zy"])
+@for_all("sequence", ["x", "zy"])
 def test_the_angles_of_fewer_than_three_axes_are_another_functions(sequence):
     with pytest.raises(UnknownName, match="`nearest_euler` takes one or two axes"):
         euler_from_matrix(np.eye(3), sequence, axes="moving")
@@ -248,19 +249,19 @@ def test_missing_axes_are_refused_with_both_choices():
         euler_from_matrix(np.eye(3), "zyx")
 
 
-@pytest.mark.parametrize("axes", ["intrinsic", "Moving", "", 1, ["moving"]])
+@for_all("axes", ["intrinsic", "Moving", "", 1, ["moving"]])
 def test_unknown_axes_are_refused(axes):
     with pytest.raises(UnknownName, match="unknown axes"):
         matrix_from_euler([0, 0, 0], "zyx", axes=axes)
 
 
-@pytest.mark.parametrize("at_lock", ["second", "", None, 0, ["first"]])
+@for_all("at_lock", ["second", "", None, 0, ["first"]])
 def test_an_unknown_tie_break_is_refused(at_lock):
     with pytest.raises(UnknownName, match="at_lock"):
         euler_from_matrix(np.eye(3), "zyx", axes="moving", at_lock=at_lock)
 
 
-@pytest.mark.parametrize("wrong", [np.array(["a", "b"]), np.array(["zyx", "xyz"]), ["z", "y", "x"], 5, b"zyx", {}])
+@for_all("wrong", [np.array(["a", "b"]), np.array(["zyx", "xyz"]), ["z", "y", "x"], 5, b"zyx", {}])
 def test_names_that_are_no_text_are_refused_as_unknown(wrong):
     with pytest.raises(UnknownName, match="unknown sequence"):
         euler_from_matrix(np.eye(3), wrong, axes="moving")

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from loops import for_all
 from rotation_samples import (
     DISTANCES,
     many_angles,
@@ -34,7 +35,7 @@ from nao_kin.rotations import (
 X, Y, Z = np.eye(3)
 TURN = {"x": rot_x, "y": rot_y, "z": rot_z}
 ONE_OR_TWO = [*"xyz", *(a + b for a in "xyz" for b in "xyz" if a != b)]
-each_sequence = pytest.mark.parametrize(("sequence", "axes_"), list(itertools.product(ONE_OR_TWO, ("moving", "fixed"))))
+each_sequence = for_all(("sequence", "axes_"), list(itertools.product(ONE_OR_TWO, ("moving", "fixed"))))
 
 
 def wrapped(angle):
@@ -99,7 +100,7 @@ def test_one_axis_gives_the_twist_and_leaves_a_swing_normal_to_it():
     assert np.abs((linear_invariants(swing)[0] * a1).sum(axis=-1)).max() < 2e-15
 
 
-@pytest.mark.parametrize("distance", DISTANCES)
+@for_all("distance", DISTANCES)
 def test_a_rotation_beside_such_turns_leaves_its_distance(distance):
     for tilt, sequence in ((Y, "z"), (X, "z")):
         R = rot_z(0.7) @ matrix_from_natural(tilt, distance)
@@ -167,7 +168,7 @@ def test_each_of_many_leaning_axes_is_named():
         matrix_from_davenport([0.1, 0.2, 0.3], X, Y)
 
 
-@pytest.mark.parametrize("sequence", ["xx", "X", "ZY", "", "w", 5, None, ["z"]])
+@for_all("sequence", ["xx", "X", "ZY", "", "w", 5, None, ["z"]])
 def test_other_sequences_are_refused(sequence):
     with pytest.raises(UnknownName, match="unknown sequence"):
         nearest_euler(np.eye(3), sequence, axes="moving")

@@ -8,6 +8,7 @@ import pytest
 import scipy.linalg
 import sympy
 from hypothesis import example, given, settings, strategies as st
+from loops import for_all
 from scipy.spatial.transform import Rotation
 
 from nao_kin.errors import BadArgument, NotFinite, SingularMatrix, WrongShape
@@ -135,10 +136,8 @@ def test_a_product_of_minus_one_is_singular_and_one_beside_is_not(u, w, aside) -
         assert_near(rank_one.matrix(u, v) @ u, 0, atol=20 * EPS * np.abs(u).max() * (1 + np.abs(v @ u)))
 
 
-@pytest.mark.parametrize("scale", [2.0**-60, 1.0, 2.0**40])
-@pytest.mark.parametrize(
-    ("roundings", "defective"), [(0, True), (1, True), (-3, True), (7, False), (-7, False), (100, False)]
-)
+@for_all("scale", [2.0**-60, 1.0, 2.0**40])
+@for_all(("roundings", "defective"), [(0, True), (1, True), (-3, True), (7, False), (-7, False), (100, False)])
 def test_a_cosine_counts_as_zero_up_to_four_roundings_of_its_terms(roundings, defective, scale) -> None:
     # u·v is exactly 2 · roundings · EPS, its two terms have the size 1 each.
     u, v = np.array([1.0, 1.0, 0.0]), np.array([1.0, -1.0 + 2 * roundings * EPS, 0.0])
@@ -146,17 +145,15 @@ def test_a_cosine_counts_as_zero_up_to_four_roundings_of_its_terms(roundings, de
     assert rank_one.eigen(v, scale * u).defective == defective
 
 
-@pytest.mark.parametrize(
-    ("roundings", "singular"), [(0, True), (1, True), (-7, True), (9, False), (-9, False), (100, False)]
-)
+@for_all(("roundings", "singular"), [(0, True), (1, True), (-7, True), (9, False), (-9, False), (100, False)])
 def test_a_product_counts_as_minus_one_up_to_four_roundings_of_each_term_and_of_the_one(roundings, singular) -> None:
     u, v = np.array([0.0, 2.0, 0.0]), np.array([0.0, (-1.0 + roundings * EPS) / 2, 0.0])
     assert u @ v == -1.0 + roundings * EPS
     assert rank_one.eigen(u, v).singular == singular
 
 
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-@pytest.mark.parametrize("sine", [0.0, 1e-15, 1e-9, 1e-4, 1e-2, 0.099, 0.101, 0.3, 1.0])
+@for_all("sign", [1.0, -1.0])
+@for_all("sine", [0.0, 1e-15, 1e-9, 1e-4, 1e-2, 0.099, 0.101, 0.3, 1.0])
 def test_eigenvectors_stay_at_right_angles_to_v_however_nearly_u_is_along_it(sine, sign) -> None:
     for turn in Rotation.random(30, rng=np.random.default_rng(2)).as_matrix():
         v = turn @ [sign, 0.0, 0.0]
@@ -174,8 +171,8 @@ def test_long_vectors_whose_product_is_minus_one_are_singular_and_not_defective(
     assert not eigen.defective
 
 
-@pytest.mark.parametrize("u", [[0, 0, 0], [0, 0, 2]])
-@pytest.mark.parametrize("v", [[0, 0, 0], [0, 3, 0]])
+@for_all("u", [[0, 0, 0], [0, 0, 2]])
+@for_all("v", [[0, 0, 0], [0, 3, 0]])
 def test_with_a_zero_vector_the_matrix_is_the_identity_and_has_a_full_orthonormal_basis(u, v) -> None:
     if any(u) and any(v):
         return
@@ -187,7 +184,7 @@ def test_with_a_zero_vector_the_matrix_is_the_identity_and_has_a_full_orthonorma
     assert not eigen.defective
 
 
-@pytest.mark.parametrize("scale", [1e-200, 1e-155, 1e-150, 1e-30, 1e30, 1e140])
+@for_all("scale", [1e-200, 1e-155, 1e-150, 1e-30, 1e30, 1e140])
 def test_vectors_of_any_length_give_finite_results(scale) -> None:
     for u, v in (([1, 1, 0], [1, -1, 1]), ([1, 2, 3], [4, 5, 6])):
         eigen = rank_one.eigen(np.multiply(u, scale), np.multiply(v, scale))
@@ -197,7 +194,7 @@ def test_vectors_of_any_length_give_finite_results(scale) -> None:
         assert eigen.defective == (np.dot(u, v) == 0 and scale > 1e-155)
 
 
-@pytest.mark.parametrize(
+@for_all(
     ("u", "v"),
     [
         ((1e-200, 0, 0), (0, 1e-200, 0)),
@@ -254,7 +251,7 @@ def test_the_identities_of_the_paper_hold_symbolically() -> None:
     assert sympy.simplify((sympy.eye(3) - u * v.T / (1 + u.dot(v))) * T - sympy.eye(3)) == sympy.zeros(3)
 
 
-@pytest.mark.parametrize("shape", BATCHES)
+@for_all("shape", BATCHES)
 def test_every_function_takes_every_batch_shape_and_treats_each_pair_alone(shape) -> None:
     rng = np.random.default_rng(1)
     u, v = rng.normal(size=(2, *shape, 3))
@@ -299,8 +296,8 @@ def test_arguments_broadcast_and_are_left_alone() -> None:
     assert u.min() == u.max() == v.min() == v.max() == 1
 
 
-@pytest.mark.parametrize("function", [rank_one.matrix, rank_one.determinant, rank_one.inverse, rank_one.eigen])
-@pytest.mark.parametrize(
+@for_all("function", [rank_one.matrix, rank_one.determinant, rank_one.inverse, rank_one.eigen])
+@for_all(
     ("u", "v", "error"),
     [
         ([np.nan, 0, 0], [1, 0, 0], NotFinite),

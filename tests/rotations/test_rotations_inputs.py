@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 import pytest
+from loops import for_all
 from rotation_samples import CONVENTIONS, DISTANCES, integer_rotations, random_rotations, worst
 
 import nao_kin.rotations as rotations
@@ -119,8 +120,8 @@ for _sequence, _axes in CONVENTIONS:
         )
 OF_LINEAR = ("matrix_from_linear", rotations.matrix_from_linear)
 
-of_matrices = pytest.mark.parametrize("name", OF_MATRICES)
-of_angles = pytest.mark.parametrize("name", OF_ANGLES)
+of_matrices = for_all("name", OF_MATRICES)
+of_angles = for_all("name", OF_ANGLES)
 
 
 def stratified_rotations():
@@ -197,7 +198,7 @@ def test_batches_of_values_may_have_62_axes_and_longer_ones_are_refused(name):
             call(np.ones((*(1,) * more, *head)))
 
 
-@pytest.mark.parametrize("method", ["least_squares", "triads"])
+@for_all("method", ["least_squares", "triads"])
 def test_batches_of_points_may_have_62_axes(method):
     points = random_rotations(1)[0].reshape(*MANY_AXES, 3, 3)
     assert rotations.rotation_from_points(points, points, method=method).shape == (*MANY_AXES, 3, 3)
@@ -255,8 +256,8 @@ def test_results_share_no_memory_with_arguments_and_arguments_stay():
             assert (values == kept).all(), name
 
 
-@pytest.mark.parametrize("name", [name for name in OF_MATRICES if name != "is_rotation"])
-@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+@for_all("name", [name for name in OF_MATRICES if name != "is_rotation"])
+@for_all("bad", [math.nan, math.inf, -math.inf])
 def test_matrices_with_nan_or_infinity_are_refused_at_their_index(name, bad):
     call, _ = OF_MATRICES[name]
     R = random_rotations(20)
@@ -269,7 +270,7 @@ def test_matrices_with_nan_or_infinity_are_refused_at_their_index(name, bad):
 
 
 @of_angles
-@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+@for_all("bad", [math.nan, math.inf, -math.inf])
 def test_values_with_nan_or_infinity_are_refused(name, bad):
     call, head, _ = OF_ANGLES[name]
     values = np.ones((5, *head))
@@ -281,7 +282,7 @@ def test_values_with_nan_or_infinity_are_refused(name, bad):
         call(values[3])
 
 
-@pytest.mark.parametrize("name", [name for name in OF_MATRICES if name not in ("is_rotation", "nearest_rotation")])
+@for_all("name", [name for name in OF_MATRICES if name not in ("is_rotation", "nearest_rotation")])
 def test_what_is_no_rotation_is_refused_at_its_index(name):
     call, _ = OF_MATRICES[name]
     R = random_rotations(6).reshape(2, 3, 3, 3)
@@ -297,7 +298,7 @@ def test_what_is_no_rotation_is_refused_at_its_index(name):
 
 
 @of_matrices
-@pytest.mark.parametrize("shape", [(), (3,), (9,), (2, 2), (3, 4), (4, 4), (3, 3, 1), (0,)])
+@for_all("shape", [(), (3,), (9,), (2, 2), (3, 4), (4, 4), (3, 3, 1), (0,)])
 def test_matrices_of_another_shape_are_refused(name, shape):
     with pytest.raises(WrongShape, match=r"must have shape \(..., 3, 3\), got"):
         OF_MATRICES[name][0](np.zeros(shape))
@@ -312,7 +313,7 @@ def test_values_of_another_shape_are_refused(name):
                 call(np.ones(shape))
 
 
-@pytest.mark.parametrize("bad", ["text", None, [[1, 2], [3]], 1j, {"a": 1}, object(), ["1", "2", "3"]])
+@for_all("bad", ["text", None, [[1, 2], [3]], 1j, {"a": 1}, object(), ["1", "2", "3"]])
 def test_what_is_no_array_of_numbers_is_refused(bad):
     for call, *_ in (*OF_MATRICES.values(), *OF_ANGLES.values()):
         with pytest.raises(BadArgument, match="must be real numbers"):
@@ -323,7 +324,7 @@ def test_what_is_no_array_of_numbers_is_refused(bad):
         rotations.matrix_from_linear(bad, 1.0)
 
 
-@pytest.mark.parametrize("count", [1, 5000])
+@for_all("count", [1, 5000])
 def test_numbers_whose_squares_overflow_are_finite_and_a_nan_among_them_is_found(count):
     quats = np.full((count, 4), 1e200)
     assert (rotations.quat_canonical(-quats) == quats).all()
@@ -351,7 +352,7 @@ STRANGE = [0.0, 1.0, -1.0, math.nan, math.inf, 5e-324, 1e-160, 1e160, -1.7e308]
 TINY_TO_HUGE = [*OF_MATRICES.items(), *((n, (call, head)) for n, (call, head, _) in OF_ANGLES.items())]
 
 
-@pytest.mark.parametrize("batch", [(), (1,), (3,)])
+@for_all("batch", [(), (1,), (3,)])
 def test_any_numbers_give_finite_results_or_the_librarys_own_error(batch):
     rng, known = (
         np.random.default_rng(len(batch) + sum(batch)),
@@ -370,6 +371,6 @@ def test_any_numbers_give_finite_results_or_the_librarys_own_error(batch):
         assert answered, name
 
 
-@pytest.mark.parametrize("name", [name for name in rotations.__all__ if not name.isupper()])
+@for_all("name", [name for name in rotations.__all__ if not name.isupper()])
 def test_everything_offered_has_an_example(name):
     assert "Examples:\n" in inspect.getdoc(getattr(rotations, name))

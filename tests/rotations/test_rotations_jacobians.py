@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from hypothesis import given, strategies as st
+from loops import for_all
 from rotation_samples import CONVENTIONS, DISTANCES, PROPERTY, axes, rotation_vectors, worst
 
 from nao_kin.errors import BadArgument, SingularMatrix, UnknownName
@@ -27,7 +28,7 @@ from nao_kin.rotations import (
 
 AXIS = np.array([0.48, -0.6, 0.64])
 SIDES = ["fixed", "moving"]
-each_convention = pytest.mark.parametrize(
+each_convention = for_all(
     ("sequence", "axes_", "side"), [(s, a, side) for (s, a), side in itertools.product(CONVENTIONS, SIDES)]
 )
 
@@ -74,7 +75,7 @@ def exact_left(v):
         return (np.array(M.tolist(), dtype=np.float64) for M in (J, inverse))
 
 
-@pytest.mark.parametrize("angle", [*DISTANCES[1:], 0.0099, 0.0101, 0.5, 1.0, 2.0, 3.0])
+@for_all("angle", [*DISTANCES[1:], 0.0099, 0.0101, 0.5, 1.0, 2.0, 3.0])
 def test_the_jacobians_are_exact_near_zero_and_between(angle):
     v = angle * AXIS
     J, inverse = exact_left(v)
@@ -84,7 +85,7 @@ def test_the_jacobians_are_exact_near_zero_and_between(angle):
     assert worst(left_jacobian(v) - left_jacobian(v).T, J - J.T) < 5e-16 * angle
 
 
-@pytest.mark.parametrize("angle", [*DISTANCES[2:], 0.0099, 0.0101, 0.3, 1.0, 2.0, 3.1, 3.2, 5.0])
+@for_all("angle", [*DISTANCES[2:], 0.0099, 0.0101, 0.3, 1.0, 2.0, 3.1, 3.2, 5.0])
 def test_small_entries_of_the_jacobians_have_all_their_digits(angle):
     # About an axis in the plane of x and y each entry is a single term, however small.
     v = angle * np.array([0.6, 0.8, 0.0])
@@ -94,7 +95,7 @@ def test_small_entries_of_the_jacobians_have_all_their_digits(angle):
         assert (np.abs(found - exact)[single] < 2e-15 * np.abs(exact)[single]).all()
 
 
-@pytest.mark.parametrize("distance", [-d for d in DISTANCES] + DISTANCES)
+@for_all("distance", [-d for d in DISTANCES] + DISTANCES)
 def test_nothing_happens_to_the_jacobians_at_half_a_turn(distance):
     v = (math.pi + distance) * AXIS
     J, inverse = exact_left(v)
@@ -102,8 +103,8 @@ def test_nothing_happens_to_the_jacobians_at_half_a_turn(distance):
     assert worst(left_jacobian_inverse(v), inverse) < 2e-15
 
 
-@pytest.mark.parametrize("turns", [1, 2, 7])
-@pytest.mark.parametrize("distance", [1e-12, 1e-9, 1e-6, 1e-3, -1e-12, -1e-6, -1e-2])
+@for_all("turns", [1, 2, 7])
+@for_all("distance", [1e-12, 1e-9, 1e-6, 1e-3, -1e-12, -1e-6, -1e-2])
 def test_beside_whole_turns_the_inverse_has_the_digits_that_the_distance_has(turns, distance):
     v = (2 * math.pi * turns + distance) * AXIS
     J, inverse = exact_left(v)
@@ -113,7 +114,7 @@ def test_beside_whole_turns_the_inverse_has_the_digits_that_the_distance_has(tur
     )
 
 
-@pytest.mark.parametrize("turns", [1, 2, 5])
+@for_all("turns", [1, 2, 5])
 def test_at_whole_turns_one_direction_is_left_and_there_is_no_inverse(turns):
     v = 2 * math.pi * turns * np.array([0.0, 0.0, 1.0])
     assert worst(left_jacobian(v), np.diag([0, 0, 1])) < 1e-15

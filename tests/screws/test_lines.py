@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from hypothesis import given, settings, strategies as st
+from loops import for_all
 from scipy.spatial.transform import Rotation
 
 from nao_kin import lines
@@ -117,7 +118,7 @@ def test_transfer_matrix_and_transfer_to_agree_with_a_line_built_about_the_other
     assert_near(U @ lines.transfer_matrix(b, a), np.eye(6), atol=100 * EPS)
 
 
-@pytest.mark.parametrize("origin", [[0, 0, 0], [0.3, -1.0, 2.0]])
+@for_all("origin", [[0, 0, 0], [0.3, -1.0, 2.0]])
 def test_a_moved_line_is_the_line_through_the_moved_points(origin) -> None:
     rng = np.random.default_rng(1)
     p, q, T = rng.normal(size=(50, 3)), rng.normal(size=(50, 3)), random_motion(rng, (50,))
@@ -157,7 +158,7 @@ def test_motion_matrices_multiply_as_the_motions_do() -> None:
     assert_near(lines.motion_matrix(T) @ lines.motion_matrix(S), lines.motion_matrix(T @ S), atol=1e-14)
 
 
-@pytest.mark.parametrize("k", [1, -1])
+@for_all("k", [1, -1])
 def test_a_translation_is_the_transfer_of_the_origin_the_other_way(k) -> None:
     T = np.eye(4)
     T[:3, 3] = [0.1 * k, 0.2, -0.3]
@@ -184,7 +185,7 @@ def test_coordinates_of_a_line_through_its_new_origin_are_accepted_with_their_ro
     assert PluckerLine.from_coordinates(k, origin=b).distance_to(b) <= 20 * EPS
 
 
-@pytest.mark.parametrize("length", [5e-324, 1e-300, 1e-160, 1.0, 1e150])
+@for_all("length", [5e-324, 1e-300, 1e-160, 1.0, 1e150])
 def test_a_direction_may_have_any_length(length) -> None:
     line = PluckerLine.from_point_direction([1, 2, 3], [length, 0, 0])
     np.testing.assert_array_equal(line.direction, [1, 0, 0])
@@ -217,7 +218,7 @@ def test_a_line_is_immutable_and_shares_nothing_with_its_arguments() -> None:
     np.testing.assert_array_equal(line.coordinates, before)
 
 
-@pytest.mark.parametrize("duplicate", [lambda line: pickle.loads(pickle.dumps(line)), copy.deepcopy])
+@for_all("duplicate", [lambda line: pickle.loads(pickle.dumps(line)), copy.deepcopy])
 def test_a_copy_of_a_line_is_as_immutable_as_the_line(duplicate) -> None:
     line = PluckerLine.through([1, 2, 3], [4, 5, 6], origin=[1, 0, 0])
     again = duplicate(line)
@@ -226,7 +227,7 @@ def test_a_copy_of_a_line_is_as_immutable_as_the_line(duplicate) -> None:
     assert not again.moment.flags.writeable
 
 
-@pytest.mark.parametrize("shape", BATCHES)
+@for_all("shape", BATCHES)
 def test_every_function_takes_every_batch_shape_and_treats_each_line_alone(shape) -> None:
     rng = np.random.default_rng(5)
     p, q, o, x = (rng.normal(size=(*shape, 3)) for _ in range(4))
@@ -312,9 +313,7 @@ def test_a_single_line_is_not_iterated_over() -> None:
     assert not np.iterable(line)
 
 
-@pytest.mark.parametrize(
-    ("ulps", "is_line"), [(-5, False), (-1, False), (0, False), (1, False), (5, False), (8, True), (-8, True)]
-)
+@for_all(("ulps", "is_line"), [(-5, False), (-1, False), (0, False), (1, False), (5, False), (8, True), (-8, True)])
 def test_two_points_are_one_up_to_four_roundings_of_their_largest_coordinate(ulps, is_line) -> None:
     p, q = np.array([1.0, -0.5, 3.0]), np.array([1.0, -0.5, 3.0 + ulps * 2 * EPS])
     for scale in (1.0, 2.0**-400, 2.0**300):
@@ -325,7 +324,7 @@ def test_two_points_are_one_up_to_four_roundings_of_their_largest_coordinate(ulp
                 PluckerLine.through(scale * p, scale * q)
 
 
-@pytest.mark.parametrize("size", [1.0, 1e3])
+@for_all("size", [1.0, 1e3])
 def test_a_pitch_up_to_1e_9_of_the_moment_is_taken_for_rounding(size) -> None:
     PluckerLine([0, 1, 0], [size, 0.99e-9 * size, 0])
     for pitch in (1.01e-9, 1e-7, 1e-3):
@@ -484,8 +483,8 @@ def test_lines_within_1e_12_coincide_and_those_within_1e_9_share_a_point() -> No
         assert lines.incident(a, crossing) == meets
 
 
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-@pytest.mark.parametrize(("angle", "parallel"), [(0.0, True), (0.99e-13, True), (1.01e-13, False), (1e-12, False)])
+@for_all("sign", [1.0, -1.0])
+@for_all(("angle", "parallel"), [(0.0, True), (0.99e-13, True), (1.01e-13, False), (1e-12, False)])
 def test_lines_count_as_parallel_under_1e_13_rad(angle, parallel, sign) -> None:
     a = PluckerLine.from_point_direction([0, 0, 0], [1, 0, 0])
     for other in ([sign, angle, 0], [sign, 0, -angle]):
@@ -502,8 +501,8 @@ def exactly_off(line: PluckerLine, p: np.ndarray) -> float:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-@pytest.mark.parametrize("angle", [0.0, 2e-13, 1e-12, 1e-9, 1e-6, 1e-3, 0.5, 1.5])
+@for_all("sign", [1.0, -1.0])
+@for_all("angle", [0.0, 2e-13, 1e-12, 1e-9, 1e-6, 1e-3, 0.5, 1.5])
 def test_the_second_foot_is_the_first_moved_along_the_normal_and_both_lie_on_their_lines(angle, sign) -> None:
     rng = np.random.default_rng(9)
     p, d, q, f, o = rng.normal(size=(5, 40, 3))
@@ -531,8 +530,8 @@ def test_reciprocal_product_is_the_same_about_every_origin() -> None:
     assert_near(lines.reciprocal_product(b, a), lines.reciprocal_product(a, b), atol=1e-13)
 
 
-@pytest.mark.parametrize("angle", [0.0, 3e-14, 0.99e-13, 1e-10, 1e-3, 1.0])
-@pytest.mark.parametrize("sign", [1.0, -1.0])
+@for_all("angle", [0.0, 3e-14, 0.99e-13, 1e-10, 1e-3, 1.0])
+@for_all("sign", [1.0, -1.0])
 def test_distance_angle_and_incidence_do_not_depend_on_the_order_of_the_lines(angle, sign) -> None:
     rng = np.random.default_rng(11)
     p, d, f, o, w = rng.normal(size=(5, 500, 3))
@@ -562,7 +561,7 @@ def test_the_angle_of_two_lines_has_all_its_digits(d, f) -> None:
     assert_near(lines.angle(a, b), expected, atol=8 * EPS)
 
 
-@pytest.mark.parametrize("angle", [1e-12, 1e-9, 1e-4, np.pi - 1e-9])
+@for_all("angle", [1e-12, 1e-9, 1e-4, np.pi - 1e-9])
 def test_small_angles_of_lines_and_those_near_half_a_turn_keep_their_digits(angle) -> None:
     a = PluckerLine.from_point_direction([0, 0, 0], [1, 0, 0])
     b = PluckerLine.from_point_direction([0, 0, 1], [np.cos(angle), np.sin(angle), 0])
@@ -596,7 +595,7 @@ def test_a_line_meets_a_plane_in_a_point_of_both(p, d, a, n, o) -> None:
         assert_near(meeting.point, expected, atol=100 * EPS * size / abs(sine) ** 2)
 
 
-@pytest.mark.parametrize("scale", [1.0, -1.0, 1e-200, 1e100])
+@for_all("scale", [1.0, -1.0, 1e-200, 1e100])
 def test_a_line_parallel_to_a_plane_keeps_its_distance_and_the_normal_its_side(scale) -> None:
     line = PluckerLine.through([0, 0, 2], [3, 4, 2])
     meeting = lines.meet_plane(line, [7, 7, 0.5], [0, 0, scale])
@@ -675,7 +674,7 @@ def test_columns_of_the_jacobian_are_plucker_coordinates_the_coupled_one_include
                 assert_near(got, expected, atol=1e-14)
 
 
-@pytest.mark.parametrize("shape", BATCHES)
+@for_all("shape", BATCHES)
 def test_the_jacobian_moves_points_as_finite_turns_about_the_axes_do(shape) -> None:
     rng = np.random.default_rng(8)
     axes = PluckerLine.from_point_direction(rng.normal(size=(*shape, 4, 3)), rng.normal(size=(*shape, 4, 3)))
@@ -748,14 +747,14 @@ REFUSED = {
 }
 
 
-@pytest.mark.parametrize("case", REFUSED)
+@for_all("case", REFUSED)
 def test_bad_input_is_refused_with_the_librarys_own_error(case) -> None:
     call, error = REFUSED[case]
     with pytest.raises(error):
         call()
 
 
-@pytest.mark.parametrize("threshold", [-1, -1e-300, np.nan, "x", None, [1e-9], np.array([1e-9, 1]), 10**400, 1j])
+@for_all("threshold", [-1, -1e-300, np.nan, "x", None, [1e-9], np.array([1e-9, 1]), 10**400, 1j])
 def test_a_threshold_is_a_number_that_is_not_negative(threshold) -> None:
     skew = PluckerLine.through([0, 1, 0], [0, 1, 1])
     for other in (LINE, skew):
@@ -769,7 +768,7 @@ def test_a_threshold_is_a_number_that_is_not_negative(threshold) -> None:
                 call()
 
 
-@pytest.mark.parametrize("threshold", [0, 0.0, np.float32(0.0), np.int8(0)])
+@for_all("threshold", [0, 0.0, np.float32(0.0), np.int8(0)])
 def test_a_threshold_of_zero_asks_for_exactness(threshold) -> None:
     assert lines.incident(LINE, LINE, within=threshold)
     assert lines.common_normal(LINE, LINE, parallel_below=threshold, coincident_below=threshold).parallel

@@ -4,6 +4,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from loops import for_all
 from screw_samples import BATCHES, random_twists
 
 from nao_kin import lines, screws
@@ -73,8 +74,8 @@ def test_every_function_of_the_room_is_looked_at_here() -> None:
     assert {name.split(",")[0].split(".")[0] for name in FUNCTIONS} == set(screws.__all__)
 
 
-@pytest.mark.parametrize("name", FUNCTIONS)
-@pytest.mark.parametrize("shape", BATCHES)
+@for_all("name", FUNCTIONS)
+@for_all("shape", BATCHES)
 def test_every_function_takes_every_batch_shape_and_treats_each_item_alone(name, shape) -> None:
     function, kinds = FUNCTIONS[name]
     arguments = made(kinds, shape)
@@ -87,7 +88,7 @@ def test_every_function_takes_every_batch_shape_and_treats_each_item_alone(name,
         )
 
 
-@pytest.mark.parametrize("name", [name for name, (_, kinds) in FUNCTIONS.items() if len(kinds) > 1])
+@for_all("name", [name for name, (_, kinds) in FUNCTIONS.items() if len(kinds) > 1])
 def test_batches_broadcast_against_each_other(name) -> None:
     function, kinds = FUNCTIONS[name]
     columns, rows = made(kinds, (4, 1)), made(kinds, (3,))
@@ -101,7 +102,7 @@ def test_batches_broadcast_against_each_other(name) -> None:
         function(two[0], *rows[1:])
 
 
-@pytest.mark.parametrize("name", FUNCTIONS)
+@for_all("name", FUNCTIONS)
 def test_batches_may_have_62_axes_and_arguments_stay_as_they_were(name) -> None:
     function, kinds = FUNCTIONS[name]
     arguments = made(kinds, (1,) * 62)
@@ -114,7 +115,7 @@ def test_batches_may_have_62_axes_and_arguments_stay_as_they_were(name) -> None:
             np.testing.assert_array_equal(a, kept)
 
 
-@pytest.mark.parametrize("name", [name for name, (_, kinds) in FUNCTIONS.items() if kinds[0] != "l"])
+@for_all("name", [name for name, (_, kinds) in FUNCTIONS.items() if kinds[0] != "l"])
 def test_wrong_shapes_what_is_not_finite_and_what_is_no_number_are_refused(name) -> None:
     function, kinds = FUNCTIONS[name]
     for i, kind in enumerate(kinds):
@@ -141,7 +142,7 @@ def test_wrong_shapes_what_is_not_finite_and_what_is_no_number_are_refused(name)
                 function(*arguments[:i], 1.0, *arguments[i + 1 :])
 
 
-@pytest.mark.parametrize("name", [name for name, (_, kinds) in FUNCTIONS.items() if "T" in kinds])
+@for_all("name", [name for name, (_, kinds) in FUNCTIONS.items() if "T" in kinds])
 def test_what_is_no_pose_is_refused_with_its_index(name) -> None:
     function, kinds = FUNCTIONS[name]
     scaled, projective = np.stack([np.eye(4)] * 2), np.stack([np.eye(4)] * 2)

@@ -15,6 +15,7 @@ import dask
 import dask.array as da
 import numpy as np
 import pytest
+from loops import for_all
 from made_up_robots import J, made_up
 
 import nao_kin as nk
@@ -126,7 +127,7 @@ def test_an_unknown_number_of_rows_stays_unknown_and_works(nao: nk.NaoModel) -> 
         assert np.array_equal(lazy.compute(scheduler="sync"), nao.fk(q[q[:, 0] > 0.0], "LArm", threads=1))
 
 
-@pytest.mark.parametrize("chunks", [(3, -1), (4, 7), ((1, 9), -1)])
+@for_all("chunks", [(3, -1), (4, 7), ((1, 9), -1)])
 def test_motions_take_arrays_that_are_cut_otherwise(nao: nk.NaoModel, chunks: tuple[Any, ...]) -> None:
     rng = np.random.default_rng(0)
     q, v, a = nao.random(rng, 10), rng.normal(size=(10, nao.nv)), rng.normal(size=(10, nao.nv))
@@ -149,7 +150,7 @@ def test_motions_take_arrays_that_are_cut_otherwise(nao: nk.NaoModel, chunks: tu
 # --- what is refused, and when ----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
+@for_all(
     ("ask", "message"),
     [
         (lambda nao, q: distributed.fk(nao, q, "LArn"), "unknown frame 'LArn' .*LArm"),
@@ -164,7 +165,7 @@ def test_a_misspelt_name_is_refused_at_the_call(nao: nk.NaoModel, ask: Callable[
         ask(nao, da.zeros((4, nao.nq)))
 
 
-@pytest.mark.parametrize(
+@for_all(
     ("q", "kind", "message"),
     [
         (np.zeros((4, 25)), BadArgument, r"q must be a dask array, got ndarray; dask\.array\.from_array"),

@@ -15,6 +15,7 @@ import pinocchio as pin
 import pytest
 import trimesh
 import yourdfpy
+from loops import for_all
 from manifold3d import Manifold, Mesh
 from scipy.spatial import ConvexHull
 
@@ -155,7 +156,7 @@ def test_a_mesh_has_no_cracks_no_slivers_and_no_folds(path: Path) -> None:
     assert body.face_adjacency_angles.max() < math.radians(165.0)
 
 
-@pytest.mark.parametrize("version", VERSIONS)
+@for_all("version", VERSIONS)
 def test_the_page_of_a_version_stays_within_two_and_a_half_megabytes(version: str) -> None:
     assert len(nk.Viewer(robot(version)).static_html()) < 2_500_000
 
@@ -163,7 +164,7 @@ def test_the_page_of_a_version_stays_within_two_and_a_half_megabytes(version: st
 # --- left and right -----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("left", [path.stem for path in FILES if path.stem.startswith("l_")])
+@for_all("left", [path.stem for path in FILES if path.stem.startswith("l_")])
 def test_left_and_right_are_exact_mirror_images(left: str) -> None:
     ours, theirs = ((MESHES / f"{name}.obj").read_text().splitlines() for name in (left, f"r_{left[2:]}"))
     assert len(ours) == len(theirs)
@@ -176,9 +177,7 @@ def test_left_and_right_are_exact_mirror_images(left: str) -> None:
             assert [float(x) for x in one] == [float(x) * s for x, s in zip(other, (1, -1, 1), strict=True)]
 
 
-@pytest.mark.parametrize(
-    "name", [path.stem for path in FILES if path.stem.startswith(("torso", "head", "neck", "ears", "sensors"))]
-)
+@for_all("name", [path.stem for path in FILES if path.stem.startswith(("torso", "head", "neck", "ears", "sensors"))])
 def test_what_sits_in_the_middle_is_its_own_mirror_image(name: str) -> None:
     points = {tuple(point) for point in mesh(name).vertices.round(5).tolist()}
     assert points == {(x, 0.0 - y, z) for x, y, z in points}
@@ -193,7 +192,7 @@ def test_a_phalanx_fits_the_fingers_of_both_hands() -> None:
 # --- the shape of the robot ---------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("version", SHAPES)
+@for_all("version", SHAPES)
 def test_neighbouring_links_overlap_over_the_whole_range_of_their_joint(version: str) -> None:
     """One joint alone moves a link against its neighbour: this covers every posture."""
     nao, tree = robot(version), ET.parse(nao_urdf_path(version)).getroot()
@@ -216,7 +215,7 @@ def test_neighbouring_links_overlap_over_the_whole_range_of_their_joint(version:
     assert seen == 24 + 16
 
 
-@pytest.mark.parametrize("version", SHAPES)
+@for_all("version", SHAPES)
 def test_it_stands_58_centimetres_tall_on_its_soles(version: str) -> None:
     nao = robot(version)
     z = vertices(version, nao.posture("StandZero"), "l_sole")[:, 2]
@@ -224,15 +223,15 @@ def test_it_stands_58_centimetres_tall_on_its_soles(version: str) -> None:
     assert 0.57 < z.max() < 0.58
 
 
-@pytest.mark.parametrize("side", ["l", "r"])
-@pytest.mark.parametrize("posture", ["Stand", "StandInit", "StandZero"])
+@for_all("side", ["l", "r"])
+@for_all("posture", ["Stand", "StandInit", "StandZero"])
 def test_nothing_sinks_into_the_floor(posture: str, side: str) -> None:
     nao = robot("v6")
     assert vertices("v6", nao.posture(posture), f"{side}_sole")[:, 2].min() > -1e-3
 
 
 # Not Crouch: there the ankles are 75 mm apart, less than twice the 38.8 mm that a foot reaches inwards.
-@pytest.mark.parametrize("posture", ["Stand", "StandInit", "StandZero", "Sit", "SitRelax", "LyingBelly", "LyingBack"])
+@for_all("posture", ["Stand", "StandInit", "StandZero", "Sit", "SitRelax", "LyingBelly", "LyingBack"])
 def test_the_feet_and_shins_keep_apart(posture: str) -> None:
     nao = robot("v6")
     left, right = ["LTibia", "LAnklePitch_link", "l_ankle"], ["RTibia", "RAnklePitch_link", "r_ankle"]
@@ -251,7 +250,7 @@ def test_a_foot_stays_within_the_outline_of_the_real_one() -> None:
     assert 0.048 < high[1] < 0.050 + 1e-5
 
 
-@pytest.mark.parametrize("side", ["L", "R"])
+@for_all("side", ["L", "R"])
 def test_no_bend_of_the_knee_bares_what_is_inside(side: str) -> None:
     """From all around, what is seen first of the knee is a shell."""
     nao = robot("v6")
@@ -274,7 +273,7 @@ def test_no_bend_of_the_knee_bares_what_is_inside(side: str) -> None:
         assert set(first) <= {"white", "accent"}, f"{value:.2f} rad"
 
 
-@pytest.mark.parametrize("posture", ["Sit", "SitRelax"])
+@for_all("posture", ["Sit", "SitRelax"])
 def test_who_sits_sits_on_the_covers_of_the_hips(posture: str) -> None:
     """The face of the convex hull that carries the centre of mass of an upright trunk."""
     nao = robot("v6")
@@ -300,7 +299,7 @@ def test_each_eye_is_a_ring_of_eight_lights() -> None:
     assert sorted(np.sign(rings)) == [-1.0] * 8 + [1.0] * 8
 
 
-@pytest.mark.parametrize("version", VERSIONS)
+@for_all("version", VERSIONS)
 def test_the_cameras_look_out_of_their_lenses(version: str) -> None:
     nao = robot(version)
     (lenses,) = (mesh(name) for name in visuals(version)["Head"] if re.fullmatch(r"sensors.*_black", name))

@@ -10,6 +10,7 @@ from typing import get_args
 
 import numpy as np
 import pytest
+from loops import for_all
 
 import nao_kin as nk
 from nao_kin.errors import UnknownName
@@ -47,12 +48,12 @@ PUBLISHED_MISPRINTS = {
 }
 
 
-@pytest.mark.parametrize("version", VERSIONS)
+@for_all("version", VERSIONS)
 def test_the_masses_add_up_to_the_published_total(version: str) -> None:
     assert nao_parameters(version).mass == pytest.approx(MASSES[version], abs=2e-4 if version == "v3.2" else 1e-9)
 
 
-@pytest.mark.parametrize(
+@for_all(
     ("rows", "key"),
     [
         (OFFSETS, "name"),
@@ -86,7 +87,7 @@ def test_every_row_names_a_known_source() -> None:
     assert {row.source for table in tables for row in table} <= SOURCES.keys()
 
 
-@pytest.mark.parametrize("version", VERSIONS)
+@for_all("version", VERSIONS)
 def test_every_version_is_complete(version: str) -> None:
     parameters = nao_parameters(version)
     assert tuple(joint.name for joint in parameters.joints) == BODY_ORDER
@@ -100,7 +101,7 @@ def test_the_chains_hold_every_joint_once() -> None:
     assert [name for chain in CHAINS.values() for name in chain] == list(BODY_ORDER)
 
 
-@pytest.mark.parametrize("version", VERSIONS)
+@for_all("version", VERSIONS)
 def test_axes_are_unit_vectors_at_full_precision(version: str) -> None:
     for joint in nao_parameters(version).joints:
         assert np.linalg.norm(joint.axis) == pytest.approx(1.0, abs=3e-16)
@@ -136,13 +137,13 @@ VERSION_NAMES = {
 }
 
 
-@pytest.mark.parametrize(("version", "name"), [(v, name) for v, names in VERSION_NAMES.items() for name in names])
+@for_all(("version", "name"), [(v, name) for v, names in VERSION_NAMES.items() for name in names])
 def test_a_version_is_found_however_it_is_written(version: str, name: str) -> None:
     assert version_named(name) == version
     assert nao_parameters(name) is nao_parameters(version)
 
 
-@pytest.mark.parametrize(
+@for_all(
     "name",
     [
         *"3.2.0 v3.2.0 3.3.0 6.0.0 v6.0.0 6. 6.00 6.1 06 60 vv6 v v. 3 v3 3.20 3.02 32 v32 3,2 .6 6v six V6H25".split(),
@@ -233,7 +234,7 @@ def _frame(name: str, parent: str, x: float = 0.0) -> FrameRow:
 BASE = (_frame("a", "torso"), _frame("b", "head"), _frame("c", "head"), _frame("d", "torso"))
 
 
-@pytest.mark.parametrize(
+@for_all(
     ("changes", "without", "names"),
     [
         ([], [], "abcd"),
@@ -292,7 +293,7 @@ def test_a_misspelt_offset_is_seen_by_the_type_checker(tmp_path: Path) -> None:
 # --- the resolved parameters ------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("version", VERSIONS)
+@for_all("version", VERSIONS)
 def test_the_phalanges_are_those_of_the_urdf_read_back(version: str) -> None:
     joints = {joint.name: joint for joint in read_urdf(nao_urdf_path(version)).joints}
     fingers = nao_parameters(version).fingers
@@ -309,14 +310,14 @@ def test_the_phalanges_are_those_of_the_urdf_read_back(version: str) -> None:
         assert (finger.velocity, finger.effort) == (finger.multiplier * hand.velocity, hand.effort)
 
 
-@pytest.mark.parametrize("version", VERSIONS)
+@for_all("version", VERSIONS)
 def test_a_phalanx_is_carried_by_the_joint_that_moves_its_parent_link(version: str) -> None:
     parameters = nao_parameters(version)
     links = {row.name: row.link for row in (*parameters.joints, *parameters.fingers)}
     assert all(links[finger.parent] == finger.parent_link for finger in parameters.fingers)
 
 
-@pytest.mark.parametrize("version", VERSIONS)
+@for_all("version", VERSIONS)
 def test_the_mimics_are_those_of_the_robot(version: str) -> None:
     mimics = nao_parameters(version).mimics
     assert dict(mimics) == dict(nk.load_nao(version).mimics)
@@ -341,7 +342,7 @@ def test_joints_and_frames_are_found_by_name() -> None:
         parameters.frame("CameraTopp")
 
 
-@pytest.mark.parametrize("version", VERSIONS)
+@for_all("version", VERSIONS)
 def test_the_parameters_print_themselves_on_one_short_line(version: str) -> None:
     parameters = nao_parameters(version)
     text = repr(parameters)
