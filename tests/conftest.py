@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 from hypothesis import settings
+from loops import first_now
 from viewer_pages import chromium
 
 import nao_kin as nk
@@ -53,6 +54,6 @@ def nao() -> nk.NaoModel:
     return nk.load_nao("v6")
 
 
-@pytest.fixture(scope="session", params=VERSIONS)
+@pytest.fixture(scope="session", params=first_now(reversed(VERSIONS)))
 def each_nao(request: pytest.FixtureRequest) -> nk.NaoModel:
     return nk.load_nao(request.param)

@@ -7,6 +7,8 @@ import inspect
 from collections.abc import Callable, Iterable
 from typing import Any
 
+import pytest
+
 Test = Callable[..., None]
 
 
@@ -42,3 +44,13 @@ def for_all(names: str | tuple[str, ...], values: Iterable[Any]) -> Callable[[Te
         return every
 
     return decorate
+
+
+def first_now(values: Iterable[Any]) -> list[Any]:
+    """Return values for `pytest.mark.parametrize`: `make test` runs the first, `make test-all` the others."""
+    first, *others = values
+    return [first, *(pytest.param(*_parts(value), marks=pytest.mark.full) for value in others)]
+
+
+def _parts(value: Any) -> tuple[Any, ...]:
+    return value if isinstance(value, tuple) else (value,)

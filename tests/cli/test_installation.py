@@ -13,7 +13,7 @@ from nao_kin.cli import doctor, doctor as probes
 from nao_kin.cli.app import run
 from nao_kin.cli.doctor import inspect_installation
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.full
 
 
 def test_a_sound_installation_has_no_problems() -> None:

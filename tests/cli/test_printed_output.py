@@ -22,7 +22,7 @@ import nao_kin as nk
 from nao_kin._kernels import cache as kernel_cache
 from nao_kin.cli.app import run
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.full
 
 
 @pytest.mark.parametrize("page", PRINTED, ids=lambda page: page.name)

@@ -208,6 +208,7 @@ def counting(tasks: Path) -> bool:
     return False
 
 
+@pytest.mark.full
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="needs /proc")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_ctrl_c_keeps_what_is_done_and_a_later_run_goes_on(
@@ -227,6 +228,7 @@ def test_ctrl_c_keeps_what_is_done_and_a_later_run_goes_on(
     assert nk.reach.load(tmp_path / "a.npz") == nk.reach.workspace(nao, "LArm", some)
 
 
+@pytest.mark.full
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="needs /proc")
 def test_ctrl_c_without_a_file_says_that_nothing_is_kept(tmp_path: Path) -> None:
     code, out, err = interrupted(tmp_path, signal.SIGINT, "LArm", "--samples", "4e9")
@@ -235,6 +237,7 @@ def test_ctrl_c_without_a_file_says_that_nothing_is_kept(tmp_path: Path) -> None
     assert err.endswith(" of 4000000000 samples; without -o FILE nothing is kept\n")
 
 
+@pytest.mark.full
 def test_standard_output_gets_the_map_and_nothing_else(tmp_path: Path) -> None:
     process = subprocess.run(
         [sys.executable, "-m", "nao_kin", "reach", "LArm", *FEW, "-o", "/dev/stdout"],
@@ -247,6 +250,7 @@ def test_standard_output_gets_the_map_and_nothing_else(tmp_path: Path) -> None:
     assert nk.reach.load(tmp_path / "a.npz").samples == 3000
 
 
+@pytest.mark.full
 def test_parts_from_several_processes_add_up_to_the_whole(nao: nk.NaoModel) -> None:
     with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as pool:
         running = [pool.submit(nk.reach.workspace, nao, "LLeg", 20_000, shard=(k, 3)) for k in range(3)]

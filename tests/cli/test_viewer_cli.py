@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from loops import first_now
 from viewer_pages import PATIENCE, messages_of, processes, read_png, until
 
 import nao_kin as nk
@@ -85,7 +86,9 @@ def test_postures_and_joints_are_shown(tmp_path: Path, nao: nk.NaoModel) -> None
     assert _shown(Path(path))[0][nao.joint_names.index("LHipYawPitch")] == -0.2
 
 
-@pytest.mark.parametrize(("text", "up"), [("0,0,-2", [0, 0, -1]), (" 1, 0 ,0", [1, 0, 0]), ("LyingBack", None)])
+@pytest.mark.parametrize(
+    ("text", "up"), first_now([("0,0,-2", [0, 0, -1]), (" 1, 0 ,0", [1, 0, 0]), ("LyingBack", None)])
+)
 def test_the_direction_up_is_given_in_numbers_or_as_a_posture(
     tmp_path: Path, text: str, up: list[float] | None
 ) -> None:
@@ -207,6 +210,7 @@ def test_a_page_goes_through_a_link_and_a_pipe(capsys: pytest.CaptureFixture, tm
     assert capsys.readouterr() == (f"{tmp_path / 'link'}\n", "")
 
 
+@pytest.mark.full
 @pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="needs /proc")
 def test_a_page_on_standard_output_has_nothing_behind_it(tmp_path: Path, nao: nk.NaoModel) -> None:
     link = tmp_path / "stdout"
@@ -284,6 +288,7 @@ def test_an_address_that_is_dead_at_once_is_refused(capsys: pytest.CaptureFixtur
     assert "--no-wait without --open shows nothing" in _refused(capsys, "--no-wait")
 
 
+@pytest.mark.full
 @pytest.mark.skipif(os.name != "posix", reason="signals")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_picture_cut_short_leaves_nothing_behind(short_folder: Path, number: signal.Signals) -> None:

@@ -111,6 +111,7 @@ def _problems(folder: Path, name: str, number: signal.Signals, delay: float) -> 
     return [f"{name}, {number.name} after {delay:.2f} s: {problem}" for problem in found]
 
 
+@pytest.mark.full
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="needs /proc")
 def test_every_command_ends_at_once_at_any_moment_of_its_life(short_folder: Path) -> None:
     names = list(COMMANDS)

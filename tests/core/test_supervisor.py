@@ -77,6 +77,7 @@ subprocess.Popen = Forking
 """
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("before", ["", _FORKING], ids=["alone", "forked"])
 @pytest.mark.usefixtures("needs_browser")
 def test_sigkill_leaves_neither_browser_nor_folder(short_folder: Path, before: str) -> None:
@@ -140,6 +141,7 @@ def test_a_program_that_is_no_browser_is_noticed_at_once(
     assert list(short_folder.iterdir()) == []
 
 
+@pytest.mark.full
 def test_the_command_line_says_so_in_one_line(tmp_path: Path) -> None:
     done = subprocess.run(
         [sys.executable, "-m", "nao_kin", "view", "--png", "x.png"],

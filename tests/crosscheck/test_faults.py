@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from loops import first_now
 from made_up_robots import J, made_up
 
 import nao_kin as nk
@@ -70,7 +71,7 @@ class RobotFault:
 
 
 def named(faults: tuple[Any, ...]) -> Any:
-    return pytest.mark.parametrize("fault", faults, ids=[fault.name for fault in faults])
+    return pytest.mark.parametrize("fault", first_now(faults), ids=[fault.name for fault in faults])
 
 
 def failing(report: crosscheck.Report) -> set[str]:
@@ -494,6 +495,7 @@ TIE_BREAK_FAULTS: tuple[ConversionFault, ...] = (
 )
 
 
+@pytest.mark.full
 @named(CONVERSION_FAULTS)
 def test_a_broken_conversion_is_caught_and_named(robot: nk.RobotModel, fault: ConversionFault) -> None:
     report = crosscheck.run(robot, 150, conversions=fault.conversions)
@@ -720,7 +722,7 @@ class RaisingJacobian(JointAxes):
 FIELDS = [field.name for field in fields(Conversions)]
 
 
-@pytest.mark.parametrize("field", FIELDS)
+@pytest.mark.parametrize("field", first_now(FIELDS))
 def test_a_function_that_raises_an_error_fails_its_own_rows_and_no_others(robot: nk.RobotModel, field: str) -> None:
     report = crosscheck.run(robot, 8, conversions=replace(TRUE, **{field: raising}))
     own = {row.convention for row in report.rows if row.convention.split()[0] == field}

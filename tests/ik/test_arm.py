@@ -44,6 +44,7 @@ def test_without_limits_there_are_four_branches(each_nao: nk.NaoModel, side: str
     assert (found.count == 4).all()
 
 
+@pytest.mark.full
 def test_all_solutions_of_an_exhaustive_search_are_found(nao: nk.NaoModel) -> None:
     optimize = pytest.importorskip("scipy.optimize")
     rng = np.random.default_rng(11)
@@ -83,6 +84,7 @@ def test_a_place_and_a_direction_bring_the_configuration_back(each_nao: nk.NaoMo
         assert each_nao.within_limits(found.solutions[real, k]).all()
 
 
+@pytest.mark.full
 @for_all("side", SIDES)
 @for_all("criterion", ["nearest", "limits", "manipulability"])
 def test_every_place_that_the_hand_can_be_is_found(each_nao: nk.NaoModel, side: str, criterion: str) -> None:
@@ -251,6 +253,7 @@ def test_a_place_inside_the_fold_is_out_of_reach(version: str, inside: float) ->
         assert float(found.obstacles.needed) == pytest.approx(inside, abs=1e-12)
 
 
+@pytest.mark.full
 @for_all("criterion", ["limits", "nearest", "manipulability"])
 def test_no_member_of_a_random_choice_is_better(nao: nk.NaoModel, criterion: str) -> None:
     rng = np.random.default_rng(21)

@@ -234,6 +234,7 @@ def test_frames_on_the_effectors_may_be_followed(nao: nk.NaoModel) -> None:
 
 
 # Without limits, branches around a reference may be more than a full turn from zero.
+@pytest.mark.full
 @pytest.mark.filterwarnings("ignore::nao_kin.errors.DegreesWarning")
 @pytest.mark.parametrize("effector", ["LLeg", "LArm"])
 def test_no_combination_of_branches_moves_less(nao: nk.NaoModel, effector: str) -> None:
@@ -543,6 +544,7 @@ def test_sampled_turns_the_base_at_constant_speed() -> None:
 # --- the script -------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.full
 def test_the_script_walks_and_draws_and_writes_a_clip(tmp_path: Path) -> None:
     root = Path(__file__).resolve().parents[2]
     command = [sys.executable, str(root / "scripts" / "walk_and_draw.py"), "--folder", str(tmp_path), "--no-picture"]

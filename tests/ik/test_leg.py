@@ -63,6 +63,7 @@ def test_one_target_and_a_batch_of_it_give_the_same(nao: nk.NaoModel, side: str)
             np.testing.assert_allclose(one.solutions, many.solutions[index][: one.count], rtol=0, atol=1e-13)
 
 
+@pytest.mark.full
 def test_all_solutions_of_an_exhaustive_search_are_found(nao: nk.NaoModel) -> None:
     optimize = pytest.importorskip("scipy.optimize")
     rng = np.random.default_rng(11)

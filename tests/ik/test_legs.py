@@ -274,6 +274,7 @@ def test_rounding_of_targets_makes_no_feet_disagree(nao: nk.NaoModel) -> None:
 # --- feet that disagree -----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.full
 @for_all("priority", ["balanced", "left", "right"])
 @for_all("limits", ["enforce", "ignore"])
 def test_no_hip_yaw_pitch_of_a_fine_scan_turns_the_feet_less(nao: nk.NaoModel, limits: str, priority: str) -> None:
@@ -690,6 +691,7 @@ def test_straight_legs_in_float32_are_nearly_met(nao: nk.NaoModel) -> None:
         assert (away <= found.foot_residuals[met, foot, 0] + 1e-10).all()
 
 
+@pytest.mark.full
 def test_feet_that_are_not_reached_get_the_nearest_pose_of_both(nao: nk.NaoModel) -> None:
     rng = np.random.default_rng(2)
     reference, q = nao.random(rng, 12), nao.random(rng, 12)

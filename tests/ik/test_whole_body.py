@@ -13,6 +13,7 @@ import weakref
 import numpy as np
 import pytest
 from ik_checks import pose_errors
+from loops import first_now
 from numpy.typing import NDArray
 from whole_body_samples import Standing, is_above, sensors, standing_poses
 
@@ -82,6 +83,7 @@ def feasible(nao: nk.NaoModel, poses: Standing, *, both: bool) -> tuple[WholeBod
     return found, feet
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("both", [False, True], ids=["one foot", "both feet"])
 def test_every_feasible_pose_is_found_from_neutral(nao: nk.NaoModel, both: bool) -> None:
     found, _ = feasible(nao, standing_poses(nao, 1000, both=both), both=both)
@@ -89,7 +91,7 @@ def test_every_feasible_pose_is_found_from_neutral(nao: nk.NaoModel, both: bool)
     assert np.mean(found.starts == 1) > 0.7
 
 
-@pytest.mark.parametrize("version", ["v3.2", "v3.3", "v4", "v5"])
+@pytest.mark.parametrize("version", first_now(["v3.2", "v3.3", "v4", "v5"]))
 def test_every_version_stands(version: str) -> None:
     nao = nk.load_nao(version)
     found, _ = feasible(nao, standing_poses(nao, 20, both=True, seed=3), both=True)

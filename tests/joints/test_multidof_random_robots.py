@@ -16,7 +16,7 @@ from nao_kin.errors import NaoKinError
 from nao_kin.joints import MultiDofModel
 from nao_kin.joints.grouping import RULES
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.full
 
 PI = float(np.pi)
 TRIADS = [np.eye(3), np.array([[1.0, 2.0, -2.0], [2.0, 1.0, 2.0], [2.0, -2.0, -1.0]]) / 3.0]

@@ -111,6 +111,7 @@ np.save(sys.stdout.buffer, np.vstack(parts))
 """
 
 
+@pytest.mark.full
 def test_the_first_targets_on_a_machine_wait_for_no_compiler(tmp_path: Path) -> None:
     def answered(ready: bool, **environment: str) -> np.ndarray:
         command = [sys.executable, "-c", f"ready = {ready}\n{FIRST_USE}"]

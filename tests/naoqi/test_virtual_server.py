@@ -575,6 +575,7 @@ def test_others_are_let_in_with_a_warning_only(nao: nk.NaoModel) -> None:
         server.close()
 
 
+@pytest.mark.full
 def test_without_qi_the_extra_is_named(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, nao: nk.NaoModel
 ) -> None:

@@ -28,7 +28,7 @@ from nao_kin.errors import MissingExtra, NotCompiledWarning
 HAS_NUMBA = importlib.util.find_spec("numba") is not None
 MANY = 100  # more than Pinocchio is left to answer where there are kernels
 # Without Numba, what takes long is warned of.
-pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("ignore::nao_kin.errors.NotCompiledWarning")]
+pytestmark = [pytest.mark.full, pytest.mark.filterwarnings("ignore::nao_kin.errors.NotCompiledWarning")]
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from site_pages import built_site
 
 import nao_kin as nk
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.full
 
 REFERENCE = Path(__file__).resolve().parents[2] / "docs" / "reference"
 

@@ -13,7 +13,7 @@ from urllib.parse import unquote, urlsplit
 import pytest
 from site_pages import ROOT, Reader, built_site, reading
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.full
 
 KATEX = ROOT / "docs" / "_static" / "katex"
 

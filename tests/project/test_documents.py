@@ -23,7 +23,12 @@ pytestmark = pytest.mark.slow
 WITH_PYTHON = [page for page in PAGES if page not in PRINTED and blocks_of(page, "python")]
 
 
-@pytest.mark.parametrize("page", WITH_PYTHON, ids=lambda page: page.name)
+def _at_once(page: str) -> tuple[pytest.MarkDecorator, ...]:
+    """Return the marks of a page: `make test` runs the README, `make test-all` the other pages."""
+    return () if page == "README.md" else (pytest.mark.full,)
+
+
+@pytest.mark.parametrize("page", [pytest.param(page, id=page.name, marks=_at_once(page.name)) for page in WITH_PYTHON])
 def test_python_examples_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     shutil.copy(nk.load_nao().urdf_path, tmp_path / "robot.urdf")
     monkeypatch.chdir(tmp_path)
@@ -61,6 +66,7 @@ def _needs_a_shell(command: str) -> bool:
     return any(sign in shlex.split(command) for sign in ("|", ">", "<", "&&"))
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("command", [*filter(_needs_a_shell, COMMANDS)])
 def test_commands_run_in_a_shell(command: str, tmp_path: Path, nao: nk.NaoModel) -> None:
     _write_inputs(tmp_path, nao)
@@ -77,12 +83,14 @@ def test_commands_run_in_a_shell(command: str, tmp_path: Path, nao: nk.NaoModel)
 
 # In this process, where the library is loaded already; as a process the program runs above, and in the tutorial.
 @pytest.mark.parametrize(
-    ("page", "command"),
-    [(page, command) for command, page in COMMANDS.items() if not _needs_a_shell(command)],
-    ids=lambda value: value,
+    "command",
+    [
+        pytest.param(command, id=f"{page}-{command}", marks=_at_once(page))
+        for command, page in COMMANDS.items()
+        if not _needs_a_shell(command)
+    ],
 )
 def test_commands_run(
-    page: str,
     command: str,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,

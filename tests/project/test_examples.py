@@ -20,7 +20,7 @@ sys.path.insert(0, str(ROOT / "scripts"))
 
 import generate_gallery  # noqa: E402 - found beside the other scripts
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.full
 
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 SHOWN = generate_gallery.printed_in(generate_gallery.pages_of())

@@ -21,7 +21,7 @@ from explanations.frames import spread  # noqa: E402
 from explanations.limits import Chart  # noqa: E402
 from explanations.robot_outline import nao_shapes  # noqa: E402
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.full
 
 NAMES = sorted(draw_explanations.figures())
 IMAGES = ROOT / "docs" / "images"

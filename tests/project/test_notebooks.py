@@ -14,7 +14,7 @@ import pytest
 
 import nao_kin as nk
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.full
 
 FOLDER = Path(__file__).resolve().parents[2] / "examples"
 # Outputs are kept, so that a reader who runs nothing sees the pictures, in the repository and in the documentation.

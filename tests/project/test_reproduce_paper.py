@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.full
 
 SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
 S3, S2 = math.sqrt(3), math.sqrt(2)

@@ -75,7 +75,7 @@ def hidden(*names: str) -> dict[str, str]:
     return {"NAO_KIN_HIDDEN": " ".join(names), "PYTHONPATH": where}
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_without_numba_every_number_is_the_same(tmp_path: Path) -> None:
     with_numba = answers(tmp_path / "with.npz")
     without = answers(tmp_path / "without.npz", **hidden("numba", "llvmlite"))
@@ -87,7 +87,7 @@ def test_without_numba_every_number_is_the_same(tmp_path: Path) -> None:
     assert not np.array_equal(without["fk"], with_numba["fk"])
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_the_suite_of_the_default_installation_passes_where_no_extra_is(tmp_path: Path) -> None:
     done = subprocess.run(
         [

@@ -20,6 +20,7 @@ import pyarrow.csv
 import pyarrow.feather
 import pyarrow.parquet
 import pytest
+from loops import first_now
 from viewer_pages import PATIENCE, until
 
 import nao_kin as nk
@@ -147,12 +148,14 @@ def _interrupt(nao: nk.NaoModel, source: Path, sink: Path, monkeypatch: pytest.M
 
 @pytest.mark.parametrize(
     ("source", "sink", "steps"),
-    [
-        *(("walk.csv", "csv", steps) for steps in (0, 2, 5, 14)),
-        *(("walk.npy", sink, steps) for sink in SINKS[1:] for steps in (4, 15)),
-        ("walk.parquet", "csv", 5),
-        ("walk.arrow", "csv", 11),
-    ],
+    first_now(
+        [
+            *(("walk.csv", "csv", steps) for steps in (5, 0, 2, 14)),
+            *(("walk.npy", sink, steps) for sink in SINKS[1:] for steps in (4, 15)),
+            ("walk.parquet", "csv", 5),
+            ("walk.arrow", "csv", 11),
+        ]
+    ),
 )
 def test_a_run_that_was_killed_goes_on_and_gives_the_same_bytes(
     nao: nk.NaoModel, walk: Path, tmp_path: Path, small_parts: None, source: str, sink: str, steps: int
@@ -175,7 +178,7 @@ def test_a_run_that_was_killed_goes_on_and_gives_the_same_bytes(
     assert not list(tmp_path.glob("*.parts"))
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize("number", first_now([signal.SIGINT, signal.SIGTERM, signal.SIGKILL]))
 def test_a_signal_leaves_the_finished_parts_and_nothing_else(
     nao: nk.NaoModel, walk: Path, tmp_path: Path, small_parts: None, number: signal.Signals
 ) -> None:
@@ -237,7 +240,7 @@ def test_a_full_disk_is_named_and_the_next_run_goes_on(
     assert poses.read_bytes() == expected
 
 
-@pytest.mark.parametrize("sink", SINKS)
+@pytest.mark.parametrize("sink", first_now(SINKS))
 def test_a_disk_that_is_full_at_once_leaves_the_old_file(walk: Path, tmp_path: Path, sink: str) -> None:
     poses = tmp_path / f"poses.{sink}"
     poses.write_bytes(b"old")
@@ -320,7 +323,7 @@ def test_starting_over_is_one_line_on_the_command_line(walk: Path, half_done: Pa
     assert err == f"nao-kin: {half_done} {changed}\n"
 
 
-@pytest.mark.parametrize("damage", ["truncated", "no record", "half a record", "no run", "half a run"])
+@pytest.mark.parametrize("damage", first_now(["truncated", "no record", "half a record", "no run", "half a run"]))
 def test_damaged_parts_are_done_again(
     nao: nk.NaoModel, walk: Path, half_done: Path, small_parts: None, damage: str
 ) -> None:
@@ -394,7 +397,7 @@ def test_an_old_file_keeps_its_mode_and_a_link_stays(nao: nk.NaoModel, walk: Pat
     assert [path.name for path in target.parent.iterdir()] == ["poses"]
 
 
-@pytest.mark.parametrize("name", ["pipe", "pipe.csv", "pipe.parquet"])
+@pytest.mark.parametrize("name", first_now(["pipe", "pipe.csv", "pipe.parquet"]))
 def test_a_pipe_gets_the_whole_file(nao: nk.NaoModel, walk: Path, tmp_path: Path, small_parts: None, name: str) -> None:
     pipe, received = tmp_path / name, []
     os.mkfifo(pipe)
@@ -550,6 +553,7 @@ for rows in (30_000, 150_000):
 """
 
 
+@pytest.mark.full
 def test_memory_does_not_grow_with_the_rows(tmp_path: Path) -> None:
     command = [sys.executable, "-c", _PEAK]
     done = subprocess.run(command, cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True, check=True)

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from ik_checks import BESIDE, Floats, pose_errors
+from loops import first_now
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument
@@ -169,8 +170,8 @@ def pushed(T: Floats) -> Floats:
     return T
 
 
-@pytest.mark.parametrize("limits", ["enforce", "ignore"])
-@pytest.mark.parametrize("side", ["L", "R"])
+@pytest.mark.parametrize("limits", first_now(["enforce", "ignore"]))
+@pytest.mark.parametrize("side", first_now(["L", "R"]))
 def test_legs_are_solved_as_in_python(each_nao: nk.NaoModel, side: str, limits: Any) -> None:
     nao, limb = each_nao, limb_of(each_nao, "leg", side)
     T = pushed(nao.fk(configurations(nao, limb["joints"]), f"{side}Leg"))
@@ -183,8 +184,8 @@ def test_legs_are_solved_as_in_python(each_nao: nk.NaoModel, side: str, limits: 
     assert {answer["reason"] for answer in job.answers} == expected
 
 
-@pytest.mark.parametrize("limits", ["enforce", "ignore"])
-@pytest.mark.parametrize("side", ["L", "R"])
+@pytest.mark.parametrize("limits", first_now(["enforce", "ignore"]))
+@pytest.mark.parametrize("side", first_now(["L", "R"]))
 def test_poses_of_hands_are_solved_as_in_python(each_nao: nk.NaoModel, side: str, limits: Any) -> None:
     nao, limb = each_nao, limb_of(each_nao, "arm", side)
     T = pushed(nao.fk(configurations(nao, limb["joints"]), f"{side}Arm"))
@@ -196,8 +197,8 @@ def test_poses_of_hands_are_solved_as_in_python(each_nao: nk.NaoModel, side: str
     assert {"REACHED", "OUT_OF_REACH", "NOT_ENOUGH_JOINTS"} <= {answer["reason"] for answer in job.answers}
 
 
-@pytest.mark.parametrize("limits", ["enforce", "ignore"])
-@pytest.mark.parametrize("side", ["L", "R"])
+@pytest.mark.parametrize("limits", first_now(["enforce", "ignore"]))
+@pytest.mark.parametrize("side", first_now(["L", "R"]))
 def test_places_and_directions_are_solved_as_in_python(each_nao: nk.NaoModel, side: str, limits: Any) -> None:
     nao, limb = each_nao, limb_of(each_nao, "arm", side)
     T = pushed(nao.fk(configurations(nao, limb["joints"]), f"{side}Arm"))
@@ -209,7 +210,7 @@ def test_places_and_directions_are_solved_as_in_python(each_nao: nk.NaoModel, si
     assert_equal_answers(job, found)
 
 
-@pytest.mark.parametrize("side", ["L", "R"])
+@pytest.mark.parametrize("side", first_now(["L", "R"]))
 def test_places_alone_are_met_inside_the_limits_and_no_farther_from_the_reference(
     each_nao: nk.NaoModel, side: str
 ) -> None:
@@ -233,7 +234,7 @@ def test_places_alone_are_met_inside_the_limits_and_no_farther_from_the_referenc
     assert np.quantile(np.abs(away - expected), 0.9) < 1e-6
 
 
-@pytest.mark.parametrize("limits", ["enforce", "ignore"])
+@pytest.mark.parametrize("limits", first_now(["enforce", "ignore"]))
 def test_heads_and_gazes_are_solved_as_in_python(each_nao: nk.NaoModel, limits: Any) -> None:
     nao, limb = each_nao, limb_of(each_nao, "head")
     q = configurations(nao, limb["joints"])
@@ -347,6 +348,7 @@ def test_what_is_no_rigid_transform_is_refused_in_the_page_too(nao: nk.NaoModel)
     assert {answer["reason"] for job in jobs for answer in job.answers} == {"NOT_RIGID"}
 
 
+@pytest.mark.full
 def test_a_fault_planted_in_the_page_is_no_mistake_in_its_grammar(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
