@@ -201,6 +201,7 @@ def test_the_output_of_fk_is_a_file_of_targets(capsys: pytest.CaptureFixture, tm
         np.testing.assert_allclose(nao.fk(found, "RLeg"), nao.fk(q, "RLeg"), atol=1e-8)
 
 
+@pytest.mark.full
 def test_targets_come_through_a_pipe(nao: nk.NaoModel) -> None:
     program = [sys.executable, "-m", "nao_kin"]
     poses = subprocess.run(

@@ -446,6 +446,7 @@ def test_the_viewer_plays_a_motion_as_its_configurations(nao: nk.NaoModel) -> No
         with_motion.animate(_nod(), 0.0)
 
 
+@pytest.mark.full
 def test_view_writes_a_page_that_plays_the_motion(
     capsys: pytest.CaptureFixture, nod: str, tmp_path: Path, nao: nk.NaoModel
 ) -> None:

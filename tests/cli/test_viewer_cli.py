@@ -99,7 +99,7 @@ def test_the_direction_up_is_given_in_numbers_or_as_a_posture(
         assert _shown(Path(path))[1]["up"] == pytest.approx(np.divide(expected, np.linalg.norm(expected)).tolist())
 
 
-@pytest.mark.parametrize("text", ["1,2", "a,b,c", "0,0,0", "nan,0,1", "Lying", "", ",,"])
+@pytest.mark.parametrize("text", first_now(["1,2", "a,b,c", "0,0,0", "nan,0,1", "Lying", "", ",,"]))
 def test_another_direction_up_is_refused(capsys: pytest.CaptureFixture, text: str) -> None:
     _refused(capsys, "--up", text, "--html", "x.html")
 

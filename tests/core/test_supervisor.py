@@ -13,6 +13,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
+from loops import first_now
 from viewer_pages import PATIENCE, processes, until
 
 import nao_kin as nk
@@ -113,18 +114,20 @@ def test_a_browser_that_is_killed_is_missed_at_once_in_one_line(short_folder: Pa
 
 @pytest.mark.parametrize(
     ("script", "line"),
-    [
-        ("#!/bin/sh\nexit 0\n", "ended with exit code 0 before it showed the scene"),
-        ("#!/bin/sh\nexit 7\n", "ended with exit code 7 before it showed the scene"),
-        ("#!/bin/sh\nkill -SEGV $$\n", "was ended by SIGSEGV before it showed the scene"),
-        pytest.param(
-            "#!/bin/sh\nkill -36 $$\n",
-            "was ended by signal 36 before it showed the scene",
-            marks=pytest.mark.skipif(sys.platform != "linux", reason="real-time signals have other numbers"),
-        ),
-        ("#!/no/such/shell\n", "does not start: No such file or directory"),
-        ("\0\1\2", "does not start: Exec format error"),
-    ],
+    first_now(
+        [
+            ("#!/bin/sh\nexit 0\n", "ended with exit code 0 before it showed the scene"),
+            ("#!/bin/sh\nexit 7\n", "ended with exit code 7 before it showed the scene"),
+            ("#!/bin/sh\nkill -SEGV $$\n", "was ended by SIGSEGV before it showed the scene"),
+            pytest.param(
+                "#!/bin/sh\nkill -36 $$\n",
+                "was ended by signal 36 before it showed the scene",
+                marks=pytest.mark.skipif(sys.platform != "linux", reason="real-time signals have other numbers"),
+            ),
+            ("#!/no/such/shell\n", "does not start: No such file or directory"),
+            ("\0\1\2", "does not start: Exec format error"),
+        ]
+    ),
 )
 def test_a_program_that_is_no_browser_is_noticed_at_once(
     nao: nk.NaoModel, tmp_path: Path, short_folder: Path, monkeypatch: pytest.MonkeyPatch, script: str, line: str

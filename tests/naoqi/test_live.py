@@ -160,6 +160,7 @@ def test_a_virtual_nao_is_mirrored_as_it_moves(nao: nk.NaoModel) -> None:
     assert found[-1].up == pytest.approx([-np.sin(0.1), 0.0, np.cos(0.1)], abs=1e-6)
 
 
+@pytest.mark.full
 def test_a_recording_is_a_motion_that_can_be_read(nao: nk.NaoModel, short_folder: Path) -> None:
     file = short_folder / "nod.json"
     with _lola_robot(short_folder, 200) as (path, _):

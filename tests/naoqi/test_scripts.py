@@ -491,7 +491,7 @@ def test_the_robot_of_the_command_may_be_calibrated(tmp_path: Path) -> None:
     assert np.allclose(np.reshape([float(word) for word in done.stdout.split()], (4, 4)), expected, atol=1e-6)
 
 
-@pytest.mark.parametrize("options", [(), ("--asleep",)])
+@pytest.mark.parametrize("options", first_now([(), ("--asleep",)]))
 def test_a_script_that_never_asks_for_stiffness_moves_or_is_told_so(tmp_path: Path, options: tuple[str, ...]) -> None:
     script = tmp_path / "head.py"
     script.write_text(
@@ -517,6 +517,7 @@ os._exit(5)
 """
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("turn", range(3))
 def test_a_robot_outlives_a_script_that_drops_many_sessions_and_ends_in_order(tmp_path: Path, turn: int) -> None:
     # While the sessions were taken down, closing the server crashed every second program, and its end every fourth.

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from loops import first_now
 from scipy.spatial.transform import Rotation, Slerp
 
 import nao_kin as nk
@@ -426,7 +427,7 @@ def _shifted(script: Script) -> None:
     script("positionInterpolations", ["Torso"], ROBOT, [[[0.0, 0.02, 0.0, 0.0, 0.0, 0.0]]], [63], [[1.0]], False)
 
 
-@pytest.mark.parametrize(("leg", "space", "wx"), LIFTED)
+@pytest.mark.parametrize(("leg", "space", "wx"), first_now(LIFTED))
 def test_a_leg_in_the_world_goes_straight_to_its_target_while_the_other_foot_stands(
     script: Script, leg: str, space: int, wx: float
 ) -> None:

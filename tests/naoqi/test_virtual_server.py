@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 import pytest
 from free_ports import free_port
+from loops import first_now
 
 import nao_kin as nk
 from nao_kin._kernels.cache import compiles
@@ -373,7 +374,7 @@ def test_a_script_killed_in_the_middle_of_a_call_leaves_the_robot_to_the_others(
     assert found["angle"] == pytest.approx([-1.0], abs=1e-9)  # what was begun is finished
 
 
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+@pytest.mark.parametrize(("number", "code"), first_now([(signal.SIGINT, 130), (signal.SIGTERM, 143)]))
 def test_a_signal_ends_it_and_whoever_waits_gets_an_error(
     serve: Callable[..., Served], number: signal.Signals, code: int
 ) -> None:
@@ -416,6 +417,7 @@ def test_the_log_says_what_happens(serve: Callable[..., Served]) -> None:
     assert any("HeadYaw = 3 is clipped" in line for line in lines)
 
 
+@pytest.mark.full
 def test_it_may_begin_awake_and_says_of_a_chain_once_that_it_does_not_move(serve: Callable[..., Served]) -> None:
     begun_awake = """
         found["awake"] = motion.robotIsWakeUp()
@@ -431,6 +433,7 @@ def test_it_may_begin_awake_and_says_of_a_chain_once_that_it_does_not_move(serve
     assert "setAngles (task 1): HeadYaw, HeadPitch without stiffness: no movement" in errors
 
 
+@pytest.mark.full
 def test_a_calibrated_robot_is_served_and_shown(
     serve: Callable[..., Served], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -470,6 +473,7 @@ def test_the_live_page_follows_the_robot_through_the_world(nao: nk.NaoModel) -> 
         assert not thread.is_alive()
 
 
+@pytest.mark.full
 def test_a_program_may_end_right_after_it_has_closed_its_server() -> None:
     program = """
     from nao_kin.naoqi import QiServer, VirtualNao
@@ -489,6 +493,7 @@ def test_a_page_is_served_where_it_is_asked_for(serve: Callable[..., Served]) ->
     assert served.end(signal.SIGINT) == (130, "")
 
 
+@pytest.mark.full
 def test_the_page_has_an_address_names_and_a_token_of_its_own(serve: Callable[..., Served]) -> None:
     port = free_port()
     served = serve("--view", "--page-host", "0.0.0.0", "--page-port", str(port), "--allow-host", "nao.example")
@@ -507,6 +512,7 @@ def test_the_page_has_an_address_names_and_a_token_of_its_own(serve: Callable[..
     assert "put the name or the address of this one into the page's address" in errors
 
 
+@pytest.mark.full
 def test_a_script_is_shown_where_it_is_asked_for(tmp_path: Path) -> None:
     port = free_port()
     script = tmp_path / "looks.py"
