@@ -91,11 +91,13 @@ def vertices(version: str, q: np.ndarray, reference: str, links: list[str] | Non
 # --- the files ----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.full
 def test_the_files_are_byte_for_byte_what_the_shapes_draw() -> None:
     done = run_script("--check")
     assert (done.returncode, done.stderr) == (0, "")
 
 
+@pytest.mark.full
 def test_the_check_names_files_that_are_changed_missing_or_left_over(tmp_path: Path) -> None:
     folder = tmp_path / "meshes"
     shutil.copytree(MESHES, folder)

@@ -594,6 +594,7 @@ def test_one_ghost_is_to_compare_with_and_outlives_a_drag(browser: Any, nao: nk.
         assert not page.run("() => naoKin.ghosts.group.visible")
 
 
+@pytest.mark.full
 def test_a_picture_has_ghosts_and_no_handles(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
     with Viewer(nao) as viewer:
         q = nao.posture("StandInit")

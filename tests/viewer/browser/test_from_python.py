@@ -313,6 +313,7 @@ def test_shapes_are_replaced_and_removed_in_an_open_page(page: Page, live: Viewe
         live.remove("cloud")
 
 
+@pytest.mark.full
 def test_a_picture_has_the_shapes(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
     viewer = Viewer(nao)
     viewer.add_line("wire", [[0.3, -0.3, 0.1], [0.3, 0.3, 0.1]], color=(1.0, 0.0, 1.0), width=0.02)

@@ -21,7 +21,7 @@ import nao_kin as nk
 from nao_kin.viewer import Viewer
 from nao_kin.viewer.notebook import Bridge, frame
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.full
 
 CELLS = (
     "import nao_kin as nk\nnao = nk.load_nao()\nviewer = nk.Viewer(nao)\nviewer.display(nao.posture('Crouch'))\nviewer",

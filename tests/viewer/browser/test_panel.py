@@ -911,6 +911,7 @@ def violations(tab: Any) -> list[str]:
     ]
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
     ("size", "options", "scheme"),
     [((1400, 900), {}, "light"), ((1400, 900), {}, "dark"), ((390, 844), PHONE, "dark"), ((3840, 2160), {}, "light")],

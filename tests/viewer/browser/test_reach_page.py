@@ -130,6 +130,7 @@ def test_the_best_voxel_is_warm_and_the_worst_cold_in_the_cut_through_them(page:
         assert sum(page.run(COLOUR, reach.centres[i].tolist())) < 0.95 * sum(expected)
 
 
+@pytest.mark.full
 def test_a_cut_has_the_colours_of_the_legend(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
     viewer = Viewer(nao)
     viewer.show_reach(workspace(nao, "LArm", 1, voxel=0.1), by="count", cut=("z", 9.0))
@@ -146,6 +147,7 @@ def test_the_legend_names_what_is_coloured(page: Page, reach: ReachMap) -> None:
     assert text == f"LArm: best manipulability {reach.best.min():.3g} {reach.best.max():.3g}"
 
 
+@pytest.mark.full
 def test_a_cut_changes_the_picture(browser: Any, nao: nk.NaoModel, reach: ReachMap, tmp_path: Path) -> None:
     viewer = Viewer(nao)
     viewer.show_reach(reach)

@@ -141,6 +141,7 @@ def test_two_seconds_at_60_hertz_leave_nothing_behind(browser: Any, document: Pa
         assert np.abs(np.array(after) - before).max() <= 2
 
 
+@pytest.mark.full
 def test_the_picture_of_a_movement_looks_like_the_one_at_rest(browser: Any, document: Path) -> None:
     with opened(browser, document, (900, 420), draws=True) as page:
         page.run("() => naoKin.show({ handles: false })")
@@ -343,6 +344,7 @@ def test_on_a_phone_the_bars_are_in_the_menu(browser: Any, document: Path, nao: 
 # --- pictures and films ------------------------------------------------------------------------------------------
 
 
+@pytest.mark.full
 def test_a_picture_is_saved_at_twice_the_size(browser: Any, document: Path, tmp_path: Path) -> None:
     with opened(browser, document, draws=True) as page:
         page.run("() => naoKin.show({ frames: true })")
@@ -358,6 +360,7 @@ def test_a_picture_is_saved_at_twice_the_size(browser: Any, document: Path, tmp_
         assert page.run("() => naoKin.viewer.renderer.domElement.clientWidth") == width
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_a_picture_has_the_background_and_the_labels_of_the_page(
     browser: Any, document: Path, tmp_path: Path, scheme: str
@@ -381,6 +384,7 @@ def test_a_picture_has_the_background_and_the_labels_of_the_page(
         assert (np.median(label) < 100.0) == (scheme == "dark")
 
 
+@pytest.mark.full
 def test_a_film_is_recorded_and_saved(browser: Any, document: Path, tmp_path: Path, nao: nk.NaoModel) -> None:
     with opened(browser, document, (640, 300), draws=True) as page:
         page.tab.emulate_media(color_scheme="dark")

@@ -519,6 +519,7 @@ def test_keys_are_made_and_moved_by_touch(browser: Any, document: Path) -> None:
         assert moved == pytest.approx(0.5, abs=0.1)
 
 
+@pytest.mark.full
 def test_the_bar_has_no_barriers(page: Page) -> None:
     axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
     make_keys(page)

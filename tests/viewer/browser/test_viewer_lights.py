@@ -15,7 +15,7 @@ import nao_kin as nk
 from nao_kin.viewer import Viewer
 from nao_kin.viewer.scene import robot_drawables
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.full
 
 # Of a light: colour and light of its material as the screen has them, and its glow.
 LOOK = """(name) => {
