@@ -6,6 +6,7 @@ valid names, and carries the values as attributes for programs.
 
 from __future__ import annotations
 
+import copyreg
 import difflib
 import math
 from collections.abc import Iterable, Sequence
@@ -87,14 +88,7 @@ class NaoKinError(Exception):
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Errors are built from several values and must still come back from another process.
-        return _revived, (type(self), self.args, self.__dict__)
-
-
-def _revived(kind: type[NaoKinError], args: tuple[Any, ...], state: dict[str, Any]) -> NaoKinError:
-    error = kind.__new__(kind)
-    error.args = args
-    error.__dict__.update(state)
-    return error
+        return copyreg.__newobj__, (type(self), *self.args), self.__dict__  # type: ignore[attr-defined]
 
 
 def at_index(index: Sequence[int]) -> str:

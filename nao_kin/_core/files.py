@@ -386,8 +386,8 @@ def _write_together(folder: Path, extras: Mapping[str, bytes], path: Path | str,
                 os.replace(fresh / name, place)
             write_bytes(path, content)
         except BaseException:
-            for there in reversed(made):
-                there.rmdir() if there.is_dir() else there.unlink(missing_ok=True)
+            for new in reversed(made):
+                new.rmdir() if new.is_dir() else new.unlink(missing_ok=True)
             raise
 
 

@@ -73,14 +73,14 @@ _LISTENING = threading.RLock()
 @contextmanager
 def mujoco_warnings(mujoco: ModuleType) -> Iterator[list[str]]:
     """Yield a list that holds MuJoCo's warnings from inside, complete at the end; nothing is printed or logged."""
-    said: list[str] = []
+    messages: list[str] = []
     with _LISTENING:
         before = mujoco.get_mju_user_warning()
-        mujoco.set_mju_user_warning(said.append)
+        mujoco.set_mju_user_warning(messages.append)
         try:
             with warnings.catch_warnings(record=True) as others:
                 warnings.simplefilter("always")
-                yield said
+                yield messages
         finally:
             mujoco.set_mju_user_warning(before)
-            said += [str(other.message) for other in others]
+            messages += [str(other.message) for other in others]

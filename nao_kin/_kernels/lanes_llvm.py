@@ -228,10 +228,6 @@ def _call_llvm(builder: Any, name: str, *values: Any) -> Any:
     return builder.call(cgutils.get_or_insert_function(builder.module, function, f"llvm.{name}.{kind}"), values)
 
 
-def _where_less(builder: Any, a: Any, b: Any, yes: Any, no: Any) -> Any:
-    return builder.select(builder.fcmp_ordered("<", a, b), yes, no)
-
-
 def _where_even(builder: Any, k: Any, yes: Any, no: Any) -> Any:
     lowest = builder.and_(k, _same(k.type, 1))
     return builder.select(builder.icmp_signed("==", lowest, _same(k.type, 0)), yes, no)
@@ -252,18 +248,14 @@ def _larger(builder: Any, a: Any, b: Any) -> Any:
     return builder.select(builder.icmp_signed("<", a, b), b, a)
 
 
-def _whole(builder: Any, v: Any) -> Any:
-    return builder.fptosi(v, _integer_vector(v.type))
-
-
 square_root = _elementwise(lambda builder, v: _call_llvm(builder, "sqrt", v))
 nearest = _elementwise(lambda builder, v: _call_llvm(builder, "rint", v))
 with_sign = _elementwise(lambda builder, v, sign: _call_llvm(builder, "copysign", v, sign))
 following = _elementwise(lambda builder, k: builder.add(k, _same(k.type, 1)))
-where_less = _elementwise(_where_less)
+where_less = _elementwise(lambda builder, a, b, yes, no: builder.select(builder.fcmp_ordered("<", a, b), yes, no))
 where_even = _elementwise(_where_even)
 negated_by_bit = _elementwise(_negated_by_bit)
-whole = _elementwise(_whole, _integers)
+whole = _elementwise(lambda builder, v: builder.fptosi(v, _integer_vector(v.type)), _integers)
 magnitude_bits = _elementwise(_magnitude_bits, _integers)
 larger = _elementwise(_larger)
 
@@ -283,14 +275,9 @@ def largest(_: Any, k: Any) -> Any:
     return types.int64(k), instructions
 
 
-_ADD = _elementwise(lambda builder, a, b: builder.fadd(a, b, flags=_CONTRACT))
-_SUBTRACT = _elementwise(lambda builder, a, b: builder.fsub(a, b, flags=_CONTRACT))
-_MULTIPLY = _elementwise(lambda builder, a, b: builder.fmul(a, b, flags=_CONTRACT))
-_DIVIDE = _elementwise(lambda builder, a, b: builder.fdiv(a, b, flags=_CONTRACT))
-
-
-def _operator(function: Any, instruction: Any) -> None:
-    """Let a Python operator compile to this instruction between vectors."""
+def _operator(function: Any, name: str) -> None:
+    """Let a Python operator compile to an LLVM instruction between vectors."""
+    instruction = _elementwise(lambda builder, a, b: getattr(builder, name)(a, b, flags=_CONTRACT))
 
     @overload(function, strict=False)  # the annotations differ, the arguments do not
     def chosen(a: Any, b: Any) -> Any:
@@ -299,7 +286,7 @@ def _operator(function: Any, instruction: Any) -> None:
         return None
 
 
-_operator(operator.add, _ADD)
-_operator(operator.sub, _SUBTRACT)
-_operator(operator.mul, _MULTIPLY)
-_operator(operator.truediv, _DIVIDE)
+_operator(operator.add, "fadd")
+_operator(operator.sub, "fsub")
+_operator(operator.mul, "fmul")
+_operator(operator.truediv, "fdiv")

@@ -403,12 +403,12 @@ def run(q: Array, v: Array, a: Array, tables: Tables, m: Array, out: Array, far:
     count = out.size // len(tables.sources)
     peak = 0
     for first in range(0, count, width):
-        here = min(width, count - first)
+        size = min(width, count - first)
         bits = magnitude_bits(spread(m, 0.0))
         for k in range(3):
             numbers, at = tables.widths[k], tables.inputs[k] * width
             if numbers:
-                _read(inputs[k], numbers, first, here, m, at)
+                _read(inputs[k], numbers, first, size, m, at)
                 for i in range(at, at + numbers * width, n):
                     bits = larger(bits, magnitude_bits(load(m, i)))
         top = largest(bits)
@@ -422,16 +422,16 @@ def run(q: Array, v: Array, a: Array, tables: Tables, m: Array, out: Array, far:
         if top > far:
             _far_angles(m, angles, ratios)
         perform(m, tables.operations, tables.weights)
-        _write(m, tables.sources, out, first, here)
+        _write(m, tables.sources, out, first, size)
     return peak
 
 
 @compiled
-def _read(values: Array, numbers: int, first: int, here: int, m: Array, at: int) -> None:
+def _read(values: Array, numbers: int, first: int, size: int, m: Array, at: int) -> None:
     """Write the numbers of a tile as rows of `m`, with zeros after the last configuration."""
     n = lane_count(m)
     width = VECTORS * n
-    if here == width and numbers >= n:
+    if size == width and numbers >= n:
         for i in range(0, width, n):
             for k in range(0, numbers, n):
                 # The last block overlaps the previous one rather than reading past the end.
@@ -439,25 +439,25 @@ def _read(values: Array, numbers: int, first: int, here: int, m: Array, at: int)
                 read_columns(values, (first + i) * numbers + column, numbers, m, at + column * width + i, width)
         return
     for k in range(numbers):
-        for i in range(here):
+        for i in range(size):
             m[at + k * width + i] = values[(first + i) * numbers + k]
-        for i in range(here, width):
+        for i in range(size, width):
             m[at + k * width + i] = 0.0
 
 
 @compiled
-def _write(m: Array, sources: Array, out: Array, first: int, here: int) -> None:
+def _write(m: Array, sources: Array, out: Array, first: int, size: int) -> None:
     """Write the rows of `m` that make up the result, configuration by configuration."""
     n = lane_count(m)
     width = VECTORS * n
     numbers = len(sources)
-    if here == width and numbers >= 4:
+    if size == width and numbers >= 4:
         for i in range(0, width, n):
             for k in range(0, numbers, 4):
                 column = min(k, numbers - 4)
                 write_fours(m, sources, column, width, i, out, (first + i) * numbers + column, numbers)
         return
-    for i in range(here):
+    for i in range(size):
         for k in range(numbers):
             out[(first + i) * numbers + k] = m[sources[k] * width + i]
 

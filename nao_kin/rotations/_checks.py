@@ -13,7 +13,7 @@ from nao_kin._core.kernels import Functions, Kernel, Number, OutOfScale, evaluat
 from nao_kin.errors import BadArgument, NotARotation, WrongShape, at_index
 
 TOLERANCE = 1e-6  # a rotation rounded to float32 passes (1e-7), one typed to five digits does not
-ROUNDING = 2.0**-46  # the defects of what a few dozen products of float64 make of a rotation stay below
+ROUNDING = 2.0**-46  # larger than the defects of a product of a few dozen float64 rotations
 _LARGEST_EXPONENT = 1e15
 
 
@@ -103,9 +103,9 @@ def nearest_rotation(M: ArrayLike) -> Floats:
     """
     matrices = as_matrices(M)
     refuse_non_finite(matrices, "matrix")
-    # A common scale changes no direction, and keeps the products inside the SVD from overflowing.
+    # A common scale does not change the rotation, and keeps products in the SVD from overflowing.
     scale = np.abs(matrices).max(axis=(-2, -1), keepdims=True, initial=0.0)
-    # In a row, for the SVD takes fewer batch axes than arrays may have.
+    # With one batch axis, for the SVD takes fewer batch axes than arrays may have.
     row = (matrices / np.where(scale > 0.0, scale, 1.0)).reshape(-1, 3, 3)
     U, sigma, Vt = np.linalg.svd(row)
     sign = np.where(np.linalg.det(U) * np.linalg.det(Vt) < 0.0, -1.0, 1.0)
@@ -228,7 +228,7 @@ def _largest_defects(f: Functions, *m: Number) -> tuple[Number, ...]:
     return determinant, largest
 
 
-# --- Weights of what is averaged or fitted.
+# --- Weights of means and fits.
 
 
 def as_shares(weights: ArrayLike | None, count: int) -> Floats:
@@ -243,6 +243,6 @@ def as_shares(weights: ArrayLike | None, count: int) -> Floats:
     if not largest.all():
         where = at_index(first_index(largest[..., 0] == 0.0))
         raise BadArgument(f"at least one weight must be positive, got zeros only{where}")
-    # A common scale changes nothing, and keeps their sum from overflowing.
+    # A common scale does not matter, and keeps the sum from overflowing.
     scaled = values / largest
     return np.asarray(scaled / scaled.sum(axis=-1, keepdims=True))

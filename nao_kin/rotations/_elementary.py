@@ -94,7 +94,7 @@ def from_rotation_vector(f: Functions, x: Number, y: Number, z: Number) -> tuple
     # The floor keeps 0/0 away; both quotients are constant to the last digit from φ = 1e-8 down.
     square = f.larger(square, SMALLEST_NORMAL)
     half = 0.5 * f.sqrt(square)
-    # One tangent of the half angle gives sine and cosine: 2t/(1 + t²) and (1 − t²)/(1 + t²), at half their price.
+    # One tangent of the half angle gives sine and cosine: 2t/(1 + t²) and (1 − t²)/(1 + t²), at half the cost.
     quotient = f.tan(half) / half
     A = quotient / (1.0 + 0.25 * square * quotient * quotient)
     return rodrigues(x, y, z, A, 0.5 * A * quotient)
@@ -132,7 +132,7 @@ def from_linear(f: Functions, x: Number, y: Number, z: Number, q0: Number) -> tu
     return rodrigues(scale * x, scale * y, scale * z, 1.0, B)
 
 
-# --- Vectors as skew-symmetric matrices: the matrices of the cross product, and back.
+# --- Skew-symmetric matrices of the cross product.
 
 
 def skew(v: ArrayLike) -> Floats:

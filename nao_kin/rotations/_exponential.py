@@ -120,8 +120,7 @@ def _angle_of_quotient(f: Functions, *m: Number) -> tuple[Number, ...]:
     return (2.0 * axis_and_half_angle(f, *quaternion_of(f, *quotient))[3],)
 
 
-# --- What a change of a rotation vector does to its rotation: the left and right Jacobians of SO(3), and their
-# inverses.
+# --- The left and right Jacobians of SO(3), and their inverses.
 #
 # With φ = ‖v‖:  J_l(v) = 1 + (1 − cos φ)/φ² [v×] + (φ − sin φ)/φ³ [v×]²  and  J_r(v) = J_l(−v) = J_l(v)ᵀ.
 

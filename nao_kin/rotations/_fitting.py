@@ -14,6 +14,7 @@ from nao_kin._core.arrays import (
     as_batch,
     as_numbers,
     as_vectors,
+    choice,
     common_batch,
     cross,
     dot,
@@ -22,7 +23,7 @@ from nao_kin._core.arrays import (
     unit,
 )
 from nao_kin._core.kernels import Functions, Number, evaluate
-from nao_kin.errors import BadArgument, DegeneratePoints, UnknownName, WrongShape, at_index
+from nao_kin.errors import BadArgument, DegeneratePoints, WrongShape, at_index
 from nao_kin.rotations._checks import as_rotations, as_shares, evaluate_rotations, nearest_rotation
 from nao_kin.rotations._exponential import exp, log
 from nao_kin.rotations._quaternions import matrix_from_quat, quaternion_of
@@ -31,9 +32,9 @@ from nao_kin.rotations._three_angles import REQUIRED, Axes, find_short_sequence,
 MeanMethod = Literal["geodesic", "chordal"]
 
 _MOST_STEPS = 200
-# Length of a step that changes nothing but the last digit, and of one that may be rounding [rad].
+# Length of a step that changes only the last digit, and of one that may be rounding [rad].
 _LAST_STEP, _SHORT_STEP = 1e-15, 1e-12
-# Below 1, so that no step overshoots so far that the sum of squares grows; above, Newton's own.
+# A lower bound above ½, so that no step increases the sum of squares.
 _LEAST_CURVATURE = 0.55
 
 
@@ -82,8 +83,7 @@ def mean_rotation(R: ArrayLike, weights: ArrayLike | None = None, *, method: Mea
         >>> np.allclose(mean.rotation, nk.rotations.rot_z(0.3)), mean.spread
         (True, array(0.216))
     """
-    if not isinstance(method, str) or method not in ("geodesic", "chordal"):
-        raise UnknownName("method", method, ("geodesic", "chordal"))
+    choice(method, ("geodesic", "chordal"), "method")
     rotations = as_rotations(R)
     if rotations.ndim < 3:
         raise WrongShape("rotations", "(..., n, 3, 3)", rotations.shape)
@@ -119,7 +119,7 @@ def _geodesic(mean: Floats, rotations: Floats, shares: Floats) -> Floats:
         squares = dot(arms, arms)
         half = 0.5 * np.sqrt(squares)
         across = np.maximum(np.where(half > 0.0, half / np.tan(np.where(half > 0.0, half, 1.0)), 1.0), _LEAST_CURVATURE)
-        # Across the arm by `across`, along it by 1.
+        # The curvature is `across` normal to the arm, and 1 along it.
         along = shares * (1.0 - across) / np.where(squares > 0.0, squares, 1.0)
         curvature = dot(shares, across)[..., np.newaxis, np.newaxis] * np.eye(3)
         curvature = curvature + np.swapaxes(along[..., np.newaxis] * arms, -1, -2) @ arms
@@ -138,11 +138,11 @@ def _arms(mean: Floats, rotations: Floats) -> Floats:
     return log(np.swapaxes(mean, -1, -2)[..., np.newaxis, :, :] @ rotations)
 
 
-# --- The rotation of a body from points on it, seen before and after.
+# --- The rotation of a body from points on it before and after.
 
 PointsMethod = Literal["least_squares", "triads"]
 
-# σ₂/σ₁ of the points at which they count as one line. Triads lose digits of the turn about it as 1/thinness, least
+# σ₂/σ₁ of the points at which they count as one line. Triads lose digits of the rotation about it as 1/thinness, least
 # squares as its square, for the product of both point sets has the squares of their singular values.
 THINNEST = {"triads": 1e-8, "least_squares": 1e-6}
 
@@ -176,8 +176,7 @@ def rotation_from_points(before: ArrayLike, after: ArrayLike, *, method: PointsM
         >>> np.allclose(nk.rotations.rotation_from_points(before, after), nk.rotations.rot_z(np.pi / 2))
         True
     """
-    if not isinstance(method, str) or method not in ("least_squares", "triads"):
-        raise UnknownName("method", method, ("least_squares", "triads"))
+    choice(method, ("least_squares", "triads"), "method")
     P, Q = _as_points(before, "points before"), _as_points(after, "points after")
     count = P.shape[-2]
     if Q.shape[-2] != count:
@@ -202,7 +201,7 @@ def best_fit(before: Floats, after: Floats, what: str) -> Floats:
 
 def refuse_one_line(rows: Floats, what: str, thinnest: float, coincident: NDArray[np.bool_] | bool = False) -> None:
     """Refuse vectors (..., n, 3) along one line, and those known to be `coincident`."""
-    # In a row, for the SVD takes fewer batch axes than arrays may have.
+    # With one batch axis, for the SVD takes fewer batch axes than arrays may have.
     row = np.linalg.svd(rows.reshape(-1, *rows.shape[-2:]), compute_uv=False)
     sigma = row.reshape(*rows.shape[:-2], row.shape[-1])
     thin = (sigma[..., 1] <= thinnest * sigma[..., 0]) | coincident
@@ -226,7 +225,7 @@ def _centred(points: Floats, what: str, thinnest: float) -> Floats:
     """Points about their centroid, scaled to about 1; collinear points are refused."""
     arms: Floats = points - points.mean(axis=-2, keepdims=True)
     scale = np.abs(arms).max(axis=(-2, -1), keepdims=True, initial=0.0)
-    # The directions of coincident points are rounding errors, which their coordinates give away.
+    # The directions of coincident points are rounding errors of their coordinates.
     rounding = 1e-15 * np.abs(points).max(axis=(-2, -1), keepdims=True, initial=0.0)
     arms /= np.where(scale > 0.0, scale, 1.0)
     refuse_one_line(arms, what, thinnest, (scale <= rounding)[..., 0, 0])
@@ -238,14 +237,14 @@ def _triad(points: Floats) -> Floats:
     a, b, c = points[..., 0, :], points[..., 1, :], points[..., 2, :]
     e1, _ = unit(b - c, "b − c")
     e3, _ = unit(cross(e1, a - 0.5 * (b + c)), "normal of the points")
-    # Of points near one line the product is short, and its rounding leans it towards the line.
+    # For points near one line the product is short, and rounding gives it a part along the line.
     e3, _ = unit(e3 - dot(e3, e1)[..., None] * e1, "normal of the points")
     return np.stack([e1, cross(e3, e1), e3], axis=-1)
 
 
-# --- Rotations from directions: the shortest turn from one to another, and the best fit to many.
+# --- Rotations from directions: the shortest one between two, and the best fit to many.
 
-# ‖a + b‖ of unit vectors up to which they count as opposite: they are to rounding.
+# ‖a + b‖ of unit vectors that are opposite to rounding.
 _OPPOSITE = 4.0 * 2.0**-52
 
 
@@ -297,7 +296,7 @@ def rotation_between(a: ArrayLike, b: ArrayLike, *, axis: ArrayLike | None = Non
     first, second = np.broadcast_to(first, (*batch, 3)), np.broadcast_to(second, (*batch, 3))
     total, difference = first + second, second - first
     near = (dot(first, second) >= 0.0)[..., np.newaxis]
-    # Twice the normal of the two, from whichever of sum and difference is small and therefore exact.
+    # Twice the normal of the two, from the sum or the difference: the smaller one is exact.
     normal = cross(first, np.where(near, difference, total))
     cosine, sine = norm(total), norm(difference)
     opposite = np.asarray(cosine <= _OPPOSITE)
@@ -375,12 +374,12 @@ def _normal_part(wanted: Floats, first: Floats, needed: NDArray[np.bool_]) -> Fl
         raise BadArgument(
             f"the axis of a half turn between opposite directions{at_index(first_index(along))} must not lie along them"
         )
-    # What is left of a long axis leans along by rounding: once more.
+    # Rounding leaves a part along `first`: once more.
     part = part / np.where(needed, norm(part), 1.0)[..., np.newaxis]
     return np.asarray(part - dot(part, first)[..., np.newaxis] * first)
 
 
-# --- One or two turns that come nearest to a rotation, and how much of it they leave.
+# --- The rotations about one or two axes that are nearest to a rotation.
 
 # Normalising two parallel axes of any lengths leaves at most this sine between them.
 _PARALLEL = 4.0 * 2.0**-52
@@ -433,7 +432,7 @@ def nearest_euler(R: ArrayLike, sequence: str, *, axes: Axes = REQUIRED) -> Near
         return _nearest(f, *quaternion_of(f, *m), *units)
 
     angles, residual = evaluate_rotations(kernel, R, (len(places),), ())
-    # Turns about fixed axes are the same turns about moving axes in the opposite order.
+    # Rotations about fixed axes equal those about moving axes in the opposite order.
     return NearestAngles(np.ascontiguousarray(angles[..., ::-1]) if axes == "fixed" else angles, residual)
 
 
@@ -488,8 +487,8 @@ def _nearest(f: Functions, r0: Number, x: Number, y: Number, z: Number, *axes: N
         cosine = a0 * b0 + a1 * b1 + a2 * b2
         along_second = x * b0 + y * b1 + z * b2
         across = x * n0 + y * n1 + z * n2 - r0 * cosine
-        # The inner product with the quaternion of the turns, cos and sin of the half angles a and b on either side of
-        # [[r0, along_second], [along, across]], is a term of a + b and one of a − b; each is largest on its own.
+        # The inner product with the quaternion of the result, cos and sin of the half angles a and b on either side of
+        # [[r0, along_second], [along, across]], is a term of a + b plus one of a − b, which are maximised separately.
         total = f.atan2(along + along_second, r0 - across)
         difference = f.atan2(along - along_second, r0 + across)
         ha, hb = 0.5 * (total + difference), 0.5 * (total - difference)

@@ -12,7 +12,7 @@ from nao_kin.rotations._checks import TOLERANCE, evaluate_rotations
 from nao_kin.rotations._elementary import from_linear, from_natural, rodrigues
 from nao_kin.rotations._quaternions import axis_and_half_angle, matrix_from_quat, quaternion_of
 
-# Where cos φ rounds to −1: of the axis in sin φ e, eight digits and more are gone.
+# Where cos φ rounds to −1, the axis in sin φ e has lost eight digits or more.
 _SINE_NEAR_PI = 2.0**-26
 
 
@@ -116,7 +116,7 @@ def matrix_from_linear(q: ArrayLike, q0: ArrayLike) -> Floats:
         True
     """
     vectors, scalars = vector_and_number(q, q0, "q", "q0")
-    # Clipped, for the squares of wild values would overflow; no valid component exceeds 1.
+    # Clipped, for the squares of large values would overflow; no valid component exceeds 1.
     sine = np.sqrt(np.square(np.clip(vectors, -2.0, 2.0)).sum(axis=-1))
     defect = np.abs(np.square(sine) + np.square(np.clip(scalars, -2.0, 2.0)) - 1.0)
     if not (defect <= TOLERANCE).all():

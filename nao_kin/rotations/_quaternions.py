@@ -10,9 +10,9 @@ from typing import Literal, SupportsIndex
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_batch, as_vectors, common_batch, dot, first_index, largest, unit
+from nao_kin._core.arrays import Floats, as_batch, as_vectors, choice, common_batch, dot, first_index, largest, unit
 from nao_kin._core.kernels import SMALLEST_NORMAL, Functions, Number, OutOfScale, evaluate, rescaled
-from nao_kin.errors import BadArgument, UnknownName, ZeroNorm, at_index
+from nao_kin.errors import BadArgument, ZeroNorm, at_index
 from nao_kin.rotations._checks import as_exponent, evaluate_rotations
 from nao_kin.rotations._elementary import from_quaternion
 
@@ -245,12 +245,12 @@ def _product(f: Functions, *components: Number) -> tuple[Number, ...]:
     )
 
 
-# --- Exponential, logarithm and powers of quaternions, as Hamilton's algebra has them.
+# --- Exponential, logarithm and powers of quaternions.
 
 # e to this is about 1e304.
 _LARGEST_SCALAR = 700.0
 _LARGEST_VECTOR = 1e139
-# Rounding leaves a unit quaternion with a logarithm of its length up to this.
+# Logarithm of the length of a unit quaternion, up to rounding.
 _UNIT = 1e-15
 
 
@@ -344,7 +344,7 @@ def _exponential(f: Functions, x: Number, y: Number, z: Number) -> tuple[Number,
 def _logarithm(f: Functions, *q: Number) -> tuple[Number, ...]:
     square = f.square(*q)
     x, y, z, theta = axis_and_half_angle(f, *q)
-    # Without a vector part θ is 0 or π, and the axis zero: at π it becomes x.
+    # Without a vector part θ is 0 or π, and the axis is zero; at π it is set to x.
     x = f.where(theta >= math.pi, f.where((y == 0.0) & (z == 0.0) & (x == 0.0), 1.0, x), x)
     return 0.5 * f.log(square), theta * x, theta * y, theta * z
 
@@ -386,8 +386,7 @@ def slerp(p: ArrayLike, q: ArrayLike, t: ArrayLike, *, arc: Arc = "shorter") -> 
         >>> nk.rotations.natural_invariants(nk.rotations.matrix_from_quat(half_way))
         (array([0., 0., 1.]), array(0.7854))
     """
-    if not isinstance(arc, str) or arc not in ("shorter", "longer"):
-        raise UnknownName("arc", arc, ("shorter", "longer"))
+    choice(arc, ("shorter", "longer"), "arc")
     P, Q, parts = as_batch(p, (4,), "quaternion p"), as_batch(q, (4,), "quaternion q"), as_exponent(t, "t")
     batch = common_batch("quaternions p and q and t", P.shape[:-1], Q.shape[:-1], parts.shape)
     ends = [unit(rescaled(side, name), name)[0] for side, name in ((P, "quaternion p"), (Q, "quaternion q"))]
@@ -415,7 +414,7 @@ def _slerp(f: Functions, *components: Number) -> tuple[Number, ...]:
 def _longer(f: Functions, *components: Number) -> tuple[Number, ...]:
     p, t = components[:4], components[8]
     aside, sine, shift = _apart(f, p, components[4:8])
-    # To the negative of what the shorter arc goes to, and so the other way.
+    # To the negative of the end of the shorter arc, and so the other way.
     theta = f.atan2(sine, -1.0 - shift)
     along = f.cos(t * theta)
     across = f.sin(t * theta) / f.where(sine == 0.0, -1.0, -sine)
@@ -436,7 +435,7 @@ def _inner(a: Sequence[Number], b: Sequence[Number]) -> Number:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
 
 
-# --- Of q and −q, which are one rotation, the one that goes on without a jump.
+# --- Signs of quaternions: q and −q are the same rotation.
 
 
 def quat_nearest(q: ArrayLike, reference: ArrayLike) -> Floats:

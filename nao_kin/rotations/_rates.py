@@ -7,9 +7,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_batch, first_index
+from nao_kin._core.arrays import Floats, as_batch, choice, first_index
 from nao_kin._core.kernels import Functions, Kernel, Number, evaluate
-from nao_kin.errors import BadArgument, SingularMatrix, UnknownName
+from nao_kin.errors import BadArgument, SingularMatrix
 from nao_kin.rotations._three_angles import LOCK, REQUIRED, Axes, Convention, find_convention
 
 Side = Literal["fixed", "moving"]
@@ -87,9 +87,7 @@ def euler_rate_jacobian_inverse(
 def is_moving(expressed_in: Side) -> bool:
     if expressed_in is None:
         raise BadArgument("expressed_in= must be given: the 'fixed' frame or the 'moving' one, which the turns carry")
-    if not isinstance(expressed_in, str) or expressed_in not in ("fixed", "moving"):
-        raise UnknownName("expressed_in", expressed_in, ("fixed", "moving"))
-    return expressed_in == "moving"
+    return choice(expressed_in, ("fixed", "moving"), "expressed_in") == "moving"
 
 
 def _sines(f: Functions, convention: Convention, body: bool, angles: tuple[Number, ...]) -> tuple[Number, ...]:

@@ -13,10 +13,10 @@ from nao_kin.rotations._exponential import exp, log, right_jacobian, right_jacob
 from nao_kin.rotations._rates import Side, is_moving
 from nao_kin.rotations._three_angles import REQUIRED
 
-# --- The angular velocities at the keys of a spline with which its acceleration is continuous.
+# --- The angular velocities at the keys that make the acceleration continuous.
 
 _MOST_STEPS = 60
-# Relative length of a step after which Newton's next one changes nothing.
+# Relative length of a Newton step after which the next one changes nothing.
 _SHORT_STEP = 1e-9
 
 
@@ -98,7 +98,7 @@ def _solved(lower: Floats, middle: Floats, upper: Floats, right: Floats) -> Floa
     odd, even = slice(1, None, 2), slice(0, None, 2)
     known = np.concatenate([lower[..., odd, :, :], upper[..., odd, :, :], right[..., odd, :, :]], axis=-1)
     by = np.linalg.solve(middle[..., odd, :, :], known)
-    # Beyond the last one there is none.
+    # The last unknown has no right neighbour.
     none = np.zeros((*by.shape[:-3], 1, 3, 7))
     left_of = np.concatenate([none, by], axis=-3)[..., : (n + 1) // 2, :, :]
     right_of = np.concatenate([by, none], axis=-3)[..., : (n + 1) // 2, :, :]
@@ -230,7 +230,7 @@ class RotationSpline:
         return _times(self.keys[..., place, :, :], _times(exp(v), moving))
 
     def _at(self, t: ArrayLike) -> tuple[Places, Floats, Floats, Floats]:
-        """The key before each time, and from there v and its first two derivatives."""
+        """The key before each time, and v and its first two derivatives there."""
         instants = as_batch(t, (), "t")
         outside = (instants < self.times[0]) | (instants > self.times[-1])
         if outside.any():
@@ -238,7 +238,7 @@ class RotationSpline:
             raise BadArgument(
                 f"t must be from {self.times[0]:g} to {self.times[-1]:g}, got {instants[index]:g}{at_index(index)}"
             )
-        # The last key belongs to the last stretch.
+        # The last key belongs to the last segment.
         place = np.searchsorted(self.times[1:-1], instants, side="right")
         u = (instants - self.times[place])[..., None]
         linear, square, cube = (c[..., place, :] for c in (self.velocities, self._square, self._cube))

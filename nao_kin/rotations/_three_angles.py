@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_batch, common_batch, cross, dot, first_index, norm, unit
+from nao_kin._core.arrays import Floats, as_batch, choice, common_batch, cross, dot, first_index, norm, unit
 from nao_kin._core.kernels import Functions, Kernel, Number, evaluate, rescaled
 from nao_kin.errors import BadArgument, UnknownName, at_index
 from nao_kin.rotations._checks import as_rotations, evaluate_rotations
@@ -21,13 +21,13 @@ AtLock = Literal["first", "third"]
 
 SEQUENCES = tuple(a + b + c for a in "xyz" for b in "xyz" for c in "xyz" if a != b != c)
 
-# Sequences of one or two axes: turns that do not reach every rotation.
+# Sequences of one or two axes, which do not reach every rotation.
 SHORT_SEQUENCES = (*"xyz", *(a + b for a in "xyz" for b in "xyz" if a != b))
 
-# Below this the two matrix entries that tell the first angle from the third are rounding errors of the matrix.
+# Below this the two matrix entries that distinguish the first and third angles are rounding errors.
 LOCK = 4.0 * 2.0**-52
 
-# The default of `axes=`: the keyword is required, and its absence is answered with the library's own error.
+# The default of `axes=`, a required keyword, whose absence raises BadArgument.
 REQUIRED: Any = None
 
 
@@ -51,7 +51,7 @@ class Convention:
 
 
 def _convention(sequence: str, axes: str) -> Convention:
-    # Turns about fixed axes are the same turns about moving axes in the opposite order.
+    # Rotations about fixed axes equal those about moving axes in the opposite order.
     i, j, third = ("xyz".index(axis) for axis in (sequence if axes == "moving" else sequence[::-1]))
     return Convention(i, j, 3 - i - j, 1.0 if (j - i) % 3 == 1 else -1.0, third == i, axes == "fixed")
 
@@ -105,12 +105,6 @@ def _unknown_axes(axes: object) -> BadArgument | UnknownName:
     return UnknownName("axes", axes, ("moving", "fixed"))
 
 
-def check_at_lock(at_lock: AtLock) -> None:
-    """Refuse anything but the two tie-breaks."""
-    if not isinstance(at_lock, str) or at_lock not in ("first", "third"):
-        raise UnknownName("at_lock", at_lock, ("first", "third"))
-
-
 def composition(convention: Convention) -> Kernel:
     """The kernel (α, β, γ in the order written) → the nine entries of R."""
     i, j, k, s = convention.i, convention.j, convention.k, convention.sign
@@ -160,7 +154,7 @@ def extraction(convention: Convention, third_is_zero: bool) -> Kernel:
             x = f.where(locked, m[3 * j + j] if third_is_zero else 1.0, x)
             y = f.where(locked, signed(m[3 * k + j]) if third_is_zero else 0.0, y)
         first = f.atan2(y, x)
-        # (x, y) is h (cos, sin) of the first angle: turning it out needs no division, for atan2 is blind to scale.
+        # (x, y) is h (cos, sin) of the first angle: removing it needs no division, for atan2 ignores the scale.
         y = signed(y)
         cosine = x * m[3 * j + j] + y * m[3 * k + j]
         if convention.symmetric:
@@ -185,7 +179,7 @@ def _opposite(f: Functions, angle: Number) -> Number:
     return angle + f.where(angle > 0.0, -math.pi, math.pi)
 
 
-# --- Three angles and back: all 24 conventions, both solutions, at every distance from lock.
+# --- Rotations from three angles and back.
 
 
 @dataclass(frozen=True, eq=False)
@@ -298,7 +292,7 @@ def euler_from_matrix(R: ArrayLike, sequence: str, *, axes: Axes = REQUIRED, at_
         array([0.3, 0.2, 0.1])
     """
     convention = find_convention(sequence, axes)
-    check_at_lock(at_lock)
+    choice(at_lock, ("first", "third"), "at_lock")
     kernel = extraction(convention, third_is_zero=(at_lock == "third") != convention.reversed)
     angles, other, locked = evaluate_rotations(kernel, R, (3,), (3,), ())
     return EulerAngles(angles, other, locked.astype(np.bool_))
@@ -342,9 +336,9 @@ def rpy_from_matrix(R: ArrayLike, *, at_lock: AtLock = "third") -> Floats:
     return euler_from_matrix(R, "xyz", axes="fixed", at_lock=at_lock).angles
 
 
-# --- Three turns about arbitrary axes, consecutive ones perpendicular: Davenport's generalisation of Euler angles.
+# --- Rotations about arbitrary axes, consecutive ones perpendicular: Davenport angles.
 
-# |cos| up to which two axes count as perpendicular; the matrix of the angles is then wrong by as much.
+# |cos| up to which two axes count as perpendicular; the matrix of the angles has an error of the same size.
 _PERPENDICULAR = 1e-9
 # Normalising two parallel axes of any lengths leaves at most this sine between them.
 _PARALLEL = 4.0 * 2.0**-52
@@ -384,7 +378,7 @@ def davenport_angles(
         >>> nk.rotations.davenport_angles(R, *left_hip).angles
         array([-0.3,  0.2, -0.5])
     """
-    check_at_lock(at_lock)
+    choice(at_lock, ("first", "third"), "at_lock")
     axes = [scaled_axis(axis, f"axis a{i}") for i, axis in enumerate((a1, a2, a3), 1)]
     matrices = as_rotations(R)
     common_batch("R and the axes", matrices.shape[:-2], *(axis.shape[:-1] for axis in axes))
@@ -392,9 +386,9 @@ def davenport_angles(
         _refuse_leaning(axes[i], axes[i + 1], f"axes a{i + 1} and a{i + 2}")
     first, second, third = (unit(axis, "axis")[0] for axis in axes)
     sine = dot(second, cross(first, third))
-    # Exactly parallel then, or the sign of a rounding error would choose the principal triple.
+    # Exactly parallel, so that the principal triple does not depend on the sign of a rounding error.
     delta = np.arctan2(np.where(np.abs(sine) <= _PARALLEL, 0.0, sine), dot(first, third))
-    # Turning the second axis round puts the half turn that holds β = 0 into the principal triple, tie-break included.
+    # Reversing the second axis puts the half turn that contains β = 0 into the principal triple.
     side = np.where(delta >= 0.0, 1.0, -1.0)
     second, delta = side[..., np.newaxis] * second, side * delta
     B = np.stack(np.broadcast_arrays(first, second, cross(first, second)), axis=-2)

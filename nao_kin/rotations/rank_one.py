@@ -23,7 +23,7 @@ __all__ = [
 ]
 
 
-# Bound of the rounding error of u·v is this times Σ|uᵢ vᵢ|; below it a zero cannot be told from what is not one.
+# Bound of the rounding error of u·v is this times Σ|uᵢ vᵢ|; a smaller u·v counts as zero.
 _ROUNDING = 4.0 * float(np.finfo(np.float64).eps)
 # ‖u‖ ‖v‖ under which T is the identity: 1/(‖u‖ ‖v‖), the size of a generalised eigenvector, must not overflow.
 _SMALLEST = 1e-300
@@ -129,7 +129,7 @@ def eigen(u: ArrayLike, v: ArrayLike) -> RankOneEigen:
 
     w1 = _perpendicular_to_both(normal_v, along_u)
     w2 = cross(w1, normal_v)
-    # A shear's u lies in the plane ⟂ v, so that w2 is u up to rounding: one name for one vector.
+    # The u of a shear is normal to v, so that w2 is u up to rounding: use the same vector.
     w2 = np.where(defective[..., None], along_u, w2)
 
     one = np.ones_like(product)
@@ -168,7 +168,7 @@ def _is_minus_one(product: Floats, u: Floats, v: Floats) -> NDArray[np.bool_]:
 def _perpendicular_to_both(a: Floats, b: Floats) -> Floats:
     """Unit vectors ⟂ the unit vector a, and ⟂ b where b is not nearly along a."""
     crossed = cross(a, b)
-    # Where b gives no clear direction, the coordinate axis farthest from a does.
+    # If b gives no clear direction, take the coordinate axis farthest from a.
     axis = np.eye(3)[np.abs(a).argmin(axis=-1)]
     clear = norm(crossed) > 0.1
     return unit(np.where(clear[..., None], crossed, cross(a, axis)), "normal")[0]

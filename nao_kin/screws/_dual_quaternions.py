@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike
 from nao_kin import rotations
 from nao_kin._core.arrays import Floats, as_vectors, common_batch, dot, first_index, join_poses, norm, unit
 from nao_kin.errors import BadArgument, at_index
-from nao_kin.screws._poses import as_poses
 from nao_kin.screws.lines import PluckerLine
+from nao_kin.screws.lines._line import as_poses, check_line
 
-# As for rotation matrices: what rounding to float32 leaves is accepted.
+# As for rotation matrices, rounding to float32 is accepted.
 _TOLERANCE = 1e-6
 
 
@@ -134,8 +134,7 @@ def dual_quat_transform_line(q: ArrayLike, line: PluckerLine) -> PluckerLine:
         >>> nk.screws.dual_quat_transform_line([0, 1, 0, 0, 0, 0, 1, 0], x_axis).point
         array([0., 0., 2.])
     """
-    if not isinstance(line, PluckerLine):
-        raise BadArgument(f"line must be a PluckerLine, got {type(line).__name__}")
+    check_line(line, "line")
     r, d = _unit(q, "dual quaternion")
     common_batch("dual quaternion and line", r.shape[:-1], line.batch_shape)
     seen = line.transfer_to((0.0, 0.0, 0.0))
@@ -155,9 +154,9 @@ def _unit(q: ArrayLike, what: str) -> tuple[Floats, Floats]:
     Q = as_vectors(q, what, 8)
     r, length = unit(Q[..., :4], what)
     d = Q[..., 4:] / length[..., None]
-    beside = dot(r, d)
-    wrong = ~(np.abs(beside) <= _TOLERANCE * np.maximum(1.0, norm(d)))
+    product = dot(r, d)
+    wrong = ~(np.abs(product) <= _TOLERANCE * np.maximum(1.0, norm(d)))
     if wrong.any():
         index = first_index(wrong)
-        raise BadArgument(f"of a unit {what} r·d must be zero, got {beside[index]:.3g}{at_index(index)}")
-    return r, d - beside[..., None] * r
+        raise BadArgument(f"of a unit {what} r·d must be zero, got {product[index]:.3g}{at_index(index)}")
+    return r, d - product[..., None] * r

@@ -31,12 +31,13 @@ from nao_kin._core.kernels import (
     jacobian_derivatives,
 )
 from nao_kin.errors import BadArgument, SingularMatrix, at_index
-from nao_kin.screws._poses import as_poses, as_twists, turned
+from nao_kin.screws._poses import as_twists, turned, upper_blocks
 from nao_kin.screws.lines import PluckerLine
+from nao_kin.screws.lines._line import as_poses, check_line
 
-# [rad]; of a longer rotation vector the angle within a turn has no correct digit.
+# The angle within a turn has no correct digit for a longer rotation vector [rad], or a larger multiple of one.
 LARGEST_ANGLE = 1e15
-# How far a 4 × 4 matrix may be from the form of a twist, beside its largest entry.
+# How far a 4 × 4 matrix may be from the form of a twist, relative to its largest entry.
 _FORM = 1e-9
 
 
@@ -192,7 +193,7 @@ def left_jacobian(twist: ArrayLike) -> Floats:
     square = dot(omega, omega)[..., None]
     B, C, dB, dC = (c[..., None, None] for c in evaluate(jacobian_derivatives, [square], (), (), (), ()))
     W, V, W2, WV, along = _products(v, omega)
-    return _blocks(np.eye(3) + B * W + C * W2, B * V + C * WV + along * (dB * W + dC * W2))
+    return upper_blocks(np.eye(3) + B * W + C * W2, B * V + C * WV + along * (dB * W + dC * W2))
 
 
 def right_jacobian(twist: ArrayLike) -> Floats:
@@ -245,7 +246,7 @@ def left_jacobian_inverse(twist: ArrayLike) -> Floats:
         raise SingularMatrix("Jacobian of the exponential", "‖ω‖ is a multiple of 2π", first_index(whole))
     D, dD = D[..., None, None], dD[..., None, None]
     W, V, W2, WV, along = _products(v, omega)
-    return _blocks(np.eye(3) - 0.5 * W + D * W2, -0.5 * V + D * WV + along * dD * W2)
+    return upper_blocks(np.eye(3) - 0.5 * W + D * W2, -0.5 * V + D * WV + along * dD * W2)
 
 
 def right_jacobian_inverse(twist: ArrayLike) -> Floats:
@@ -277,18 +278,9 @@ def _products(v: Floats, omega: Floats) -> tuple[Floats, ...]:
     return cross_matrix(omega), cross_matrix(v), W2, WV, along
 
 
-def _blocks(J: Floats, Q: Floats) -> Floats:
-    found = np.zeros((*J.shape[:-2], 6, 6))
-    found[..., :3, :3] = found[..., 3:, 3:] = J
-    found[..., :3, 3:] = Q
-    return found
+# --- Interpolation of poses along a screw.
 
-
-# --- From one pose to another along a screw.
-
-# As for slerp: beyond, the digits of the angle within a turn would be lost.
-_LARGEST_PART = 1e15
-# [m]; a motion whose screw axis is farther away is a translation.
+# A motion whose screw axis is farther away is a translation [m].
 FARTHEST_AXIS = 1e150
 
 
@@ -319,8 +311,8 @@ def sclerp(T_0: ArrayLike, T_1: ArrayLike, s: ArrayLike, *, longer: bool = False
         array([ 1. , -1. ,  0.2])
     """
     parts = as_batch(s, (), "s")
-    if np.abs(parts).max(initial=0.0) > _LARGEST_PART:
-        raise BadArgument(f"s must not exceed {_LARGEST_PART:.0e} in magnitude, for its digits would be lost")
+    if np.abs(parts).max(initial=0.0) > LARGEST_ANGLE:
+        raise BadArgument(f"s must not exceed {LARGEST_ANGLE:.0e} in magnitude, for its digits would be lost")
     (R_0, p_0), (R_1, p_1) = as_poses(T_0, "T_0"), as_poses(T_1, "T_1")
     common_batch("T_0, T_1 and s", p_0.shape[:-1], p_1.shape[:-1], parts.shape)
     # From the difference of the points: two poses far from the origin of their frame may be close to each other.
@@ -352,7 +344,7 @@ def _axes_of(v: Floats, omega: Floats) -> tuple[Floats, Floats, Floats, NDArray[
     return e, angle, across, np.asarray(without_turn | (largest(across) > FARTHEST_AXIS * angle))
 
 
-# --- A screw motion: turn and slide along one line.
+# --- Screws.
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -380,8 +372,7 @@ class Screw:
     slide: Floats
 
     def __init__(self, axis: PluckerLine, angle: ArrayLike, slide: ArrayLike) -> None:
-        if not isinstance(axis, PluckerLine):
-            raise BadArgument(f"axis must be a PluckerLine, got {type(axis).__name__}")
+        check_line(axis, "axis")
         numbers = {"angle": as_batch(angle, (), "angle"), "slide": as_batch(slide, (), "slide")}
         batch = common_batch("axis, angle and slide", axis.batch_shape, *(value.shape for value in numbers.values()))
         for name, value in numbers.items():
@@ -390,7 +381,7 @@ class Screw:
             own = np.array(np.broadcast_to(value, batch))
             own.setflags(write=False)
             object.__setattr__(self, name, own)
-        # The axis seen from where it is seen already, but by all of the batch.
+        # The axis with its own origin, in the batch shape of all three.
         object.__setattr__(self, "axis", axis.transfer_to(np.broadcast_to(axis.origin, (*batch, 3))))
 
     @classmethod
@@ -483,7 +474,7 @@ class Screw:
         return Screw(self.axis[index], self.angle[index], self.slide[index])
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # Pickling alone would give the copy writable arrays.
+        # Default pickling would give the copy writable arrays.
         return Screw, (self.axis, self.angle, self.slide)
 
     def _parts(self) -> tuple[Floats, Floats]:

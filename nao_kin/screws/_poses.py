@@ -15,12 +15,13 @@ from nao_kin._core.arrays import (
     first_index,
     join_poses,
     rigid_inverse,
-    split_poses,
 )
 from nao_kin.errors import BadArgument, at_index
 from nao_kin.rotations import check_rotation, nearest_rotation
+from nao_kin.screws.lines import motion_matrix
+from nao_kin.screws.lines._line import as_poses
 
-# How far the last row may be from (0, 0, 0, 1) in a matrix that is meant as a pose.
+# How far the last row of an approximate pose may be from (0, 0, 0, 1).
 _LAST_ROW = 1e-3
 
 
@@ -134,13 +135,6 @@ def nearest_pose(M: ArrayLike) -> Floats:
     return join_poses(nearest_rotation(matrices[..., :3, :3]), as_vectors(matrices[..., :3, 3], "the translation"))
 
 
-def as_poses(T: ArrayLike, what: str) -> tuple[Floats, Floats]:
-    """The checked rotations (..., 3, 3) and translations (..., 3) of the poses T, shape (..., 4, 4)."""
-    R, t = split_poses(T, what)
-    check_rotation(R)
-    return R, t
-
-
 def as_twists(value: ArrayLike, what: str = "twist") -> tuple[Floats, Floats]:
     """The linear and the angular part of twists, or force and moment of wrenches, shape (..., 6)."""
     six = as_vectors(value, what, 6)
@@ -152,7 +146,7 @@ def turned(R: Floats, v: Floats) -> Floats:
     return np.asarray(np.einsum("...ij,...j->...i", R, v))
 
 
-# --- Twists and wrenches in other frames, and what becomes of one twist under another.
+# --- Twists and wrenches in other frames, and their brackets.
 
 
 def adjoint(T_ab: ArrayLike) -> Floats:
@@ -173,10 +167,15 @@ def adjoint(T_ab: ArrayLike) -> Floats:
         array([0.5, 0. , 0. , 0. , 0. , 1. ])
     """
     R, t = as_poses(T_ab, "T_ab")
-    Ad = np.zeros((*t.shape[:-1], 6, 6))
-    Ad[..., :3, :3] = Ad[..., 3:, 3:] = R
-    Ad[..., :3, 3:] = cross_matrix(t) @ R
-    return Ad
+    return upper_blocks(R, cross_matrix(t) @ R)
+
+
+def upper_blocks(J: Floats, Q: Floats) -> Floats:
+    """The matrices [[J, Q], [0, J]], shape (..., 6, 6)."""
+    found = np.zeros((*J.shape[:-2], 6, 6))
+    found[..., :3, :3] = found[..., 3:, 3:] = J
+    found[..., :3, 3:] = Q
+    return found
 
 
 def dual_adjoint(T_ab: ArrayLike) -> Floats:
@@ -195,11 +194,7 @@ def dual_adjoint(T_ab: ArrayLike) -> Floats:
         >>> nk.screws.dual_adjoint(nk.screws.pose(np.eye(3), [0.5, 0, 0])) @ [0, 0, 10, 0, 0, 0]
         array([ 0.,  0., 10.,  0., -5.,  0.])
     """
-    R, t = as_poses(T_ab, "T_ab")
-    dual = np.zeros((*t.shape[:-1], 6, 6))
-    dual[..., :3, :3] = dual[..., 3:, 3:] = R
-    dual[..., 3:, :3] = cross_matrix(t) @ R
-    return dual
+    return motion_matrix(T_ab)
 
 
 def transform_twist(T_ab: ArrayLike, twist: ArrayLike) -> Floats:

@@ -25,11 +25,11 @@ from nao_kin.errors import BadArgument, DegeneratePoints, NotABatch, at_index
 from nao_kin.rotations import check_rotation
 
 _CENTRE = (0.0, 0.0, 0.0)
-# Half a dozen roundings of the larger coordinate: a shorter difference of two points has no correct digit.
+# A difference of two points that is shorter, relative to the larger coordinate, has no correct digit.
 _COINCIDENT = 4.0 * float(np.finfo(np.float64).eps)
-# [m]; from a screw axis of this pitch on, six numbers are no longer a line that rounding has touched.
+# Six numbers with a larger pitch are a screw, and not a line with rounding errors [m].
 _LARGEST_PITCH = 1e-9
-# The largest component that arguments may have, so that squares do not overflow.
+# The largest component of arguments, so that squares do not overflow.
 _LARGEST_MOMENT = 1e150
 
 
@@ -64,12 +64,12 @@ class PluckerLine:
     def __post_init__(self) -> None:
         direction, moment = as_vectors(self.direction, "direction"), as_vectors(self.moment, "moment")
         common_batch("direction and moment", direction.shape[:-1], moment.shape[:-1])
-        # A power of two takes both to a length that no division loses digits by, however short the direction is.
+        # A power of two scales both so that the division loses no digits, however short the direction is.
         shift = -np.frexp(np.abs(direction).max(axis=-1, keepdims=True))[1]
         e, length = unit(np.ldexp(direction, shift), "direction")
         with np.errstate(over="ignore"):
             n = np.ldexp(moment, shift) / length[..., None]
-        # Comparisons in here are written so that NaN fails them.
+        # These comparisons are written so that NaN fails them.
         too_large = ~(np.abs(n).max(axis=-1) <= _LARGEST_MOMENT)
         if too_large.any():
             index = first_index(too_large)
@@ -215,9 +215,9 @@ class PluckerLine:
             >>> nk.lines.PluckerLine.through([1, 0, 0], [1, 2, 0]).transformed(upwards).point
             array([1. , 0. , 0.5])
         """
-        R, t = as_rigid_motion(T_ab, "T_ab")
+        R, t = as_poses(T_ab, "T_ab")
         common_batch("line and T_ab", self.batch_shape, t.shape[:-1])
-        # A pose rounded to float32 is accepted; the direction stays a unit vector even so.
+        # A pose may be rounded to float32; the direction stays a unit vector.
         e, _ = unit(np.einsum("...ij,...j->...i", R, self.direction), "direction")
         n = np.einsum("...ij,...j->...i", R, self.moment)
         moved_origin = np.einsum("...ij,...j->...i", R, self.origin) + t
@@ -235,12 +235,12 @@ class PluckerLine:
         return (self[i] for i in range(self.batch_shape[0]))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # Pickling alone would give the copy writable arrays.
+        # Default pickling would give the copy writable arrays.
         return PluckerLine._of, (self.direction, self.moment, self.origin)
 
     @classmethod
     def _of(cls, direction: Floats, moment: Floats, origin: Floats) -> PluckerLine:
-        # Past the checks: rounding may leave direction·moment large beside the moment of a line through its origin.
+        # Without checks: for a line through its origin, rounding may make direction·moment large relative to it.
         line = object.__new__(cls)
         line._freeze(direction, moment, origin)
         return line
@@ -260,14 +260,14 @@ def check_line(value: object, what: str) -> PluckerLine:
     return value
 
 
-def as_rigid_motion(T: ArrayLike, what: str) -> tuple[Floats, Floats]:
-    """The checked rotations (..., 3, 3) and translations (..., 3) of the poses T, shape (..., 4, 4)."""
+def as_poses(T: ArrayLike, what: str) -> tuple[Floats, Floats]:
+    """The rotations, checked, and the translations of poses."""
     R, t = split_poses(T, what)
     check_rotation(R)
     return R, t
 
 
-# --- Where a line meets a plane.
+# --- Intersections with planes.
 
 
 @dataclass(frozen=True, eq=False)

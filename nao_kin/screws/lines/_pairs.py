@@ -21,9 +21,9 @@ from nao_kin._core.arrays import (
 )
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.screws.lines._line import PluckerLine, as_rigid_motion, check_line
+from nao_kin.screws.lines._line import PluckerLine, as_poses, check_line
 
-# [rad]; what the rounding of a chain of a hundred rotations leaves between lines that are parallel.
+# The angle that rounding in a chain of a hundred rotations leaves between parallel lines [rad].
 _PARALLEL = 1e-13
 
 
@@ -86,7 +86,7 @@ def common_normal(
     along_a = dot(a_to_b, cross(e_b, normal))[..., None] / safe_sine
     along_b = dot(a_to_b, cross(e_a, normal))[..., None] / safe_sine
     skew_offset = dot(a_to_b, normal)
-    # Feet of nearly parallel lines lie far away; the line with the shorter way to its own tells where they are.
+    # Feet of nearly parallel lines are far away; the line with the nearer foot determines both.
     from_a = p_a + along_a * e_a
     from_b = b.point + along_b * e_b - skew_offset[..., None] * normal
     skew_foot = np.where(np.abs(along_a) <= np.abs(along_b), from_a, from_b)
@@ -190,8 +190,8 @@ def _compare(a: PluckerLine, b: PluckerLine, parallel_below: float) -> _Pair:
     e_a, e_b = a.direction, b.direction
     cosine = dot(e_a, e_b)
     same_way = np.copysign(1.0, cosine)[..., None] * e_a
-    # e_a × e_b, taken from a difference that is exact where the two are nearly equal or nearly opposite. Half the sum
-    # instead of one of the two makes it the same to the last bit, but for its sign, when the lines are exchanged.
+    # e_a × e_b from a difference, which is exact where the two are nearly equal or nearly opposite. Half the sum in
+    # place of one of the two makes it symmetric to the last bit, except for the sign.
     mean = 0.5 * (e_b + same_way)
     crossed = np.copysign(1.0, cosine)[..., None] * cross(mean, e_b - same_way)
     sine = norm(crossed)
@@ -209,7 +209,7 @@ def _compare(a: PluckerLine, b: PluckerLine, parallel_below: float) -> _Pair:
 def _part_across(v: Floats, e: Floats) -> Floats:
     """The part of v at right angles to the unit vector e."""
     across = v - dot(v, e)[..., None] * e
-    # Once more: where it is short beside v, the first difference leaves a part along e by rounding.
+    # Once more: if the difference is short relative to v, rounding leaves a part along e.
     return np.asarray(across - dot(across, e)[..., None] * e)
 
 
@@ -218,7 +218,7 @@ def _check_pair(a: object, b: object) -> None:
     common_batch("a and b", first.batch_shape, second.batch_shape)
 
 
-# --- Matrices made of lines: what carries Plücker coordinates to another origin or frame, and the geometric Jacobian.
+# --- Matrices that transform Plücker coordinates, and the geometric Jacobian.
 
 
 def transfer_matrix(a: ArrayLike, b: ArrayLike) -> Floats:
@@ -267,7 +267,7 @@ def motion_matrix(T_ab: ArrayLike) -> Floats:
         >>> nk.lines.motion_matrix(nk.screws.pose(np.eye(3), [0, 0, 0.5])) @ line.coordinates
         array([ 0. ,  1. ,  0. , -0.5,  0. ,  1. ])
     """
-    R, t = as_rigid_motion(T_ab, "T_ab")
+    R, t = as_poses(T_ab, "T_ab")
     X = np.zeros((*t.shape[:-1], 6, 6))
     X[..., :3, :3] = X[..., 3:, 3:] = R
     X[..., 3:, :3] = cross_matrix(t) @ R
