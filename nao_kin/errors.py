@@ -13,7 +13,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from nao_kin._core.extras import missing
-from nao_kin._core.text import MOST_ECHOED, abbreviated, quoted
+from nao_kin._core.text import MAX_ECHOED, abbreviated, quoted
 
 __all__ = [
     "BadArgument",
@@ -103,7 +103,7 @@ def nearest_names(name: str, valid: Iterable[str], count: int = 3) -> tuple[str,
         >>> nk.errors.nearest_names("lhnd", ["LHand", "RHand", "LLeg"])
         ('LHand', 'RHand')
     """
-    name = name[:MOST_ECHOED]
+    name = name[:MAX_ECHOED]
     by_lower: dict[str, list[str]] = {}
     for candidate in valid:
         by_lower.setdefault(candidate.lower(), []).append(candidate)

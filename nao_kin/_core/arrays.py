@@ -68,13 +68,13 @@ def refuse_non_finite(array: Floats, what: str) -> None:
 # --- Vectors along the last axis, and batch shapes.
 
 LARGEST = 1e150
-MOST_BATCH_AXES = 62
+MAX_BATCH_AXES = 62
 
 
 def as_batch(value: ArrayLike, tail: tuple[int, ...], what: str) -> Floats:
     """Return `value` as `as_floats` does, with at most 62 batch axes: results have up to 64, as NumPy allows."""
     array = as_floats(value, tail, what)
-    if array.ndim - len(tail) > MOST_BATCH_AXES:
+    if array.ndim - len(tail) > MAX_BATCH_AXES:
         raise _too_many_axes(array.ndim - len(tail), tail, what)
     return array
 
@@ -84,7 +84,7 @@ def as_vectors(value: ArrayLike, what: str, size: int = 3, *, rows: bool = False
     with np.errstate(over="ignore"):
         vectors = as_floats(value, (size,), what)
     batch_axes = vectors.ndim - (2 if rows else 1)
-    if batch_axes > MOST_BATCH_AXES:
+    if batch_axes > MAX_BATCH_AXES:
         raise _too_many_axes(batch_axes, (size,), what)
     if vectors.size and np.abs(vectors).max() > LARGEST:
         raise BadArgument(f"{what} must not exceed {LARGEST:.0e} in magnitude, got {np.abs(vectors).max():.3g}")
@@ -169,13 +169,13 @@ def first_index(mask: NDArray[np.bool_]) -> tuple[int, ...]:
 
 def _too_many_axes(count: int, tail: tuple[int, ...], what: str) -> WrongShape:
     shape = f"(..., {', '.join(map(str, tail))})" if tail else "(...)"
-    return WrongShape(what, f"{shape} with at most {MOST_BATCH_AXES} batch axes", f"{count} of them")
+    return WrongShape(what, f"{shape} with at most {MAX_BATCH_AXES} batch axes", f"{count} of them")
 
 
 # --- Single numbers.
 
 # More threads, searches or steps are a mistake, and would never end.
-MOST_THREADS, MOST_SEARCHES = 10_000, 1_000_000
+MAX_THREADS, MAX_SEARCHES = 10_000, 1_000_000
 
 _DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 

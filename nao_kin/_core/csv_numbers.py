@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats, decimal
 from nao_kin._core.headings import TIME_UNITS, IsoTimes, is_decimal, is_index, is_iso_time, read_heading
-from nao_kin._core.text import MOST_SHOWN, quoted
+from nao_kin._core.text import MAX_SHOWN, quoted
 from nao_kin.errors import BadInputFile
 
 DELIMITERS = ",;\t"
@@ -241,7 +241,7 @@ class TableColumns:
             if name in found:
                 raise error(f"joint {quoted(name)} is given twice", place)
             if units and unit is not None and unit not in units:
-                reason = f"unit {quoted(unit, MOST_SHOWN)} of {name}, expected one of {', '.join(units)}"
+                reason = f"unit {quoted(unit, MAX_SHOWN)} of {name}, expected one of {', '.join(units)}"
                 raise error(reason, place)
             if is_time:
                 times[place] = unit
@@ -327,7 +327,7 @@ def _finite(field: str, mark: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise ValueError(f"is {quoted(field.strip(), MOST_SHOWN)}, expected a finite number")
+        raise ValueError(f"is {quoted(field.strip(), MAX_SHOWN)}, expected a finite number")
     return value
 
 

@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, cast
 
 from nao_kin._core.process import before_ending, uninterrupted
-from nao_kin._core.text import MOST_SHOWN, abbreviated, quoted
+from nao_kin._core.text import MAX_SHOWN, abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile
 
 _DESCRIPTORS = re.compile(r"/(?:dev|proc/(?:self|thread-self|(?P<process>\d+)))/fd/(?P<descriptor>\d+)")
@@ -394,7 +394,7 @@ def _write_together(folder: Path, extras: Mapping[str, bytes], path: Path | str,
 # --- The text of a file that a user names, or of standard input.
 
 # Of a packed file, and of a pipe or device, which may have no end.
-MOST_BYTES = 1 << 30
+MAX_BYTES = 1 << 30
 
 
 def read_bounded(file: BinaryIO | gzip.GzipFile, name: str) -> bytes:
@@ -405,10 +405,10 @@ def read_bounded(file: BinaryIO | gzip.GzipFile, name: str) -> bytes:
         regular = True
     if regular:
         return file.read()
-    data = file.read(MOST_BYTES + 1)
-    if len(data) > MOST_BYTES:
+    data = file.read(MAX_BYTES + 1)
+    if len(data) > MAX_BYTES:
         what = "unpacked" if isinstance(file, gzip.GzipFile) else "and not a regular file; it may have no end"
-        raise BadInputFile(name, f"more than {MOST_BYTES} bytes {what}")
+        raise BadInputFile(name, f"more than {MAX_BYTES} bytes {what}")
     return data
 
 
@@ -517,4 +517,4 @@ def described(value: Any) -> str:
         return f"a list of {len(value)}"
     if isinstance(value, (int, float)) and not is_finite_number(value):
         return "a number too large for floating point"
-    return abbreviated(quoted(value, MOST_SHOWN), MOST_SHOWN)
+    return abbreviated(quoted(value, MAX_SHOWN), MAX_SHOWN)

@@ -17,7 +17,7 @@ from datetime import datetime, timedelta
 import numpy as np
 
 from nao_kin._core.arrays import Floats, decimal
-from nao_kin._core.text import MOST_SHOWN, quoted
+from nao_kin._core.text import MAX_SHOWN, quoted
 
 # Units that a heading may name, for joints whose values are in rad, m or ratios.
 JOINT_UNITS = {"rad": ("rad", "deg", "°"), "m": ("m",), "1": ("1", "%")}
@@ -118,7 +118,7 @@ class IsoTimes:
         A ValueError for an invalid time, or one that has a time zone unlike the first, follows the name of the column.
         """
         found = _iso_time(text)
-        shown = quoted(text.strip(), MOST_SHOWN)
+        shown = quoted(text.strip(), MAX_SHOWN)
         if found is None:
             raise ValueError(f"is {shown}, expected a time such as 2026-03-01T12:00:00.5")
         if found[1] != self.zoned:

@@ -17,7 +17,7 @@ from types import FrameType
 
 _SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")
 # Tidying up takes milliseconds; if a disk or a lock delays it, the program leaves without it.
-_MOST_SECONDS = 0.8
+_MAX_SECONDS = 0.8
 _KILL_SECONDS = 0.3
 
 _registered: dict[object, Callable[[], object]] = {}
@@ -94,7 +94,7 @@ def _end(number: int) -> None:
 
 
 def _leave_anyway(number: int) -> None:
-    time.sleep(_MOST_SECONDS)
+    time.sleep(_MAX_SECONDS)
     os._exit(128 + number)
 
 

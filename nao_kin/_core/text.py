@@ -7,21 +7,21 @@ from collections.abc import Container, Iterable, Iterator, Sequence
 from html import escape
 
 # Characters of a value that is only a part of a message.
-MOST_SHOWN = 40
+MAX_SHOWN = 40
 # No message repeats more than this of a value.
-MOST_ECHOED = 200
+MAX_ECHOED = 200
 
 
-def abbreviated(value: object, most: int = MOST_ECHOED) -> str:
-    """Return `str(value)` on one line of at most `most` characters, shortened with … at the end."""
+def abbreviated(value: object, max_length: int = MAX_ECHOED) -> str:
+    """Return `str(value)` on one line of at most `max_length` characters, shortened with … at the end."""
     text = str(value)
-    text = " ".join(text[: 4 * most].split()) + ("…" if len(text) > 4 * most else "")
-    return text if len(text) <= most else f"{text[: most - 1]}…"
+    text = " ".join(text[: 4 * max_length].split()) + ("…" if len(text) > 4 * max_length else "")
+    return text if len(text) <= max_length else f"{text[: max_length - 1]}…"
 
 
-def quoted(value: object, most: int = MOST_ECHOED) -> str:
+def quoted(value: object, max_length: int = MAX_ECHOED) -> str:
     """Return `repr(value)`, abbreviated; only the beginning of a long text is used."""
-    return abbreviated(repr(value[: 4 * most] if isinstance(value, (str, bytes)) else value), most)
+    return abbreviated(repr(value[: 4 * max_length] if isinstance(value, (str, bytes)) else value), max_length)
 
 
 def text_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

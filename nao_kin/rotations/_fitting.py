@@ -31,7 +31,7 @@ from nao_kin.rotations._three_angles import REQUIRED, Axes, find_short_sequence,
 
 MeanMethod = Literal["geodesic", "chordal"]
 
-_MOST_STEPS = 200
+_MAX_STEPS = 200
 # Length of a step that changes only the last digit, and of one that may be rounding [rad].
 _LAST_STEP, _SHORT_STEP = 1e-15, 1e-12
 # A lower bound above ½, so that no step increases the sum of squares.
@@ -114,7 +114,7 @@ def _geodesic(mean: Floats, rotations: Floats, shares: Floats) -> Floats:
     increase the sum, and need no line search.
     """
     previous = np.inf
-    for _ in range(_MOST_STEPS):
+    for _ in range(_MAX_STEPS):
         arms = _arms(mean, rotations)
         squares = dot(arms, arms)
         half = 0.5 * np.sqrt(squares)

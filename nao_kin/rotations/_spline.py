@@ -15,7 +15,7 @@ from nao_kin.rotations._three_angles import REQUIRED
 
 # --- The angular velocities at the keys that make the acceleration continuous.
 
-_MOST_STEPS = 60
+_MAX_STEPS = 60
 # Relative length of a Newton step after which the next one changes nothing.
 _SHORT_STEP = 1e-9
 
@@ -46,7 +46,7 @@ def key_velocities(steps: Floats, arcs: Floats, first: Floats, last: Floats) -> 
     straight = 4.0 * (rates[before] + rates[after]) * np.eye(3)
     pull = 6.0 * (means[..., before, :] / steps[before, None] + means[..., after, :] / steps[after, None])
     scale = np.abs(means).max(axis=(-2, -1), keepdims=True) + np.abs(found).max(axis=(-2, -1), keepdims=True)
-    for _ in range(_MOST_STEPS):
+    for _ in range(_MAX_STEPS):
         inner = found[..., 1:-1, :]
         arriving = _times(inverse[..., before, :, :], inner)
         jump = (

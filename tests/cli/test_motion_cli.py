@@ -348,7 +348,7 @@ def test_standard_input_without_an_end_is_refused_in_one_line(
     capsys: pytest.CaptureFixture, command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("nao_kin._core.files.MOST_BYTES", 1 << 20)
+    monkeypatch.setattr("nao_kin._core.files.MAX_BYTES", 1 << 20)
     with subprocess.Popen(["yes"], stdout=subprocess.PIPE) as endless:
         try:
             assert endless.stdout is not None

@@ -578,7 +578,7 @@ READERS: dict[str, Callable[[str], Any]] = {
 def test_input_without_an_end_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str, reads: str
 ) -> None:
-    monkeypatch.setattr("nao_kin._core.files.MOST_BYTES", 1 << 20)
+    monkeypatch.setattr("nao_kin._core.files.MAX_BYTES", 1 << 20)
     name, writer = "/dev/zero", None
     if kind == "pipe":
         name = str(tmp_path / "endless.csv")
