@@ -34,7 +34,7 @@ nitpicky = True
 # meets but as a value.
 nitpick_ignore_regex = [
     ("py:class", r"(?!nao_kin\.).*"),
-    ("py:class", r"nao_kin\.(?:\w+\.)+(?:Call|IsoTimes|KeptKernel|Made|Question|Segments|Subscription)"),
+    ("py:class", r"nao_kin\.(?:\w+\.)+(?:Call|IsoTimes|CachedKernel|Made|Question|Segments|Subscription)"),
     ("py:class", r"nao_kin\.(?:\w+\.)+(?:TableColumns|Tables|Task|_\w+)"),
 ]
 default_role = "code"

@@ -3,8 +3,8 @@
 Conventions: metres, radians, kilograms; rotations are active, R_ab maps coordinates in b to coordinates in a;
 quaternions are scalar first; every array function takes leading batch axes.
 
-The names below are loaded when they are first used, so that the mathematics works without Pinocchio and the command
-line can report what is wrong with an installation in which Pinocchio does not load.
+The names below are loaded on first use, so that the mathematics works without Pinocchio and the command line can report
+an installation in which Pinocchio does not load.
 """
 
 from __future__ import annotations

@@ -1,18 +1,19 @@
-"""What can go wrong, one class per kind.
+"""The errors and warnings of nao_kin, one class per kind.
 
-Every error of the library derives from `NaoKinError`, prints as one line that names what was wrong, what was expected
-and the nearest valid names, and carries the values as attributes so that a program can act on them.
+Every error derives from `NaoKinError`, prints as one line that names what was wrong, what was expected and the nearest
+valid names, and carries the values as attributes for programs.
 """
 
 from __future__ import annotations
 
+import copyreg
 import difflib
 import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
 from nao_kin._core.extras import missing
-from nao_kin._core.text import MOST_ECHOED, abbreviated, quoted
+from nao_kin._core.text import MAX_ECHOED, abbreviated, quoted
 
 __all__ = [
     "BadArgument",
@@ -44,74 +45,35 @@ __all__ = [
 
 
 class NaoKinWarning(UserWarning):
-    """Base of all warnings of nao_kin: what was asked is done, and is likely not what was meant.
-
-    Examples:
-        >>> issubclass(nk.errors.DegreesWarning, nk.errors.NaoKinWarning)
-        True
-    """
+    """Base of all warnings of nao_kin: the call succeeds, but its result is probably not what was meant."""
 
 
 class DegreesWarning(NaoKinWarning):
-    """Joint values that make sense as degrees, where radians are expected.
-
-    Examples:
-        >>> import warnings
-        >>> with warnings.catch_warnings(record=True) as caught:
-        ...     warnings.simplefilter("always")
-        ...     _ = nk.load_nao().fk(np.full(25, 45.0), "LArm")
-        >>> caught[0].category.__name__
-        'DegreesWarning'
-    """
+    """Joint values that look like degrees, where radians are expected."""
 
 
 class RenamedFrameWarning(NaoKinWarning):
-    """A frame is asked for by a name that a link of the URDF and a joint share: the joint's frame answers.
-
-    Examples:
-        >>> issubclass(nk.errors.RenamedFrameWarning, UserWarning)
-        True
-    """
+    """A frame name that a link of the URDF and a joint share; the joint's frame is used."""
 
 
 class MissingShapeWarning(NaoKinWarning):
-    """Shapes of links are left out of a geometry model, because their meshes are missing or cannot be read.
-
-    Examples:
-        >>> issubclass(nk.errors.MissingShapeWarning, nk.errors.NaoKinWarning)
-        True
-    """
+    """Shapes of links are left out of a geometry model, because their meshes are missing or cannot be read."""
 
 
 class NotCachedWarning(NaoKinWarning):
-    """Compiled kernels cannot be kept on disk; every process compiles them anew.
-
-    Examples:
-        >>> issubclass(nk.errors.NotCachedWarning, nk.errors.NaoKinWarning)
-        True
-    """
+    """Compiled kernels cannot be cached on disk; every process compiles them again."""
 
 
 class NotCompiledWarning(NaoKinWarning):
-    """Much is asked at once where Numba, which would compile it, is not installed: the answer comes, slower.
-
-    Examples:
-        >>> issubclass(nk.errors.NotCompiledWarning, nk.errors.NaoKinWarning)
-        True
-    """
+    """A large computation runs slowly, because Numba, which would compile it, is not installed."""
 
 
 class StartedOverWarning(NaoKinWarning):
-    """A run that was to go on from an earlier one begins at the beginning, for what it depends on has changed.
-
-    Examples:
-        >>> issubclass(nk.errors.StartedOverWarning, nk.errors.NaoKinWarning)
-        True
-    """
+    """A run that was to be resumed starts from the beginning, because something that it depends on has changed."""
 
 
 class NaoKinError(Exception):
-    """Base of all errors raised by nao_kin; one line, whatever names from outside hold.
+    """Base of all errors of nao_kin; its message is one line.
 
     Examples:
         >>> try:
@@ -126,29 +88,22 @@ class NaoKinError(Exception):
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Errors are built from several values and must still come back from another process.
-        return _revived, (type(self), self.args, self.__dict__)
-
-
-def _revived(kind: type[NaoKinError], args: tuple[Any, ...], state: dict[str, Any]) -> NaoKinError:
-    error = kind.__new__(kind)
-    error.args = args
-    error.__dict__.update(state)
-    return error
+        return copyreg.__newobj__, (type(self), *self.args), self.__dict__  # type: ignore[attr-defined]
 
 
 def at_index(index: Sequence[int]) -> str:
-    """Where in a batch something stands, to follow a word of a message: " at index [2, 0]"; "" outside a batch."""
+    """Return " at index [2, 0]" for an index in a batch, to end a message, and "" for no batch."""
     return f" at index {list(index)}" if index else ""
 
 
 def nearest_names(name: str, valid: Iterable[str], count: int = 3) -> tuple[str, ...]:
-    """The valid names that look most like `name`, best first; letter case counts for nothing.
+    """Return the valid names most similar to `name`, best first, whatever their letter case.
 
     Examples:
         >>> nk.errors.nearest_names("lhnd", ["LHand", "RHand", "LLeg"])
         ('LHand', 'RHand')
     """
-    name = name[:MOST_ECHOED]
+    name = name[:MAX_ECHOED]
     by_lower: dict[str, list[str]] = {}
     for candidate in valid:
         by_lower.setdefault(candidate.lower(), []).append(candidate)
@@ -160,7 +115,7 @@ class UnknownName(NaoKinError):
     """A joint, frame, posture, version, sequence … that does not exist.
 
     Attributes:
-        kind: what the name should have named ("joint", "frame", …).
+        kind: what kind of name was expected ("joint", "frame", …).
         name: the name given.
         valid: all valid names.
         nearest: the valid names most like it.
@@ -186,7 +141,7 @@ class UnknownName(NaoKinError):
 
 
 class BadArgument(NaoKinError):
-    """An argument whose value makes no sense; the message says which and why.
+    """An argument of the wrong kind or out of range; the message says which and why.
 
     Examples:
         >>> nk.load_nao().fk(np.zeros(25), "LArm", threads=0)
@@ -197,7 +152,7 @@ class BadArgument(NaoKinError):
 
 
 class WrongShape(NaoKinError):
-    """An array of the wrong shape, or arrays whose batch shapes do not fit together.
+    """An array of the wrong shape, or arrays whose batch shapes do not broadcast.
 
     Attributes:
         what: which argument.
@@ -221,14 +176,8 @@ class NotFinite(NaoKinError):
 
     Attributes:
         what: which argument.
-        index: where the first such value stands.
+        index: the index of the first such value.
         value: the value.
-
-    Examples:
-        >>> nk.rotations.rot_x([0.0, float("nan")])
-        Traceback (most recent call last):
-            ...
-        nao_kin.errors.NotFinite: angle must be finite, got nan at index [1]
     """
 
     def __init__(self, what: str, index: tuple[int, ...], value: float, name: str = "") -> None:
@@ -243,12 +192,6 @@ class NotARotation(NaoKinError):
         index: which matrix of the batch.
         determinant_defect: det R − 1.
         orthogonality_defect: largest absolute entry of RᵀR − 1.
-
-    Examples:
-        >>> nk.rotations.log(2 * np.eye(3))
-        Traceback (most recent call last):
-            ...
-        nao_kin.errors.NotARotation: not a rotation matrix: det R − 1 = 7, max |RᵀR − 1| = 3
     """
 
     def __init__(self, index: tuple[int, ...], determinant_defect: float, orthogonality_defect: float) -> None:
@@ -262,17 +205,11 @@ class NotARotation(NaoKinError):
 
 
 class ZeroNorm(NaoKinError):
-    """An axis, direction or quaternion of length zero, which names no rotation or line.
+    """An axis, direction or quaternion of length zero, which determines no rotation or line.
 
     Attributes:
         what: which argument.
         index: which entry of the batch.
-
-    Examples:
-        >>> nk.rotations.matrix_from_quat([0, 0, 0, 0])
-        Traceback (most recent call last):
-            ...
-        nao_kin.errors.ZeroNorm: quaternion must not be zero
     """
 
     def __init__(self, what: str, index: tuple[int, ...] = ()) -> None:
@@ -281,22 +218,16 @@ class ZeroNorm(NaoKinError):
 
 
 class DegeneratePoints(NaoKinError):
-    """Points that do not determine what was asked of them (coincident, collinear, too few).
-
-    Examples:
-        >>> nk.rotations.rotation_from_points(np.zeros((3, 3)), np.zeros((3, 3)))
-        Traceback (most recent call last):
-            ...
-        nao_kin.errors.DegeneratePoints: points before lie on one line ...
-    """
+    """Points that do not determine the result (coincident, collinear, too few)."""
 
 
 class OutsideLimits(NaoKinError):
     """A configuration outside the joint limits.
 
     Attributes:
-        violations: `LimitViolation` rows by configuration, the worst joint of each first; of a large batch, the first.
-        count: how many there are in all.
+        violations: `LimitViolation` rows by configuration, the worst joint of each first; only the first of a large
+            batch.
+        count: the number of all violations.
 
     Examples:
         >>> nk.load_nao().configuration({"HeadYaw": 3.0})
@@ -311,21 +242,21 @@ class OutsideLimits(NaoKinError):
         super().__init__(self.describe())
 
     def describe(self, *, degrees: bool = False) -> str:
-        """The message, with angles in degrees if wanted."""
+        """Return the message, optionally with angles in degrees."""
         shown = [violation.describe(degrees=degrees) for violation in self.violations[:3]]
         more = f"; and {self.count - len(shown)} more" if self.count > len(shown) else ""
         return f"outside the joint limits: {'; '.join(shown)}{more}"
 
 
 class CouplingViolated(NaoKinError):
-    """Two joints that one motor drives were given values that no motor position produces.
+    """Values of two joints of one motor that no position of the motor produces.
 
     Attributes:
         primary: name of the driving joint.
         mimic: name of the joint that follows it.
         primary_value: value given for the driving joint.
         mimic_value: value given for the joint that follows.
-        expected: value the driving joint asks of it.
+        expected: value of that joint for the given value of the driving joint.
         index: which configuration of the batch.
 
     Examples:
@@ -349,7 +280,7 @@ class CouplingViolated(NaoKinError):
         super().__init__(f"{self.describe()}{f' (configuration {_listed(index)})' if index else ''}")
 
     def describe(self, *, degrees: bool = False) -> str:
-        """The message, with the values taken for angles and given in degrees if wanted."""
+        """Return the message, optionally with the values as angles in degrees."""
         scale, unit = (math.degrees(1.0), "°") if degrees else (1.0, "")
         driver, value, wanted = (v * scale for v in (self.primary_value, self.mimic_value, self.expected))
         return (
@@ -359,29 +290,17 @@ class CouplingViolated(NaoKinError):
 
 
 class BadModel(NaoKinError):
-    """A URDF from which no correct model can be made; the message names the file and the reason.
-
-    Examples:
-        >>> nk.RobotModel.from_urdf("no_such.urdf")
-        Traceback (most recent call last):
-            ...
-        nao_kin.errors.BadModel: cannot read ...no_such.urdf: No such file or directory
-    """
+    """A file from which no correct model can be made; the message names the file and the reason."""
 
 
 class BadInputFile(NaoKinError):
-    """A file of configurations that cannot be read.
+    """A file of configurations, motions or settings that cannot be read.
 
     Attributes:
         path: the file, "-" for standard input.
-        line: 1-based line, 0 when no line is to blame.
-        column: 1-based column, 0 when no column is to blame.
-
-    Examples:
-        >>> nk.stream.read_configurations(nk.load_nao(), "no_such.csv")
-        Traceback (most recent call last):
-            ...
-        nao_kin.errors.BadInputFile: no_such.csv: cannot be read: No such file or directory
+        reason: why.
+        line: 1-based line, 0 if no line is to blame.
+        column: 1-based column, 0 if no column is to blame.
     """
 
     def __init__(self, path: str, reason: str, line: int = 0, column: int = 0) -> None:
@@ -393,15 +312,11 @@ class BadInputFile(NaoKinError):
 
 
 class MissingExtra(NaoKinError, ImportError):
-    """An optional package is needed, and is absent or does not load; an ImportError too, as Python raises.
+    """An optional package is needed, and is not installed or does not load; also an ImportError.
 
     Attributes:
         extra: the name to install, as in `pip install nao-kin[extra]`.
-        reason: why it does not load though it is installed; "" where it is not.
-
-    Examples:
-        >>> str(nk.errors.MissingExtra("a table", "arrow")).partition(";")[0]
-        "a table needs pyarrow: pip install 'nao-kin[arrow]'"
+        reason: why it does not load though it is installed, or "".
     """
 
     def __init__(self, purpose: str, extra: str, reason: str = "") -> None:
@@ -415,12 +330,6 @@ class SingularMatrix(NaoKinError):
     Attributes:
         what: which matrix.
         index: which one of the batch.
-
-    Examples:
-        >>> nk.rotations.rank_one.inverse([1.0, 0.0, 0.0], [-1.0, 0.0, 0.0])
-        Traceback (most recent call last):
-            ...
-        nao_kin.errors.SingularMatrix: 1 + u vᵀ has no inverse: u·v = −1
     """
 
     def __init__(self, what: str, reason: str, index: tuple[int, ...] = ()) -> None:
@@ -432,12 +341,8 @@ class DisagreeingJoints(CouplingViolated):
     """Joints of one motor whose values in a typed configuration belong to different motor positions.
 
     Attributes:
-        nearest: value of the driving joint that, with what follows from it, is nearest to the two values given.
+        nearest: value of the driving joint that gives the values nearest to those given.
         violations: the `CouplingViolation` rows; the attributes above are those of the first.
-
-    Examples:
-        >>> issubclass(nk.errors.DisagreeingJoints, nk.errors.CouplingViolated)
-        True
     """
 
     def __init__(self, violations: Sequence[Any]) -> None:
@@ -453,21 +358,11 @@ class DisagreeingJoints(CouplingViolated):
 
 
 class NoBrowser(NaoKinError):
-    """A web browser is needed and there is none, or none has shown up in time.
-
-    Examples:
-        >>> issubclass(nk.errors.NoBrowser, nk.NaoKinError)
-        True
-    """
+    """A web browser is needed, but none is installed, or it did not start in time."""
 
 
 class NotABatch(NaoKinError, TypeError):
-    """A single value is iterated over as if it were a batch; also a TypeError, as Python's own iteration raises.
-
-    Examples:
-        >>> issubclass(nk.errors.NotABatch, TypeError)
-        True
-    """
+    """A single value is iterated over as if it were a batch; also a TypeError."""
 
 
 def _listed(index: Sequence[int]) -> str:

@@ -67,7 +67,7 @@ NAOqi, as people wrote them for the robot, are in `examples/naoqi` ({doc}`old_sc
 """
 PRINTED_LINES = 9  # of an example without a picture, on its card
 
-MOST_BYTES = 60_000
+MAX_BYTES = 60_000
 SIZE = (1000, 900)  # of the viewer's picture [pixels]
 WIDTH, HEIGHT = 640, 520  # at most, in the gallery
 MARGIN = 12
@@ -141,7 +141,7 @@ def pictured_pages() -> Iterator[None]:
 
 
 def write_small(source: Path, target: Path) -> None:
-    """A picture without its empty margins, in few colours, of at most `MOST_BYTES`."""
+    """A picture without its empty margins, in few colours, of at most `MAX_BYTES`."""
     from PIL import Image, ImageChops
 
     picture = Image.open(source).convert("RGB")
@@ -154,8 +154,8 @@ def write_small(source: Path, target: Path) -> None:
     target.parent.mkdir(parents=True, exist_ok=True)
     # An octree keeps rare colours, such as those of thin lines, which median cut gives up.
     picture.quantize(256, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE).save(target, optimize=True)
-    if target.stat().st_size > MOST_BYTES:
-        raise ValueError(f"{target} has {target.stat().st_size} bytes, at most {MOST_BYTES} are allowed")
+    if target.stat().st_size > MAX_BYTES:
+        raise ValueError(f"{target} has {target.stat().st_size} bytes, at most {MAX_BYTES} are allowed")
 
 
 def draw(names: Iterable[str]) -> dict[str, str]:
@@ -251,7 +251,7 @@ def faults(docs: Path = DOCS) -> list[str]:
     pictures = {path.stem: path for path in PICTURES.glob("*.png")}
     found += [f"{name} has no picture" for name in sorted(drawn - pictures.keys())]
     found += [f"{pictures[name]} belongs to no example" for name in sorted(pictures.keys() - drawn)]
-    found += [f"{path} is too large" for path in pictures.values() if path.stat().st_size > MOST_BYTES]
+    found += [f"{path} is too large" for path in pictures.values() if path.stat().st_size > MAX_BYTES]
     return found
 
 

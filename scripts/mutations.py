@@ -48,9 +48,9 @@ _COMMON = (
         ("owner-compared-without-the-group", "if (now.st_uid, now.st_gid) != ", "if (now.st_uid, before.st_gid) != "),
         ("read-only-file-taken-where-somebody-may-write", "if not state.st_mode & 0o222:", "if not state.st_mode:"),
         ("descriptor-of-any-process-taken-for-our-own", "in (None, str(os.getpid())):", "in (None, match['process']):"),
-        ("descriptor-through-one-link-only", "_MOST_LINKS = 40", "_MOST_LINKS = 2"),
+        ("descriptor-through-one-link-only", "_MAX_LINKS = 40", "_MAX_LINKS = 2"),
         ("descriptor-opened-for-reading-is-written-to", "== os.O_RDONLY:", "== os.O_ACCMODE:"),
-        ("what-was-printed-before-comes-after", "sys.stdout.flush()  # what", "pass  # what"),
+        ("what-was-printed-before-comes-after", "sys.stdout.flush()  # keeps", "pass  # keeps"),
         (
             "temporary-file-left-by-a-failure",
             "0o666), temporary\n        finally:\n            remove()\n",
@@ -709,7 +709,7 @@ _BATCH = (
     *_faults(
         "_kernels/program.py",
         "test_batch_kernels.py",
-        ("weights-of-a-nanometre-dropped", "_NOTHING = 1e-16", "_NOTHING = 1e-9"),
+        ("weights-of-a-nanometre-dropped", "_NEGLIGIBLE = 1e-16", "_NEGLIGIBLE = 1e-9"),
         ("register-given-away-before-its-last-reader", "if last[register] == k}", "if last[register] >= k}"),
         ("registers-of-the-result-given-away", "if register >= 0 and register not in wanted]", "if register >= 0]"),
         ("inverse-of-the-base-the-same", "-1.0 if inverse else 1.0", "1.0"),
@@ -721,7 +721,7 @@ _BATCH = (
         ("axis-to-the-other-side", "1.0 if self.axis[k] > 0.0 else -1.0", "1.0"),
     ),
     *_faults(
-        "_kernels/questions.py",
+        "_kernels/robot_programs.py",
         "test_batch_kernels.py",
         (
             "jacobian-of-a-sliding-joint-that-follows-another-replaced",
@@ -736,7 +736,7 @@ _BATCH = (
         ("own-moment-of-a-body-left-out", "[(_moment(builder, tree, place), 1.0)]", "[]"),
     ),
     *_faults(
-        "_kernels/questions.py",
+        "_kernels/robot_programs.py",
         "test_batch_kernels.py",
         (
             "coriolis-of-a-sliding-joint-once",

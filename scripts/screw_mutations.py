@@ -23,10 +23,10 @@ SCREWS = (
         ("twist-carried-over-the-other-way", "turned(R, v) + cross(t, about)", "turned(R, v) - cross(t, about)"),
         (
             "adjoint-with-its-factors-exchanged",
-            "Ad[..., :3, 3:] = cross_matrix(t) @ R",
-            "Ad[..., :3, 3:] = R @ cross_matrix(t)",
+            "upper_blocks(R, cross_matrix(t) @ R)",
+            "upper_blocks(R, R @ cross_matrix(t))",
         ),
-        ("dual-adjoint-upside-down", "dual[..., 3:, :3] = cross", "dual[..., :3, 3:] = cross"),
+        ("dual-adjoint-upside-down", "return motion_matrix(T_ab)", "return adjoint(T_ab)"),
     ),
     *faults(
         "screws/_exponential.py",
@@ -72,7 +72,7 @@ SCREWS = (
         "screws/_dual_quaternions.py",
         "test_axes.py",
         ("dual-quaternion-shifts-twice", "_pure(0.5 * t)", "_pure(t)"),
-        ("dual-quaternion-with-a-pitch", "return r, d - beside[..., None] * r", "return r, d"),
+        ("dual-quaternion-with-a-pitch", "return r, d - product[..., None] * r", "return r, d"),
         ("dual-quaternions-to-a-thousandth", "_TOLERANCE = 1e-6", "_TOLERANCE = 1e-3"),
         (
             "dual-quaternions-multiplied-in-the-other-order",

@@ -1,4 +1,4 @@
-"""Arguments checked at the door: arrays, vectors, numbers, poses, colours and names."""
+"""Checks of arguments: arrays, vectors, numbers, poses, colours and names."""
 
 from __future__ import annotations
 
@@ -23,13 +23,7 @@ _SMALL = 2000
 
 
 def as_floats(value: ArrayLike, tail: tuple[int, ...], what: str) -> Floats:
-    """`value` as a finite float64 array of shape (..., *tail); not copied when it is one already.
-
-    Raises:
-        BadArgument: not numbers.
-        WrongShape: the trailing axes are not `tail`.
-        NotFinite: NaN or infinity, with the index of the first.
-    """
+    """Return `value` as a finite float64 array of shape (..., *tail); not copied if it is one already."""
     array = as_numbers(value, what)
     if array.shape[array.ndim - len(tail) :] != tail or array.ndim < len(tail):
         raise WrongShape(what, f"(..., {', '.join(map(str, tail))})" if tail else "(...)", array.shape)
@@ -39,9 +33,9 @@ def as_floats(value: ArrayLike, tail: tuple[int, ...], what: str) -> Floats:
 
 
 def all_finite(array: Floats) -> bool:
-    """Whether no entry is NaN or infinite; for large arrays at the cost of one sum."""
+    """Return whether no entry is NaN or infinite; for large arrays at the cost of one sum."""
     if array.size > _SMALL:
-        # Not a dot product: BLAS deals it out to threads, which on a busy machine take ten times as long.
+        # Not a dot product: BLAS runs it on threads, which on a busy machine take ten times as long.
         with np.errstate(over="ignore", invalid="ignore"):
             if math.isfinite(array.sum()):
                 return True
@@ -49,7 +43,7 @@ def all_finite(array: Floats) -> bool:
 
 
 def as_numbers(value: ArrayLike, what: str) -> Floats:
-    """`value` as a float64 array of any shape; ragged, textual and complex input and masked entries refused."""
+    """Return `value` as a float64 array of any shape; refuse ragged, textual and complex input and masked entries."""
     if type(value) is np.ndarray and value.dtype == np.float64:
         return value
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
@@ -71,38 +65,26 @@ def refuse_non_finite(array: Floats, what: str) -> None:
         raise NotFinite(what, index, float(array[index]))
 
 
-# --- Vectors along the last axis: unit vectors at every scale, cross-product matrices, batch shapes that fit together.
+# --- Vectors along the last axis, and batch shapes.
 
 LARGEST = 1e150
-MOST_BATCH_AXES = 62
+MAX_BATCH_AXES = 62
 
 
 def as_batch(value: ArrayLike, tail: tuple[int, ...], what: str) -> Floats:
-    """`value` as in `as_floats`, of shape (..., *tail), with at most 62 batch axes.
-
-    NumPy's arrays end at 64 axes, and what is computed of one item is a matrix at most.
-
-    Raises:
-        WrongShape: more batch axes; or as in `as_floats`.
-        BadArgument, NotFinite: as in `as_floats`.
-    """
+    """Return `value` as `as_floats` does, with at most 62 batch axes: results have up to 64, as NumPy allows."""
     array = as_floats(value, tail, what)
-    if array.ndim - len(tail) > MOST_BATCH_AXES:
+    if array.ndim - len(tail) > MAX_BATCH_AXES:
         raise _too_many_axes(array.ndim - len(tail), tail, what)
     return array
 
 
 def as_vectors(value: ArrayLike, what: str, size: int = 3, *, rows: bool = False) -> Floats:
-    """`value` as finite vectors of shape (..., size), or (..., n, size) for `rows`, whose squares do not overflow.
-
-    Raises:
-        BadArgument: a component outside ±1e150; or not numbers.
-        WrongShape, NotFinite: as in `as_batch`.
-    """
+    """Return finite vectors of shape (..., size), or (..., n, size) for `rows`, with components within ±1e150."""
     with np.errstate(over="ignore"):
         vectors = as_floats(value, (size,), what)
     batch_axes = vectors.ndim - (2 if rows else 1)
-    if batch_axes > MOST_BATCH_AXES:
+    if batch_axes > MAX_BATCH_AXES:
         raise _too_many_axes(batch_axes, (size,), what)
     if vectors.size and np.abs(vectors).max() > LARGEST:
         raise BadArgument(f"{what} must not exceed {LARGEST:.0e} in magnitude, got {np.abs(vectors).max():.3g}")
@@ -120,10 +102,7 @@ def norm(v: Floats) -> Floats:
 
 
 def largest(v: Floats) -> Floats:
-    """The largest magnitude of the components, shape (...).
-
-    Component by component: along so short an axis a reduction costs ten times as much.
-    """
+    """The largest magnitude of the components, shape (...), ten times as fast as a reduction along a short axis."""
     sizes = np.abs(v)
     found = sizes[..., 0]
     for i in range(1, v.shape[-1]):
@@ -132,14 +111,10 @@ def largest(v: Floats) -> Floats:
 
 
 def unit(v: Floats, what: str) -> tuple[Floats, Floats]:
-    """v/‖v‖ and ‖v‖, right down to the smallest floats; lengths beyond the largest are infinite.
-
-    Raises:
-        ZeroNorm: some vector is exactly zero; carries its index.
-    """
+    """v/‖v‖ and ‖v‖, accurate down to the smallest floats, infinite beyond the largest; zero raises `ZeroNorm`."""
     _, exponent = np.frexp(largest(v))
-    # A power of two takes the vector near length 1 without rounding it, so that no square underflows. One below
-    # 2^1024, that of the smallest floats, ends as near to 1 as need be.
+    # A power of two scales the vector to a length near 1 without rounding, so that no square underflows. 2^1023 is
+    # the largest one, which is enough for the smallest floats.
     shift = np.minimum(-exponent, 1023)
     scaled = v * np.ldexp(1.0, shift)[..., None]
     length = norm(scaled)
@@ -150,7 +125,7 @@ def unit(v: Floats, what: str) -> tuple[Floats, Floats]:
 
 
 def cross(a: Floats, b: Floats) -> Floats:
-    """The vector products a × b, shape (..., 3); unlike np.cross, which ends at 32 axes, for every batch."""
+    """The vector products a × b, shape (..., 3), for any batch shape; np.cross allows only 32 axes."""
     (a0, a1, a2), (b0, b1, b2) = ([v[..., i] for i in range(3)] for v in (a, b))
     return np.stack([a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0], axis=-1)
 
@@ -173,14 +148,10 @@ def rigid_inverse(T: Floats) -> Floats:
 
 
 def common_batch(what: str, *batch_shapes: tuple[int, ...]) -> tuple[int, ...]:
-    """The batch shape that all of `batch_shapes` broadcast to.
-
-    Raises:
-        WrongShape: there is none.
-    """
+    """Return the shape to which all batch shapes broadcast, or raise `WrongShape`."""
     if len(set(batch_shapes)) == 1:
         return batch_shapes[0]
-    # Not by np.broadcast_shapes, which ends at 32 axes.
+    # np.broadcast_shapes allows only 32 axes.
     longest = max(map(len, batch_shapes))
     common = []
     for sizes in zip(*((1,) * (longest - len(shape)) + shape for shape in batch_shapes), strict=True):
@@ -192,30 +163,27 @@ def common_batch(what: str, *batch_shapes: tuple[int, ...]) -> tuple[int, ...]:
 
 
 def first_index(mask: NDArray[np.bool_]) -> tuple[int, ...]:
-    """Where the first true entry of `mask` stands."""
+    """Return the index of the first true entry of `mask`."""
     return tuple(int(i) for i in np.argwhere(mask)[0])
 
 
 def _too_many_axes(count: int, tail: tuple[int, ...], what: str) -> WrongShape:
     shape = f"(..., {', '.join(map(str, tail))})" if tail else "(...)"
-    return WrongShape(what, f"{shape} with at most {MOST_BATCH_AXES} batch axes", f"{count} of them")
+    return WrongShape(what, f"{shape} with at most {MAX_BATCH_AXES} batch axes", f"{count} of them")
 
 
-# --- Single numbers, as people, files and programs give them.
+# --- Single numbers.
 
-# More threads, and more searches or steps of one, are a mistake, and would never end.
-MOST_THREADS, MOST_SEARCHES = 10_000, 1_000_000
+# More threads, searches or steps are a mistake, and would never end.
+MAX_THREADS, MAX_SEARCHES = 10_000, 1_000_000
 
 _DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 
 
 def decimal(text: str) -> float:
-    """The number that `text` writes in decimal digits.
+    """Return the number that `text` writes in decimal digits, or raise a ValueError, also for "nan" and "inf".
 
-    Python's own `float` also takes 1_0 for 10 and digits of any script, which nobody writes on purpose.
-
-    Raises:
-        ValueError: no decimal number; "nan" and "inf" are none.
+    Python's `float` also accepts 1_0 for 10 and digits of any script, which are probably errors.
     """
     stripped = text.strip()
     if not _DECIMAL.fullmatch(stripped):
@@ -224,33 +192,25 @@ def decimal(text: str) -> float:
 
 
 def finite_or_none(value: float) -> float | None:
-    """`value` for JSON, which has no infinity: None for what is not there, such as a limit."""
+    """Return `value` for JSON, which has no infinity: None for an infinite limit."""
     return value if math.isfinite(value) else None
 
 
 def whole_number(value: SupportsIndex, what: str, least: int, most: int | None = None) -> int:
-    """`value` as an int that is at least `least`, and at most `most` where that is given.
-
-    Raises:
-        BadArgument: no whole number, or one out of range.
-    """
+    """Return `value` as an int of at least `least`, and at most `most` if given, or raise `BadArgument`."""
     try:
         number = operator.index(value)
     except TypeError:
         raise BadArgument(f"{what} must be a whole number, got {quoted(value)}") from None
     if number >= least and (most is None or number <= most):
         return number
-    # Python refuses to write out numbers of thousands of digits.
+    # Python refuses to print numbers of thousands of digits.
     given = str(number) if number.bit_length() <= 256 else f"one of {number.bit_length()} bits"
     raise BadArgument(f"{what} must be {f'at least {least}' if number < least else f'at most {most}'}, got {given}")
 
 
 def check_tolerance(tolerance: object, what: str = "tolerance") -> None:
-    """Refuse anything but one number ≥ 0.
-
-    Raises:
-        BadArgument: no real number, NaN, or a negative one.
-    """
+    """Raise `BadArgument` for anything but one number ≥ 0."""
     try:
         fine = isinstance(tolerance, numbers.Real) and float(tolerance) >= 0.0
     except OverflowError:
@@ -259,17 +219,15 @@ def check_tolerance(tolerance: object, what: str = "tolerance") -> None:
         raise BadArgument(f"{what} must be a number ≥ 0, got {quoted(tolerance)}")
 
 
-# --- Poses [[R, t], [0, 1]] taken apart and put together; whether R is a rotation is for `nao_kin.rotations` to say.
+# --- Poses [[R, t], [0, 1]].
 
 _LAST_ROW = (0.0, 0.0, 0.0, 1.0)
 
 
 def split_poses(T: ArrayLike, what: str) -> tuple[Floats, Floats]:
-    """The matrices R, shape (..., 3, 3), and the translations t, shape (..., 3), of poses, shape (..., 4, 4).
+    """Return the matrices R, shape (..., 3, 3), and the translations t, shape (..., 3), of poses, shape (..., 4, 4).
 
-    Raises:
-        BadArgument: the last row of some pose is not (0, 0, 0, 1); or not numbers, or a translation outside ±1e150.
-        WrongShape, NotFinite: not of shape (..., 4, 4), NaN or infinity.
+    Checks the last row (0, 0, 0, 1), but not that R is a rotation, which is up to `nao_kin.rotations`.
     """
     poses = as_batch(T, (4, 4), what)
     bad = (poses[..., 3, :] != _LAST_ROW).any(axis=-1)
@@ -282,15 +240,13 @@ def split_poses(T: ArrayLike, what: str) -> tuple[Floats, Floats]:
 
 
 def join_poses(R: Floats, t: Floats) -> Floats:
-    """The poses [[R, t], [0, 1]], shape (..., 4, 4), of matrices (..., 3, 3) and translations (..., 3)."""
+    """Return the poses [[R, t], [0, 1]], shape (..., 4, 4), of matrices (..., 3, 3) and translations (..., 3)."""
     T = np.empty((*common_batch("rotations and translations", R.shape[:-2], t.shape[:-1]), 4, 4))
     T[..., :3, :3], T[..., :3, 3], T[..., 3, :] = R, t, _LAST_ROW
     return T
 
 
-# --- Numbers as colours, cold to warm through a light middle.
-
-# Red, green, blue from the lowest value to the highest, equally spaced.
+# --- Colours of numbers: red, green, blue from the lowest value to the highest, equally spaced.
 COLD_TO_WARM: tuple[tuple[float, float, float], ...] = (
     (0.16, 0.32, 0.66),
     (0.36, 0.63, 0.83),
@@ -301,21 +257,17 @@ COLD_TO_WARM: tuple[tuple[float, float, float], ...] = (
 
 
 def colours(values: ArrayLike, low: float, high: float) -> Floats:
-    """Red, green, blue in [0, 1], shape (..., 3), of numbers on a scale from low to high, with low < high."""
+    """Return red, green, blue in [0, 1], shape (..., 3), of numbers on a scale from low to high, with low < high."""
     at = np.linspace(low, high, len(COLD_TO_WARM))
     numbers = np.asarray(values, dtype=np.float64)
     return np.stack([np.interp(numbers, at, channel) for channel in zip(*COLD_TO_WARM, strict=True)], axis=-1)
 
 
-# --- Arguments that are one of a few names, names, or true or false.
+# --- Names and booleans.
 
 
 def choice(value: object, valid: Iterable[str], what: str, hint: str = "") -> str:
-    """One of the valid names.
-
-    Raises:
-        UnknownName: none of them, or no name at all.
-    """
+    """Return `value`, or raise `UnknownName` if it is not one of the valid names."""
     names = tuple(valid)
     if not isinstance(value, str) or value not in names:
         raise UnknownName(what, value, names, hint)
@@ -323,22 +275,14 @@ def choice(value: object, valid: Iterable[str], what: str, hint: str = "") -> st
 
 
 def flag(value: object, what: str) -> bool:
-    """True or False as it is: every other text is true to Python, and an array neither.
-
-    Raises:
-        BadArgument: neither.
-    """
+    """Return a boolean as it is, or raise `BadArgument`: every non-empty text is true to Python."""
     if not isinstance(value, (bool, np.bool_)):
         raise BadArgument(f"{what} must be True or False, got {quoted(value)}")
     return bool(value)
 
 
 def texts(values: object, what: str) -> tuple[str, ...]:
-    """Several texts, as in a list.
-
-    Raises:
-        BadArgument: one text, or something else in their place or among them.
-    """
+    """Return several texts, as in a list, as a tuple, or raise `BadArgument`."""
     if isinstance(values, str) or not isinstance(values, Iterable):
         raise BadArgument(f"{what} must be a list of texts, got {quoted(values)}")
     found = tuple(values)

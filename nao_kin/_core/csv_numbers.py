@@ -1,7 +1,7 @@
-"""Tables of numbers in CSV: read whole blocks at a time by pyarrow where it is installed, exactly by the csv module.
+"""Tables of numbers in CSV: pyarrow reads large blocks if it is installed, the csv module all others.
 
-The quick way takes only what the exact one would take, and gives the same numbers, rounded correctly. What it does not
-take (a word, a row of another length, an empty field, NaN) says nothing yet: the exact way looks again.
+pyarrow gets the same numbers, correctly rounded. The csv module reads again what pyarrow does not accept (a word, a
+row of another length, an empty field, NaN), and reports the error.
 """
 
 from __future__ import annotations
@@ -21,39 +21,39 @@ from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats, decimal
 from nao_kin._core.headings import TIME_UNITS, IsoTimes, is_decimal, is_index, is_iso_time, read_heading
-from nao_kin._core.text import MOST_SHOWN, quoted
+from nao_kin._core.text import MAX_SHOWN, quoted
 from nao_kin.errors import BadInputFile
 
 DELIMITERS = ",;\t"
-# Bytes of a table for which loading pyarrow pays.
+# Size of a table, in bytes, for which loading pyarrow pays.
 _LARGE = 1 << 20
-# By one thread.
+# Bytes that one thread of pyarrow parses.
 _PARSED_AT_ONCE = 1 << 20
 # What a line above the header begins with.
 _COMMENTS = ("#", "%", "//")
-# As much of the rows as shows how they write fractions.
+# Bytes of the first rows, which show how fractions are written.
 _SHOWN_ROWS = 1 << 16
 _COMMA_FRACTION, _POINT_FRACTION = re.compile(rb"\d,\d"), re.compile(rb"\d\.\d")
-# Those of times, which may have another mark than numbers have.
+# Fractions of times may have another mark than those of numbers.
 _SECONDS_FRACTION = re.compile(rb":\d\d[.,]\d+")
 
 
 def delimiter_of(header: str) -> str:
-    """The delimiter that a header line uses most; a comma where it uses none."""
+    """Return the delimiter that a header line uses most, or a comma."""
     return max(DELIMITERS, key=header.count)
 
 
 @dataclass(frozen=True)
 class CsvHead:
-    """What the beginning of a table says of all of it.
+    """The beginning of a CSV file.
 
     Attributes:
         fields: the headings.
-        line: on which line they end.
+        line: the line on which they end.
         delimiter: between fields.
         mark: of decimal fractions: "." or ",".
-        lines: lines before the first row.
-        size: bytes before the first row.
+        lines: number of lines before the first row.
+        size: number of bytes before the first row.
     """
 
     fields: tuple[str, ...]
@@ -65,16 +65,13 @@ class CsvHead:
 
 
 def csv_head(name: str, block: bytes, expected: str, *, at_end: bool = True) -> CsvHead:
-    """The head of a table: its headings, behind comment lines or, where numbers follow these, in the last of them.
+    """Return the head of a table: its headings follow comment lines, or are the last comment line if numbers follow it.
 
     Args:
         name: the file, for messages.
         block: its beginning, without a byte order mark.
         expected: what the message of an empty file expects.
-        at_end: it is all of the file.
-
-    Raises:
-        BadInputFile: no headings, or malformed ones.
+        at_end: `block` is the whole file.
     """
     lines = block.splitlines(keepends=True)
     above, comment, comment_line = 0, "", 0
@@ -104,9 +101,9 @@ def csv_head(name: str, block: bytes, expected: str, *, at_end: bool = True) -> 
 
 
 def quick_numbers(block: bytes, table: TableColumns) -> Floats | None:
-    """The numbers of a block of whole lines, shape (n, places); None where only the exact way can tell.
+    """Return the numbers of a block of whole lines, shape (n, places), by pyarrow; None if the csv module must read it.
 
-    Blank lines are no rows. Quotes are left to the exact way. Needs pyarrow.
+    Blank lines are not rows. A block with quotes needs the csv module.
     """
     if b'"' in block:
         return None
@@ -138,24 +135,18 @@ def quick_numbers(block: bytes, table: TableColumns) -> Floats | None:
 
 
 class Records:
-    """The records of a block of whole lines that are not blank, as the csv module reads them in its strict way.
+    """The records of a block of whole lines that are not blank, as the csv module reads them in its strict mode.
 
-    Iterating gives, for each, the number of its last line, from 1, its fields, and what is wrong with its quoting, ""
-    for nothing. A malformed record counts as one line, so that an open quote does not swallow the rest of the file.
+    Iteration yields, for each record, the number of its last line, from 1, its fields, and the error of its quoting or
+    "". A malformed record counts as one line, so that an open quote does not swallow the rest of the file.
 
     Attributes:
         block: whole lines.
-        consumed: bytes of the block up to the end of the last record; less than all where the last one goes on behind.
+        consumed: bytes up to the end of the last record; less than the block if that record continues after it.
     """
 
     def __init__(self, block: bytes, delimiter: str, *, at_end: bool = True) -> None:
-        """Prepare to read.
-
-        Args:
-            block: whole lines.
-            delimiter: between fields.
-            at_end: the file ends here; otherwise a quote that is still open is closed in the next block.
-        """
+        """Prepare to read; unless `at_end`, a quote that is still open is closed in the next block."""
         self.consumed = len(block)
         self.block, self._delimiter, self._at_end = block, delimiter, at_end
 
@@ -179,9 +170,9 @@ class Records:
 
 
 def plain_floats(fields: Sequence[str]) -> list[float] | None:
-    """The numbers of a record; None where one is not finite, or none.
+    """Return the numbers of a record, or None if one is not finite.
 
-    Python's `float` reads more than decimal digits: the text must be ASCII, and without underscores.
+    Python's `float` accepts more than decimal digits: the text must be ASCII, and without underscores.
     """
     try:
         numbers = list(map(float, fields))
@@ -192,19 +183,19 @@ def plain_floats(fields: Sequence[str]) -> list[float] | None:
 
 @dataclass(frozen=True)
 class TableColumns:
-    """Which columns of a table of joint values are read, and as what.
+    """The columns of a table of joint values that are read, and their meaning.
 
     Attributes:
         names: the joint of each.
         units: the unit of each: "rad", "deg", "m", "1" or "%".
-        places: where each stands among all columns of the file, from 0; times, if there are any, are the last.
+        places: index of each among all columns of the file, from 0; times, if there are any, are the last.
         timed: whether the last place is that of times.
-        time_unit: of the times; None where the file does not say it.
-        all: how many columns the file has.
-        iso_times: reads times that are written as in ISO 8601; None where they are numbers.
-        blanks: empty cells are NaN and no mistake.
+        time_unit: of the times; None if the file does not state it.
+        all: number of columns in the file.
+        iso_times: reads ISO 8601 times; None if the times are numbers.
+        blanks: empty cells are NaN, not errors.
         delimiter: between the fields of a CSV file.
-        mark: of decimal fractions there: "." or ",".
+        mark: of its decimal fractions: "." or ",".
     """
 
     names: tuple[str, ...]
@@ -228,15 +219,15 @@ class TableColumns:
         *,
         degrees: bool = False,
     ) -> tuple[TableColumns, list[int]]:
-        """What the columns of a table are, and where all columns of times stand.
+        """Return the columns of a table, and the indices of all columns of times.
 
         Args:
-            headings: of all columns; None for one that is left out.
-            joints: names that are those of joints, even where one is also a name of times.
-            units_of: the units that a column may have, the one of a number without a unit first; nothing leaves it out.
-                Of the heading, the name in it, and its place.
-            error: what to raise for a reason and a place.
-            degrees: what turns is in degrees where the heading has no unit.
+            headings: of all columns; None for one to skip.
+            joints: names of joints, which take precedence over names of times.
+            units_of: the units that a column may have, the default first, or nothing to skip it; takes the heading,
+                the name in it, and its index.
+            error: what to raise for a reason and an index.
+            degrees: angles are in degrees where the heading has no unit.
         """
         found: dict[str, tuple[str, int]] = {}
         times: dict[int, str | None] = {}
@@ -250,7 +241,7 @@ class TableColumns:
             if name in found:
                 raise error(f"joint {quoted(name)} is given twice", place)
             if units and unit is not None and unit not in units:
-                reason = f"unit {quoted(unit, MOST_SHOWN)} of {name}, expected one of {', '.join(units)}"
+                reason = f"unit {quoted(unit, MAX_SHOWN)} of {name}, expected one of {', '.join(units)}"
                 raise error(reason, place)
             if is_time:
                 times[place] = unit
@@ -264,25 +255,25 @@ class TableColumns:
 
     @property
     def headings(self) -> tuple[str, ...]:
-        """What stands in each of the places, for messages."""
+        """The name of each place, for messages."""
         return (*self.names, "time") if self.timed else self.names
 
     @property
     def in_degrees(self) -> bool:
-        """Whether some joint is given in degrees."""
+        """Whether any joint is in degrees."""
         return "deg" in self.units
 
     def split(self, rows: Floats) -> tuple[Floats, Floats | None]:
-        """Values of joints (n, names) and times (n,) of rows (n, places)."""
+        """Return values of joints (n, names) and times (n,) of rows (n, places)."""
         joints = len(self.names)
         return rows[:, :joints], rows[:, joints] if self.timed else None
 
     def place(self, line: int, column: int) -> tuple[int, int]:
-        """Line and column, from 1, of a field of a CSV file; JSON values have neither (line 0)."""
+        """Return line and column, from 1, of a field of a CSV file; JSON values have neither (line 0)."""
         return line, self.places[column] + 1 if line and column >= 0 else 0
 
     def of_csv(self, head: CsvHead, rows: bytes) -> TableColumns:
-        """The same for a CSV file whose first rows are these: with its delimiter and mark, and its form of times."""
+        """Return the columns with the delimiter, the mark and the form of times of a CSV file with these first rows."""
         table = replace(self, delimiter=head.delimiter, mark=head.mark)
         if not self.timed:
             return table
@@ -291,21 +282,12 @@ class TableColumns:
         return table.with_times(fields[self.places[-1]] for _, fields, _ in records if len(fields) > self.places[-1])
 
     def with_times(self, texts: Iterable[str]) -> TableColumns:
-        """The same for times as the first of some texts write them: as numbers, or as in ISO 8601."""
+        """Return the columns with times in the form of the first of some texts: numbers, or ISO 8601."""
         times = IsoTimes.of(texts)
         return self if times is None else replace(self, time_unit="s", iso_times=times)
 
     def numbers(self, name: str, fields: Sequence[str], line: int) -> list[float]:
-        """The numbers that the fields of one record write in decimal digits.
-
-        Args:
-            name: the file, for the message.
-            fields: all of the record.
-            line: where the record stands.
-
-        Raises:
-            BadInputFile: with line and column of the first that is no finite number, or no time.
-        """
+        """Return the decimal numbers of one record; raise `BadInputFile` with line and column of the first error."""
         values: list[float] = []
         for place, heading in zip(self.places, self.headings, strict=True):
             field = fields[place]
@@ -321,8 +303,8 @@ class TableColumns:
         return values
 
     def rows(self, name: str, records: Records) -> Iterator[tuple[int, list[float] | None, int, str]]:
-        """The line of each record, its numbers, and column and reason where it has none."""
-        # Then `float` reads only decimal digits.
+        """Yield the line of each record and its numbers, or None with the column and the reason of an error."""
+        # In such a block `float` accepts only decimal digits.
         plain = self.mark == "." and records.block.isascii() and b"_" not in records.block and self.iso_times is None
         for line, fields, reason in records:
             if not reason and len(fields) != self.all:
@@ -339,32 +321,26 @@ class TableColumns:
 
 
 def _finite(field: str, mark: str) -> float:
-    """The finite number of a field; what is wrong is said in words that follow the name of the column."""
+    """Return the finite number of a field; the text of a ValueError follows the name of the column."""
     try:
         value = decimal(field if mark == "." else field.replace(mark, ".", "." not in field))
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise ValueError(f"is {quoted(field.strip(), MOST_SHOWN)}, expected a finite number")
+        raise ValueError(f"is {quoted(field.strip(), MAX_SHOWN)}, expected a finite number")
     return value
 
 
 def read_csv(
     name: str, data: bytes, understood: Callable[[CsvHead], TableColumns], expected: str
 ) -> tuple[TableColumns, Floats, Sequence[int]]:
-    """All rows of a table, by pyarrow where it is large and by the csv module where pyarrow cannot tell.
+    """Return the columns, the numbers (n, places), and the line of each row of a table.
 
     Args:
         name: the file, for messages.
         data: its content, without a byte order mark.
-        understood: what the columns are, by the head.
+        understood: makes the columns of the head.
         expected: what the message of an empty file expects.
-
-    Returns:
-        The columns, the numbers (n, places), and the line of each row.
-
-    Raises:
-        BadInputFile: with line and column.
     """
     head = csv_head(name, data, expected)
     body = data[head.size :]
@@ -383,7 +359,7 @@ def read_csv(
 
 
 class RowLines(Sequence[int]):
-    """The line of every row of a CSV text that begins behind some lines, found when one is asked for."""
+    """The line of every row of a CSV text that begins after `before` lines, computed on first use."""
 
     def __init__(self, body: bytes, delimiter: str, before: int) -> None:
         self._body, self._delimiter, self._before = body, delimiter, before
@@ -400,29 +376,29 @@ class RowLines(Sequence[int]):
 
 
 def whole_lines(block: bytes) -> int:
-    """How much of a block is whole lines; 0 where no line ends in it."""
+    """Return the number of bytes of a block that are whole lines."""
     end = block.rfind(b"\n") + 1
-    # A carriage return in the last place may have its line feed in the next block.
+    # The line feed of a last carriage return may be in the next block.
     return end or block.rfind(b"\r", 0, -1) + 1
 
 
 def line_ends(block: bytes) -> int:
-    """How many lines end in a block: with a line feed, a carriage return, or both."""
+    """Return the number of lines that end in a block: with a line feed, a carriage return, or both."""
     return block.count(b"\n") + block.count(b"\r") - block.count(b"\r\n")
 
 
 def has_pyarrow() -> bool:
-    """Whether pyarrow is installed."""
+    """Return whether pyarrow is installed."""
     from importlib.util import find_spec
 
     return find_spec("pyarrow") is not None
 
 
 def float_texts(values: NDArray[Any]) -> Any:
-    """What `str` writes for numbers (n,), float64 or float32, as a pyarrow array; needs pyarrow.
+    """Return `str` of numbers (n,), float64 or float32, as a pyarrow array; needs pyarrow.
 
-    pyarrow too writes the fewest digits that give the number back, and so the same ones. It differs in the form of
-    whole numbers, and of large and small ones: those are left to Python.
+    pyarrow also writes the fewest digits that identify the number, but formats whole, large and small numbers
+    differently; Python writes those.
     """
     import pyarrow as pa
     from pyarrow import compute

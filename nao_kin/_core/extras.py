@@ -1,7 +1,7 @@
-"""The extras: optional packages, what each is for, and what works without it.
+"""The extras: optional packages, their purposes, and what works without them.
 
-The one place for it: `errors.MissingExtra`, `nao-kin doctor` and the table in docs/installation.md read it here, and
-pyproject.toml is tested against it.
+`errors.MissingExtra`, `nao-kin doctor` and the table in docs/installation.md take them from here, and a test compares
+pyproject.toml.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ class Extra:
 
     Attributes:
         name: as pip takes it.
-        packages: the distributions that it asks for, as pyproject.toml has them; messages name the first.
-        modules: what is imported of them; nothing of one that holds data only.
+        packages: its distributions, as in pyproject.toml; messages name the first.
+        modules: the modules imported from them; none if they hold data only.
         brings: what works with it.
         without: what works without it.
     """
@@ -39,7 +39,7 @@ EXTRAS = {
             ("numba",),
             ("numba",),
             "thousands of configurations or targets at once, and reach maps, by compiled code",
-            "the same answers come without it, slower where there are many",
+            "results are the same without it, and large batches slower",
         ),
         Extra(
             "robots",
@@ -52,7 +52,7 @@ EXTRAS = {
             "descriptions",
             ("robot_descriptions",),
             ("robot_descriptions",),
-            "hundreds of robots by name, downloaded when they are first asked for",
+            "hundreds of robots by name, downloaded on first use",
             "any URDF file loads without it",
         ),
         Extra(
@@ -66,8 +66,8 @@ EXTRAS = {
             "xacro",
             ("xacro",),
             ("xacro",),
-            "xacro sources, expanded where that is asked for",
-            "what xacro has expanded is read without it",
+            "xacro sources, expanded on request",
+            "expanded files are read without it",
         ),
         Extra(
             "arrow",
@@ -88,7 +88,7 @@ EXTRAS = {
             ("anywidget",),
             ("anywidget",),
             "the viewer live in a notebook",
-            "a cell shows the robot as it was when it ran without it",
+            "without it a cell shows the robot as it was when the cell ran",
         ),
         Extra(
             "naoqi",
@@ -109,20 +109,14 @@ EXTRAS = {
             ("pin-pink", "qpsolvers"),
             ("pink", "quadprog"),
             'solver="pink" of nao_kin.ik.numeric',
-            "the solver of its own, damped least squares, works without it",
+            "the default solver, damped least squares, works without it",
         ),
     )
 }
 
 
 def missing(purpose: str, name: str, reason: str = "") -> str:
-    """One line: what needs which package, how to get it, and what works without it.
-
-    Args:
-        purpose: what needs it.
-        name: of the extra.
-        reason: why the package does not load, where it is installed.
-    """
+    """Return one line: the package that is needed, how to get it or why it fails, and what works without it."""
     extra = EXTRAS.get(name)
     if extra is None:
         return f"{purpose} needs an optional package: {command(name)}"
@@ -131,12 +125,12 @@ def missing(purpose: str, name: str, reason: str = "") -> str:
 
 
 def with_remedy(problem: str) -> str:
-    """Why a library does not load; with the system's package that brings what is missing, where that is known."""
+    """Return why a library does not load, with the system's package that contains the missing part if it is known."""
     if "libgomp.so.1" not in problem or "libgomp1" in problem:
         return problem
     return f"{problem}; install libgomp: apt-get install libgomp1 (Debian, Ubuntu), dnf install libgomp (Fedora)"
 
 
 def command(name: str) -> str:
-    """What a person types to get an extra."""
+    """Return the command that installs an extra."""
     return f"pip install 'nao-kin[{name}]'"

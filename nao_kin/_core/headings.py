@@ -1,9 +1,9 @@
-"""Headings of tables of joint values: names and units, NAOqi's keys of its devices, times, and an index.
+"""Headings of tables of joint values: names and units, keys of NAOqi's devices, times, and an index.
 
 time [s], HeadYaw [deg], LHand (%)
 timestamp, Device/SubDeviceList/HeadYaw/Position/Sensor/Value
 
-Below a heading of times stand numbers, or dates and times of ISO 8601.
+Times are numbers, or dates and times of ISO 8601.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from datetime import datetime, timedelta
 import numpy as np
 
 from nao_kin._core.arrays import Floats, decimal
-from nao_kin._core.text import MOST_SHOWN, quoted
+from nao_kin._core.text import MAX_SHOWN, quoted
 
 # Units that a heading may name, for joints whose values are in rad, m or ratios.
 JOINT_UNITS = {"rad": ("rad", "deg", "°"), "m": ("m",), "1": ("1", "%")}
@@ -26,9 +26,9 @@ TIME_UNITS = {"s": 1.0, "ms": 1e3, "us": 1e6, "µs": 1e6, "ns": 1e9}
 _TIME_NAMES = ("time", "timestamp", "t", "stamp")
 _HEADING = re.compile(r"(?P<name>[^\[\]()]*?)\s*(?:[\[(]\s*(?P<unit>[^\[\]()]*?)\s*[\])])?")
 _DEVICE = re.compile(r"(?:Device/SubDeviceList/)?(?P<joint>\w+)/Position/(?:Sensor|Actuator)/Value")
-# As pandas writes it to CSV, reads it again, and writes it to Parquet.
+# The index of pandas in CSV, in CSV read again, and in Parquet.
 _INDEX_NAMES = ("", "Unnamed: 0", "__index_level_0__")
-# Seconds since 1970 have ten digits until the year 2286; what is larger than this in s is so in the next smaller unit.
+# Seconds since 1970 have ten digits until the year 2286; larger numbers are in a smaller unit.
 _LARGEST_SECONDS = 1e11
 _ISO_TIME = re.compile(
     r"(?P<date>\d{4}-\d\d-\d\d)[T ](?P<time>\d\d:\d\d(?::\d\d(?:[.,](?P<fraction>\d+))?)?) ?"
@@ -40,24 +40,19 @@ _EPOCH = datetime(1970, 1, 1)
 
 @dataclass(frozen=True)
 class Heading:
-    """What stands above a column.
-
-    Attributes:
-        name: the joint or "time", or any other name.
-        unit: in brackets behind it; None for none.
-    """
+    """The heading of a column: a name ("time", a joint, or another one), and the unit in brackets after it, or None."""
 
     name: str
     unit: str | None = None
 
     @property
     def is_time(self) -> bool:
-        """Whether times stand in the column."""
+        """Whether the column contains times."""
         return self.name.lower() in _TIME_NAMES
 
 
 def read_heading(text: str) -> Heading:
-    """The name and the unit of a heading; of a key of NAOqi's devices, the joint."""
+    """Return the name and the unit of a heading; of a key of NAOqi's devices, the joint."""
     text = text.strip()
     match = _HEADING.fullmatch(text)
     name, unit = (text, None) if match is None else (match["name"], match["unit"])
@@ -66,12 +61,12 @@ def read_heading(text: str) -> Heading:
 
 
 def is_index(text: str) -> bool:
-    """Whether the heading of a first column is that of row numbers, which have no name of their own."""
+    """Return whether the heading of a first column is that of row numbers."""
     return text.strip() in _INDEX_NAMES
 
 
 def in_si_units(values: Floats, units: Sequence[str]) -> Floats:
-    """Values (n, k), with one unit for each column, in rad, m and ratios."""
+    """Return values (n, k), with one unit for each column, in rad, m and ratios."""
     given = np.array(units)
     degrees, percent = np.isin(given, ("deg", "°")), given == "%"
     if not degrees.any() and not percent.any():
@@ -81,7 +76,7 @@ def in_si_units(values: Floats, units: Sequence[str]) -> Floats:
 
 
 def time_unit_of(times: Floats) -> str:
-    """The unit of times since 1970 by their size; "s" for smaller ones, such as times since a start."""
+    """Return the unit of times since 1970 by their size; "s" for smaller ones, such as times since a start."""
     size = float(np.median(np.abs(times[np.isfinite(times)]))) if np.isfinite(times).any() else 0.0
     for unit in ("s", "ms", "us"):
         if size < _LARGEST_SECONDS * TIME_UNITS[unit]:
@@ -96,11 +91,11 @@ def seconds(times: Floats, unit: str) -> Floats:
 
 @dataclass(frozen=True)
 class IsoTimes:
-    """Times written as in ISO 8601, such as 2026-03-01T12:00:00.5Z, as seconds from the first one.
+    """ISO 8601 times, such as 2026-03-01T12:00:00.5Z, as seconds from the first one.
 
     Attributes:
-        start: the first time, in nanoseconds since 1970; of UTC, where a zone is written.
-        zoned: whether a zone is written: Z or an offset from UTC. It is, or is not, with all of them.
+        start: the first time, in nanoseconds since 1970; in UTC if it has a time zone.
+        zoned: whether all times have a time zone: Z or an offset from UTC.
     """
 
     start: int
@@ -108,7 +103,7 @@ class IsoTimes:
 
     @classmethod
     def of(cls, texts: Iterable[str]) -> IsoTimes | None:
-        """The times of a column, by the first text that is a time or a number; None where that is a number."""
+        """Return the times of a column, by the first text that is a time or a number; None if that is a number."""
         for text in texts:
             found = _iso_time(text)
             if found is not None:
@@ -118,14 +113,12 @@ class IsoTimes:
         return None
 
     def seconds(self, text: str) -> float:
-        """One of the times, in seconds from the first.
+        """Return a time in seconds from the first.
 
-        Raises:
-            ValueError: no such time, or one with a zone where the first has none, or the other way round. It says so in
-                words that follow the name of the column.
+        A ValueError for an invalid time, or one that has a time zone unlike the first, follows the name of the column.
         """
         found = _iso_time(text)
-        shown = quoted(text.strip(), MOST_SHOWN)
+        shown = quoted(text.strip(), MAX_SHOWN)
         if found is None:
             raise ValueError(f"is {shown}, expected a time such as 2026-03-01T12:00:00.5")
         if found[1] != self.zoned:
@@ -134,13 +127,13 @@ class IsoTimes:
         return (found[0] - self.start) / 1e9
 
     def all_seconds(self, texts: Iterable[str]) -> list[float]:
-        """The same of many; NaN for each that would be refused."""
+        """Return `seconds` of many texts; NaN for each invalid one."""
         found = map(_iso_time, texts)
         return [math.nan if one is None or one[1] != self.zoned else (one[0] - self.start) / 1e9 for one in found]
 
 
 def is_decimal(text: str) -> bool:
-    """Whether a text is a decimal number, with a point or a comma."""
+    """Return whether a text is a decimal number, with a point or a comma."""
     try:
         decimal(text.replace(",", "."))
     except ValueError:
@@ -149,12 +142,12 @@ def is_decimal(text: str) -> bool:
 
 
 def is_iso_time(text: str) -> bool:
-    """Whether a text is a date and a time as in ISO 8601."""
+    """Return whether a text is a date and a time of ISO 8601."""
     return _iso_time(text) is not None
 
 
 def _iso_time(text: str) -> tuple[int, bool] | None:
-    """Nanoseconds since 1970, and whether a zone is written; None for what is no time."""
+    """Return nanoseconds since 1970, and whether a time zone is given; None if the text is not a time."""
     match = _ISO_TIME.fullmatch(text.strip())
     if match is None:
         return None

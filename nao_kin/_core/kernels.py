@@ -1,8 +1,8 @@
 """One formula for one rotation and for a million.
 
 A kernel is a formula over single components, `kernel(f, m00, m01, …) -> (c0, c1, …)`. Its components are Python floats
-(then `f` is `FLOATS`, the functions of `math`: one rotation costs a few microseconds) or contiguous arrays (then `f` is
-`ARRAYS`, the ufuncs of NumPy). Batches pass through in chunks whose temporaries stay in the processor's cache.
+(then `f` is `FLOATS`, the functions of `math`: one rotation takes a few microseconds) or contiguous arrays (then `f` is
+`ARRAYS`, the ufuncs of NumPy). Batches are computed in chunks whose temporaries fit in the processor's cache.
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ Kernel = Callable[..., tuple[Number, ...]]
 
 CHUNK = 8192
 
-# Between these the square of a length neither underflows nor overflows, nor loses a digit.
+# Between these the square of a length is accurate.
 SMALLEST_SQUARE, LARGEST_SQUARE = 1e-280, 1e280
 SMALLEST_NORMAL = 2.0**-1022
 
 
 class OutOfScale(Exception):
-    """A kernel met a vector too short or too long to be squared; its caller rescales and calls again."""
+    """Raised by a kernel for a vector too short or too long to be squared; its caller rescales and calls again."""
 
 
 @dataclass(frozen=True)
 class Functions:
-    """The functions a kernel may call beside + − × ÷ and comparison."""
+    """The functions a kernel may call besides + − × ÷ and comparison."""
 
     sqrt: Callable[[Number], Number]
     sin: Callable[[Number], Number]
@@ -47,7 +47,7 @@ class Functions:
     within: Callable[[Number, float], bool]
 
     def square(self, *components: Number) -> Number:
-        """Sum of squares; `OutOfScale` where it would not be accurate."""
+        """Return the sum of squares, or raise `OutOfScale` where it would not be accurate."""
         total = components[0] * components[0]
         for component in components[1:]:
             total = total + component * component
@@ -74,9 +74,9 @@ ARRAYS = Functions(np.sqrt, np.sin, np.cos, np.tan, np.log, np.arctan2, np.maxim
 
 
 def evaluate(kernel: Kernel, inputs: Sequence[Floats], *tails: tuple[int, ...]) -> list[Floats]:
-    """`kernel` on every row of `inputs`, arrays (*batch, m_i) of one batch shape.
+    """Return the results of `kernel` on every row of `inputs`, arrays (*batch, m_i) of one batch shape.
 
-    Its results, in order, fill new arrays of shape (*batch, *tail), one for each of `tails`.
+    They fill, in order, one new array of shape (*batch, *tail) for each of `tails`.
     """
     batch = inputs[0].shape[:-1]
     rows = [values.reshape(-1, values.shape[-1]) for values in inputs]
@@ -91,7 +91,7 @@ def evaluate(kernel: Kernel, inputs: Sequence[Floats], *tails: tuple[int, ...]) 
         targets = [column for out in outs for column in out.T]
         if count > CHUNK:
             keep_the_heap()
-        # What overflows is met by the kernel itself with an error that says more than a warning.
+        # For an overflow the kernel raises an error, which says more than a warning.
         with np.errstate(over="ignore", invalid="ignore"):
             for start in range(0, count, CHUNK):
                 part = slice(start, start + CHUNK)
@@ -102,11 +102,7 @@ def evaluate(kernel: Kernel, inputs: Sequence[Floats], *tails: tuple[int, ...]) 
 
 
 def rescaled(vectors: Floats, what: str) -> Floats:
-    """`vectors`, shape (..., m), each divided by its largest component: same direction, a length from 1 to √m.
-
-    Raises:
-        ZeroNorm: some vector is exactly zero; carries its index.
-    """
+    """Return vectors (..., m), each divided by its largest component: length from 1 to √m. Zero raises `ZeroNorm`."""
     size = largest(vectors)
     if not size.all():
         raise ZeroNorm(what, first_index(size == 0.0))
@@ -114,14 +110,14 @@ def rescaled(vectors: Floats, what: str) -> Floats:
 
 
 def keep_the_heap() -> None:
-    """Keep glibc from handing the temporaries of each chunk back to the system, to fault them in again for the next.
+    """Keep glibc from returning the temporaries of each chunk to the system, only to fault them in again.
 
     Freeing one large block raises its limits for good: kernels run up to twice as fast. Elsewhere it costs nothing.
     """
     np.empty(1 << 20)
 
 
-# --- What stands before the powers of [v×] in the Jacobians of rotations and of rigid motions, right at every angle.
+# --- The coefficients of the powers of [v×] in the Jacobians of rotations and rigid motions, accurate at every angle.
 #
 # All of it follows from the functions cₖ(x) = Σ (−x)ⁿ/(2n + k)!, for x = φ² = ‖v‖²: c₂ = (1 − cos φ)/φ², c₃ = (φ −
 # sin φ)/φ³ and so on, with cₖ = 1/k! − x cₖ₊₂ and (dcₖ/dφ)/φ = k cₖ₊₂ − cₖ₊₁. Up to φ = π the series of c₅ and c₆
@@ -135,7 +131,7 @@ Numbers = tuple[Number, ...]
 _TERMS = 11
 _FACTORS = {k: [1.0 / math.factorial(2 * n + k) for n in range(_TERMS, -1, -1)] for k in (5, 6)}
 _NEAR = math.pi**2
-# |sin(φ/2)|/(φ/2) up to which nothing tells φ from a multiple of 2π but rounding.
+# |sin(φ/2)|/(φ/2) up to which φ is a multiple of 2π to rounding.
 WHOLE_TURN = 4.0 * 2.0**-52
 
 
@@ -159,9 +155,9 @@ def jacobian_derivatives(f: Functions, square: Number) -> Numbers:
 
 
 def inverse_coefficients(f: Functions, square: Number) -> Numbers:
-    """The kernel from φ² to D of J(v)⁻¹ = 1 − ½ [v×] + D [v×]², to (dD/dφ)/φ, and to what is 0 at whole turns.
+    """The kernel from φ² to D of J(v)⁻¹ = 1 − ½ [v×] + D [v×]², (dD/dφ)/φ, and sin(φ/2)/(φ/2), or 1 up to half a turn.
 
-    That is sin(φ/2)/(φ/2), or 1 up to half a turn. Where it is `WHOLE_TURN` or less, D means nothing.
+    Where the last is `WHOLE_TURN` or less, D is undefined.
     """
 
     def near(x: Number) -> Numbers:
@@ -211,4 +207,4 @@ def _by_size(
     if not f.some(beyond):
         return found
     closed = far(f.where(beyond, square, _NEAR))
-    return tuple(f.where(beyond, there, here) for there, here in zip(closed, found, strict=True))
+    return tuple(f.where(beyond, x, y) for x, y in zip(closed, found, strict=True))

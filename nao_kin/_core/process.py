@@ -1,8 +1,8 @@
-"""A program that is ended from outside leaves nothing behind: no child process, no temporary file or folder.
+"""Leaves no child process, temporary file or folder behind when the program is ended from outside.
 
-What lives no longer than the program is registered here. `end_on_signals`, which only the command line calls, makes
-INT, TERM and HUP tidy up and leave at once. Nothing is raised for it: an exception would be lost in an import, a
-destructor or a callback from C, and the program would go on.
+Actions that tidy up are registered here. `end_on_signals`, which only the command line calls, makes INT, TERM and HUP
+run them and leave at once. It raises nothing: an exception would be lost in an import, a destructor or a callback from
+C, and the program would go on.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from contextlib import ExitStack, contextmanager, suppress
 from types import FrameType
 
 _SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")
-# Tidying takes milliseconds; where a disk or a lock makes it longer, the program is left without it.
-_MOST_SECONDS = 0.8
+# Tidying up takes milliseconds; if a disk or a lock delays it, the program leaves without it.
+_MAX_SECONDS = 0.8
 _KILL_SECONDS = 0.3
 
 _registered: dict[object, Callable[[], object]] = {}
@@ -27,24 +27,20 @@ _ending: list[int] = []
 
 
 def end_on_signals() -> None:
-    """From now on, tidy up and leave with exit code 128 + n on the signals INT (2), TERM (15) and HUP (1).
+    """Tidy up and leave with exit code 128 + n on the signals INT (2), TERM (15) and HUP (1), from now on.
 
-    A signal that is ignored, as nohup and shells do for jobs in the background, stays ignored. A second signal while
-    the first is being answered changes nothing: the end is near in any case. Only for the main thread.
+    An ignored signal, as for nohup and background jobs of shells, stays ignored. A second signal while the first is
+    handled changes nothing. Only for the main thread.
     """
     for name in _SIGNALS:
         number = getattr(signal, name, None)
-        # None: a handler that Python does not know and could not put back.
+        # None: a handler that Python does not know and could not restore.
         if number is not None and signal.getsignal(number) not in (signal.SIG_IGN, None):
             signal.signal(number, _answer)
 
 
 def before_ending(action: Callable[[], object]) -> ExitStack:
-    """Have `action` done before a signal ends the program, newest first.
-
-    Returns:
-        A context, at whose end, or when it is closed, there is nothing left to tidy and the action is taken back.
-    """
+    """Run `action` before a signal ends the program, newest first, until the end of the returned context."""
     key, registered = object(), ExitStack()
     _registered[key] = action
     registered.callback(_registered.pop, key, None)
@@ -53,9 +49,9 @@ def before_ending(action: Callable[[], object]) -> ExitStack:
 
 @contextmanager
 def uninterrupted() -> Iterator[Callable[[], bool]]:
-    """Let a signal wait for the end of a few quick steps that belong together, such as starting and registering.
+    """Delay signals until the end of a few quick steps that belong together, such as starting and registering.
 
-    Longer steps ask the function that this yields, again and again, whether a signal waits.
+    Longer steps poll the function that this yields: whether a signal waits.
     """
     key = object()
     _uninterrupted.add(key)
@@ -68,7 +64,7 @@ def uninterrupted() -> Iterator[Callable[[], bool]]:
 
 
 def kill_group(leader: int) -> None:
-    """Kill a child that leads a group of processes, and all of the group; wait for a moment until they are gone."""
+    """Kill a child that leads a process group, and the whole group; wait for a moment until they are gone."""
     end = time.monotonic() + _KILL_SECONDS
     with suppress(OSError):  # no such group any more
         while time.monotonic() < end:
@@ -98,15 +94,15 @@ def _end(number: int) -> None:
 
 
 def _leave_anyway(number: int) -> None:
-    time.sleep(_MOST_SECONDS)
+    time.sleep(_MAX_SECONDS)
     os._exit(128 + number)
 
 
-# --- The processors that this process may use.
+# --- Processors.
 
 
 def usable_cores() -> int:
-    """How many cores this process may use, which may be fewer than the machine has."""
+    """Return the number of cores that this process may use, which may be fewer than the machine has."""
     try:
         return len(os.sched_getaffinity(0))
     except AttributeError:  # macOS

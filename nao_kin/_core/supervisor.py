@@ -1,15 +1,14 @@
-"""Runs a program that must not outlive the one that wants it, nor leave its folder behind, whatever ends that one.
+"""Runs a program that must end with the process that needs it, and removes its folder, however that process ends.
 
-Started as a program of its own, in a session of its own, by path and without site packages (`python -I -S`), so that it
-is there in some 20 ms. SIGKILL leaves nobody time to tidy up; but it closes a pipe, and so do a crash and an operating
-system that is short of memory. Unlike the parent-death signal of Linux this holds on macOS as well, and
-does not mind which thread started the program.
+It is a separate process in its own session, started by path and without site packages (`python -I -S`), in some 20 ms.
+After SIGKILL a process cannot tidy up; but its end closes a pipe, as do a crash and the operating system when memory is
+short. Unlike the parent-death signal of Linux this works on macOS too, and for any thread that starts the program.
 
     supervisor.py FOLDER PREFIX PROGRAM ARGUMENTS…
 
-It ends the program and all of its process group, and removes FOLDER, as soon as standard input has a byte or is at its
-end, its parent is another one than at the start, or the program itself ends. What became of the program is one line on
-standard output. Folders beside FOLDER whose names begin with PREFIX and whose supervisor is gone too are removed.
+It ends the program and its process group, and removes FOLDER, as soon as standard input has a byte or is at its end,
+its parent has changed, or the program has ended. It prints one line about the program's end. It also removes folders
+next to FOLDER whose names begin with PREFIX and whose supervisor has ended.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ import sys
 import time
 from contextlib import suppress
 
-# Held as long as the folder is in use; a lock outlives no process, and means the same in every container.
+# Locked while the folder is in use; a lock ends with its process, and works across containers.
 _LOCK = "in_use"
 # A folder is made a moment before it is locked.
 _YOUNG_SECONDS = 60.0
@@ -62,7 +61,7 @@ def main(folder: str, prefix: str, *command: str) -> None:
 
 
 def _say(line: str) -> None:
-    with suppress(OSError):  # nobody is left to read it
+    with suppress(OSError):  # no reader is left
         os.write(1, line.encode())
 
 
@@ -77,7 +76,7 @@ def _end_of(code: int | None) -> str:
 
 
 def _kill_group(program: subprocess.Popen[bytes]) -> None:
-    """Kill the program and what it started, which share its group; wait for a moment until they are gone."""
+    """Kill the program and its process group; wait for a moment until they are gone."""
     end = time.monotonic() + _KILL_SECONDS
     with suppress(OSError):  # no such group any more
         while time.monotonic() < end:
@@ -87,14 +86,14 @@ def _kill_group(program: subprocess.Popen[bytes]) -> None:
 
 
 def _remove(folder: str) -> None:
-    """Remove a folder in which a program that was just killed may still be writing."""
+    """Remove a folder to which a program that was just killed may still be writing."""
     end = time.monotonic() + _REMOVE_SECONDS
     while os.path.exists(folder) and time.monotonic() < end:
         shutil.rmtree(folder, ignore_errors=True)
 
 
 def _locked(path: str) -> int | None:
-    """A descriptor of a file that is locked now; None where somebody else holds it."""
+    """Return a descriptor of a file that is locked now; None if another process holds it."""
     with suppress(OSError):
         descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o600)
         try:
@@ -107,7 +106,7 @@ def _locked(path: str) -> int | None:
 
 
 def _remove_orphans(parent: str, prefix: str) -> None:
-    """Remove folders that were left behind when a program and its supervisor were killed together."""
+    """Remove folders left behind when a program and its supervisor were killed together."""
     with suppress(OSError), os.scandir(parent) as entries:
         for entry in entries:
             if not entry.name.startswith(prefix) or not entry.is_dir(follow_symlinks=False):

@@ -1,4 +1,4 @@
-"""Text for people: foreign words inside messages, and rows of words as tables."""
+"""Text for people: values in messages, tables, and names that are not taken."""
 
 from __future__ import annotations
 
@@ -6,26 +6,26 @@ import itertools
 from collections.abc import Container, Iterable, Iterator, Sequence
 from html import escape
 
-# Characters of a foreign value in a message that says more than it.
-MOST_SHOWN = 40
-# No message repeats more than this of what it was given.
-MOST_ECHOED = 200
+# Characters of a value that is only a part of a message.
+MAX_SHOWN = 40
+# No message repeats more than this of a value.
+MAX_ECHOED = 200
 
 
-def abbreviated(value: object, most: int = MOST_ECHOED) -> str:
-    """`str(value)` on one line of at most `most` characters, the end replaced by … where there was more."""
+def abbreviated(value: object, max_length: int = MAX_ECHOED) -> str:
+    """Return `str(value)` on one line of at most `max_length` characters, shortened with … at the end."""
     text = str(value)
-    text = " ".join(text[: 4 * most].split()) + ("…" if len(text) > 4 * most else "")
-    return text if len(text) <= most else f"{text[: most - 1]}…"
+    text = " ".join(text[: 4 * max_length].split()) + ("…" if len(text) > 4 * max_length else "")
+    return text if len(text) <= max_length else f"{text[: max_length - 1]}…"
 
 
-def quoted(value: object, most: int = MOST_ECHOED) -> str:
-    """`repr(value)`, abbreviated; of a long text only the beginning is looked at."""
-    return abbreviated(repr(value[: 4 * most] if isinstance(value, (str, bytes)) else value), most)
+def quoted(value: object, max_length: int = MAX_ECHOED) -> str:
+    """Return `repr(value)`, abbreviated; only the beginning of a long text is used."""
+    return abbreviated(repr(value[: 4 * max_length] if isinstance(value, (str, bytes)) else value), max_length)
 
 
 def text_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Columns aligned to their widest cell, two spaces between them, a rule under the head."""
+    """Return a table with columns aligned to their widest cell, two spaces between them, a rule under the head."""
     lines = [list(head), *(list(row) for row in rows)]
     widths = [max(len(line[column]) for line in lines) for column in range(len(head))]
     lines.insert(1, ["─" * width for width in widths])
@@ -33,7 +33,7 @@ def text_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 
 def html_table(caption: str, head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """An HTML table; every word is escaped."""
+    """Return an HTML table; every text is escaped."""
     return "".join(
         [
             f"<table><caption>{escape(caption)}</caption><thead>",
@@ -49,19 +49,19 @@ def _html_row(tag: str, cells: Iterable[str]) -> str:
     return f"<tr>{''.join(f'<{tag}>{escape(cell)}</{tag}>' for cell in cells)}</tr>"
 
 
-# --- Names beside those that are taken.
+# --- Names that are not taken.
 
 
 def fresh_name(name: str, taken: Container[str], *endings: str) -> str:
-    """The name with the first ending that makes one not taken yet; the last ending is tried with numbers, too.
+    """Return the name with the first ending that gives a name not taken; the last ending is tried with numbers, too.
 
-    Without endings: the name itself, or with the first number from 2 on.
+    Without endings: the name itself, or with the first free number from 2 on.
     """
     return next(name + ending for ending in _endless(endings or ("",)) if name + ending not in taken)
 
 
 def with_underscores(name: str, taken: Container[str]) -> str:
-    """The name, with as many underscores behind it as set it apart from the names taken."""
+    """Return the name with enough underscores at its end to differ from the names taken."""
     while name in taken:
         name += "_"
     return name

@@ -1,4 +1,4 @@
-"""Warnings that point at the caller's line, however deep inside the package they arise."""
+"""Warnings that name the caller's line, refusals for missing extras, and MuJoCo's warnings."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _PACKAGE = __name__.partition(".")[0]
 class _Message(str):
     """A text equal to every other on the same subject.
 
-    Python shows a warning once for each text and line, and would take texts that differ by a number for different.
+    Python shows a warning once for each text and line; texts that differ only by a number should count as one.
     """
 
     subject: str
@@ -33,12 +33,9 @@ class _Message(str):
 
 
 def warn_caller(message: str, category: type[NaoKinWarning], subject: str = "") -> None:
-    """Warn at the innermost line outside of this package; Python's default shows it once for each such line.
+    """Warn at the innermost line outside this package; Python's default shows it once for each such line.
 
-    Args:
-        message: what is said.
-        category: kind of the warning.
-        subject: messages of one subject count as one, whatever their numbers; "" for this message alone.
+    Messages of one `subject` count as one, whatever their numbers; by default each message is its own subject.
     """
     level, frame = 1, sys._getframe(1)
     while frame.f_back is not None and str(frame.f_globals.get("__name__")).partition(".")[0] == _PACKAGE:
@@ -48,19 +45,16 @@ def warn_caller(message: str, category: type[NaoKinWarning], subject: str = "") 
     warnings.warn(text, category, stacklevel=level + 1)
 
 
-# --- Optional packages at the place where they are needed.
+# --- Optional packages.
 
 
 def need_extra(purpose: str, name: str, *modules: str) -> None:
-    """Refuse to go on without an extra.
+    """Raise `MissingExtra` if an extra is not installed or does not load.
 
     Args:
         purpose: what needs it, as the message begins.
         name: of the extra.
-        modules: what is going to be imported; by default all that the extra brings.
-
-    Raises:
-        MissingExtra: it is not installed, or does not load.
+        modules: what will be imported; by default all modules of the extra.
     """
     for module in modules or EXTRAS[name].modules:
         try:
@@ -70,27 +64,23 @@ def need_extra(purpose: str, name: str, *modules: str) -> None:
             raise MissingExtra(purpose, name, "" if absent else with_remedy(abbreviated(error))) from None
 
 
-# --- What MuJoCo warns of, as texts: by itself it prints them and leaves a MUJOCO_LOG.TXT in the working directory.
+# --- Warnings of MuJoCo, which prints them and writes a MUJOCO_LOG.TXT in the working directory.
 
-# MuJoCo has one place for warnings in a process.
+# MuJoCo has one handler of warnings for a process.
 _LISTENING = threading.RLock()
 
 
 @contextmanager
 def mujoco_warnings(mujoco: ModuleType) -> Iterator[list[str]]:
-    """The warnings of what is done inside, which are complete behind it; nothing is printed or written.
-
-    Args:
-        mujoco: the package, which only some who are here have.
-    """
-    said: list[str] = []
+    """Yield a list that holds MuJoCo's warnings from inside, complete at the end; nothing is printed or logged."""
+    messages: list[str] = []
     with _LISTENING:
         before = mujoco.get_mju_user_warning()
-        mujoco.set_mju_user_warning(said.append)
+        mujoco.set_mju_user_warning(messages.append)
         try:
             with warnings.catch_warnings(record=True) as others:
                 warnings.simplefilter("always")
-                yield said
+                yield messages
         finally:
             mujoco.set_mju_user_warning(before)
-            said += [str(other.message) for other in others]
+            messages += [str(other.message) for other in others]

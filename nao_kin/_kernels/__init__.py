@@ -1,9 +1,9 @@
-"""Kinematics of many configurations at once: programs made of a robot's joints, run by compiled kernels."""
+"""Compiled code: the cache of kernels, and programs that compute the kinematics of many configurations at once."""
 
 from nao_kin._kernels.cache import KERNELS, KernelState, cache_folder, warm_up
 from nao_kin._kernels.program import Program, aligned_empty
 from nao_kin._kernels.program_run import execute, kernel
-from nao_kin._kernels.questions import (
+from nao_kin._kernels.robot_programs import (
     com_jacobian_program,
     com_program,
     jacobian_program,

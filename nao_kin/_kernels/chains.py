@@ -1,4 +1,4 @@
-"""Poses of frames at the ends of chains of joints, and logarithms of rotations: scalar code, as Python or compiled."""
+"""Poses of frames at the ends of chains of joints, and logarithms of rotations: scalar code for Python and Numba."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from nao_kin._kernels.cache import both_ways
 
 
 class Chain(NamedTuple):
-    """n joints that m coordinates move, as `SerialChain` has them, from the base to each frame in turn.
+    """n joints that m coordinates move, from the base to each frame in turn, with the fields of `SerialChain`.
 
     Attributes:
-        joints: how many are on the way to each frame.
-        links: the placements, one more than joints for each frame, twelve numbers for each, 3×4 by rows.
-        slides: 1 for a joint that slides.
-        place: which coordinate moves a joint, −1 for none.
+        joints: number of joints on the way to each frame.
+        links: the placements, one more than joints for each frame, twelve numbers each, 3×4 by rows.
+        slides: 1 for a prismatic joint.
+        place: index of the coordinate that moves a joint, −1 for none.
         ratio: value of a joint = ratio · coordinate + offset [rad or m].
         offset: of each joint [rad or m].
     """
@@ -31,14 +31,8 @@ class Chain(NamedTuple):
     offset: Any
 
 
-class Posed(NamedTuple):
-    """A frame in the base, and the joints on the way to it.
-
-    Attributes:
-        T: the pose of the frame, twelve numbers, 3×4 by rows.
-        axes: of the joints, unit vectors, three numbers for each joint of the chain.
-        origins: places of the joints, likewise.
-    """
+class FramePose(NamedTuple):
+    """Pose of a frame in the base, 3×4 by rows, and unit axes and origins, 3 numbers each, of its joints."""
 
     T: Any
     axes: Any
@@ -46,7 +40,7 @@ class Posed(NamedTuple):
 
 
 def chain_types() -> Any:
-    """Numba's type of `Chain`."""
+    """Return Numba's type of `Chain`."""
     from numba import types
 
     row, whole = types.float64[::1], types.int64[::1]
@@ -54,7 +48,7 @@ def chain_types() -> Any:
 
 
 def chain_of(chains: Sequence[Any], names: Sequence[str]) -> Chain:
-    """Return several `SerialChain`s as one `Chain`, moved by the coordinates of these names."""
+    """Return several `SerialChain`s as one `Chain`, moved by the coordinates with these names."""
     drivers = [driver for chain in chains for driver in chain.drivers]
     place = {name: k for k, name in enumerate(names)}
     return Chain(
@@ -68,20 +62,15 @@ def chain_of(chains: Sequence[Any], names: Sequence[str]) -> Chain:
 
 
 @both_ways
-def to_frame(chain: Chain, values: Any, frame: int, first: int, room: Any) -> None:
-    """Write the pose of a frame at joint values, and axes and origins of the joints on the way to it.
+def to_frame(chain: Chain, values: Any, frame: int, first: int, out: Any) -> None:
+    """Write the pose of a frame at joint values, and axes and origins of the joints on the way to it, to `out`.
 
-    Args:
-        chain: the joints.
-        values: of the coordinates.
-        frame: which frame.
-        first: its first joint.
-        room: what is written, a `Posed` or another named tuple with its fields; passed one by one, these would slow
-            the descent by 7 %.
+    `first` is the frame's first joint. `out` is a `FramePose` or another named tuple with its fields; passing these one
+    by one slows the descent by 7 %.
     """
-    T, axes, origins = room.T, room.axes, room.origins
+    T, axes, origins = out.T, out.axes, out.origins
     last = first + chain.joints[frame]
-    # Before each frame there is one link more than joints.
+    # Each frame has one link more than joints.
     a = 12 * (first + frame)
     for i in range(12):
         T[i] = chain.links[a + i]
@@ -110,7 +99,7 @@ def to_frame(chain: Chain, values: Any, frame: int, first: int, room: Any) -> No
 # --- Logarithms of rotations.
 
 
-# Under this angle the closed form of J_l⁻¹ loses digits, and two terms of its series are exact [rad].
+# Below this angle the closed form of J_l⁻¹ loses digits, and two terms of its series are exact [rad].
 SMALL_ANGLE = 1e-2
 
 
@@ -118,7 +107,7 @@ SMALL_ANGLE = 1e-2
 def rotation_vector(
     m00: float, m01: float, m02: float, m10: float, m11: float, m12: float, m20: float, m21: float, m22: float
 ) -> tuple[float, float, float]:
-    """The logarithm of a rotation, by its unit quaternion: accurate at 0 and at π."""
+    """Return the logarithm of a rotation from its unit quaternion: accurate at 0 and at π."""
     trace = m00 + m11 + m22
     # Four times the products of the largest component with all of them.
     if trace >= max(m00, m11, m22):
@@ -132,7 +121,7 @@ def rotation_vector(
     if s < 0.0:
         s, x, y, z = -s, -x, -y, -z
     length = math.sqrt(x * x + y * y + z * z)
-    # Of a small angle the vector is twice the quaternion's.
+    # For a small angle the vector is twice that of the quaternion.
     scale = 2.0 * math.atan2(length, s) / length if length > 1e-150 else 2.0 / s
     return scale * x, scale * y, scale * z
 

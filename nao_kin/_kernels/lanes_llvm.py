@@ -1,7 +1,4 @@
-"""Vectors of one register's width as instructions for LLVM: what `lanes_numpy` says, compiled.
-
-A vector is a type of its own for Numba, and each function an intrinsic that generates its instructions.
-"""
+"""The functions of `lanes_numpy` as LLVM instructions: a vector is a Numba type, each function an intrinsic."""
 
 from __future__ import annotations
 
@@ -20,13 +17,13 @@ from nao_kin._kernels.lanes_numpy import BITS, Array, Lanes  # noqa: F401
 
 __all__ = lanes_numpy.__all__
 
-# Allowed to join a product and a sum into one rounding; nothing else is rearranged, so NaN stays NaN.
+# LLVM may fuse a product and a sum; nothing else is rearranged, so NaN stays NaN.
 _CONTRACT = ("contract",)
 _INT32 = ir.IntType(32)
 
 
 class LanesType(types.Type):
-    """Numba's type of a vector: so many lanes of one kind of number."""
+    """Numba's type of a vector with lanes of one kind of number."""
 
     def __init__(self, dtype: Any) -> None:
         self.dtype, self.count = dtype, BITS // dtype.bitwidth
@@ -45,7 +42,7 @@ class _LanesModel(models.PrimitiveModel):
 
 @intrinsic
 def lane_count(_: Any, m: Any) -> Any:
-    """How many lanes the vectors of an array of this kind have."""
+    """As `lanes_numpy.lane_count`."""
 
     def instructions(context: Any, builder: Any, signature: Any, values: Sequence[Any]) -> Any:
         return context.get_constant(types.intp, LanesType(m.dtype).count)
@@ -134,14 +131,14 @@ def write_fours(
 
 
 def _pointer(context: Any, builder: Any, array_type: Any, array: Any, at: Any) -> Any:
-    """Where the vector at array[at] begins."""
+    """The address of the vector at array[at]."""
     numbers = context.make_array(array_type)(context, builder, array).data
     vector = context.get_value_type(LanesType(array_type.dtype))
     return builder.bitcast(builder.gep(numbers, [at]), vector.as_pointer())
 
 
 def _load(context: Any, builder: Any, array_type: Any, array: Any, at: Any) -> Any:
-    # An array promises no more than the alignment of its numbers.
+    # An array is aligned only to its numbers.
     return builder.load(_pointer(context, builder, array_type, array, at), align=array_type.dtype.bitwidth // 8)
 
 
@@ -155,7 +152,7 @@ def _nth(builder: Any, first: Any, step: Any, count: int) -> Any:
 
 
 def _transposed(builder: Any, vectors: Sequence[Any]) -> list[Any]:
-    """The columns of a square of vectors: blocks off the diagonal change places, at half the size in each round."""
+    """Transpose a square of vectors: swap off-diagonal blocks, of half the size in each round."""
     rows, count = list(vectors), len(vectors)
     size = count // 2
     while size:
@@ -171,9 +168,9 @@ def _transposed(builder: Any, vectors: Sequence[Any]) -> list[Any]:
 
 
 def _fours(builder: Any, vectors: Sequence[Any]) -> list[tuple[int, Any]]:
-    """The lanes of four vectors, four of one lane together, each with the number of its lane.
+    """Return the lanes of four vectors, four of one lane together, each with the number of its lane.
 
-    Pairs are joined within the 128 bits where they stand, which costs least, then pairs of pairs: eight shuffles.
+    Pairs are joined within 128 bits, which costs least, then pairs of pairs: eight shuffles.
     """
     a, b, c, d = vectors
     count = a.type.count
@@ -183,7 +180,7 @@ def _fours(builder: Any, vectors: Sequence[Any]) -> list[tuple[int, Any]]:
         pair = ir.Constant(ir.VectorType(_INT32, count), [lane for k in lanes for lane in (k, count + k)])
         first, second = builder.shuffle_vector(a, b, pair), builder.shuffle_vector(c, d, pair)
         for half in (0, 1):
-            chosen = range(half, len(lanes), 2)  # pairs that are next to each other when those between are left out
+            chosen = range(half, len(lanes), 2)  # every other pair
             mask = [x for k in chosen for x in (2 * k, 2 * k + 1, count + 2 * k, count + 2 * k + 1)]
             joined = builder.shuffle_vector(first, second, ir.Constant(ir.VectorType(_INT32, count), mask))
             pieces += [(lanes[k], joined, 4 * place) for place, k in enumerate(chosen)]
@@ -224,15 +221,11 @@ def _same(vector: Any, value: int) -> Any:
 
 
 def _call_llvm(builder: Any, name: str, *values: Any) -> Any:
-    """Call a function that LLVM has for vectors of every kind."""
+    """Call an LLVM function that exists for vectors of every kind."""
     vector = values[0].type
     function = ir.FunctionType(vector, [value.type for value in values])
     kind = f"v{vector.count}f{BITS // vector.count}"
     return builder.call(cgutils.get_or_insert_function(builder.module, function, f"llvm.{name}.{kind}"), values)
-
-
-def _where_less(builder: Any, a: Any, b: Any, yes: Any, no: Any) -> Any:
-    return builder.select(builder.fcmp_ordered("<", a, b), yes, no)
 
 
 def _where_even(builder: Any, k: Any, yes: Any, no: Any) -> Any:
@@ -255,18 +248,14 @@ def _larger(builder: Any, a: Any, b: Any) -> Any:
     return builder.select(builder.icmp_signed("<", a, b), b, a)
 
 
-def _whole(builder: Any, v: Any) -> Any:
-    return builder.fptosi(v, _integer_vector(v.type))
-
-
 square_root = _elementwise(lambda builder, v: _call_llvm(builder, "sqrt", v))
 nearest = _elementwise(lambda builder, v: _call_llvm(builder, "rint", v))
 with_sign = _elementwise(lambda builder, v, sign: _call_llvm(builder, "copysign", v, sign))
 following = _elementwise(lambda builder, k: builder.add(k, _same(k.type, 1)))
-where_less = _elementwise(_where_less)
+where_less = _elementwise(lambda builder, a, b, yes, no: builder.select(builder.fcmp_ordered("<", a, b), yes, no))
 where_even = _elementwise(_where_even)
 negated_by_bit = _elementwise(_negated_by_bit)
-whole = _elementwise(_whole, _integers)
+whole = _elementwise(lambda builder, v: builder.fptosi(v, _integer_vector(v.type)), _integers)
 magnitude_bits = _elementwise(_magnitude_bits, _integers)
 larger = _elementwise(_larger)
 
@@ -286,14 +275,9 @@ def largest(_: Any, k: Any) -> Any:
     return types.int64(k), instructions
 
 
-_ADD = _elementwise(lambda builder, a, b: builder.fadd(a, b, flags=_CONTRACT))
-_SUBTRACT = _elementwise(lambda builder, a, b: builder.fsub(a, b, flags=_CONTRACT))
-_MULTIPLY = _elementwise(lambda builder, a, b: builder.fmul(a, b, flags=_CONTRACT))
-_DIVIDE = _elementwise(lambda builder, a, b: builder.fdiv(a, b, flags=_CONTRACT))
-
-
-def _operator(function: Any, instruction: Any) -> None:
-    """Let the operator of Python mean this instruction between vectors."""
+def _operator(function: Any, name: str) -> None:
+    """Let a Python operator compile to an LLVM instruction between vectors."""
+    instruction = _elementwise(lambda builder, a, b: getattr(builder, name)(a, b, flags=_CONTRACT))
 
     @overload(function, strict=False)  # the annotations differ, the arguments do not
     def chosen(a: Any, b: Any) -> Any:
@@ -302,7 +286,7 @@ def _operator(function: Any, instruction: Any) -> None:
         return None
 
 
-_operator(operator.add, _ADD)
-_operator(operator.sub, _SUBTRACT)
-_operator(operator.mul, _MULTIPLY)
-_operator(operator.truediv, _DIVIDE)
+_operator(operator.add, "fadd")
+_operator(operator.sub, "fsub")
+_operator(operator.mul, "fmul")
+_operator(operator.truediv, "fdiv")

@@ -1,4 +1,4 @@
-"""Vectors of one register's width in plain Python: what `nao_kin._kernels.lanes` means, and what runs uncompiled."""
+"""Vectors of one register's width in NumPy: defines the functions of `lanes`, and runs when nothing is compiled."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ Lanes = NDArray[Any]
 
 
 def lane_count(m: Array) -> int:
-    """How many entries of an array of this kind one vector holds."""
+    """The number of entries of an array of this kind in one vector."""
     itemsize: int = m.itemsize
     return BITS // (8 * itemsize)
 
@@ -48,12 +48,12 @@ def load(m: Array, at: int) -> Lanes:
 
 
 def store(m: Array, at: int, v: Lanes) -> None:
-    """Write a vector to m[at] and after."""
+    """Write a vector to m[at] and the following entries."""
     m[at : at + len(v)] = v
 
 
 def spread(m: Array, value: float) -> Lanes:
-    """One number in every lane, of the kind of `m`."""
+    """A vector of the kind of `m` with one number in every lane."""
     return np.full(lane_count(m), value, dtype=m.dtype)
 
 
@@ -114,7 +114,7 @@ def largest(k: Lanes) -> int:
 
 
 def read_columns(rows: Array, at: int, stride: int, m: Array, to: int, width: int) -> None:
-    """A square block of `rows`, whose rows are `stride` apart, as columns of `m`, which are `width` apart.
+    """Write a square block of `rows`, whose rows are `stride` apart, as columns of `m`, which are `width` apart.
 
     The rows may be in double precision where `m` is in single.
     """
@@ -125,7 +125,7 @@ def read_columns(rows: Array, at: int, stride: int, m: Array, to: int, width: in
 
 
 def write_fours(m: Array, sources: Array, first: int, width: int, shift: int, out: Array, at: int, stride: int) -> None:
-    """Four columns of `m`, which start at width · sources[first…] + shift, as rows of `out`, `stride` apart."""
+    """Write four columns of `m`, which start at width · sources[first…] + shift, as rows of `out`, `stride` apart."""
     for i in range(lane_count(m)):
         for k in range(4):
             out[at + i * stride + k] = m[width * sources[first + k] + shift + i]

@@ -1,16 +1,16 @@
-"""The operations that a program is made of: each takes three-vectors of all configurations of a tile to new ones.
+"""The operations of a program: each computes new three-vectors of all configurations of a tile.
 
 A register holds a three-vector of every configuration of a tile: all x, all y, all z. An operation is a row of
 integers: its code, the rows of scratch memory where its registers begin (results d e f, operands p a b c), the row of a
-sine or another number, and where its weights begin:
+sine or another number, and the index of its first weight:
 
-    TURN        d = cos a + sin b,  e = cos b − sin a: two columns of a matrix, turned about the third
+    TURN        d = cos a + sin b,  e = cos b − sin a: two columns of a matrix, rotated about the third
     ADD_1…3     d = p + w₀ a + w₁ b + w₂ c
     SLIDE       d = p + w x a, with one number x for each configuration
     CROSS       d = p + w a × b
     PROJECT     d = (a·p, b·p, c·p): p in the axes a, b, c
     BASE        d e f are the columns of the matrix of a quaternion (x, y, z, w · scalar)
-    HINGE       d = p + R a + w, with R the turn about the coordinate axis of number c
+    HINGE       d = p + R a + w, with R the rotation about the coordinate axis of number c
     MATRIX      d = p + W a, with a constant matrix
     QUATERNION  d = (r0, r1, r2), e = (r3, …): the unit quaternion of the matrix with the columns a b c
     RPY         d = roll, pitch and yaw of the matrix with the columns a b c
@@ -27,7 +27,7 @@ import numba
 import numpy as np
 from numba import njit, types
 
-from nao_kin._kernels.cache import KeptKernel
+from nao_kin._kernels.cache import CachedKernel
 from nao_kin._kernels.lanes import (
     Array,
     Lanes,
@@ -68,7 +68,7 @@ from nao_kin._kernels.program import (
 
 # --- Sine, cosine and arc tangent of vectors, to two units in the last place.
 #
-# The arguments of sine and cosine are brought to ±π/4 by taking away whole quarter turns, π/2 in three parts whose
+# The arguments of sine and cosine are brought to ±π/4 by subtracting whole quarter turns, π/2 in three parts whose
 # products with a count of turns are exact (Cody and Waite); then both are polynomials. The coefficients are those of
 # fdlibm and, for single precision and for the arc tangent, of Cephes.
 
@@ -76,7 +76,7 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
 def compiled(function: _Function) -> _Function:
-    """A part of the kernel: compiled with it, and put in its place."""
+    """Compile a part of the kernel, inlined into it."""
     made: _Function = njit(nogil=True, error_model="numpy", forceinline=True)(function)
     return made
 
@@ -122,14 +122,14 @@ def sine_and_cosine(m: Array, x: Lanes) -> tuple[Lanes, Lanes]:
 
 @compiled
 def arc_tangent(m: Array, y: Lanes, x: Lanes) -> Lanes:
-    """The angle of the point (x, y), in [−π, π], as atan2 has it: zero at the origin, and with the sign of y."""
+    """The angle of the point (x, y) in [−π, π], like atan2: zero at the origin, with the sign of y."""
     zero, one = spread(m, 0.0), spread(m, 1.0)
     far_x, far_y = with_sign(x, one), with_sign(y, one)
     steep = where_less(far_x, far_y, one, zero)
     short, long = where_less(far_x, far_y, far_x, far_y), where_less(far_x, far_y, far_y, far_x)
     long = where_less(zero, long, long, one)
     t = short / long
-    # Beyond tan π/8, the angle from π/4.
+    # Beyond tan π/8, the angle is measured from π/4.
     corner = where_less(spread(m, 0.4142135623730950488), t, one, zero)
     t = where_less(zero, corner, (short - long) / (short + long), t)
     z = t * t
@@ -145,7 +145,7 @@ def arc_tangent(m: Array, y: Lanes, x: Lanes) -> Lanes:
     angle = t * (z * p / q) + t
     angle = angle + corner * spread(m, math.pi / 4.0)
     angle = where_less(zero, steep, spread(m, math.pi / 2.0) - angle, angle)
-    # A negative zero is left of the origin too.
+    # A negative zero counts as left of the origin.
     angle = where_less(with_sign(one, x), zero, spread(m, math.pi) - angle, angle)
     return with_sign(angle, y)
 
@@ -158,7 +158,7 @@ def length(m: Array, x: Lanes, y: Lanes) -> Lanes:
 
 # --- The operations of a program, on the registers of a tile.
 
-# Below this the entries of a matrix that tell yaw from roll are rounding errors.
+# Below this the entries of a matrix that distinguish yaw and roll are rounding errors.
 _LOCKED = 4.0
 
 
@@ -344,7 +344,7 @@ def _quaternion(m: Array, d: int, e: int, a: int, b: int, c: int) -> None:
         upper, lower = where_less(d0, d1, d1, d0), where_less(d2, d3, d3, d2)
         r0, r1 = where_less(upper, lower, b0, a0), where_less(upper, lower, b1, a1)
         r2, r3 = where_less(upper, lower, b2, a2), where_less(upper, lower, b3, a3)
-        # The sign that makes the first part that is not zero positive.
+        # The sign that makes the first non-zero component positive.
         nonzero = where_less(zero, r1 * r1, r1, r2)
         nonzero = where_less(zero, r0 * r0, r0, nonzero)
         sign = where_less(nonzero, zero, zero - one, one)
@@ -357,7 +357,7 @@ def _quaternion(m: Array, d: int, e: int, a: int, b: int, c: int) -> None:
 
 @compiled
 def _rpy(m: Array, d: int, a: int, b: int, c: int) -> None:
-    """As `nao_kin.rotations.rpy_from_matrix`: yaw first, turned out of the matrix, then pitch and roll."""
+    """As `nao_kin.rotations.rpy_from_matrix`: yaw first, then pitch and roll of the matrix without yaw."""
     n = lane_count(m)
     width = VECTORS * n
     zero, one = spread(m, 0.0), spread(m, 1.0)
@@ -367,7 +367,7 @@ def _rpy(m: Array, d: int, a: int, b: int, c: int) -> None:
         m00, m10, m20 = load(m, a + i), load(m, a + j), load(m, a + k)
         flat = length(m, m00, m10)
         x, y = where_less(locked, flat, m00, one), where_less(locked, flat, m10, zero)
-        # (x, y) is a multiple of (cos yaw, sin yaw): turning it out needs no division.
+        # (x, y) is a multiple of (cos yaw, sin yaw): removing yaw needs no division.
         sine = x * load(m, c + j) - y * load(m, c + i)
         cosine = x * load(m, b + j) - y * load(m, b + i)
         store(m, d + i, arc_tangent(m, zero - sine, cosine) + zero)
@@ -378,15 +378,14 @@ def _rpy(m: Array, d: int, a: int, b: int, c: int) -> None:
 # --- A program run on many configurations, a tile of them at a time.
 #
 # For each tile the configurations are read as columns, one row of the scratch memory for each number of a
-# configuration; sines and cosines are taken; the operations follow; and the rows that make up the result are written
-# out, one configuration after another. What a configuration gives does not depend on its place in a tile or on the
-# others in it.
+# configuration; sines and cosines are computed; the operations follow; and the rows of the result are written, one
+# configuration after another. The result of a configuration does not depend on its place in a tile or on the others.
 
 _FARTHEST_DOUBLE, _FARTHEST_SINGLE = FARTHEST[8], FARTHEST[4]
 
 
 def run(q: Array, v: Array, a: Array, tables: Tables, m: Array, out: Array, far: int) -> int:
-    """Run a program on all configurations.
+    """Run a program on all configurations; return the bits of the largest magnitude of the inputs.
 
     Args:
         q: configurations, one after another.
@@ -395,10 +394,7 @@ def run(q: Array, v: Array, a: Array, tables: Tables, m: Array, out: Array, far:
         tables: the program.
         m: scratch memory, a tile for each row, with the constant registers filled.
         out: the results, one after another.
-        far: bits of the magnitude from which on an angle may be too large for the polynomials.
-
-    Returns:
-        The bits of the largest magnitude among the inputs: of infinity or NaN, if there is one.
+        far: bits of the magnitude above which an angle may be too large for the polynomials.
     """
     n = lane_count(m)
     width = VECTORS * n
@@ -407,12 +403,12 @@ def run(q: Array, v: Array, a: Array, tables: Tables, m: Array, out: Array, far:
     count = out.size // len(tables.sources)
     peak = 0
     for first in range(0, count, width):
-        here = min(width, count - first)
+        size = min(width, count - first)
         bits = magnitude_bits(spread(m, 0.0))
         for k in range(3):
             numbers, at = tables.widths[k], tables.inputs[k] * width
             if numbers:
-                _read(inputs[k], numbers, first, here, m, at)
+                _read(inputs[k], numbers, first, size, m, at)
                 for i in range(at, at + numbers * width, n):
                     bits = larger(bits, magnitude_bits(load(m, i)))
         top = largest(bits)
@@ -426,49 +422,49 @@ def run(q: Array, v: Array, a: Array, tables: Tables, m: Array, out: Array, far:
         if top > far:
             _far_angles(m, angles, ratios)
         perform(m, tables.operations, tables.weights)
-        _write(m, tables.sources, out, first, here)
+        _write(m, tables.sources, out, first, size)
     return peak
 
 
 @compiled
-def _read(values: Array, numbers: int, first: int, here: int, m: Array, at: int) -> None:
-    """The numbers of a tile as rows of `m`; rows of zeros after the last configuration."""
+def _read(values: Array, numbers: int, first: int, size: int, m: Array, at: int) -> None:
+    """Write the numbers of a tile as rows of `m`, with zeros after the last configuration."""
     n = lane_count(m)
     width = VECTORS * n
-    if here == width and numbers >= n:
+    if size == width and numbers >= n:
         for i in range(0, width, n):
             for k in range(0, numbers, n):
-                # The last block reaches back rather than past the end.
+                # The last block overlaps the previous one rather than reading past the end.
                 column = min(k, numbers - n)
                 read_columns(values, (first + i) * numbers + column, numbers, m, at + column * width + i, width)
         return
     for k in range(numbers):
-        for i in range(here):
+        for i in range(size):
             m[at + k * width + i] = values[(first + i) * numbers + k]
-        for i in range(here, width):
+        for i in range(size, width):
             m[at + k * width + i] = 0.0
 
 
 @compiled
-def _write(m: Array, sources: Array, out: Array, first: int, here: int) -> None:
-    """The rows of `m` that make up the result, configuration by configuration."""
+def _write(m: Array, sources: Array, out: Array, first: int, size: int) -> None:
+    """Write the rows of `m` that make up the result, configuration by configuration."""
     n = lane_count(m)
     width = VECTORS * n
     numbers = len(sources)
-    if here == width and numbers >= 4:
+    if size == width and numbers >= 4:
         for i in range(0, width, n):
             for k in range(0, numbers, 4):
                 column = min(k, numbers - 4)
                 write_fours(m, sources, column, width, i, out, (first + i) * numbers + column, numbers)
         return
-    for i in range(here):
+    for i in range(size):
         for k in range(numbers):
             out[(first + i) * numbers + k] = m[sources[k] * width + i]
 
 
 @compiled
 def _far_angles(m: Array, angles: Array, ratios: Array) -> None:
-    """Sines and cosines of angles that the polynomials do not reach, by the C library in double precision."""
+    """Write sines and cosines of angles too large for the polynomials, by the C library in double precision."""
     width = VECTORS * lane_count(m)
     farthest = _FARTHEST_DOUBLE if m.itemsize == 8 else _FARTHEST_SINGLE
     for k in range(len(angles)):
@@ -480,8 +476,8 @@ def _far_angles(m: Array, angles: Array, ratios: Array) -> None:
 
 
 def signature(given: np.dtype[Any], computed: np.dtype[Any]) -> Any:
-    """The types of `run` for inputs in one precision, computed in the same one or in single."""
-    # Arrays inside a tuple are not taken for read-only ones.
+    """Return the types of `run` for inputs in one precision, computed in the same one or in single."""
+    # Arrays inside a tuple are not read-only.
     row, table = types.int64[::1], types.int64[:, ::1]
     tables = types.NamedTuple((row, row, table, types.float64[:, ::1], table, types.float64[::1], row), Tables)
     values = types.Array(numba.from_dtype(given), 1, "C", readonly=True)
@@ -489,10 +485,10 @@ def signature(given: np.dtype[Any], computed: np.dtype[Any]) -> Any:
     return types.int64(values, values, values, tables, memory, memory, types.int64)
 
 
-# The precisions that the kernel is compiled for: of what is given, and of what is computed.
+# The precisions of inputs and results for which the kernel is compiled.
 _DOUBLE, _SINGLE = np.dtype(np.float64), np.dtype(np.float32)
 RUNS = {
-    precisions: KeptKernel(
+    precisions: CachedKernel(
         run, f"the batch kernel, {name} precision", f"batch kernel, {name} precision", partial(signature, *precisions)
     )
     for precisions, name in (

@@ -1,8 +1,8 @@
-"""Programs: straight lists of operations on three-vectors, made once for a question and run on any number of tiles.
+"""Programs: lists of operations on three-vectors without branches, built once and run on any number of tiles.
 
-A builder hands out registers. Columns that do not change are shared and not copied: a turn about z leaves the third
-column of a matrix where it is, and a joint without an offset leaves the origin. When the program is finished, what no
-number of the result depends on is left out.
+A builder hands out registers. Columns that do not change are shared and not copied: a rotation about z does not change
+the third column of a matrix, and a joint without an offset does not move the origin. A finished program contains only
+the operations that its results depend on.
 """
 
 from __future__ import annotations
@@ -22,17 +22,16 @@ from nao_kin._core.arrays import Floats
 
 TURN, ADD_1, ADD_2, ADD_3, SLIDE, CROSS, PROJECT, BASE, HINGE, MATRIX, QUATERNION, RPY = range(12)
 
-# Bytes of a vector and of a cache line; configurations in a tile are a few vectors of their numbers, for the work on
-# two hides the time it takes to look up an operation.
+# Bytes of a vector and of a cache line, and vectors in a tile: the work on two hides the time to look up an operation.
 LINE = 64
 VECTORS = 2
 
-# Up to here the parts of π/2 are exact, by bytes of a number; larger angles are left to the C library.
+# The parts of π/2 are exact up to these angles, by bytes of a number; the C library computes larger ones.
 FARTHEST = {8: 1e5, 4: 500.0}
 
 
 class Tables(NamedTuple):
-    """A program as the kernel takes it; places are counted in rows of scratch memory.
+    """A program as the kernel takes it; rows are those of scratch memory.
 
     Attributes:
         widths: numbers in each configuration, velocity and acceleration; zero for an input that is not read.
@@ -40,7 +39,7 @@ class Tables(NamedTuple):
         angles: for each angle, the row of its number and the row of its sine, shape (angles, 2); the cosine follows it.
         ratios: ratio and offset of each, shape (angles, 2): ratio × number + offset.
         operations: shape (operations, 10), see `nao_kin._kernels.operations`.
-        weights: the constants in them.
+        weights: their constants.
         sources: row of each number of the result.
     """
 
@@ -54,35 +53,29 @@ class Tables(NamedTuple):
 
 
 def aligned_empty(count: int, dtype: np.dtype[Any]) -> NDArray[Any]:
-    """Memory for so many numbers that begins where a vector can be written at once.
-
-    Examples:
-        >>> numbers = nk._kernels.aligned_empty(5, np.dtype(np.float64))
-        >>> numbers.shape, numbers.ctypes.data % 32
-        ((5,), 0)
-    """
+    """Return uninitialised memory for `count` numbers, aligned to cache lines."""
     memory = np.empty(count + LINE // dtype.itemsize, dtype)
-    # Three times as quick as memory.ctypes.data.
+    # Three times as fast as memory.ctypes.data.
     skipped = -addressof(c_char.from_buffer(memory.data)) % LINE // dtype.itemsize
     return memory[skipped : skipped + count]
 
 
 def tile_width(dtype: np.dtype[Any]) -> int:
-    """Configurations in a tile."""
+    """Return the number of configurations in a tile."""
     return VECTORS * LINE // dtype.itemsize
 
 
-# --- Programs: straight lists of operations on three-vectors, made once for a question and run on any number of tiles.
+# --- Programs and their builder.
 
-# Up to here a weight is what rounding leaves of a zero, as in cos(π/2) = 6e-17.
-_NOTHING = 1e-16
+# Smaller weights are rounding errors of a zero, as in cos(π/2) = 6e-17.
+_NEGLIGIBLE = 1e-16
 
 Register = int
 Columns = tuple[Register, Register, Register]
 
 
 @dataclass(frozen=True)
-class Frame:
+class FrameRegisters:
     """A pose in registers: the three columns of its matrix, and its origin."""
 
     x: Register
@@ -92,13 +85,13 @@ class Frame:
 
     @property
     def columns(self) -> Columns:
-        """The three axes."""
+        """The three columns."""
         return self.x, self.y, self.z
 
 
 @dataclass(frozen=True)
-class Number:
-    """One number a configuration: a component of a register."""
+class Component:
+    """A component of a register: one number for each configuration."""
 
     register: Register
     component: int
@@ -106,16 +99,16 @@ class Number:
 
 @dataclass(frozen=True)
 class Operation:
-    """One operation before registers have places.
+    """One operation before registers have rows.
 
     Attributes:
-        code: which one.
+        code: its kind.
         results: the registers it writes.
-        operands: the registers it reads: the start of a sum, or zero, and then what is added to it.
+        operands: the registers it reads: the start of a sum, or zero, and then the terms.
         weights: its constants.
-        angle: the angle that it turns by; −1 for none.
-        number: the place of the input that it reads; −1 for none.
-        axis: the coordinate axis it turns about; −1 for none.
+        angle: index of its angle of rotation; −1 for none.
+        number: index of the input that it reads; −1 for none.
+        axis: the coordinate axis of its rotation; −1 for none.
     """
 
     code: int
@@ -134,13 +127,7 @@ class Program:
     Attributes:
         tables: what the kernel takes.
         constants: the first registers, which do not change, shape (registers, 3).
-        rows: how many rows of scratch memory it takes.
-
-    Examples:
-        >>> turn = nk._kernels.TreeJoint("revolute", -1, np.eye(3), np.zeros(3), (0.0, 0.0, 1.0), 0, 0)
-        >>> tree = nk._kernels.JointTree(1, 1, (turn,))
-        >>> nk._kernels.poses_program(tree, []).constants.shape[1]
-        3
+        rows: number of rows of scratch memory.
     """
 
     tables: Tables = field(repr=False)
@@ -149,12 +136,12 @@ class Program:
 
     @cached_property
     def length(self) -> int:
-        """About how much there is to do for one configuration: components of vectors, and numbers of the result."""
+        """The approximate work for one configuration: components of vectors, and numbers of the result."""
         return 3 * len(self.tables.operations) + len(self.tables.sources)
 
     @cached_property
-    def far(self) -> dict[int, int]:
-        """Bits of the largest input that cannot make an angle too large for the polynomials, by bytes of a number."""
+    def far_bits(self) -> dict[int, int]:
+        """Bits of the largest input whose angles are small enough for the polynomials, by bytes of a number."""
         ratio, offset = np.abs(self.tables.ratios).max(axis=0, initial=0.0)
         if ratio == 0.0:
             return dict.fromkeys(FARTHEST, int(np.iinfo(np.int64).max))
@@ -162,18 +149,15 @@ class Program:
         return {size: int(np.array(x, f"f{size}").view(f"i{size}")) for size, x in most.items()}
 
     @cached_property
-    def spare(self) -> dict[int, list[NDArray[Any]]]:
-        """Scratch memory that no thread uses at the moment, by bytes of a number."""
+    def free_memory(self) -> dict[int, list[NDArray[Any]]]:
+        """Scratch memory that no thread is using, by bytes of a number."""
         return {size: [] for size in FARTHEST}
 
 
 class Builder:
-    """Collects the operations of a program.
+    """Collects the operations of a program that reads nq coordinates, and nv velocities and accelerations.
 
-    Args:
-        nq: numbers in a configuration.
-        nv: numbers in a velocity, and in an acceleration.
-        derivatives: how many of velocity and acceleration are read: 0, 1 or 2.
+    `derivatives` is 0 for configurations alone, 1 with velocities, 2 with accelerations too.
     """
 
     def __init__(self, nq: int, nv: int, derivatives: int = 0) -> None:
@@ -184,7 +168,7 @@ class Builder:
         self._registers = 0
         self.zero = self.constant(0.0, 0.0, 0.0)
         x, y, z = (self.constant(*row) for row in np.eye(3).tolist())
-        self.root = Frame(x, y, z, self.zero)
+        self.root = FrameRegisters(x, y, z, self.zero)
 
     # --- numbers --------------------------------------------------------------------------------------------------
 
@@ -196,48 +180,48 @@ class Builder:
         return found
 
     def angle(self, coordinate: int, ratio: float = 1.0, offset: float = 0.0) -> int:
-        """The angle ratio · q[coordinate] + offset, to be turned about."""
+        """Return the index of the angle ratio · q[coordinate] + offset."""
         return self._angles.setdefault((coordinate, ratio, offset), len(self._angles))
 
     def velocity(self, index: int) -> int:
-        """Place of a number of the velocity."""
+        """Return the index of a velocity among the inputs."""
         return self._widths[0] + index
 
     def acceleration(self, index: int) -> int:
-        """Place of a number of the acceleration."""
+        """Return the index of an acceleration among the inputs."""
         return self._widths[0] + self._widths[1] + index
 
     # --- operations -----------------------------------------------------------------------------------------------
 
     def combination(self, start: Register, terms: Iterable[tuple[Register, float]]) -> Register:
         """Start + Σ weight · register."""
-        kept = [(register, weight) for register, weight in terms if abs(weight) > _NOTHING and register != self.zero]
-        if start == self.zero and len(kept) == 1 and kept[0][1] == 1.0:
-            return kept[0][0]
-        for i in range(0, len(kept), 3):
-            some = kept[i : i + 3]
+        terms = [(r, w) for r, w in terms if abs(w) > _NEGLIGIBLE and r != self.zero]
+        if start == self.zero and len(terms) == 1 and terms[0][1] == 1.0:
+            return terms[0][0]
+        for i in range(0, len(terms), 3):
+            some = terms[i : i + 3]
             code = (ADD_1, ADD_2, ADD_3)[len(some) - 1]
             operands, weights = (start, *(r for r, _ in some)), tuple(w for _, w in some)
             start = self._new(code, 1, operands, weights)[0]
         return start
 
-    def placed(self, frame: Frame, R: Floats, t: Floats) -> Frame:
+    def placed(self, frame: FrameRegisters, R: Floats, t: Floats) -> FrameRegisters:
         """The frame with pose (R, t) in `frame`."""
         axes = frame.columns
         origin = self.combination(frame.origin, zip(axes, t.tolist(), strict=True))
         columns = (self.combination(self.zero, zip(axes, column, strict=True)) for column in R.T.tolist())
         x, y, z = columns
-        return Frame(x, y, z, origin)
+        return FrameRegisters(x, y, z, origin)
 
-    def turned(self, frame: Frame, axis: int, angle: int) -> Frame:
-        """The frame turned about its own coordinate axis."""
+    def turned(self, frame: FrameRegisters, axis: int, angle: int) -> FrameRegisters:
+        """The frame rotated about its own coordinate axis."""
         columns = list(frame.columns)
         a, b = (axis + 1) % 3, (axis + 2) % 3
         columns[a], columns[b] = self._new(TURN, 2, (self.zero, columns[a], columns[b]), angle=angle)
-        return Frame(columns[0], columns[1], columns[2], frame.origin)
+        return FrameRegisters(columns[0], columns[1], columns[2], frame.origin)
 
     def scaled(self, start: Register, direction: Register, number: int, weight: float = 1.0) -> Register:
-        """Start + weight · number · direction, with one number a configuration."""
+        """Start + weight · number · direction, with one number for each configuration."""
         return self._new(SLIDE, 1, (start, direction), (weight,), number=number)[0]
 
     def cross(self, a: Register, b: Register, weight: float = 1.0, start: Register | None = None) -> Register:
@@ -269,21 +253,21 @@ class Builder:
         return x, y, z
 
     def hinged(self, start: Register, vector: Register, axis: int, angle: int, offset: Sequence[float]) -> Register:
-        """Start + R · vector + offset, with R the turn about a coordinate axis."""
+        """Start + R · vector + offset, with R the rotation about a coordinate axis."""
         return self._new(HINGE, 1, (start, vector), tuple(offset), angle=angle, axis=axis)[0]
 
     def transformed(self, start: Register, W: Floats, vector: Register) -> Register:
         """Start + W · vector, with a constant matrix."""
         return self._new(MATRIX, 1, (start, vector), tuple(W.reshape(-1).tolist()))[0]
 
-    def quaternion(self, frame: Frame) -> tuple[Number, ...]:
+    def quaternion(self, frame: FrameRegisters) -> tuple[Component, ...]:
         """The unit quaternion (r0, r1, r2, r3) of a frame, in canonical sign."""
         first, last = self._new(QUATERNION, 2, (self.zero, *frame.columns))
-        return (*numbers(first), Number(last, 0))
+        return (*components(first), Component(last, 0))
 
-    def rpy(self, frame: Frame) -> tuple[Number, ...]:
+    def rpy(self, frame: FrameRegisters) -> tuple[Component, ...]:
         """Roll, pitch and yaw of a frame."""
-        return numbers(self._new(RPY, 1, (self.zero, *frame.columns))[0])
+        return components(self._new(RPY, 1, (self.zero, *frame.columns))[0])
 
     def _new(
         self,
@@ -303,21 +287,21 @@ class Builder:
 
     # --- the end --------------------------------------------------------------------------------------------------
 
-    def finished(self, result: Sequence[Number]) -> Program:
-        """The program whose results are these numbers, in this order."""
+    def build(self, result: Sequence[Component]) -> Program:
+        """Return the program with these results, in this order."""
         wanted = {number.register for number in result}
-        kept = self._needed(set(wanted))
-        angles = sorted({operation.angle for operation in kept if operation.angle >= 0})
+        needed = self._needed(set(wanted))
+        angles = sorted({operation.angle for operation in needed if operation.angle >= 0})
         constants = list(self._constants)
         # Rows: the constants, the other registers, the inputs, and a sine and a cosine for each angle.
-        place, count = _places(kept, wanted, len(constants))
+        place, count = _allocate(needed, wanted, len(constants))
         inputs = 3 * count
         sines = inputs + sum(self._widths)
         sine_of = {angle: sines + 2 * k for k, angle in enumerate(angles)}
         weights: list[float] = []
         table = []
-        for operation in kept:
-            row = _encoded(operation, place, sine_of, inputs)
+        for operation in needed:
+            row = _encode(operation, place, sine_of, inputs)
             table.append([*row, len(weights)])
             weights += operation.weights
         keys = list(self._angles)
@@ -337,31 +321,31 @@ class Builder:
         return Program(tables, np.array(constants), sines + 2 * len(angles))
 
     def _needed(self, wanted: set[Register]) -> list[Operation]:
-        """The operations on which these registers depend; the set grows with what they depend on."""
-        kept = []
+        """Return the operations on which the registers `wanted` depend; adds the registers these read to `wanted`."""
+        needed = []
         for operation in reversed(self._operations):
             if not wanted.isdisjoint(operation.results):
                 wanted.update(operation.operands)
-                kept.append(operation)
-        return kept[::-1]
+                needed.append(operation)
+        return needed[::-1]
 
 
-def numbers(register: Register) -> tuple[Number, Number, Number]:
-    """The three components of a register."""
-    return Number(register, 0), Number(register, 1), Number(register, 2)
+def components(register: Register) -> tuple[Component, Component, Component]:
+    """Return the three components of a register."""
+    return Component(register, 0), Component(register, 1), Component(register, 2)
 
 
-def _places(kept: Sequence[Operation], wanted: set[Register], constants: int) -> tuple[dict[Register, int], int]:
-    """The first row of each register, and how many registers there is room for.
+def _allocate(needed: Sequence[Operation], wanted: set[Register], constants: int) -> tuple[dict[Register, int], int]:
+    """Return the first row of each register, and the number of registers in scratch memory.
 
-    A register that nothing reads any more gives its place to a later one, so that a tile stays in the nearest cache;
-    an operation never writes where it reads.
+    A later register reuses the rows of one that is not read any more, so that a tile stays in the nearest cache; an
+    operation never writes where it reads.
     """
-    last = {register: k for k, operation in enumerate(kept) for register in operation.operands}
+    last = {register: k for k, operation in enumerate(needed) for register in operation.operands}
     place = {-1 - k: 3 * k for k in range(constants)}
     free: list[int] = []
     count = constants
-    for k, operation in enumerate(kept):
+    for k, operation in enumerate(needed):
         for register in operation.results:
             if free:
                 place[register] = free.pop()
@@ -369,14 +353,14 @@ def _places(kept: Sequence[Operation], wanted: set[Register], constants: int) ->
                 place[register] = 3 * count
                 count += 1
         done = {register for register in operation.operands if last[register] == k}
-        # Half of a turn may be wanted by nobody.
+        # Half of a TURN may be unused.
         done |= {register for register in operation.results if register not in last}
         free += [place[register] for register in sorted(done) if register >= 0 and register not in wanted]
     return place, count
 
 
-def _encoded(operation: Operation, place: dict[Register, int], sine_of: dict[int, int], inputs: int) -> tuple[int, ...]:
-    """Code, three results, four operands and a number, as `nao_kin._kernels.operations` has them."""
+def _encode(operation: Operation, place: dict[Register, int], sine_of: dict[int, int], inputs: int) -> tuple[int, ...]:
+    """Return code, three results, four operands and a number, as `nao_kin._kernels.operations` defines them."""
     results = [place[register] for register in operation.results]
     operands = [place[register] for register in operation.operands]
     if operation.code == HINGE:

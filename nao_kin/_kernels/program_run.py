@@ -1,4 +1,4 @@
-"""Programs run on arrays: any layout and precision in, blocks of rows to one thread or several."""
+"""Runs programs on arrays of any layout and precision, in blocks of rows, on one thread or several."""
 
 from __future__ import annotations
 
@@ -13,43 +13,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.process import usable_cores
-from nao_kin._kernels.cache import KeptKernel, need_numba
+from nao_kin._core.warn import need_extra
+from nao_kin._kernels.cache import CachedKernel
 from nao_kin._kernels.program import Program, aligned_empty, tile_width
 
 _DOUBLE = np.dtype(np.float64)
 
 
-def kernel(given: np.dtype[Any], computed: np.dtype[Any]) -> KeptKernel:
-    """`nao_kin._kernels.operations.run` for numbers given in one precision, computed in it or in single precision.
-
-    Raises:
-        MissingExtra: Numba is not installed.
-
-    Examples:
-        >>> double = np.dtype(np.float64)
-        >>> nk._kernels.kernel(double, double) is nk._kernels.kernel(double, double)
-        True
-    """
-    need_numba("a batch kernel")
+def kernel(given: np.dtype[Any], computed: np.dtype[Any]) -> CachedKernel:
+    """Return the kernel for inputs in one precision, computed in the same or in single precision."""
+    need_extra("a batch kernel", "batch")
     from nao_kin._kernels.operations import RUNS
 
     return RUNS[given, computed]
 
 
-# --- Programs run on arrays: any layout and precision in, blocks of rows to one thread or several.
-
 Array = NDArray[Any]
 
-# Rows that are brought into order at a time: few enough to stay in the processor's cache.
+# Rows that are made contiguous at a time: few enough to stay in the processor's cache.
 _BLOCK = 2048
-# Rows × length of the program from which on a second thread is worth waking, for it may have to wait for a core.
+# Rows × length of the program from which on a second thread pays, though it may have to wait for a core.
 _WORTH_A_THREAD = 4_000_000
 _BITS = {8: (struct.Struct("q"), struct.Struct("d")), 4: (struct.Struct("i"), struct.Struct("f"))}
-_NONE = {kind: (np.empty(0, kind),) * 3 for kind in (np.dtype(np.float64), np.dtype(np.float32))}
+_UNUSED = {kind: (np.empty(0, kind),) * 3 for kind in (np.dtype(np.float64), np.dtype(np.float32))}
 
 
 class _Threads:
-    """Threads that wait for work: made when first needed, and anew after a fork, which leaves the child without."""
+    """A pool of threads: made when first needed, and again after a fork, since the child has none."""
 
     def __init__(self) -> None:
         self.pool: ThreadPoolExecutor | None = None
@@ -60,7 +50,7 @@ class _Threads:
         self.pool = None
 
     def map(self, function: Callable[[slice], int], parts: Sequence[slice]) -> list[int]:
-        """`function` of all parts; the calling thread works, too."""
+        """Return `function` of all parts; the calling thread takes the first."""
         if self.pool is None:
             self.pool = ThreadPoolExecutor(max(1, usable_cores() - 1), "nao_kin_batch")
         try:
@@ -75,26 +65,16 @@ _ready: dict[tuple[np.dtype[Any], np.dtype[Any]], Callable[..., int]] = {}
 
 
 def execute(program: Program, inputs: Sequence[Array], out: Array, threads: int | None = None) -> float:
-    """Run a program on configurations, and on velocities and accelerations where it takes them.
+    """Run a program on configurations, velocities and accelerations; return the largest magnitude of the inputs.
 
     Args:
         program: what to compute.
         inputs: arrays of one batch shape, (..., numbers), in any layout and precision.
-        out: where the results go, shape (n, numbers), contiguous, in the precision to compute in.
-        threads: how many to use; None for all cores, where there is work enough.
+        out: the results, shape (n, numbers), contiguous, in the precision to compute in.
+        threads: number of threads; None for as many cores as the work is worth.
 
     Returns:
-        The largest magnitude among the inputs: NaN or infinity if there is one.
-
-    Examples:
-        >>> turn = nk._kernels.TreeJoint("revolute", -1, np.eye(3), np.zeros(3), (0.0, 0.0, 1.0), 0, 0)
-        >>> tree = nk._kernels.JointTree(1, 1, (turn,))
-        >>> tip = nk._kernels.TreeFrame(0, np.eye(3), np.array([0.1, 0.0, 0.0]))
-        >>> program = nk._kernels.poses_program(tree, [tip], form="position")
-        >>> out = np.empty((3, 3))
-        >>> _ = nk._kernels.execute(program, [np.zeros((3, 1))], out, threads=1)
-        >>> out[0].tolist()
-        [0.1, 0.0, 0.0]
+        The largest magnitude; NaN or infinity if an input has one.
     """
     count, dtype = len(out), out.dtype
     given = dtype
@@ -102,10 +82,10 @@ def execute(program: Program, inputs: Sequence[Array], out: Array, threads: int 
         if x.dtype != dtype:
             given = _DOUBLE
     run = _ready.get((given, dtype))
-    if run is None:  # here, and not in a thread, where nobody listens
+    if run is None:  # not in a thread of the pool, where its warnings would be lost
         made = kernel(given, dtype)
         compiled = made.ready()
-        run = _ready[given, dtype] = made.quick or compiled
+        run = _ready[given, dtype] = made.entry_point or compiled
     if threads is None:
         threads = count * program.length // _WORTH_A_THREAD
         threads = min(usable_cores(), threads) if threads > 1 else 1
@@ -113,7 +93,7 @@ def execute(program: Program, inputs: Sequence[Array], out: Array, threads: int 
     if threads < 2:
         peak = _execute(run, program, inputs, given, out, slice(0, count)) if count else 0
     else:
-        # Every thread begins with a full tile.
+        # Every thread starts at a full tile.
         tile = tile_width(dtype)
         share = max(tile, -(-count // (threads * tile)) * tile)
         parts = [slice(start, min(start + share, count)) for start in range(0, count, share)]
@@ -128,7 +108,7 @@ def _execute(
 ) -> int:
     size = out.itemsize
     try:
-        memory = program.spare[size].pop()
+        memory = program.free_memory[size].pop()
     except IndexError:
         memory = _scratch(program, out.dtype)
     in_order, peak = True, 0
@@ -139,15 +119,15 @@ def _execute(
     for start in range(0, len(out), step):
         block = slice(part.start + start, min(part.start + start + step, part.stop))
         flat = [_rows(x, block) if in_order else np.require(_rows(x, block), given, ("C", "A")) for x in inputs]
-        q, v, a = (*[x.ravel() for x in flat], *_NONE[given][len(flat) :])
+        q, v, a = (*[x.ravel() for x in flat], *_UNUSED[given][len(flat) :])
         results = out[start : start + step].ravel()
-        peak = max(peak, run(q, v, a, program.tables, memory, results, program.far[size]))
-    program.spare[size].append(memory)
+        peak = max(peak, run(q, v, a, program.tables, memory, results, program.far_bits[size]))
+    program.free_memory[size].append(memory)
     return peak
 
 
 def _rows(values: Array, block: slice) -> Array:
-    """A block of the rows of an array of any batch shape; only what is not in order is copied, and only this block."""
+    """Return a block of rows of an array of any batch shape; only a block that is not contiguous is copied."""
     if values.ndim == 2:
         return values[block]
     batch = values.shape[:-1]
@@ -158,7 +138,7 @@ def _rows(values: Array, block: slice) -> Array:
 
 
 def _scratch(program: Program, dtype: np.dtype[Any]) -> Array:
-    """Memory for one thread, with the constants in their rows."""
+    """Return scratch memory for one thread, with the constants in their rows."""
     width = tile_width(dtype)
     memory = aligned_empty(program.rows * width, dtype)
     memory.fill(0.0)

@@ -1,4 +1,4 @@
-"""The joints of a robot as numbers: what the programs are made of."""
+"""The joints of a robot as numbers, from which programs are built."""
 
 from __future__ import annotations
 
@@ -19,21 +19,16 @@ class TreeJoint:
 
     Attributes:
         kind: "revolute", "prismatic" or "free", for a floating base.
-        parent: the joint that carries it, by its place; −1 for the root.
-        R: orientation of its frame, with the joint at zero, in the frame of the parent.
+        parent: index of the parent joint; −1 for the root.
+        R: orientation of its frame at zero in the frame of the parent.
         t: position of its frame there [m].
         axis: unit vector of the axis.
-        coordinate: its place in q, the first of seven for a floating base.
-        velocity: its place in the velocity, the first of six for a floating base.
-        ratio: value = ratio · q[coordinate] + offset; 1 but for a joint that follows another one.
+        coordinate: index in q, of the first of seven coordinates for a floating base.
+        velocity: index in the velocity, of the first of six for a floating base.
+        ratio: value = ratio · q[coordinate] + offset; 1 except for mimic joints.
         offset: see `ratio`.
-        mass: mass of what moves with it and with no later joint [kg].
-        moment: mass · position of the centre of that mass in the joint's frame [kg m].
-
-    Examples:
-        >>> turn = nk._kernels.TreeJoint("revolute", -1, np.eye(3), np.zeros(3), (0.0, 0.0, 1.0), 0, 0)
-        >>> turn.kind, turn.parent
-        ('revolute', -1)
+        mass: mass of its body [kg].
+        moment: mass · centre of mass of its body in the joint's frame [kg m].
     """
 
     kind: str
@@ -50,7 +45,7 @@ class TreeJoint:
 
     @cached_property
     def principal(self) -> tuple[int, float]:
-        """The coordinate axis that is turned or moved along, and the sign of the joint's axis along it."""
+        """The coordinate axis nearest to the joint's axis, and the sign of the joint's axis along it."""
         k = int(np.argmax(np.abs(self.axis)))
         return k, (1.0 if self.axis[k] > 0.0 else -1.0)
 
@@ -65,7 +60,7 @@ class TreeJoint:
 
     @cached_property
     def is_straight(self) -> bool:
-        """Whether its frame, with the joint at zero, has the axes of the parent's."""
+        """Whether its frame at zero has the axes of the parent's."""
         return bool((np.eye(3) == self.R).all())
 
     @property
@@ -82,14 +77,8 @@ class JointTree:
         nq: numbers in a configuration.
         nv: numbers in a velocity.
         joints: the joints.
-        mass: mass of what no joint moves [kg].
-        moment: mass · position of the centre of that mass [kg m].
-
-    Examples:
-        >>> turn = nk._kernels.TreeJoint("revolute", -1, np.eye(3), np.zeros(3), (0.0, 0.0, 1.0), 0, 0)
-        >>> tree = nk._kernels.JointTree(1, 1, (turn,))
-        >>> len(tree.joints)
-        1
+        mass: mass of the root's body [kg].
+        moment: mass · centre of mass of the root's body [kg m].
     """
 
     nq: int
@@ -105,7 +94,7 @@ class JointTree:
 
     @cached_property
     def children(self) -> dict[int, list[int]]:
-        """The joints that each joint carries, and the root."""
+        """The child joints of each joint and of the root."""
         children: dict[int, list[int]] = {k: [] for k in range(ROOT, len(self.joints))}
         for k, joint in enumerate(self.joints):
             children[joint.parent].append(k)
@@ -121,14 +110,7 @@ class JointTree:
         return tuple(masses)
 
     def chain(self, joint: int) -> list[int]:
-        """The joints from the root to this one.
-
-        Examples:
-            >>> turn = nk._kernels.TreeJoint("revolute", -1, np.eye(3), np.zeros(3), (0.0, 0.0, 1.0), 0, 0)
-            >>> tree = nk._kernels.JointTree(1, 1, (turn,))
-            >>> tree.chain(0)
-            [0]
-        """
+        """Return the joints from the root to this one."""
         chain = []
         while joint != ROOT:
             chain.append(joint)
@@ -136,14 +118,7 @@ class JointTree:
         return chain[::-1]
 
     def common_joint(self, joints: Sequence[int]) -> int:
-        """The last joint that carries all of these, or is one of them; −1 for the root.
-
-        Examples:
-            >>> turn = nk._kernels.TreeJoint("revolute", -1, np.eye(3), np.zeros(3), (0.0, 0.0, 1.0), 0, 0)
-            >>> tree = nk._kernels.JointTree(1, 1, (turn,))
-            >>> tree.common_joint([0, 0])
-            0
-        """
+        """Return the last joint that is in the chains of all of these; −1 for the root."""
         common = ROOT
         for places in zip(*(self.chain(joint) for joint in joints), strict=False):
             if len(set(places)) > 1:
@@ -154,13 +129,7 @@ class JointTree:
 
 @dataclass(frozen=True)
 class TreeFrame:
-    """A frame held to a joint: the joint, and its pose there.
-
-    Examples:
-        >>> tip = nk._kernels.TreeFrame(0, np.eye(3), np.array([0.1, 0.0, 0.0]))
-        >>> tip.joint
-        0
-    """
+    """A frame fixed to a joint: the joint, and its pose there."""
 
     joint: int
     R: Floats = field(repr=False)

@@ -16,14 +16,14 @@ import typer
 import nao_kin
 from nao_kin._core.extras import with_remedy
 from nao_kin._core.process import before_ending
-from nao_kin._core.text import MOST_ECHOED, abbreviated
+from nao_kin._core.text import MAX_ECHOED, abbreviated
 from nao_kin.cli import doctor, export, fk, ik, motion, naoqi, reach, robots, view  # noqa: F401
 from nao_kin.cli.options import COMMANDS, Command
 from nao_kin.cli.output import print_note
 from nao_kin.errors import NaoKinError, NaoKinWarning
 
 # A quoted text, or a word, that is longer than any message repeats.
-_LONG = re.compile(rf"'[^']{{{MOST_ECHOED},}}'|\S{{{MOST_ECHOED + 1},}}")
+_LONG = re.compile(rf"'[^']{{{MAX_ECHOED},}}'|\S{{{MAX_ECHOED + 1},}}")
 
 app = typer.Typer(
     name="nao-kin",

@@ -21,7 +21,8 @@ import typer
 from nao_kin._core.extras import ALL, EXTRAS, Extra, command as install_command, with_remedy
 from nao_kin._core.process import before_ending, kill_group, uninterrupted
 from nao_kin._core.text import abbreviated
-from nao_kin._kernels.cache import need_numba, warm_up
+from nao_kin._core.warn import need_extra
+from nao_kin._kernels.cache import warm_up
 from nao_kin.cli.options import JSON, command
 from nao_kin.cli.output import print_json, print_table
 
@@ -218,7 +219,7 @@ def warmup(json: bool = JSON) -> None:
     They are kept in the user's cache; NUMBA_CACHE_DIR names another folder. Without this command, the first
     large batch, map or inverse kinematics compiles what it needs.
     """
-    need_numba("warmup")
+    need_extra("warmup", "batch")
     states = warm_up()
     if json:
         kernels = [

@@ -15,7 +15,7 @@ from typing import Any, TypeAlias, TypeVar
 import numpy as np
 
 from nao_kin._core.process import usable_cores
-from nao_kin._kernels.cache import KeptKernel, first_rows
+from nao_kin._kernels.cache import CachedKernel, first_rows
 
 # A flat sequence of floats that may be written to: a list, or compiled a row of an array.
 Row: TypeAlias = Any
@@ -29,7 +29,9 @@ KERNEL = "ik kernel, "
 _PER_THREAD = 2000
 
 
-def kept(name: str, signature: Callable[[], Any], seconds: float = 10.0) -> Callable[[Callable[..., Any]], KeptKernel]:
+def kept(
+    name: str, signature: Callable[[], Any], seconds: float = 10.0
+) -> Callable[[Callable[..., Any]], CachedKernel]:
     """A kernel of this room, kept on disk; the signature is made when Numba has been imported.
 
     Args:
@@ -38,13 +40,13 @@ def kept(name: str, signature: Callable[[], Any], seconds: float = 10.0) -> Call
         seconds: about how long it takes to compile [s].
     """
 
-    def made(function: Callable[..., Any]) -> KeptKernel:
+    def made(function: Callable[..., Any]) -> CachedKernel:
         def registered() -> Any:
             _register_borrowed()
             return signature()
 
         what = f"a kernel of inverse kinematics, {name}"
-        return KeptKernel(function, what, f"{KERNEL}{name}", registered, seconds)
+        return CachedKernel(function, what, f"{KERNEL}{name}", registered, seconds)
 
     return made
 
@@ -85,7 +87,7 @@ def copied(numbers: _Numbers) -> _Numbers:
 
 
 def run_rows(
-    kernel: KeptKernel,
+    kernel: CachedKernel,
     run: Callable[[Callable[..., Any], slice], object],
     count: int,
     threads: int | None,

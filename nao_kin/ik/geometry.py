@@ -469,7 +469,7 @@ def found_for(
 
 def _one(form: ClosedForm, limb: Limb, target: Floats, reference: Floats, enforce: bool) -> Found:
     """One target: by the kernel where it is in memory, else by the function as it stands in Python."""
-    quick = form.kernel.quick
+    quick = form.kernel.entry_point
     if quick is not None:
         found = _space(form, limb, 1, form.max_branches)
         quick(limb.numbers, limb.ranges, target, reference, enforce, found.rows)

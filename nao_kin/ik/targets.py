@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import (
     LARGEST,
-    MOST_THREADS,
+    MAX_THREADS,
     Floats,
     as_floats,
     as_vectors,
@@ -178,4 +178,4 @@ def check_threads(threads: SupportsIndex | None) -> int | None:
     Raises:
         BadArgument: no whole number from 1 to 10 000.
     """
-    return None if threads is None else whole_number(threads, "threads", 1, MOST_THREADS)
+    return None if threads is None else whole_number(threads, "threads", 1, MAX_THREADS)

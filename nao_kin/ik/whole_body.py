@@ -10,7 +10,7 @@ from typing import SupportsIndex
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import MOST_SEARCHES, Floats, as_vectors, check_tolerance, common_batch, whole_number
+from nao_kin._core.arrays import MAX_SEARCHES, Floats, as_vectors, check_tolerance, common_batch, whole_number
 from nao_kin._core.process import usable_cores
 from nao_kin.ik.body import SIDES, Ints
 from nao_kin.ik.body_errors import BOTH, DEFAULT_POSTURE, DEFAULT_WEIGHTS, Plan
@@ -268,8 +268,8 @@ def whole_body(
     factors = checked_weights(weights)
     check_tolerance(tolerance)
     check_tolerance(margin, "margin")
-    searches = whole_number(restarts, "restarts", 0, MOST_SEARCHES)
-    steps = whole_number(iterations, "iterations", 1, MOST_SEARCHES)
+    searches = whole_number(restarts, "restarts", 0, MAX_SEARCHES)
+    steps = whole_number(iterations, "iterations", 1, MAX_SEARCHES)
     workers = check_threads(threads)
     given, notes = (ready.rest, ()) if reference is None else _configurations(robot, reference, "reference", enforce)
     standing = standing_feet(feet) if feet is not None else ready.feet(robot, None if reference is None else given)

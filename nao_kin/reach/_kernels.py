@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats
-from nao_kin._kernels.cache import KeptKernel, both_ways
-from nao_kin._kernels.chains import Chain, Posed, chain_of, chain_types, to_frame
+from nao_kin._kernels.cache import CachedKernel, both_ways
+from nao_kin._kernels.chains import Chain, FramePose, chain_of, chain_types, to_frame
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.robot import WORLD, RobotModel, joints_below, serial_chain
 from nao_kin.robot.semantics import CoupledLimit
@@ -236,10 +236,10 @@ class VoxelGrid(NamedTuple):
     shape: tuple[int, int, int]
 
 
-def kept(*arguments: str) -> Callable[[Callable[..., Any]], KeptKernel]:
+def kept(*arguments: str) -> Callable[[Callable[..., Any]], CachedKernel]:
     """A kernel kept on disk, with arguments of the types that `_signature` has by these names."""
     what, signature = "the kernels of reach maps", partial(_signature, arguments)
-    return lambda function: KeptKernel(function, what, f"reach kernel, {function.__name__}", signature, 3.0)
+    return lambda function: CachedKernel(function, what, f"reach kernel, {function.__name__}", signature, 3.0)
 
 
 def _signature(arguments: tuple[str, ...]) -> Any:
@@ -304,7 +304,7 @@ def interpolated(bends: Floats, column: int, at: float) -> float:
 def hands(values: Floats, tables: ChainTables, positions: Floats, axes: Floats, manipulability: Floats) -> None:
     """Position (m, 3), x axis (m, 3) and manipulability (m,) of the frame at joint values (m, c)."""
     chain, joints = tables.chain, len(tables.chain.slides)
-    posed = Posed(np.empty(12), np.empty(3 * joints), np.empty(3 * joints))
+    posed = FramePose(np.empty(12), np.empty(3 * joints), np.empty(3 * joints))
     T, axis, origin = posed.T, posed.axes, posed.origins
     columns = np.empty((tables.moving, 3))
     for sample in range(values.shape[0]):

@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor, wait
 
 import numpy as np
 
-from nao_kin._core.arrays import MOST_THREADS, Floats, as_floats, whole_number
+from nao_kin._core.arrays import MAX_THREADS, Floats, as_floats, whole_number
 from nao_kin._core.process import usable_cores
 from nao_kin._kernels.cache import first_rows
 from nao_kin.errors import BadArgument, WrongShape
@@ -85,7 +85,7 @@ def workspace(
     """
     check_robot(robot)
     asked = asked_range(samples, shard)
-    workers = usable_cores() if threads is None else whole_number(threads, "threads", 1, MOST_THREADS)
+    workers = usable_cores() if threads is None else whole_number(threads, "threads", 1, MAX_THREADS)
     chain, settings = _prepared(robot, frame, voxel, seed, reference)
     first, shape = _box(chain.centre, chain.radius, settings.voxel)
     done: tuple[SampleRange, ...] = ()

@@ -13,7 +13,7 @@ import pinocchio as pin
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from nao_kin import _kernels as kernels
-from nao_kin._core.arrays import MOST_THREADS, as_floats, as_numbers, refuse_non_finite, whole_number
+from nao_kin._core.arrays import MAX_THREADS, as_floats, as_numbers, refuse_non_finite, whole_number
 from nao_kin._core.text import quoted
 from nao_kin._kernels.cache import has_numba, note_slowness
 from nao_kin.errors import BadArgument, WrongShape
@@ -173,7 +173,7 @@ class Answers:
             WrongShape, NotFinite, BadArgument: as the methods of `RobotModel` say.
         """
         kind = output.precision()
-        threads = None if output.threads is None else whole_number(output.threads, "threads", 1, MOST_THREADS)
+        threads = None if output.threads is None else whole_number(output.threads, "threads", 1, MAX_THREADS)
         arrays = self._arrays(inputs)
         batch, numbers = arrays[0].shape[:-1], question.shape(self._nv)
         shape = (*batch, *(numbers[1:] if one else numbers))

@@ -1,4 +1,4 @@
-"""Rotations, hand-rolled in NumPy: matrices, three angles, invariants, quaternions; batches over leading axes."""
+"""Rotations written by hand in NumPy: matrices, three angles, invariants and quaternions, with leading batch axes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is a rotation matrix, and how far from one a matrix is."""
+"""Checks of rotation matrices, and the rotation nearest to a matrix."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from nao_kin._core.kernels import Functions, Kernel, Number, OutOfScale, evaluat
 from nao_kin.errors import BadArgument, NotARotation, WrongShape, at_index
 
 TOLERANCE = 1e-6  # a rotation rounded to float32 passes (1e-7), one typed to five digits does not
-ROUNDING = 2.0**-46  # the defects of what a few dozen products of float64 make of a rotation stay below
+ROUNDING = 2.0**-46  # larger than the defects of a product of a few dozen float64 rotations
 _LARGEST_EXPONENT = 1e15
 
 
@@ -24,10 +24,6 @@ class RotationDefects:
     Attributes:
         determinant: det R − 1, shape (...).
         orthogonality: largest absolute entry of RᵀR − 1, shape (...).
-
-    Examples:
-        >>> nk.rotations.check_rotation(np.diag([1.0, 1.0, 1.0 + 1e-7])).orthogonality.round(9)
-        np.float64(2e-07)
     """
 
     determinant: Floats
@@ -35,17 +31,14 @@ class RotationDefects:
 
 
 def is_rotation(R: ArrayLike, tolerance: float = TOLERANCE) -> NDArray[np.bool_]:
-    """Whether matrices are rotations: |det R − 1| ≤ tolerance and |RᵀR − 1| ≤ tolerance in every entry.
+    """Return whether matrices are rotations: |det R − 1| ≤ tolerance and |RᵀR − 1| ≤ tolerance in every entry.
 
     Args:
-        R: matrices, shape (..., 3, 3); one with NaN or infinity is no rotation.
+        R: matrices, shape (..., 3, 3); False for a matrix with NaN or infinity.
         tolerance: largest defect allowed.
 
     Returns:
         Booleans, shape (...).
-
-    Raises:
-        BadArgument, WrongShape: not numbers, or not of shape (..., 3, 3); a tolerance that is no number ≥ 0.
 
     Examples:
         >>> nk.rotations.is_rotation([nk.rotations.rot_x(0.3), np.diag([1.0, 1.0, -1.0])])
@@ -59,25 +52,19 @@ def is_rotation(R: ArrayLike, tolerance: float = TOLERANCE) -> NDArray[np.bool_]
 
 
 def check_rotation(R: ArrayLike, tolerance: float = TOLERANCE) -> RotationDefects:
-    """The defects of matrices that must be rotations; refuses the first that is none.
+    """Return the defects of rotation matrices, and raise `NotARotation` for the first matrix that is not a rotation.
 
-    Every function of this package that takes rotation matrices checks them so, with the default tolerance. What it
-    answers for a matrix with defects above rounding (1.4e-14) is the answer for the rotation nearest to it.
+    Every function of this package checks its rotation matrices in this way, with the default tolerance. For a matrix
+    with defects above rounding (1.4e-14) it gives the answer for the nearest rotation.
 
     Args:
         R: matrices, shape (..., 3, 3).
-        tolerance: largest defect allowed; the default lets rotations rounded to float32 pass.
+        tolerance: largest defect allowed; the default accepts rotations rounded to float32.
 
     Returns:
         det R − 1 and max |RᵀR − 1| of each matrix.
 
-    Raises:
-        NotARotation: a defect above the tolerance; carries the index of the matrix and both defects.
-        BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 3, 3), NaN or infinity.
-
     Examples:
-        >>> nk.rotations.check_rotation(nk.rotations.rot_x([0.1, 0.2])).determinant.shape
-        (2,)
         >>> nk.rotations.check_rotation(np.diag([1.0, 1.0, -1.0]))
         Traceback (most recent call last):
         nao_kin.errors.NotARotation: not a rotation matrix: det R − 1 = -2, max |RᵀR − 1| = 0
@@ -105,23 +92,20 @@ def nearest_rotation(M: ArrayLike) -> Floats:
         Rotation matrices, shape (..., 3, 3).
 
     Raises:
-        BadArgument: a matrix that has no single nearest rotation, for σ₂ + det(U) det(V) σ₃ = 0 (rank below two, or a
+        BadArgument: a matrix without a single nearest rotation: σ₂ + det(U) det(V) σ₃ = 0 (rank below two, or a
             reflection whose two smaller singular values are equal).
-        WrongShape, NotFinite: not of shape (..., 3, 3), NaN or infinity.
 
     Source: Umeyama, IEEE PAMI 13(4), 1991, lemma.
 
     Examples:
-        >>> nk.rotations.nearest_rotation([[0.0, -2.0, 0.0], [2.1, 0.0, 0.0], [0.0, 0.0, 1.9]]) + 0.0
-        array([[ 0., -1.,  0.],
-               [ 1.,  0.,  0.],
-               [ 0.,  0.,  1.]])
+        >>> nk.rotations.nearest_rotation([[0.0, -2.0, 0.0], [2.1, 0.0, 0.0], [0.0, 0.0, 1.9]])[0] + 0.0
+        array([ 0., -1.,  0.])
     """
     matrices = as_matrices(M)
     refuse_non_finite(matrices, "matrix")
-    # A common scale changes no direction, and keeps the products inside the SVD from overflowing.
+    # A common scale does not change the rotation, and keeps products in the SVD from overflowing.
     scale = np.abs(matrices).max(axis=(-2, -1), keepdims=True, initial=0.0)
-    # In a row, for the SVD takes fewer batch axes than arrays may have.
+    # With one batch axis, for the SVD takes fewer batch axes than arrays may have.
     row = (matrices / np.where(scale > 0.0, scale, 1.0)).reshape(-1, 3, 3)
     U, sigma, Vt = np.linalg.svd(row)
     sign = np.where(np.linalg.det(U) * np.linalg.det(Vt) < 0.0, -1.0, 1.0)
@@ -164,9 +148,9 @@ def as_exponent(t: ArrayLike, what: str) -> Floats:
 
 
 def evaluate_rotations(kernel: Kernel, R: ArrayLike, *tails: tuple[int, ...]) -> list[Floats]:
-    """`kernel` on the nine entries of each rotation, checked on the way; results as of `evaluate`.
+    """Return the results of `evaluate` for the nine entries of each rotation matrix, which are checked on the way.
 
-    A matrix that is a rotation within the tolerance, but not to rounding, is replaced by the rotation nearest to it.
+    A matrix that is a rotation within the tolerance, but not to rounding, is replaced by the nearest rotation.
     """
     matrices = as_matrices(R)
 
@@ -182,11 +166,7 @@ def evaluate_rotations(kernel: Kernel, R: ArrayLike, *tails: tuple[int, ...]) ->
 
 
 def evaluate_vectors(kernel: Kernel, v: ArrayLike, *tails: tuple[int, ...]) -> list[Floats]:
-    """`kernel` on the three components of each rotation vector; results as of `evaluate`.
-
-    Raises:
-        BadArgument: one so long (1e140 rad) that the angle within a turn means nothing; or not numbers.
-    """
+    """Return the results of `evaluate` for the components of rotation vectors, which must be shorter than 1e140 rad."""
     vectors = as_batch(v, (3,), "rotation vector")
     try:
         return evaluate(kernel, [vectors], *tails)
@@ -204,8 +184,8 @@ def _entries(f: Functions, *m: Number) -> tuple[Number, ...]:
 def _projected(f: Functions, m: Sequence[Number], defects: Sequence[Number]) -> tuple[Number, ...]:
     """R (1 + D)^(−1/2), the rotation nearest to R, for D = RᵀR − 1 up to the tolerance.
 
-    1 − D/2 + 3 D²/8 leaves 5 D³/16, which is nothing. Matrices that are exact to rounding stay as they are, for the
-    sake of half turns, whose signs hang on entries that are exactly zero.
+    1 − D/2 + 3 D²/8 has an error of 5 D³/16, which is below rounding. Matrices that are exact to rounding stay
+    unchanged, for the signs of half turns depend on entries that are exactly zero.
     """
     largest = abs(defects[0])
     for defect in defects[1:]:
@@ -248,16 +228,11 @@ def _largest_defects(f: Functions, *m: Number) -> tuple[Number, ...]:
     return determinant, largest
 
 
-# --- Weights of what is averaged or fitted.
+# --- Weights of means and fits.
 
 
 def as_shares(weights: ArrayLike | None, count: int) -> Floats:
-    """`weights` of `count` things as shares of 1, shape (..., count); alike without weights.
-
-    Raises:
-        BadArgument: a negative weight, or no positive one; not numbers.
-        WrongShape, NotFinite: not of shape (..., count), NaN or infinity.
-    """
+    """Return `weights`, shape (..., count), scaled to a sum of 1; equal shares for None."""
     if weights is None:
         return np.full(count, 1.0 / count)
     values = as_batch(weights, (count,), "weights")
@@ -268,6 +243,6 @@ def as_shares(weights: ArrayLike | None, count: int) -> Floats:
     if not largest.all():
         where = at_index(first_index(largest[..., 0] == 0.0))
         raise BadArgument(f"at least one weight must be positive, got zeros only{where}")
-    # A common scale changes nothing, and keeps their sum from overflowing.
+    # A common scale does not matter, and keeps the sum from overflowing.
     scaled = values / largest
     return np.asarray(scaled / scaled.sum(axis=-1, keepdims=True))

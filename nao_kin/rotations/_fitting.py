@@ -14,6 +14,7 @@ from nao_kin._core.arrays import (
     as_batch,
     as_numbers,
     as_vectors,
+    choice,
     common_batch,
     cross,
     dot,
@@ -22,7 +23,7 @@ from nao_kin._core.arrays import (
     unit,
 )
 from nao_kin._core.kernels import Functions, Number, evaluate
-from nao_kin.errors import BadArgument, DegeneratePoints, UnknownName, WrongShape, at_index
+from nao_kin.errors import BadArgument, DegeneratePoints, WrongShape, at_index
 from nao_kin.rotations._checks import as_rotations, as_shares, evaluate_rotations, nearest_rotation
 from nao_kin.rotations._exponential import exp, log
 from nao_kin.rotations._quaternions import matrix_from_quat, quaternion_of
@@ -30,27 +31,22 @@ from nao_kin.rotations._three_angles import REQUIRED, Axes, find_short_sequence,
 
 MeanMethod = Literal["geodesic", "chordal"]
 
-_MOST_STEPS = 200
-# Length of a step that changes nothing but the last digit, and of one that may be rounding [rad].
+_MAX_STEPS = 200
+# Length of a step that changes only the last digit, and of one that may be rounding [rad].
 _LAST_STEP, _SHORT_STEP = 1e-15, 1e-12
-# Below 1, so that no step overshoots so far that the sum of squares grows; above, Newton's own.
+# A lower bound above ½, so that no step increases the sum of squares.
 _LEAST_CURVATURE = 0.55
 
 
 @dataclass(frozen=True, eq=False)
 class MeanRotation:
-    """A mean of rotations, and how they scatter about it.
+    """A mean of rotations, and how far they scatter about it.
 
     Attributes:
         rotation: the mean R̄, shape (..., 3, 3).
         spread: root of the weighted mean of the squared angles to the mean, shape (...) [rad].
         covariance: weighted mean of v vᵀ with v = log(R̄ᵀ Rᵢ), in the axes of the mean's frame, shape (..., 3, 3)
             [rad²]; its trace is the spread squared.
-
-    Examples:
-        >>> mean = nk.rotations.mean_rotation(nk.rotations.rot_x([0.1, 0.3]))
-        >>> mean.spread.round(12), mean.covariance.diagonal()
-        (np.float64(0.1), array([0.01, 0.  , 0.  ]))
     """
 
     rotation: Floats
@@ -61,44 +57,33 @@ class MeanRotation:
 def mean_rotation(R: ArrayLike, weights: ArrayLike | None = None, *, method: MeanMethod = "geodesic") -> MeanRotation:
     """The weighted mean of rotations, with its spread.
 
-    geodesic: the R̄ with least Σ wᵢ φᵢ², φᵢ the angle from R̄ to Rᵢ (the Karcher mean). It is the only one where all
-    rotations lie within less than 90° of some rotation. Where they scatter wider, there may be several local minima,
-    and the one reached from the chordal mean is returned.
-    chordal: the R̄ with least Σ wᵢ ‖Rᵢ − R̄‖², the rotation nearest to Σ wᵢ Rᵢ, which is the mean of unit quaternions
-    as eigenvector too. It costs less, is the least of all wherever it exists, and is drawn less by what lies far off.
-    Of two rotations of one weight both are half way between; of rotations close together they hardly differ.
+    geodesic: the R̄ with least Σ wᵢ φᵢ², φᵢ the angle from R̄ to Rᵢ (the Karcher mean). It is unique if all rotations
+    are less than 90° from some rotation. Otherwise there may be several local minima; the result is the one reached
+    from the chordal mean.
+    chordal: the R̄ with least Σ wᵢ ‖Rᵢ − R̄‖², the rotation nearest to Σ wᵢ Rᵢ, which is also the eigenvector mean of
+    unit quaternions. It is faster, is the global minimum wherever it exists, and outliers pull it less.
+    Both give the midpoint of two rotations of equal weight, and nearly the same for rotations close together.
 
     Args:
         R: rotation matrices, shape (..., n, 3, 3); the mean is over n ≥ 1.
-        weights: shape (..., n), none negative, not all zero; broadcasts with R. Their scale does not matter. Without
-            them all rotations count alike.
+        weights: shape (..., n), not negative, not all zero, of any scale; broadcasts with R. None for equal weights.
         method: "geodesic" or "chordal".
 
     Returns:
         Mean, spread and covariance.
 
     Raises:
-        BadArgument: rotations without a single mean, whose weighted sum has no single nearest rotation (two of them
-            half a turn apart, or scattered evenly over all directions); the message has the index. No rotations at all;
-            negative weights, or no positive one; not numbers.
-        NotARotation: some matrix is not orthogonal with determinant +1; carries its index and its defects.
-        UnknownName: no such method.
-        WrongShape, NotFinite: wrong or mismatched shapes, NaN or infinity.
+        BadArgument: the weighted sum has no single nearest rotation (two rotations half a turn apart, or rotations
+            scattered evenly over all directions).
 
     Source: Hartley, Trumpf, Dai and Li, Rotation averaging, IJCV 103, 2013.
 
     Examples:
         >>> mean = nk.rotations.mean_rotation(nk.rotations.rot_z([0.1, 0.2, 0.6]))
-        >>> np.allclose(mean.rotation, nk.rotations.rot_z(0.3))
-        True
-        >>> mean.spread
-        array(0.216)
-        >>> heavier = nk.rotations.mean_rotation(nk.rotations.rot_z([0.1, 0.5]), weights=[3, 1])
-        >>> np.allclose(heavier.rotation, nk.rotations.rot_z(0.2))
-        True
+        >>> np.allclose(mean.rotation, nk.rotations.rot_z(0.3)), mean.spread
+        (True, array(0.216))
     """
-    if not isinstance(method, str) or method not in ("geodesic", "chordal"):
-        raise UnknownName("method", method, ("geodesic", "chordal"))
+    choice(method, ("geodesic", "chordal"), "method")
     rotations = as_rotations(R)
     if rotations.ndim < 3:
         raise WrongShape("rotations", "(..., n, 3, 3)", rotations.shape)
@@ -123,18 +108,18 @@ def _chordal(rotations: Floats, shares: Floats) -> Floats:
 
 
 def _geodesic(mean: Floats, rotations: Floats, shares: Floats) -> Floats:
-    """From `mean` downhill by Newton's steps, with the curvature (φ/2) cot(φ/2) across each arm kept from falling.
+    """Descend from `mean` by Newton steps, with the curvature (φ/2) cot(φ/2) across each arm bounded from below.
 
-    The square of an angle curves by at most 1, also where it has a kink, at π. So with curvatures above ½ a step never
-    goes uphill, and no search along it is needed.
+    The squared angle has a curvature of at most 1, also at its kink at φ = π. So steps with curvatures above ½ never
+    increase the sum, and need no line search.
     """
     previous = np.inf
-    for _ in range(_MOST_STEPS):
+    for _ in range(_MAX_STEPS):
         arms = _arms(mean, rotations)
         squares = dot(arms, arms)
         half = 0.5 * np.sqrt(squares)
         across = np.maximum(np.where(half > 0.0, half / np.tan(np.where(half > 0.0, half, 1.0)), 1.0), _LEAST_CURVATURE)
-        # Across the arm by `across`, along it by 1.
+        # The curvature is `across` normal to the arm, and 1 along it.
         along = shares * (1.0 - across) / np.where(squares > 0.0, squares, 1.0)
         curvature = dot(shares, across)[..., np.newaxis, np.newaxis] * np.eye(3)
         curvature = curvature + np.swapaxes(along[..., np.newaxis] * arms, -1, -2) @ arms
@@ -153,24 +138,24 @@ def _arms(mean: Floats, rotations: Floats) -> Floats:
     return log(np.swapaxes(mean, -1, -2)[..., np.newaxis, :, :] @ rotations)
 
 
-# --- The rotation of a body from points on it, seen before and after.
+# --- The rotation of a body from points on it before and after.
 
 PointsMethod = Literal["least_squares", "triads"]
 
-# σ₂/σ₁ of the points at which they count as one line. Triads lose digits of the turn about it as 1/thinness, least
+# σ₂/σ₁ of the points at which they count as one line. Triads lose digits of the rotation about it as 1/thinness, least
 # squares as its square, for the product of both point sets has the squares of their singular values.
 THINNEST = {"triads": 1e-8, "least_squares": 1e-6}
 
 
 def rotation_from_points(before: ArrayLike, after: ArrayLike, *, method: PointsMethod = "least_squares") -> Floats:
-    """The rotation R that takes points of a body before a motion to the same points after it, whatever the shift.
+    """The rotation R that takes points of a body before a motion to the same points after it, whatever the translation.
 
     least_squares: the R that minimises Σ ‖(p'ᵢ − p̄') − R (pᵢ − p̄)‖², the rotation nearest to Σ (p'ᵢ − p̄')(pᵢ − p̄)ᵀ;
     for n ≥ 3 points.
     triads: R = [e1' e2' e3'] [e1 e2 e3]ᵀ from exactly three points a, b, c, with e1 along b − c, e2 along the part of
     a − (b + c)/2 normal to e1, and e3 = e1 × e2; it maps the line of b and c exactly, and the plane of the three.
-    For points of a rigid body without errors both give the same R. Of points near one line, the turn about it is right
-    to about 1e-16/thinness by triads and 1e-16/thinness² by least squares, with thinness their width by their length.
+    For exact points of a rigid body both give the same R. For points near one line, the rotation about it is accurate
+    to about 1e-16/thinness by triads and 1e-16/thinness² by least squares, with thinness = width / length.
 
     Args:
         before: points before the motion, shape (..., n, 3) [m].
@@ -178,26 +163,20 @@ def rotation_from_points(before: ArrayLike, after: ArrayLike, *, method: PointsM
         method: "least_squares" or "triads".
 
     Returns:
-        Rotation matrices, shape (..., 3, 3), determinant +1 also where the points lie in a plane.
+        Rotation matrices, shape (..., 3, 3), with determinant +1 also for points in a plane.
 
     Raises:
         DegeneratePoints: fewer than three points, points on one line (thinner than 1e-6 of their length for least
-            squares, 1e-8 for triads), or after points that are as near to a mirror image as to a rotated one, so that
-            no single rotation fits best.
-        WrongShape: not of shape (..., n, 3), different n, mismatched batch shapes, n ≠ 3 for triads.
-        UnknownName: no such method.
-        BadArgument, NotFinite: not numbers, outside ±1e150, NaN or infinity.
+            squares, 1e-8 for triads), or points as near to a mirror image as to a rotated one.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3 (triads); Umeyama, IEEE PAMI 13(4), 1991.
 
     Examples:
-        >>> before = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
-        >>> after = [[5, 5, 5], [5, 6, 5], [4, 5, 5]]
+        >>> before, after = [[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[5, 5, 5], [5, 6, 5], [4, 5, 5]]
         >>> np.allclose(nk.rotations.rotation_from_points(before, after), nk.rotations.rot_z(np.pi / 2))
         True
     """
-    if not isinstance(method, str) or method not in ("least_squares", "triads"):
-        raise UnknownName("method", method, ("least_squares", "triads"))
+    choice(method, ("least_squares", "triads"), "method")
     P, Q = _as_points(before, "points before"), _as_points(after, "points after")
     count = P.shape[-2]
     if Q.shape[-2] != count:
@@ -221,8 +200,8 @@ def best_fit(before: Floats, after: Floats, what: str) -> Floats:
 
 
 def refuse_one_line(rows: Floats, what: str, thinnest: float, coincident: NDArray[np.bool_] | bool = False) -> None:
-    """Refuse vectors (..., n, 3) all along one line, and those that are known to be `coincident`."""
-    # In a row, for the SVD takes fewer batch axes than arrays may have.
+    """Refuse vectors (..., n, 3) along one line, and those known to be `coincident`."""
+    # With one batch axis, for the SVD takes fewer batch axes than arrays may have.
     row = np.linalg.svd(rows.reshape(-1, *rows.shape[-2:]), compute_uv=False)
     sigma = row.reshape(*rows.shape[:-2], row.shape[-1])
     thin = (sigma[..., 1] <= thinnest * sigma[..., 0]) | coincident
@@ -243,10 +222,10 @@ def _as_points(value: ArrayLike, what: str) -> Floats:
 
 
 def _centred(points: Floats, what: str, thinnest: float) -> Floats:
-    """Points about their centroid, at a scale of about 1; collinear ones refused."""
+    """Points about their centroid, scaled to about 1; collinear points are refused."""
     arms: Floats = points - points.mean(axis=-2, keepdims=True)
     scale = np.abs(arms).max(axis=(-2, -1), keepdims=True, initial=0.0)
-    # The directions of coincident points are rounding errors, which their coordinates give away.
+    # The directions of coincident points are rounding errors of their coordinates.
     rounding = 1e-15 * np.abs(points).max(axis=(-2, -1), keepdims=True, initial=0.0)
     arms /= np.where(scale > 0.0, scale, 1.0)
     refuse_one_line(arms, what, thinnest, (scale <= rounding)[..., 0, 0])
@@ -258,14 +237,14 @@ def _triad(points: Floats) -> Floats:
     a, b, c = points[..., 0, :], points[..., 1, :], points[..., 2, :]
     e1, _ = unit(b - c, "b − c")
     e3, _ = unit(cross(e1, a - 0.5 * (b + c)), "normal of the points")
-    # Of points near one line the product is short, and its rounding leans it towards the line.
+    # For points near one line the product is short, and rounding gives it a part along the line.
     e3, _ = unit(e3 - dot(e3, e1)[..., None] * e1, "normal of the points")
     return np.stack([e1, cross(e3, e1), e3], axis=-1)
 
 
-# --- Rotations from directions: the shortest turn from one to another, and the best fit to many.
+# --- Rotations from directions: the shortest one between two, and the best fit to many.
 
-# ‖a + b‖ of unit vectors up to which they count as opposite: they are to rounding.
+# ‖a + b‖ of unit vectors that are opposite to rounding.
 _OPPOSITE = 4.0 * 2.0**-52
 
 
@@ -277,12 +256,7 @@ class DirectionFit:
         rotation: R, shape (..., 3, 3).
         residual: root of the weighted mean of ‖bᵢ − R aᵢ‖² over the unit directions, shape (...): nearly the root mean
             square of `angles`.
-        angles: the angle left between R aᵢ and bᵢ, shape (..., n) [rad].
-
-    Examples:
-        >>> fit = nk.rotations.rotation_from_directions([[0, 0, 1], [1, 0, 0]], [[0, 0, 1], [1, 0, 0.2]])
-        >>> fit.residual.round(4), fit.angles
-        (np.float64(0.0987), array([0.0987, 0.0987]))
+        angles: the angle between R aᵢ and bᵢ, shape (..., n) [rad].
     """
 
     rotation: Floats
@@ -291,32 +265,26 @@ class DirectionFit:
 
 
 def rotation_between(a: ArrayLike, b: ArrayLike, *, axis: ArrayLike | None = None) -> Floats:
-    """The rotation by the least angle that takes the direction of a to the direction of b: about a × b.
+    """The rotation by the least angle that takes the direction of a to the direction of b, about a × b.
 
-    Between opposite directions every half turn about an axis normal to a is as short. Then the axis is the part of
-    `axis` normal to a; without one, the part of that coordinate axis normal to a which is farthest from the line of a
-    (its component of a is smallest in magnitude; x before y before z where they are equal): −z is reached from z by a
-    half turn about x, −x from x about y. Directions count as opposite to rounding: ‖a/‖a‖ + b/‖b‖‖ ≤ 4 × 2⁻⁵².
+    For opposite directions every axis normal to a is as good. Then the axis is the part of `axis` normal to a; without
+    `axis`, the part normal to a of the coordinate axis along which a is smallest (x before y before z): −z is reached
+    from z by a half turn about x, −x from x about y. Directions are opposite if ‖a/‖a‖ + b/‖b‖‖ ≤ 4 × 2⁻⁵².
 
     Args:
         a: directions before, shape (..., 3), of any length but zero.
         b: directions after, shape (..., 3); broadcasts with a.
-        axis: for opposite directions, shape (..., 3), not along a; broadcasts with them. Elsewhere without effect.
+        axis: for opposite directions only, shape (..., 3); broadcasts with them.
 
     Returns:
         Rotation matrices, shape (..., 3, 3), with R a along b to a few 1e-16.
 
     Raises:
-        ZeroNorm: a direction or axis of length zero; carries its index.
-        BadArgument: an axis along a where a and b are opposite, with the index; not numbers.
-        WrongShape, NotFinite: wrong or mismatched shapes, NaN or infinity.
+        BadArgument: an axis along a where a and b are opposite.
 
     Examples:
         >>> R = nk.rotations.rotation_between([1, 0, 0], [0, 2, 0])
         >>> np.allclose(R, nk.rotations.rot_z(np.pi / 2))
-        True
-        >>> over = nk.rotations.rotation_between([0, 0, 1], [0, 0, -1], axis=[0, 1, 0])
-        >>> np.allclose(over, nk.rotations.rot_y(np.pi))
         True
     """
     first, second = (_units(side, f"direction {name}") for side, name in ((a, "a"), (b, "b")))
@@ -328,7 +296,7 @@ def rotation_between(a: ArrayLike, b: ArrayLike, *, axis: ArrayLike | None = Non
     first, second = np.broadcast_to(first, (*batch, 3)), np.broadcast_to(second, (*batch, 3))
     total, difference = first + second, second - first
     near = (dot(first, second) >= 0.0)[..., np.newaxis]
-    # Twice the normal of the two, from whichever of sum and difference is small and therefore exact.
+    # Twice the normal of the two, from the sum or the difference: the smaller one is exact.
     normal = cross(first, np.where(near, difference, total))
     cosine, sine = norm(total), norm(difference)
     opposite = np.asarray(cosine <= _OPPOSITE)
@@ -344,26 +312,23 @@ def rotation_between(a: ArrayLike, b: ArrayLike, *, axis: ArrayLike | None = Non
 
 
 def rotation_from_directions(before: ArrayLike, after: ArrayLike, weights: ArrayLike | None = None) -> DirectionFit:
-    """The rotation that best takes directions to where they are seen: Wahba's problem.
+    """The rotation that best takes directions to their observed directions (Wahba's problem).
 
     The R with least Σ wᵢ ‖bᵢ − R aᵢ‖² over the unit directions aᵢ before and bᵢ after, the rotation nearest to
-    Σ wᵢ bᵢ aᵢᵀ. `rotation_from_points` is for points, whose common shift does not matter and whose distances count.
+    Σ wᵢ bᵢ aᵢᵀ. For points, whose distances count and whose translation does not, take `rotation_from_points`.
 
     Args:
         before: directions, shape (..., n, 3), n ≥ 2, of any length but zero.
         after: the same directions after the rotation, shape (..., n, 3); batch axes broadcast.
-        weights: shape (..., n), none negative, not all zero; their scale does not matter. Best 1/σᵢ² of directions
-            known to σᵢ [rad]. Without them all count alike.
+        weights: shape (..., n), not negative, not all zero, of any scale; best 1/σᵢ² of directions known to σᵢ [rad].
+            None for equal weights.
 
     Returns:
-        Rotation, residual, and the angle left of each direction.
+        Rotation, residual, and the remaining angle of each direction.
 
     Raises:
         DegeneratePoints: fewer than two directions, directions along one line (√wᵢ aᵢ or √wᵢ bᵢ thinner than 1e-6 of
-            their length), or such that no single rotation fits best.
-        ZeroNorm: a direction of length zero; carries its index.
-        BadArgument: negative weights, or no positive one; not numbers.
-        WrongShape, NotFinite: wrong or mismatched shapes, NaN or infinity.
+            their length), or directions without a single best rotation.
 
     Source: Wahba, A least squares estimate of satellite attitude, SIAM Review 7(3), 1965; Markley, Attitude
     determination using vector observations and the SVD, J. Astronautical Sciences 36(3), 1988.
@@ -371,10 +336,8 @@ def rotation_from_directions(before: ArrayLike, after: ArrayLike, weights: Array
     Examples:
         >>> gravity, north = [0, 0, -1], [1, 0, 0]
         >>> fit = nk.rotations.rotation_from_directions([gravity, north], [gravity, [0, 1, 0]])
-        >>> np.allclose(fit.rotation, nk.rotations.rot_z(np.pi / 2))
-        True
-        >>> bool(fit.residual < 1e-15)
-        True
+        >>> np.allclose(fit.rotation, nk.rotations.rot_z(np.pi / 2)), bool(fit.residual < 1e-15)
+        (True, True)
     """
     A, B = (_units(side, f"directions {name}") for side, name in ((before, "before"), (after, "after")))
     for side, what in ((A, "directions before"), (B, "directions after")):
@@ -404,19 +367,19 @@ def _units(value: ArrayLike, what: str) -> Floats:
 
 
 def _normal_part(wanted: Floats, first: Floats, needed: NDArray[np.bool_]) -> Floats:
-    """The part of unit vectors normal to others, refused where it is needed and nothing."""
+    """The part of unit vectors normal to others, refused where it is needed but zero."""
     part = wanted - dot(wanted, first)[..., np.newaxis] * first
     along = np.asarray(needed & (norm(part) <= _OPPOSITE))
     if along.any():
         raise BadArgument(
             f"the axis of a half turn between opposite directions{at_index(first_index(along))} must not lie along them"
         )
-    # What is left of a long axis leans along by rounding: once more.
+    # Rounding leaves a part along `first`: once more.
     part = part / np.where(needed, norm(part), 1.0)[..., np.newaxis]
     return np.asarray(part - dot(part, first)[..., np.newaxis] * first)
 
 
-# --- One or two turns that come nearest to a rotation, and how much of it they leave.
+# --- The rotations about one or two axes that are nearest to a rotation.
 
 # Normalising two parallel axes of any lengths leaves at most this sine between them.
 _PARALLEL = 4.0 * 2.0**-52
@@ -424,17 +387,11 @@ _PARALLEL = 4.0 * 2.0**-52
 
 @dataclass(frozen=True, eq=False)
 class NearestAngles:
-    """The angles of one or two turns nearest to a rotation.
+    """The angles of the rotations about one or two axes that are nearest to a rotation.
 
     Attributes:
         angles: in the order of the axes as written, shape (..., 1) or (..., 2), in [−π, π] [rad].
-        residual: angle between the rotation and the turns, shape (...) [rad]; 0 where the rotation is such turns.
-
-    Examples:
-        >>> tilted = nk.rotations.rot_z(0.3) @ nk.rotations.rot_y(0.01)
-        >>> found = nk.rotations.nearest_euler(tilted, "z", axes="moving")
-        >>> found.angles, found.residual
-        (array([0.3]), array(0.01))
+        residual: angle between the rotation and its approximation, shape (...) [rad]; 0 where they agree.
     """
 
     angles: Floats
@@ -442,35 +399,29 @@ class NearestAngles:
 
 
 def nearest_euler(R: ArrayLike, sequence: str, *, axes: Axes = REQUIRED) -> NearestAngles:
-    """The turns about one or two coordinate axes that come nearest to a rotation: the least angle is left between.
+    """The angles about one or two coordinate axes that come nearest to a rotation, with the angle that remains.
 
-    Not every rotation is a turn about z, or one about z and then y. The residual says how far from it this one is;
-    compare it with what counts as such a rotation. Three axes reach every rotation: `euler_from_matrix`.
+    A rotation is in general not one about z, or about z and then y; the residual says how far it is from one. For three
+    axes take `euler_from_matrix`.
 
     For "i", α = 2 atan2(rᵢ, r0) with the unit quaternion (r0, r): the twist about the axis. For moving axes "ij" the
-    products of half angles that make the quaternion form a matrix of rank one, and the nearest is found in closed
-    form: α and β are the sum and the difference of atan2(rᵢ + rⱼ, r0 − s rₖ) and atan2(rᵢ − rⱼ, r0 + s rₖ), k being
-    the third axis and s = ±1 with eᵢ × eⱼ = s eₖ.
+    products of half angles in the quaternion form a matrix of rank one, whose nearest is found in closed form: α and β
+    are the sum and the difference of atan2(rᵢ + rⱼ, r0 − s rₖ) and atan2(rᵢ − rⱼ, r0 + s rₖ), with k the third axis and
+    s = ±1 such that eᵢ × eⱼ = s eₖ.
 
     Args:
         R: rotation matrices, shape (..., 3, 3).
-        sequence: one or two of "x", "y", "z", different, lower case; angles are returned in this order.
+        sequence: one or two different letters of "x", "y", "z", lower case; angles are returned in this order.
         axes: "moving" or "fixed"; required.
 
     Returns:
-        Angles and residual. Of one axis the residual is at most π, of two at most π/2; where it is that, other angles
-        come as near.
-
-    Raises:
-        NotARotation: some matrix is not orthogonal with determinant +1; carries its index and its defects.
-        UnknownName: no such sequence or kind of axes.
-        BadArgument, WrongShape, NotFinite: `axes` missing; R not numbers, not of shape (..., 3, 3), NaN.
+        Angles and residual. The residual is at most π for one axis and π/2 for two; at this maximum the angles are not
+        unique.
 
     Examples:
         >>> R = nk.rotations.matrix_from_euler([0.3, -0.4], "zy", axes="moving")
-        >>> found = nk.rotations.nearest_euler(R, "zy", axes="moving")
-        >>> found.angles, bool(found.residual < 1e-15)
-        (array([ 0.3, -0.4]), True)
+        >>> nk.rotations.nearest_euler(R, "zy", axes="moving").angles
+        array([ 0.3, -0.4])
         >>> nk.rotations.nearest_euler(R, "z", axes="moving").residual
         array(0.4)
     """
@@ -481,29 +432,23 @@ def nearest_euler(R: ArrayLike, sequence: str, *, axes: Axes = REQUIRED) -> Near
         return _nearest(f, *quaternion_of(f, *m), *units)
 
     angles, residual = evaluate_rotations(kernel, R, (len(places),), ())
-    # Turns about fixed axes are the same turns about moving axes in the opposite order.
+    # Rotations about fixed axes equal those about moving axes in the opposite order.
     return NearestAngles(np.ascontiguousarray(angles[..., ::-1]) if axes == "fixed" else angles, residual)
 
 
 def nearest_davenport(R: ArrayLike, a1: ArrayLike, a2: ArrayLike | None = None) -> NearestAngles:
-    """The turns about one or two arbitrary axes nearest to a rotation: Rot(a1, α) Rot(a2, β), or Rot(a1, α).
+    """The angles about one or two arbitrary axes nearest to a rotation: Rot(a1, α) Rot(a2, β), or Rot(a1, α).
 
-    As `nearest_euler`, about axes that need be neither coordinate axes nor perpendicular. One axis gives the twist of
-    a rotation about it; what is left, Rot(a1, −α) R, is its swing.
+    Like `nearest_euler`, for axes that need be neither coordinate axes nor perpendicular. One axis gives the twist of a
+    rotation about it; the rest, Rot(a1, −α) R, is its swing.
 
     Args:
         R: rotation matrices, shape (..., 3, 3).
         a1: first axis, shape (..., 3), of any length but zero; broadcasts with R.
-        a2: second axis, as carried along by the first turn, not parallel to the first; or None.
+        a2: second axis, as moved by the first rotation, not parallel to the first; or None.
 
     Returns:
-        Angles and residual. Where the residual is largest, other angles come as near.
-
-    Raises:
-        ZeroNorm: a zero axis; carries its index.
-        BadArgument: parallel axes, with the index; not numbers.
-        NotARotation: some matrix is not orthogonal with determinant +1; carries its index and its defects.
-        WrongShape, NotFinite: wrong or mismatched shapes, NaN or infinity.
+        Angles and residual; at the largest residual the angles are not unique.
 
     Examples:
         >>> R = nk.rotations.matrix_from_natural([1, 1, 0], 0.7)
@@ -542,8 +487,8 @@ def _nearest(f: Functions, r0: Number, x: Number, y: Number, z: Number, *axes: N
         cosine = a0 * b0 + a1 * b1 + a2 * b2
         along_second = x * b0 + y * b1 + z * b2
         across = x * n0 + y * n1 + z * n2 - r0 * cosine
-        # The inner product with the quaternion of the turns, cos and sin of the half angles a and b on either side of
-        # [[r0, along_second], [along, across]], is a term of a + b and one of a − b; each is largest on its own.
+        # The inner product with the quaternion of the result, cos and sin of the half angles a and b on either side of
+        # [[r0, along_second], [along, across]], is a term of a + b plus one of a − b, which are maximised separately.
         total = f.atan2(along + along_second, r0 - across)
         difference = f.atan2(along - along_second, r0 + across)
         ha, hb = 0.5 * (total + difference), 0.5 * (total - difference)
@@ -558,5 +503,5 @@ def _nearest(f: Functions, r0: Number, x: Number, y: Number, z: Number, *axes: N
 
 
 def _wrapped(f: Functions, angle: Number) -> Number:
-    """The angle, from within [−2π, 2π], taken into [−π, π]."""
+    """The angle in [−π, π] of an angle in [−2π, 2π]."""
     return angle - f.where(angle > math.pi, 2.0 * math.pi, f.where(angle < -math.pi, -2.0 * math.pi, 0.0)) + 0.0

@@ -12,28 +12,23 @@ from nao_kin.rotations._checks import TOLERANCE, evaluate_rotations
 from nao_kin.rotations._elementary import from_linear, from_natural, rodrigues
 from nao_kin.rotations._quaternions import axis_and_half_angle, matrix_from_quat, quaternion_of
 
-# Where cos φ rounds to −1: of the axis in sin φ e, eight digits and more are gone.
+# Where cos φ rounds to −1, the axis in sin φ e has lost eight digits or more.
 _SINE_NEAR_PI = 2.0**-26
 
 
 def natural_invariants(R: ArrayLike) -> tuple[Floats, Floats]:
     """Axis e and angle φ of a rotation, R = 1 + sin φ [e×] + (1 − cos φ) [e×]².
 
-    Found through the quadratic invariants, φ = 2 atan2(‖r‖, r0) and e = r/‖r‖, which lose nothing at φ = 0 or φ = π,
+    Computed from the quadratic invariants, φ = 2 atan2(‖r‖, r0) and e = r/‖r‖, which lose nothing at φ = 0 or φ = π,
     where an arccos loses half the digits and vect R the axis. For matrices exact to rounding the angle is accurate to
-    a few 1e-16 in absolute terms and, near 0, also relative to itself; the axis to a few 1e-16 at every angle but 0.
+    a few 1e-16, near 0 also relative to itself, and the axis to a few 1e-16 at every angle but 0.
 
     Args:
         R: rotation matrices, shape (..., 3, 3).
 
     Returns:
-        The axis and the angle. Axis: unit vectors, shape (..., 3); zero where the angle is zero, for then no axis is
-        distinguished. At φ = π, where e and −e give the same rotation, the first component that is not zero is
-        positive. Angle: shape (...), in [0, π] [rad].
-
-    Raises:
-        NotARotation: some matrix is not orthogonal with determinant +1; carries its index and its defects.
-        BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 3, 3), NaN or infinity.
+        The axis and the angle. Axis: unit vectors, shape (..., 3); zero where the angle is zero, which has no axis. At
+        φ = π its first non-zero component is positive. Angle: shape (...), in [0, π] [rad].
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.2 and 2.3.6.
 
@@ -56,18 +51,11 @@ def matrix_from_natural(axis: ArrayLike, angle: ArrayLike) -> Floats:
     Returns:
         Rotation matrices, shape (..., 3, 3).
 
-    Raises:
-        ZeroNorm: a zero axis with an angle that is not zero; carries its index.
-        WrongShape: wrong or mismatched shapes.
-        BadArgument, NotFinite: not numbers, NaN or infinity.
-
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.2.
 
     Examples:
-        >>> nk.rotations.matrix_from_natural([1, 1, 1], np.deg2rad(120)).round(12) + 0.0
-        array([[0., 0., 1.],
-               [1., 0., 0.],
-               [0., 1., 0.]])
+        >>> nk.rotations.matrix_from_natural([1, 1, 1], np.deg2rad(120))[0].round(12) + 0.0
+        array([0., 0., 1.])
     """
     axes, angles = vector_and_number(axis, angle, "axis", "angle")
     try:
@@ -93,10 +81,6 @@ def linear_invariants(R: ArrayLike) -> tuple[Floats, Floats]:
         q: shape (..., 3).
         q0: shape (...).
 
-    Raises:
-        NotARotation: some matrix is not orthogonal with determinant +1; carries its index and its defects.
-        BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 3, 3), NaN or infinity.
-
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.3.
 
     Examples:
@@ -110,9 +94,9 @@ def linear_invariants(R: ArrayLike) -> tuple[Floats, Floats]:
 def matrix_from_linear(q: ArrayLike, q0: ArrayLike) -> Floats:
     """Rotation matrix of its linear invariants, R = q0 1 + [q×] + q qᵀ/(1 + q0).
 
-    At φ = 0 nothing is lost. Towards φ = π, q = sin φ e vanishes and takes the axis with it: rounding of q turns the
-    axis by about 1e-16/‖q‖. Where cos φ has rounded to −1 (‖q‖ < 2⁻²⁶) the rotation is refused instead of guessed; the
-    natural and the quadratic invariants have no such place.
+    Near φ = π, q = sin φ e vanishes and with it the axis: rounding of q turns the axis by about 1e-16/‖q‖. Where cos φ
+    has rounded to −1 (‖q‖ < 2⁻²⁶) the function raises an error instead of guessing; natural and quadratic invariants
+    have no such limit.
 
     Args:
         q: sin φ e, shape (..., 3).
@@ -122,8 +106,7 @@ def matrix_from_linear(q: ArrayLike, q0: ArrayLike) -> Floats:
         Rotation matrices, shape (..., 3, 3).
 
     Raises:
-        BadArgument: ‖q‖² + q0² differs from 1 by more than 1e-6, or the axis is lost; the message has the index.
-        WrongShape, NotFinite: wrong or mismatched shapes, NaN or infinity.
+        BadArgument: ‖q‖² + q0² differs from 1 by more than 1e-6, or the axis is lost.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.3.
 
@@ -133,7 +116,7 @@ def matrix_from_linear(q: ArrayLike, q0: ArrayLike) -> Floats:
         True
     """
     vectors, scalars = vector_and_number(q, q0, "q", "q0")
-    # Clipped, for the squares of wild values would overflow; no valid component exceeds 1.
+    # Clipped, for the squares of large values would overflow; no valid component exceeds 1.
     sine = np.sqrt(np.square(np.clip(vectors, -2.0, 2.0)).sum(axis=-1))
     defect = np.abs(np.square(sine) + np.square(np.clip(scalars, -2.0, 2.0)) - 1.0)
     if not (defect <= TOLERANCE).all():
@@ -164,10 +147,6 @@ def euler_rodrigues(R: ArrayLike) -> tuple[Floats, Floats]:
         r: shape (..., 3).
         r0: shape (...), not negative.
 
-    Raises:
-        NotARotation: some matrix is not orthogonal with determinant +1; carries its index and its defects.
-        BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 3, 3), NaN or infinity.
-
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.6.
 
     Examples:
@@ -183,14 +162,10 @@ def matrix_from_euler_rodrigues(r: ArrayLike, r0: ArrayLike) -> Floats:
 
     Args:
         r: sin(φ/2) e, shape (..., 3).
-        r0: cos(φ/2), shape (...); broadcasts with r. (r, r0) is normalised first.
+        r0: cos(φ/2), shape (...); broadcasts with r. (r, r0), which must not be zero, is normalised first.
 
     Returns:
         Rotation matrices, shape (..., 3, 3).
-
-    Raises:
-        ZeroNorm: (r, r0) = 0; carries its index.
-        BadArgument, WrongShape, NotFinite: not numbers, wrong or mismatched shapes, NaN or infinity.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.6.
 
@@ -233,12 +208,7 @@ def mrp_from_matrix(R: ArrayLike) -> Floats:
         R: rotation matrices, shape (..., 3, 3).
 
     Returns:
-        Parameters, shape (..., 3). At φ = π, where p and −p are the same rotation, the one whose first component that
-        is not zero is positive.
-
-    Raises:
-        NotARotation: some matrix is not orthogonal with determinant +1; carries its index and its defects.
-        BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 3, 3), NaN or infinity.
+        Parameters, shape (..., 3); at φ = π the first non-zero component is positive.
 
     Source: Schaub and Junkins, Stereographic orientation parameters, J. Astronautical Sciences 44(1), 1996.
 
@@ -258,9 +228,6 @@ def matrix_from_mrp(p: ArrayLike) -> Floats:
     Returns:
         Rotation matrices, shape (..., 3, 3).
 
-    Raises:
-        BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 3), NaN or infinity.
-
     Source: Schaub and Junkins, Stereographic orientation parameters, J. Astronautical Sciences 44(1), 1996.
 
     Examples:
@@ -279,10 +246,9 @@ def matrix_from_mrp(p: ArrayLike) -> Floats:
 
 
 def mrp_shadow(p: ArrayLike) -> Floats:
-    """The other triple of the same rotation, −p/‖p‖²: −e tan((2π − φ)/4), the turn the other way round.
+    """The other triple of the same rotation, −p/‖p‖² = −e tan((2π − φ)/4), which is the rotation the other way round.
 
-    Where one triple grows beyond all bounds, towards φ = 2π, the other is near zero: change at ‖p‖ = 1, and both stay
-    within 1.
+    Towards φ = 2π one triple grows without bound and the other vanishes: change at ‖p‖ = 1 to stay within 1.
 
     Args:
         p: modified Rodrigues parameters, shape (..., 3).
@@ -292,8 +258,7 @@ def mrp_shadow(p: ArrayLike) -> Floats:
 
     Raises:
         ZeroNorm: p = 0, the identity, whose other triple is infinite; carries its index.
-        BadArgument: p so short that the other triple overflows; or not numbers.
-        WrongShape, NotFinite: not of shape (..., 3), NaN or infinity.
+        BadArgument: p so short that the other triple overflows.
 
     Source: Schaub and Junkins, Stereographic orientation parameters, J. Astronautical Sciences 44(1), 1996.
 

@@ -10,9 +10,9 @@ from typing import Literal, SupportsIndex
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_batch, as_vectors, common_batch, dot, first_index, largest, unit
+from nao_kin._core.arrays import Floats, as_batch, as_vectors, choice, common_batch, dot, first_index, largest, unit
 from nao_kin._core.kernels import SMALLEST_NORMAL, Functions, Number, OutOfScale, evaluate, rescaled
-from nao_kin.errors import BadArgument, UnknownName, ZeroNorm, at_index
+from nao_kin.errors import BadArgument, ZeroNorm, at_index
 from nao_kin.rotations._checks import as_exponent, evaluate_rotations
 from nao_kin.rotations._elementary import from_quaternion
 
@@ -77,12 +77,7 @@ def quat_from_matrix(R: ArrayLike) -> Floats:
         R: rotation matrices, shape (..., 3, 3).
 
     Returns:
-        Quaternions (r0, r1, r2, r3), shape (..., 4), with r0 > 0, or r0 = 0 and the first other component that is not
-        zero positive.
-
-    Raises:
-        NotARotation: some matrix is not orthogonal with determinant +1.
-        BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 3, 3), NaN or infinity.
+        Quaternions (r0, r1, r2, r3), shape (..., 4), whose first non-zero component is positive.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.6.
 
@@ -102,17 +97,11 @@ def matrix_from_quat(q: ArrayLike) -> Floats:
     Returns:
         Rotation matrices, shape (..., 3, 3).
 
-    Raises:
-        ZeroNorm: a zero quaternion; carries its index.
-        BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 4), NaN or infinity.
-
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.6.
 
     Examples:
-        >>> nk.rotations.matrix_from_quat([1, 0, 0, 1]).round(12) + 0.0  # 90° about z, of any length
-        array([[ 0., -1.,  0.],
-               [ 1.,  0.,  0.],
-               [ 0.,  0.,  1.]])
+        >>> nk.rotations.matrix_from_quat([1, 0, 0, 1])[0].round(12) + 0.0  # 90° about z
+        array([ 0., -1.,  0.])
     """
     quats = as_batch(q, (4,), "quaternion")
     try:
@@ -130,9 +119,6 @@ def quat_multiply(p: ArrayLike, q: ArrayLike) -> Floats:
 
     Returns:
         Quaternions, shape (..., 4); ‖p q‖ = ‖p‖ ‖q‖.
-
-    Raises:
-        BadArgument, WrongShape, NotFinite: not numbers, outside ±1e150, wrong or mismatched shapes, NaN.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3.6.
 
@@ -154,9 +140,6 @@ def quat_conjugate(q: ArrayLike) -> Floats:
     Returns:
         Quaternions, shape (..., 4).
 
-    Raises:
-        BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 4), NaN or infinity.
-
     Examples:
         >>> nk.rotations.quat_conjugate([0.8, 0.6, 0.0, 0.0])
         array([ 0.8, -0.6,  0. ,  0. ])
@@ -165,22 +148,17 @@ def quat_conjugate(q: ArrayLike) -> Floats:
 
 
 def quat_canonical(q: ArrayLike) -> Floats:
-    """Of q and −q, which are the same rotation, the one whose first component that is not zero is positive.
+    """Return q or −q, which are the same rotation: the one whose first non-zero component is positive.
 
     Args:
-        q: quaternions, shape (..., 4); their length stays.
+        q: quaternions of any length but zero, shape (..., 4).
 
     Returns:
-        Quaternions, shape (..., 4).
-
-    Raises:
-        ZeroNorm: a zero quaternion; carries its index.
-        BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 4), NaN or infinity.
+        Quaternions of the same length, shape (..., 4).
 
     Examples:
-        >>> nk.rotations.quat_canonical([[-0.8, 0.6, 0.0, 0.0], [0.0, -1.0, 0.0, 0.0]])
-        array([[ 0.8, -0.6,  0. ,  0. ],
-               [ 0. ,  1. ,  0. ,  0. ]])
+        >>> nk.rotations.quat_canonical([-0.8, 0.6, 0.0, 0.0])
+        array([ 0.8, -0.6,  0. ,  0. ])
     """
     quats = as_batch(q, (4,), "quaternion")
     nonzero = quats != 0.0
@@ -191,7 +169,7 @@ def quat_canonical(q: ArrayLike) -> Floats:
 
 
 def quat_rotate(q: ArrayLike, v: ArrayLike) -> Floats:
-    """The vector turned by a quaternion, q v q⁻¹ = v + r0 t + r × t with t = 2 r × v and (r0, r) = q/‖q‖.
+    """The vector rotated by a quaternion, q v q⁻¹ = v + r0 t + r × t with t = 2 r × v and (r0, r) = q/‖q‖.
 
     Args:
         q: quaternions (r0, r1, r2, r3) of any length but zero, shape (..., 4).
@@ -200,13 +178,8 @@ def quat_rotate(q: ArrayLike, v: ArrayLike) -> Floats:
     Returns:
         Vectors, shape (..., 3): `matrix_from_quat(q) @ v`.
 
-    Raises:
-        ZeroNorm: a zero quaternion; carries its index.
-        BadArgument, WrongShape, NotFinite: not numbers, v outside ±1e150, wrong or mismatched shapes, NaN or infinity.
-
     Examples:
-        >>> half = np.sqrt(0.5)
-        >>> nk.rotations.quat_rotate([half, 0, 0, half], [1.0, 0.0, 2.0])  # 90° about z
+        >>> nk.rotations.quat_rotate([1, 0, 0, 1], [1.0, 0.0, 2.0]).round(12) + 0.0  # 90° about z
         array([0., 1., 2.])
     """
     quats, vectors = as_batch(q, (4,), "quaternion"), as_vectors(v, "vector")
@@ -228,9 +201,6 @@ def quat_to_xyzw(q: ArrayLike) -> Floats:
     Returns:
         Quaternions, scalar last, shape (..., 4).
 
-    Raises:
-        BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 4), NaN or infinity.
-
     Examples:
         >>> nk.rotations.quat_to_xyzw([1, 2, 3, 4])
         array([2., 3., 4., 1.])
@@ -246,9 +216,6 @@ def quat_from_xyzw(xyzw: ArrayLike) -> Floats:
 
     Returns:
         Quaternions, scalar first, shape (..., 4).
-
-    Raises:
-        BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 4), NaN or infinity.
 
     Examples:
         >>> nk.rotations.quat_from_xyzw([2, 3, 4, 1])
@@ -278,29 +245,25 @@ def _product(f: Functions, *components: Number) -> tuple[Number, ...]:
     )
 
 
-# --- Exponential, logarithm and powers of quaternions, as Hamilton's algebra has them.
+# --- Exponential, logarithm and powers of quaternions.
 
 # e to this is about 1e304.
 _LARGEST_SCALAR = 700.0
 _LARGEST_VECTOR = 1e139
-# Rounding leaves a unit quaternion with a logarithm of its length up to this.
+# Logarithm of the length of a unit quaternion, up to rounding.
 _UNIT = 1e-15
 
 
 def quat_exp(q: ArrayLike) -> Floats:
     """The exponential of a quaternion, exp(r0, r) = e^r0 (cos ‖r‖, sin ‖r‖ r/‖r‖).
 
-    Of (0, v/2), with v a rotation vector, it is the unit quaternion of that rotation: `quat_exp([0, *v / 2])`.
+    With a rotation vector v, `quat_exp([0, *v / 2])` is the unit quaternion of its rotation.
 
     Args:
-        q: quaternions (r0, r1, r2, r3), shape (..., 4).
+        q: quaternions (r0, r1, r2, r3), shape (..., 4), with r0 ≤ 700 and r within ±1e139.
 
     Returns:
         Quaternions, shape (..., 4), of length e^r0; continuous in q, so not of canonical sign.
-
-    Raises:
-        BadArgument: not numbers; r0 above 700, whose exponential overflows; r outside ±1e139.
-        WrongShape, NotFinite: not of shape (..., 4), NaN or infinity.
 
     Examples:
         >>> nk.rotations.quat_exp([0.0, 0.0, 0.0, np.pi / 4])  # half of 90° about z
@@ -322,23 +285,17 @@ def quat_exp(q: ArrayLike) -> Floats:
 def quat_log(q: ArrayLike) -> Floats:
     """The principal logarithm of a quaternion, log q = (ln ‖q‖, θ r/‖r‖) with θ = atan2(‖r‖, r0) in [0, π].
 
-    For a unit quaternion its vector part is half the rotation vector: axis times φ/2. It follows the quaternion, not
-    the rotation: −q has the logarithm of the turn the other way round, by 2π − φ. Take `quat_canonical(q)` for φ ≤ π.
+    For a unit quaternion its vector part is half the rotation vector: axis times φ/2. It depends on the quaternion, not
+    only on the rotation: log(−q) is the rotation the other way round, by 2π − φ. Take `quat_canonical(q)` for φ ≤ π.
 
     Args:
         q: quaternions (r0, r1, r2, r3) of any length but zero, shape (..., 4).
 
     Returns:
-        Quaternions, shape (..., 4). Where r = 0 and r0 < 0, which is a whole turn about no axis in particular, the
-        vector part is (π, 0, 0).
-
-    Raises:
-        ZeroNorm: a zero quaternion; carries its index.
-        BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 4), NaN or infinity.
+        Quaternions, shape (..., 4). Where r = 0 and r0 < 0, a whole turn without an axis, the vector part is (π, 0, 0).
 
     Examples:
-        >>> half = np.sqrt(0.5)
-        >>> 2 * nk.rotations.quat_log([half, 0, 0, half])[1:]  # the rotation vector
+        >>> 2 * nk.rotations.quat_log([np.sqrt(0.5), 0, 0, np.sqrt(0.5)])[1:]  # the rotation vector
         array([0.    , 0.    , 1.5708])
     """
     quats = as_batch(q, (4,), "quaternion")
@@ -353,26 +310,22 @@ def quat_log(q: ArrayLike) -> Floats:
 def quat_power(q: ArrayLike, t: ArrayLike) -> Floats:
     """The power qᵗ = exp(t log q) = ‖q‖ᵗ (cos tθ, sin tθ r/‖r‖) with θ = atan2(‖r‖, r0) in [0, π].
 
-    A unit quaternion turns by t times its angle 2θ in [0, 2π], and its power is a unit quaternion: a length within
-    1e-15 of 1 counts as 1, for a large exponent would make its rounding large. The power follows the quaternion, not
-    the rotation: q and −q have different powers. `power` follows the rotation, by φ ≤ π, and so does
-    `quat_power(quat_canonical(q), t)`.
+    A unit quaternion rotates by t times its angle 2θ in [0, 2π]. Its power is a unit quaternion: a length within 1e-15
+    of 1 counts as 1. The power depends on the quaternion, not only on the rotation: q and −q have different powers.
+    `power` and `quat_power(quat_canonical(q), t)` take the angle φ ≤ π of the rotation.
 
     Args:
         q: quaternions (r0, r1, r2, r3) of any length but zero, shape (..., 4).
-        t: exponents, shape (...); broadcasts with q.
+        t: exponents, shape (...), within ±1e15; broadcasts with q.
 
     Returns:
         Quaternions, shape (..., 4), with the axis of `quat_log`.
 
     Raises:
-        ZeroNorm: a zero quaternion; carries its index.
-        BadArgument: not numbers, t outside ±1e15, or a power so long that it overflows.
-        WrongShape, NotFinite: wrong or mismatched shapes, NaN or infinity.
+        BadArgument: a power so long that it overflows.
 
     Examples:
-        >>> half = np.sqrt(0.5)
-        >>> nk.rotations.quat_power([half, 0, 0, half], 2.0).round(12) + 0.0
+        >>> nk.rotations.quat_power([np.sqrt(0.5), 0, 0, np.sqrt(0.5)], 2.0).round(12) + 0.0
         array([0., 0., 0., 1.])
     """
     logarithms, exponents = quat_log(q), as_exponent(t, "exponent")
@@ -391,7 +344,7 @@ def _exponential(f: Functions, x: Number, y: Number, z: Number) -> tuple[Number,
 def _logarithm(f: Functions, *q: Number) -> tuple[Number, ...]:
     square = f.square(*q)
     x, y, z, theta = axis_and_half_angle(f, *q)
-    # Without a vector part θ is 0 or π, and the axis zero: at π it becomes x.
+    # Without a vector part θ is 0 or π, and the axis is zero; at π it is set to x.
     x = f.where(theta >= math.pi, f.where((y == 0.0) & (z == 0.0) & (x == 0.0), 1.0, x), x)
     return 0.5 * f.log(square), theta * x, theta * y, theta * z
 
@@ -405,29 +358,25 @@ _SAME = 4.0 * 2.0**-52
 
 
 def slerp(p: ArrayLike, q: ArrayLike, t: ArrayLike, *, arc: Arc = "shorter") -> Floats:
-    """The rotation a part t of the way from p to q along the shorter or the longer arc, at constant angular velocity.
+    """The rotation at a fraction t of the shorter or the longer arc from p to q, at constant angular velocity.
 
-    cos(t θ) p + sin(t θ) w/‖w‖, with w = q − (p·q) p the part of q at right angles to p and θ = atan2(‖w‖, p·q) the
-    angle between the unit quaternions, q replaced by −q where p·q < 0. It is (sin((1 − t) θ) p + sin(t θ) q)/sin θ,
-    but of unit length for every t. Where p·q = 0 (half a turn apart) both arcs are equally long; q is taken as given
-    by the shorter one, −q by the longer. The longer arc turns the other way round, by 2π less the angle between p and
-    q; between equal rotations it is a whole turn about no axis in particular, and is refused.
+    cos(t θ) p + sin(t θ) w/‖w‖, with w = q − (p·q) p the part of q perpendicular to p and θ = atan2(‖w‖, p·q) the
+    angle between the unit quaternions, q replaced by −q where p·q < 0. It equals (sin((1 − t) θ) p + sin(t θ) q)/sin θ,
+    but has unit length for every t. Where p·q = 0 (half a turn apart) both arcs are equally long; the shorter takes q
+    as given, the longer −q. The longer arc is the rotation the other way round, by 2π less the angle between p and q.
 
     Args:
         p: quaternions at t = 0, shape (..., 4), of any length but zero.
         q: quaternions at t = 1, shape (..., 4); broadcasts with p.
-        t: shape (...), broadcasts with p and q; outside [0, 1] the motion goes on past its ends.
+        t: shape (...), broadcasts with p and q; may lie outside [0, 1], up to ±1e15.
         arc: "shorter" or "longer".
 
     Returns:
         Unit quaternions, shape (..., 4); continuous in t, so not of canonical sign.
 
     Raises:
-        ZeroNorm: a zero quaternion; carries its index.
-        UnknownName: no such arc.
-        BadArgument: the longer arc between rotations that are equal to rounding (the sine of half the angle between
-            them is at most 4 × 2⁻⁵²), with the index; not numbers, t outside ±1e15.
-        WrongShape, NotFinite: wrong or mismatched shapes, NaN or infinity.
+        BadArgument: the longer arc between rotations that are equal to rounding (sin(φ/2) ≤ 4 × 2⁻⁵²), a whole turn
+            without an axis.
 
     Source: Shoemake, Animating rotation with quaternion curves, SIGGRAPH 1985.
 
@@ -436,12 +385,8 @@ def slerp(p: ArrayLike, q: ArrayLike, t: ArrayLike, *, arc: Arc = "shorter") -> 
         >>> half_way = nk.rotations.slerp([1, 0, 0, 0], quarter, 0.5)
         >>> nk.rotations.natural_invariants(nk.rotations.matrix_from_quat(half_way))
         (array([0., 0., 1.]), array(0.7854))
-        >>> long_way = nk.rotations.slerp([1, 0, 0, 0], quarter, 0.5, arc="longer")
-        >>> nk.rotations.natural_invariants(nk.rotations.matrix_from_quat(long_way))
-        (array([ 0.,  0., -1.]), array(2.3562))
     """
-    if not isinstance(arc, str) or arc not in ("shorter", "longer"):
-        raise UnknownName("arc", arc, ("shorter", "longer"))
+    choice(arc, ("shorter", "longer"), "arc")
     P, Q, parts = as_batch(p, (4,), "quaternion p"), as_batch(q, (4,), "quaternion q"), as_exponent(t, "t")
     batch = common_batch("quaternions p and q and t", P.shape[:-1], Q.shape[:-1], parts.shape)
     ends = [unit(rescaled(side, name), name)[0] for side, name in ((P, "quaternion p"), (Q, "quaternion q"))]
@@ -469,7 +414,7 @@ def _slerp(f: Functions, *components: Number) -> tuple[Number, ...]:
 def _longer(f: Functions, *components: Number) -> tuple[Number, ...]:
     p, t = components[:4], components[8]
     aside, sine, shift = _apart(f, p, components[4:8])
-    # To the negative of what the shorter arc goes to, and so the other way.
+    # To the negative of the end of the shorter arc, and so the other way.
     theta = f.atan2(sine, -1.0 - shift)
     along = f.cos(t * theta)
     across = f.sin(t * theta) / f.where(sine == 0.0, -1.0, -sine)
@@ -490,22 +435,18 @@ def _inner(a: Sequence[Number], b: Sequence[Number]) -> Number:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
 
 
-# --- Of q and −q, which are one rotation, the one that goes on without a jump.
+# --- Signs of quaternions: q and −q are the same rotation.
 
 
 def quat_nearest(q: ArrayLike, reference: ArrayLike) -> Floats:
-    """Of q and −q, which are the same rotation, the one nearer to a reference: with q · reference ≥ 0.
+    """Return q or −q, which are the same rotation: the one nearer to a reference, with q · reference ≥ 0.
 
     Args:
-        q: quaternions, shape (..., 4); their length stays.
+        q: quaternions of any length but zero, shape (..., 4).
         reference: quaternions, shape (..., 4), of any length but zero; broadcasts with q.
 
     Returns:
-        Quaternions, shape (..., 4); q as given where both are equally near, half a turn from the reference.
-
-    Raises:
-        ZeroNorm: a zero quaternion; carries its index.
-        BadArgument, WrongShape, NotFinite: not numbers, wrong or mismatched shapes, NaN or infinity.
+        Quaternions of the same length, shape (..., 4); q where both are equally near, half a turn from the reference.
 
     Examples:
         >>> nk.rotations.quat_nearest([-0.8, 0.0, 0.0, -0.6], [1, 0, 0, 0])
@@ -518,27 +459,21 @@ def quat_nearest(q: ArrayLike, reference: ArrayLike) -> Floats:
 
 
 def quat_unwrap(q: ArrayLike, *, axis: SupportsIndex = -2) -> Floats:
-    """Quaternions along a path with their signs chosen so that none jumps: each has q · previous ≥ 0; the first stays.
+    """Return the quaternions of a path with signs that make it continuous: q · previous ≥ 0; the first keeps its sign.
 
-    Rotations themselves do not change. Steps of less than half a turn are told right; at exactly half a turn, where
-    both signs are equally near, the sign relative to the one before stays as given.
+    The rotations do not change. At exactly half a turn, where both signs are equally near, the sign relative to the
+    previous quaternion stays as given.
 
     Args:
-        q: quaternions, shape (..., n, 4); their length stays.
-        axis: the axis of q along which the path runs; by default the last but one.
+        q: quaternions of any length but zero, shape (..., n, 4).
+        axis: the axis of q along which the path runs, not that of the components; by default the last but one.
 
     Returns:
-        Quaternions, of the shape of q.
-
-    Raises:
-        ZeroNorm: a zero quaternion; carries its index.
-        BadArgument: an axis that q does not have, or the one of its components; not numbers.
-        WrongShape, NotFinite: not of shape (..., 4), NaN or infinity.
+        Quaternions of the same lengths and shape.
 
     Examples:
-        >>> q = [[1.0, 0.0, 0.0, 0.0], [-0.96, 0.0, 0.0, -0.28], [0.8, 0.0, 0.0, 0.6]]
-        >>> nk.rotations.quat_unwrap(q)[:, 0].tolist()
-        [1.0, 0.96, 0.8]
+        >>> nk.rotations.quat_unwrap([[1.0, 0.0, 0.0, 0.0], [-0.96, 0.0, 0.0, -0.28]])[:, 0].tolist()
+        [1.0, 0.96]
     """
     quats = as_batch(q, (4,), "quaternion")
     along = _path_axis(axis, quats.ndim)

@@ -20,19 +20,16 @@ Shape = SupportsIndex | Iterable[SupportsIndex]
 
 
 def random_rotation(rng: Random = None, shape: Shape = ()) -> Floats:
-    """Rotations drawn uniformly: turned by any fixed rotation, from either side, they are distributed the same.
+    """Return uniformly distributed random rotations: their distribution is invariant under any fixed rotation.
 
-    The matrices of `random_quat`. Their angle φ has the density (1 − cos φ)/π on [0, π].
+    Their angle φ has the density (1 − cos φ)/π on [0, π].
 
     Args:
         rng: a generator, or a seed for one.
-        shape: batch shape, or how many; () for one.
+        shape: batch shape or number; () for one rotation.
 
     Returns:
         Rotation matrices, shape `(*shape, 3, 3)`.
-
-    Raises:
-        BadArgument: no generator and no seed, or no shape.
 
     Examples:
         >>> R = nk.rotations.random_rotation(np.random.default_rng(0), 1000)
@@ -43,17 +40,14 @@ def random_rotation(rng: Random = None, shape: Shape = ()) -> Floats:
 
 
 def random_quat(rng: Random = None, shape: Shape = ()) -> Floats:
-    """Unit quaternions of canonical sign, of uniformly drawn rotations: four normal numbers, brought to length 1.
+    """Return unit quaternions of uniformly distributed rotations, in canonical sign: normalised normal deviates.
 
     Args:
         rng: a generator, or a seed for one.
-        shape: batch shape, or how many; () for one.
+        shape: batch shape or number; () for one quaternion.
 
     Returns:
         Quaternions, shape `(*shape, 4)`.
-
-    Raises:
-        BadArgument: no generator and no seed, or no shape.
 
     Source: Muller, A note on a method for generating points uniformly on n-dimensional spheres, CACM 2(4), 1959.
 
@@ -65,24 +59,19 @@ def random_quat(rng: Random = None, shape: Shape = ()) -> Floats:
 
 
 def random_rotation_near(R: ArrayLike, sigma: ArrayLike, rng: Random = None, shape: Shape = ()) -> Floats:
-    """Rotations scattered about given ones, R exp(v) with v normal about zero in the axes of the moving frame.
+    """Return random rotations near given ones, R exp(v) with normally distributed v in the axes of the moving frame.
 
-    The components of v are independent and normal with standard deviation σ: all directions alike for one σ. While σ
-    is small against 1 rad, √3 σ is the root mean square of the angle to R, and R the mean; angles beyond π wrap.
+    The components of v are independent, with mean zero and standard deviation σ. For one σ, small against 1 rad, the
+    root mean square of the angle to R is √3 σ; angles beyond π wrap.
 
     Args:
-        R: rotation matrices in the middle, shape (..., 3, 3).
-        sigma: standard deviation about every axis, one number, or about x, y and z, shape (3,) [rad].
+        R: rotation matrices, shape (..., 3, 3), the means.
+        sigma: standard deviation about every axis, one number, or about x, y and z, shape (3,), from 0 to 1e100 [rad].
         rng: a generator, or a seed for one.
-        shape: how many for each R, a number or a batch shape.
+        shape: number or batch shape of samples for each R.
 
     Returns:
         Rotation matrices, shape `(..., *shape, 3, 3)`.
-
-    Raises:
-        NotARotation: some matrix is not orthogonal with determinant +1; carries its index and its defects.
-        BadArgument: a negative σ, or one above 1e100; no generator and no seed, or no shape; not numbers.
-        WrongShape, NotFinite: wrong shapes, NaN or infinity.
 
     Source: Barfoot, State Estimation for Robotics, 7.3.1.
 

@@ -7,9 +7,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_batch, first_index
+from nao_kin._core.arrays import Floats, as_batch, choice, first_index
 from nao_kin._core.kernels import Functions, Kernel, Number, evaluate
-from nao_kin.errors import BadArgument, SingularMatrix, UnknownName
+from nao_kin.errors import BadArgument, SingularMatrix
 from nao_kin.rotations._three_angles import LOCK, REQUIRED, Axes, Convention, find_convention
 
 Side = Literal["fixed", "moving"]
@@ -20,30 +20,25 @@ def euler_rate_jacobian(
 ) -> Floats:
     """The matrix J from the rates of three angles to the angular velocity, ω = J (α̇, β̇, γ̇).
 
-    Its columns are the axes of the three turns as they lie now. For moving axes "ijk", in the fixed frame:
-    eᵢ, Ri(α) eⱼ and Ri(α) Rj(β) eₖ. In the moving frame it is Rᵀ J. With R = `matrix_from_euler(angles, ...)`, ω in
-    the fixed frame is the vector of Ṙ Rᵀ, in the moving frame that of Rᵀ Ṙ. The determinant is ± cos β, or ± sin β
-    where the outer axes are the same: at lock the outer two axes coincide, and J keeps two directions.
+    Its columns are the current axes of the three rotations: for moving axes "ijk", in the fixed frame, eᵢ, Ri(α) eⱼ and
+    Ri(α) Rj(β) eₖ; in the moving frame J is multiplied by Rᵀ. With R = `matrix_from_euler(angles, ...)`, ω in the fixed
+    frame is the vector of Ṙ Rᵀ, in the moving frame that of Rᵀ Ṙ. det J is ± cos β, or ± sin β if the first and third
+    axes are the same: at lock these axes coincide, and J has rank two.
 
     Args:
         angles: shape (..., 3) [rad], in the order of the sequence.
         sequence: three of "x", "y", "z", neighbours different, lower case.
-        axes: "moving" or "fixed", the axes that are turned about; required.
+        axes: "moving" or "fixed", the axes of the rotations; required.
         expressed_in: "fixed" or "moving", the frame of the angular velocity; required.
 
     Returns:
         Matrices, shape (..., 3, 3); columns in the order of the sequence.
 
-    Raises:
-        UnknownName: no such sequence, kind of axes or frame.
-        BadArgument, WrongShape, NotFinite: `axes` or `expressed_in` missing; angles not numbers, not of shape
-            (..., 3), NaN.
-
     Source: Diebel, Representing attitude, Stanford University, 2006.
 
     Examples:
         >>> J = nk.rotations.euler_rate_jacobian([0.1, 0.2, 0.3], "xyz", axes="fixed", expressed_in="fixed")
-        >>> J @ [0.0, 0.0, 2.0]  # the last of three fixed axes stays where it is
+        >>> J @ [0.0, 0.0, 2.0]  # the last of three fixed axes does not move
         array([0., 0., 2.])
     """
     convention, body = find_convention(sequence, axes), is_moving(expressed_in)
@@ -56,13 +51,13 @@ def euler_rate_jacobian_inverse(
 ) -> Floats:
     """The matrix J⁻¹ from the angular velocity to the rates of three angles, (α̇, β̇, γ̇) = J⁻¹ ω.
 
-    The inverse of `euler_rate_jacobian`, in closed form. Beside lock it grows as one over cos β, or sin β where the
-    outer axes are the same: the angles change fast there, whatever the rotation does.
+    The inverse of `euler_rate_jacobian`, in closed form. Near lock it grows as 1/cos β, or 1/sin β if the first and
+    third axes are the same.
 
     Args:
         angles: shape (..., 3) [rad], in the order of the sequence.
         sequence: three of "x", "y", "z", neighbours different, lower case.
-        axes: "moving" or "fixed", the axes that are turned about; required.
+        axes: "moving" or "fixed", the axes of the rotations; required.
         expressed_in: "fixed" or "moving", the frame of the angular velocity; required.
 
     Returns:
@@ -70,7 +65,6 @@ def euler_rate_jacobian_inverse(
 
     Raises:
         SingularMatrix: at lock, |cos β| (|sin β| for equal outer axes) up to 4 × 2⁻⁵²; carries the index.
-        UnknownName, BadArgument, WrongShape, NotFinite: as `euler_rate_jacobian`.
 
     Source: Diebel, Representing attitude, Stanford University, 2006.
 
@@ -93,15 +87,13 @@ def euler_rate_jacobian_inverse(
 def is_moving(expressed_in: Side) -> bool:
     if expressed_in is None:
         raise BadArgument("expressed_in= must be given: the 'fixed' frame or the 'moving' one, which the turns carry")
-    if not isinstance(expressed_in, str) or expressed_in not in ("fixed", "moving"):
-        raise UnknownName("expressed_in", expressed_in, ("fixed", "moving"))
-    return expressed_in == "moving"
+    return choice(expressed_in, ("fixed", "moving"), "expressed_in") == "moving"
 
 
 def _sines(f: Functions, convention: Convention, body: bool, angles: tuple[Number, ...]) -> tuple[Number, ...]:
-    """S and the sines and cosines of the two angles that the matrices hang on, for moving axes in the fixed frame.
+    """Cosines and sines of the two angles that J depends on, for moving axes in the fixed frame.
 
-    In the moving frame, Rᵀ is three turns by the negative angles in the opposite order, seen from its fixed frame.
+    In the moving frame, Rᵀ consists of rotations by the negative angles in the opposite order.
     """
     first, middle, third = angles[::-1] if convention.reversed else angles
     if body:

@@ -1,7 +1,4 @@
-"""The 24 three-angle conventions, and their kernels: three turns composed, and taken apart again.
-
-A convention is one of 12 sequences of axes, turned about moving or fixed axes.
-"""
+"""The 24 three-angle conventions: 12 sequences of axes, about moving or fixed axes."""
 
 from __future__ import annotations
 
@@ -12,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_batch, common_batch, cross, dot, first_index, norm, unit
+from nao_kin._core.arrays import Floats, as_batch, choice, common_batch, cross, dot, first_index, norm, unit
 from nao_kin._core.kernels import Functions, Kernel, Number, evaluate, rescaled
 from nao_kin.errors import BadArgument, UnknownName, at_index
 from nao_kin.rotations._checks import as_rotations, evaluate_rotations
@@ -24,13 +21,13 @@ AtLock = Literal["first", "third"]
 
 SEQUENCES = tuple(a + b + c for a in "xyz" for b in "xyz" for c in "xyz" if a != b != c)
 
-# Sequences of one or two axes: turns that do not reach every rotation.
+# Sequences of one or two axes, which do not reach every rotation.
 SHORT_SEQUENCES = (*"xyz", *(a + b for a in "xyz" for b in "xyz" if a != b))
 
-# Below this the two matrix entries that tell the first angle from the third are rounding errors of the matrix.
+# Below this the two matrix entries that distinguish the first and third angles are rounding errors.
 LOCK = 4.0 * 2.0**-52
 
-# The default of `axes=`: the keyword is required, and its absence is answered with the library's own error.
+# The default of `axes=`, a required keyword, whose absence raises BadArgument.
 REQUIRED: Any = None
 
 
@@ -54,7 +51,7 @@ class Convention:
 
 
 def _convention(sequence: str, axes: str) -> Convention:
-    # Turns about fixed axes are the same turns about moving axes in the opposite order.
+    # Rotations about fixed axes equal those about moving axes in the opposite order.
     i, j, third = ("xyz".index(axis) for axis in (sequence if axes == "moving" else sequence[::-1]))
     return Convention(i, j, 3 - i - j, 1.0 if (j - i) % 3 == 1 else -1.0, third == i, axes == "fixed")
 
@@ -108,12 +105,6 @@ def _unknown_axes(axes: object) -> BadArgument | UnknownName:
     return UnknownName("axes", axes, ("moving", "fixed"))
 
 
-def check_at_lock(at_lock: AtLock) -> None:
-    """Refuse anything but the two tie-breaks."""
-    if not isinstance(at_lock, str) or at_lock not in ("first", "third"):
-        raise UnknownName("at_lock", at_lock, ("first", "third"))
-
-
 def composition(convention: Convention) -> Kernel:
     """The kernel (α, β, γ in the order written) → the nine entries of R."""
     i, j, k, s = convention.i, convention.j, convention.k, convention.sign
@@ -163,7 +154,7 @@ def extraction(convention: Convention, third_is_zero: bool) -> Kernel:
             x = f.where(locked, m[3 * j + j] if third_is_zero else 1.0, x)
             y = f.where(locked, signed(m[3 * k + j]) if third_is_zero else 0.0, y)
         first = f.atan2(y, x)
-        # (x, y) is h (cos, sin) of the first angle: turning it out needs no division, for atan2 is blind to scale.
+        # (x, y) is h (cos, sin) of the first angle: removing it needs no division, for atan2 ignores the scale.
         y = signed(y)
         cosine = x * m[3 * j + j] + y * m[3 * k + j]
         if convention.symmetric:
@@ -188,7 +179,7 @@ def _opposite(f: Functions, angle: Number) -> Number:
     return angle + f.where(angle > 0.0, -math.pi, math.pi)
 
 
-# --- Three angles and back: all 24 conventions, both solutions, at every distance from lock.
+# --- Rotations from three angles and back.
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,14 +188,9 @@ class EulerAngles:
 
     Attributes:
         angles: the principal triple, shape (..., 3) [rad], in the order of the sequence as written: middle angle in
-            [−π/2, π/2], or in [0, π] where the first and third axes are the same; the outer two in [−π, π].
+            [−π/2, π/2], or in [0, π] if the first and third axes are the same; the outer two in [−π, π].
         other: the other triple, shape (..., 3) [rad], all three in [−π, π].
         locked: shape (...); True where only the sum or the difference of the outer angles is determined.
-
-    Examples:
-        >>> found = nk.rotations.euler_from_matrix(nk.rotations.rot_y(0.5), "zyx", axes="moving")
-        >>> found.angles, found.other, found.locked
-        (array([0. , 0.5, 0. ]), array([3.1416, 2.6416, 3.1416]), array(False))
     """
 
     angles: Floats
@@ -213,34 +199,25 @@ class EulerAngles:
 
 
 def matrix_from_euler(angles: ArrayLike, sequence: str, *, axes: Axes = REQUIRED) -> Floats:
-    """Rotation matrix of three turns about coordinate axes, or of one or two.
+    """Rotation matrix of one, two or three rotations about coordinate axes.
 
     For a sequence "ijk" and angles (α, β, γ), in that order:
     moving axes, R = Ri(α) Rj(β) Rk(γ); fixed axes, R = Rk(γ) Rj(β) Ri(α).
     For "ij": moving axes, R = Ri(α) Rj(β); fixed axes, R = Rj(β) Ri(α). For "i": R = Ri(α).
 
     Args:
-        angles: shape (..., 3), or (..., 2) or (..., 1) as the sequence is long [rad]; in its order.
+        angles: shape (..., n) for a sequence of n letters [rad]; in its order.
         sequence: one to three of "x", "y", "z", neighbours different, lower case.
         axes: "moving" or "fixed"; required.
 
     Returns:
         Rotation matrices, shape (..., 3, 3), active.
 
-    Raises:
-        UnknownName: no such sequence or kind of axes.
-        BadArgument, WrongShape, NotFinite: `axes` missing; angles not numbers, not as many as axes, NaN.
-
     Source: Craig, Introduction to Robotics, 2.8 and appendix B.
 
     Examples:
-        >>> quarter = np.pi / 2
-        >>> nk.rotations.matrix_from_euler([quarter, quarter, 0], "xyz", axes="moving").round(12) + 0.0
-        array([[0., 0., 1.],
-               [1., 0., 0.],
-               [0., 1., 0.]])
-        >>> turned = nk.rotations.matrix_from_euler([0.2, 0.3], "zy", axes="moving")
-        >>> np.allclose(turned, nk.rotations.rot_z(0.2) @ nk.rotations.rot_y(0.3))
+        >>> R = nk.rotations.matrix_from_euler([0.2, 0.3], "zy", axes="moving")
+        >>> np.allclose(R, nk.rotations.rot_z(0.2) @ nk.rotations.rot_y(0.3))
         True
     """
     convention, count = find_any_convention(sequence, axes)
@@ -251,7 +228,7 @@ def matrix_from_euler(angles: ArrayLike, sequence: str, *, axes: Axes = REQUIRED
 
 
 def quat_from_euler(angles: ArrayLike, sequence: str, *, axes: Axes = REQUIRED) -> Floats:
-    """Unit quaternion of three turns about coordinate axes, or of one or two.
+    """Unit quaternion of one, two or three rotations about coordinate axes.
 
     Args:
         angles: as in `matrix_from_euler` [rad].
@@ -260,9 +237,6 @@ def quat_from_euler(angles: ArrayLike, sequence: str, *, axes: Axes = REQUIRED) 
 
     Returns:
         Quaternions (r0, r1, r2, r3), scalar first, in canonical sign, shape (..., 4).
-
-    Raises:
-        UnknownName, BadArgument, WrongShape, NotFinite: as `matrix_from_euler`.
 
     Examples:
         >>> nk.rotations.quat_from_euler([0.0, 0.0, np.pi / 2], "xyz", axes="moving").round(4)
@@ -281,11 +255,7 @@ def euler_from_quat(q: ArrayLike, sequence: str, *, axes: Axes = REQUIRED, at_lo
         at_lock: as in `euler_from_matrix`.
 
     Returns:
-        The angles, as of `euler_from_matrix`.
-
-    Raises:
-        ZeroNorm: some quaternion is zero; carries its index.
-        UnknownName, BadArgument, WrongShape, NotFinite: as `euler_from_matrix`.
+        Principal triple, other triple and lock mask.
 
     Examples:
         >>> nk.rotations.euler_from_quat([1.0, 0.0, 0.0, 1.0], "zyx", axes="moving").angles.round(4)
@@ -297,39 +267,32 @@ def euler_from_quat(q: ArrayLike, sequence: str, *, axes: Axes = REQUIRED, at_lo
 def euler_from_matrix(R: ArrayLike, sequence: str, *, axes: Axes = REQUIRED, at_lock: AtLock = "third") -> EulerAngles:
     """Both triples of angles of a rotation, exact at every distance from lock.
 
-    The first angle comes from an atan2, is turned back out of the matrix, and the other two come from an atan2 each of
-    what is left; they absorb whatever error the first one has, so the matrix of the angles differs from R by a few
-    units of 1e-16 even where the single angles are ill-determined. For moving axes x, y, z:
+    The first angle comes from an atan2; its rotation is removed from the matrix, and an atan2 each of the remaining
+    matrix gives the other two. They absorb the error of the first, so that the matrix of the angles differs from R by a
+    few 1e-16 even where the single angles are ill-determined. For moving axes x, y, z:
 
         α = atan2(−r23, r33),  β = atan2(r13, √(r23² + r33²)),
         γ = atan2(cos α r21 + sin α r31, cos α r22 + sin α r32).
 
-    The other triple is (α + π, π − β, γ + π), or (α + π, −β, γ + π) where the first and third axes are the same.
+    The other triple is (α + π, π − β, γ + π), or (α + π, −β, γ + π) if the first and third axes are the same.
 
     Args:
         R: rotation matrices, shape (..., 3, 3).
         sequence: three of "x", "y", "z", neighbours different, lower case; angles are returned in this order.
         axes: "moving" or "fixed"; required.
-        at_lock: which outer angle is zero at lock, the "first" or the "third" as written. Lock is where the outer
-            angles cannot be told apart from the matrix: |cos β| (|sin β| for equal outer axes) up to 4 × 2⁻⁵².
+        at_lock: which outer angle is zero at lock, the "first" or the "third" as written. At lock the matrix does not
+            distinguish the outer angles: |cos β| (|sin β| for equal outer axes) up to 4 × 2⁻⁵².
 
     Returns:
         Principal triple, other triple and lock mask.
 
-    Raises:
-        NotARotation: some matrix is not orthogonal with determinant +1.
-        UnknownName: no such sequence, kind of axes or tie-break.
-        BadArgument, WrongShape, NotFinite: `axes` missing; R not numbers, not of shape (..., 3, 3), NaN.
-
     Examples:
         >>> R = nk.rotations.matrix_from_euler([0.1, 0.2, 0.3], "zyx", axes="moving")
-        >>> nk.rotations.euler_from_matrix(R, "zyx", axes="moving").angles
-        array([0.1, 0.2, 0.3])
         >>> nk.rotations.euler_from_matrix(R, "xyz", axes="fixed").angles
         array([0.3, 0.2, 0.1])
     """
     convention = find_convention(sequence, axes)
-    check_at_lock(at_lock)
+    choice(at_lock, ("first", "third"), "at_lock")
     kernel = extraction(convention, third_is_zero=(at_lock == "third") != convention.reversed)
     angles, other, locked = evaluate_rotations(kernel, R, (3,), (3,), ())
     return EulerAngles(angles, other, locked.astype(np.bool_))
@@ -338,16 +301,13 @@ def euler_from_matrix(R: ArrayLike, sequence: str, *, axes: Axes = REQUIRED, at_
 def matrix_from_rpy(rpy: ArrayLike) -> Floats:
     """Rotation matrix of roll, pitch and yaw, R = Rz(yaw) Ry(pitch) Rx(roll).
 
-    Turns about the fixed axes x, y, z, in this order: the convention of URDF, Pinocchio and NAOqi's Position6D.
+    Rotations about the fixed axes x, y, z, in this order: the convention of URDF, Pinocchio and NAOqi's Position6D.
 
     Args:
         rpy: (roll, pitch, yaw), shape (..., 3) [rad].
 
     Returns:
         Rotation matrices, shape (..., 3, 3).
-
-    Raises:
-        BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 3), NaN or infinity.
 
     Examples:
         >>> R = nk.rotations.matrix_from_rpy([0.1, 0.2, 0.3])
@@ -369,11 +329,6 @@ def rpy_from_matrix(R: ArrayLike, *, at_lock: AtLock = "third") -> Floats:
     Returns:
         (roll, pitch, yaw), shape (..., 3) [rad].
 
-    Raises:
-        NotARotation: some matrix is not orthogonal with determinant +1.
-        UnknownName: no such tie-break.
-        BadArgument, WrongShape, NotFinite: R not numbers, not of shape (..., 3, 3), NaN or infinity.
-
     Examples:
         >>> nk.rotations.rpy_from_matrix(nk.rotations.rot_z(0.3) @ nk.rotations.rot_x(0.1))
         array([0.1, 0. , 0.3])
@@ -381,9 +336,9 @@ def rpy_from_matrix(R: ArrayLike, *, at_lock: AtLock = "third") -> Floats:
     return euler_from_matrix(R, "xyz", axes="fixed", at_lock=at_lock).angles
 
 
-# --- Three turns about arbitrary axes, consecutive ones perpendicular: Davenport's generalisation of Euler angles.
+# --- Rotations about arbitrary axes, consecutive ones perpendicular: Davenport angles.
 
-# |cos| up to which two axes count as perpendicular; the matrix of the angles is then wrong by as much.
+# |cos| up to which two axes count as perpendicular; the matrix of the angles has an error of the same size.
 _PERPENDICULAR = 1e-9
 # Normalising two parallel axes of any lengths leaves at most this sine between them.
 _PARALLEL = 4.0 * 2.0**-52
@@ -394,30 +349,26 @@ def davenport_angles(
 ) -> EulerAngles:
     """Both triples of angles with R = Rot(a1, α) Rot(a2, β) Rot(a3, γ), exact at every distance from lock.
 
-    Each turn is about the axis as carried along by the ones before it. With δ the angle from a1 to a3 about a2 and the
-    frames B = [a1, a2, a1 × a2], C = [a3, a2, a3 × a2], the matrix Bᵀ R C is a turn by α about x, β + δ about y and γ
-    about x, which is taken apart as a proper Euler sequence. The coordinate axes give the 12 moving Euler sequences.
+    Each rotation is about its axis as moved by the previous ones. With δ the angle from a1 to a3 about a2 and the
+    frames B = [a1, a2, a1 × a2], C = [a3, a2, a3 × a2], the matrix Bᵀ R C is a rotation by α about x, β + δ about y and
+    γ about x, a proper Euler sequence. The coordinate axes give the 12 moving Euler sequences.
 
     Args:
         R: rotation matrices, shape (..., 3, 3).
         a1: first axis, shape (..., 3), of any length but zero; batch axes broadcast with those of R.
         a2: second axis, perpendicular to the first and the third.
         a3: third axis.
-        at_lock: which outer angle is zero at lock, the "first" or the "third". Lock is a3, carried along, parallel to
-            a1: |sin(β + δ)| up to 4 × 2⁻⁵².
+        at_lock: which outer angle is zero at lock, the "first" or the "third". At lock a3, as moved, is parallel to a1:
+            |sin(β + δ)| up to 4 × 2⁻⁵².
 
     Returns:
-        Principal triple (its β in [−δ, π − δ] where δ ≥ 0, else in [−π − δ, −δ]: the half turn that holds β = 0), the
-        other triple (its β in the other half turn), and the lock mask. All angles in [−π, π]. A first and a third axis
-        that are parallel up to rounding, |sin δ| ≤ 4 × 2⁻⁵², count as parallel: δ is 0 or π.
+        Principal triple (its β in [−δ, π − δ] for δ ≥ 0, else in [−π − δ, −δ]: the half turn that contains β = 0), the
+        other triple (its β in the other half turn), and the lock mask. All angles are in [−π, π]. First and third axes
+        with |sin δ| ≤ 4 × 2⁻⁵² count as parallel: δ is 0 or π.
 
     Raises:
-        BadArgument: axes that `are_davenport_axes` refuses: three turns about them do not reach every rotation. Names
-            the two axes that are not perpendicular, the angle between them, and their index.
-        ZeroNorm: a zero axis.
-        NotARotation: some matrix is not orthogonal with determinant +1.
-        UnknownName: no such tie-break.
-        WrongShape, NotFinite: wrong or mismatched shapes, NaN or infinity.
+        BadArgument: axes that `are_davenport_axes` refuses; names the two axes that are not perpendicular, the angle
+            between them, and their index.
 
     Source: Shuster and Markley, Generalization of the Euler angles, J. Astronautical Sciences 51(2), 2003.
 
@@ -427,7 +378,7 @@ def davenport_angles(
         >>> nk.rotations.davenport_angles(R, *left_hip).angles
         array([-0.3,  0.2, -0.5])
     """
-    check_at_lock(at_lock)
+    choice(at_lock, ("first", "third"), "at_lock")
     axes = [scaled_axis(axis, f"axis a{i}") for i, axis in enumerate((a1, a2, a3), 1)]
     matrices = as_rotations(R)
     common_batch("R and the axes", matrices.shape[:-2], *(axis.shape[:-1] for axis in axes))
@@ -435,9 +386,9 @@ def davenport_angles(
         _refuse_leaning(axes[i], axes[i + 1], f"axes a{i + 1} and a{i + 2}")
     first, second, third = (unit(axis, "axis")[0] for axis in axes)
     sine = dot(second, cross(first, third))
-    # Exactly parallel then, or the sign of a rounding error would choose the principal triple.
+    # Exactly parallel, so that the principal triple does not depend on the sign of a rounding error.
     delta = np.arctan2(np.where(np.abs(sine) <= _PARALLEL, 0.0, sine), dot(first, third))
-    # Turning the second axis round puts the half turn that holds β = 0 into the principal triple, tie-break included.
+    # Reversing the second axis puts the half turn that contains β = 0 into the principal triple.
     side = np.where(delta >= 0.0, 1.0, -1.0)
     second, delta = side[..., np.newaxis] * second, side * delta
     B = np.stack(np.broadcast_arrays(first, second, cross(first, second)), axis=-2)
@@ -451,9 +402,7 @@ def davenport_angles(
 
 
 def are_davenport_axes(a1: ArrayLike, a2: ArrayLike, a3: ArrayLike) -> NDArray[np.bool_]:
-    """Whether turns about three axes reach every rotation: a1 ⟂ a2 and a2 ⟂ a3, |cos| of the angle up to 1e-9.
-
-    `davenport_angles` takes exactly the axes for which this is true.
+    """Return whether rotations about three axes reach every rotation: a1 ⟂ a2 and a2 ⟂ a3, with |cos| up to 1e-9.
 
     Args:
         a1: first axes, shape (..., 3), of any length but zero.
@@ -462,10 +411,6 @@ def are_davenport_axes(a1: ArrayLike, a2: ArrayLike, a3: ArrayLike) -> NDArray[n
 
     Returns:
         Booleans, shape (...).
-
-    Raises:
-        ZeroNorm: a zero axis; carries its index.
-        BadArgument, WrongShape, NotFinite: not numbers, wrong or mismatched shapes, NaN or infinity.
 
     Source: Davenport, Rotations about nonorthogonal axes, AIAA Journal 11(6), 1973, doi:10.2514/3.6842.
 
@@ -481,22 +426,17 @@ def are_davenport_axes(a1: ArrayLike, a2: ArrayLike, a3: ArrayLike) -> NDArray[n
 def matrix_from_davenport(
     angles: ArrayLike, a1: ArrayLike, a2: ArrayLike | None = None, a3: ArrayLike | None = None
 ) -> Floats:
-    """Rotation matrix of one, two or three turns about arbitrary axes, R = Rot(a1, α) Rot(a2, β) Rot(a3, γ).
+    """Rotation matrix of one, two or three rotations about arbitrary axes, R = Rot(a1, α) Rot(a2, β) Rot(a3, γ).
 
     Args:
         angles: (α, β, γ), shape (..., 3), or (..., 2) or (..., 1) for fewer axes [rad].
         a1: first axis, shape (..., 3), of any length but zero; the axes need not be perpendicular. Batch axes
             broadcast with those of the angles.
-        a2: second axis, as carried along by the first turn; None for one turn.
-        a3: third axis, as carried along by the first two turns; None for two turns.
+        a2: second axis, as moved by the first rotation; None for one rotation.
+        a3: third axis, as moved by the first two rotations; None for two rotations.
 
     Returns:
         Rotation matrices, shape (..., 3, 3).
-
-    Raises:
-        ZeroNorm: a zero axis.
-        BadArgument: a third axis without a second; not numbers.
-        WrongShape, NotFinite: wrong or mismatched shapes, NaN or infinity.
 
     Examples:
         >>> R = nk.rotations.matrix_from_davenport([0.2, 0.3], [0, 0, 1], [1, 0, 0])

@@ -1,8 +1,8 @@
-"""Rigid motions as screws, hand-rolled in NumPy: twists, wrenches, SE(3) and its Jacobians, screw axes, interpolation.
+"""Rigid motions written by hand in NumPy: poses, twists, wrenches, screws, SE(3) and its Jacobians, interpolation.
 
 A twist is (v; ω), linear part first, as in the Jacobians of this package and in Pinocchio; a wrench is (force; moment).
-The Plücker coordinates of `nao_kin.screws.lines` are (direction; moment), so that a unit turn about a line is the twist
-(moment; direction), with the halves exchanged, and a unit force along it the wrench (direction; moment), as it is.
+The Plücker coordinates of `nao_kin.screws.lines` are (direction; moment): a unit rotation about a line is the twist
+(moment; direction), with the halves exchanged, and a unit force along it the wrench (direction; moment).
 """
 
 from __future__ import annotations

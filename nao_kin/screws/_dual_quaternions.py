@@ -1,7 +1,7 @@
-"""Unit dual quaternions r + ε d: eight numbers (r; d), scalar first, of which r turns and d = ½ t r shifts.
+"""Unit dual quaternions r + ε d: eight numbers (r; d), scalar first, with rotation r and translation t in d = ½ t r.
 
-Like quaternions, q and −q are the same motion. A dual quaternion of any length but zero counts as the unit one that it
-is when divided by the length of r; of a unit one r·d = 0.
+q and −q are the same motion. A dual quaternion of any length but zero is divided by the length of r; for a unit one
+r·d = 0.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike
 from nao_kin import rotations
 from nao_kin._core.arrays import Floats, as_vectors, common_batch, dot, first_index, join_poses, norm, unit
 from nao_kin.errors import BadArgument, at_index
-from nao_kin.screws._poses import as_poses
 from nao_kin.screws.lines import PluckerLine
+from nao_kin.screws.lines._line import as_poses, check_line
 
-# As for rotation matrices: what rounding to float32 leaves is accepted.
+# As for rotation matrices, rounding to float32 is accepted.
 _TOLERANCE = 1e-6
 
 
@@ -27,11 +27,6 @@ def dual_quat_from_pose(T_ab: ArrayLike) -> Floats:
 
     Returns:
         (r; d), shape (..., 8), with d in units of length.
-
-    Raises:
-        NotARotation: the rotation part of some pose is none.
-        BadArgument: the last row of some pose is not (0, 0, 0, 1).
-        WrongShape, NotFinite: in `T_ab`.
 
     Source: Kavan, Collins, O'Sullivan and Zara, Dual quaternions for rigid transformation blending, TCD-CS-2006-46.
 
@@ -54,9 +49,7 @@ def pose_from_dual_quat(q: ArrayLike) -> Floats:
         Poses, shape (..., 4, 4).
 
     Raises:
-        ZeroNorm: r is zero; carries its index.
-        BadArgument: r·d is not zero to 1e-6, so that q is no rigid motion; or not numbers, outside ±1e150.
-        WrongShape, NotFinite: not of shape (..., 8), NaN or infinity.
+        BadArgument: r·d is not zero to 1e-6, so that q is not a rigid motion.
 
     Examples:
         >>> nk.screws.pose_from_dual_quat([0, 1, 0, 0, 0, 0, 1, 0])[:3, 3]
@@ -76,9 +69,6 @@ def dual_quat_multiply(p: ArrayLike, q: ArrayLike) -> Floats:
 
     Returns:
         Dual quaternions, shape (..., 8).
-
-    Raises:
-        BadArgument, WrongShape, NotFinite: not numbers, outside ±1e150, wrong or mismatched shapes, NaN.
 
     Examples:
         >>> half = nk.screws.dual_quat_from_pose(nk.screws.pose(np.eye(3), [0, 0, 1]))
@@ -101,9 +91,6 @@ def dual_quat_conjugate(q: ArrayLike) -> Floats:
     Returns:
         Dual quaternions, shape (..., 8).
 
-    Raises:
-        BadArgument, WrongShape, NotFinite: not numbers, outside ±1e150, not of shape (..., 8), NaN.
-
     Examples:
         >>> nk.screws.dual_quat_conjugate([0, 1, 0, 0, 0, 0, 1, 0])
         array([ 0., -1.,  0.,  0.,  0.,  0., -1.,  0.])
@@ -113,7 +100,7 @@ def dual_quat_conjugate(q: ArrayLike) -> Floats:
 
 
 def dual_quat_transform_point(q: ArrayLike, point: ArrayLike) -> Floats:
-    """A point carried along by the motion q: the vector part of r p r* + 2 d r*, for ‖r‖ = 1.
+    """A point moved by the motion q: the vector part of r p r* + 2 d r*, for ‖r‖ = 1.
 
     Args:
         q: dual quaternions, shape (..., 8), of any length but zero.
@@ -121,9 +108,6 @@ def dual_quat_transform_point(q: ArrayLike, point: ArrayLike) -> Floats:
 
     Returns:
         Points, shape (..., 3) [m].
-
-    Raises:
-        ZeroNorm, BadArgument, WrongShape, NotFinite: as for `pose_from_dual_quat`, or in `point`.
 
     Examples:
         >>> nk.screws.dual_quat_transform_point([0, 1, 0, 0, 0, 0, 1, 0], [1, 2, 3]) + 0.0
@@ -136,25 +120,21 @@ def dual_quat_transform_point(q: ArrayLike, point: ArrayLike) -> Floats:
 
 
 def dual_quat_transform_line(q: ArrayLike, line: PluckerLine) -> PluckerLine:
-    """A line carried along by the motion q: q (e + ε n) q*, with direction e and moment n about the origin.
+    """A line moved by the motion q: q (e + ε n) q*, with direction e and moment n about the origin.
 
     Args:
         q: dual quaternions, shape (..., 8), of any length but zero.
         line: lines; batch axes broadcast.
 
     Returns:
-        Lines with their moments about the origin, whatever that of `line` was.
-
-    Raises:
-        ZeroNorm, BadArgument, WrongShape, NotFinite: as for `pose_from_dual_quat`; `line` is no `PluckerLine`.
+        Lines with their moments about the origin of coordinates, whatever that of `line` was.
 
     Examples:
         >>> x_axis = nk.lines.PluckerLine.through([0, 0, 0], [1, 0, 0])
         >>> nk.screws.dual_quat_transform_line([0, 1, 0, 0, 0, 0, 1, 0], x_axis).point
         array([0., 0., 2.])
     """
-    if not isinstance(line, PluckerLine):
-        raise BadArgument(f"line must be a PluckerLine, got {type(line).__name__}")
+    check_line(line, "line")
     r, d = _unit(q, "dual quaternion")
     common_batch("dual quaternion and line", r.shape[:-1], line.batch_shape)
     seen = line.transfer_to((0.0, 0.0, 0.0))
@@ -174,9 +154,9 @@ def _unit(q: ArrayLike, what: str) -> tuple[Floats, Floats]:
     Q = as_vectors(q, what, 8)
     r, length = unit(Q[..., :4], what)
     d = Q[..., 4:] / length[..., None]
-    beside = dot(r, d)
-    wrong = ~(np.abs(beside) <= _TOLERANCE * np.maximum(1.0, norm(d)))
+    product = dot(r, d)
+    wrong = ~(np.abs(product) <= _TOLERANCE * np.maximum(1.0, norm(d)))
     if wrong.any():
         index = first_index(wrong)
-        raise BadArgument(f"of a unit {what} r·d must be zero, got {beside[index]:.3g}{at_index(index)}")
-    return r, d - beside[..., None] * r
+        raise BadArgument(f"of a unit {what} r·d must be zero, got {product[index]:.3g}{at_index(index)}")
+    return r, d - product[..., None] * r

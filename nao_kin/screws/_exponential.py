@@ -31,40 +31,35 @@ from nao_kin._core.kernels import (
     jacobian_derivatives,
 )
 from nao_kin.errors import BadArgument, SingularMatrix, at_index
-from nao_kin.screws._poses import as_poses, as_twists, turned
+from nao_kin.screws._poses import as_twists, turned, upper_blocks
 from nao_kin.screws.lines import PluckerLine
+from nao_kin.screws.lines._line import as_poses, check_line
 
-# [rad]; of a longer rotation vector the angle within a turn has no correct digit.
+# The angle within a turn has no correct digit for a longer rotation vector [rad], or a larger multiple of one.
 LARGEST_ANGLE = 1e15
-# How far a 4 × 4 matrix may be from the form of a twist, beside its largest entry.
+# How far a 4 × 4 matrix may be from the form of a twist, relative to its largest entry.
 _FORM = 1e-9
 
 
 def exp(twist: ArrayLike) -> Floats:
-    """The motion that a body makes in unit time under a constant twist: exp [ξ] = [[exp [ω×], J(ω) v], [0, 1]].
+    """The displacement of a body in unit time under a constant twist: exp [ξ] = [[exp [ω×], J(ω) v], [0, 1]].
 
-    J(ω) = 1 + (1 − cos θ)/θ² [ω×] + (θ − sin θ)/θ³ [ω×]² with θ = ‖ω‖, the left Jacobian of SO(3). Every entry is right
-    to a few 1e-16 · max(1, θ), in the last column times ‖v‖, at θ = 0, at π and everywhere between.
+    J(ω) = 1 + (1 − cos θ)/θ² [ω×] + (θ − sin θ)/θ³ [ω×]² with θ = ‖ω‖, the left Jacobian of SO(3). Every entry is
+    accurate to a few 1e-16 · max(1, θ), in the last column times ‖v‖, also at θ = 0 and π.
 
     Args:
-        twist: ξ = (v; ω), linear part first as in `RobotModel.jacobian` and Pinocchio, shape (..., 6) [m, rad]. v is
-            the velocity of the point of the body that is passing the origin.
+        twist: ξ = (v; ω), linear part first as in `RobotModel.jacobian` and Pinocchio, shape (..., 6) [m, rad], with
+            ‖ω‖ up to 1e15 rad. v is the velocity of the point of the body that is passing the origin.
 
     Returns:
         Poses, shape (..., 4, 4).
 
-    Raises:
-        BadArgument: not numbers, outside ±1e150, or ‖ω‖ above 1e15 rad, of which the angle within a turn is lost.
-        WrongShape, NotFinite: not of shape (..., 6), NaN or infinity.
-
     Source: Murray, Li and Sastry, A Mathematical Introduction to Robotic Manipulation, 2.3.2.
 
     Examples:
-        >>> nk.screws.exp([0, 0, 0.5, 0, 0, np.pi / 2])  # a quarter turn about z, and half a metre along it
+        >>> nk.screws.exp([0, 0, 0.5, 0, 0, np.pi / 2])[[0, 2]]  # a quarter turn about z, and half a metre along it
         array([[ 0. , -1. ,  0. ,  0. ],
-               [ 1. ,  0. ,  0. ,  0. ],
-               [ 0. ,  0. ,  1. ,  0.5],
-               [ 0. ,  0. ,  0. ,  1. ]])
+               [ 0. ,  0. ,  1. ,  0.5]])
     """
     return motion_of(*turns_checked(twist))
 
@@ -72,20 +67,14 @@ def exp(twist: ArrayLike) -> Floats:
 def log(T_ab: ArrayLike) -> Floats:
     """The twist of a motion, ξ = (v; ω) with exp [ξ] = T: ω = log R with ‖ω‖ in [0, π], v = J(ω)⁻¹ t.
 
-    J(ω)⁻¹ = 1 − ½ [ω×] + (1 − (θ/2) cot(θ/2))/θ² [ω×]². For matrices exact to rounding ω is accurate to a few 1e-16,
+    J(ω)⁻¹ = 1 − ½ [ω×] + (1 − (θ/2) cot(θ/2))/θ² [ω×]². For matrices exact to rounding ω is accurate to a few 1e-16 and
     v to a few 1e-16 · ‖t‖, at θ = 0 and π too; small angles also relative to themselves.
 
     Args:
         T_ab: poses [[R, t], [0, 1]], shape (..., 4, 4).
 
     Returns:
-        Twists (linear; angular), shape (..., 6) [m, rad]. At θ = π, where ω and −ω turn alike, the ω whose first
-        component that is not zero is positive, and the v that belongs to it.
-
-    Raises:
-        NotARotation: the rotation part of some pose is none.
-        BadArgument: the last row of some pose is not (0, 0, 0, 1).
-        WrongShape, NotFinite: in `T_ab`.
+        Twists (linear; angular), shape (..., 6) [m, rad]. At θ = π the first non-zero component of ω is positive.
 
     Source: Murray, Li and Sastry, A Mathematical Introduction to Robotic Manipulation, 2.3.2.
 
@@ -105,15 +94,9 @@ def hat(twist: ArrayLike) -> Floats:
     Returns:
         Matrices, shape (..., 4, 4).
 
-    Raises:
-        BadArgument, WrongShape, NotFinite: not numbers, not of shape (..., 6), NaN or infinity.
-
     Examples:
-        >>> nk.screws.hat([1, 2, 3, 0, 0, 4])
-        array([[ 0., -4.,  0.,  1.],
-               [ 4.,  0.,  0.,  2.],
-               [ 0.,  0.,  0.,  3.],
-               [ 0.,  0.,  0.,  0.]])
+        >>> nk.screws.hat([1, 2, 3, 0, 0, 4])[0]
+        array([ 0., -4.,  0.,  1.])
     """
     v, omega = as_twists(twist)
     found = np.zeros((*v.shape[:-1], 4, 4))
@@ -123,17 +106,16 @@ def hat(twist: ArrayLike) -> Floats:
 
 
 def vee(matrix: ArrayLike) -> Floats:
-    """The twist (v; ω) of a matrix [[[ω×], v], [0, 0]], what `hat` made.
+    """The twist (v; ω) of a matrix [[[ω×], v], [0, 0]], the inverse of `hat`.
 
     Args:
-        matrix: shape (..., 4, 4), with an antisymmetric part [ω×] and a last row of zeros.
+        matrix: shape (..., 4, 4), with a skew-symmetric part [ω×] and a last row of zeros.
 
     Returns:
         Twists, shape (..., 6).
 
     Raises:
-        BadArgument: not of that form, by more than 1e-9 of its largest entry; rounding up to there is averaged out.
-        WrongShape, NotFinite: not of shape (..., 4, 4), NaN or infinity.
+        BadArgument: not of that form by more than 1e-9 of its largest entry; smaller errors are averaged out.
 
     Examples:
         >>> nk.screws.vee(nk.screws.hat([1, 2, 3, 0, 0, 4]))
@@ -192,51 +174,43 @@ def left_jacobian(twist: ArrayLike) -> Floats:
 
     J(ω) = 1 + B [ω×] + C [ω×]² is that of SO(3), with B = (1 − cos θ)/θ², C = (θ − sin θ)/θ³, and
     Q = B [v×] + C ([ω×][v×] + [v×][ω×]) + (ω·v) (B'/θ [ω×] + C'/θ [ω×]²) with the derivatives by θ = ‖ω‖.
-    J ξ̇ is the velocity of the body with the pose exp [ξ], seen in the fixed frame. J = ∫₀¹ Ad(exp [s ξ]) ds.
+    J ξ̇ is the velocity of the body with the pose exp [ξ], in the fixed frame. J = ∫₀¹ Ad(exp [s ξ]) ds.
 
     Args:
-        twist: ξ = (v; ω), linear part first, shape (..., 6) [m, rad].
+        twist: ξ = (v; ω), linear part first, shape (..., 6) [m, rad], with ‖ω‖ up to 1e15 rad.
 
     Returns:
         J, shape (..., 6, 6), for twists (linear; angular) on both sides.
-
-    Raises:
-        BadArgument: not numbers, outside ±1e150, or ‖ω‖ above 1e15 rad.
-        WrongShape, NotFinite: not of shape (..., 6), NaN or infinity.
 
     Source: Barfoot, State Estimation for Robotics, 7.1.5, for another form of Q.
 
     Examples:
         >>> xi = np.array([0.1, 0.2, 0.3, 0, 0, 1])
-        >>> nk.screws.left_jacobian(xi) @ xi  # along ξ itself nothing turns away
+        >>> nk.screws.left_jacobian(xi) @ xi  # J ξ = ξ
         array([0.1, 0.2, 0.3, 0. , 0. , 1. ])
     """
     v, omega = turns_checked(twist)
     square = dot(omega, omega)[..., None]
     B, C, dB, dC = (c[..., None, None] for c in evaluate(jacobian_derivatives, [square], (), (), (), ()))
     W, V, W2, WV, along = _products(v, omega)
-    return _blocks(np.eye(3) + B * W + C * W2, B * V + C * WV + along * (dB * W + dC * W2))
+    return upper_blocks(np.eye(3) + B * W + C * W2, B * V + C * WV + along * (dB * W + dC * W2))
 
 
 def right_jacobian(twist: ArrayLike) -> Floats:
     """The matrix J with exp [ξ + δ] = exp [ξ] exp [J δ] for small δ: `left_jacobian` of −ξ; Pinocchio's `Jexp6`.
 
-    J ξ̇ is the velocity of the body with the pose exp [ξ], seen in the body's own frame.
+    J ξ̇ is the velocity of the body with the pose exp [ξ], in the body's frame.
 
     Args:
-        twist: ξ = (v; ω), linear part first, shape (..., 6) [m, rad].
+        twist: ξ = (v; ω), linear part first, shape (..., 6) [m, rad], with ‖ω‖ up to 1e15 rad.
 
     Returns:
         J, shape (..., 6, 6), for twists (linear; angular) on both sides.
 
-    Raises:
-        BadArgument: not numbers, outside ±1e150, or ‖ω‖ above 1e15 rad.
-        WrongShape, NotFinite: not of shape (..., 6), NaN or infinity.
-
     Examples:
-        >>> xi, change = np.array([0.1, 0.2, 0.3, 0, 0, 1]), np.array([0, 0, 0, 1e-6, 0, 0])
-        >>> there = nk.screws.compose(nk.screws.inverse(nk.screws.exp(xi)), nk.screws.exp(xi + change))
-        >>> bool(np.allclose(nk.screws.log(there), nk.screws.right_jacobian(xi) @ change, atol=1e-11))
+        >>> xi, delta = np.array([0.1, 0.2, 0.3, 0, 0, 1]), np.array([0, 0, 0, 1e-6, 0, 0])
+        >>> change = nk.screws.inverse(nk.screws.exp(xi)) @ nk.screws.exp(xi + delta)
+        >>> bool(np.allclose(nk.screws.log(change), nk.screws.right_jacobian(xi) @ delta, atol=1e-11))
         True
     """
     v, omega = turns_checked(twist)
@@ -244,21 +218,19 @@ def right_jacobian(twist: ArrayLike) -> Floats:
 
 
 def left_jacobian_inverse(twist: ArrayLike) -> Floats:
-    """The inverse of `left_jacobian`: how ξ = log T changes when T moves, log(exp [δ] T) = ξ + J⁻¹ δ for small δ.
+    """The inverse of `left_jacobian`: log(exp [δ] T) = ξ + J⁻¹ δ for small δ and ξ = log T.
 
     [[J⁻¹, Q'], [0, J⁻¹]] with J⁻¹ = 1 − ½ [ω×] + D [ω×]², D = (1 − (θ/2) cot(θ/2))/θ², and
     Q' = −½ [v×] + D ([ω×][v×] + [v×][ω×]) + (ω·v) D'/θ [ω×]².
 
     Args:
-        twist: ξ = (v; ω), linear part first, shape (..., 6) [m, rad].
+        twist: ξ = (v; ω), linear part first, shape (..., 6) [m, rad], with ‖ω‖ up to 1e15 rad.
 
     Returns:
         J⁻¹, shape (..., 6, 6), for twists (linear; angular) on both sides.
 
     Raises:
-        SingularMatrix: ‖ω‖ is a multiple of 2π other than 0, up to its rounding; no logarithm comes near.
-        BadArgument: not numbers, outside ±1e150, or ‖ω‖ above 1e15 rad.
-        WrongShape, NotFinite: not of shape (..., 6), NaN or infinity.
+        SingularMatrix: ‖ω‖ is a multiple of 2π other than 0, up to its rounding.
 
     Source: Barfoot, State Estimation for Robotics, 7.1.5, for the blocks in another form.
 
@@ -274,27 +246,24 @@ def left_jacobian_inverse(twist: ArrayLike) -> Floats:
         raise SingularMatrix("Jacobian of the exponential", "‖ω‖ is a multiple of 2π", first_index(whole))
     D, dD = D[..., None, None], dD[..., None, None]
     W, V, W2, WV, along = _products(v, omega)
-    return _blocks(np.eye(3) - 0.5 * W + D * W2, -0.5 * V + D * WV + along * dD * W2)
+    return upper_blocks(np.eye(3) - 0.5 * W + D * W2, -0.5 * V + D * WV + along * dD * W2)
 
 
 def right_jacobian_inverse(twist: ArrayLike) -> Floats:
     """The inverse of `right_jacobian`: log(T exp [δ]) = ξ + J⁻¹ δ for small δ and ξ = log T; Pinocchio's `Jlog6`.
 
     Args:
-        twist: ξ = (v; ω), linear part first, shape (..., 6) [m, rad].
+        twist: ξ = (v; ω), linear part first, shape (..., 6) [m, rad], with ‖ω‖ up to 1e15 rad.
 
     Returns:
         J⁻¹, shape (..., 6, 6), for twists (linear; angular) on both sides: `left_jacobian_inverse` of −ξ.
 
     Raises:
         SingularMatrix: ‖ω‖ is a multiple of 2π other than 0, up to its rounding.
-        BadArgument: not numbers, outside ±1e150, or ‖ω‖ above 1e15 rad.
-        WrongShape, NotFinite: not of shape (..., 6), NaN or infinity.
 
     Examples:
         >>> xi = np.array([0.1, 0.2, 0.3, 0, 0, 1])
-        >>> same = nk.screws.right_jacobian_inverse(xi), nk.screws.left_jacobian_inverse(-xi)
-        >>> bool(np.array_equal(*same))
+        >>> bool(np.array_equal(nk.screws.right_jacobian_inverse(xi), nk.screws.left_jacobian_inverse(-xi)))
         True
     """
     v, omega = turns_checked(twist)
@@ -302,66 +271,48 @@ def right_jacobian_inverse(twist: ArrayLike) -> Floats:
 
 
 def _products(v: Floats, omega: Floats) -> tuple[Floats, ...]:
-    """[ω×], [v×], [ω×]², [ω×][v×] + [v×][ω×] and, to multiply them by, ω·v.
-
-    [a×][b×] = b aᵀ − (a·b) 1 costs half of what a product of matrices does.
-    """
+    """[ω×], [v×], [ω×]², [ω×][v×] + [v×][ω×] and ω·v; by [a×][b×] = b aᵀ − (a·b) 1, which costs half of a product."""
     along, outer = dot(omega, v)[..., None, None], v[..., :, None] * omega[..., None, :]
     W2 = omega[..., :, None] * omega[..., None, :] - dot(omega, omega)[..., None, None] * np.eye(3)
     WV = outer + np.swapaxes(outer, -1, -2) - 2.0 * along * np.eye(3)
     return cross_matrix(omega), cross_matrix(v), W2, WV, along
 
 
-def _blocks(J: Floats, Q: Floats) -> Floats:
-    found = np.zeros((*J.shape[:-2], 6, 6))
-    found[..., :3, :3] = found[..., 3:, 3:] = J
-    found[..., :3, 3:] = Q
-    return found
+# --- Interpolation of poses along a screw.
 
-
-# --- From one pose to another along a screw.
-
-# As for slerp: beyond, the digits of the angle within a turn would be lost.
-_LARGEST_PART = 1e15
-# [m]; a motion whose screw axis is farther away is a translation.
+# A motion whose screw axis is farther away is a translation [m].
 FARTHEST_AXIS = 1e150
 
 
 def sclerp(T_0: ArrayLike, T_1: ArrayLike, s: ArrayLike, *, longer: bool = False) -> Floats:
-    """The pose a part s of the way from T_0 to T_1 along one screw, T_0 exp(s log(T_0⁻¹ T_1)), at constant speed.
+    """The pose at a fraction s of the screw motion from T_0 to T_1, T_0 exp(s log(T_0⁻¹ T_1)), at constant speed.
 
-    The body turns about a line and slides along it, both in proportion to s; the orientation is that of slerp. The
-    path belongs to the motion, not to the frames: seen from another frame, or of another frame of the same body, it is
-    the same.
+    The body rotates about a line and slides along it, both in proportion to s; the orientation is that of slerp. The
+    path does not depend on the frames in which it is expressed.
 
     Args:
         T_0: poses at s = 0, shape (..., 4, 4).
         T_1: poses at s = 1; batch axes broadcast.
-        s: shape (...), broadcasts with the poses; outside [0, 1] the motion goes on past its ends.
-        longer: turn by θ − 2π about the same line instead of by θ ≤ π, with the same slide along it. At θ = π both
-            ways are equally long, and the shorter one is about the axis whose first component that is not zero is
-            positive, in frame 0.
+        s: shape (...), broadcasts with the poses; may lie outside [0, 1], up to ±1e15.
+        longer: rotate by θ − 2π about the same line instead of by θ ≤ π, with the same slide along it. At θ = π, where
+            both are equally long, the shorter one has the axis whose first non-zero component is positive, in frame 0.
 
     Returns:
         Poses, shape (..., 4, 4).
 
     Raises:
-        NotARotation: the rotation part of some pose is none.
-        BadArgument: s outside ±1e15; the last row of some pose is not (0, 0, 0, 1); or `longer` for two poses that
-            differ by a translation alone, between which no line is distinguished.
-        WrongShape, NotFinite: wrong or mismatched shapes, NaN or infinity.
+        BadArgument: `longer` for two poses that differ by a translation alone, which determines no line.
 
     Source: Kavan, Collins, O'Sullivan and Zara, Dual quaternions for rigid transformation blending, TCD-CS-2006-46.
 
     Examples:
         >>> T_0, T_1 = np.eye(4), nk.screws.pose(nk.rotations.rot_z(np.pi), [2, 0, 0.4])
-        >>> nk.screws.sclerp(T_0, T_1, [0.25, 0.5])[:, :3, 3]  # half a turn about the upright line through (1, 0, 0)
-        array([[ 0.2929, -0.7071,  0.1   ],
-               [ 1.    , -1.    ,  0.2   ]])
+        >>> nk.screws.sclerp(T_0, T_1, 0.5)[:3, 3]  # half of a half turn about the upright line through (1, 0, 0)
+        array([ 1. , -1. ,  0.2])
     """
     parts = as_batch(s, (), "s")
-    if np.abs(parts).max(initial=0.0) > _LARGEST_PART:
-        raise BadArgument(f"s must not exceed {_LARGEST_PART:.0e} in magnitude, for its digits would be lost")
+    if np.abs(parts).max(initial=0.0) > LARGEST_ANGLE:
+        raise BadArgument(f"s must not exceed {LARGEST_ANGLE:.0e} in magnitude, for its digits would be lost")
     (R_0, p_0), (R_1, p_1) = as_poses(T_0, "T_0"), as_poses(T_1, "T_1")
     common_batch("T_0, T_1 and s", p_0.shape[:-1], p_1.shape[:-1], parts.shape)
     # From the difference of the points: two poses far from the origin of their frame may be close to each other.
@@ -393,24 +344,20 @@ def _axes_of(v: Floats, omega: Floats) -> tuple[Floats, Floats, Floats, NDArray[
     return e, angle, across, np.asarray(without_turn | (largest(across) > FARTHEST_AXIS * angle))
 
 
-# --- A screw motion: turn and slide along one line.
+# --- Screws.
 
 
 @dataclass(frozen=True, eq=False, init=False)
 class Screw:
-    """A turn about a line together with a slide along it, or a batch of them: what every rigid motion is (Chasles).
+    """A rotation about a line with a slide along it, or a batch of them; every rigid motion is one (Chasles).
 
-    It stands for a displacement, with angle [rad] and slide [m], or for a velocity, with [rad/s] and [m/s]. Immutable:
-    the arrays are read-only copies of what was given. `screws[i]` picks from the batch axes.
+    It describes a displacement, with angle [rad] and slide [m], or a velocity, with [rad/s] and [m/s]. Immutable: the
+    arrays are read-only copies. `screws[i]` indexes the batch axes.
 
     Attributes:
-        axis: the line, directed.
-        angle: turn about it, right-handed, shape (...).
-        slide: shift along it, shape (...).
-
-    Raises:
-        BadArgument: `axis` is no `PluckerLine`; angle or slide are not numbers, or outside ±1e150.
-        WrongShape, NotFinite: batch shapes that do not fit together, NaN or infinity.
+        axis: the directed line.
+        angle: rotation about it, right-handed, shape (...).
+        slide: translation along it, shape (...).
 
     Source: Murray, Li and Sastry, A Mathematical Introduction to Robotic Manipulation, 2.3.3.
 
@@ -425,8 +372,7 @@ class Screw:
     slide: Floats
 
     def __init__(self, axis: PluckerLine, angle: ArrayLike, slide: ArrayLike) -> None:
-        if not isinstance(axis, PluckerLine):
-            raise BadArgument(f"axis must be a PluckerLine, got {type(axis).__name__}")
+        check_line(axis, "axis")
         numbers = {"angle": as_batch(angle, (), "angle"), "slide": as_batch(slide, (), "slide")}
         batch = common_batch("axis, angle and slide", axis.batch_shape, *(value.shape for value in numbers.values()))
         for name, value in numbers.items():
@@ -435,26 +381,22 @@ class Screw:
             own = np.array(np.broadcast_to(value, batch))
             own.setflags(write=False)
             object.__setattr__(self, name, own)
-        # The axis seen from where it is seen already, but by all of the batch.
+        # The axis with its own origin, in the batch shape of all three.
         object.__setattr__(self, "axis", axis.transfer_to(np.broadcast_to(axis.origin, (*batch, 3))))
 
     @classmethod
     def from_twist(cls, twist: ArrayLike) -> Screw:
         """The screw of a twist (v; ω): angle ‖ω‖, slide v·e, about the line along e = ω/‖ω‖ through ω × v/‖ω‖².
 
-        A twist without ω is a translation, whose pitch is infinite: angle 0, slide ‖v‖, along the line through the
-        origin in the direction of v, which stands for all its parallels. So is one whose line would be farther away
-        than 1e150 m. The zero twist, which has no line, gets the z axis, with angle and slide 0.
+        A twist without ω is a translation, with infinite pitch: angle 0, slide ‖v‖, along the parallel to v through the
+        origin. So is a twist whose line is farther away than 1e150 m. The zero twist gets the z axis, angle 0 and
+        slide 0.
 
         Args:
-            twist: (v; ω), linear part first, shape (..., 6).
+            twist: (v; ω), linear part first, shape (..., 6), with ‖ω‖ up to 1e15.
 
         Returns:
             Screws with angle ≥ 0, about axes whose moments are about the origin of the twist's frame.
-
-        Raises:
-            BadArgument: not numbers, outside ±1e150, or ‖ω‖ above 1e15.
-            WrongShape, NotFinite: not of shape (..., 6), NaN or infinity.
 
         Examples:
             >>> screw = nk.screws.Screw.from_twist([0, -2, 1, 0, 0, 2])
@@ -476,19 +418,14 @@ class Screw:
     def from_pose(cls, T_ab: ArrayLike) -> Screw:
         """The screw of a displacement: that of its twist `log(T_ab)`, with the angle in [0, π].
 
-        A pure translation has angle 0, pitch infinite, and the line through the origin along it; the identity the z
-        axis, with angle and slide 0. Near them the line is far away, and moves by the rounding of R divided by θ².
+        A translation gets angle 0 and the parallel through the origin, the identity the z axis, angle 0 and slide 0.
+        Near them the line is far away, and its error is the rounding of R divided by θ².
 
         Args:
             T_ab: poses [[R, t], [0, 1]], shape (..., 4, 4).
 
         Returns:
             Screws; axes in the coordinates of frame a, which the screw's motion leaves where they are.
-
-        Raises:
-            NotARotation: the rotation part of some pose is none.
-            BadArgument: the last row of some pose is not (0, 0, 0, 1).
-            WrongShape, NotFinite: in `T_ab`.
 
         Examples:
             >>> screw = nk.screws.Screw.from_pose(nk.screws.pose(nk.rotations.rot_z(np.pi), [2, 0, 0.4]))
@@ -499,7 +436,7 @@ class Screw:
 
     @property
     def pitch(self) -> Floats:
-        """Slide per angle, shape (...) [m/rad]: 0 for a turn, ±∞ for a translation, 0 for no motion at all.
+        """Slide per angle, shape (...) [m/rad]: 0 for a rotation or no motion, ±∞ for a translation.
 
         Examples:
             >>> nk.screws.Screw.from_twist([[0, 0, 1, 0, 0, 2], [0, 0, 1, 0, 0, 0]]).pitch
@@ -537,7 +474,7 @@ class Screw:
         return Screw(self.axis[index], self.angle[index], self.slide[index])
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # Pickling alone would give the copy writable arrays.
+        # Default pickling would give the copy writable arrays.
         return Screw, (self.axis, self.angle, self.slide)
 
     def _parts(self) -> tuple[Floats, Floats]:

@@ -15,12 +15,13 @@ from nao_kin._core.arrays import (
     first_index,
     join_poses,
     rigid_inverse,
-    split_poses,
 )
 from nao_kin.errors import BadArgument, at_index
 from nao_kin.rotations import check_rotation, nearest_rotation
+from nao_kin.screws.lines import motion_matrix
+from nao_kin.screws.lines._line import as_poses
 
-# How far the last row may be from (0, 0, 0, 1) in a matrix that is meant as a pose.
+# How far the last row of an approximate pose may be from (0, 0, 0, 1).
 _LAST_ROW = 1e-3
 
 
@@ -34,16 +35,9 @@ def pose(R_ab: ArrayLike, p: ArrayLike) -> Floats:
     Returns:
         Poses, shape (..., 4, 4).
 
-    Raises:
-        NotARotation: some matrix is not orthogonal with determinant +1; carries its index and its defects.
-        BadArgument, WrongShape, NotFinite: not numbers, wrong or mismatched shapes, NaN or infinity.
-
     Examples:
-        >>> nk.screws.pose(nk.rotations.rot_z(np.pi / 2), [1, 2, 3])
-        array([[ 0., -1.,  0.,  1.],
-               [ 1.,  0.,  0.,  2.],
-               [ 0.,  0.,  1.,  3.],
-               [ 0.,  0.,  0.,  1.]])
+        >>> nk.screws.pose(nk.rotations.rot_z(np.pi / 2), [1, 2, 3])[0]
+        array([ 0., -1.,  0.,  1.])
     """
     rotations = as_batch(R_ab, (3, 3), "R_ab")
     check_rotation(rotations)
@@ -58,11 +52,6 @@ def inverse(T_ab: ArrayLike) -> Floats:
 
     Returns:
         Poses, shape (..., 4, 4).
-
-    Raises:
-        NotARotation: the rotation part of some pose is none.
-        BadArgument: the last row of some pose is not (0, 0, 0, 1).
-        WrongShape, NotFinite: in `T_ab`.
 
     Examples:
         >>> T_ab = nk.screws.pose(nk.rotations.rot_z(np.pi / 2), [1, 2, 3])
@@ -80,12 +69,7 @@ def compose(*poses: ArrayLike) -> Floats:
         poses: one or more, each of shape (..., 4, 4); batch axes broadcast.
 
     Returns:
-        Poses, shape (..., 4, 4). A product of very many is a rotation only up to its rounding: `nearest_pose`.
-
-    Raises:
-        NotARotation: the rotation part of some pose is none.
-        BadArgument: no pose at all; or the last row of some pose is not (0, 0, 0, 1).
-        WrongShape, NotFinite: wrong or mismatched shapes, NaN or infinity.
+        Poses, shape (..., 4, 4). `nearest_pose` removes the rounding of very long products.
 
     Examples:
         >>> T_ab = nk.screws.pose(nk.rotations.rot_z(np.pi / 2), [1, 0, 0])
@@ -103,7 +87,7 @@ def compose(*poses: ArrayLike) -> Floats:
 
 
 def transform_point(T_ab: ArrayLike, p_b: ArrayLike) -> Floats:
-    """A point given in frame b, in the coordinates of frame a; or a point of a, carried along: R p + t.
+    """A point given in frame b, in the coordinates of frame a: R p + t; or a point of a moved by T_ab.
 
     Args:
         T_ab: poses [[R, t], [0, 1]], shape (..., 4, 4).
@@ -112,16 +96,10 @@ def transform_point(T_ab: ArrayLike, p_b: ArrayLike) -> Floats:
     Returns:
         Points, shape (..., 3) [m].
 
-    Raises:
-        NotARotation: the rotation part of some pose is none.
-        BadArgument: the last row of some pose is not (0, 0, 0, 1).
-        WrongShape, NotFinite: wrong or mismatched shapes, NaN or infinity.
-
     Examples:
         >>> T_ab = nk.screws.pose(nk.rotations.rot_z(np.pi / 2), [1, 2, 3])
-        >>> nk.screws.transform_point(T_ab, [[1, 0, 0], [0, 0, 1]])
-        array([[1., 3., 3.],
-               [1., 2., 4.]])
+        >>> nk.screws.transform_point(T_ab, [1, 0, 0])
+        array([1., 3., 3.])
     """
     (R, t), points = as_poses(T_ab, "T_ab"), as_vectors(p_b, "p_b")
     common_batch("T_ab and p_b", t.shape[:-1], points.shape[:-1])
@@ -131,8 +109,6 @@ def transform_point(T_ab: ArrayLike, p_b: ArrayLike) -> Floats:
 def nearest_pose(M: ArrayLike) -> Floats:
     """The rigid motion nearest to a 4 × 4 matrix in the Frobenius norm: the nearest rotation, the same translation.
 
-    The entries of R and p stand in different places of the matrix, so that no choice of a unit of length matters.
-
     Args:
         M: matrices, shape (..., 4, 4), for instance products of many poses, or poses measured or typed.
 
@@ -141,8 +117,7 @@ def nearest_pose(M: ArrayLike) -> Floats:
 
     Raises:
         BadArgument: a last row farther than 1e-3 from (0, 0, 0, 1) in some entry, as of a transposed pose; or a matrix
-            that has no single nearest rotation, as `nearest_rotation` says.
-        WrongShape, NotFinite: not of shape (..., 4, 4), NaN or infinity.
+            without a single nearest rotation.
 
     Examples:
         >>> typed = [[0.707, -0.707, 0, 0.1], [0.707, 0.707, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
@@ -160,13 +135,6 @@ def nearest_pose(M: ArrayLike) -> Floats:
     return join_poses(nearest_rotation(matrices[..., :3, :3]), as_vectors(matrices[..., :3, 3], "the translation"))
 
 
-def as_poses(T: ArrayLike, what: str) -> tuple[Floats, Floats]:
-    """The checked rotations (..., 3, 3) and translations (..., 3) of the poses T, shape (..., 4, 4)."""
-    R, t = split_poses(T, what)
-    check_rotation(R)
-    return R, t
-
-
 def as_twists(value: ArrayLike, what: str = "twist") -> tuple[Floats, Floats]:
     """The linear and the angular part of twists, or force and moment of wrenches, shape (..., 6)."""
     six = as_vectors(value, what, 6)
@@ -178,7 +146,7 @@ def turned(R: Floats, v: Floats) -> Floats:
     return np.asarray(np.einsum("...ij,...j->...i", R, v))
 
 
-# --- Twists and wrenches in other frames, and what becomes of one twist under another.
+# --- Twists and wrenches in other frames, and their brackets.
 
 
 def adjoint(T_ab: ArrayLike) -> Floats:
@@ -192,11 +160,6 @@ def adjoint(T_ab: ArrayLike) -> Floats:
     Returns:
         Ad, shape (..., 6, 6), of determinant 1.
 
-    Raises:
-        NotARotation: the rotation part of some pose is none.
-        BadArgument: the last row of some pose is not (0, 0, 0, 1).
-        WrongShape, NotFinite: in `T_ab`.
-
     Source: Murray, Li and Sastry, A Mathematical Introduction to Robotic Manipulation, 2.4.2.
 
     Examples:
@@ -204,17 +167,22 @@ def adjoint(T_ab: ArrayLike) -> Floats:
         array([0.5, 0. , 0. , 0. , 0. , 1. ])
     """
     R, t = as_poses(T_ab, "T_ab")
-    Ad = np.zeros((*t.shape[:-1], 6, 6))
-    Ad[..., :3, :3] = Ad[..., 3:, 3:] = R
-    Ad[..., :3, 3:] = cross_matrix(t) @ R
-    return Ad
+    return upper_blocks(R, cross_matrix(t) @ R)
+
+
+def upper_blocks(J: Floats, Q: Floats) -> Floats:
+    """The matrices [[J, Q], [0, J]], shape (..., 6, 6)."""
+    found = np.zeros((*J.shape[:-2], 6, 6))
+    found[..., :3, :3] = found[..., 3:, 3:] = J
+    found[..., :3, 3:] = Q
+    return found
 
 
 def dual_adjoint(T_ab: ArrayLike) -> Floats:
     """The matrix Ad⁻ᵀ with w_a = Ad⁻ᵀ w_b for every wrench (force; moment): [[R, 0], [[t×] R, R]].
 
     The power w·ξ is the same in both frames. It is Pinocchio's `SE3.toDualActionMatrix` and the `motion_matrix` of
-    lines, for a unit force along a line has the line's coordinates (direction; moment).
+    lines: a unit force along a line has the line's coordinates (direction; moment).
 
     Args:
         T_ab: pose [[R, t], [0, 1]] of frame b in frame a, shape (..., 4, 4).
@@ -222,20 +190,11 @@ def dual_adjoint(T_ab: ArrayLike) -> Floats:
     Returns:
         Ad⁻ᵀ, shape (..., 6, 6), of determinant 1.
 
-    Raises:
-        NotARotation: the rotation part of some pose is none.
-        BadArgument: the last row of some pose is not (0, 0, 0, 1).
-        WrongShape, NotFinite: in `T_ab`.
-
     Examples:
         >>> nk.screws.dual_adjoint(nk.screws.pose(np.eye(3), [0.5, 0, 0])) @ [0, 0, 10, 0, 0, 0]
         array([ 0.,  0., 10.,  0., -5.,  0.])
     """
-    R, t = as_poses(T_ab, "T_ab")
-    dual = np.zeros((*t.shape[:-1], 6, 6))
-    dual[..., :3, :3] = dual[..., 3:, 3:] = R
-    dual[..., 3:, :3] = cross_matrix(t) @ R
-    return dual
+    return motion_matrix(T_ab)
 
 
 def transform_twist(T_ab: ArrayLike, twist: ArrayLike) -> Floats:
@@ -247,11 +206,6 @@ def transform_twist(T_ab: ArrayLike, twist: ArrayLike) -> Floats:
 
     Returns:
         Twists, shape (..., 6).
-
-    Raises:
-        NotARotation: the rotation part of some pose is none.
-        BadArgument: the last row of some pose is not (0, 0, 0, 1).
-        WrongShape, NotFinite: wrong or mismatched shapes, NaN or infinity.
 
     Examples:
         >>> nk.screws.transform_twist(nk.screws.pose(np.eye(3), [0, 0.5, 0]), [0, 0, 0, 0, 0, 1])
@@ -273,11 +227,6 @@ def transform_wrench(T_ab: ArrayLike, wrench: ArrayLike) -> Floats:
     Returns:
         Wrenches, shape (..., 6), the moments about the origin of a.
 
-    Raises:
-        NotARotation: the rotation part of some pose is none.
-        BadArgument: the last row of some pose is not (0, 0, 0, 1).
-        WrongShape, NotFinite: wrong or mismatched shapes, NaN or infinity.
-
     Examples:
         >>> nk.screws.transform_wrench(nk.screws.pose(np.eye(3), [0.5, 0, 0]), [0, 0, 10, 0, 0, 0])
         array([ 0.,  0., 10.,  0., -5.,  0.])
@@ -291,8 +240,8 @@ def transform_wrench(T_ab: ArrayLike, wrench: ArrayLike) -> Floats:
 def bracket(a: ArrayLike, b: ArrayLike) -> Floats:
     """The Lie bracket of two twists, [ξ_a, ξ_b] = (ω_a × v_b + v_a × ω_b; ω_a × ω_b).
 
-    It is how fast ξ_b changes when it is carried along by ξ_a, d/ds Ad(exp s ξ_a) ξ_b at s = 0, and the twist of the
-    matrix [ξ_a] [ξ_b] − [ξ_b] [ξ_a]. Pinocchio writes `Motion.cross`.
+    The rate of ξ_b when it is moved by ξ_a, d/ds Ad(exp s ξ_a) ξ_b at s = 0, and the twist of the matrix
+    [ξ_a] [ξ_b] − [ξ_b] [ξ_a]. Pinocchio's `Motion.cross`.
 
     Args:
         a: twists (v; ω), shape (..., 6).
@@ -301,13 +250,10 @@ def bracket(a: ArrayLike, b: ArrayLike) -> Floats:
     Returns:
         Twists, shape (..., 6).
 
-    Raises:
-        BadArgument, WrongShape, NotFinite: not numbers, wrong or mismatched shapes, NaN or infinity.
-
     Source: Murray, Li and Sastry, A Mathematical Introduction to Robotic Manipulation, appendix A, 2.3.
 
     Examples:
-        >>> nk.screws.bracket([0, 0, 0, 0, 0, 1], [1, 0, 0, 0, 0, 0])  # turning about z, a velocity along x moves to y
+        >>> nk.screws.bracket([0, 0, 0, 0, 0, 1], [1, 0, 0, 0, 0, 0])  # rotating about z turns a velocity along x to y
         array([0., 1., 0., 0., 0., 0.])
     """
     (v_a, omega_a), (v_b, omega_b) = as_twists(a, "twist a"), as_twists(b, "twist b")
@@ -316,10 +262,10 @@ def bracket(a: ArrayLike, b: ArrayLike) -> Floats:
 
 
 def dual_bracket(twist: ArrayLike, wrench: ArrayLike) -> Floats:
-    """What a twist does to a wrench carried along by it: (ω × f; ω × τ + v × f).
+    """The rate of a wrench when it is moved by a twist: (ω × f; ω × τ + v × f).
 
-    It is the dual of the bracket with its sign turned, dual_bracket(ξ, w)·η = −w·bracket(ξ, η), so that the power w·η
-    stays when both are carried along. Pinocchio writes `Motion.cross` of a `Force`.
+    The negative dual of the bracket, dual_bracket(ξ, w)·η = −w·bracket(ξ, η), so that the power w·η is constant when
+    both are moved. Pinocchio's `Motion.cross` of a `Force`.
 
     Args:
         twist: (v; ω), shape (..., 6).
@@ -327,9 +273,6 @@ def dual_bracket(twist: ArrayLike, wrench: ArrayLike) -> Floats:
 
     Returns:
         Wrenches, shape (..., 6).
-
-    Raises:
-        BadArgument, WrongShape, NotFinite: not numbers, wrong or mismatched shapes, NaN or infinity.
 
     Source: Featherstone, Rigid Body Dynamics Algorithms, 2.9.
 

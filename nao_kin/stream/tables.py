@@ -29,7 +29,7 @@ from nao_kin._core.headings import (
     seconds,
     time_unit_of,
 )
-from nao_kin._core.text import MOST_SHOWN, abbreviated, quoted
+from nao_kin._core.text import MAX_SHOWN, abbreviated, quoted
 from nao_kin.errors import (
     BadArgument,
     BadInputFile,
@@ -286,7 +286,7 @@ def _unknown(robot: RobotModel, text: str) -> str:
     near = ", ".join(nearest_names(text, [*robot.joint_names, *robot.mimics]))
     advice = f"nearest: {near}" if near else f"expected the robot's {len(robot.joint_names)} joints"
     return (
-        f"unknown joint {quoted(text, MOST_SHOWN)} ({advice}); columns= (--columns) says what it is, "
+        f"unknown joint {quoted(text, MAX_SHOWN)} ({advice}); columns= (--columns) says what it is, "
         "ignore_other=True (--ignore-other) leaves it out"
     )
 

@@ -103,7 +103,7 @@ def test_what_cannot_be_is_one_line_and_nothing_is_written(
 def test_a_file_that_is_there_is_replaced_by_force_only(capsys: pytest.CaptureFixture) -> None:
     arguments = ("nao.urdf", "--format", "urdf", "--meshes", "none")
     said(capsys, *arguments)
-    assert refused(capsys, *arguments) == "nao-kin: nao.urdf is there already; overwrite=True (--force) replaces it\n"
+    assert refused(capsys, *arguments) == "nao-kin: nao.urdf already exists; overwrite=True (--force) replaces it\n"
     said(capsys, *arguments, "--force")
 
 
@@ -112,9 +112,9 @@ def test_places_that_take_no_file_are_named(capsys: pytest.CaptureFixture) -> No
     assert "cannot write there: it is a folder" in refused(capsys, "there", "--format", "urdf")
     assert "No such file or directory" in refused(capsys, "gone/nao.urdf", "--format", "urdf")
     assert "both write to standard output" in refused(capsys, "-", "--format", "urdf", "--json")
-    assert "takes one file, and 64 are to stand beside it" in refused(capsys, "-", "--format", "urdf")
+    assert "takes one file, but 64 more must be next to it" in refused(capsys, "-", "--format", "urdf")
     for name in ("mjcf", "ros2", "sdf"):
-        assert "it is a file, and a folder is to be written" in refused(capsys, "-", "--format", name)
+        assert "it is a file, and a folder is needed" in refused(capsys, "-", "--format", name)
         assert "No such file or directory" in refused(capsys, "gone/nao", "--format", name)
         assert "no folder name" in refused(capsys, "", "--format", name)
     assert os.listdir() == ["there"]

@@ -348,13 +348,13 @@ def test_standard_input_without_an_end_is_refused_in_one_line(
     capsys: pytest.CaptureFixture, command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("nao_kin._core.files.MOST_BYTES", 1 << 20)
+    monkeypatch.setattr("nao_kin._core.files.MAX_BYTES", 1 << 20)
     with subprocess.Popen(["yes"], stdout=subprocess.PIPE) as endless:
         try:
             assert endless.stdout is not None
             monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(endless.stdout))
             words = command.replace("/dev/stdin", f"/dev/fd/{endless.stdout.fileno()}").split()
-            assert "more than 1048576 bytes and no regular file; it may have no end" in _refused(capsys, *words)
+            assert "more than 1048576 bytes and not a regular file; it may have no end" in _refused(capsys, *words)
         finally:
             endless.kill()
     assert list(tmp_path.iterdir()) == []

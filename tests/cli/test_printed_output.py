@@ -137,9 +137,9 @@ def test_the_page_quotes_what_is_said_where_kernels_cannot_be_kept(
     taken = tmp_path / "a file"
     taken.touch()
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(taken))
-    monkeypatch.setattr(kernel_cache, "_said", set())
+    monkeypatch.setattr(kernel_cache, "_printed", set())
     monkeypatch.setattr(kernel_cache, "KERNELS", {})
-    kernel = kernel_cache.KeptKernel(_twice, "a test", "test", lambda: numba.float64(numba.float64))
+    kernel = kernel_cache.CachedKernel(_twice, "a test", "test", lambda: numba.float64(numba.float64))
     with pytest.warns(nk.errors.NotCachedWarning) as caught:
         kernel.ready()
     page = (DOCS / "troubleshooting.md").read_text(encoding="utf-8")

@@ -92,7 +92,7 @@ def test_a_file_that_cannot_be_given_to_its_owner_is_written_where_it_is(
     monkeypatch.setattr(os, "chown", refused)
     atomic.write_bytes(path, b"new")
     assert path.stat().st_ino != before.st_ino  # nothing to give: it is ours
-    monkeypatch.setattr(atomic, "_like_before", lambda temporary, state: False)
+    monkeypatch.setattr(atomic, "_copy_owner_and_mode", lambda temporary, state: False)
     before = path.stat()
     atomic.write_bytes(path, b"in place")
     assert path.stat().st_ino == before.st_ino
@@ -115,7 +115,7 @@ def test_folders_are_refused(tmp_path: Path) -> None:
     _refused(tmp_path, "it is a folder")
     (tmp_path / "link").symlink_to(tmp_path)
     _refused(tmp_path / "link", "it is a folder")
-    _refused(f"{tmp_path}/new/", "it is named as a folder")
+    _refused(f"{tmp_path}/new/", "the path names a folder")
     _refused(tmp_path / "no" / "x", "No such file or directory")
     (tmp_path / "file").touch()
     _refused(tmp_path / "file" / "x", "Not a directory")
@@ -312,7 +312,7 @@ def test_a_finished_file_that_cannot_be_given_away_is_copied(tmp_path: Path, mon
     path.write_bytes(b"old, and longer than what comes")
     finished.write_bytes(b"new")
     inode = path.stat().st_ino
-    monkeypatch.setattr(atomic, "_like_before", lambda temporary, state: False)
+    monkeypatch.setattr(atomic, "_copy_owner_and_mode", lambda temporary, state: False)
     atomic.move_into_place(finished, path)
     assert (path.read_bytes(), path.stat().st_ino) == (b"new", inode)
     assert not finished.exists()

@@ -36,7 +36,7 @@ def test_an_empty_folder_is_filled_and_keeps_its_mode(tmp_path: Path) -> None:
 
 def test_a_folder_is_replaced_only_by_force(tmp_path: Path) -> None:
     write_folder(tmp_path / "nao", FILES)
-    with pytest.raises(BadArgument, match=r"nao is there already; overwrite=True \(--force\) replaces it"):
+    with pytest.raises(BadArgument, match=r"nao already exists; overwrite=True \(--force\) replaces it"):
         write_folder(tmp_path / "nao", {"package.xml": b"new"})
     assert _content(tmp_path / "nao") == FILES
     write_folder(tmp_path / "nao", FILES | {"package.xml": b"new"}, overwrite=True)
@@ -84,7 +84,7 @@ def test_a_folder_that_somebody_works_in_stays_under_their_feet(
 
 def test_before_the_work_the_place_is_looked_at(tmp_path: Path) -> None:
     write_folder(tmp_path / "nao", FILES)
-    with pytest.raises(BadArgument, match="nao is there already"):
+    with pytest.raises(BadArgument, match="nao already exists"):
         check_folder(tmp_path / "nao", overwrite=False)
     check_folder(tmp_path / "nao", overwrite=True)
     check_folder(tmp_path / "new", overwrite=False)

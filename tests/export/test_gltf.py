@@ -397,7 +397,7 @@ def test_a_file_that_is_there_is_replaced_only_by_force(tmp_path: Path) -> None:
     robot = made_up(tmp_path, J("a"))
     path = tmp_path / "m.glb"
     path.write_bytes(b"mine")
-    with pytest.raises(BadArgument, match="is there already"):
+    with pytest.raises(BadArgument, match="already exists"):
         nk.export.gltf(robot, path)
     assert path.read_bytes() == b"mine"
     nk.export.gltf(robot, path, overwrite=True)

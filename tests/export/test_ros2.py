@@ -395,7 +395,7 @@ def test_a_folder_with_other_files_is_never_replaced(tmp_path: Path) -> None:
     robot = made_up(tmp_path, J("a"))
     folder = tmp_path / "p1"
     done = nk.export.ros2(robot, folder, package="p1", samples=1)
-    with pytest.raises(BadArgument, match="is there already"):
+    with pytest.raises(BadArgument, match="already exists"):
         nk.export.ros2(robot, folder, package="p1", samples=1)
     nk.export.ros2(robot, folder, package="p1", samples=1, package_version="0.2.0", overwrite=True)
     assert "0.2.0" in (folder / "package.xml").read_text(encoding="utf-8")

@@ -295,6 +295,6 @@ def test_bad_options_are_refused_and_nothing_is_written(tmp_path: Path) -> None:
         nk.export.sdf(None, tmp_path / "m")  # type: ignore[arg-type]
     assert list(tmp_path.iterdir()) == []
     nk.export.sdf(robot, tmp_path / "m", meshes="none")
-    with pytest.raises(BadArgument, match="is there already"):
+    with pytest.raises(BadArgument, match="already exists"):
         nk.export.sdf(robot, tmp_path / "m", meshes="none")
     nk.export.sdf(robot, tmp_path / "m", meshes="none", overwrite=True)

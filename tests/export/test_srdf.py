@@ -527,7 +527,7 @@ def test_bad_arguments_are_refused_and_nothing_is_written(nao: nk.NaoModel, tmp_
 def test_a_file_that_is_there_is_replaced_only_by_force(nao: nk.NaoModel, tmp_path: Path) -> None:
     path = tmp_path / "nao.srdf"
     path.write_text("mine", encoding="utf-8")
-    with pytest.raises(BadArgument, match=r"is there already; overwrite=True \(--force\) replaces it"):
+    with pytest.raises(BadArgument, match=r"already exists; overwrite=True \(--force\) replaces it"):
         nk.export.srdf(nao, path, samples=1)
     assert path.read_text(encoding="utf-8") == "mine"
     done = nk.export.srdf(nao, path, samples=1, overwrite=True)

@@ -347,7 +347,7 @@ def test_a_file_that_is_there_is_replaced_by_force_only(tmp_path: Path) -> None:
     nao, path = nk.load_nao("v6"), tmp_path / "nao.urdf"
     nk.export.urdf(nao, path)
     before = path.read_bytes()
-    with pytest.raises(BadArgument, match=r"nao.urdf is there already; overwrite=True \(--force\) replaces it"):
+    with pytest.raises(BadArgument, match=r"nao.urdf already exists; overwrite=True \(--force\) replaces it"):
         nk.export.urdf(nao, path, frames="none")
     assert path.read_bytes() == before
     nk.export.urdf(nao, path, frames="none", overwrite=True)
@@ -358,7 +358,7 @@ def test_a_file_that_is_there_is_replaced_by_force_only(tmp_path: Path) -> None:
 def test_a_mesh_of_somebody_else_is_replaced_by_force_only(tmp_path: Path) -> None:
     (tmp_path / "meshes").mkdir()
     (tmp_path / "meshes/torso_white.obj").write_text("mine")
-    with pytest.raises(BadArgument, match=r"torso_white.obj is there with another content; overwrite=True \(--force\)"):
+    with pytest.raises(BadArgument, match=r"torso_white.obj exists with other content; overwrite=True \(--force\)"):
         nk.export.urdf(nk.load_nao("v6"), tmp_path / "nao.urdf")
     assert os.listdir(tmp_path) == ["meshes"]
     assert os.listdir(tmp_path / "meshes") == ["torso_white.obj"]

@@ -66,9 +66,9 @@ import sys
 from pathlib import Path
 sys.path.insert(0, {folder!r})
 import small
-from nao_kin._kernels.cache import KeptKernel
+from nao_kin._kernels.cache import CachedKernel
 first, second = (
-    KeptKernel(function, "a small kernel", function.__name__, lambda: "float64(float64)")
+    CachedKernel(function, "a small kernel", function.__name__, lambda: "float64(float64)")
     for function in (small.doubled, small.halved)
 )
 assert first(3.0) == 6.0 and second(3.0) == 1.5
@@ -107,7 +107,7 @@ def test_a_folder_that_cannot_be_written_costs_one_warning(small: str, tmp_path:
     assert err.count("NotCachedWarning") == 1
     assert err.count("nao_kin: compiling a small kernel (about 10 s) …\n") == 1
     assert str(occupied) in err
-    assert "NUMBA_CACHE_DIR names another folder" in err
+    assert "set NUMBA_CACHE_DIR to a writable folder" in err
     assert occupied.read_text() == "not a folder"
 
 
@@ -151,12 +151,12 @@ sys.stdin.read()
 def test_kernels_of_former_sources_are_removed_when_nobody_has_used_them_for_a_month(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(kernel_cache.KeptKernel, "_by_numba", lambda self, folder: self._function)
-    monkeypatch.setattr(kernel_cache, "_say", lambda message: None)
+    monkeypatch.setattr(kernel_cache.CachedKernel, "_compile", lambda self, folder: self._function)
+    monkeypatch.setattr(kernel_cache, "_print_once", lambda message: None)
     monkeypatch.setattr(kernel_cache, "KERNELS", {})
 
     def used(folder: str, name: str = "made up") -> None:
-        kernel = kernel_cache.KeptKernel(_identity, "a kernel", name, lambda: "float64(float64)")
+        kernel = kernel_cache.CachedKernel(_identity, "a kernel", name, lambda: "float64(float64)")
         vars(kernel)["folder"] = tmp_path / folder
         assert kernel(2.0) == 2.0
 
@@ -289,7 +289,7 @@ def test_a_fingerprint_depends_on_all_that_a_kernel_calls_and_on_nothing_else(
 
 # A kernel that is quicker to run as Python once than to compile, in a program that ends at once.
 SLOW_KERNEL = """
-from nao_kin._kernels.cache import KeptKernel
+from nao_kin._kernels.cache import CachedKernel
 
 
 def total(values):
@@ -305,7 +305,7 @@ def row():
     return (types.float64[::1],)
 
 
-kernel = KeptKernel(total, "a slow kernel", "total", row)
+kernel = CachedKernel(total, "a slow kernel", "total", row)
 """
 ONE_ROW = """
 import sys
@@ -376,19 +376,19 @@ def test_rows_are_run_as_python_until_the_rest_would_take_longer_than_to_compile
 ) -> None:
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     started: list[str] = []
-    monkeypatch.setattr(kernel_cache.KeptKernel, "compile_in_background", lambda self: started.append(self.name))
+    monkeypatch.setattr(kernel_cache.CachedKernel, "compile_in_background", lambda self: started.append(self.name))
     monkeypatch.setattr(kernel_cache, "KERNELS", {})
     clock = [0.0]
     monkeypatch.setattr(kernel_cache.time, "perf_counter", lambda: clock[0])
 
-    def rows(kernel: kernel_cache.KeptKernel, count: int, each: float) -> int:
+    def rows(kernel: kernel_cache.CachedKernel, count: int, each: float) -> int:
         def run(part: slice) -> None:
             clock[0] += each * (part.stop - part.start)
 
         return kernel_cache.first_rows([kernel], run, count)
 
-    def kernel() -> kernel_cache.KeptKernel:
-        return kernel_cache.KeptKernel(_identity, "a kernel", "made up", lambda: "float64(float64)", 10.0)
+    def kernel() -> kernel_cache.CachedKernel:
+        return kernel_cache.CachedKernel(_identity, "a kernel", "made up", lambda: "float64(float64)", 10.0)
 
     assert rows(kernel(), 1, 50.0) == 1  # one target is never waited for
     assert started == ["made up"]
@@ -411,7 +411,7 @@ def test_the_lock_of_a_process_that_was_killed_holds_nobody_up(small: str, tmp_p
     cache = tmp_path / "cache"
     hanging = small.replace(
         "assert first",
-        "import time; first._by_numba = lambda _: print('has it', flush=True) or time.sleep(600)\nassert first",
+        "import time; first._compile = lambda _: print('has it', flush=True) or time.sleep(600)\nassert first",
     )
     holder = start(hanging, NUMBA_CACHE_DIR=str(cache))
     assert holder.stdout is not None
@@ -476,7 +476,7 @@ def test_a_fork_after_use_works(nao: nk.NaoModel) -> None:
 
 def test_a_small_batch_does_not_load_the_compiler() -> None:
     code = (
-        "import sys, nao_kin as nk; nao = nk.load_nao(); nao.fk(nao.random(0, CROSSOVER - 1)); "
+        "import sys, nao_kin as nk; nao = nk.load_nao(); nao.fk(nao.random(0, nk.robot.CROSSOVER - 1)); "
         "print('numba' in sys.modules)"
     )
     assert outcome(start(code)) == ("False\n", "")

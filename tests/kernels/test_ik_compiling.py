@@ -90,7 +90,7 @@ FIRST_USE = """
 import sys
 import numpy as np, nao_kin as nk
 from nao_kin._kernels import cache as kernel_cache
-kernel_cache.KeptKernel.compile_in_background = lambda kernel: started.add(kernel.name)
+kernel_cache.CachedKernel.compile_in_background = lambda kernel: started.add(kernel.name)
 started = set()
 if ready:
     nk.warm_up()

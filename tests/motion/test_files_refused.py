@@ -578,7 +578,7 @@ READERS: dict[str, Callable[[str], Any]] = {
 def test_input_without_an_end_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str, reads: str
 ) -> None:
-    monkeypatch.setattr("nao_kin._core.files.MOST_BYTES", 1 << 20)
+    monkeypatch.setattr("nao_kin._core.files.MAX_BYTES", 1 << 20)
     name, writer = "/dev/zero", None
     if kind == "pipe":
         name = str(tmp_path / "endless.csv")
@@ -586,7 +586,7 @@ def test_input_without_an_end_is_refused(
         writer = threading.Thread(target=_write_on, args=(name,), daemon=True)
         writer.start()
     with pytest.raises(
-        (BadInputFile, BadModel), match="more than 1048576 bytes and no regular file; it may have no end"
+        (BadInputFile, BadModel), match="more than 1048576 bytes and not a regular file; it may have no end"
     ):
         READERS[reads](name)
     if writer is not None:

@@ -11,7 +11,7 @@ import pytest
 from scipy.interpolate import PchipInterpolator
 
 import nao_kin as nk
-from nao_kin._kernels.cache import KeptKernel
+from nao_kin._kernels.cache import CachedKernel
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.spaces import robot_frame
 from nao_kin.naoqi.virtual import NaoqiError, Service, VirtualNao
@@ -1146,12 +1146,12 @@ def test_what_must_be_compiled_is_so_before_the_lock_is_taken(
 def test_a_call_that_names_no_kernel_loads_none(
     virtual: VirtualNao, monkeypatch: pytest.MonkeyPatch, service: str, method: str, arguments: tuple[Any, ...]
 ) -> None:
-    def ready(kernel: KeptKernel) -> None:
+    def ready(kernel: CachedKernel) -> None:
         raise AssertionError(f"{kernel.name} is loaded while the lock is held")
 
-    monkeypatch.setattr(KeptKernel, "in_memory", False)
-    monkeypatch.setattr(KeptKernel, "ready", ready)
-    monkeypatch.setattr(KeptKernel, "compile_in_background", ready)
+    monkeypatch.setattr(CachedKernel, "in_memory", False)
+    monkeypatch.setattr(CachedKernel, "ready", ready)
+    monkeypatch.setattr(CachedKernel, "compile_in_background", ready)
     assert virtual.services[service].kernels_for(method, arguments) == frozenset()
     virtual.services[service].invoke(method, *arguments)
 

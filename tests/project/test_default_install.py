@@ -227,7 +227,7 @@ def test_without_numba_what_takes_long_is_warned_of_once(robot: nk.NaoModel, mon
     (warning,) = caught
     assert warning.category is NotCompiledWarning
     assert str(warning.message) == (
-        "numba is not installed: this runs in plain Python, with the same result and slowly; "
+        "numba is not installed: this runs as plain Python, with the same result but slowly; "
         "pip install 'nao-kin[batch]'"
     )
 
@@ -249,5 +249,5 @@ def test_nothing_is_compiled_ahead_without_numba(capsys: pytest.CaptureFixture) 
     assert (captured.out, captured.err) == (
         "",
         "nao-kin: warmup needs numba: pip install 'nao-kin[batch]'; "
-        "the same answers come without it, slower where there are many\n",
+        "results are the same without it, and large batches slower\n",
     )

@@ -176,7 +176,7 @@ def test_the_spline_meets_its_keys_and_nothing_jumps_at_them(n, sigma):
 
 
 def test_a_few_steps_of_newton_are_enough_for_many_keys(monkeypatch):
-    monkeypatch.setattr(_spline_velocities, "_MOST_STEPS", 5)
+    monkeypatch.setattr(_spline_velocities, "_MAX_STEPS", 5)
     for n in (50, 101):
         times, path = keys(n, 0.8, seed=n)
         assert RotationSpline(times, path).velocities.shape == (n, 3)

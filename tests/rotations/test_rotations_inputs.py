@@ -371,6 +371,8 @@ def test_any_numbers_give_finite_results_or_the_librarys_own_error(batch):
         assert answered, name
 
 
-@for_all("name", [name for name in rotations.__all__ if not name.isupper()])
-def test_everything_offered_has_an_example(name):
-    assert "Examples:\n" in inspect.getdoc(getattr(rotations, name))
+def test_everything_that_a_user_calls_has_an_example():
+    offered = {name: getattr(rotations, name) for name in rotations.__all__ if not name.isupper()}
+    # Results, which functions make, show their fields instead.
+    called = {name: thing for name, thing in offered.items() if not dataclasses.is_dataclass(thing)}
+    assert not [name for name, thing in called.items() if "Examples:\n" not in inspect.getdoc(thing)]

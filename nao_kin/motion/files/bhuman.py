@@ -36,7 +36,7 @@ from typing import cast
 
 import numpy as np
 
-from nao_kin._core.text import MOST_SHOWN, abbreviated, quoted
+from nao_kin._core.text import MAX_SHOWN, abbreviated, quoted
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import nearest_names
 from nao_kin.motion.files.key_frames import (
@@ -107,7 +107,7 @@ def _read_bhuman(source: Source) -> Motion:
             MotionFileWarning,
         )
     if not frames:
-        raise source.error(f"all key frames of {quoted(name, MOST_SHOWN)} wait for the robot's sensors")
+        raise source.error(f"all key frames of {quoted(name, MAX_SHOWN)} wait for the robot's sensors")
     return motion_of_frames(source, frames)
 
 
@@ -128,7 +128,7 @@ def _block_name(stream: ConfigStream, blocks: Fields, word: object) -> str:
     if name not in blocks:
         near = ", ".join(nearest_names(name, blocks))
         at = word if isinstance(word, (Word, Fields, Items)) else blocks
-        raise stream.error(f"no block {quoted(name, MOST_SHOWN)} of key frames (nearest: {near})", at)
+        raise stream.error(f"no block {quoted(name, MAX_SHOWN)} of key frames (nearest: {near})", at)
     return name
 
 

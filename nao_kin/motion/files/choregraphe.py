@@ -31,7 +31,7 @@ import numpy as np
 
 from nao_kin._core.arrays import Floats
 from nao_kin._core.files import described
-from nao_kin._core.text import MOST_SHOWN, abbreviated, quoted
+from nao_kin._core.text import MAX_SHOWN, abbreviated, quoted
 from nao_kin._core.warn import warn_caller
 from nao_kin.motion.files.source import Format, MotionFileWarning, Place, PlaceOf, Source, chosen
 from nao_kin.motion.files.tracks import Track, is_hand, milliseconds, motion_of, sampled
@@ -165,11 +165,11 @@ class TimelineReader:
         side, kind = attributes.get("side"), attributes.get("interpType")
         if side not in SIDES:
             raise self._source.error(
-                f"side of a tangent is {quoted(side, MOST_SHOWN)}, expected left or right", self._place()
+                f"side of a tangent is {quoted(side, MAX_SHOWN)}, expected left or right", self._place()
             )
         if kind not in KINDS:
             expected = f"{KINDS[BEZIER]}, {KINDS[AUTOMATIC]} or {KINDS[LINEAR]}"
-            raise self._source.error(f"interpType is {quoted(kind, MOST_SHOWN)}, expected {expected}", self._place())
+            raise self._source.error(f"interpType is {quoted(kind, MAX_SHOWN)}, expected {expected}", self._place())
         offset, rise = self._number(attributes, "abscissaParam", 0.0), self._number(attributes, "ordinateParam", 0.0)
         at = len(curve.tangents) - 6 + 3 * SIDES[side]
         curve.tangents[at : at + 3] = KINDS.index(kind), offset, rise
@@ -186,7 +186,7 @@ class TimelineReader:
         except ValueError:
             value = math.inf
         if not math.isfinite(value):
-            shown = quoted(text, MOST_SHOWN)
+            shown = quoted(text, MAX_SHOWN)
             raise self._source.error(f"{name} is {shown}, expected a finite number", self._place())
         return value
 
@@ -307,7 +307,7 @@ def read(source: Source) -> Motion:
 def _track(source: Source, timeline: Timeline, curve: Curve) -> tuple[Track, bool]:
     """The keys of a curve that are played, and whether it is more than straight lines."""
     if curve.unit not in (None, "-1", _DEGREE, _PERCENT):
-        shown = quoted(curve.unit, MOST_SHOWN)
+        shown = quoted(curve.unit, MAX_SHOWN)
         raise source.error(f"unit {shown}, expected {_DEGREE} (degrees) or {_PERCENT} (percent)", curve.place)
     ratio = curve.unit == _PERCENT or (curve.unit != _DEGREE and is_hand(curve.joint))
     scale = 1.0 if ratio else math.pi / 180.0

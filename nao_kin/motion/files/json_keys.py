@@ -21,7 +21,7 @@ import numpy as np
 
 from nao_kin._core.arrays import Floats
 from nao_kin._core.files import described
-from nao_kin._core.text import MOST_SHOWN, quoted
+from nao_kin._core.text import MAX_SHOWN, quoted
 from nao_kin.motion.files.source import Format, Place, PlaceOf, Source, in_json
 from nao_kin.motion.files.tracks import Track, is_hand, motion_of, sampled
 from nao_kin.motion.interpolation import INTERPOLATIONS, Interpolation
@@ -161,7 +161,7 @@ def _scale(source: Source, quantity: str) -> float:
     given = units[quantity]
     if not isinstance(given, str) or given not in _UNITS[quantity]:
         expected = " or ".join(_UNITS[quantity])
-        raise source.error(f"unit {quoted(given, MOST_SHOWN)}, expected {expected}", in_json("units", quantity))
+        raise source.error(f"unit {quoted(given, MAX_SHOWN)}, expected {expected}", in_json("units", quantity))
     return _UNITS[quantity][given]
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats, decimal
-from nao_kin._core.text import MOST_SHOWN, quoted
+from nao_kin._core.text import MAX_SHOWN, quoted
 from nao_kin.motion.files.source import Place, Source
 from nao_kin.motion.files.tracks import Track, check_times, motion_of
 from nao_kin.motion.motion import Motion
@@ -86,7 +86,7 @@ def ease_of(stream: ConfigStream, name: str, eases: Mapping[str, Ease | None], *
         if name in fields:
             word = stream.get(fields, name, Word)
             if word.text not in eases:
-                shown = quoted(word.text, MOST_SHOWN)
+                shown = quoted(word.text, MAX_SHOWN)
                 raise stream.error(f"{name} is {shown}, expected one of {', '.join(eases)}", word)
             ease = eases[word.text]
             if ease is not None:
@@ -244,7 +244,7 @@ class ConfigStream:
         except ValueError:
             number = math.inf
         if not math.isfinite(number):
-            got = quoted(value.text, MOST_SHOWN) if isinstance(value, Word) else _kind(value)
+            got = quoted(value.text, MAX_SHOWN) if isinstance(value, Word) else _kind(value)
             unit = f" in {' or '.join(_ANGLES)}" if plain else ""
             raise self.error(f"{what} is {got}, expected a number{unit}", value)
         return number
@@ -269,7 +269,7 @@ class ConfigStream:
         """The next token, which is to be one of some marks, or "a word"."""
         kind, text, at = self._tokens[self._next]
         if not (text in wanted if kind == "mark" else "a word" in wanted):
-            got = quoted(text, MOST_SHOWN) if text else "the end of the file"
+            got = quoted(text, MAX_SHOWN) if text else "the end of the file"
             shown = " or ".join(mark or "the end of the file" for mark in wanted)
             raise self._source.error(f"{got}, expected {shown}", self._place(at))
         self._next += 1
@@ -290,7 +290,7 @@ class ConfigStream:
         while self._tokens[self._next][:2] != ("mark", end):
             _, name, at = self._take("a word", end)
             if name in found:
-                raise self._source.error(f"{quoted(name, MOST_SHOWN)} is given twice", self._place(at))
+                raise self._source.error(f"{quoted(name, MAX_SHOWN)} is given twice", self._place(at))
             self._take("=")
             found[name] = self._value(depth + 1)
             self._take(";")

@@ -17,7 +17,7 @@ import re
 
 import numpy as np
 
-from nao_kin._core.text import MOST_SHOWN, quoted
+from nao_kin._core.text import MAX_SHOWN, quoted
 from nao_kin.motion.files.source import Format, Place, Source
 from nao_kin.motion.files.tracks import Track, check_times, milliseconds, motion_of, nao_columns, straight_rows
 from nao_kin.motion.motion import Motion
@@ -106,7 +106,7 @@ def _order(source: Source, line: str, number: int) -> list[str] | None:
     names = words[:-1] if words[-1] == _DURATION else words
     for word in _WORD.finditer(line.replace("#", " ")):
         if word[0] not in SHORT_NAMES and word[0] != _DURATION:
-            shown = quoted(word[0], MOST_SHOWN)
+            shown = quoted(word[0], MAX_SHOWN)
             raise source.error(f"{shown} among the short names of joints", Place(number, word.start() + 1))
     if len(set(names)) < len(names):
         twice = next(name for name in names if names.count(name) > 1)

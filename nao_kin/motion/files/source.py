@@ -16,7 +16,7 @@ import numpy as np
 from nao_kin._core.arrays import Floats, decimal
 from nao_kin._core.csv_numbers import plain_floats
 from nao_kin._core.files import described, is_finite_number, read_json
-from nao_kin._core.text import MOST_SHOWN, abbreviated, quoted
+from nao_kin._core.text import MAX_SHOWN, abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinWarning, nearest_names
 from nao_kin.motion.motion import Motion
 
@@ -66,7 +66,7 @@ def in_json(*path: str | int) -> Place:
         elif _PLAIN.fullmatch(step):
             words += f".{step}" if words else step
         else:
-            words += f"[{quoted(step, MOST_SHOWN)}]"
+            words += f"[{quoted(step, MAX_SHOWN)}]"
     return Place(where=words)
 
 
@@ -208,7 +208,7 @@ class Source:
             except ValueError:
                 numbers.append(math.inf)
             if math.isinf(numbers[-1]):
-                reason = f"{name} is {quoted(text, MOST_SHOWN)}, expected a finite number"
+                reason = f"{name} is {quoted(text, MAX_SHOWN)}, expected a finite number"
                 raise self.error(reason if hold is None else f"{reason} or {hold}", place(index))
         return numbers
 
@@ -241,7 +241,7 @@ class Source:
         advice = f"nearest: {near}" if near else f"expected one of {len(self.joints)}, such as {self.joints[0]}"
         advice = "this is a Pepper's" if joint in _PEPPER else advice
         raise self.error(
-            f"unknown joint {quoted(joint, MOST_SHOWN)} ({advice}); ignore_other=True, or --ignore-other of nao-kin "
+            f"unknown joint {quoted(joint, MAX_SHOWN)} ({advice}); ignore_other=True, or --ignore-other of nao-kin "
             "motion, fk and view, leaves it out",
             place,
         )

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nao_kin._core.arrays import Floats
-from nao_kin._core.text import MOST_SHOWN, abbreviated
+from nao_kin._core.text import MAX_SHOWN, abbreviated
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, NaoKinError
 from nao_kin.motion.editing import resample
@@ -70,7 +70,7 @@ def motion_of(
         BadInputFile: no track, a joint that is unknown or given twice, no keys, times that are negative or do not
             ascend, handles that leave their segment.
     """
-    other = [abbreviated(track.joint, MOST_SHOWN) for track in tracks if track.joint not in source.joints]
+    other = [abbreviated(track.joint, MAX_SHOWN) for track in tracks if track.joint not in source.joints]
     if other and source.ignore_other:
         tracks = [track for track in tracks if track.joint in source.joints]
         more = f" and {len(other) - _MOST_LISTED} more" if len(other) > _MOST_LISTED else ""

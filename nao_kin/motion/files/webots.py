@@ -18,7 +18,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from nao_kin._core.arrays import Floats
-from nao_kin._core.text import MOST_SHOWN, quoted
+from nao_kin._core.text import MAX_SHOWN, quoted
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument
 from nao_kin.motion.files.key_frames import held
@@ -120,9 +120,9 @@ def _hand_of(source: Source, name: str) -> str | None:
 def _names(source: Source, line: str) -> list[str]:
     fields = [field.strip() for field in line.split(",")]
     if fields[0] != _HEADER:
-        raise source.error(f"expected {_HEADER}, got {quoted(fields[0], MOST_SHOWN)}", Place(1, 1))
+        raise source.error(f"expected {_HEADER}, got {quoted(fields[0], MAX_SHOWN)}", Place(1, 1))
     if len(fields) < 2 or fields[1] != _VERSION:
-        got = quoted(fields[1], MOST_SHOWN) if len(fields) > 1 else "nothing"
+        got = quoted(fields[1], MAX_SHOWN) if len(fields) > 1 else "nothing"
         raise source.error(f"expected version {_VERSION}, got {got}", Place(1, 2))
     names = fields[2:-1] if len(fields) > 3 and not fields[-1] else fields[2:]
     if not names:
@@ -138,7 +138,7 @@ def _names(source: Source, line: str) -> list[str]:
 def _seconds(source: Source, field: str, line: int) -> float:
     match = _TIME.fullmatch(field.strip())
     if match is None:
-        shown = quoted(field.strip(), MOST_SHOWN)
+        shown = quoted(field.strip(), MAX_SHOWN)
         raise source.error(f"time {shown}, expected minutes:seconds:milliseconds", Place(line, 1))
     minutes, seconds, thousandths = (int(group or 0) for group in match.groups())
     return (minutes * 60000 + seconds * 1000 + thousandths) / 1000

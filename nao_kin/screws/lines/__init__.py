@@ -1,7 +1,7 @@
-"""Lines of space in Plücker coordinates: direction and moment, seen from any origin.
+"""Lines in space in Plücker coordinates: direction and moment, about any origin.
 
 A line through the point p with unit direction e has, about the origin o, the moment n = (p − o) × e, which is the same
-for every p on it. The six numbers (e; n), in this order, are its Plücker coordinates.
+for all its points p. The six numbers (e; n), in this order, are its Plücker coordinates.
 """
 
 from __future__ import annotations

@@ -25,11 +25,11 @@ from nao_kin.errors import BadArgument, DegeneratePoints, NotABatch, at_index
 from nao_kin.rotations import check_rotation
 
 _CENTRE = (0.0, 0.0, 0.0)
-# Half a dozen roundings of the larger coordinate: a shorter difference of two points has no correct digit.
+# A difference of two points that is shorter, relative to the larger coordinate, has no correct digit.
 _COINCIDENT = 4.0 * float(np.finfo(np.float64).eps)
-# [m]; from a screw axis of this pitch on, six numbers are no longer a line that rounding has touched.
+# Six numbers with a larger pitch are a screw, and not a line with rounding errors [m].
 _LARGEST_PITCH = 1e-9
-# The largest component that arguments may have, so that squares do not overflow.
+# The largest component of arguments, so that squares do not overflow.
 _LARGEST_MOMENT = 1e150
 
 
@@ -37,20 +37,17 @@ _LARGEST_MOMENT = 1e150
 class PluckerLine:
     """A directed line, or a batch of them, in Plücker coordinates (direction; moment) about an origin.
 
-    With e the unit direction, p any point of the line and o the origin: moment n = (p − o) × e, and e·n = 0.
-    Immutable: the arrays are read-only copies of what was given. `lines[i]` picks from the batch axes, and a batch is
-    iterated over along the first of them.
+    With e the unit direction, p any point of the line and o the origin: moment n = (p − o) × e, and e·n = 0. Immutable:
+    the arrays are read-only copies. `lines[i]` indexes the batch axes, and iteration runs over the first of them.
 
     Attributes:
-        direction: unit vectors e, shape (..., 3). Given with any length, direction and moment are divided by it.
+        direction: unit vectors e, shape (..., 3). Given with any length but zero; direction and moment are divided by
+            it.
         moment: n about `origin`, shape (..., 3) [m].
         origin: o, shape (..., 3) [m], in the same frame as everything else.
 
     Raises:
-        ZeroNorm: a direction is zero.
-        BadArgument: direction·moment is not zero, so that the six numbers are a screw with a pitch and not a line; or
-            the moment of the unit direction exceeds 1e150.
-        WrongShape, NotFinite: in any of the three.
+        BadArgument: direction·moment is not zero, so that the six numbers are a screw with a pitch and not a line.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 3.2.2.
 
@@ -58,8 +55,6 @@ class PluckerLine:
         >>> line = nk.lines.PluckerLine.through([1, 0, 0], [1, 2, 0])
         >>> line.direction, line.moment
         (array([0., 1., 0.]), array([0., 0., 1.]))
-        >>> line.transfer_to([1, 0, 0]).moment, line.distance_to([0, 0, 0]).tolist()
-        (array([0., 0., 0.]), 1.0)
     """
 
     direction: Floats
@@ -69,12 +64,12 @@ class PluckerLine:
     def __post_init__(self) -> None:
         direction, moment = as_vectors(self.direction, "direction"), as_vectors(self.moment, "moment")
         common_batch("direction and moment", direction.shape[:-1], moment.shape[:-1])
-        # A power of two takes both to a length that no division loses digits by, however short the direction is.
+        # A power of two scales both so that the division loses no digits, however short the direction is.
         shift = -np.frexp(np.abs(direction).max(axis=-1, keepdims=True))[1]
         e, length = unit(np.ldexp(direction, shift), "direction")
         with np.errstate(over="ignore"):
             n = np.ldexp(moment, shift) / length[..., None]
-        # Comparisons in here are written so that NaN fails them.
+        # These comparisons are written so that NaN fails them.
         too_large = ~(np.abs(n).max(axis=-1) <= _LARGEST_MOMENT)
         if too_large.any():
             index = first_index(too_large)
@@ -99,8 +94,7 @@ class PluckerLine:
             origin: point about which the moment is taken, shape (..., 3) [m].
 
         Raises:
-            DegeneratePoints: p and q coincide, or differ by no more than the rounding of their coordinates.
-            WrongShape, NotFinite: in any argument.
+            DegeneratePoints: p and q differ by no more than the rounding of their coordinates.
 
         Examples:
             >>> nk.lines.PluckerLine.through([1, 0, 0], [1, 2, 0]).coordinates
@@ -132,10 +126,6 @@ class PluckerLine:
             direction: shape (..., 3), not zero.
             origin: point about which the moment is taken, shape (..., 3) [m].
 
-        Raises:
-            ZeroNorm: a direction is zero.
-            WrongShape, NotFinite: in any argument.
-
         Examples:
             >>> nk.lines.PluckerLine.from_point_direction([1, 0, 0], [0, 3, 0]).coordinates
             array([0., 1., 0., 0., 0., 1.])
@@ -148,16 +138,14 @@ class PluckerLine:
 
     @classmethod
     def from_coordinates(cls, coordinates: ArrayLike, *, origin: ArrayLike = _CENTRE) -> PluckerLine:
-        """The line whose Plücker coordinates (direction; moment) about `origin` are given, up to a positive factor.
+        """The line with the Plücker coordinates (direction; moment) about `origin`, up to a positive factor.
 
         Args:
-            coordinates: shape (..., 6).
-            origin: point about which the moment was taken, shape (..., 3) [m].
+            coordinates: shape (..., 6), the direction of any length but zero.
+            origin: point about which the moment is taken, shape (..., 3) [m].
 
         Raises:
-            ZeroNorm: the direction is zero.
-            BadArgument: direction·moment is not zero; or moment/‖direction‖ exceeds 1e150.
-            WrongShape, NotFinite: in any argument.
+            BadArgument: direction·moment is not zero.
 
         Examples:
             >>> nk.lines.PluckerLine.from_coordinates([0, 2, 0, 0, 0, 2]).point
@@ -200,13 +188,10 @@ class PluckerLine:
         return norm(self.transfer_to(point).moment)
 
     def transfer_to(self, origin: ArrayLike) -> PluckerLine:
-        """The same line seen from another origin: n' = n + (o − o') × e, what `transfer_matrix(o, o')` does.
+        """The same line about another origin: n' = n + (o − o') × e, as by `transfer_matrix(o, o')`.
 
         Args:
             origin: o', shape (..., 3) [m].
-
-        Raises:
-            WrongShape, NotFinite: in `origin`.
 
         Examples:
             >>> nk.lines.PluckerLine.through([1, 0, 0], [1, 2, 0]).transfer_to([3, 0, 0]).moment
@@ -217,27 +202,22 @@ class PluckerLine:
         return self._of(self.direction, self.moment + cross(self.origin - o, self.direction), o)
 
     def transformed(self, T_ab: ArrayLike) -> PluckerLine:
-        """A line given in frame b, in the coordinates of frame a; or a line of a, carried along by the motion T_ab.
+        """A line given in frame b, in the coordinates of frame a; or a line of a moved by T_ab.
 
-        e' = R e and p' = R p + t for every point p; the moment is taken about the same numbers `origin` as before. For
-        origin zero this is what `motion_matrix(T_ab)` does.
+        e' = R e and p' = R p + t for every point p; the moment is about the same numbers `origin` as before. For origin
+        zero this is `motion_matrix(T_ab)` times the coordinates.
 
         Args:
             T_ab: poses [[R, t], [0, 1]], shape (..., 4, 4).
-
-        Raises:
-            NotARotation: the rotation part of some pose is none.
-            BadArgument: the last row of some pose is not (0, 0, 0, 1).
-            WrongShape, NotFinite: in `T_ab`.
 
         Examples:
             >>> upwards = nk.screws.pose(np.eye(3), [0, 0, 0.5])
             >>> nk.lines.PluckerLine.through([1, 0, 0], [1, 2, 0]).transformed(upwards).point
             array([1. , 0. , 0.5])
         """
-        R, t = as_rigid_motion(T_ab, "T_ab")
+        R, t = as_poses(T_ab, "T_ab")
         common_batch("line and T_ab", self.batch_shape, t.shape[:-1])
-        # A pose rounded to float32 is accepted; the direction stays a unit vector even so.
+        # A pose may be rounded to float32; the direction stays a unit vector.
         e, _ = unit(np.einsum("...ij,...j->...i", R, self.direction), "direction")
         n = np.einsum("...ij,...j->...i", R, self.moment)
         moved_origin = np.einsum("...ij,...j->...i", R, self.origin) + t
@@ -255,12 +235,12 @@ class PluckerLine:
         return (self[i] for i in range(self.batch_shape[0]))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # Pickling alone would give the copy writable arrays.
+        # Default pickling would give the copy writable arrays.
         return PluckerLine._of, (self.direction, self.moment, self.origin)
 
     @classmethod
     def _of(cls, direction: Floats, moment: Floats, origin: Floats) -> PluckerLine:
-        # Past the checks: rounding may leave direction·moment large beside the moment of a line through its origin.
+        # Without checks: for a line through its origin, rounding may make direction·moment large relative to it.
         line = object.__new__(cls)
         line._freeze(direction, moment, origin)
         return line
@@ -280,34 +260,28 @@ def check_line(value: object, what: str) -> PluckerLine:
     return value
 
 
-def as_rigid_motion(T: ArrayLike, what: str) -> tuple[Floats, Floats]:
-    """The checked rotations (..., 3, 3) and translations (..., 3) of the poses T, shape (..., 4, 4)."""
+def as_poses(T: ArrayLike, what: str) -> tuple[Floats, Floats]:
+    """The rotations, checked, and the translations of poses."""
     R, t = split_poses(T, what)
     check_rotation(R)
     return R, t
 
 
-# --- Where a line meets a plane.
+# --- Intersections with planes.
 
 
 @dataclass(frozen=True, eq=False)
 class PlaneMeeting:
-    """Where a line meets a plane, and how steeply.
+    """The intersection of a line with a plane, and its angle.
 
     Attributes:
-        point: the point of the line nearest to the plane, shape (..., 3) [m]: the one in which they meet. Of a line
-            parallel to the plane, all of whose points are equally near, the one closest to its origin.
-        offset: signed distance of `point` from the plane, positive on the side of the normal, shape (...) [m]: 0 where
-            they meet, for a parallel line its distance.
+        point: the point of the line nearest to the plane, shape (..., 3) [m]: their intersection, or for a parallel
+            line, where all points are equally near, the one closest to its origin.
+        offset: signed distance of `point` from the plane, positive on the side of the normal, shape (...) [m]: 0 for an
+            intersection.
         angle: angle of the line with the plane, positive where it leaves on the side of the normal, shape (...), in
             [−π/2, π/2] [rad].
         parallel: where the line counts as parallel to the plane, shape (...).
-
-    Examples:
-        >>> ray = nk.lines.PluckerLine.from_point_direction([0, 0, 1], [1, 0, -1])
-        >>> meeting = nk.lines.meet_plane(ray, [0, 0, 0], [0, 0, 1])
-        >>> np.rad2deg(meeting.angle).round(9).tolist()
-        -45.0
     """
 
     point: Floats
@@ -319,21 +293,16 @@ class PlaneMeeting:
 def meet_plane(
     line: PluckerLine, point: ArrayLike, normal: ArrayLike, *, parallel_below: float = 1e-13
 ) -> PlaneMeeting:
-    """Where lines meet planes: x = c + ((p − c)·n / e·n) e, with c the point of the line closest to p.
+    """Intersect lines with planes: x = c + ((p − c)·n / e·n) e, with c the point of the line closest to p.
 
-    It is the point of the line, forwards or backwards; (x − line.point)·e tells how far along it lies. Its error is
-    that of the line and plane, divided by the sine of the angle between them.
+    x may lie forwards or backwards; (x − line.point)·e is its coordinate along the line. Its error is that of line and
+    plane, divided by the sine of the angle between them.
 
     Args:
         line: lines with directions e.
         point: p, some point of each plane, shape (..., 3) [m].
         normal: n, the normal of each plane, of any length but zero, shape (..., 3).
         parallel_below: lines under this angle count as parallel to the plane [rad].
-
-    Raises:
-        ZeroNorm: a normal is zero.
-        BadArgument: `line` is no `PluckerLine`, or the threshold no number ≥ 0.
-        WrongShape, NotFinite: in `point` or `normal`, or batch shapes that do not fit together.
 
     Examples:
         >>> ray = nk.lines.PluckerLine.from_point_direction([0, 0, 1], [1, 0, -1])

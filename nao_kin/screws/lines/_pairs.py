@@ -21,9 +21,9 @@ from nao_kin._core.arrays import (
 )
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.screws.lines._line import PluckerLine, as_rigid_motion, check_line
+from nao_kin.screws.lines._line import PluckerLine, as_poses, check_line
 
-# [rad]; what the rounding of a chain of a hundred rotations leaves between lines that are parallel.
+# The angle that rounding in a chain of a hundred rotations leaves between parallel lines [rad].
 _PARALLEL = 1e-13
 
 
@@ -32,22 +32,14 @@ class CommonNormal:
     """The shortest connection of two lines: foot_b = foot_a + offset · direction, to the last digit.
 
     Attributes:
-        foot_a: its point on the first line, to the rounding of its coordinates, shape (..., 3) [m]. Of parallel lines,
-            which have a common normal everywhere, the one through the point of the first line closest to its origin.
-        foot_b: its point on the second line, shape (..., 3) [m]; the same point as `foot_a` where the lines coincide.
-        direction: unit vectors at right angles to both lines, shape (..., 3): e_a × e_b normalised, which lines that
-            meet have too; from the first to the second when they are parallel; zero when they coincide, for then no
-            normal is distinguished.
+        foot_a: its point on the first line, to the rounding of its coordinates, shape (..., 3) [m]. For parallel lines
+            the common normal through the point of the first line closest to its origin.
+        foot_b: its point on the second line, shape (..., 3) [m]; equal to `foot_a` where the lines coincide.
+        direction: unit vectors normal to both lines, shape (..., 3): e_a × e_b normalised, also for lines that meet;
+            from the first to the second line if they are parallel; zero if they coincide.
         offset: signed distance along `direction`, shape (...) [m].
         angle: angle from e_a to e_b, positive about `direction`, shape (...), in [0, π] [rad].
         parallel: where the lines count as parallel or antiparallel, shape (...).
-
-    Examples:
-        >>> x_axis = nk.lines.PluckerLine.from_point_direction([0, 0, 0], [1, 0, 0])
-        >>> upright = nk.lines.PluckerLine.from_point_direction([0.3, 0.4, 0], [0, 0, 1])
-        >>> normal = nk.lines.common_normal(x_axis, upright)
-        >>> normal.foot_a, normal.foot_b, normal.distance
-        (array([0.3, 0. , 0. ]), array([0.3, 0.4, 0. ]), array(0.4))
     """
 
     foot_a: Floats
@@ -66,28 +58,23 @@ class CommonNormal:
 def common_normal(
     a: PluckerLine, b: PluckerLine, *, parallel_below: float = _PARALLEL, coincident_below: float = 1e-12
 ) -> CommonNormal:
-    """The common normal of two lines, its feet, and the distance and angle it measures.
+    """The common normal of two lines, its feet, and the distance and angle between the lines.
 
-    Skew lines that are nearly parallel keep their accuracy: the distance is right to the rounding of the moments, with
-    no division by the sine of the angle, as long as the angle itself is right.
+    For skew lines that are nearly parallel the distance is still accurate to the rounding of the moments, without a
+    division by the sine of the angle, as long as the angle itself is accurate.
 
     Args:
         a: first lines.
         b: second lines, of a batch shape that broadcasts with that of `a`; the origins may differ.
-        parallel_below: lines under this angle count as parallel [rad]; the default is what the rounding of a chain of
-            a hundred rotations leaves.
+        parallel_below: lines under this angle count as parallel [rad]; the default is the rounding of a chain of a
+            hundred rotations.
         coincident_below: parallel lines under this distance coincide and get no direction [m].
-
-    Raises:
-        WrongShape: the batch shapes do not fit together.
-        BadArgument: `a` or `b` is no `PluckerLine`, or a threshold no number ≥ 0.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 3.2.2 and 4.2.
 
     Examples:
         >>> a = nk.lines.PluckerLine.through([0, 0, 0], [1, 0, 0])
-        >>> b = nk.lines.PluckerLine.through([3, 0, -2], [3, 1, -2])
-        >>> normal = nk.lines.common_normal(a, b)
+        >>> normal = nk.lines.common_normal(a, nk.lines.PluckerLine.through([3, 0, -2], [3, 1, -2]))
         >>> normal.direction + 0.0, normal.offset.tolist(), np.rad2deg(normal.angle).tolist()
         (array([0., 0., 1.]), -2.0, 90.0)
     """
@@ -99,7 +86,7 @@ def common_normal(
     along_a = dot(a_to_b, cross(e_b, normal))[..., None] / safe_sine
     along_b = dot(a_to_b, cross(e_a, normal))[..., None] / safe_sine
     skew_offset = dot(a_to_b, normal)
-    # Feet of nearly parallel lines lie far away; the line with the shorter way to its own tells where they are.
+    # Feet of nearly parallel lines are far away; the line with the nearer foot determines both.
     from_a = p_a + along_a * e_a
     from_b = b.point + along_b * e_b - skew_offset[..., None] * normal
     skew_foot = np.where(np.abs(along_a) <= np.abs(along_b), from_a, from_b)
@@ -124,15 +111,10 @@ def common_normal(
 
 
 def distance(a: PluckerLine, b: PluckerLine) -> Floats:
-    """Distance of two lines, shape (...) [m]; in either order the same floats.
+    """Distance between two lines, shape (...) [m], with the same result in either order.
 
-    It is that of `common_normal`. Lines that count as parallel there and are not quite have no single distance: that
-    normal measures it at its foot, here it is the distance of the points closest to the origins of both, at right
-    angles to the mean of the two directions.
-
-    Raises:
-        WrongShape: the batch shapes do not fit together.
-        BadArgument: `a` or `b` is no `PluckerLine`.
+    It is that of `common_normal`. Only for lines that count as parallel there without being exactly so it differs: it
+    is the distance of the points closest to the origins of both, normal to the mean of the two directions.
 
     Examples:
         >>> a = nk.lines.PluckerLine.through([0, 0, 0], [1, 0, 0])
@@ -145,14 +127,10 @@ def distance(a: PluckerLine, b: PluckerLine) -> Floats:
 
 
 def angle(a: PluckerLine, b: PluckerLine) -> Floats:
-    """Angle from one direction to the other, shape (...), in [0, π] [rad]; in either order the same floats.
+    """Angle between two directed lines, shape (...), in [0, π] [rad], with the same result in either order.
 
     atan2(‖e_a × e_b‖, e_a·e_b) keeps all digits of small angles and of those near π, where an arccos loses half. For
     lines without a direction take min(angle, π − angle).
-
-    Raises:
-        WrongShape: the batch shapes do not fit together.
-        BadArgument: `a` or `b` is no `PluckerLine`.
 
     Examples:
         >>> a = nk.lines.PluckerLine.through([0, 0, 0], [1, 0, 0])
@@ -164,19 +142,13 @@ def angle(a: PluckerLine, b: PluckerLine) -> Floats:
 
 
 def incident(a: PluckerLine, b: PluckerLine, *, within: float = 1e-9) -> NDArray[np.bool_]:
-    """Whether two lines share a point, that is, come within `within` [m] of each other; shape (...).
+    """Return whether the `distance` between two lines is at most `within` [m], shape (...).
 
-    Parallel lines share one only when they coincide, though their reciprocal product is zero at any distance. The
-    answer is that of `distance`, and so the same for (a, b) and (b, a).
-
-    Raises:
-        WrongShape: the batch shapes do not fit together.
-        BadArgument: `a` or `b` is no `PluckerLine`, or `within` no number ≥ 0.
+    Parallel lines share a point only if they coincide, though their reciprocal product is always zero.
 
     Examples:
         >>> a = nk.lines.PluckerLine.through([0, 0, 0], [1, 0, 0])
-        >>> others = nk.lines.PluckerLine.through([[2, 0, 0], [0, 1, 0]], [[2, 1, 1], [1, 1, 0]])
-        >>> nk.lines.incident(a, others)
+        >>> nk.lines.incident(a, nk.lines.PluckerLine.through([[2, 0, 0], [0, 1, 0]], [[2, 1, 1], [1, 1, 0]]))
         array([ True, False])
     """
     check_tolerance(within, "within")
@@ -187,11 +159,7 @@ def reciprocal_product(a: PluckerLine, b: PluckerLine) -> Floats:
     """e_a·n_b + e_b·n_a, the moment of one line about the other, shape (...) [m].
 
     It is −offset · sin(angle) of the common normal, the same about every origin, and zero exactly when the lines meet
-    or are parallel. As a product of a force along one line and a turn about the other it is their power.
-
-    Raises:
-        WrongShape: the batch shapes do not fit together.
-        BadArgument: `a` or `b` is no `PluckerLine`.
+    or are parallel. It is the power of a unit force along one line and a unit angular velocity about the other.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 3.2.2; Ball, A Treatise on the Theory of Screws, ch. 1.
 
@@ -222,8 +190,8 @@ def _compare(a: PluckerLine, b: PluckerLine, parallel_below: float) -> _Pair:
     e_a, e_b = a.direction, b.direction
     cosine = dot(e_a, e_b)
     same_way = np.copysign(1.0, cosine)[..., None] * e_a
-    # e_a × e_b, taken from a difference that is exact where the two are nearly equal or nearly opposite. Half the sum
-    # instead of one of the two makes it the same to the last bit, but for its sign, when the lines are exchanged.
+    # e_a × e_b from a difference, which is exact where the two are nearly equal or nearly opposite. Half the sum in
+    # place of one of the two makes it symmetric to the last bit, except for the sign.
     mean = 0.5 * (e_b + same_way)
     crossed = np.copysign(1.0, cosine)[..., None] * cross(mean, e_b - same_way)
     sine = norm(crossed)
@@ -241,7 +209,7 @@ def _compare(a: PluckerLine, b: PluckerLine, parallel_below: float) -> _Pair:
 def _part_across(v: Floats, e: Floats) -> Floats:
     """The part of v at right angles to the unit vector e."""
     across = v - dot(v, e)[..., None] * e
-    # Once more: where it is short beside v, the first difference leaves a part along e by rounding.
+    # Once more: if the difference is short relative to v, rounding leaves a part along e.
     return np.asarray(across - dot(across, e)[..., None] * e)
 
 
@@ -250,7 +218,7 @@ def _check_pair(a: object, b: object) -> None:
     common_batch("a and b", first.batch_shape, second.batch_shape)
 
 
-# --- Matrices made of lines: what carries Plücker coordinates to another origin or frame, and the geometric Jacobian.
+# --- Matrices that transform Plücker coordinates, and the geometric Jacobian.
 
 
 def transfer_matrix(a: ArrayLike, b: ArrayLike) -> Floats:
@@ -259,14 +227,11 @@ def transfer_matrix(a: ArrayLike, b: ArrayLike) -> Floats:
     U = [[1, 0], [A − B, 1]], where A and B are the cross-product matrices of a and b: n_b = n_a + (a − b) × e.
 
     Args:
-        a: the origin the coordinates are about, shape (..., 3) [m].
-        b: the origin they are wanted about, shape (..., 3) [m].
+        a: the old origin, shape (..., 3) [m].
+        b: the new origin, shape (..., 3) [m].
 
     Returns:
         U, shape (..., 6, 6), of determinant 1.
-
-    Raises:
-        WrongShape, NotFinite: in either argument.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 3.2.2.
 
@@ -286,12 +251,10 @@ def transfer_matrix(a: ArrayLike, b: ArrayLike) -> Floats:
 def motion_matrix(T_ab: ArrayLike) -> Floats:
     """The matrix X with k_a = X k_b for the coordinates (direction; moment) of every line about the origins of a and b.
 
-    X = [[R, 0], [t× R, R]] for the pose T_ab = [[R, t], [0, 1]], where t× is the cross-product matrix of t.
-
-    It is the adjoint of SE(3) with its halves exchanged. The adjoint in Pinocchio's order (linear; angular) is
-    Ad = [[R, t× R], [0, R]], and a unit turn about a line is the velocity (linear; angular) = (moment; direction), so
-    Ad = P X P with P = [[0, 1], [1, 0]]. The same X is the matrix of Pinocchio's `SE3.toDualActionMatrix`, for a force
-    along a line has the coordinates (force; moment).
+    X = [[R, 0], [t× R, R]] for the pose T_ab = [[R, t], [0, 1]], where t× is the cross-product matrix of t. With
+    P = [[0, 1], [1, 0]], the adjoint of SE(3) in Pinocchio's order (linear; angular) is Ad = P X P, for a unit rotation
+    about a line is the velocity (moment; direction). X is also Pinocchio's `SE3.toDualActionMatrix`, for a unit force
+    along a line is (direction; moment).
 
     Args:
         T_ab: pose of frame b in frame a, shape (..., 4, 4).
@@ -299,17 +262,12 @@ def motion_matrix(T_ab: ArrayLike) -> Floats:
     Returns:
         X, shape (..., 6, 6), of determinant 1.
 
-    Raises:
-        NotARotation: the rotation part of some pose is none.
-        BadArgument: the last row of some pose is not (0, 0, 0, 1).
-        WrongShape, NotFinite: in `T_ab`.
-
     Examples:
         >>> line = nk.lines.PluckerLine.through([1, 0, 0], [1, 2, 0])
         >>> nk.lines.motion_matrix(nk.screws.pose(np.eye(3), [0, 0, 0.5])) @ line.coordinates
         array([ 0. ,  1. ,  0. , -0.5,  0. ,  1. ])
     """
-    R, t = as_rigid_motion(T_ab, "T_ab")
+    R, t = as_poses(T_ab, "T_ab")
     X = np.zeros((*t.shape[:-1], 6, 6))
     X[..., :3, :3] = X[..., 3:, 3:] = R
     X[..., 3:, :3] = cross_matrix(t) @ R
@@ -323,34 +281,27 @@ def geometric_jacobian(
     coupling: ArrayLike | None = None,
     sliding: ArrayLike = False,
 ) -> Floats:
-    """The Jacobian of a body behind joints: its columns are the Plücker coordinates of the joint axes.
+    """The Jacobian of a body moved by joints: its columns are the Plücker coordinates of the joint axes.
 
-    Column j is (moment; direction) of axis j about the point `at`: turning at unit speed about that line, the body has
-    the angular velocity e_j, and its point `at` the velocity e_j × (at − p_j) = n_j. The order (linear; angular) is
-    Pinocchio's; the axes' frame is the frame of the result. A sliding joint has the column (direction; 0), the line at
-    infinity about which it turns.
+    Column j is (moment; direction) of axis j about the point `at`: at unit speed about that line the body has the
+    angular velocity e_j, and its point `at` the velocity e_j × (at − p_j) = n_j. The order (linear; angular) is
+    Pinocchio's; the result is in the frame of the axes. A prismatic joint has the column (direction; 0).
 
     Args:
         axes: the m axes, batch shape (..., m).
-        at: the point of the body whose velocity is asked for, shape (..., 3) [m]: the frame's origin, or the root's.
+        at: the point of the body whose velocity is computed, shape (..., 3) [m]: the frame's origin, or the root's.
         coupling: ∂(angle of axis)/∂(coordinate of the robot), shape (m, n). A mimic joint has its multiplier in the
-            column of its primary; an axis that does not carry the body has a row of zeros. Left out: the axes are the
-            coordinates.
-        sliding: which joints are prismatic, shape (m,) or one answer for all.
+            column of its primary; an axis that does not move the body has a row of zeros. By default the identity.
+        sliding: which joints are prismatic, shape (m,), or one boolean for all.
 
     Returns:
         J, shape (..., 6, n), with n = m when no coupling is given.
-
-    Raises:
-        WrongShape: `axes` is a single line without a joint axis, or the arguments do not fit together.
-        BadArgument: `axes` is no `PluckerLine`, or `sliding` holds anything but booleans.
-        NotFinite: in `at` or `coupling`.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 5.2.
 
     Examples:
         >>> axes = nk.lines.PluckerLine.from_point_direction([[0, 0, 0], [1, 0, 0]], [0, 0, 1])
-        >>> nk.lines.geometric_jacobian(axes, at=[2, 0, 0])[:2] + 0.0  # two turns about z carry the hand along y
+        >>> nk.lines.geometric_jacobian(axes, at=[2, 0, 0])[:2] + 0.0  # both rotations about z move the hand along y
         array([[0., 0.],
                [2., 1.]])
     """
