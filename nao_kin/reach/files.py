@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats, choice, colours, whole_number
-from nao_kin._core.files import read_bounded, write_document
+from nao_kin._core.files import read_bounded
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile
 
@@ -88,18 +88,8 @@ def check_column(name: str) -> None:
     choice(name, COLUMNS, "number of a voxel")
 
 
-def _write(path: Path | str, content: bytes, overwrite: bool) -> Path:
-    return write_document(path, content, overwrite=overwrite)[0]
-
-
-def write_npz(
-    path: Path | str,
-    settings: Mapping[str, Any],
-    ranges: Sequence[SampleRange],
-    arrays: Mapping[str, NDArray[Any]],
-    overwrite: bool,
-) -> Path:
-    """Write the parts of a map to a compressed archive."""
+def npz_bytes(settings: Mapping[str, Any], ranges: Sequence[SampleRange], arrays: Mapping[str, NDArray[Any]]) -> bytes:
+    """Return the parts of a map as a compressed archive."""
     parts: dict[str, Any] = {
         "format": np.array(_FORMAT),
         "settings": np.array(json.dumps(settings)),
@@ -108,7 +98,7 @@ def write_npz(
     }
     content = io.BytesIO()
     np.savez_compressed(content, **parts)
-    return _write(path, content.getvalue(), overwrite)
+    return content.getvalue()
 
 
 def read_npz(path: Path | str) -> tuple[dict[str, Any], tuple[SampleRange, ...], dict[str, NDArray[Any]]]:
@@ -159,15 +149,8 @@ def _check_arrays(arrays: Mapping[str, NDArray[Any]], samples: int) -> None:
         raise ValueError("count")
 
 
-def write_vtk(
-    path: Path | str,
-    title: str,
-    indices: NDArray[np.int32],
-    voxel: float,
-    columns: Mapping[str, Floats],
-    overwrite: bool,
-) -> Path:
-    """Write voxels as the cells of structured points, in big-endian binary.
+def vtk_bytes(title: str, indices: NDArray[np.int32], voxel: float, columns: Mapping[str, Floats]) -> bytes:
+    """Return voxels as the cells of structured points, in big-endian binary.
 
     Source: The VTK User's Guide, 11th edition, VTK File Formats, Simple Legacy Formats.
     """
@@ -193,11 +176,11 @@ def write_vtk(
         dense[cell] = values
         content.write(f"SCALARS {name} double 1\nLOOKUP_TABLE default\n".encode("ascii"))
         content.write(dense.tobytes() + b"\n")
-    return _write(path, content.getvalue(), overwrite)
+    return content.getvalue()
 
 
-def write_ply(path: Path | str, points: Floats, values: Floats, overwrite: bool) -> Path:
-    """Write coloured points, cold for the smallest value and warm for the largest."""
+def ply_bytes(points: Floats, values: Floats) -> bytes:
+    """Return coloured points, cold for the smallest value and warm for the largest."""
     from trimesh import PointCloud
 
     _check_any(points)
@@ -205,7 +188,7 @@ def write_ply(path: Path | str, points: Floats, values: Floats, overwrite: bool)
     rgb = colours(values, low, high if high > low else low + 1.0)
     rgba = np.column_stack([np.round(255.0 * rgb), np.full(len(rgb), 255.0)]).astype(np.uint8)
     make: Any = PointCloud
-    return _write(path, make(points, colors=rgba).export(file_type="ply"), overwrite)
+    return bytes(make(points, colors=rgba).export(file_type="ply"))
 
 
 def _check_any(rows: NDArray[Any]) -> None:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, as_floats, join_poses, whole_number
+from nao_kin._core.files import write_document
 from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadArgument, BadInputFile, WrongShape
 from nao_kin.reach import files
@@ -238,12 +239,9 @@ class ReachMap:
     # --- queries --------------------------------------------------------------------------------------------------
 
     def reachable(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """Return whether a sample fell into the voxel of each point, shape (...).
+        """Return whether a sample fell into the voxel of each point (..., 3) in the reference frame, shape (...).
 
         A reachable voxel at the boundary that no sample happened to find counts as out of reach.
-
-        Args:
-            points: in the reference frame, shape (..., 3) [m].
 
         Examples:
             >>> reach = nk.reach.workspace(nk.load_nao(), "LArm", 1000, voxel=0.05)
@@ -253,16 +251,7 @@ class ReachMap:
         return np.asarray(self._rows(as_floats(points, (3,), "points")) >= 0)
 
     def best_at(self, points: ArrayLike) -> Floats:
-        """Return the largest manipulability in the voxel of each point, shape (...); 0 out of reach.
-
-        Args:
-            points: in the reference frame, shape (..., 3) [m].
-
-        Examples:
-            >>> reach = nk.reach.workspace(nk.load_nao(), "LArm", 1000, voxel=0.05)
-            >>> float(reach.best_at([2.0, 0.0, 0.0]))
-            0.0
-        """
+        """Return the largest manipulability in the voxel of each point (..., 3), shape (...); 0 out of reach."""
         rows = self._rows(as_floats(points, (3,), "points"))
         return np.asarray(np.append(self.best, 0.0)[rows])
 
@@ -350,12 +339,8 @@ class ReachMap:
     def save(self, path: Path | str, *, overwrite: bool = False) -> Path:
         """Write the map to a NumPy archive (.npz) that `load` reads back; equal maps give equal files.
 
-        Args:
-            path: the file.
-            overwrite: replace an existing file.
-
         Raises:
-            BadArgument: the file exists and `overwrite` is false, or it cannot be written.
+            BadArgument: the file exists, without `overwrite`, or cannot be written.
 
         Examples:
             >>> reach = nk.reach.workspace(nk.load_nao(), "LArm", 1000, voxel=0.05)
@@ -363,27 +348,20 @@ class ReachMap:
             'reach.npz'
         """
         arrays = {name: getattr(self, name) for name in ROW_ARRAYS}
-        return files.write_npz(path, asdict(self.settings), self.ranges, arrays, overwrite)
+        content = files.npz_bytes(asdict(self.settings), self.ranges, arrays)
+        return write_document(path, content, overwrite=overwrite)[0]
 
     def save_vtk(self, path: Path | str, *, overwrite: bool = False) -> Path:
         """Write a legacy VTK file, such as for ParaView: the box around the map as structured points.
 
         Every cell is a voxel with count, best, mean and coverage, all zero in a voxel without samples.
 
-        Args:
-            path: the file.
-            overwrite: replace an existing file.
-
         Raises:
-            BadArgument: the map is empty, the file exists and `overwrite` is false, or it cannot be written.
-
-        Examples:
-            >>> reach = nk.reach.workspace(nk.load_nao(), "LArm", 1000, voxel=0.05)
-            >>> reach.save_vtk("reach.vtk").name
-            'reach.vtk'
+            BadArgument: the map is empty, or the file exists, without `overwrite`, or cannot be written.
         """
         columns = {name: self.column(name) for name in files.COLUMNS}
-        return files.write_vtk(path, self.settings.robot, self.indices, self.voxel, columns, overwrite)
+        content = files.vtk_bytes(self.settings.robot, self.indices, self.voxel, columns)
+        return write_document(path, content, overwrite=overwrite)[0]
 
     def save_ply(self, path: Path | str, *, colour_by: str = "best", overwrite: bool = False) -> Path:
         """Write a PLY file: the centres of the voxels as points, coloured from cold (smallest) to warm (largest).
@@ -394,14 +372,9 @@ class ReachMap:
             overwrite: replace an existing file.
 
         Raises:
-            BadArgument: the map is empty, the file exists and `overwrite` is false, or it cannot be written.
-
-        Examples:
-            >>> reach = nk.reach.workspace(nk.load_nao(), "LArm", 1000, voxel=0.05)
-            >>> reach.save_ply("reach.ply", colour_by="count").name
-            'reach.ply'
+            BadArgument: the map is empty, or the file exists, without `overwrite`, or cannot be written.
         """
-        return files.write_ply(path, self.centres, self.column(colour_by), overwrite)
+        return write_document(path, files.ply_bytes(self.centres, self.column(colour_by)), overwrite=overwrite)[0]
 
     # --- inside ---------------------------------------------------------------------------------------------------
 

@@ -110,16 +110,8 @@ def _prepared(
     edge, number = _edge(voxel), whole_number(seed, "seed", 0, 2**64 - 1)
     chain = moved_chain(robot, frame, reference)
     grid = _grid(chain.centre, chain.radius, edge)
-    settings = ReachSettings(
-        robot=robot.name,
-        frame=chain.frame,
-        reference=chain.reference,
-        joints=chain.joints,
-        chain=chain.digest,
-        voxel=edge,
-        seed=number,
-        step=chain.manipulability_step,
-    )
+    frames, step = (chain.frame, chain.reference), chain.manipulability_step
+    settings = ReachSettings(robot.name, *frames, chain.joints, chain.digest, edge, number, step)
     return chain.tables, settings, grid
 
 

@@ -27,7 +27,7 @@ from nao_kin.ik.body_errors import (
     POSE,
     Plan,
     errors_at,
-    new_point,
+    new_state,
     stand_on_both,
 )
 from nao_kin.ik.body_targets import Target, feet_beyond, margin_beyond, prepared, target_beyond
@@ -451,9 +451,9 @@ def test_contradictions_by_form_are_refused_in_one_line(nao: nk.NaoModel) -> Non
         (lambda: whole_body(nao, {}, feet={}, com="support"), BadArgument, "feet names no foot"),
         (lambda: whole_body(nao, {}, feet=T), BadArgument, "feet must be a mapping"),
         (lambda: whole_body(nao, [T]), BadArgument, "targets must be a mapping"),
-        (lambda: whole_body(nao, {"torso": np.eye(4)}, torso=np.eye(4)), BadArgument, "torso is asked for twice"),
-        (lambda: whole_body(nao, {"Torso": T}, torso=np.eye(4)), BadArgument, "asked for twice.*Torso"),
-        (lambda: whole_body(nao, {"base_link": T}, torso=np.eye(4)), BadArgument, "asked for twice.*base_link"),
+        (lambda: whole_body(nao, {"torso": np.eye(4)}, torso=np.eye(4)), BadArgument, "torso is given twice"),
+        (lambda: whole_body(nao, {"Torso": T}, torso=np.eye(4)), BadArgument, "given twice.*Torso"),
+        (lambda: whole_body(nao, {"base_link": T}, torso=np.eye(4)), BadArgument, "given twice.*base_link"),
         (lambda: whole_body(nao, {}, com="middle"), UnknownName, "support"),
         (lambda: whole_body(nao, {}, gaze=([1, 0, 0], "CameraFront")), UnknownName, "CameraTop|CameraBottom"),
         (lambda: whole_body(nao, {}, weights={"LArm": 1.0}), UnknownName, "unknown weight"),
@@ -566,10 +566,10 @@ def test_derivatives_are_those_of_the_errors(nao: nk.NaoModel, stance: str) -> N
     def at(x: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         q = np.empty(25)
         q[tables.order] = x
-        point = new_point(body, 25, 6)
-        point.x[:], point.T[:] = x, np.linalg.inv(nao.fk(q, f"{stance}Leg"))
-        errors_at(body, plan, targets, point)
-        return point.e, point.J, point.com, point.com_J
+        state = new_state(body, 25, 6)
+        state.x[:], state.T[:] = x, np.linalg.inv(nao.fk(q, f"{stance}Leg"))
+        errors_at(body, plan, targets, state)
+        return state.e, state.J, state.com, state.com_J
 
     for q in nao.random(rng, 3):
         x = q[tables.order]
