@@ -823,7 +823,11 @@ _WHOLE_BODY = (
     *_faults(
         "ik/body_errors.py",
         "test_whole_body.py::test_the_torso_goes_where_both_hips_agree",
-        ("hips-agree-by-the-wrong-sign", "return _change_leg(body, -gap, slope, x)", "return _change_leg(body, gap, slope, x)"),
+        (
+            "hips-agree-by-the-wrong-sign",
+            "return _change_leg(body, -gap, slope, x)",
+            "return _change_leg(body, gap, slope, x)",
+        ),
     ),
     *_faults(
         "ik/body_errors.py",
