@@ -32,9 +32,6 @@ from nao_kin.rotations import log
 
 # --- The search for a pose: from a reference, then from random configurations; and the reason if it fails.
 
-Rows = NDArray[np.intp]
-Mask = NDArray[np.bool_]
-
 # Random configurations of which a restart uses the one with the pose nearest to the target. Every second restart takes
 # the first one, because the nearest ones may all lead to the same local minimum, such as an elbow bent the wrong way.
 _CANDIDATES = 256
@@ -59,7 +56,7 @@ class PosesFound(NamedTuple):
     joint: Integers
     needed: Floats
     limit: Floats
-    first: Mask
+    first: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +134,7 @@ class PoseSearch:
         position, turn = self.weights[:3].mean(), self.weights[3:].mean() / np.sqrt(2.0)
         return np.concatenate([position * poses[:, :3, 3], turn * poses[:, :3, :3].reshape(-1, 9)], axis=-1)
 
-    def _explain(self, found: PosesFound, targets: Floats, failed: Rows) -> None:
+    def _explain(self, found: PosesFound, targets: Floats, failed: NDArray[np.intp]) -> None:
         """Write why targets in reach are not met, after a last search from the end of one without limits."""
         motion, limited, unlimited, minimum = self.motion, self.motion.limited, self.motion.free, found.minimum
         # A search that was stopped early does not tell whether there are enough joints.

@@ -479,7 +479,7 @@ def test_targets_that_are_no_poses_are_named(nao: nk.NaoModel) -> None:
         whole_body(nao, {}, feet={"L": np.diag([1.0, 1.0, 1.0, 2.0])})
     with pytest.raises(NotFinite, match=r"targets\[.*LArm"):
         whole_body(nao, {"LArm": [0.0, np.nan, 0.0]})
-    with pytest.raises(WrongShape, match=r"targets\[.*LArm.*4, 4.*places"):
+    with pytest.raises(WrongShape, match=r"targets\[.*LArm.*4, 4.*positions"):
         whole_body(nao, {"LArm": [0.0, 1.0]})
     with pytest.raises(WrongShape, match="com"):
         whole_body(nao, {}, com=[0.0, 0.0, 0.0])
