@@ -40,7 +40,7 @@ import nao_kin as nk
 
 COUNTS = (1, 100, 10_000, 1_000_000)
 LOOPED = 10_000
-MOST_BYTES = 4 << 30
+MAX_BYTES = 4 << 30
 JUDGED = 10_000  # the count at which ratios are judged
 
 LOOP, STRIDED, ONE, ALL, SINGLE = (
@@ -109,7 +109,7 @@ def measure(robot: nk.RobotModel, question: str, count: int, rounds: int) -> lis
     """All contenders in turns."""
     shape = answer_shape(robot, question)
     size = 8 * int(np.prod(shape))
-    rows = min(count, MOST_BYTES // size)
+    rows = min(count, MAX_BYTES // size)
     q = robot.random(0, rows)
     memory = empty_like_results(robot, q, shape)
     expected = np.empty((min(rows, 200), *shape))

@@ -12,7 +12,7 @@ from nao_kin._core import files as atomic
 from nao_kin._core.arrays import decimal
 from nao_kin._core.process import uninterrupted
 from nao_kin._core.text import abbreviated, quoted
-from nao_kin.cli.options import JSON, RobotOptions, argument, check_sinks, command, option
+from nao_kin.cli.options import JSON, RobotOptions, argument, check_sinks, command, flag, option
 from nao_kin.cli.output import print_json, print_note, progress
 from nao_kin.errors import BadArgument
 
@@ -38,6 +38,7 @@ def reach(
     html: str | None = option("FILE", "Write a page with the robot and its map."),
     by: str = option("NAME", "Colours of --html and .ply: best, mean, count or coverage.", default="best"),
     threads: int | None = option("N", "Default: one for each core."),
+    force: bool = flag("Replace a .vtk or .ply file that exists."),
     json: bool = JSON,
     robot: RobotOptions,
 ) -> None:
@@ -51,15 +52,16 @@ def reach(
     if not known:
         raise BadArgument(f"cannot write {abbreviated(output)}: end the name in {', '.join(_ENDINGS)}")
     check_sinks("--json" if json else None, output=output, html=html)
+    continued = output if output is not None and Path(output).suffix.lower() == ".npz" else None
+    if output is not None and continued is None:
+        atomic.check_replaceable(output, overwrite=force)
     model = robot.load()
     from nao_kin import reach as room
     from nao_kin._kernels import KERNELS, warm_up
 
     settings = room.map_settings(model, frame, voxel=voxel, seed=seed, reference=reference)
     room.check_column(by)
-    previous = None
-    if output is not None and Path(output).suffix.lower() == ".npz" and Path(output).is_file():
-        previous = room.load(output)
+    previous = room.load(continued) if continued is not None and Path(continued).is_file() else None
     warm_up([name for name in KERNELS if name.startswith("reach")])  # what a signal should not have to wait for
     if previous is not None:
         settings.check_same(previous.settings, abbreviated(output))
@@ -82,7 +84,7 @@ def reach(
                 progress=say,
                 stop=ending,
             )
-        files = _written(model, found, output, html, by) if found.samples else []
+        files = _written(model, found, output, html, by, force or continued is not None) if found.samples else []
         if found.samples < asked:
             kept = f"kept in {abbreviated(' and '.join(files))}" if files else "without -o FILE nothing is kept"
             print_note(f"ended after {found.samples} of {asked} samples; {kept}")
@@ -101,13 +103,15 @@ def _count(text: str) -> int:
     return int(value)
 
 
-def _written(model: RobotModel, found: ReachMap, output: str | None, html: str | None, by: str) -> list[str]:
+def _written(
+    model: RobotModel, found: ReachMap, output: str | None, html: str | None, by: str, overwrite: bool
+) -> list[str]:
     if output is not None:
-        savers: dict[str, Callable[[str], object]] = {
+        savers: dict[str, Callable[..., object]] = {
             ".vtk": found.save_vtk,
             ".ply": partial(found.save_ply, colour_by=by),
         }
-        savers.get(Path(output).suffix.lower(), found.save)(output)
+        savers.get(Path(output).suffix.lower(), found.save)(output, overwrite=overwrite)
     if html is not None:
         from nao_kin.viewer import Viewer
 

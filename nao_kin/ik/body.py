@@ -1,8 +1,8 @@
-"""The whole robot as arrays, and where its parts are and how they move in the world.
+"""The whole robot as arrays: poses and velocities of its bodies in the world.
 
-Row 0 of the tables is the torso; every other row is a joint with all that is fixed to it, its parent before it. Twists
-are taken at the world's origin, v and ω of a body as if it reached there: the columns of all joints then simply add up
-along a chain, and of a standing foot that does not move the torso has minus the sum of its own chain.
+Row 0 is the torso; every other row is a joint with all that is fixed to it, after its parent. Twists refer to the
+world's origin, so that columns of joints add up along a chain, and a fixed foot gives the torso minus the sum of its
+chain.
 """
 
 from __future__ import annotations
@@ -22,22 +22,18 @@ SIDES = ("L", "R")
 
 
 class Body(NamedTuple):
-    """A robot for the compiled search. Variables are joint values: those that move, then those that stay.
+    """A robot for the compiled search. Variables are joint values, first the `moving` ones, then fixed ones.
 
     Attributes:
         parent: row of the parent; −1 of the torso, shape (rows,).
-        rotation: of each joint in its parent, at zero, shape (rows, 3, 3).
-        place: of each joint in its parent, shape (rows, 3) [m].
+        rotation, place: pose of each joint in its parent at zero, shapes (rows, 3, 3) and (rows, 3) [m].
         axis: of each joint, shape (rows, 3).
-        variable: which variable moves it; −1 of the torso.
-        multiplier: joint value = multiplier · variable + offset [rad].
-        offset: of each joint [rad].
-        mass: of what it carries up to the next joints [kg].
-        lever: its centre of mass, shape (rows, 3) [m].
+        variable: index of the variable that moves each joint; −1 of the torso.
+        multiplier, offset: joint value = multiplier · variable + offset [rad].
+        mass, lever: mass of each body [kg], and its centre of mass, shape (rows, 3) [m].
         legs: rows of the joints of the legs, from the hip outwards, shape (2, 6).
         ankle_to_sole: T of the sole's frame in the last of them, shape (2, 4, 4).
-        moving: how many variables move.
-        limits: theirs; both joints of each table move.
+        limits: of the moving variables.
     """
 
     parent: Ints
@@ -66,7 +62,7 @@ def body_types() -> Any:
 
 @both_ways
 def place_chain(body: Body, row: int, x: Floats, R: Floats, p: Floats) -> None:
-    """Where the joint of a row is, its parent being placed already: written into R (rows, 3, 3) and p (rows, 3)."""
+    """Write the pose of a joint whose parent has been placed into R (rows, 3, 3) and p (rows, 3)."""
     above = body.parent[row]
     angle = body.multiplier[row] * x[body.variable[row]] + body.offset[row]
     c, s = math.cos(angle), math.sin(angle)
@@ -90,7 +86,7 @@ def place_chain(body: Body, row: int, x: Floats, R: Floats, p: Floats) -> None:
 
 @both_ways
 def place_all(body: Body, x: Floats, T_world_torso: Floats, R: Floats, p: Floats) -> None:
-    """Where all joints are in the world."""
+    """Write the poses of all joints in the world into R and p."""
     for i in range(3):
         p[0, i] = T_world_torso[i, 3]
         for j in range(3):
@@ -101,7 +97,7 @@ def place_all(body: Body, x: Floats, T_world_torso: Floats, R: Floats, p: Floats
 
 @both_ways
 def frame_pose(R: Floats, p: Floats, row: int, T_row_frame: Floats, T: Floats) -> None:
-    """T_world_frame of a frame that a row carries, written into T (4, 4)."""
+    """Write T_world_frame of a frame on a body into T (4, 4)."""
     for i in range(3):
         T[i, 3] = p[row, i]
         for k in range(3):
@@ -116,7 +112,7 @@ def frame_pose(R: Floats, p: Floats, row: int, T_row_frame: Floats, T: Floats) -
 
 @both_ways
 def multiplied(A: Floats, B: Floats, T: Floats) -> None:
-    """The rigid transform A B, written into T (4, 4)."""
+    """Write the rigid transform A B into T (4, 4)."""
     for i in range(3):
         for j in range(4):
             T[i, j] = A[i, 0] * B[0, j] + A[i, 1] * B[1, j] + A[i, 2] * B[2, j]
@@ -127,7 +123,7 @@ def multiplied(A: Floats, B: Floats, T: Floats) -> None:
 
 @both_ways
 def inverted(A: Floats, T: Floats) -> None:
-    """A⁻¹ of a rigid transform, written into T (4, 4)."""
+    """Write A⁻¹ of a rigid transform into T (4, 4)."""
     for i in range(3):
         for j in range(3):
             T[i, j] = A[j, i]
@@ -138,7 +134,7 @@ def inverted(A: Floats, T: Floats) -> None:
 
 @both_ways
 def add_chain(body: Body, row: int, sign: float, R: Floats, p: Floats, twists: Floats) -> None:
-    """Add sign · the twists that the joints from the torso to a row give it, per unit of each variable, to (6, n)."""
+    """Add sign · the twists of a body relative to the torso, per unit of each variable, to `twists` (6, n)."""
     while row > 0:
         k = body.variable[row]
         if k < body.moving:
@@ -156,7 +152,7 @@ def add_chain(body: Body, row: int, sign: float, R: Floats, p: Floats, twists: F
 
 @both_ways
 def world_axis(body: Body, row: int, R: Floats) -> tuple[float, float, float]:
-    """The axis of a joint, which its own turn leaves where it is."""
+    """Return the axis of a joint in the world."""
     a = body.axis[row]
     return (
         R[row, 0, 0] * a[0] + R[row, 0, 1] * a[1] + R[row, 0, 2] * a[2],
@@ -166,11 +162,8 @@ def world_axis(body: Body, row: int, R: Floats) -> tuple[float, float, float]:
 
 
 @both_ways
-def centre_of_mass(body: Body, R: Floats, p: Floats, below: Floats, com: Floats) -> float:
-    """The centre of mass, written into com (3,), and the whole mass.
-
-    `below` takes the mass of all that hangs on each row, and mass · centre, shape (rows, 4).
-    """
+def centre_of_mass(body: Body, R: Floats, p: Floats, below: Floats, com: Floats) -> None:
+    """Write the centre of mass into com (3,), and the mass and mass · centre that each joint moves into `below`."""
     rows = len(body.parent)
     for row in range(rows):
         m = body.mass[row]
@@ -184,14 +177,13 @@ def centre_of_mass(body: Body, R: Floats, p: Floats, below: Floats, com: Floats)
             below[body.parent[row], i] += below[row, i]
     for i in range(3):
         com[i] = below[0, i + 1] / below[0, 0]
-    return float(below[0, 0])
 
 
 @both_ways
 def com_velocities(body: Body, R: Floats, p: Floats, torso: Floats, below: Floats, com: Floats, J: Floats) -> None:
-    """Velocities of the centre of mass per unit of each variable, written into J (3, n).
+    """Write velocities of the centre of mass per unit of each variable into J (3, n).
 
-    `torso` has the twists of the torso, shape (6, n); `below` and `com` are what `centre_of_mass` has written.
+    `torso` has the twists of the torso (6, n); `below` and `com` come from `centre_of_mass`.
     """
     for k in range(body.moving):
         w0, w1, w2 = torso[3, k], torso[4, k], torso[5, k]
@@ -203,7 +195,7 @@ def com_velocities(body: Body, R: Floats, p: Floats, torso: Floats, below: Float
         if k < body.moving and below[row, 0] > 0.0:
             share = body.multiplier[row] / below[0, 0]
             a0, a1, a2 = world_axis(body, row, R)
-            # m · (centre of what hangs on the joint − joint)
+            # m · (centre of the bodies below the joint − joint)
             r0 = below[row, 1] - below[row, 0] * p[row, 0]
             r1 = below[row, 2] - below[row, 0] * p[row, 1]
             r2 = below[row, 3] - below[row, 0] * p[row, 2]

@@ -1,13 +1,13 @@
-"""What the targets of a whole-body pose are off by, with the exact derivatives.
+"""Errors of the targets of a whole-body pose, with exact derivatives.
 
-Errors are numbers that are zero where a target is met, each times its weight:
+Errors, each times its weight, are zero when a target is met:
 
-    a place   p_target − p, in the world
-    a pose    R_tᵀ (p_t − p) and log(Rᵀ R_t), as in `nao_kin.ik.numeric`
-    a gaze    φ (d_y, d_z)/sin φ, the turn from the x axis of the camera to the direction d of the point
-    the com   the horizontal part of p_target − com
+    a position  p_target − p, in the world
+    a pose      R_tᵀ (p_t − p) and log(Rᵀ R_t), as in `nao_kin.ik.numeric`
+    a gaze      φ (d_y, d_z)/sin φ, the rotation from the camera's x axis to the direction d of the point
+    the com     the horizontal part of p_target − com
 
-The support polygon is no error but a set of inequalities; see `body_search`.
+The support polygon is a set of inequalities in `body_search`.
 """
 
 from __future__ import annotations
@@ -37,30 +37,29 @@ from nao_kin.ik.quadratic_program import cholesky, solve_cholesky
 from nao_kin.ik.ranges import BEST, EXTRAS, NEEDED, OUT_OF_REACH, REASON, Ranges, Selection, Workspace
 
 PLACE, POSE, GAZE, COM = range(4)
-# The stance on both feet; the others are those of one foot, 0 for the left.
+# The stance on both feet; 0 is the left foot alone, 1 the right one.
 BOTH = 2
-MOST_ROWS = 6
-# Weights of what is measured in metres [1/m] and in radians [1/rad], as in `numeric`; and of the posture [1/rad].
+TARGET_ROWS = 6
+# Weights of errors in metres [1/m] and in radians [1/rad], as in `numeric`; and of the posture [1/rad].
 DEFAULT_WEIGHTS = (1.0, 0.1)
 DEFAULT_POSTURE = 0.01
-# Under this angle, closed forms lose digits and two terms of their series are exact [rad].
+# Below this angle, closed forms lose digits and two terms of their series are exact [rad].
 _SMALL = 1e-2
 
 
 class Plan(NamedTuple):
-    """What is asked for, without the numbers that differ from pose to pose.
+    """The targets of all poses, without the numbers that differ from pose to pose.
 
     Attributes:
         kind: PLACE, POSE, GAZE or COM of each target, shape (t,).
-        row: the row of the body that carries the frame, shape (t,).
-        T_row_frame: of the frame in it, shape (t, 4, 4).
-        weights: of what is measured in metres and in radians, shape (t, 2).
-        support: weight of the distance by which the centre of mass lacks the margin; 0 where it is free.
+        row: the body that carries its frame, shape (t,); T_row_frame in it, shape (t, 4, 4).
+        weights: of errors in metres and in radians, shape (t, 2).
+        support: weight of the distance by which the centre of mass misses the margin; 0 if it is free.
         posture: weight of the differences to the posture [per rad].
         stance: 0 for the left foot, 1 for the right one, 2 for both.
-        as_is: whether a start that meets all targets is left as it is.
+        as_is: whether to keep a start that meets all targets.
         tolerance: of a target that is met [m, rad].
-        steps: of one search, at most.
+        steps: at most, of one search.
     """
 
     kind: NDArray[np.int64]
@@ -84,19 +83,18 @@ def plan_types() -> Any:
     return types.NamedTuple((*targets, number, number, whole, types.boolean, number, whole), Plan)
 
 
-class Point(NamedTuple):
-    """A configuration and what is known there.
+class State(NamedTuple):
+    """A configuration and its errors.
 
     Attributes:
         x: the variables.
         T: T_world_torso, shape (4, 4).
-        e: weighted errors, six of each target, 0 where it has fewer, shape (6 t,).
+        e: weighted errors, six of each target, 0 if it has fewer, shape (6 t,).
         J: their derivatives, shape (6 t, moving).
         residuals: distances and angles without weights, shape (t, 2) [m, rad].
-        com: the centre of mass, shape (3,).
-        com_J: its derivative, shape (3, moving).
-        sums: half the squares of the errors and of the margin that is lacking; half those of the posture; what the
-            joints are outside their limits; what the margin lacks, shape (4,).
+        com, com_J: the centre of mass, and its derivative, shapes (3,) and (3, moving).
+        sums: half the squares of errors and missing margin; half those of the posture; the excess of joints over their
+            limits; the missing margin, shape (4,).
     """
 
     x: Floats
@@ -110,29 +108,25 @@ class Point(NamedTuple):
 
 
 @both_ways
-def new_point(body: Body, variables: int, targets: int) -> Point:
-    """Room for what is known of a configuration."""
-    n, m = body.moving, MOST_ROWS * targets
-    return Point(
+def new_state(body: Body, variables: int, targets: int) -> State:
+    """Allocate a state."""
+    n, m = body.moving, TARGET_ROWS * targets
+    return State(
         np.zeros(variables), np.zeros((4, 4)), np.zeros(m), np.zeros((m, n)), np.zeros((targets, 2)),
         np.zeros(3), np.zeros((3, n)), np.zeros(4),
     )  # fmt: skip
 
 
 @both_ways
-def errors_at(body: Body, plan: Plan, targets: Floats, point: Point) -> None:
-    """Write the weighted errors and derivatives of all targets into a point, from its variables and its torso.
+def errors_at(body: Body, plan: Plan, targets: Floats, state: State) -> None:
+    """Write the weighted errors of all targets and their derivatives into a state with known x and T.
 
-    Args:
-        body: the robot.
-        plan: what is asked for.
-        targets: of each target its pose, or its place in the last column of a pose without rotation, shape (t, 4, 4).
-        point: where.
+    `targets` (t, 4, 4) has the pose of each, or its position in the last column of a pose without rotation.
     """
     n, rows = body.moving, len(body.parent)
-    e, J, residuals, com, com_J = point.e, point.J, point.residuals, point.com, point.com_J
+    e, J, residuals, com, com_J = state.e, state.J, state.residuals, state.com, state.com_J
     R, p, below = np.empty((rows, 3, 3)), np.empty((rows, 3)), np.empty((rows, 4))
-    place_all(body, point.x, point.T, R, p)
+    place_all(body, state.x, state.T, R, p)
     torso = np.zeros((6, n))
     standing = 0 if plan.stance == BOTH else plan.stance
     add_chain(body, body.legs[standing, JOINTS - 1], -1.0, R, p, torso)
@@ -142,7 +136,7 @@ def errors_at(body: Body, plan: Plan, targets: Floats, point: Point) -> None:
     J[:] = 0.0
     twists, T = np.empty((6, n)), np.empty((4, 4))
     for t in range(len(plan.kind)):
-        first = MOST_ROWS * t
+        first = TARGET_ROWS * t
         metres, radians = plan.weights[t, 0], plan.weights[t, 1]
         residuals[t, 0] = residuals[t, 1] = 0.0
         if plan.kind[t] == COM:
@@ -155,7 +149,7 @@ def errors_at(body: Body, plan: Plan, targets: Floats, point: Point) -> None:
         frame_pose(R, p, plan.row[t], plan.T_row_frame[t], T)
         twists[:] = torso
         add_chain(body, plan.row[t], 1.0, R, p, twists)
-        # From the velocity at the world's origin to that of the frame's own.
+        # From the velocity at the world's origin to that at the frame's origin.
         for k in range(n):
             w0, w1, w2 = twists[3, k], twists[4, k], twists[5, k]
             twists[0, k] += w1 * T[2, 3] - w2 * T[1, 3]
@@ -172,7 +166,7 @@ def errors_at(body: Body, plan: Plan, targets: Floats, point: Point) -> None:
 
 @both_ways
 def _position(T: Floats, target: Floats, twists: Floats, weight: float, e: Floats, J: Floats) -> float:
-    """Errors w · R_tᵀ (p_t − p) and their derivatives; the distance."""
+    """Write errors w · R_tᵀ (p_t − p) and their derivatives; return the distance."""
     d0, d1, d2 = target[0, 3] - T[0, 3], target[1, 3] - T[1, 3], target[2, 3] - T[2, 3]
     for i in range(3):
         e[i] = weight * target[0, i] * d0 + weight * target[1, i] * d1 + weight * target[2, i] * d2
@@ -185,7 +179,7 @@ def _position(T: Floats, target: Floats, twists: Floats, weight: float, e: Float
 
 @both_ways
 def _turn(T: Floats, target: Floats, twists: Floats, weight: float, e: Floats, J: Floats) -> float:
-    """Errors w · log(Rᵀ R_t) and their derivatives −w · J_l⁻¹ Rᵀ ω; the angle."""
+    """Write errors w · log(Rᵀ R_t) and their derivatives −w · J_l⁻¹ Rᵀ ω; return the angle."""
     M = np.empty((3, 3))
     for i in range(3):
         for j in range(3):
@@ -209,14 +203,14 @@ def _turn(T: Floats, target: Floats, twists: Floats, weight: float, e: Floats, J
 
 @both_ways
 def _gaze(T: Floats, target: Floats, twists: Floats, weight: float, e: Floats, J: Floats) -> float:
-    """Errors w · φ (d_y, d_z)/sin φ and their derivatives; the angle φ between the x axis and the point."""
+    """Write errors w · φ (d_y, d_z)/sin φ and their derivatives; return the angle φ from the x axis to the point."""
     u = np.empty(3)
     for i in range(3):
         u[i] = 0.0
         for j in range(3):
             u[i] += T[j, i] * (target[j, 3] - T[j, 3])
     far = math.sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2])
-    if far < 1e-9:  # a camera in the point itself looks at it
+    if far < 1e-9:  # a camera at the point itself sees it
         return 0.0
     dx, dy, dz = u[0] / far, u[1] / far, u[2] / far
     sine = math.hypot(dy, dz)
@@ -226,7 +220,7 @@ def _gaze(T: Floats, target: Floats, twists: Floats, weight: float, e: Floats, J
         slope = (1.0 - ratio * dx) / (sine * sine)  # d(φ/sin φ)/dφ = slope · sin φ
     elif dx > 0.0:
         ratio, slope = 1.0 + sine * sine / 6.0, 1.0 / 3.0
-    else:  # straight behind, every way round is as long as any other
+    else:  # straight behind the camera, all rotations have the same length
         ratio, slope, dy, dz = math.pi / _SMALL, 0.0, max(dy, _SMALL), dz
     e[0], e[1] = weight * ratio * dy, weight * ratio * dz
     for k in range(twists.shape[1]):
@@ -237,7 +231,7 @@ def _gaze(T: Floats, target: Floats, twists: Floats, weight: float, e: Floats, J
         v0 = (T[0, 0] * twists[0, k] + T[1, 0] * twists[1, k] + T[2, 0] * twists[2, k]) / far
         v1 = (T[0, 1] * twists[0, k] + T[1, 1] * twists[1, k] + T[2, 1] * twists[2, k]) / far
         v2 = (T[0, 2] * twists[0, k] + T[1, 2] * twists[1, k] + T[2, 2] * twists[2, k]) / far
-        # The direction turns by d × ω − v/|u| across itself.
+        # The direction changes by the part of d × ω − v/|u| perpendicular to itself.
         g0, g1, g2 = dy * a2 - dz * a1 - v0, dz * a0 - dx * a2 - v1, dx * a1 - dy * a0 - v2
         along = g0 * dx + g1 * dy + g2 * dz
         g0, g1, g2 = g0 - along * dx, g1 - along * dy, g2 - along * dz
@@ -248,22 +242,22 @@ def _gaze(T: Floats, target: Floats, twists: Floats, weight: float, e: Floats, J
     return angle
 
 
-# --- Standing: where the torso is when feet stay where they are, and the legs with it.
+# --- Standing: the torso and the legs for fixed feet.
 #
-# The leg of the first foot carries the torso: its six joint values are the torso's pose. The leg of a second foot
-# follows in closed form (`solve_leg`), the branch nearest to where it was, and asks for a value of
-# HipYawPitch of its own. Both hips have one motor, so the torso is moved until both ask for the same: Newton's method
-# on h₂ − h₁ over the joints of the first leg. Both feet are then met to rounding.
+# The six joints of the first foot's leg determine the pose of the torso. The leg of a second foot follows in closed
+# form (`solve_leg`), by the branch nearest to its last values, and needs its own value of HipYawPitch. Both hips share
+# one motor, so the torso is moved until both values agree: Newton's method on h₂ − h₁ over the joints of the first leg.
+# Both feet are then met to rounding.
 
-# Hips that differ by less agree [rad]; with rounding in the way, by less than the second.
+# Hips agree if they differ by less [rad]; the second, if rounding prevents the first.
 _AGREE, _NEARLY = 1e-14, 1e-12
-_MOST_STEPS = 15
-# No joint of the first leg moves by more in one step [rad].
-_LONGEST = 0.3
+_MAX_STEPS = 15
+# Largest change of a joint of the first leg in one step [rad].
+_MAX_CHANGE = 0.3
 
 
 class Legs(NamedTuple):
-    """The closed forms of both legs: their geometry and limits."""
+    """Geometry and limits of both legs, for the closed forms."""
 
     left: Leg
     right: Leg
@@ -285,7 +279,7 @@ def legs_types() -> Any:
 def torso_over_foot(
     body: Body, side: int, feet: Floats, x: Floats, R: Floats, p: Floats, T_world_torso: Floats
 ) -> None:
-    """Write where the torso is when a foot (0 for the left) is where it should be; R and p as in `foot_in_torso`."""
+    """Write the pose of the torso for which a foot (0 for the left) is met; R and p as in `foot_in_torso`."""
     T_torso_foot, T_foot_torso = np.empty((4, 4)), np.empty((4, 4))
     foot_in_torso(body, side, x, R, p, T_torso_foot)
     inverted(T_torso_foot, T_foot_torso)
@@ -294,7 +288,7 @@ def torso_over_foot(
 
 @both_ways
 def foot_in_torso(body: Body, side: int, x: Floats, R: Floats, p: Floats, T: Floats) -> None:
-    """T_torso_foot by the joints of a leg, which are placed in R and p."""
+    """Write T_torso_foot by the joints of a leg into T, and their poses into R and p."""
     for i in range(3):
         p[0, i] = 0.0
         for j in range(3):
@@ -306,7 +300,7 @@ def foot_in_torso(body: Body, side: int, x: Floats, R: Floats, p: Floats, T: Flo
 
 @both_ways
 def stand_on_both(body: Body, legs: Legs, feet: Floats, x: Floats, T_world_torso: Floats) -> bool:
-    """Change the joints of both legs so that both feet are met; whether that was possible near by."""
+    """Change the joints of both legs so that both feet are met; False if that fails nearby."""
     rows, n = len(body.parent), body.moving
     R, p = np.zeros((rows, 3, 3)), np.zeros((rows, 3))
     T_torso_world, T_torso_foot = np.empty((4, 4)), np.empty((4, 4))
@@ -316,7 +310,7 @@ def stand_on_both(body: Body, legs: Legs, feet: Floats, x: Floats, T_world_torso
     hip = body.legs[1, 0]
     shared = body.variable[hip]
     last = math.inf
-    for _ in range(_MOST_STEPS):
+    for _ in range(_MAX_STEPS):
         torso_over_foot(body, 0, feet, x, R, p, T_world_torso)
         inverted(T_world_torso, T_torso_world)
         multiplied(T_torso_world, feet[1], T_torso_foot)
@@ -352,10 +346,10 @@ def stand_on_both(body: Body, legs: Legs, feet: Floats, x: Floats, T_world_torso
 
 @both_ways
 def _agree(body: Body, gap: float, shared: int, first: Floats, second: Floats, x: Floats) -> bool:
-    """One step of Newton's method on what the two hips differ by.
+    """Take one step of Newton's method on the difference of the two hips.
 
-    With the foot at rest, a twist ξ of the torso asks the second leg for S₂ q̇ = −ξ, so for −y·ξ of the hip, where
-    S₂ᵀ y = (1, 0, …, 0); and ξ = −S₁ q̇₁. Straight knees make S₂ singular but leave y·ξ as it is, hence the damping.
+    With a fixed foot, a twist ξ of the torso needs S₂ q̇ = −ξ of the second leg, so −y·ξ of its hip, where
+    S₂ᵀ y = (1, 0, …, 0); and ξ = −S₁ q̇₁. Straight knees make S₂ singular without changing y·ξ, hence the damping.
     """
     gram, y = np.zeros((6, 6)), np.empty(6)
     for i in range(6):
@@ -374,12 +368,12 @@ def _agree(body: Body, gap: float, shared: int, first: Floats, second: Floats, x
         slope[k] = -1.0 if v == shared else 0.0
         for i in range(6):
             slope[k] += y[i] * first[i, v]
-    return _moved(body, -gap, slope, x)
+    return _change_leg(body, -gap, slope, x)
 
 
 @both_ways
 def _nearer(body: Body, T_torso_foot: Floats, missing: float, hip: Floats, first: Floats, x: Floats) -> bool:
-    """Move the torso so that the second hip comes nearer to its ankle by what is missing."""
+    """Move the torso so that the second hip gets nearer to its ankle by the missing distance."""
     T_foot_ankle, T_torso_ankle = np.empty((4, 4)), np.empty((4, 4))
     inverted(body.ankle_to_sole[1], T_foot_ankle)
     multiplied(T_torso_foot, T_foot_ankle, T_torso_ankle)
@@ -392,12 +386,12 @@ def _nearer(body: Body, T_torso_foot: Floats, missing: float, hip: Floats, first
         v1 = first[1, v] + first[5, v] * hip[0] - first[3, v] * hip[2]
         v2 = first[2, v] + first[3, v] * hip[1] - first[4, v] * hip[0]
         slope[k] = -(towards[0] * v0 + towards[1] * v1 + towards[2] * v2) / far
-    return _moved(body, missing + 1e-9, slope, x)
+    return _change_leg(body, missing + 1e-9, slope, x)
 
 
 @both_ways
-def _moved(body: Body, wanted: float, slope: Floats, x: Floats) -> bool:
-    """The least change of the first leg's joints by which a number with this slope changes as wanted."""
+def _change_leg(body: Body, wanted: float, slope: Floats, x: Floats) -> bool:
+    """Change the first leg's joints by the least that changes a number of this slope as wanted."""
     squares = 0.0
     for k in range(JOINTS):
         squares += slope[k] * slope[k]
@@ -407,8 +401,8 @@ def _moved(body: Body, wanted: float, slope: Floats, x: Floats) -> bool:
     largest = 0.0
     for k in range(JOINTS):
         largest = max(largest, abs(factor * slope[k]))
-    if largest > _LONGEST:
-        factor *= _LONGEST / largest
+    if largest > _MAX_CHANGE:
+        factor *= _MAX_CHANGE / largest
     for k in range(JOINTS):
         x[body.variable[body.legs[0, k]]] += factor * slope[k]
     return True

@@ -1,4 +1,4 @@
-"""What a whole-body pose is asked for, looked at once at the door and laid out for the search."""
+"""The robot and the targets of a whole-body pose, checked and laid out for the search."""
 
 from __future__ import annotations
 
@@ -24,20 +24,19 @@ from nao_kin.ik.targets import rigid_poses
 from nao_kin.robot import ModelNumbers, RobotModel, SupportPolygon, check_robot, sole_corners
 from nao_kin.robot.semantics import Mimic
 
-# --- A robot read into the arrays of `body`, and kept until somebody changes the numbers of its model.
-
+# --- The robot in the arrays of `body`, cached until the numbers of its model change.
 
 _FEET = [f"{side}Leg" for side in SIDES]
 
 
 class BodyTables:
-    """A robot as a `Body`, with what leads from its joints and frames there.
+    """A robot as a `Body`.
 
     Attributes:
         body: the arrays.
-        order: place in q of each variable, shape (n,).
-        turns: which variables may go round by whole turns, and everything is where it was, shape (n,).
-        torso_in_root: T_root_torso, the torso's frame in the link that carries all, shape (4, 4).
+        order: index in q of each variable, shape (n,).
+        turns: which variables may change by whole turns without moving anything, shape (n,).
+        torso_in_root: T_root_torso, shape (4, 4).
     """
 
     def __init__(self, robot: RobotModel, legs: tuple[tuple[str, ...], tuple[str, ...]], enforce: bool) -> None:
@@ -77,49 +76,31 @@ class BodyTables:
         if enforce:
             bends = [(variable[table.of], variable[table.joint], extended(table)) for table in tables]
             limits = region_of(robot.lower[joints], robot.upper[joints], winding, bends)
-        self.body = Body(
-            parent,
-            placements[:, :3, :3].copy(),
-            placements[:, :3, 3].copy(),
-            axes,
-            which,
-            multiplier,
-            offset,
-            mass,
-            levers,
-            np.array([[int(model.getJointId(joint)) - self._trunk for joint in leg] for leg in legs]),
-            np.array([self.frame(robot, foot)[1] for foot in _FEET]),
-            moving,
-            limits,
-        )
+        R, p = placements[:, :3, :3].copy(), placements[:, :3, 3].copy()
+        leg_rows = np.array([[int(model.getJointId(joint)) - self._trunk for joint in leg] for leg in legs])
+        soles = np.array([self.frame(robot, foot)[1] for foot in _FEET])
+        self.body = Body(parent, R, p, axes, which, multiplier, offset, mass, levers, leg_rows, soles, moving, limits)
 
     def frame(self, robot: RobotModel, name: str) -> tuple[int, Floats]:
-        """The row that carries a frame of the robot, and T of the frame in it.
-
-        Raises:
-            UnknownName: no such frame.
-        """
+        """Return the row that carries a frame of the robot, and T_row_frame."""
         frame = robot.model.frames[robot.frame_ids([name])[0]]
         row, T = max(0, int(frame.parentJoint) - self._trunk), np.array(frame.placement.homogeneous)
         return row, (np.linalg.inv(self.torso_in_root) @ T if row == 0 else T)
 
     def unwound(self, x: Floats, near: Floats | float) -> Floats:
-        """Variables without whole turns: those that may go round within π of `near`, shape (..., n)."""
+        """Return variables (..., n) without whole turns: within π of `near` if they may turn."""
         turns = np.round((x - near) / (2.0 * math.pi))
         return np.asarray(np.where(self.turns & (turns != 0.0), x - 2.0 * math.pi * turns, x))
 
 
 class PreparedRobot:
-    """All that whole-body poses need to know of a robot.
+    """The data of a robot for whole-body poses.
 
     Attributes:
-        tables: as arrays, with and without limits.
+        tables: whether limits are enforced → arrays.
         legs: the closed forms.
-        corners: of the soles, by side, shape (k, 3) [m].
+        corners: side → corners of the sole, shape (k, 3) [m].
         rest: the configuration with all joints at zero, or at the limit nearest to it, shape (nq,).
-
-    Raises:
-        BadArgument: the robot has no legs of a NAO, or its soles have no outline.
     """
 
     def __init__(self, robot: RobotModel) -> None:
@@ -134,47 +115,42 @@ class PreparedRobot:
         self._feet_at_rest = np.asarray(robot.fk(self.rest, _FEET))
 
     def feet(self, robot: RobotModel, q: Floats | None) -> dict[str, Floats]:
-        """T_world_foot of both feet, each of shape (..., 4, 4), in configurations; None for those at rest."""
+        """Return T_world_foot of both feet, shape (..., 4, 4), in configurations; None for the rest configuration."""
         T = self._feet_at_rest if q is None else np.asarray(robot.fk(q, _FEET))
         return {side: T[..., k, :, :] for k, side in enumerate(SIDES)}
 
 
-_KEPT: weakref.WeakKeyDictionary[RobotModel, PreparedRobot] = weakref.WeakKeyDictionary()
+_CACHE: weakref.WeakKeyDictionary[RobotModel, PreparedRobot] = weakref.WeakKeyDictionary()
 _LOCK = threading.Lock()
 
 
 def prepared(robot: RobotModel) -> PreparedRobot:
-    """A robot, made ready; made anew when somebody has written into `robot.model`.
-
-    Raises:
-        BadArgument: no robot model, or one without the legs of a NAO.
-    """
+    """Return the cached data of a robot, made again if `robot.model` has changed."""
     check_robot(robot)
     with _LOCK:
-        kept = _KEPT.get(robot)
-        if kept is None or kept.numbers.changed():
-            kept = _KEPT[robot] = PreparedRobot(robot)
-    return kept
+        found = _CACHE.get(robot)
+        if found is None or found.numbers.changed():
+            found = _CACHE[robot] = PreparedRobot(robot)
+    return found
 
 
-# --- What a whole-body pose is asked for, looked at once at the door and laid out for the search.
+# --- The targets of a whole-body pose, checked and laid out for the search.
 
 SUPPORT = "support"
 _OWN_NAMES = ("com", "gaze", "torso")
-# Beside a target that weighs more, rounding leaves nothing of the others.
+# With a larger weight of one target, the others are lost in rounding.
 _LARGEST_WEIGHT = 1e12
 
 
 @dataclass(frozen=True, eq=False)
 class Target:
-    """One of the things that are asked for.
+    """One target of a whole-body pose.
 
     Attributes:
-        name: what it is called in weights and residuals.
+        name: its key in weights and residuals.
         kind: PLACE, POSE, GAZE or COM.
-        row: the row of the body that carries the frame.
-        T_row_frame: of the frame in it, shape (4, 4).
-        values: T_world_target, or the place in its last column, shape (..., 4, 4).
+        row: the row of the body that carries the frame, at T_row_frame (4, 4).
+        values: T_world_target, or the position in its last column, shape (..., 4, 4).
         weights: of metres and of radians.
     """
 
@@ -187,21 +163,14 @@ class Target:
 
 
 def standing_feet(feet: Mapping[str, ArrayLike]) -> dict[str, Floats]:
-    """The feet that stand with T_world_foot, shape (..., 4, 4).
-
-    Raises:
-        BadArgument: no mapping, or no foot.
-        NotARotation, BadArgument: a pose that is not rigid.
-        UnknownName: a foot that is neither "L" nor "R".
-        WrongShape, NotFinite: no poses.
-    """
+    """Return the checked T_world_foot (..., 4, 4) of the standing feet."""
     if not isinstance(feet, Mapping):
         raise BadArgument(f"feet must be a mapping of L and R to poses, or None for both, got {type(feet).__name__}")
     for side in feet:
         if side not in SIDES:
             raise UnknownName("foot", side, SIDES)
     if not feet:
-        raise BadArgument("feet names no foot: a robot in the air has nothing to stand on; nk.ik.numeric moves limbs")
+        raise BadArgument("feet names no foot to stand on; nk.ik.numeric moves limbs of a robot that does not stand")
     return {side: rigid_poses(feet[side], f"feet[{quoted(side)}]") for side in SIDES if side in feet}
 
 
@@ -215,40 +184,33 @@ def all_targets(
     torso: ArrayLike | None,
     weights: Mapping[str, float | tuple[float, float]],
 ) -> list[Target]:
-    """Everything that is asked for, except the support polygon.
-
-    Raises:
-        BadArgument: targets that contradict what stands or each other, or are no poses or places.
-        NotARotation: a pose that is none.
-        UnknownName: a frame, camera or weight that is not there.
-        WrongShape, NotFinite: other shapes, NaN or infinity.
-    """
+    """Return all targets, checked, without the support polygon."""
     if not isinstance(targets, Mapping):
         raise BadArgument(f"targets must be a mapping of frames to poses or places, got {type(targets).__name__}")
-    asked: list[tuple[str, str, ArrayLike, int]] = []
+    requested: list[tuple[str, str, ArrayLike, int]] = []
     for name, value in targets.items():
         if not isinstance(name, str) or name not in robot.frame_table:
             raise UnknownName("target", name, (*robot.semantics.end_effectors, *robot.frame_names))
-        asked.append((name, name, value, POSE))
+        requested.append((name, name, value, POSE))
     if torso is not None:
-        # The torso's body carries other frames as well, and who places these places it.
+        # A target for another frame on the torso's body would also place the torso.
         for name in targets:
             if tables.frame(robot, name)[0] == 0:
-                raise BadArgument(f"the torso is asked for twice: as torso and as the target {quoted(name)}")
-        asked.append(("torso", torso_frame(robot), torso, POSE))
+                raise BadArgument(f"the torso is given twice: as torso and as the target {quoted(name)}")
+        requested.append(("torso", torso_frame(robot), torso, POSE))
     if gaze is not None:
         with_camera = isinstance(gaze, tuple) and len(gaze) == 2 and isinstance(gaze[1], str)
         point, camera = cast("tuple[ArrayLike, str]", gaze) if with_camera else (cast("ArrayLike", gaze), "CameraTop")
         if camera not in robot.frame_table:
             raise UnknownName("camera", camera, robot.semantics.cameras)
-        asked.append(("gaze", camera, point, GAZE))
+        requested.append(("gaze", camera, point, GAZE))
     if com is not None and not isinstance(com, str):
-        asked.append(("com", torso_frame(robot), com, COM))
+        requested.append(("com", torso_frame(robot), com, COM))
     elif isinstance(com, str) and com != SUPPORT:
-        raise UnknownName("com", com, (SUPPORT,), "or a place (x, y)")
+        raise UnknownName("com", com, (SUPPORT,), "or a position (x, y)")
     ankles = {int(tables.body.legs[SIDES.index(side), -1]): side for side in standing}
     found = []
-    for name, frame, value, kind in asked:
+    for name, frame, value, kind in requested:
         row, T_row_frame = tables.frame(robot, frame)
         if row in ankles and kind != GAZE:
             raise BadArgument(
@@ -267,35 +229,24 @@ def all_targets(
 
 
 def checked_weights(weights: Mapping[str, object] | None) -> Mapping[str, float | tuple[float, float]]:
-    """Weights by name, each a factor or a pair.
-
-    Raises:
-        BadArgument: not so, negative, or above 1e12.
-    """
+    """Return checked weights by name, each a factor or a pair."""
     found: dict[str, float | tuple[float, float]] = {}
     if weights is not None and not isinstance(weights, Mapping):
         raise BadArgument(f"weights must be a mapping of targets to numbers, got {type(weights).__name__}")
     for name, given in (weights or {}).items():
-        values = as_floats(given, (), f"weights[{quoted(str(name))}]")  # type: ignore[arg-type]
+        what = f"weights[{quoted(str(name))}]"
+        values = as_floats(given, (), what)  # type: ignore[arg-type]
         if values.shape not in ((), (2,)) or (values < 0.0).any():
-            raise BadArgument(
-                f"weights[{quoted(str(name))}] must be a factor, or two weights for metres and radians, none below 0, "
-                f"got {values.tolist()}"
-            )
+            form = "a factor, or two weights for metres and radians, none below 0"
+            raise BadArgument(f"{what} must be {form}, got {values.tolist()}")
         if (values > _LARGEST_WEIGHT).any():
-            raise BadArgument(
-                f"weights[{quoted(str(name))}] must not exceed {_LARGEST_WEIGHT:.0e}, got {values.max():.3g}"
-            )
+            raise BadArgument(f"{what} must not exceed {_LARGEST_WEIGHT:.0e}, got {values.max():.3g}")
         found[str(name)] = float(values) if values.ndim == 0 else (float(values[0]), float(values[1]))
     return found
 
 
 def factor(name: str, weights: Mapping[str, float | tuple[float, float]]) -> float:
-    """The weight of what has but one: a factor.
-
-    Raises:
-        BadArgument: two are given.
-    """
+    """Return the weight of a name that takes one factor."""
     given = weights.get(name, 1.0)
     if isinstance(given, tuple):
         raise BadArgument(f"weights[{quoted(name)}] must be one factor, got {list(given)}")
@@ -308,37 +259,31 @@ def _weights(name: str, weights: Mapping[str, float | tuple[float, float]]) -> t
 
 
 def _values(what: str, value: ArrayLike, kind: int) -> tuple[int, Floats]:
-    """The kind of a target, a pose or a place, and its numbers, shape (..., 4, 4)."""
+    """Return the kind of a target, with PLACE for a POSE given as position, and its numbers (..., 4, 4)."""
     if kind == POSE:
         shape = as_numbers(value, what).shape
         if shape[-2:] == (4, 4):
             return POSE, rigid_poses(value, what)
         if shape[-1:] != (3,):
-            raise WrongShape(what, "(..., 4, 4) for poses or (..., 3) for places", shape)
+            raise WrongShape(what, "(..., 4, 4) for poses or (..., 3) for positions", shape)
         kind = PLACE
     size = 2 if kind == COM else 3
-    places = as_vectors(value, what, size)
-    values = np.zeros((*places.shape[:-1], 4, 4))
-    values[...] = np.eye(4)
-    values[..., :size, 3] = places
+    positions = as_vectors(value, what, size)
+    values = np.tile(np.eye(4), (*positions.shape[:-1], 1, 1))
+    values[..., :size, 3] = positions
     return kind, values
 
 
-# --- What certainly cannot be met: farther away than a robot whose joints all bend as they like, stretched.
+# --- Targets that are certainly out of reach.
 #
-# A search that finds nothing proves nothing. By the triangle inequality no pose takes two points of the robot farther
-# apart than the sum of the lengths between them, and no place is deeper inside a polygon than half its least width.
+# A failed search does not prove this. But by the triangle inequality no two points of the robot are farther apart than
+# the sum of the lengths between them, and no point is deeper inside a polygon than half its least width.
 
 
 def target_beyond(body: Body, target: Target, standing: tuple[str, ...], feet: Floats, places: Floats) -> Floats:
-    """How much farther than the stretched robot a target is from the feet that stand, at least, shape (n,) [m].
+    """Return lower bounds on how far a target is out of reach of the standing feet, shape (n,) [m]; 0 for a gaze.
 
-    Args:
-        body: the robot.
-        target: what is asked for. A gaze is nowhere, and has zeros.
-        standing: the feet that stand.
-        feet: their poses, shape (n, 2, 4, 4).
-        places: of the target, shape (n, 3); of a centre of mass two numbers count.
+    `feet` (n, 2, 4, 4) are poses of the feet, `places` (n, 3) positions of the target.
     """
     beyond = np.zeros(len(places))
     if target.kind == GAZE or not target.weights[0] > 0.0:
@@ -346,28 +291,28 @@ def target_beyond(body: Body, target: Target, standing: tuple[str, ...], feet: F
     axes = 2 if target.kind == COM else 3
     for side in standing:
         k = SIDES.index(side)
-        away = np.linalg.norm((places - feet[:, k, :3, 3])[:, :axes], axis=-1)
-        most = _com_reach(body, k) if target.kind == COM else _reach(body, k, target.row, target.T_row_frame[:3, 3])
-        beyond = np.maximum(beyond, away - most)
+        distance = np.linalg.norm((places - feet[:, k, :3, 3])[:, :axes], axis=-1)
+        reach = _com_reach(body, k) if target.kind == COM else _reach(body, k, target.row, target.T_row_frame[:3, 3])
+        beyond = np.maximum(beyond, distance - reach)
     return beyond
 
 
 def feet_beyond(body: Body, feet: Floats) -> Floats:
-    """How much farther than two stretched legs the feet are apart, at least, shape (n,) for (n, 2, 4, 4) [m]."""
-    most = _reach(body, 0, int(body.legs[1, -1]), body.ankle_to_sole[1, :3, 3])
-    apart = np.linalg.norm(feet[:, 1, :3, 3] - feet[:, 0, :3, 3], axis=-1)
-    return np.asarray(np.maximum(0.0, apart - most))
+    """Return lower bounds on how much too far apart the feet (n, 2, 4, 4) are for stretched legs, shape (n,) [m]."""
+    reach = _reach(body, 0, int(body.legs[1, -1]), body.ankle_to_sole[1, :3, 3])
+    distance = np.linalg.norm(feet[:, 1, :3, 3] - feet[:, 0, :3, 3], axis=-1)
+    return np.asarray(np.maximum(0.0, distance - reach))
 
 
 def margin_beyond(polygon: SupportPolygon, margin: float) -> float:
-    """How much more a margin is than the half of the polygon's least width [m]."""
+    """Return the excess of a margin over half of the polygon's least width [m]."""
     planes = polygon.half_planes
     widths = (planes[:, :2] @ polygon.vertices.T - planes[:, 2:]).max(axis=1)
     return max(0.0, margin - 0.5 * float(widths.min()))
 
 
 def _reach(body: Body, side: int, row: int, place: Floats) -> float:
-    """No pose takes a place on a body farther from the sole of a foot [m]."""
+    """Return an upper bound on the distance of a point on a body from the sole of a foot [m]."""
     hip, *leg = body.legs[side]
     length = float(np.linalg.norm(body.ankle_to_sole[side, :3, 3]))
     length += sum(float(np.linalg.norm(body.place[joint])) for joint in leg)
@@ -378,6 +323,6 @@ def _reach(body: Body, side: int, row: int, place: Floats) -> float:
 
 
 def _com_reach(body: Body, side: int) -> float:
-    """No pose takes the centre of mass farther from the sole of a foot [m]."""
+    """Return an upper bound on the distance of the centre of mass from the sole of a foot [m]."""
     lengths = [_reach(body, side, row, body.lever[row]) for row in range(len(body.mass))]
     return float(np.dot(lengths, body.mass) / body.mass.sum())

@@ -1,11 +1,11 @@
-"""Damped least squares for a pose of one frame or of several, scalar code for one start after the other.
+"""Damped least squares for the pose of one frame or of several, as scalar code.
 
-With the target (R_t, p_t) and the pose (R, p) of each frame, ½‖e‖² is made small for e = w · (R_tᵀ (p_t − p);
-log(Rᵀ R_t)), whose derivative is exact: ∂e/∂q = −w · (R_tᵀ J_v; J_l⁻¹(log(Rᵀ R_t)) Rᵀ J_ω).
+With the target (R_t, p_t) and the pose (R, p) of each frame, it minimises ½‖e‖² with e = w · (R_tᵀ (p_t − p);
+log(Rᵀ R_t)) and its exact derivative ∂e/∂q = −w · (R_tᵀ J_v; J_l⁻¹(log(Rᵀ R_t)) Rᵀ J_ω).
 
-A step solves (JᵀJ + λ 1) δ = −Jᵀe for the directions that the limits leave open, with λ in proportion to ‖e‖²
-(quadratic convergence also where J is singular), is shortened to 1 rad, and projected onto the limits. λ follows the
-ratio of the decrease found to the one the linear model promised.
+A step solves (JᵀJ + λ 1) δ = −Jᵀe in the directions that the limits leave open, with λ in proportion to ‖e‖²
+(quadratic convergence also for singular J), is shortened to 1 rad, and projected onto the limits. λ follows the ratio
+of the actual decrease to the one promised by the linear model.
 
 Source: Sugihara, Solvability-unconcerned inverse kinematics by the Levenberg–Marquardt method, IEEE T-RO 2011; Nielsen,
 Damping parameter in Marquardt's method, IMM-REP-1999-05; Barfoot, State Estimation for Robotics, 7.1.5 (J_l⁻¹).
@@ -27,36 +27,30 @@ from nao_kin._core.text import quoted
 from nao_kin._kernels.cache import both_ways
 from nao_kin._kernels.chains import SMALL_ANGLE, Chain, chain_of, chain_types, rotation_vector, to_frame
 from nao_kin.errors import BadArgument
-from nao_kin.ik.compiling import Row, copied, in_lists, kept, run_rows
+from nao_kin.ik.compiling import Row, cached_kernel, copied, in_lists, run_rows
 from nao_kin.ik.limit_regions import TABLE, LimitRegion, Region, open_directions, project, region_type
 from nao_kin.robot import Expression, RobotModel, serial_chain
 from nao_kin.rotations import matrix_from_quat, quat_from_xyzw
 
-# Damping is this share of the squared error at first; it grows where a step fails, and shrinks where one succeeds.
+# Initial damping as a share of the squared error; it grows after a rejected step, and shrinks after an accepted one.
 FIRST_DAMPING = 0.1
-LEAST_DAMPING, MOST_DAMPING = 1e-6, 1e12
-# A step that lessens the error by less than this share of what its linear model promised has failed.
-LEAST_GAIN = 1e-3
-# No joint moves by more in one step [rad or m]: beyond, the linear model says nothing.
-LONGEST_STEP = 1.0
-# A slope of this share of the steepest there could be is flat.
+MIN_DAMPING, MAX_DAMPING = 1e-6, 1e12
+# A step is rejected if it decreases the error by a smaller share of the decrease promised by the linear model.
+MIN_GAIN = 1e-3
+# Largest change of a joint in one step [rad or m]: the linear model does not hold beyond.
+MAX_STEP = 1.0
+# A slope is flat if it is a smaller share of the steepest possible one.
 FLAT = 1e-7
-# A floor against rounding keeps the linear system regular where damping vanishes with the error.
+# A floor against rounding keeps the linear system regular when damping vanishes with the error.
 _FLOOR, _TINY = 1e-15, 1e-300
 
-# Places in what is reported of a start: half the squared error, whether the target is met, whether nothing lessens the
-# error any more, and the errors in position and angle of what was asked for.
+# Places in the report of a start: half the squared error, whether the target is met, whether no direction decreases the
+# error any more, and the errors of position and angle in the components with a weight.
 COST, MET, SETTLED, POSITION, ANGLE = range(5)
 
 
 class Goal(NamedTuple):
-    """What counts as met.
-
-    Attributes:
-        weights: of the six errors of each frame; 0 for what does not matter.
-        tolerance: of position and angle [m, rad].
-        steps: the most.
-    """
+    """Weights of the six errors of each frame, tolerance of position and angle [m, rad], and maximum of steps."""
 
     weights: Row
     tolerance: float
@@ -64,7 +58,7 @@ class Goal(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Room for what a step computes."""
+    """Working memory of a step."""
 
     T: Row
     axes: Row
@@ -86,8 +80,8 @@ class Scratch(NamedTuple):
 
 
 @both_ways
-def room_for(frames: int, joints: int, moving: int, tables: int) -> tuple[int, ...]:
-    """How many numbers each part of a `Scratch` takes."""
+def scratch_sizes(frames: int, joints: int, moving: int, tables: int) -> tuple[int, ...]:
+    """Return the lengths of the parts of a `Scratch`."""
     rows = 6 * frames
     size = min(rows, moving)
     return (
@@ -100,7 +94,7 @@ def room_for(frames: int, joints: int, moving: int, tables: int) -> tuple[int, .
 def descend(
     chain: Chain, region: Region, goal: Goal, scratch: Scratch, target: Row, still: Row, values: Row, report: Row
 ) -> None:
-    """Search from `values`, which are inside the limits, and leave there where it ended."""
+    """Search from `values`, which are inside the limits; write the end into `values` and `report`."""
     m, rows = len(region.lower), len(scratch.e)
     cost = errors_at(chain, goal, target, values, scratch, scratch.e, scratch.J)
     damping, growth, settled = FIRST_DAMPING, 2.0, False
@@ -118,11 +112,11 @@ def descend(
         longest = 0.0
         for j in range(m):
             longest = max(longest, abs(scratch.step[j]))
-        shorter = max(1.0, longest / LONGEST_STEP)
+        shorter = max(1.0, longest / MAX_STEP)
         for j in range(m):
             scratch.ahead[j] = values[j] + scratch.step[j] / shorter
         project(region, scratch.ahead, still, scratch.inside)
-        # Where projection has changed the step, the model is asked about what is left of it.
+        # If the projection has changed the step, the model predicts the decrease of the changed step.
         promised, squares = 0.0, 0.0
         for i in range(rows):
             change = 0.0
@@ -130,7 +124,7 @@ def descend(
                 change += scratch.J[i * m + j] * (scratch.inside[j] - values[j])
                 squares += scratch.J[i * m + j] * scratch.J[i * m + j]
             promised -= scratch.e[i] * change + 0.5 * change * change
-        # What the open directions could gain is rounding: this is a minimum inside the limits.
+        # If the open directions gain no more than rounding, this is a minimum inside the limits.
         slopes = 0.0
         for j in range(m):
             slope = 0.0
@@ -140,7 +134,7 @@ def descend(
         settled = slopes <= FLAT * FLAT * squares * 2.0 * cost
         cost_ahead = errors_at(chain, goal, target, scratch.inside, scratch, scratch.e_ahead, scratch.J_ahead)
         gain = (cost - cost_ahead) / promised if promised > 0.0 else 0.0
-        if cost_ahead < cost and gain > LEAST_GAIN:
+        if cost_ahead < cost and gain > MIN_GAIN:
             steeper = 2.0 * min(max(gain, 0.0), 2.0) - 1.0
             damping *= max(1.0 / 3.0, 1.0 - steeper * steeper * steeper)
             growth = 2.0
@@ -157,22 +151,22 @@ def descend(
         else:
             damping *= growth
             growth *= 2.0
-        damping = min(max(damping, LEAST_DAMPING), MOST_DAMPING)
-        settled = settled or damping >= MOST_DAMPING
+        damping = min(max(damping, MIN_DAMPING), MAX_DAMPING)
+        settled = settled or damping >= MAX_DAMPING
     report[COST], report[MET], report[SETTLED] = cost, 1.0 if met else 0.0, 1.0 if settled else 0.0
-    report[POSITION], report[ANGLE] = errors_asked(goal, scratch.e)
+    report[POSITION], report[ANGLE] = unweighted_errors(goal, scratch.e)
 
 
 @both_ways
 def is_met(goal: Goal, e: Row) -> bool:
-    """Whether weighted errors are small enough."""
-    position, angle = errors_asked(goal, e)
+    """Return whether weighted errors are within the tolerance."""
+    position, angle = unweighted_errors(goal, e)
     return position <= goal.tolerance and angle <= goal.tolerance
 
 
 @both_ways
-def errors_asked(goal: Goal, e: Row) -> tuple[float, float]:
-    """Errors in position and angle of what has a weight [m, rad], from weighted ones."""
+def unweighted_errors(goal: Goal, e: Row) -> tuple[float, float]:
+    """Return errors of position and angle in the components with a weight [m, rad], from weighted ones."""
     position, angle = 0.0, 0.0
     for first in range(0, len(e), 6):
         for i in range(3):
@@ -185,7 +179,7 @@ def errors_asked(goal: Goal, e: Row) -> tuple[float, float]:
 
 @both_ways
 def errors_at(chain: Chain, goal: Goal, target: Row, values: Row, scratch: Scratch, e: Row, J: Row) -> float:
-    """Weighted errors (6 for each frame) and their derivative (.., m) at joint values; half their square."""
+    """Write weighted errors (6 per frame) and their derivatives (.., m) at joint values; return half their square."""
     first, m, cost = 0, len(values), 0.0
     for frame in range(len(chain.joints)):
         last = first + chain.joints[frame]
@@ -194,7 +188,7 @@ def errors_at(chain: Chain, goal: Goal, target: Row, values: Row, scratch: Scrat
         dx, dy, dz = target[at + 3] - T[3], target[at + 7] - T[7], target[at + 11] - T[11]
         for i in range(at, at + 3):
             e[row + i - at] = goal.weights[i - at] * (target[i] * dx + target[4 + i] * dy + target[8 + i] * dz)
-        turn_left(T, target, at, scratch.turn)
+        rotation_error(T, target, at, scratch.turn)
         for i in range(3):
             e[row + 3 + i] = goal.weights[3 + i] * scratch.turn[i]
         for i in range(row, row + 6):
@@ -208,13 +202,13 @@ def errors_at(chain: Chain, goal: Goal, target: Row, values: Row, scratch: Scrat
 def derivative(
     chain: Chain, goal: Goal, target: Row, scratch: Scratch, J: Row, m: int, frame: int, first: int, last: int
 ) -> None:
-    """∂e/∂q of a frame whose pose is in the scratch."""
-    T, turn, w = scratch.T, scratch.turn, goal.weights
+    """Write ∂e/∂q of a frame whose pose is in the scratch into J."""
+    T, turn, w, origins = scratch.T, scratch.turn, goal.weights, scratch.origins
     at, row = 16 * frame, 6 * frame * m
     u, v, z = turn[0], turn[1], turn[2]
     square = u * u + v * v + z * z
     angle = math.sqrt(square)
-    # `inverse_jacobian_factor`, written out: a call makes the whole search slower by a twentieth.
+    # `inverse_jacobian_factor`, written out: a call slows down the whole search by 5 %.
     c = 1.0 / 12.0 + square / 720.0
     if angle > SMALL_ANGLE:
         c = (1.0 - 0.5 * angle * math.cos(0.5 * angle) / math.sin(0.5 * angle)) / square
@@ -230,13 +224,9 @@ def derivative(
         if chain.slides[k] != 0.0:
             vx, vy, vz = ax, ay, az
         else:
-            rx, ry, rz = (
-                T[3] - scratch.origins[3 * k],
-                T[7] - scratch.origins[3 * k + 1],
-                T[11] - scratch.origins[3 * k + 2],
-            )
+            rx, ry, rz = T[3] - origins[3 * k], T[7] - origins[3 * k + 1], T[11] - origins[3 * k + 2]
             vx, vy, vz = ay * rz - az * ry, az * rx - ax * rz, ax * ry - ay * rx
-            # The axis as the frame sees it, Rᵀ a, and what the logarithm makes of it.
+            # The axis in the frame, Rᵀ a, and J_l⁻¹ times it.
             bx = T[0] * ax + T[4] * ay + T[8] * az
             by = T[1] * ax + T[5] * ay + T[9] * az
             bz = T[2] * ax + T[6] * ay + T[10] * az
@@ -250,8 +240,8 @@ def derivative(
 
 
 @both_ways
-def turn_left(T: Row, target: Row, at: int, turn: Row) -> None:
-    """log(Rᵀ R_t) of 3×4 transforms, the target's from `at` on."""
+def rotation_error(T: Row, target: Row, at: int, turn: Row) -> None:
+    """Write log(Rᵀ R_t) of 3×4 transforms, the target's from index `at` on, into `turn`."""
     r00, r01, r02, r10, r11, r12 = T[0], T[1], T[2], T[4], T[5], T[6]
     r20, r21, r22 = T[8], T[9], T[10]
     a0, a1, a2 = target[at], target[at + 1], target[at + 2]
@@ -266,7 +256,7 @@ def turn_left(T: Row, target: Row, at: int, turn: Row) -> None:
 
 @both_ways
 def restrict(region: Region, values: Row, still: Row, scratch: Scratch) -> None:
-    """The derivative along the directions that the limits leave open, into `J_open`."""
+    """Write the derivative along the directions that the limits leave open into `J_open`."""
     m, rows = len(region.lower), len(scratch.e)
     for i in range(rows * m):
         scratch.J_open[i] = scratch.J[i]
@@ -287,7 +277,7 @@ def restrict(region: Region, values: Row, still: Row, scratch: Scratch) -> None:
 
 @both_ways
 def damped_step(m: int, damping: float, scratch: Scratch) -> None:
-    """−(JᵀJ + λ 1)⁻¹ Jᵀe = −Jᵀ (J Jᵀ + λ 1)⁻¹ e for the open directions, by whichever system is smaller."""
+    """Write −(JᵀJ + λ 1)⁻¹ Jᵀe = −Jᵀ (J Jᵀ + λ 1)⁻¹ e for the open directions, by the smaller of both systems."""
     J, N, y = scratch.J_open, scratch.normal, scratch.right
     rows = len(scratch.e)
     size = min(rows, m)
@@ -337,34 +327,27 @@ def damped_step(m: int, damping: float, scratch: Scratch) -> None:
             scratch.step[j] = -total
 
 
-# --- What moves a frame, and searches from many starts: run as Python on one, compiled on many.
+# --- The joints that move a frame, and searches from many starts: as Python for one, compiled for many.
 
-# Below this many starts another thread is not worth its own start.
+# A thread is worth its start only for this many starts.
 _PER_THREAD = 64
 
 
 class FrameMotion:
-    """What moves a frame, or several: some joints of a robot. All other joints and a floating base stay where they are.
+    """The m joints of a robot that move one or several frames; all others and a floating base stay fixed.
 
     Attributes:
         frame: the first frame.
-        joints: places of the joints that move it in `RobotModel.joint_names`, from the base outwards, shape (m,).
-        names: their names.
-        columns: their places in q, shape (m,).
-        velocity_columns: their places in velocities, shape (m,).
+        joints: their indices in `RobotModel.joint_names`, from the base outwards, shape (m,), and their `names`.
+        columns, velocity_columns: their indices in q and in velocities, shape (m,).
         chain: the joints from the base to each frame, for scalar code.
-        length: of the way from the first joint to the frame, drawn out to a straight line [m].
-        limited: the limits of the joints.
-        free: what there is to obey without limits.
+        length: of the stretched chain from the first joint to the frame [m].
+        limited, free: regions of joint values with and without limits.
         start: all joints at zero, or at the limit nearest to it, shape (nq,).
-
-    Raises:
-        UnknownName: no such frame.
-        BadArgument: no joint moves the frame.
     """
 
     def __init__(self, robot: RobotModel, *frames: str) -> None:
-        # What is kept of a robot must not keep the robot.
+        # A weak reference, because this object is cached per robot.
         self._robot, self.frame = weakref.ref(robot), frames[0]
         chains = [serial_chain(robot, robot.tree.root, frame) for frame in frames]
         self.names = tuple(dict.fromkeys(name for chain in chains for name in chain.coordinates))
@@ -381,25 +364,25 @@ class FrameMotion:
 
     @property
     def robot(self) -> RobotModel:
-        """Whose frame it is."""
-        return cast(RobotModel, self._robot())  # whoever asks has it
+        """The robot, which the caller holds."""
+        return cast(RobotModel, self._robot())
 
     def joint_values(self, q: Floats) -> Floats:
-        """The values of all joints, shape (n, joints); a view."""
+        """Return a view of the values of all joints, shape (n, joints)."""
         return q[:, self._offset :]
 
     def poses(self, q: Floats) -> Floats:
-        """T_root_frame, shape (n, 4, 4)."""
+        """Return T_root_frame, shape (n, 4, 4)."""
         return np.asarray(self.robot.fk(q, self.frame))
 
     def jacobians(self, q: Floats, expressed_in: Expression = "mixed") -> Floats:
-        """Twists of the frame for unit speeds of the joints that move it, shape (n, 6, m)."""
-        if len(q) == 1:  # one configuration is answered in fewer steps
+        """Return the Jacobian of the frame for the joints that move it, shape (n, 6, m)."""
+        if len(q) == 1:  # which takes fewer steps
             return np.asarray(self.robot.jacobian(q[0], self.frame, expressed_in)[None, :, self.velocity_columns])
         return np.asarray(self.robot.jacobian(q, self.frame, expressed_in)[..., self.velocity_columns])
 
     def in_base(self, poses: Floats, q: Floats) -> Floats:
-        """T_base_frame from T_root_frame, shape (n, 4, 4): the same with a fixed base."""
+        """Return T_base_frame from T_root_frame, shape (n, 4, 4); both are equal with a fixed base."""
         if self.robot.base == "fixed":
             return poses
         R = matrix_from_quat(quat_from_xyzw(q[:, 3:7])).swapaxes(-1, -2)
@@ -409,24 +392,21 @@ class FrameMotion:
         return moved
 
     def beyond(self, poses: Floats, q: Floats) -> Floats:
-        """How much farther from the first joint poses (n, 4, 4) are than the chain is long, shape (n,) [m].
-
-        The frame cannot be there whatever the joints do.
-        """
+        """Return the distance of poses (n, 4, 4) from the first joint minus the chain's length, shape (n,) [m]."""
         first_joint = self.chain.links[3:12:4]
         return np.asarray(np.linalg.norm(self.in_base(poses, q)[:, :3, 3] - first_joint, axis=-1) - self.length)
 
 
 @dataclass(frozen=True, eq=False)
 class Minimum:
-    """Where searches have ended, n of them.
+    """Results of n searches.
 
     Attributes:
         q: configurations, shape (n, nq), or the values of the joints that move, shape (n, m).
         cost: half the squared weighted error, shape (n,).
-        residual: errors in position and angle of what was asked for, shape (n, 2) [m, rad].
-        reached: the error was as small as asked, shape (n,).
-        settled: no direction inside the limits lessens the error any more, shape (n,).
+        residual: errors of position and angle in the components with a weight, shape (n, 2) [m, rad].
+        reached: the residual is within the tolerance, shape (n,).
+        settled: no direction inside the limits decreases the error any more, shape (n,).
     """
 
     q: Floats
@@ -436,41 +416,25 @@ class Minimum:
     settled: NDArray[np.bool_]
 
     def take(self, rows: NDArray[np.intp], other: Minimum, part: slice) -> None:
-        """Take over what another search found for these rows, where it is the first to succeed or nearer."""
+        """Replace the results of these rows by those of other searches that are the first to succeed, or nearer."""
         better = ~self.reached[rows] & (other.reached[part] | (other.cost[part] < self.cost[rows]))
         for name, mine in vars(self).items():
             mine[rows[better]] = getattr(other, name)[part][better]
 
 
 def descended(
-    chain: Chain,
-    region: LimitRegion,
-    goal: Goal,
-    targets: Floats,
-    still: Floats,
-    starts: Floats,
-    threads: int | None = None,
+    chain: Chain, region: LimitRegion, goal: Goal, targets: Floats, still: Floats, starts: Floats, threads: int | None
 ) -> Minimum:
-    """Lessen ½‖e‖² from every start, inside the limits, over the m joints of a region.
+    """Minimise ½‖e‖² from starts (n, m) inside the limits of a region; `q` of the result has shape (n, m).
 
-    Args:
-        chain: the way to each of F frames.
-        region: the limits; the starts are inside.
-        goal: weights, tolerance, and the most steps.
-        targets: poses of the frames in the base for each start, shape (n, 16 F).
-        still: as `LimitRegion.still_values` has them, shape (n, t).
-        starts: shape (n, m).
-        threads: how many; None for all cores where that is worthwhile.
-
-    Returns:
-        Where the searches ended; `q` has shape (n, m).
+    `targets` (n, 16 F) are poses of F frames in the base, `still` as from `LimitRegion.still_values`.
     """
-    limits, targets = region.numbers, np.array(targets, order="C")  # its own, for kernels take no read-only arrays
+    limits, targets = region.numbers, np.array(targets, order="C")  # a copy: kernels take no read-only arrays
     found, reports = np.array(starts, order="C"), np.empty((len(starts), ANGLE + 1))
 
     def one_in_lists(part: slice) -> None:
         values, report = found[part.start].tolist(), [0.0] * (ANGLE + 1)
-        sizes = room_for(len(chain.joints), len(chain.place), len(values), len(limits.tables) // TABLE)
+        sizes = scratch_sizes(len(chain.joints), len(chain.place), len(values), len(limits.tables) // TABLE)
         lists = in_lists(chain), in_lists(limits), in_lists(goal), Scratch(*([0.0] * size for size in sizes))
         descend(*lists, targets[part.start].tolist(), still[part.start].tolist(), values, report)
         found[part], reports[part] = values, report
@@ -490,23 +454,16 @@ def _arguments() -> tuple[Any, ...]:
     from numba import types
 
     row, rows = types.float64[::1], types.float64[:, ::1]
-    return (
-        chain_types(),
-        region_type(),
-        types.NamedTuple((row, types.float64, types.int64), Goal),
-        rows,
-        rows,
-        rows,
-        rows,
-    )
+    goal = types.NamedTuple((row, types.float64, types.int64), Goal)
+    return chain_types(), region_type(), goal, rows, rows, rows, rows
 
 
-@kept("damped least squares", _arguments)
+@cached_kernel("damped least squares", _arguments)
 def _descents(
     chain: Chain, region: Region, goal: Goal, targets: Floats, still: Floats, values: Floats, reports: Floats
 ) -> None:
-    sizes = room_for(len(chain.joints), len(chain.place), len(region.lower), len(region.tables) // TABLE)
-    # Made in the kernel, so that the compiler knows that the arrays are apart.
+    sizes = scratch_sizes(len(chain.joints), len(chain.place), len(region.lower), len(region.tables) // TABLE)
+    # Allocated in the kernel, so that the compiler knows that the arrays do not overlap.
     scratch = Scratch(
         np.empty(sizes[0]), np.empty(sizes[1]), np.empty(sizes[2]), np.empty(sizes[3]), np.empty(sizes[4]),
         np.empty(sizes[5]), np.empty(sizes[6]), np.empty(sizes[7]), np.empty(sizes[8]), np.empty(sizes[9]),

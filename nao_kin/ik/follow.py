@@ -1,4 +1,4 @@
-"""`follow`: a path of targets to a joint trajectory, continuous where that is possible, within the speed limits."""
+"""`follow`: from a path of targets to a joint trajectory, continuous if possible, within the speed limits."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import SupportsIndex, get_args
+from typing import Any, SupportsIndex, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats
-from nao_kin.errors import BadArgument, UnknownName
+from nao_kin._core.arrays import Floats, as_floats, choice
+from nao_kin.errors import BadArgument
 from nao_kin.ik.follow_branches import Choice, FollowedLimb, Jump, choose, jumps_of
 from nao_kin.ik.follow_limbs import Path, checked_path, limb_paths
 from nao_kin.ik.geometry import torso_frame
@@ -22,26 +22,18 @@ from nao_kin.ik.targets import Limits, check_threads, inside_limits, is_enforced
 from nao_kin.robot import RobotModel, check_robot
 from nao_kin.rotations import quat_from_matrix, quat_from_xyzw, quat_to_xyzw, slerp
 
-# --- Times at which a path can be followed without any joint exceeding its speed limit.
+# --- Times for which no joint exceeds its speed limit.
 
 
 @dataclass(frozen=True)
 class Stretch:
-    """A segment that takes longer than was asked.
+    """A segment that takes longer than requested.
 
     Attributes:
-        index: it is between this sample and the next one.
+        index: the sample at its start.
         joint: the joint that needs the time.
-        given: the time that was asked for [s].
+        given: the requested time [s].
         needed: the time that it takes [s].
-
-    Examples:
-        >>> nao = nk.load_nao()
-        >>> path = np.linspace([0.15, 0.12, 0.0], [0.15, 0.12, 0.05], 5)
-        >>> result = nk.ik.follow(nao, {"LArm": path}, times=np.linspace(0.0, 0.01, 5))
-        >>> stretch = result.stretched[0]
-        >>> stretch.index, stretch.given < stretch.needed
-        (0, True)
     """
 
     index: int
@@ -50,7 +42,7 @@ class Stretch:
     needed: float
 
     def describe(self) -> str:
-        """The segment in a sentence.
+        """Return the segment in a sentence.
 
         Examples:
             >>> nk.ik.Stretch(0, "LElbowYaw", given=0.1, needed=0.25).describe()
@@ -62,33 +54,21 @@ class Stretch:
 def scaled(
     robot: RobotModel, joints: Floats, times: Floats | None, speed: float
 ) -> tuple[Floats, Floats, tuple[Stretch, ...]]:
-    """The times of samples, stretched where a joint would be too fast; or the least times.
+    """Return times of samples with segments dt = max(given, max_j |Δq_j| / (speed · v_j)), or for None the least times.
 
-    Segment by segment dt = max(given, max_j |Δq_j| / (speed · v_j)).
-
-    Args:
-        robot: whose speed limits v_j.
-        joints: values of all joints, shape (n, joints).
-        times: as asked, shape (n,), increasing; None for the least.
-        speed: the share of the limits that may be used.
-
-    Returns:
-        Times, shape (n,) [s]; the speed of each joint in each segment as a share of its limit, shape (n − 1, joints);
-        and the segments that take longer than was asked.
-
-    Raises:
-        BadArgument: a joint is to move whose speed limit is zero.
+    Also return the speeds of the joints in the segments as shares of their limits v_j, shape (n − 1, joints), and the
+    segments that take longer than requested.
     """
     moved = np.abs(np.diff(joints, axis=0))
     stuck = (moved > 0.0).any(axis=0) & (robot.velocity_limits <= 0.0)
     if stuck.any():
         joint = robot.joint_names[int(np.argmax(stuck))]
-        raise BadArgument(f"{joint} is to move, and its speed limit is 0: no time is long enough")
+        raise BadArgument(f"{joint} has to move, but its speed limit is 0: no time is long enough")
     limits = np.where(moved.any(axis=0), robot.velocity_limits, np.inf)
     least = moved / limits
     needed = least.max(axis=1, initial=0.0) / speed
     given = np.zeros(len(moved)) if times is None else np.diff(times)
-    # Differences of times are rounded: what is too short by no more than that is kept as it is.
+    # Differences of times are rounded: a segment that is too short by no more than that stays as it is.
     short = needed > given * (1.0 + 1e-12) + (0.0 if times is None else 4.0 * np.spacing(np.abs(times).max()))
     taken = np.where(short, needed, given)
     if times is not None and not short.any():
@@ -96,21 +76,15 @@ def scaled(
     else:
         found = np.concatenate([[0.0], np.cumsum(taken)]) + (0.0 if times is None else times[0])
     shares = np.divide(least, taken[:, None], out=np.zeros_like(least), where=taken[:, None] > 0.0)
-    stretched = [] if times is None else np.flatnonzero(short).tolist()
-    names = [robot.joint_names[int(np.argmax(least[i]))] for i in stretched]
-    return (
-        found,
-        shares,
-        tuple(Stretch(i, name, float(given[i]), float(needed[i])) for i, name in zip(stretched, names, strict=True)),
+    stretched = tuple(
+        Stretch(i, robot.joint_names[int(np.argmax(least[i]))], float(given[i]), float(needed[i]))
+        for i in ([] if times is None else np.flatnonzero(short).tolist())
     )
+    return found, shares, stretched
 
 
 def between_samples(values: Floats) -> Floats:
-    """Columns of values with what is missing put between the samples beside it, or equal to the only one beside it.
-
-    Args:
-        values: shape (n, c); nan where missing. A column of nothing else stays so.
-    """
+    """Return columns (n, c) with nan interpolated between neighbouring samples; a column of only nan stays so."""
     filled = np.array(values)
     places = np.arange(len(values))
     for column in np.flatnonzero(np.isnan(values).any(axis=0)):
@@ -120,10 +94,10 @@ def between_samples(values: Floats) -> Floats:
     return filled
 
 
-# --- `FollowedPath`: a joint trajectory along a path of targets, and what is to be said about it.
+# --- The result: a joint trajectory along a path of targets.
 
 _BASE = 7
-# How many of each kind a message lists.
+# The number of jumps, or of stretched segments, that a message lists.
 _LISTED = 3
 
 
@@ -133,23 +107,16 @@ class FollowedPath:
 
     Attributes:
         joint_names: the joints in the order of q, after the seven numbers of a floating base.
-        times: of the samples, shape (n,) [s]; equal where nothing moves and no times were given.
-        q: configurations, shape (n, nq). Where a sample is not reached the limb is at the nearest pose, if its solver
-            offers one, else its joints are nan.
-        torso: the pose of the torso in the world, shape (n, 4, 4); None where targets are in the torso.
-        limbs: what each limb does.
-        jumps: where a limb cannot move continuously, in order.
-        stretched: segments that take longer than was asked, in order.
+        times: of the samples, shape (n,) [s]; equal if nothing moves and no times were given.
+        q: configurations, shape (n, nq). At a sample that is not reached, the limb is at the nearest pose, or its
+            joints are nan if its solver does not know one.
+        torso: the pose of the torso in the world, shape (n, 4, 4); None if targets are in the torso.
+        limbs: reasons and residuals of each limb.
+        jumps: steps in which a limb cannot move continuously, in order.
+        stretched: segments that take longer than requested, in order.
         speed_shares: speed of each joint in each segment as a share of its limit, shape (n − 1, joints).
         motion: the sum over the path of the squared motion Σ (Δq_j / v_j)² of the limbs that follow it [s²].
-        notes: what else is to be said, one line each.
-
-    Examples:
-        >>> nao = nk.load_nao()
-        >>> path = np.linspace([0.15, 0.12, 0.0], [0.15, 0.12, 0.05], 5)
-        >>> result = nk.ik.follow(nao, {"LArm": path})
-        >>> result.q.shape, bool(result.success)
-        ((5, 25), True)
+        notes: notes on the call, one line each.
     """
 
     joint_names: tuple[str, ...]
@@ -165,7 +132,7 @@ class FollowedPath:
 
     @property
     def duration(self) -> float:
-        """From the first sample to the last [s]."""
+        """Time from the first sample to the last [s]."""
         return float(self.times[-1] - self.times[0])
 
     @property
@@ -180,17 +147,17 @@ class FollowedPath:
 
     @property
     def success(self) -> bool:
-        """Whether all targets are reached, and without a jump."""
+        """Whether all targets are reached without a jump."""
         return bool(self.reached.all()) and not self.jumps
 
     @property
     def largest_speed_share(self) -> float:
-        """The largest joint speed as a share of its limit; 0 where nothing moves."""
+        """The largest joint speed as a share of its limit; 0 if nothing moves."""
         return float(self.speed_shares.max(initial=0.0))
 
     @property
     def message(self) -> str:
-        """What came of it, in words."""
+        """The outcome in words."""
         n = len(self.times)
         reached = int(np.count_nonzero(self.reached))
         lines = [f"{reached} of {n} {'sample' if n == 1 else 'samples'} reached in {self.duration:.4g} s"]
@@ -200,24 +167,23 @@ class FollowedPath:
                 count = len(limb.messages)
                 more = f" and {count - 1} more" if count > 1 else ""
                 lines.append(f"{limb.name} does not reach sample {first}{more}: {text}")
-        lines.extend([_some([jump.describe() for jump in self.jumps])] if self.jumps else [])
-        lines.extend([_some([segment.describe() for segment in self.stretched])] if self.stretched else [])
+        for rows in (self.jumps, self.stretched):
+            lines += [row.describe() for row in rows[:_LISTED]]
+            if len(rows) > _LISTED:
+                lines[-1] += f" and {len(rows) - _LISTED} more"
         return "; ".join([*lines, *self.notes])
 
     def sampled(self, fps: float = 30.0) -> Floats:
-        """Configurations at equal steps of time, as `Viewer.animate` plays them.
+        """Return configurations at equal time steps, as for `Viewer.animate`, shape (m, nq).
 
-        Joints and the place of the base are interpolated linearly, the orientation of the base by slerp. A limb without
-        values at some samples moves from the sample before them to the one behind them.
+        Joints and the position of the base are interpolated linearly, the orientation of the base by slerp, also across
+        samples at which a limb has no values. The last step, to the last sample, may be shorter.
 
         Args:
             fps: configurations per second.
 
-        Returns:
-            Shape (m, nq); the last is that of the last sample, which may be less than a step after the one before.
-
         Raises:
-            BadArgument: no positive number, or a limb has no values at any sample.
+            BadArgument: a limb has no values at any sample.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -251,25 +217,14 @@ class FollowedPath:
 
 
 def positive(value: float, what: str) -> float:
-    """One number above zero.
-
-    Raises:
-        BadArgument, WrongShape, NotFinite: it is none.
-    """
+    """Return the value as a float, if it is one number above zero."""
     array = as_floats(value, (), what)
     if array.shape != () or not array > 0.0:
         raise BadArgument(f"{what} must be a number above zero, got {value}")
     return float(array)
 
 
-def _some(texts: list[str]) -> str:
-    more = f" and {len(texts) - _LISTED} more" if len(texts) > _LISTED else ""
-    return "; ".join(texts[:_LISTED]) + more
-
-
-# --- `follow`: a path of targets to a joint trajectory, continuous where that is possible, within the speed limits.
-
-_PRIORITIES = get_args(Priority)
+# --- `follow`.
 
 
 def follow(
@@ -287,45 +242,41 @@ def follow(
     free: Free | None = None,
     threads: SupportsIndex | None = None,
 ) -> FollowedPath:
-    """A joint trajectory along a path of targets for any of feet, hands and head.
+    """Return a joint trajectory along a path of targets for any of feet, hands and head.
 
-    Of all branches of each limb at each sample those are taken that make the sum of the squared motion
-    Σ (Δq_j / v_j)² least, v_j being the speed limits, by dynamic programming; each limb by itself, both legs as one.
-    Along a family of solutions, also that of a hand of which only the place is asked for, a sample takes the member
-    nearest to the sample before. Where a target is not reached and the solver knows the nearest pose, that is taken.
+    For each limb, both legs together, dynamic programming selects the branches with the least sum of the squared motion
+    Σ (Δq_j / v_j)² with the speed limits v_j. In a family of solutions, including that of a hand with only a position,
+    each sample takes the member nearest to the previous sample. For a target that is not reached, the nearest pose is
+    taken if the solver knows it.
 
     Args:
         robot: a NAO of any version, or another robot with limbs of its geometry.
-        path: targets along one parameter, one array of n samples for each effector, or one target for all samples:
-            "LLeg", "RLeg": poses (n, 4, 4); "LArm", "RArm": poses (n, 4, 4) or places (n, 3); "Head": orientations
-            (n, 3, 3), or under the name of a camera points (n, 3) that it looks at [m].
-        times: of the samples, increasing, shape (n,) [s]. Segments in which a joint would be too fast are stretched.
-            None for the least times that the speed limits allow.
-        torso: the pose of the torso in the world, T_world_torso, shape (n, 4, 4) or (4, 4): targets are then in the
-            world. None: they are in the torso.
-        directions: arm → where its forearm is to point, shape (n, 3), with places of that arm.
-        frames: effector → the frame on it that the targets are of, for other frames than the effector's own.
-        reference: configurations that all joints not in the path are taken from, shape (n, nq) or (nq,). The way from
-            the first to the path counts as motion. Outside the limits they are projected onto them, and `notes` says
-            so. None for all joints at zero, or at the limit nearest to it: that way does then not count.
-        limits: "enforce" leaves out branches with a joint outside its own or a coupled limit; "ignore" takes all.
+        path: effector → targets at n samples, or one target for all samples. "LLeg", "RLeg": poses (n, 4, 4); "LArm",
+            "RArm": poses (n, 4, 4) or positions (n, 3); "Head": orientations (n, 3, 3); the name of a camera: points
+            (n, 3) that it looks at [m].
+        times: of the samples, increasing, shape (n,) [s]; a segment in which a joint would be too fast is stretched.
+            None for the least times within the speed limits.
+        torso: the pose of the torso in the world, T_world_torso, shape (n, 4, 4) or (4, 4), for targets in the world.
+            None for targets in the torso.
+        directions: arm → direction of its forearm, shape (n, 3), with positions of that arm.
+        frames: effector → the frame on it that its targets refer to, if not its own.
+        reference: configurations of the joints that are not in the path, shape (n, nq) or (nq,). The motion from the
+            first one to the path counts. Outside the limits they are projected onto them, and `notes` says so. None for
+            all joints at zero, or at the limit nearest to it; the motion from there does not count.
+        limits: "enforce" excludes branches with a joint outside its own or a coupled limit; "ignore" keeps all.
         speed: the share of the speed limits that may be used, above 0.
-        priority: which foot keeps its yaw where both feet ask for different values of the one hip motor: "left",
+        priority: the foot that keeps its yaw if both feet need different values of the shared hip motor: "left",
             "right", or "balanced" for half of the error each.
-        free: with `torso` and both feet: in what the torso gives way so that they do not disagree: "height", "lean" or
-            "yaw", at each sample as little as is needed. The result's `torso` is where it then is, and all other
-            targets are met from there.
-        threads: how many threads may work; None for all cores where that is worthwhile.
-
-    Returns:
-        The trajectory, with the samples that are not reached, the jumps and the stretched segments.
+        free: with `torso` and both feet, the direction in which the torso moves, at each sample as little as necessary,
+            so that both legs agree: "height", "lean" or "yaw". The result's `torso` is the moved one, from which all
+            other targets are met.
+        threads: number of threads; None for all cores if that is worthwhile.
 
     Raises:
-        UnknownName: no such effector, frame, policy or priority.
-        BadArgument: no effector or sample at all, lengths that differ, times that do not increase, a pose that is no
-            rigid transform, coordinates above 1e150, a speed that is not above zero; or the robot has no such limb.
-        NotARotation, ZeroNorm, NotFinite, WrongShape: targets that are none; the message says of which effector and
-            sample.
+        UnknownName: an effector or frame that does not exist.
+        BadArgument: arrays of different lengths, times that do not increase, a speed that is not above zero, or a robot
+            without such a limb.
+        NotARotation, ZeroNorm: an invalid target; the message names the effector and the sample.
 
     Examples:
         >>> nao = nk.load_nao()
@@ -337,23 +288,22 @@ def follow(
     check_robot(robot)
     enforce, workers = is_enforced(limits), check_threads(threads)
     share = positive(speed, "speed")
-    if not isinstance(priority, str) or priority not in _PRIORITIES:
-        raise UnknownName("priority", priority, _PRIORITIES)
+    choice(priority, get_args(Priority), "priority")
     given = checked_path(robot, path, directions, torso, times, reference)
     references, notes = _references(robot, given, enforce)
-    if free is not None:
-        given = _given_way(robot, given, frames, references, limits, free, workers)
     options = {"limits": limits, "threads": workers}
+    if free is not None:
+        given = _with_free_torso(robot, given, frames, references, options, free)
     limbs = limb_paths(robot, given, frames, options, priority)
     q, weights = np.array(references), _weights(robot)
     start = None if reference is None else references[0]
     choices: list[Choice] = []
     jumps: list[Jump] = []
     for limb in limbs:
-        choice = choose(limb, references, weights, start=start)
-        q[:, list(choice.limb.columns)] = choice.values
-        choices.append(choice)
-        jumps.extend(jumps_of(limb, choice, references, weights))
+        chosen = choose(limb, references, weights, start=start)
+        q[:, list(chosen.limb.columns)] = chosen.values
+        choices.append(chosen)
+        jumps.extend(jumps_of(limb, chosen, references, weights))
     if given.torso is not None and robot.base == "floating":
         q[:, :7] = _bases(robot, given.torso)
     joints = np.nan_to_num(between_samples(q[:, robot.nq - len(robot.joint_names) :]))
@@ -363,17 +313,17 @@ def follow(
         times=found,
         q=q,
         torso=given.torso,
-        limbs=tuple(choice.limb for choice in choices),
+        limbs=tuple(chosen.limb for chosen in choices),
         jumps=tuple(sorted(jumps, key=lambda jump: jump.index)),
         stretched=stretched,
         speed_shares=shares,
-        motion=sum(choice.cost for choice in choices),
+        motion=sum(chosen.cost for chosen in choices),
         notes=notes,
     )
 
 
 def _references(robot: RobotModel, path: Path, enforce: bool) -> tuple[Floats, tuple[str, ...]]:
-    """Configurations for all samples, inside the limits where these are enforced, and notes."""
+    """Return configurations for all samples, inside the limits if these are enforced, and notes."""
     if path.reference is None:
         return np.tile(robot.clamp(robot.neutral()), (path.n, 1)), ()
     same = bool((path.reference == path.reference[0]).all())
@@ -382,42 +332,27 @@ def _references(robot: RobotModel, path: Path, enforce: bool) -> tuple[Floats, t
     return np.array(np.broadcast_to(found, path.reference.shape)), notes
 
 
-def _given_way(
+def _with_free_torso(
     robot: RobotModel,
     path: Path,
     frames: Mapping[str, str] | None,
     references: Floats,
-    limits: Limits,
+    options: dict[str, Any],
     free: Free,
-    threads: int | None,
 ) -> Path:
-    """The path with the torso where both feet let it be.
-
-    Raises:
-        BadArgument: no torso or not both feet.
-    """
+    """Return the path with the torso moved so that both legs agree."""
     if path.torso is None or not {"LLeg", "RLeg"} <= path.targets.keys():
         raise BadArgument("free goes with torso and the poses of both feet in the world")
-    named = frames or {}
-    found = legs(
-        robot,
-        path.targets["LLeg"],
-        path.targets["RLeg"],
-        frames=(named.get("LLeg", "LLeg"), named.get("RLeg", "RLeg")),
-        reference=references,
-        limits=limits,
-        base="floating",
-        torso=path.torso,
-        free=free,
-        threads=threads,
-    )
-    given_way = np.asarray(found.torso)
-    is_found = np.isfinite(given_way).all(axis=(1, 2), keepdims=True)
-    return dataclasses.replace(path, torso=np.where(is_found, given_way, path.torso))
+    feet = path.targets["LLeg"], path.targets["RLeg"]
+    named = (frames or {}).get("LLeg", "LLeg"), (frames or {}).get("RLeg", "RLeg")
+    options = {**options, "base": "floating", "torso": path.torso, "free": free}
+    torso = np.asarray(legs(robot, *feet, frames=named, reference=references, **options).torso)
+    is_found = np.isfinite(torso).all(axis=(1, 2), keepdims=True)
+    return dataclasses.replace(path, torso=np.where(is_found, torso, path.torso))
 
 
 def _weights(robot: RobotModel) -> Floats:
-    """What motion of each coordinate counts: 1/v_j, 1 where a joint has no speed limit, and 0 for the base."""
+    """Return the weight of motion of each coordinate: 1/v_j, 1 for a joint without speed limit, and 0 for the base."""
     v = robot.velocity_limits
     limited = np.isfinite(v) & (v > 0.0)
     weights = np.zeros(robot.nq)
@@ -426,7 +361,7 @@ def _weights(robot: RobotModel) -> Floats:
 
 
 def _bases(robot: RobotModel, torso: Floats) -> Floats:
-    """Coordinates of the floating base for poses of the torso, quaternions without a change of sign, shape (n, 7)."""
+    """Return base coordinates (n, 7) for poses of the torso, with quaternions that do not change their sign."""
     T_base_torso = robot.fk(robot.neutral(), torso_frame(robot))
     T = torso @ np.linalg.inv(T_base_torso)
     quaternions = quat_to_xyzw(quat_from_matrix(T[:, :3, :3]))

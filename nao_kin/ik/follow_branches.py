@@ -1,12 +1,11 @@
-"""Which branch a limb takes at each sample of a path: dynamic programming for the least total motion.
+"""The branch of a limb at each sample of a path, by dynamic programming for the least total motion.
 
-The motion between two samples is Σ (Δq_j / v_j)² over the joints, with their speed limits v_j, and its sum over the
-path is least among all sequences of branches (Bellman 1957; for inverse kinematics Ferrentino and Chiacchio, IEEE T-RO
-2020). Squares make continuity win: a continuous way of length L costs L²/m in m steps, a jump its square in any.
+The motion between two samples is Σ (Δq_j / v_j)² over the joints, with their speed limits v_j; its sum over the path is
+the least of all sequences of branches (Bellman 1957; for inverse kinematics Ferrentino and Chiacchio, IEEE T-RO 2020).
+Squares favour continuity: continuous motion of length L costs L²/m in m steps, a jump of the same length always L².
 
-Where a sample has one branch of a family, or none and a nearest pose, its joint values depend on the sample before. It
-is then solved once for each branch that the sample before may have, with that branch as the reference, and the answer
-can be reached from that branch only.
+The joint values of a member of a family, or of a nearest pose, depend on the previous sample. Such a sample is solved
+once for each branch of the previous one, with that branch as the reference, and follows that branch only.
 """
 
 from __future__ import annotations
@@ -23,29 +22,22 @@ from nao_kin.ik.follow_limbs import LimbPath
 from nao_kin.ik.results import Codes, Family, IKResult, Integers, Reason
 from nao_kin.robot import RobotModel
 
-# Followed through a family, every branch of the sample before brings its own member; more than these are not kept.
-_MOST_CANDIDATES = 16
-# Members that are no farther apart are the same [rad].
+# In a family, every branch of the previous sample adds its own member; only so many cheapest ones are kept.
+_MAX_CANDIDATES = 16
+# Nearer members are the same [rad].
 _SAME = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
 class FollowedLimb:
-    """What one limb does at n samples.
+    """One limb at n samples.
 
     Attributes:
         name: "LLeg", "RLeg", "legs" for both, "LArm", "RArm" or "Head".
         columns: the coordinates of q that it moves.
         reasons: a `Reason` for each sample as a number, shape (n,).
         residual: errors of the pose in position and rotation angle, shape (n, 2) [m, rad]; nan without values.
-        messages: why, for each sample that is not reached.
-
-    Examples:
-        >>> nao = nk.load_nao()
-        >>> path = np.linspace([0.15, 0.12, 0.0], [0.15, 0.12, 0.05], 5)
-        >>> result = nk.ik.follow(nao, {"LArm": path})
-        >>> result.limbs[0].name, result.limbs[0].reasons.tolist()
-        ('LArm', [0, 0, 0, 0, 0])
+        messages: the reason in words for each sample that is not reached.
     """
 
     name: str
@@ -61,10 +53,7 @@ class FollowedLimb:
 
 
 class Choice(NamedTuple):
-    """What a limb does at each of n samples, with the values of its coordinates, (n, c), nan where there are none.
-
-    `cost` is the sum of the squared motion [s²].
-    """
+    """A limb at n samples: the values of its coordinates (n, c) or nan, and the sum of the squared motion [s²]."""
 
     limb: FollowedLimb
     values: Floats
@@ -72,9 +61,9 @@ class Choice(NamedTuple):
 
 
 class _Layer(NamedTuple):
-    """What may be at one sample: values (k, c), least cost up to each (k,), which of the layer before it follows (k,).
+    """Candidates at one sample: values (k, c), least cost up to each (k,), index of its predecessor (k,).
 
-    `answers` and `rows` say which result of the solver, and which target of it, each comes from.
+    `answers` and `rows` are the solver's result that each comes from, and its target.
     """
 
     sample: int
@@ -88,17 +77,13 @@ class _Layer(NamedTuple):
 def choose(
     limb: LimbPath, reference: Floats, weights: Floats, *, start: Floats | None = None, end: Floats | None = None
 ) -> Choice:
-    """The branches of a limb with the least total motion.
+    """Return the branches of a limb with the least total motion.
 
-    Args:
-        limb: the limb and its n targets.
-        reference: configurations of the whole robot, shape (n, nq).
-        weights: of each coordinate of the robot, 1/v_j, shape (nq,).
-        start: the whole robot before the first sample, shape (nq,): motion from it counts. None: it does not.
-        end: the whole robot after the last, likewise.
+    `reference` (n, nq) are configurations, `weights` (nq,) are 1/v_j. Motion from the configuration `start` to the
+    first sample and from the last one to `end` counts if these are given.
     """
     n = len(limb.targets[0])
-    # Where every sample follows from the one before, only the first can be solved ahead.
+    # If every sample depends on the previous one, only the first can be solved ahead.
     ahead = 1 if limb.follows_only else n
     first = limb.at(*range(ahead)).solve(reference[:ahead])
     columns = list(first.columns)
@@ -127,14 +112,14 @@ _NONE = np.zeros(0, dtype=np.int64)
 
 
 def _answer(limb: LimbPath, first: IKResult, i: int, reference: Floats) -> tuple[IKResult, int]:
-    """The result of the solver for sample i, and which target of it: solved ahead, or now."""
+    """Return the solver's result for sample i and its target's index in it, from `first` or solved now."""
     return (first, i) if i < len(first.count) else (limb.at(i).solve(reference[i : i + 1]), 0)
 
 
 def _layer(
     limb: LimbPath, first: IKResult, i: int, before: _Layer | None, reference: Floats, weights: Floats
 ) -> _Layer | None:
-    """What may be at sample i; None where there is nothing."""
+    """Return the candidates at sample i; None if there are none."""
     if before is None or i < len(first.count):
         answer, row = _answer(limb, first, i, reference)
         count = int(answer.count[row])
@@ -142,7 +127,7 @@ def _layer(
         if np.isnan(values).any():
             return None
         rows = np.full(len(values), row)
-        if before is None:  # nothing was found at the samples before: this one begins
+        if before is None:  # the first sample with candidates
             return _Layer(i, values, np.zeros(len(rows)), np.zeros_like(rows), [answer] * len(rows), rows)
         if count and (answer.families[row, :count] == Family.NONE).all():
             return _Layer(i, values, *_reached(before, values, weights), [answer] * len(rows), rows)
@@ -150,7 +135,7 @@ def _layer(
 
 
 def _reached(before: _Layer, values: Floats, weights: Floats) -> tuple[Floats, Integers]:
-    """Least cost of each of these values, and which of the layer before it follows."""
+    """Return the least cost of each of these values, and the index of its predecessor."""
     total = before.cost[:, None] + _squares((values[None] - before.values[:, None]) * weights)
     back = np.argmin(total, axis=0)
     return total[back, np.arange(len(values))], back
@@ -159,18 +144,16 @@ def _reached(before: _Layer, values: Floats, weights: Floats) -> tuple[Floats, I
 def _followed(
     limb: LimbPath, first: IKResult, i: int, before: _Layer, reference: Floats, weights: Floats
 ) -> _Layer | None:
-    """A sample that is solved anew for each branch of the one before."""
+    """Return the candidates at a sample that is solved anew for each candidate of the previous one."""
     k = len(before.values)
     references = np.tile(reference[i], (k, 1))
     references[:, list(first.columns)] = before.values
     found = limb.at(*[i] * k).solve(references)
-    # Branches that stand alone do not depend on the reference: those of the first row are those of all.
-    alone = np.zeros(0, dtype=np.int64)
-    if found.count[0]:
-        alone = np.flatnonzero(found.families[0, : found.count[0]] == Family.NONE)
-    values = [found.branches[0, alone]]
-    cost, back = _reached(before, found.branches[0, alone], weights)
-    costs, backs, rows = [cost], [back], [np.zeros(len(alone), dtype=np.int64)]
+    # Branches outside families do not depend on the reference: those of the first row are those of all.
+    single = np.flatnonzero(found.families[0, : found.count[0]] == Family.NONE)
+    values = [found.branches[0, single]]
+    cost, back = _reached(before, values[0], weights)
+    costs, backs, rows = [cost], [back], [np.zeros(len(single), dtype=np.int64)]
     for p in range(k):
         members = found.branches[p, : found.count[p]][found.families[p, : found.count[p]] != Family.NONE]
         if not found.count[p]:
@@ -190,13 +173,13 @@ def _followed(
 
 
 def _cheapest(values: Floats, cost: Floats) -> Integers:
-    """Which candidates to keep: of equal ones the cheapest, and not too many."""
+    """Return the indices of the cheapest candidates, without equal ones."""
     order = np.argsort(cost, kind="stable")
     kept: list[int] = []
     for place in order:
         if all(np.abs(values[place] - values[other]).max() > _SAME for other in kept):
             kept.append(int(place))
-        if len(kept) == _MOST_CANDIDATES:
+        if len(kept) == _MAX_CANDIDATES:
             break
     return np.array(kept, dtype=np.int64)
 
@@ -224,26 +207,25 @@ def _squares(displacements: Floats) -> Floats:
     return np.asarray((displacements**2).sum(axis=-1))
 
 
-# --- Where a limb must jump: steps between two samples that no finer path between the two targets makes smaller.
+# --- Jumps: steps between two samples that a finer path between the two targets does not make smaller.
 #
-# A step is first looked at as the robot would make it, every joint straight from one value to the other: where the
-# limb halfway is off by less than a quarter of the way, it stays with the path as closely as the path is sampled, and
-# this is no jump. For other steps the way from the one pose to the other is cut into fifteen pieces, and the branches
-# chosen that lead along it with the least motion; then again inside the largest step that is left, and again. Along a
-# continuous way the largest step shrinks each time, fifteen times, or at a singularity, where joints move like a
-# square root, four times. A jump stays.
+# First, every joint moves linearly from one value to the other. If the limb halfway deviates by less than a quarter of
+# the distance, the step follows the path as closely as the path is sampled, and is not a jump. Otherwise the path
+# between both poses is divided into fifteen pieces with the branches of least motion, then the largest of its steps
+# again, and again. On a continuous path the largest step shrinks each time to a fifteenth, or at a singularity, where
+# joints move like a square root, to a quarter. A jump keeps its size.
 
-# Steps below the resolution of NAO's joint sensors, 0.1°, are none [rad].
+# Smaller steps, below the resolution of NAO's joint sensors (0.1°), are not jumps [rad].
 _SMALLEST = 1.75e-3
-# Halfway the limb may be off by this share of the way, and the step still follows the path.
-_BESIDE = 0.25
-# An odd number, so that opposite directions have no middle.
+# A step follows the path if the limb halfway deviates by less than this share of the distance.
+_MAX_DEVIATION = 0.25
+# An odd number, because there is no mean of opposite directions.
 _PIECES = 15
 _ZOOMS = 3
-# A branch that is continued regardless of the limits moves by less between two samples [rad].
+# A branch that is continued without limits moves by less between two samples [rad].
 _FAR = 1.0
-# A largest step that shrinks to no less than this when its piece is cut again is a jump.
-_STILL = 0.5
+# A step is a jump if dividing it again does not make it smaller than this share.
+_JUMP_SHRINKAGE = 0.5
 
 
 @dataclass(frozen=True)
@@ -251,16 +233,11 @@ class Jump:
     """Two samples between which a limb cannot move continuously along the path.
 
     Attributes:
-        index: it is between this sample and the next one.
+        index: the first of them.
         limb: "LLeg", "RLeg", "legs", "LArm", "RArm" or "Head".
-        joint: the joint that has the farthest to go, in time at its speed limit.
-        size: how far it goes [rad].
-        cause: what ends the branch that is left, and where.
-
-    Examples:
-        >>> jump = nk.ik.Jump(3, "LArm", "LElbowYaw", 2.1, "another branch")
-        >>> jump.index, jump.joint
-        (3, 'LElbowYaw')
+        joint: the joint that takes longest at its speed limit.
+        size: its change [rad].
+        cause: why and where the branch before the jump ends.
     """
 
     index: int
@@ -270,7 +247,7 @@ class Jump:
     cause: str
 
     def describe(self) -> str:
-        """The jump in a sentence.
+        """Return the jump in a sentence.
 
         Examples:
             >>> nk.ik.Jump(3, "LArm", "LElbowYaw", 2.1, "another branch").describe()
@@ -280,14 +257,7 @@ class Jump:
 
 
 def jumps_of(limb: LimbPath, choice: Choice, reference: Floats, weights: Floats) -> tuple[Jump, ...]:
-    """The jumps of a limb along its path.
-
-    Args:
-        limb: the limb and its n targets.
-        choice: what it does.
-        reference: configurations of the whole robot, shape (n, nq).
-        weights: of each coordinate of the robot, shape (nq,).
-    """
+    """Return the jumps of a limb; arguments as for `choose`."""
     columns = list(choice.limb.columns)
     known = np.asarray(np.isfinite(choice.values).all(axis=1))
     large = np.abs(np.diff(choice.values, axis=0)).max(axis=1, initial=0.0) > _SMALLEST
@@ -307,36 +277,36 @@ def jumps_of(limb: LimbPath, choice: Choice, reference: Floats, weights: Floats)
 
 
 def _leaves_path(limb: LimbPath, first: Floats, second: Floats) -> Floats:
-    """Whether the limb, with its joints moved straight, leaves the straight way of what is asked of it, shape (m,)."""
+    """Return whether the limb deviates from straight lines of its points when its joints move linearly, shape (m,)."""
     ends = limb.points(first), limb.points(second)
     halfway = limb.points(0.5 * (first + second))
-    away = np.linalg.norm(ends[1] - ends[0], axis=-1).max(axis=-1)
-    beside = np.linalg.norm(halfway - 0.5 * (ends[0] + ends[1]), axis=-1).max(axis=-1)
-    return np.asarray(beside > _BESIDE * away)
+    distance = np.linalg.norm(ends[1] - ends[0], axis=-1).max(axis=-1)
+    deviation = np.linalg.norm(halfway - 0.5 * (ends[0] + ends[1]), axis=-1).max(axis=-1)
+    return np.asarray(deviation > _MAX_DEVIATION * distance)
 
 
 def _stays(limb: LimbPath, first: Floats, second: Floats, weights: Floats, columns: list[int]) -> bool:
-    """Whether a step stays as large however finely the way between its two poses is cut."""
+    """Return whether a step keeps its size when the path between its two poses is divided."""
     shares = np.arange(1, _PIECES) / _PIECES
     size = float(np.abs(second - first)[columns].max())
     for _ in range(_ZOOMS):
         inner = limb.between(first, second, shares)
         reference = np.tile(first, (len(shares), 1))
-        choice = choose(inner, reference, weights, start=first, end=second)
-        known = np.isfinite(choice.values).all(axis=1)
+        values = choose(inner, reference, weights, start=first, end=second).values
+        known = np.isfinite(values).all(axis=1)
         q = np.concatenate([[first], reference[known], [second]])
-        q[1:-1, columns] = choice.values[known]
+        q[1:-1, columns] = values[known]
         steps = np.abs(np.diff(q[:, columns], axis=0)).max(axis=1)
         place = int(np.argmax(steps))
         before, size = size, float(steps[place])
         if size < _SMALLEST:
             return False
         first, second = q[place], q[place + 1]
-    return size > _STILL * before
+    return size > _JUMP_SHRINKAGE * before
 
 
 def _cause(limb: LimbPath, q: Floats, i: int, columns: list[int]) -> str:
-    """What ends the branch that sample i is on: it is continued regardless of the limits until it is outside them."""
+    """Return why the branch of sample i ends: it is continued without limits until it is outside them."""
     now = q[i]
     for sample in range(i + 1, len(q)):
         found = limb.at(sample).solve(now[None], limits="ignore")
@@ -348,12 +318,12 @@ def _cause(limb: LimbPath, q: Floats, i: int, columns: list[int]) -> str:
         now = np.array(q[sample])
         now[columns] = found.branches[0, 0]
         if sample == i + 1 and np.abs(now - q[sample]).max() < _SMALLEST:
-            return "the limb cannot go straight from the one pose to the other"
+            return "the limb cannot move straight from one pose to the other"
         moved = {_joint_of(limb.robot, column) for column in columns}
         outside = [row for row in limb.robot.limit_violations(now) if row.joint in moved]
         if outside and limb.options.get("limits") != "ignore":
             return f"its branch ends at sample {sample}, where {outside[0].describe()}"
-    return "its branch goes on, and there is less motion in all this way"
+    return "its branch continues, but the jump makes the total motion less"
 
 
 def _joint_of(robot: RobotModel, column: int) -> str:

@@ -1,4 +1,4 @@
-"""A limb and its targets along a path: how they are solved, what lies between two of them, what of the pose counts."""
+"""A limb and its targets along a path: solving them, interpolating between them, and comparing poses."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, all_finite, as_numbers, as_vectors, refuse_non_finite, unit
+from nao_kin._core.arrays import Floats, all_finite, as_numbers, as_vectors, join_poses, refuse_non_finite, unit
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
 from nao_kin.ik.arm import arm
@@ -22,7 +22,7 @@ from nao_kin.ik.targets import as_poses, refuse_not_rigid, refuse_not_rotation
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import exp, log
 
-# Points are compared this far from a frame's origin [m]: one radian counts as much as 0.1 m, as in `arm`.
+# Distance of compared points from a frame's origin [m]: one radian counts as much as 0.1 m, as in `arm`.
 _LEVER = 0.1
 
 Targets = tuple[Floats, ...]
@@ -34,12 +34,12 @@ class LimbPath:
     """Targets of one limb along a path, in the torso.
 
     Attributes:
-        robot: whose limb.
+        robot: the robot.
         name: "LLeg", "RLeg", "legs" for both, "LArm", "RArm" or "Head".
-        frames: the frames that are asked for: one, or that of each leg; of a gaze the camera.
-        targets: arrays of n targets each: poses of feet; poses or places of a hand, or its places and the directions of
-            the forearm; orientations of the head, or the points that a camera looks at.
-        options: what else its solver is called with.
+        frames: the frame of the targets, or one for each leg; the camera of a gaze.
+        targets: arrays of n targets each: poses of feet; poses or positions of a hand, or its positions and the
+            directions of the forearm; orientations of the head, or the points that a camera looks at.
+        options: further arguments of its solver.
     """
 
     robot: RobotModel
@@ -50,17 +50,11 @@ class LimbPath:
 
     @property
     def follows_only(self) -> bool:
-        """Whether every target has a family of solutions, so that each sample follows from the one before.
-
-        Places alone leave two joints of an arm free.
-        """
+        """Whether every target has a family of solutions, as positions of a hand have, and depends on the previous."""
         return self.name in _ARMS and len(self.targets) == 1 and self.targets[0].ndim == 2
 
     def solve(self, reference: Floats, **changed: Any) -> IKResult:
-        """All solutions for the targets, with references of shape (n, nq) and options changed.
-
-        Of a hand's place alone this is the solution nearest to the reference.
-        """
+        """Return all solutions with references (n, nq) and changed options; for a hand's positions the nearest ones."""
         robot, frame, target = self.robot, self.frames[0], self.targets[0]
         options = {"reference": reference} | self.options | changed
         if self.name == "legs":
@@ -75,10 +69,10 @@ class LimbPath:
         return look_at(robot, target, frame, **options)
 
     def points(self, q: Floats) -> Floats:
-        """Points that stand for what is asked of the pose, shape (n, p, 3) [m].
+        """Return points that represent the constrained part of the pose, shape (n, p, 3) [m].
 
-        Of a pose the origin and a point on each axis, of a place the origin, of a direction a point along it; of the
-        head those on the axes as seen from the origin, of a gaze the one on the optical axis.
+        For a pose the origin and a point on each axis, for a position the origin, for a direction a point along it; for
+        the head points on the axes relative to the origin, for a gaze the one on the optical axis.
         """
         points = _pose_points(self._poses(q))
         if self.name == "Head":
@@ -87,20 +81,15 @@ class LimbPath:
         return points[:, : len(self.targets)] if self.targets[0].ndim == 2 else points
 
     def at(self, *rows: int) -> LimbPath:
-        """The same for some of the targets, in any order and number."""
+        """Return the same for some of the targets, in any order and number."""
         return replace(self, targets=tuple(array[list(rows)] for array in self.targets))
 
     def between(self, first: Floats, second: Floats, shares: Floats) -> LimbPath:
-        """Targets on the way from the pose in one configuration to that in another.
+        """Return targets at shares (m,) in [0, 1] of the path from the pose in one configuration to that in another.
 
-        Places go straight, orientations turn about a fixed axis. Poses between two that the five joints of an arm make
-        are none that they make: its targets are places, and directions where more than places are asked for. What a
-        camera looks at is the same for two of its orientations: these are the targets of a gaze.
-
-        Args:
-            first: the whole robot, shape (nq,).
-            second: the whole robot.
-            shares: how far each target is on its way, in [0, 1], shape (m,).
+        Positions move straight, orientations rotate about a fixed axis. The five joints of an arm cannot make poses
+        between two of theirs, so its targets are positions, with directions unless these are free. Targets of a gaze
+        are orientations, because two of them can look at the same point.
         """
         q = np.stack([first, second])
         T = self._poses(q)
@@ -120,42 +109,39 @@ class LimbPath:
 
 
 def _pose_points(T: Floats) -> Floats:
-    """Origin, and points on the axes x, y and z, of poses (n, f, 4, 4): shape (n, 4 f, 3), frame by frame."""
+    """Return the origin and points on the axes x, y and z of poses (n, f, 4, 4), shape (n, 4 f, 3), frame by frame."""
     origin = T[..., None, :3, 3]
     axes = np.swapaxes(T[..., :3, :3], -1, -2)
     return np.concatenate([origin, origin + _LEVER * axes], axis=-2).reshape(len(T), -1, 3)
 
 
 def _between(first: Floats, second: Floats, shares: Floats) -> Floats:
-    """Poses, rotations or vectors on the way from one to another."""
+    """Return poses, rotations or vectors between two."""
     if first.ndim == 1:
         return np.asarray(first + shares[:, None] * (second - first))
     turn = log(first[:3, :3].T @ second[:3, :3])
     R = first[:3, :3] @ exp(shares[:, None] * turn)
     if first.shape == (3, 3):
         return np.asarray(R)
-    T = np.tile(np.eye(4), (len(shares), 1, 1))
-    T[:, :3, :3] = R
-    T[:, :3, 3] = _between(first[:3, 3], second[:3, 3], shares)
-    return T
+    return join_poses(R, _between(first[:3, 3], second[:3, 3], shares))
 
 
-# --- A path as callers give it: looked at once at the door, and brought into the torso.
+# --- The path in the arguments of `follow`: checked, and expressed in the torso.
 
 _POSE, _ROTATION, _PLACE = (4, 4), (3, 3), (3,)
 
 
 @dataclass(frozen=True, eq=False)
 class Path:
-    """Targets along a path, each array with n of them, in the world where the torso's poses are given, else in it.
+    """Arrays of n samples along a path.
 
     Attributes:
-        n: how many samples.
-        targets: effector or camera → poses, rotations or places.
-        directions: arm → where its forearm is to point.
-        torso: T_world_torso, shape (n, 4, 4); None where targets are in the torso.
+        n: number of samples.
+        targets: effector or camera → poses, rotations or positions.
+        directions: arm → directions of its forearm.
+        torso: T_world_torso, shape (n, 4, 4), for targets in the world; None for targets in the torso.
         times: shape (n,) [s], or None.
-        reference: shape (n, nq); None where none is given.
+        reference: shape (n, nq), or None.
     """
 
     n: int
@@ -166,7 +152,7 @@ class Path:
     reference: Floats | None
 
     def in_torso(self, array: Floats, *, free: bool = False) -> Floats:
-        """Poses, rotations, places, or with `free` directions, as the torso sees them."""
+        """Return poses, rotations, positions, or with `free` directions, in the torso's frame."""
         if self.torso is None:
             return array
         R = np.swapaxes(self.torso[:, :3, :3], -1, -2)
@@ -175,10 +161,7 @@ class Path:
         if array.shape[1:] == _PLACE:
             seen = array if free else array - self.torso[:, :3, 3]
             return np.asarray(np.einsum("nij,nj->ni", R, seen))
-        T = np.array(array)
-        T[:, :3, :3] = R @ array[:, :3, :3]
-        T[:, :3, 3] = np.einsum("nij,nj->ni", R, array[:, :3, 3] - self.torso[:, :3, 3])
-        return T
+        return join_poses(self.in_torso(array[:, :3, :3]), self.in_torso(array[:, :3, 3]))
 
 
 def checked_path(
@@ -189,35 +172,27 @@ def checked_path(
     times: ArrayLike | None,
     reference: ArrayLike | None,
 ) -> Path:
-    """A path from what a caller gives; what is there once stands for all samples.
-
-    Raises:
-        UnknownName, BadArgument, WrongShape, NotFinite, NotARotation, ZeroNorm: see `follow`.
-    """
+    """Return the arguments of `follow` as checked arrays, with constants repeated for all samples."""
     names = (*_LEGS, *_ARMS, "Head", *robot.semantics.cameras)
     given: dict[str, tuple[Floats, int]] = {}
     for name, value in _mapping(path, "path").items():
         if name not in names:
             raise UnknownName("effector", name, names)
         what = f"path[{quoted(name)}]"
-        if name in _ARMS:
-            array = as_numbers(value, what)
-            tail = _POSE if array.shape[-2:] == _POSE else _PLACE
-        else:
-            tail = _POSE if name in _LEGS else _ROTATION if name == "Head" else _PLACE
-        given[what] = _samples(value, tail, what)
+        is_pose = name in _LEGS or (name in _ARMS and as_numbers(value, what).shape[-2:] == _POSE)
+        given[what] = _samples(value, _POSE if is_pose else _ROTATION if name == "Head" else _PLACE, what)
     if not given:
         raise BadArgument(f"path names no effector; it takes {', '.join(names)}")
     heads = [name for name in path if name not in (*_LEGS, *_ARMS)]
     if len(heads) > 1:
-        raise BadArgument(f"path[{quoted(heads[0])}] and path[{quoted(heads[1])}] both move the head: one of them")
+        raise BadArgument(f"path[{quoted(heads[0])}] and path[{quoted(heads[1])}] both move the head: give one")
     for name, value in _mapping({} if directions is None else directions, "directions").items():
         what = f"directions[{quoted(name)}]"
         if name not in path or name not in _ARMS:
             arms = [arm for arm in _ARMS if arm in path]
-            raise UnknownName("arm", name, arms, "a direction goes with the places of an arm in the path")
+            raise UnknownName("arm", name, arms, "a direction goes with the positions of an arm in the path")
         if given[f"path[{quoted(name)}]"][0].shape[1:] == _POSE:
-            raise BadArgument(f"{what} goes with places (n, 3), a pose has a direction")
+            raise BadArgument(f"{what} goes with positions (n, 3), a pose has a direction")
         array, count = _samples(value, _PLACE, what, free=True)
         given[what] = unit(array, what)[0], count
     if torso is not None:
@@ -228,31 +203,15 @@ def checked_path(
         given["times"] = _times(times)
     n = _common_length({what: count for what, (_, count) in given.items()})
     full = {what: np.array(np.broadcast_to(array, (n, *array.shape[1:]))) for what, (array, _) in given.items()}
-    return Path(
-        n,
-        {name: full[f"path[{quoted(name)}]"] for name in path},
-        {name: full[f"directions[{quoted(name)}]"] for name in directions or {}},
-        full.get("torso"),
-        full.get("times"),
-        full.get("reference"),
-    )
+    by_effector = {name: full[f"path[{quoted(name)}]"] for name in path}
+    by_arm = {name: full[f"directions[{quoted(name)}]"] for name in directions or {}}
+    return Path(n, by_effector, by_arm, *(full.get(what) for what in ("torso", "times", "reference")))
 
 
 def limb_paths(
     robot: RobotModel, path: Path, frames: Mapping[str, str] | None, options: dict[str, Any], priority: str
 ) -> tuple[LimbPath, ...]:
-    """The limbs that follow a path, each with its targets in the torso.
-
-    Args:
-        robot: whose.
-        path: as `checked_path` returns it.
-        frames: effector → the frame on it that the targets are of; for those not named, the effector itself.
-        options: what all solvers are called with.
-        priority: which foot's yaw counts where both legs disagree.
-
-    Raises:
-        UnknownName: a frame is given for what is not in the path.
-    """
+    """Return the limbs that follow a path, each with its targets in the torso."""
     frame = {name: name for name in path.targets}
     for name, value in _mapping({} if frames is None else frames, "frames").items():
         if name not in frame:
@@ -280,18 +239,14 @@ def _mapping(value: object, what: str) -> Mapping[str, Any]:
 
 
 def _samples(value: ArrayLike, tail: tuple[int, ...], what: str, *, free: bool = False) -> tuple[Floats, int]:
-    """Samples, shape (n, *tail), and how many; one without an axis for them counts as 0, for it fits all.
-
-    Vectors that are `free`, directions, may have any length.
-    """
+    """Return samples (n, *tail) and n, or a constant (1, *tail) and 0; vectors that are `free` may have any length."""
     array = as_numbers(value, what)
     shape = ", ".join(map(str, tail))
     if array.shape != tail and array.shape[1:] != tail:
-        raise WrongShape(
-            what, f"(n, {shape}), or ({shape}{',' if len(tail) == 1 else ''}) for all samples", array.shape
-        )
-    constant = array.shape == tail
-    samples = array[None] if constant else array
+        constant = f"({shape}{',' if len(tail) == 1 else ''})"
+        raise WrongShape(what, f"(n, {shape}), or {constant} for all samples", array.shape)
+    is_constant = array.shape == tail
+    samples = array[None] if is_constant else array
     if not len(samples):
         raise BadArgument(f"{what} has no samples")
     if not all_finite(array):
@@ -302,7 +257,7 @@ def _samples(value: ArrayLike, tail: tuple[int, ...], what: str, *, free: bool =
         refuse_not_rotation(array, what)
     elif not free:
         as_vectors(array, what, *tail)
-    return samples, 0 if constant else len(samples)
+    return samples, 0 if is_constant else len(samples)
 
 
 def _times(value: ArrayLike) -> tuple[Floats, int]:
@@ -324,5 +279,5 @@ def _common_length(counts: dict[str, int]) -> int:
     first, n = next(iter(sampled.items()))
     for what, count in sampled.items():
         if count != n:
-            raise BadArgument(f"all of a path has one length: {first} has {n} samples and {what} has {count}")
+            raise BadArgument(f"all of a path must have one length: {first} has {n} samples and {what} has {count}")
     return n

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from nao_kin._core.arrays import Floats, choice
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.ik.compiling import borrowed, kept, run_rows
+from nao_kin.ik.compiling import borrowed, cached_kernel, run_rows
 from nao_kin.ik.ranges import (
     ANGLE_ERROR,
     BEST,
@@ -349,7 +349,7 @@ class ClosedForm:
             return *types(), rows, rows, numba.boolean, rows
 
         run.__module__ = solve.__module__  # which a process that compiles it has to import
-        self.kernel = kept(name, signature, seconds)(run)
+        self.kernel = cached_kernel(name, signature, seconds)(run)
 
 
 def limb_types(numbers: type[Any], joints: int) -> tuple[Any, Any]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats
 from nao_kin._kernels.cache import both_ways
-from nao_kin.ik.compiling import Row, copied, in_lists, kept, run_rows
+from nao_kin.ik.compiling import Row, cached_kernel, copied, in_lists, run_rows
 from nao_kin.robot import LIMIT_TOLERANCE, RobotModel
 from nao_kin.robot.semantics import CoupledLimit
 
@@ -473,7 +473,7 @@ def _arguments() -> tuple[Any, ...]:
     return region_type(), rows, rows, rows
 
 
-@kept("projections onto limits", _arguments)
+@cached_kernel("projections onto limits", _arguments)
 def _projections(region: Region, values: Floats, still: Floats, inside: Floats) -> None:
     for i in range(values.shape[0]):
         project(region, values[i], still[i], inside[i])

@@ -1,10 +1,9 @@
-"""The step inside the limits: a strictly convex quadratic program of some twenty variables, solved exactly.
+"""Strictly convex quadratic programs of some twenty variables, by the dual active-set method of Goldfarb and Idnani.
 
-min ½ xᵀ H x + gᵀ x  such that  aᵢ·x = bᵢ for the first rows and aᵢ·x ≥ bᵢ for all others,
+    min ½ xᵀ H x + gᵀ x  such that  aᵢ·x = bᵢ for the first rows and aᵢ·x ≥ bᵢ for all others
 
-by the dual active-set method of Goldfarb and Idnani: it begins at the minimum without constraints and takes in the one
-that is violated most, giving up those that pull the wrong way, until none is violated. No start inside is needed, and
-rows that depend on each other do no harm.
+It starts at the minimum without constraints, adds the most violated constraint and drops those with a wrong sign, until
+none is violated. It needs no feasible start, and linearly dependent rows do no harm.
 
 Source: Goldfarb and Idnani, A numerically stable dual method for solving strictly convex quadratic programs,
 Mathematical Programming 27, 1983. Here the small system of the active rows is factored anew each time.
@@ -19,17 +18,17 @@ import numpy as np
 from nao_kin._core.arrays import Floats
 from nao_kin._kernels.cache import both_ways
 
-# A row that is violated by less holds [rad].
+# A smaller violation of a row counts as none [rad].
 _VIOLATED = 1e-12
-# A row whose part across the active ones is a smaller share of it depends on them.
+# A row depends on the active ones if its share perpendicular to them is smaller.
 _DEPENDENT = 1e-11
-# A row that depends on the active ones and is violated by less than this counts as one that holds [rad].
+# A smaller violation of a dependent row counts as none [rad].
 _ROUNDING = 1e-9
 
 
 @both_ways
 def cholesky(A: Floats, n: int) -> bool:
-    """A = L Lᵀ of the leading n rows in place, L in the lower triangle; whether A is positive definite."""
+    """Factor the leading n rows in place, A = L Lᵀ with L in the lower triangle; False if not positive definite."""
     for j in range(n):
         d = A[j, j]
         for k in range(j):
@@ -48,7 +47,7 @@ def cholesky(A: Floats, n: int) -> bool:
 
 @both_ways
 def solve_cholesky(L: Floats, n: int, b: Floats) -> None:
-    """(L Lᵀ)⁻¹ b, in place of b."""
+    """Write (L Lᵀ)⁻¹ b into b."""
     for i in range(n):
         s = b[i]
         for k in range(i):
@@ -63,16 +62,9 @@ def solve_cholesky(L: Floats, n: int, b: Floats) -> None:
 
 @both_ways
 def quadratic_program(H: Floats, g: Floats, A: Floats, b: Floats, count: int, equal: int, x: Floats) -> bool:
-    """The minimum, written into x (n,); False where the rows contradict each other.
+    """Write the minimum into x (n,); False if the rows contradict each other.
 
-    Args:
-        H: positive definite, shape (n, n); destroyed.
-        g: shape (n,).
-        A: rows aᵢ, of which `count` count.
-        b: least values bᵢ.
-        count: how many rows.
-        equal: how many of these, the first, are equations.
-        x: for the result.
+    H (n, n) is destroyed. The first `count` rows of A and b hold, the first `equal` of them as equations.
     """
     n = len(g)
     if not cholesky(H, n):
@@ -80,12 +72,11 @@ def quadratic_program(H: Floats, g: Floats, A: Floats, b: Floats, count: int, eq
     for i in range(n):
         x[i] = -g[i]
     solve_cholesky(H, n, x)
-    most = n + 1
-    active = np.empty(most, np.int64)
-    force = np.zeros(most)
-    across = np.empty((most, n))  # H⁻¹ of each active row
-    gram, factor = np.empty((most, most)), np.empty((most, most))
-    share, step = np.empty(most), np.empty(n)
+    size = n + 1
+    active, force = np.empty(size, np.int64), np.zeros(size)
+    across = np.empty((size, n))  # H⁻¹ of each active row
+    gram, factor = np.empty((size, size)), np.empty((size, size))
+    share, step = np.empty(size), np.empty(n)
     is_active, dependent = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
     k = 0
     for _ in range(20 * count + 50):
@@ -105,7 +96,7 @@ def quadratic_program(H: Floats, g: Floats, A: Floats, b: Floats, count: int, eq
             return True
         pull = 0.0
         while True:
-            # The new row seen through H⁻¹, and what the active rows have to give for it.
+            # H⁻¹ of the new row, and the multipliers that the active rows give up for it.
             for j in range(n):
                 step[j] = towards * A[row, j]
             solve_cholesky(H, n, step)

@@ -1,29 +1,29 @@
-"""Joint velocities for a twist, and how near the robot is to where some twists can no longer be made."""
+"""Joint velocities for a twist, and the distance from singular configurations."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats, check_tolerance, common_batch
-from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.ik.compiling import kept
+from nao_kin._core.arrays import Floats, as_floats, check_tolerance, choice, common_batch
+from nao_kin.errors import BadArgument
+from nao_kin.ik.compiling import cached_kernel
 from nao_kin.ik.descent import FrameMotion
 from nao_kin.ik.geometry import kept_limb
 from nao_kin.ik.limit_regions import Region, limit_rows, most_rows, region_type
 from nao_kin.ik.quadratic_program import quadratic_program
 from nao_kin.robot import LIMIT_TOLERANCE, Expression, RobotModel, check_robot
 
-# --- What is known about a twist: the joint velocities for it, and which twists are lost where.
+# --- The results: joint velocities, and the twists that cannot be made.
 
 TWIST_NAMES = ("vx", "vy", "vz", "ωx", "ωy", "ωz")
 
-# A singular value below this share of the largest makes its direction a lost one.
+# A direction is lost if its singular value is a smaller share of the largest.
 SINGULAR = 1e-6
-# Components of a named direction below this share of the largest are left out.
+# Smaller components of a named direction, as a share of the largest, are left out.
 _SEEN = 1e-3
 
 
@@ -34,18 +34,11 @@ class TwistMap:
     Rows of translation are divided by `length`, so that all have the unit 1/s.
 
     Attributes:
-        joints: the m joints that move the frame, by name.
+        joints: names of the m joints that move the frame.
         singular_values: the k = min(6, m) singular values, largest first, shape (..., k).
-        twists: U, a twist in each column; those after the first k cannot be made at all, shape (..., 6, 6).
-        velocities: V, joint velocities in each column; those after the first k move nothing, shape (..., m, m).
+        twists: U, a twist in each column; those after the first k cannot be made, shape (..., 6, 6).
+        velocities: V, joint velocities in each column; those after the first k do not move the frame, (..., m, m).
         length: the unit of translation [m].
-
-    Examples:
-        >>> nao = nk.load_nao()
-        >>> q = nao.posture("StandInit")
-        >>> result = nk.ik.velocity(nao, q, [0.05, 0, 0, 0, 0, 0], "LArm")
-        >>> result.map.joints[0], result.map.singular_values.shape
-        ('LShoulderPitch', (5,))
     """
 
     joints: tuple[str, ...]
@@ -56,7 +49,7 @@ class TwistMap:
 
     @property
     def manipulability(self) -> Floats:
-        """√det(J Jᵀ), or with fewer than six joints √det(Jᵀ J): the product of the k singular values, shape (...).
+        """√det(J Jᵀ), or √det(Jᵀ J) with fewer than six joints: the product of the k singular values, shape (...).
 
         Source: Yoshikawa, Manipulability of robotic mechanisms, IJRR 1985.
         """
@@ -64,63 +57,46 @@ class TwistMap:
 
     @property
     def condition_number(self) -> Floats:
-        """Largest by smallest of the k singular values, shape (...); infinite where the smallest is 0."""
+        """Ratio of the largest to the smallest of the k singular values, shape (...); infinite if that is 0."""
         sigma = self.singular_values
         infinite = np.full(sigma.shape[:-1], np.inf)
         return np.asarray(np.divide(sigma[..., 0], sigma[..., -1], out=infinite, where=sigma[..., -1] > 0.0))
 
     def rank(self, singular: float = SINGULAR) -> NDArray[np.int64]:
-        """How many independent twists can be made, shape (...).
+        """Return the number of independent twists that can be made, shape (...).
 
         Args:
             singular: share of the largest singular value below which one counts as zero.
-
-        Raises:
-            BadArgument: no number ≥ 0.
-
-        Examples:
-            >>> nao = nk.load_nao()
-            >>> q = nao.posture("StandInit")
-            >>> result = nk.ik.velocity(nao, q, [0.05, 0, 0, 0, 0, 0], "LArm")
-            >>> int(result.map.rank())
-            5
         """
         check_tolerance(singular, "singular")
         sigma = self.singular_values
         return np.asarray((sigma > singular * sigma[..., :1]).sum(axis=-1), dtype=np.int64)
 
     def lost_twists(self, index: tuple[int, ...] = (), singular: float = SINGULAR) -> tuple[str, ...]:
-        """Twists that cannot be made, by name: "ωx", "vx + 0.5 ωz"; as many as the rank is below six.
+        """Return 6 − rank twists that cannot be made, by name: "ωx", "vx + 0.5 ωz".
 
-        They span, in the axes in which the Jacobian is expressed, what is perpendicular to all twists that can be made.
+        They span the space perpendicular to all twists that can be made, in the axes of the Jacobian.
 
         Args:
-            index: which configuration of the batch; () where there is one.
+            index: of the configuration in a batch.
             singular: as in `rank`.
 
         Examples:
             >>> nao = nk.load_nao()
             >>> q = nao.posture("StandInit")
             >>> result = nk.ik.velocity(nao, q, [0.05, 0, 0, 0, 0, 0], "LArm")
-            >>> len(result.map.lost_twists())
-            1
+            >>> int(result.map.rank()), len(result.map.lost_twists()), result.map.idle_joints()
+            (5, 1, ())
         """
         rank = int(self.rank(singular)[index])
         return _named(self.twists[index][:, rank:], TWIST_NAMES)
 
     def idle_joints(self, index: tuple[int, ...] = (), singular: float = SINGULAR) -> tuple[str, ...]:
-        """Joint velocities that do not move the frame, by name: "LElbowYaw − LWristYaw".
+        """Return joint velocities that do not move the frame, by name: "LElbowYaw − LWristYaw".
 
         Args:
-            index: which configuration of the batch; () where there is one.
+            index: of the configuration in a batch.
             singular: as in `rank`.
-
-        Examples:
-            >>> nao = nk.load_nao()
-            >>> q = nao.posture("StandInit")
-            >>> result = nk.ik.velocity(nao, q, [0.05, 0, 0, 0, 0, 0], "LArm")
-            >>> result.map.idle_joints()
-            ()
         """
         rank = int(self.rank(singular)[index])
         return _named(self.velocities[index][:, rank:], self.joints)
@@ -131,21 +107,14 @@ class VelocityResult:
     """Joint velocities for twists, for a batch (...).
 
     Attributes:
-        joints: the m joints that may move, by name.
-        columns: their places in v.
+        joints: names of the m joints that may move.
+        columns: their indices in v.
         v: velocities in the order of the Jacobian's columns, zero for all other joints, shape (..., nv).
-        twist: the twist that they make, shape (..., 6) [m/s, rad/s].
-        wanted: the twist that was asked for, shape (..., 6).
+        twist: the resulting twist, shape (..., 6) [m/s, rad/s].
+        wanted: the requested twist, shape (..., 6).
         limited: whether speed limits or ranges have changed the velocities, shape (...).
         damping: λ of each singular value, shape (..., k).
         map: the singular values and directions of the Jacobian.
-
-    Examples:
-        >>> nao = nk.load_nao()
-        >>> q = nao.posture("StandInit")
-        >>> result = nk.ik.velocity(nao, q, [0.05, 0, 0, 0, 0, 0], "LArm")
-        >>> result.v.shape, bool(result.limited.any())
-        ((25,), False)
     """
 
     joints: tuple[str, ...]
@@ -159,9 +128,9 @@ class VelocityResult:
 
     @property
     def residual(self) -> Floats:
-        """Sizes of wanted − twist in linear and angular velocity, shape (..., 2) [m/s, rad/s]."""
-        left = self.wanted - self.twist
-        return np.stack([np.linalg.norm(left[..., :3], axis=-1), np.linalg.norm(left[..., 3:], axis=-1)], axis=-1)
+        """Norms of wanted − twist in linear and angular velocity, shape (..., 2) [m/s, rad/s]."""
+        error = self.wanted - self.twist
+        return np.stack([np.linalg.norm(error[..., :3], axis=-1), np.linalg.norm(error[..., 3:], axis=-1)], axis=-1)
 
     @property
     def manipulability(self) -> Floats:
@@ -175,14 +144,8 @@ class VelocityResult:
 
 
 def _named(directions: Floats, names: tuple[str, ...]) -> tuple[str, ...]:
-    """A basis of the columns' span with as many zeros as elimination brings, each vector as a sum of names."""
-    basis = _reduced(directions.T)
-    return tuple(_sum_of(vector, names) for vector in basis)
-
-
-def _reduced(rows: ArrayLike) -> Floats:
-    """Independent rows by Gauss–Jordan elimination, the largest entry as the pivot each time; pivots are 1."""
-    matrix: Floats = np.array(rows, dtype=np.float64)
+    """Return a basis of the columns' span, by Gauss–Jordan elimination with the largest pivots, as sums of names."""
+    matrix: Floats = np.array(directions.T)
     order, done = [], np.zeros(len(matrix), dtype=np.bool_)
     for _ in range(len(matrix)):
         sizes = np.abs(matrix) * ~done[:, None]
@@ -192,11 +155,11 @@ def _reduced(rows: ArrayLike) -> Floats:
         matrix[others] -= matrix[others, column][:, None] * matrix[row]
         done[row] = True
         order.append((column, row))
-    return matrix[[row for _, row in sorted(order)]]
+    return tuple(_sum_of(matrix[row], names) for _, row in sorted(order))
 
 
 def _sum_of(vector: Floats, names: tuple[str, ...]) -> str:
-    """The vector as a sum: "vx + 0.5 ωz"; the first name is positive."""
+    """Return a vector as a sum, "vx + 0.5 ωz", whose first term is positive."""
     scaled = vector / np.abs(vector).max()
     places = np.flatnonzero(np.abs(scaled) > _SEEN)
     scaled = scaled * np.sign(scaled[places[0]])
@@ -209,25 +172,22 @@ def _sum_of(vector: Floats, names: tuple[str, ...]) -> str:
     return text
 
 
-# --- Joint velocities for a twist, and how near the robot is to where some twists can no longer be made.
+# --- `velocity`.
 
 VelocityLimits = Literal["redistribute", "scale", "ignore"]
-_CHOICES = ("redistribute", "scale", "ignore")
 
-# A singular value is damped where it falls below this share of the largest.
+# A singular value is damped if it is a smaller share of the largest.
 _NEAR_SINGULAR = 0.02
-# Taking velocities back into their ranges and slowing them are repeated so often.
-_MOST_PROJECTIONS = 8
-# Singular values below this share of the largest are rounding.
+# Repetitions of projecting velocities into their ranges and clipping them.
+_MAX_PROJECTIONS = 8
+# Singular values that are a smaller share of the largest are rounding.
 _ZERO = 1e-12
-# What rounding does to a velocity that is at its limit.
+# Rounding of a velocity at its limit.
 _ROUNDING = 1e-9
-# What motions that make no twist cost, as a share of the largest squared singular value.
-_LEAST_COST = 1e-10
-# Fewer quadratic programs are solved as Python, if nothing has been compiled yet.
+# Cost of motions that make no twist, as a share of the largest squared singular value.
+_MIN_COST = 1e-10
+# Fewer quadratic programs are solved as Python before the kernel is in memory.
 _FEW = 64
-
-_Svd = tuple[Floats, Floats, Floats]
 
 
 def velocity(
@@ -242,37 +202,32 @@ def velocity(
     dt: float = 0.01,
     length: float = 1.0,
 ) -> VelocityResult:
-    """Joint velocities that give a frame a twist, by the damped pseudo-inverse of its Jacobian.
+    """Return joint velocities that give a frame a twist, by the damped pseudo-inverse of its Jacobian.
 
     With J = U Σ Vᵀ and damping Λ, v = V Σ (Σ² + Λ²)⁻¹ Uᵀ t. Only the joints between the base and the frame move; a
-    floating base stands still. Among the velocities that make the twist, these have the least sum of squares; where
-    none do, the twist is approached in the sense of least squares.
+    floating base does not. Among the velocities that make the twist, these have the least sum of squares; if there are
+    none, they approximate the twist in the sense of least squares.
 
     Args:
         robot: any robot.
         q: configurations, shape (..., nq).
         twist: (vx, vy, vz, ωx, ωy, ωz), shape (..., 6) [m/s, rad/s]; broadcasts with q.
         frame: the frame to move.
-        expressed_in: where the twist is taken, as in `RobotModel.jacobian`: "mixed", "frame" or "root".
-        damping: λ of every singular value, so that v = Jᵀ (J Jᵀ + λ² 1)⁻¹ t. None for damping of those singular values
-            alone that are below ε, 0.02 of the largest, by λ² = ε² − σ²: velocities stay below ‖t‖/ε and go to zero
-            along directions that are lost, while twists that can be made well are not touched.
-        limits: what happens where a joint would be faster than its speed limit, or in the time `dt` leave its range, a
-            coupled one included. "redistribute": of all velocities inside the limits those that come nearest to the
-            twist, by a quadratic program: other joints make up for the one as far as they can; the twist that is left
-            may point elsewhere. "scale": all joints are slowed alike, so that the
-            twist keeps its direction; a joint that stands at its limit stops all. "ignore": nothing.
-        dt: the time [s] for which ranges are looked ahead.
-        length: what translation is measured in, for damping and all measures [m]: with the characteristic length of the
-            robot, singular values have one unit. Joint velocities of a twist that can be made do not depend on it.
-
-    Returns:
-        Velocities, the twist they make, and the measures.
+        expressed_in: "mixed", "frame" or "root", as in `RobotModel.jacobian`.
+        damping: λ of every singular value, so that v = Jᵀ (J Jᵀ + λ² 1)⁻¹ t. With None, only singular values below ε,
+            0.02 of the largest, are damped, by λ² = ε² − σ²: velocities stay below ‖t‖/ε and go to zero along lost
+            directions, and other twists are not affected.
+        limits: what to do if a joint would exceed its speed limit, or within `dt` its range or coupled limit.
+            "redistribute": a quadratic program finds the velocities inside the limits with the nearest twist, which may
+            have another direction. "scale": all joints slow down by the same factor, so that the twist keeps its
+            direction; a joint at its limit may stop all. "ignore": nothing.
+        dt: the time [s] within which ranges hold.
+        length: the unit of translation for damping and all measures [m]; with the characteristic length of the robot,
+            singular values have one unit. It does not affect the velocities of a twist that can be made.
 
     Raises:
-        UnknownName: no such frame, expression or choice of limits.
-        BadArgument: no robot, a frame that nothing moves, shapes that do not broadcast, numbers that must be positive.
-        WrongShape, NotFinite: q is no configuration, or twist no twist.
+        UnknownName: a frame that does not exist.
+        BadArgument: a frame that no joint moves, or `dt` or `length` not positive.
 
     Source: Maciejewski and Klein, Numerical filtering for the operation of robotic manipulators through kinematically
     singular configurations, J. Robotic Systems 1988; Angeles, Fundamentals of Robotic Mechanical Systems, 5.8, for the
@@ -286,8 +241,7 @@ def velocity(
         [0.049, -0.003, 0.007, 0.0, 0.001, 0.0]
     """
     check_robot(robot)
-    if not isinstance(limits, str) or limits not in _CHOICES:
-        raise UnknownName("limits", limits, _CHOICES)
+    choice(limits, get_args(VelocityLimits), "limits")
     if damping is not None:
         check_tolerance(damping, "damping")
     for value, name in ((dt, "dt"), (length, "length")):
@@ -302,22 +256,19 @@ def velocity(
     J = motion.jacobians(q_rows, expressed_in)
     unit = np.array([1.0 / length] * 3 + [1.0] * 3)
     scaled = J * unit[:, None]
-    svd = np.linalg.svd(scaled, full_matrices=True)
-    U, sigma, Vt = svd
-    wanted = twist_rows * unit
-    asked = _solved(U, sigma, Vt, damping, wanted)
-    if limits == "ignore":
-        speeds = asked
-    else:
+    U, sigma, Vt = np.linalg.svd(scaled, full_matrices=True)
+    dampings, wanted = _dampings(sigma, damping), twist_rows * unit
+    speeds = unlimited = _solved(U, sigma, Vt, dampings, wanted)
+    if limits == "scale":
+        speeds = _Bounds(motion, q_rows, dt).scaled(unlimited)
+    elif limits == "redistribute":
         bounds = _Bounds(motion, q_rows, dt)
-        if limits == "scale":
-            speeds = bounds.scaled(asked)
-        else:
-            speeds = _redistributed(scaled, wanted, asked, svd, damping, bounds)
+        speeds = _redistributed(scaled, wanted, unlimited, sigma, Vt, dampings, bounds)
     v = np.zeros((len(q_rows), robot.nv))
     v[:, motion.velocity_columns] = speeds
-    changed = np.abs(speeds - asked) > _ROUNDING
-    size = len(motion.joints)
+    changed = np.abs(speeds - unlimited) > _ROUNDING
+    size, values = len(motion.joints), sigma.reshape(*batch, sigma.shape[-1])
+    V = Vt.swapaxes(-1, -2).reshape(*batch, size, size)
     return VelocityResult(
         joints=motion.names,
         columns=tuple(motion.velocity_columns.tolist()),
@@ -325,65 +276,59 @@ def velocity(
         twist=np.einsum("nij,nj->ni", J, speeds).reshape(*batch, 6),
         wanted=twist_rows.reshape(*batch, 6),
         limited=changed.any(axis=-1).reshape(batch),
-        damping=_dampings(sigma, damping).reshape(*batch, min(6, size)),
-        map=TwistMap(
-            motion.names,
-            sigma.reshape(*batch, min(6, size)),
-            U.reshape(*batch, 6, 6),
-            Vt.swapaxes(-1, -2).reshape(*batch, size, size),
-            float(length),
-        ),
+        damping=dampings.reshape(values.shape),
+        map=TwistMap(motion.names, values, U.reshape(*batch, 6, 6), V, float(length)),
     )
 
 
 class _Bounds:
-    """What velocities joints may have, from configurations (n, nq)."""
+    """Bounds on joint velocities at configurations (n, nq)."""
 
     def __init__(self, motion: FrameMotion, q: Floats, dt: float) -> None:
         self._motion, self._region, self._dt = motion, motion.limited, dt
         self._values = motion.joint_values(q)
-        # Whether the configurations are inside to begin with.
+        # Whether the configurations are inside the limits.
         off = np.abs(self._region.project(self._values) - self._values)
         self._inside: NDArray[np.bool_] = np.asarray(off.max(axis=-1) <= LIMIT_TOLERANCE)
         speed = motion.robot.velocity_limits[motion.joints]
-        # A URDF without speed limits says 0, which would hold every joint.
+        # A URDF without speed limits says 0, which would stop every joint.
         self._fastest: Floats = np.where(speed > 0.0, speed, np.inf)
 
     def allowed(self, speeds: Floats, rows: NDArray[np.intp]) -> Floats:
-        """Velocities near `speeds`, shape (k, m), that keep the speed limits, and the ranges for the time dt.
+        """Return velocities near `speeds` (k, m) inside the speed limits, and inside the ranges for the time dt.
 
-        From outside its range, a joint comes back as fast as it may.
+        A joint outside its range returns as fast as possible.
         """
         allowed = np.clip(speeds, -self._fastest, self._fastest)
         values = self._values[rows]
-        for _ in range(_MOST_PROJECTIONS):
+        for _ in range(_MAX_PROJECTIONS):
             ahead = values.copy()
             ahead[:, self._motion.joints] += allowed * self._dt
             moved = (self._region.project(ahead) - values)[:, self._motion.joints] / self._dt
-            # Rounding of the division counts for nothing.
+            # Ignore rounding of the division.
             moved = np.where(np.abs(moved - allowed) <= _ROUNDING, allowed, moved)
-            # What leads back into a range, or along the edge of a coupled one, may be too fast.
+            # Motion back into a range, or along the edge of a coupled limit, may be too fast.
             allowed = np.clip(moved, -self._fastest, self._fastest)
             fine: NDArray[np.bool_] = np.asarray(np.abs(allowed - moved).max(axis=-1) <= _ROUNDING)
             fine = np.asarray(fine | ~self._inside[rows])
             if np.all(fine):
                 return np.asarray(allowed)
-        # Slowed alike, what leads into a range that is not convex may still lead out again, around a corner of a table.
+        # All joints slow down alike; in a coupled range that is not convex this may still lead out at a corner.
         slowest = np.max(np.abs(moved) / self._fastest, axis=-1, keepdims=True, initial=1.0)
         alike = np.where(fine[:, None], allowed, moved / slowest)
         ahead[:, self._motion.joints] = values[:, self._motion.joints] + alike * self._dt
-        # A joint is farther above a steep edge than from it, hence the tenth of the tolerance.
+        # The excess of a joint over a steep edge is larger than its distance, hence a tenth of the tolerance.
         cornered = ~fine & (np.abs(self._region.project(ahead) - ahead).max(axis=-1) > 0.1 * LIMIT_TOLERANCE)
         return np.asarray(np.where(cornered[:, None], 0.0, alike))
 
     def numbers(self, rows: NDArray[np.intp]) -> tuple[Region, Floats, Floats, Floats, float]:
-        """What `_programs` takes of configurations."""
+        """Return the arguments of `_programs` for configurations."""
         values = self._values[rows]
         moving = np.ascontiguousarray(values[:, self._motion.joints])
         return self._region.numbers, moving, self._region.still_values(values), self._fastest * self._dt, self._dt
 
     def scaled(self, speeds: Floats) -> Floats:
-        """The same velocities, all slowed alike until every joint is inside."""
+        """Return the velocities, all scaled by one factor so that every joint is inside."""
         rows = np.arange(len(speeds))
         share: Floats = 1.0 / np.max(np.abs(speeds) / self._fastest, axis=-1, initial=1.0)
         for _ in range(2 * len(self._motion.joints)):
@@ -392,33 +337,32 @@ class _Bounds:
             outside: NDArray[np.bool_] = np.abs(allowed - tried) > _ROUNDING
             if not np.any(outside):
                 return np.asarray(tried)
-            # How much of each velocity is allowed; nothing where a joint would have to turn back.
+            # The allowed share of each velocity; 0 for a joint that would have to turn back.
             with np.errstate(divide="ignore", invalid="ignore"):
-                kept = np.where(outside, np.clip(allowed / tried, 0.0, 1.0), 1.0)
-            share = share * kept.min(axis=-1)
+                shares = np.where(outside, np.clip(allowed / tried, 0.0, 1.0), 1.0)
+            share = share * shares.min(axis=-1)
         return np.asarray(np.where(np.any(outside, axis=-1, keepdims=True), 0.0, tried))
 
 
 def _redistributed(
-    J: Floats, wanted: Floats, asked: Floats, svd: _Svd, damping: float | None, bounds: _Bounds
+    J: Floats, wanted: Floats, unlimited: Floats, sigma: Floats, Vt: Floats, dampings: Floats, bounds: _Bounds
 ) -> Floats:
-    """The velocities inside the bounds with the least ‖J v − t‖² + ‖Λ Vᵀ v‖², as those asked have it without bounds."""
-    speeds: Floats = asked.copy()
-    allowed = bounds.allowed(asked, np.arange(len(asked)))
-    rows = np.flatnonzero(np.abs(allowed - asked).max(axis=-1, initial=0.0) > _ROUNDING)
+    """Return the velocities inside the bounds with the least ‖J v − t‖² + ‖Λ Vᵀ v‖², which `unlimited` has without."""
+    speeds: Floats = unlimited.copy()
+    allowed = bounds.allowed(unlimited, np.arange(len(unlimited)))
+    rows = np.flatnonzero(np.abs(allowed - unlimited).max(axis=-1, initial=0.0) > _ROUNDING)
     if not rows.size:
         return speeds
-    _, sigma, Vt = (part[rows] for part in svd)
-    size = sigma.shape[-1]
-    # Motions that are lost or make nothing cost next to nothing, so that there is one minimum.
-    squares = np.repeat(_LEAST_COST * np.square(sigma[:, :1]), Vt.shape[-1], axis=-1)
-    squares[:, :size] += np.square(sigma) + np.square(_dampings(sigma, damping))
+    sigma, Vt = sigma[rows], Vt[rows]
+    # A small cost of motions without a twist makes the minimum unique.
+    squares = np.repeat(_MIN_COST * np.square(sigma[:, :1]), Vt.shape[-1], axis=-1)
+    squares[:, : sigma.shape[-1]] += np.square(sigma) + np.square(dampings[rows])
     H = np.ascontiguousarray(np.einsum("nki,nk,nkj->nij", Vt, squares, Vt))
     g = np.ascontiguousarray(-np.einsum("nij,ni->nj", J[rows], wanted[rows]))
     found, solved = np.zeros_like(g), np.zeros(len(rows), dtype=np.bool_)
     solve = _programs.uncompiled if len(rows) < _FEW and not _programs.in_memory else _programs
     solve(*bounds.numbers(rows), H, g, found, solved)
-    speeds[rows] = bounds.allowed(np.where(solved[:, None], found, asked[rows]), rows)
+    speeds[rows] = bounds.allowed(np.where(solved[:, None], found, unlimited[rows]), rows)
     return speeds
 
 
@@ -430,12 +374,12 @@ def _arguments() -> tuple[Any, ...]:
     return *bounds, types.float64[:, :, ::1], rows, rows, types.boolean[::1]
 
 
-@kept("velocities", _arguments)
+@cached_kernel("velocities", _arguments)
 def _programs(
     region: Region, values: Floats, still: Floats, longest: Floats, dt: float,
     H: Floats, g: Floats, found: Floats, solved: NDArray[np.bool_],
 ) -> None:  # fmt: skip
-    """The minimum of each ½ vᵀ H v + gᵀ v whose step v dt stays inside the limits and is no longer than `longest`."""
+    """Minimise each ½ vᵀ H v + gᵀ v with the step v dt inside the limits and no longer than `longest`."""
     A, b = np.empty((most_rows(region), g.shape[1])), np.empty(most_rows(region))
     for k in range(len(g)):
         count = limit_rows(region, values[k], still[k], longest, A, b, 0)
@@ -445,18 +389,18 @@ def _programs(
 
 
 def _dampings(sigma: Floats, damping: float | None) -> Floats:
-    """λ of each singular value, descending in (n, k): the one given, or one for each that is small."""
+    """Return λ of each of the singular values (n, k), in descending order: the given one, or one for small values."""
     if damping is not None:
         return np.full(sigma.shape, float(damping))
     threshold = _NEAR_SINGULAR * sigma[:, :1]
     return np.asarray(np.sqrt(np.maximum(0.0, np.square(threshold) - np.square(sigma))))
 
 
-def _solved(U: Floats, sigma: Floats, Vt: Floats, damping: float | None, twist: Floats) -> Floats:
-    """V Σ (Σ² + Λ²)⁻¹ Uᵀ t, shape (n, m); singular values that are rounding count as zero."""
+def _solved(U: Floats, sigma: Floats, Vt: Floats, dampings: Floats, twist: Floats) -> Floats:
+    """Return V Σ (Σ² + Λ²)⁻¹ Uᵀ t, shape (n, m); singular values that are rounding count as zero."""
     count = sigma.shape[-1]
     along = np.einsum("nij,ni->nj", U[:, :, :count], twist)
-    squares = np.square(sigma) + np.square(_dampings(sigma, damping))
+    squares = np.square(sigma) + np.square(dampings)
     real = sigma > _ZERO * sigma[:, :1]
     gains = np.divide(sigma, squares, out=np.zeros_like(sigma), where=real)
     return np.asarray(np.einsum("nji,nj->ni", Vt[:, :count], gains * along))

@@ -1,7 +1,7 @@
-"""Compiled loops over samples: drawn numbers → joint values → hand → voxel, and their count.
+"""Compiled loops over samples: random numbers → joint values → hand → voxel → counts.
 
-Plain scalar code for one sample after another, so that what is computed of a sample does not depend on its neighbours.
-Without Numba, and until it is worth waiting for it, the functions run as they stand.
+The code handles one sample after another, so that the result of a sample does not depend on its neighbours. It runs as
+Python without Numba, and until compiling is worth the wait.
 """
 
 from __future__ import annotations
@@ -24,28 +24,25 @@ from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.robot import WORLD, RobotModel, joints_below, serial_chain
 from nao_kin.robot.semantics import CoupledLimit
 
-# --- The joints between two frames of a robot as arrays: what the kernels need to know of it.
+# --- The joints between two frames of a robot as arrays for the kernels.
 
 Integers = NDArray[np.int64]
 
-# Manipulability is counted in whole steps, so that sums do not depend on their order; its upper bound has this many.
+# Manipulability is counted in integer steps, so that sums do not depend on their order: its upper bound in steps.
 _STEPS = 2**30
-# Placements that differ by less come from another machine's trigonometry, not from another robot.
+# Smaller differences of placements come from another machine's trigonometry, not from another robot.
 _DIGITS = 12
 
 
 class ChainTables(NamedTuple):
-    """A serial chain that c coordinates move, and the limits of those.
-
-    Coordinates after the first `moving` move no joint of the chain: others' limits depend on them.
+    """A serial chain of c coordinates, and their limits, for the kernels.
 
     Attributes:
         chain: the joints.
-        moving: number of coordinates that move the frame.
-        low: smallest value of each coordinate drawn, shape (c,).
-        high: largest value drawn, shape (c,).
-        tables: limits that depend on another coordinate, in the order in which they are obeyed, shape (t, 4): the
-            coordinate, the one it depends on, first bend, and the one after the last.
+        moving: number of coordinates that move the frame; only limits of others depend on those after them.
+        low, high: smallest and largest value of each coordinate, shape (c,).
+        tables: coupled limits in the order in which they are applied, shape (t, 4): the coordinate, the one it depends
+            on, and the first and last + 1 of its rows in `bends`.
         bends: at, lower, upper, shape (b, 3).
     """
 
@@ -59,14 +56,9 @@ class ChainTables(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class MovedChain:
-    """The joints that move a frame in a reference.
+    """The joints, by name and as tables, that move a frame in a reference.
 
-    Attributes:
-        frame: name of the frame.
-        reference: name of the reference.
-        joints: names of the coordinates that are drawn.
-        radius: length of the stretched chain [m]: the frame stays so near to `centre`.
-        tables: the arrays.
+    `radius` is the length of the stretched chain [m], the largest distance of the frame from `centre`.
     """
 
     frame: str
@@ -77,27 +69,26 @@ class MovedChain:
 
     @property
     def centre(self) -> Floats:
-        """Where the first joint stands in the reference, shape (3,) [m]."""
+        """Position of the first joint in the reference, shape (3,) [m]."""
         return np.asarray(self.tables.chain.links[3:12:4])
 
     @property
     def manipulability_step(self) -> float:
-        """A power of two: no manipulability of this chain has more than 2³⁰ steps of it.
+        """The least power of two of which no manipulability of this chain has more than 2³⁰.
 
-        With r = min(3, moving), w² is at most the mean of the eigenvalues of J_v J_vᵀ to the power r, and their sum is
-        that of the squared columns.
+        With r = min(3, moving), w² ≤ (mean of the eigenvalues of J_v J_vᵀ)ʳ, whose sum is that of the squared columns.
         """
         chain, moving = self.tables.chain, self.tables.moving
         longest = np.zeros(moving)
         speeds = np.abs(chain.ratio) * np.where(chain.slides != 0.0, 1.0, self.radius)
-        np.add.at(longest, np.maximum(chain.place, 0), speeds)  # a joint that stands still adds nothing
+        np.add.at(longest, np.maximum(chain.place, 0), speeds)  # a fixed joint adds nothing
         rank = min(3, moving)
         bound = (float(longest @ longest) / rank) ** (rank / 2)
         return 2.0 ** math.ceil(math.log2(bound / _STEPS)) if bound > 0.0 else 1.0
 
     @property
     def digest(self) -> str:
-        """A fingerprint of geometry and limits, the same on every machine."""
+        """Fingerprint of geometry and limits, the same on every machine."""
         found = hashlib.sha256("\0".join(self.joints).encode())
         (_, links, slides, place, ratio, offset), *limits = self.tables
         for part in (links, slides, np.maximum(place, 0), ratio, offset, *limits):
@@ -106,27 +97,19 @@ class MovedChain:
 
 
 def moved_chain(robot: RobotModel, name: str, reference: str | None) -> MovedChain:
-    """The chain that moves a frame.
+    """Return the joints between a reference, None or "world" for the root, and a frame.
 
-    Args:
-        robot: any robot; a floating base stays where it is.
-        name: a frame, or a chain of the robot's semantics: the end effector that it carries, or its last link.
-        reference: a frame; None or "world" for the root.
-
-    Raises:
-        UnknownName: no such frame or chain.
-        BadArgument: nothing moves the frame in the reference, or a sliding joint has no limits.
+    The name of a chain of the robot's semantics means its end effector, or else its last link.
     """
     frame = _frame_named(robot, name)
     if reference is not None and not isinstance(reference, str):
         raise UnknownName("frame", reference, robot.frame_names)
-    is_root = reference is None or (reference == WORLD and WORLD not in robot.frame_names)
-    root = robot.semantics.root if robot.semantics.root in robot.frame_names else robot.tree.root
-    base = root if is_root or reference is None else reference
-    chain = serial_chain(robot, base, frame)
+    if reference is None or (reference == WORLD and WORLD not in robot.frame_names):
+        reference = robot.semantics.root if robot.semantics.root in robot.frame_names else robot.tree.root
+    chain = serial_chain(robot, reference, frame)
     joints = list(chain.coordinates)
     if not joints:
-        raise BadArgument(f"no joint moves {frame} in {base}")
+        raise BadArgument(f"no joint moves {frame} in {reference}")
     numbers = chain_of([chain], joints)
     moving = len(joints)
     tables = _tables_of(robot, joints)
@@ -135,20 +118,9 @@ def moved_chain(robot: RobotModel, name: str, reference: str | None) -> MovedCha
     bends = [np.column_stack([table.at, table.lower, table.upper]) for table in tables]
     ends = list(itertools.accumulate(map(len, bends), initial=0))
     rows = [(column[table.joint], column[table.of], *ends[i : i + 2]) for i, table in enumerate(tables)]
-    return MovedChain(
-        frame,
-        base,
-        tuple(joints),
-        chain.length(robot) * (1.0 + 1e-9),
-        ChainTables(
-            numbers,
-            moving,
-            low,
-            high,
-            np.array(rows, dtype=np.int64).reshape(-1, 4),
-            np.concatenate([np.zeros((0, 3)), *bends]),
-        ),
-    )
+    coupled = np.array(rows, dtype=np.int64).reshape(-1, 4)
+    arrays = ChainTables(numbers, moving, low, high, coupled, np.concatenate([np.zeros((0, 3)), *bends]))
+    return MovedChain(frame, reference, tuple(joints), chain.length(robot) * (1.0 + 1e-9), arrays)
 
 
 def _frame_named(robot: RobotModel, name: str) -> str:
@@ -168,7 +140,7 @@ def _frame_named(robot: RobotModel, name: str) -> str:
 
 
 def _tables_of(robot: RobotModel, joints: list[str]) -> list[CoupledLimit]:
-    """The tables of these joints in the robot's order; joints on which they depend are added to `joints`."""
+    """Return the tables of these joints in the robot's order; add the joints that they depend on to `joints`."""
     done = 0
     while done < len(joints):
         joints += [table.of for table in robot.coupled_limits if table.joint == joints[done] and table.of not in joints]
@@ -178,13 +150,13 @@ def _tables_of(robot: RobotModel, joints: list[str]) -> list[CoupledLimit]:
 
 
 def _ranges(robot: RobotModel, joints: list[str]) -> tuple[Floats, Floats]:
-    """Between which values the joints are drawn, by the rule of `RobotModel.random`."""
+    """Return the lowest and highest values of the joints, by the rule of `RobotModel.random`."""
     columns = [robot.joint_names.index(joint) for joint in joints]
     lower, upper = robot.lower[columns], robot.upper[columns]
     for joint, column in zip(joints, columns, strict=True):
         bounded = math.isfinite(robot.lower[column]) and math.isfinite(robot.upper[column])
         if not bounded and robot.joint_units[column] != "rad":
-            raise BadArgument(f"{joint} slides without limits: nothing bounds where it takes the frame")
+            raise BadArgument(f"{joint} slides without limits: the positions of the frame are not bounded")
     low = np.where(np.isfinite(lower), lower, np.where(np.isfinite(upper), upper - np.pi, -np.pi))
     high = np.where(np.isfinite(upper), upper, low + 2 * np.pi)
     return low, high
@@ -195,13 +167,13 @@ def _ranges(robot: RobotModel, joints: list[str]) -> tuple[Floats, Floats]:
 # Source: K. M. Górski et al., HEALPix: A Framework for High-Resolution Discretization and Fast Analysis of Data
 # Distributed on the Sphere, The Astrophysical Journal 622 (2005), equations 2 to 9.
 
-# Each of the twelve base cells is cut into RESOLUTION² cells. One bit for each fits into a positive int64.
+# Each of the twelve base cells is divided into RESOLUTION² cells. One bit per cell fits into a positive int64.
 RESOLUTION = 2
 DIRECTION_COUNT = 12 * RESOLUTION**2
 
 
 def direction_cells() -> Floats:
-    """Unit vectors to the middles of the 48 cells of directions, shape (48, 3), in the order of their numbers.
+    """Return unit vectors to the centres of the 48 cells of directions, in the order of their numbers, shape (48, 3).
 
     Examples:
         >>> nk.reach.direction_cells().shape
@@ -222,28 +194,27 @@ def direction_cells() -> Floats:
     return np.concatenate(rows)
 
 
-# --- Compiled loops over samples: drawn numbers → joint values → hand → voxel, and their count.
+# --- Compiled loops over samples: random numbers → joint values → hand → voxel → counts.
 
 _DISCARDED = np.uint64(11)
 _UNIT = 2.0**-53
 
 
 class VoxelGrid(NamedTuple):
-    """Voxels that are counted: `shape` of them from the index `first` on, each `voxel` wide [m]."""
+    """The voxels that are counted: `shape` of them from index `first` on, each `voxel` wide [m]."""
 
     voxel: float
     first: tuple[int, int, int]
     shape: tuple[int, int, int]
 
 
-def kept(*arguments: str) -> Callable[[Callable[..., Any]], CachedKernel]:
-    """A kernel kept on disk, with arguments of the types that `_signature` has by these names."""
+def cached_kernel(*arguments: str) -> Callable[[Callable[..., Any]], CachedKernel]:
+    """Return a decorator for a kernel cached on disk, whose arguments have the types of these names in `_signature`."""
     what, signature = "the kernels of reach maps", partial(_signature, arguments)
     return lambda function: CachedKernel(function, what, f"reach kernel, {function.__name__}", signature, 3.0)
 
 
 def _signature(arguments: tuple[str, ...]) -> Any:
-    """The types of a kernel that gives back nothing."""
     from numba import types
 
     row, rows, whole_rows, whole = types.float64[::1], types.float64[:, ::1], types.int64[:, ::1], types.int64
@@ -260,16 +231,16 @@ def _signature(arguments: tuple[str, ...]) -> Any:
     return types.void(*(named[name] for name in arguments))
 
 
-@kept("draws", "tables", "rows")
+@cached_kernel("draws", "tables", "rows")
 def joint_values(draws: NDArray[np.uint64], tables: ChainTables, values: Floats) -> None:
-    """Values (m, c) inside all limits from 64 random bits each.
+    """Write values (m, c) inside all limits from 64 random bits each.
 
-    Each uniform in its box; then the box of a coupled joint is mapped onto its range at the joint it depends on.
+    Each is uniform in its box; then the box of a coupled joint is mapped onto its range at the other joint's value.
     """
     count = tables.low.shape[0]
     for sample in range(draws.shape[0]):
         for c in range(count):
-            # The 53 bits of a double in [0, 1), as NumPy's own generators have them.
+            # The 53 bits of a double in [0, 1), as in NumPy's generators.
             uniform = (draws[sample, c] >> _DISCARDED) * _UNIT
             values[sample, c] = tables.low[c] + (tables.high[c] - tables.low[c]) * uniform
         for table in range(tables.tables.shape[0]):
@@ -286,7 +257,7 @@ def joint_values(draws: NDArray[np.uint64], tables: ChainTables, values: Floats)
 
 @both_ways
 def interpolated(bends: Floats, column: int, at: float) -> float:
-    """Column of a piecewise linear table, constant outside of it."""
+    """Return a column of a piecewise linear table, which is constant beyond its ends."""
     last = bends.shape[0] - 1
     if at <= bends[0, 0]:
         return float(bends[0, column])
@@ -300,9 +271,9 @@ def interpolated(bends: Floats, column: int, at: float) -> float:
     return float(bends[left, column] + share * (bends[right, column] - bends[left, column]))
 
 
-@kept("rows", "tables", "rows", "rows", "row")
+@cached_kernel("rows", "tables", "rows", "rows", "row")
 def hands(values: Floats, tables: ChainTables, positions: Floats, axes: Floats, manipulability: Floats) -> None:
-    """Position (m, 3), x axis (m, 3) and manipulability (m,) of the frame at joint values (m, c)."""
+    """Write position (m, 3), x axis (m, 3) and manipulability (m,) of the frame at joint values (m, c)."""
     chain, joints = tables.chain, len(tables.chain.slides)
     posed = FramePose(np.empty(12), np.empty(3 * joints), np.empty(3 * joints))
     T, axis, origin = posed.T, posed.axes, posed.origins
@@ -330,10 +301,10 @@ def hands(values: Floats, tables: ChainTables, positions: Floats, axes: Floats, 
 
 @both_ways
 def volume(columns: Floats) -> float:
-    """√det(J_v J_vᵀ) of the Jacobian with these columns (n, 3); √det(J_vᵀ J_v) for less than three of them.
+    """Return √det(J_v J_vᵀ) of the Jacobian with these columns (n, 3); √det(J_vᵀ J_v) for fewer than three.
 
-    By the formula of Cauchy and Binet: the root of the sum of all squared minors, which keeps every digit near a
-    singularity, where the determinant of the product loses half of them.
+    This is the root of the sum of all squared minors (Cauchy–Binet), which keeps every digit near a singularity; the
+    determinant of the product loses half of them.
     """
     count = columns.shape[0]
     total = 0.0
@@ -355,7 +326,7 @@ def volume(columns: Floats) -> float:
 
 @both_ways
 def direction_cell(x: float, y: float, z: float) -> int:
-    """The HEALPix cell of a unit vector, ring scheme (Górski et al. 2005, section 5)."""
+    """Return the HEALPix cell of a unit vector, ring scheme (Górski et al. 2005, section 5)."""
     n = RESOLUTION
     quarter = math.atan2(y, x) / (0.5 * math.pi)
     if quarter < 0.0:
@@ -375,9 +346,9 @@ def direction_cell(x: float, y: float, z: float) -> int:
     return 2 * ring * (ring - 1) + place if z > 0.0 else 12 * n * n - 2 * ring * (ring + 1) + place
 
 
-@kept("rows", "rows", "grid", "whole_rows")
+@cached_kernel("rows", "rows", "grid", "whole_rows")
 def places(positions: Floats, axes: Floats, grid: VoxelGrid, found: Integers) -> None:
-    """Number of the voxel in its grid, and the bit of the direction, shape (m, 2)."""
+    """Write the number of the voxel in the grid, and the bit of the direction, shape (m, 2)."""
     for sample in range(positions.shape[0]):
         voxel = 0
         for i in range(3):
@@ -387,9 +358,9 @@ def places(positions: Floats, axes: Floats, grid: VoxelGrid, found: Integers) ->
         found[sample, 1] = 1 << direction_cell(axes[sample, 0], axes[sample, 1], axes[sample, 2])
 
 
-@kept("whole_rows", "row", "number", "whole_rows")
+@cached_kernel("whole_rows", "row", "number", "whole_rows")
 def tally(found: Integers, manipulability: Floats, step: float, totals: Integers) -> None:
-    """Count samples into `totals`, one row per voxel: how many, best and sum of manipulability in steps, directions."""
+    """Count samples in `totals`, one row per voxel: count, best and sum of manipulability in steps, directions."""
     for sample in range(found.shape[0]):
         voxel = found[sample, 0]
         steps = int(manipulability[sample] / step)

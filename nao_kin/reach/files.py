@@ -14,37 +14,28 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core import files as atomic
-from nao_kin._core.arrays import Floats, colours, whole_number
+from nao_kin._core.arrays import Floats, choice, colours, whole_number
 from nao_kin._core.files import read_bounded
 from nao_kin._core.text import abbreviated, quoted
-from nao_kin.errors import BadArgument, BadInputFile, UnknownName
+from nao_kin.errors import BadArgument, BadInputFile
 
-# --- Ranges of sample numbers: which are asked for, which are done, which are left.
+# --- Ranges of sample numbers: requested, done and remaining ones.
 
 SampleRange = tuple[int, int]
 
-# So many samples in one voxel, each of the best manipulability, still have a sum below 2⁶³.
-MOST_SAMPLES = 2**32
+# If all these samples fall into one voxel with the largest manipulability, the sum is still below 2⁶³.
+MAX_SAMPLES = 2**32
 
 
-def asked_range(samples: int | SampleRange, shard: tuple[int, int] | None) -> SampleRange:
-    """The numbers of the samples that are asked for.
-
-    Args:
-        samples: how many, or from where to where.
-        shard: (k, n) for the k-th of n parts of them, k from 0; None for all.
-
-    Raises:
-        BadArgument: no whole numbers, none at all, or more than can be counted.
-    """
+def requested_range(samples: int | SampleRange, shard: tuple[int, int] | None) -> SampleRange:
+    """Return (start, stop) for a number of samples or a range of them, or for its k-th of n parts, shard (k, n)."""
     if isinstance(samples, (tuple, list)):
         if len(samples) != 2:
             raise BadArgument(f"samples must be a number, or (start, stop), got {quoted(samples)}")
         start = whole_number(samples[0], "the first sample", 0)
-        stop = whole_number(samples[1], "the end of the samples", start + 1, MOST_SAMPLES)
+        stop = whole_number(samples[1], "the end of the samples", start + 1, MAX_SAMPLES)
     else:
-        start, stop = 0, whole_number(samples, "samples", 1, MOST_SAMPLES)
+        start, stop = 0, whole_number(samples, "samples", 1, MAX_SAMPLES)
     if shard is None:
         return start, stop
     if not isinstance(shard, (tuple, list)) or len(shard) != 2:
@@ -55,7 +46,7 @@ def asked_range(samples: int | SampleRange, shard: tuple[int, int] | None) -> Sa
 
 
 def union(ranges: Iterable[SampleRange]) -> tuple[SampleRange, ...]:
-    """The same samples in as few ranges as possible, ascending."""
+    """Return the same samples in as few ranges as possible, ascending."""
     merged: list[SampleRange] = []
     for start, stop in sorted(ranges):
         if merged and start <= merged[-1][1]:
@@ -65,51 +56,40 @@ def union(ranges: Iterable[SampleRange]) -> tuple[SampleRange, ...]:
     return tuple(merged)
 
 
-def overlap(some: Sequence[SampleRange], others: Sequence[SampleRange]) -> SampleRange | None:
-    """The first range that is in both; None when they share nothing."""
-    shared = ((max(a, c), min(b, d)) for a, b in some for c, d in others)
+def overlap(ranges: Sequence[SampleRange], others: Sequence[SampleRange]) -> SampleRange | None:
+    """Return the first range that is in both; None if they share nothing."""
+    shared = ((max(a, c), min(b, d)) for a, b in ranges for c, d in others)
     return next(((start, stop) for start, stop in shared if start < stop), None)
 
 
-def without(asked: SampleRange, done: Sequence[SampleRange]) -> tuple[SampleRange, ...]:
-    """What is left of `asked` where `done`, disjoint and ascending, is taken away."""
-    left, (start, stop) = [], asked
-    for first, last in done:
+def without(requested: SampleRange, done: Sequence[SampleRange]) -> tuple[SampleRange, ...]:
+    """Return `requested` minus `done`, whose ranges are disjoint and ascending."""
+    remaining, (start, stop) = [], requested
+    for first, last in (*done, (stop, stop)):
         if start < min(first, stop):
-            left.append((start, min(first, stop)))
+            remaining.append((start, min(first, stop)))
         start = max(start, last)
-    if start < stop:
-        left.append((start, stop))
-    return tuple(left)
+    return tuple(remaining)
 
 
-# --- Reach maps in files: NumPy archives that come back, and VTK and PLY for other programs.
+# --- Reach maps in files: NumPy archives, which can be read back, and VTK and PLY for other programs.
 
 COLUMNS = ("best", "mean", "count", "coverage")
 _FORMAT = "nao_kin reach map 1"
-# While they are counted, all voxels of the box around the reach take 32 bytes each.
-MOST_VOXELS = 50_000_000
-# What belongs to the whole map takes no more than this.
-_SMALL_PARTS, _MOST_BYTES = ("format.npy", "settings.npy", "ranges.npy"), 1 << 24
-_HEADERS = {
-    (1, 0): np.lib.format.read_array_header_1_0,
-    (2, 0): np.lib.format.read_array_header_2_0,
-}
+# During counting, every voxel of the box around the reach takes 32 bytes.
+MAX_VOXELS = 50_000_000
+# The parts that do not grow with the voxels, and the bytes that each may take.
+_SMALL_PARTS, _MAX_BYTES = ("format.npy", "settings.npy", "ranges.npy"), 1 << 24
+_HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
 
 
 def check_column(name: str) -> None:
-    """Raise `UnknownName` for what is no number of a voxel."""
-    if not isinstance(name, str) or name not in COLUMNS:
-        raise UnknownName("number of a voxel", name, COLUMNS)
+    """Raise `UnknownName` if `name` is not a column of a map."""
+    choice(name, COLUMNS, "number of a voxel")
 
 
-def write_npz(
-    path: Path | str,
-    settings: Mapping[str, Any],
-    ranges: Sequence[SampleRange],
-    arrays: Mapping[str, NDArray[Any]],
-) -> Path:
-    """Write the parts of a map as a compressed archive."""
+def npz_bytes(settings: Mapping[str, Any], ranges: Sequence[SampleRange], arrays: Mapping[str, NDArray[Any]]) -> bytes:
+    """Return the parts of a map as a compressed archive."""
     parts: dict[str, Any] = {
         "format": np.array(_FORMAT),
         "settings": np.array(json.dumps(settings)),
@@ -118,16 +98,11 @@ def write_npz(
     }
     content = io.BytesIO()
     np.savez_compressed(content, **parts)
-    atomic.write_bytes(path, content.getvalue())
-    return Path(path)
+    return content.getvalue()
 
 
 def read_npz(path: Path | str) -> tuple[dict[str, Any], tuple[SampleRange, ...], dict[str, NDArray[Any]]]:
-    """The parts of a map: settings, ranges, and the arrays of its voxels.
-
-    Raises:
-        BadInputFile: the file cannot be read, or is no such archive.
-    """
+    """Read the parts of a map: settings, ranges, and the arrays of its voxels."""
     try:
         with Path(path).open("rb") as file:
             content = io.BytesIO(read_bounded(file, abbreviated(path)))
@@ -148,7 +123,7 @@ def read_npz(path: Path | str) -> tuple[dict[str, Any], tuple[SampleRange, ...],
 
 
 def _check_sizes(content: io.BytesIO) -> None:
-    """Refuse an archive whose arrays would be larger than those of any map, before one of them is unpacked."""
+    """Refuse an archive with larger arrays than any map has, before unpacking one of them."""
     counts = set[int]()
     with zipfile.ZipFile(content) as archive:
         for part in archive.infolist():
@@ -157,11 +132,11 @@ def _check_sizes(content: io.BytesIO) -> None:
             rows = shape[0] if shape else 1
             if part.filename not in _SMALL_PARTS:
                 counts.add(rows)
-            elif math.prod(shape) * kind.itemsize > _MOST_BYTES:
+            elif math.prod(shape) * kind.itemsize > _MAX_BYTES:
                 raise ValueError(part.filename)
-            if math.prod(shape) > 3 * rows or part.file_size > math.prod(shape) * kind.itemsize + _MOST_BYTES:
+            if math.prod(shape) > 3 * rows or part.file_size > math.prod(shape) * kind.itemsize + _MAX_BYTES:
                 raise ValueError(part.filename)
-    if len(counts) != 1 or max(counts) > MOST_VOXELS:
+    if len(counts) != 1 or max(counts) > MAX_VOXELS:
         raise ValueError("rows")
 
 
@@ -174,17 +149,15 @@ def _check_arrays(arrays: Mapping[str, NDArray[Any]], samples: int) -> None:
         raise ValueError("count")
 
 
-def write_vtk(
-    path: Path | str, title: str, indices: NDArray[np.int32], voxel: float, columns: Mapping[str, Floats]
-) -> Path:
-    """Write voxels as the cells of structured points, numbers in big-endian binary.
+def vtk_bytes(title: str, indices: NDArray[np.int32], voxel: float, columns: Mapping[str, Floats]) -> bytes:
+    """Return voxels as the cells of structured points, in big-endian binary.
 
     Source: The VTK User's Guide, 11th edition, VTK File Formats, Simple Legacy Formats.
     """
     _check_any(indices)
     first = indices.min(axis=0)
     shape = indices.max(axis=0) - first + 1
-    place = np.ravel_multi_index(tuple((indices - first).T), tuple(shape), order="F")  # x runs fastest
+    cell = np.ravel_multi_index(tuple((indices - first).T), tuple(shape), order="F")  # x runs fastest
     cells = int(np.prod(shape))
     head = (
         "# vtk DataFile Version 3.0",
@@ -200,15 +173,14 @@ def write_vtk(
     content.write(("\n".join(head) + "\n").encode("ascii"))
     for name, values in columns.items():
         dense = np.zeros(cells, dtype=">f8")
-        dense[place] = values
+        dense[cell] = values
         content.write(f"SCALARS {name} double 1\nLOOKUP_TABLE default\n".encode("ascii"))
         content.write(dense.tobytes() + b"\n")
-    atomic.write_bytes(path, content.getvalue())
-    return Path(path)
+    return content.getvalue()
 
 
-def write_ply(path: Path | str, points: Floats, values: Floats) -> Path:
-    """Write coloured points, cold for the least value and warm for the most."""
+def ply_bytes(points: Floats, values: Floats) -> bytes:
+    """Return coloured points, cold for the smallest value and warm for the largest."""
     from trimesh import PointCloud
 
     _check_any(points)
@@ -216,8 +188,7 @@ def write_ply(path: Path | str, points: Floats, values: Floats) -> Path:
     rgb = colours(values, low, high if high > low else low + 1.0)
     rgba = np.column_stack([np.round(255.0 * rgb), np.full(len(rgb), 255.0)]).astype(np.uint8)
     make: Any = PointCloud
-    atomic.write_bytes(path, make(points, colors=rgba).export(file_type="ply"))
-    return Path(path)
+    return bytes(make(points, colors=rgba).export(file_type="ply"))
 
 
 def _check_any(rows: NDArray[Any]) -> None:

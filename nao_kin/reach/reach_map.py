@@ -1,4 +1,4 @@
-"""The map: for every voxel that a hand reached, how often, how well, and in which directions."""
+"""The map: how often, how well and in which directions samples of a hand fell into each voxel."""
 
 from __future__ import annotations
 
@@ -7,12 +7,13 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats, whole_number
+from nao_kin._core.arrays import Floats, as_floats, join_poses, whole_number
+from nao_kin._core.files import write_document
 from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadArgument, BadInputFile, WrongShape
 from nao_kin.reach import files
@@ -20,29 +21,23 @@ from nao_kin.reach._kernels import DIRECTION_COUNT, Integers
 from nao_kin.reach.files import SampleRange, overlap, union
 from nao_kin.rotations import rot_z
 
-# --- Where to stand so that most targets are within reach.
+# --- Where to stand to have most targets within reach.
 
-# Places that are compared at once, 8 bytes each.
-_MOST_PLACES = 30_000_000
-# A place's score: the number of targets above these bits, the sum of their manipulability in them.
+# Positions compared at once, 8 bytes each.
+_MAX_POSITIONS = 30_000_000
+# The lower bits of a position's score sum the manipulability at the targets, the higher ones count the targets.
 _BITS = 40
 
 
 @dataclass(frozen=True, eq=False)
 class Stance:
-    """A place for the reference frame of a reach map, upright.
+    """An upright pose for the reference frame of a reach map.
 
     Attributes:
         position: its origin in the targets' frame, shape (3,) [m].
         yaw: its heading about the vertical, in (−π, π] [rad].
         reached: which targets are within reach, shape (m,).
         manipulability: the best manipulability at each target, 0 out of reach, shape (m,).
-
-    Examples:
-        >>> reach = nk.reach.workspace(nk.load_nao(), "LArm", 1000, voxel=0.05)
-        >>> stance = reach.best_stance([[0.5, 0.0, 0.1]])
-        >>> stance.position.shape, bool(stance.reached.all())
-        ((3,), True)
     """
 
     position: Floats
@@ -52,39 +47,13 @@ class Stance:
 
     @property
     def count(self) -> int:
-        """How many targets are within reach."""
+        """Number of targets within reach."""
         return int(self.reached.sum())
 
     @property
     def pose(self) -> Floats:
-        """T_targets_reference: coordinates in the reference frame to those of the targets, shape (4, 4)."""
-        T = np.eye(4)
-        T[:3, :3], T[:3, 3] = rot_z(self.yaw), self.position
-        return T
-
-
-def best_stance(reach: ReachMap, targets: ArrayLike, height: float | tuple[float, float] | None, yaws: int) -> Stance:
-    """As `ReachMap.best_stance`.
-
-    A target in voxel t, counted from the place, is within reach from place g when voxel t − g is in the map. So every
-    target votes for the map, mirrored, moved to t; the votes of all targets are counted on one grid, heading by
-    heading.
-    """
-    points = as_floats(targets, (3,), "targets")
-    if points.ndim != 2 or len(points) == 0:
-        raise WrongShape("targets", "(m, 3) with m ≥ 1", points.shape)
-    if len(reach.count) == 0:
-        raise BadArgument("the map is empty: nothing is within reach")
-    headings = whole_number(yaws, "yaws", 1)
-    votes = _Votes(reach, points, _heights(height))
-    best, place, yaw = -1, np.zeros(3), 0.0
-    for heading in np.arange(headings) * (2.0 * math.pi / headings):
-        score, found = votes.best_place(rot_z(heading))
-        if score > best:
-            best, place, yaw = score, found, float(heading)
-    yaw = yaw - 2.0 * math.pi if yaw > math.pi else yaw
-    seen = (points - place) @ rot_z(yaw)
-    return Stance(place, yaw, reach.reachable(seen), reach.best_at(seen))
+        """T_targets_reference: from coordinates in the reference frame to those of the targets, shape (4, 4)."""
+        return join_poses(rot_z(self.yaw), self.position)
 
 
 def _heights(height: float | tuple[float, float] | None) -> tuple[float, float] | None:
@@ -93,81 +62,75 @@ def _heights(height: float | tuple[float, float] | None) -> tuple[float, float] 
     array = as_floats(height, (), "height")
     if array.shape not in ((), (2,)):
         raise WrongShape("height", "() or (2,)", array.shape)
-    low, high = (float(array), float(array)) if array.shape == () else (float(array[0]), float(array[1]))
+    low, high = np.broadcast_to(array, 2).tolist()
     if low > high:
         raise BadArgument(f"height must be from low to high, got {low:g} and {high:g}")
     return low, high
 
 
 class _Votes:
-    """Counts, place by place, which targets are within reach there, and how well.
+    """Votes of the targets for positions on a grid.
 
-    Places are the points (g + ½) · voxel with whole numbers g, turned by the heading: targets on round numbers then
-    stand in the middle of voxels, and not between two. Where the height is given, its places start at its low end.
+    From position g, a target in voxel t is within reach if voxel t − g is in the map, so each target adds the mirrored
+    map, moved to t. Positions are (g + ½) · voxel with integers g, turned by the heading, so that targets with round
+    coordinates are in the middle of voxels, not between two. A given height starts the grid at its low end.
     """
 
     def __init__(self, reach: ReachMap, targets: Floats, heights: tuple[float, float] | None) -> None:
         self._targets, self._voxel, self._heights = targets, reach.voxel, heights
         self._low, high = reach.indices.min(axis=0).astype(np.int64), reach.indices.max(axis=0).astype(np.int64)
         self._sides = high - self._low + 1
-        # Large numbers of targets leave fewer bits for each.
+        # Many targets leave fewer bits for each.
         shift = max(0, int(reach.best_steps.max()).bit_length() + len(targets).bit_length() - _BITS)
         scores = np.zeros(tuple(self._sides), dtype=np.int64)
         scores[tuple((reach.indices - self._low).T)] = (1 << _BITS) + (reach.best_steps >> shift)
         self._mirrored = scores[::-1, ::-1, ::-1]
 
-    def best_place(self, R: Floats) -> tuple[int, Floats]:
-        """The score of the best place at a heading, and the place in the targets' frame."""
+    def best_position(self, R: Floats) -> tuple[int, Floats]:
+        """Return the best score at a heading, and its position in the targets' frame."""
         origin = np.full(3, 0.5 * self._voxel)
         if self._heights is not None:
             origin[2] = self._heights[0]
         cells = np.floor((self._targets @ R - origin) / self._voxel)
         if np.abs(cells).max() >= 2**40:
             raise BadArgument("targets are too far away for voxels of this size")
-        # The mirrored map, moved to a target, starts at:
+        # Where the mirrored map starts when moved to each target.
         starts: Integers = cells.astype(np.int64) - (self._low + self._sides - 1)
         first, last = starts.min(axis=0), starts.max(axis=0) + self._sides
         if self._heights is not None:
             first[2], last[2] = 0, math.floor((self._heights[1] - self._heights[0]) / self._voxel + 1e-9) + 1
-        if math.prod((last - first).tolist()) > _MOST_PLACES:
-            raise BadArgument("targets are too far apart to compare all places between them: give fewer at a time")
+        if math.prod((last - first).tolist()) > _MAX_POSITIONS:
+            raise BadArgument("targets are too far apart to compare all positions between them: give fewer at a time")
         votes = np.zeros(tuple(last - first), dtype=np.int64)
         for start in starts - first:
             low, high = np.maximum(start, 0), np.minimum(start + self._sides, votes.shape)
             if (low < high).all():
                 votes[tuple(map(slice, low, high))] += self._mirrored[tuple(map(slice, low - start, high - start))]
         best = int(np.argmax(votes))
-        place = np.array(np.unravel_index(best, votes.shape)) + first
-        return int(votes.flat[best]), R @ (origin + place * self._voxel)
+        cell = np.array(np.unravel_index(best, votes.shape)) + first
+        return int(votes.flat[best]), R @ (origin + cell * self._voxel)
 
 
-# --- The map: for every voxel that a hand reached, how often, how well, and in which directions.
+# --- The map: how often, how well and in which directions samples of a hand fell into each voxel.
 
-# Voxel indices fit into this many bits each, so that the three of them are one key.
+# Each voxel index fits into this many bits, so that three of them make one key.
 _INDEX_BITS = 20
-MOST_INDEX = 2**_INDEX_BITS - 2
-
-_Row = TypeVar("_Row", bound=np.generic)
+MAX_INDEX = 2**_INDEX_BITS - 2
 
 
 @dataclass(frozen=True)
 class ReachSettings:
-    """What two maps must share to be parts of one.
+    """The settings that two maps must share to be parts of one.
 
     Attributes:
         robot: name of the robot.
         frame: the frame whose positions are counted.
-        reference: the frame in which they are.
-        joints: the joints that were drawn.
+        reference: the frame in which the positions are given.
+        joints: the joints drawn at random.
         chain: fingerprint of the geometry and the limits between the two frames.
         voxel: edge of a voxel [m].
         seed: seed of the samples.
         step: unit of the integers in which manipulability is summed.
-
-    Examples:
-        >>> settings = nk.reach.workspace(nk.load_nao(), "LArm", voxel=0.05, samples=1000).settings
-        >>> settings.frame, settings.reference
-        ('LArm', 'torso')
     """
 
     robot: str
@@ -180,7 +143,7 @@ class ReachSettings:
     step: float
 
     def check_same(self, other: ReachSettings, what: str) -> None:
-        """Raise `BadArgument` with the first setting that differs from the one in `what`."""
+        """Raise `BadArgument` naming the first setting of `other`, which belongs to `what`, that differs."""
         for name, mine in asdict(self).items():
             theirs = getattr(other, name)
             if mine == theirs:
@@ -192,11 +155,11 @@ class ReachSettings:
 
 @dataclass(frozen=True, eq=False)
 class ReachMap:
-    """Hand positions counted in voxels, as `workspace` makes it.
+    """Hand positions counted in voxels; `workspace` makes it.
 
-    Voxel (i, j, k) holds the points p with ⌊p / voxel⌋ = (i, j, k), in the reference's frame. Only voxels that some
-    sample fell into have a row, in ascending order of their indices. Maps of different samples of the same settings
-    add up: `part_a + part_b`.
+    Voxel (i, j, k) holds the points p with ⌊p / voxel⌋ = (i, j, k), in the reference frame. Each voxel with at least
+    one sample has a row; rows are in ascending order of the indices. Maps of different samples with the same settings
+    can be added: `part_a + part_b`.
 
     Attributes:
         settings: robot, frames, voxel size and seed.
@@ -206,11 +169,6 @@ class ReachMap:
         best_steps: its largest manipulability, in steps of `settings.step`, shape (m,).
         total_steps: sum of the manipulability of its samples in the same steps, shape (m,).
         masks: directions of the hand's x axis, bit d for cell d of `direction_cells`, shape (m,).
-
-    Examples:
-        >>> reach = nk.reach.workspace(nk.load_nao(), "LArm", 1000, voxel=0.05)
-        >>> int(reach.column("count").sum())
-        1000
     """
 
     settings: ReachSettings
@@ -225,7 +183,7 @@ class ReachMap:
         for name in ROW_ARRAYS:
             getattr(self, name).flags.writeable = False
 
-    # --- what is in it --------------------------------------------------------------------------------------------
+    # --- contents -------------------------------------------------------------------------------------------------
 
     @property
     def samples(self) -> int:
@@ -239,17 +197,17 @@ class ReachMap:
 
     @property
     def volume(self) -> float:
-        """Volume of all voxels with a sample [m³]."""
+        """Total volume of the voxels [m³]."""
         return len(self.count) * self.voxel**3
 
     @property
     def centres(self) -> Floats:
-        """Middle of every voxel in the reference's frame, shape (m, 3) [m]."""
+        """Centre of every voxel in the reference frame, shape (m, 3) [m]."""
         return np.asarray((self.indices + 0.5) * self.voxel)
 
     @property
     def best(self) -> Floats:
-        """Largest manipulability in every voxel, shape (m,); its unit is that of `workspace`."""
+        """Largest manipulability in every voxel, shape (m,), in the unit given at `workspace`."""
         return np.asarray(self.best_steps * self.settings.step)
 
     @property
@@ -268,10 +226,7 @@ class ReachMap:
         return np.asarray(self.directions.mean(axis=1, dtype=np.float64))
 
     def column(self, name: str) -> Floats:
-        """One number per voxel by name: "count", "best", "mean" or "coverage", shape (m,).
-
-        Raises:
-            UnknownName: another name.
+        """Return one number per voxel by name: "count", "best", "mean" or "coverage", shape (m,).
 
         Examples:
             >>> reach = nk.reach.workspace(nk.load_nao(), "LArm", 1000, voxel=0.05)
@@ -281,21 +236,12 @@ class ReachMap:
         files.check_column(name)
         return np.asarray(getattr(self, name), dtype=np.float64)
 
-    # --- what can be asked of it ----------------------------------------------------------------------------------
+    # --- queries --------------------------------------------------------------------------------------------------
 
     def reachable(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """Whether a sample fell into the voxel of a point.
+        """Return whether a sample fell into the voxel of each point (..., 3) in the reference frame, shape (...).
 
-        Samples are not all configurations: a voxel at the rim that no sample happened to find counts as out of reach.
-
-        Args:
-            points: in the reference's frame, shape (..., 3) [m].
-
-        Returns:
-            Shape (...).
-
-        Raises:
-            WrongShape, NotFinite, BadArgument: no points.
+        A reachable voxel at the boundary that no sample happened to find counts as out of reach.
 
         Examples:
             >>> reach = nk.reach.workspace(nk.load_nao(), "LArm", 1000, voxel=0.05)
@@ -305,33 +251,26 @@ class ReachMap:
         return np.asarray(self._rows(as_floats(points, (3,), "points")) >= 0)
 
     def best_at(self, points: ArrayLike) -> Floats:
-        """Largest manipulability in the voxel of a point, shape (...); 0 out of reach. Arguments as `reachable`.
-
-        Examples:
-            >>> reach = nk.reach.workspace(nk.load_nao(), "LArm", 1000, voxel=0.05)
-            >>> float(reach.best_at([2.0, 0.0, 0.0]))
-            0.0
-        """
+        """Return the largest manipulability in the voxel of each point (..., 3), shape (...); 0 out of reach."""
         rows = self._rows(as_floats(points, (3,), "points"))
         return np.asarray(np.append(self.best, 0.0)[rows])
 
     def best_stance(
         self, targets: ArrayLike, *, height: float | tuple[float, float] | None = None, yaws: int = 36
     ) -> Stance:
-        """Where to put the reference frame, upright, so that most targets are within reach.
+        """Return the upright pose of the reference frame from which most targets are within reach.
 
-        Its position is looked for on a grid of the voxels' size, its heading on equal steps of the full turn. Among
-        places from which equally many targets are within reach, the one with the largest sum of best manipulability at
-        them wins, then the first. The frame must be one that stands upright when the robot does: the trunk's.
+        Positions are tried on a grid with the size of the voxels, headings in equal steps of the full turn. Among
+        poses with equally many targets within reach, the one with the largest sum of best manipulability at the targets
+        wins, then the first. The reference must be a frame that is upright when the robot is, such as the trunk.
 
         Args:
             targets: points in a frame with z up, shape (m, 3) with m ≥ 1 [m].
-            height: the height of the reference frame in that frame: one value, or from and to; None for any [m].
+            height: the height of the reference frame in that frame: one value, or (low, high); None for any [m].
             yaws: number of headings, the first along x.
 
         Raises:
-            WrongShape, NotFinite, BadArgument: no targets, no heights, no number of headings, an empty map; or targets
-                so far apart that their grid is too large.
+            BadArgument: the map is empty, or the targets are so far apart that their grid is too large.
 
         Examples:
             >>> reach = nk.reach.workspace(nk.load_nao(), "LArm", 1000, voxel=0.05)
@@ -339,15 +278,29 @@ class ReachMap:
             >>> stance.reached.tolist()
             [True, True]
         """
-        return best_stance(self, targets, height, yaws)
+        points = as_floats(targets, (3,), "targets")
+        if points.ndim != 2 or len(points) == 0:
+            raise WrongShape("targets", "(m, 3) with m ≥ 1", points.shape)
+        if len(self.count) == 0:
+            raise BadArgument("the map is empty: nothing is within reach")
+        headings = whole_number(yaws, "yaws", 1)
+        votes = _Votes(self, points, _heights(height))
+        best, position, yaw = -1, np.zeros(3), 0.0
+        for heading in np.arange(headings) * (2.0 * math.pi / headings):
+            score, found = votes.best_position(rot_z(heading))
+            if score > best:
+                best, position, yaw = score, found, float(heading)
+        yaw = yaw - 2.0 * math.pi if yaw > math.pi else yaw
+        seen = (points - position) @ rot_z(yaw)
+        return Stance(position, yaw, self.reachable(seen), self.best_at(seen))
 
     # --- parts and wholes -----------------------------------------------------------------------------------------
 
     def __add__(self, other: object) -> ReachMap:
-        """The map of the samples of both, bit for bit that of one run.
+        """Return the map of the samples of both, bit for bit that of one run.
 
         Raises:
-            BadArgument: they are of different robots, frames, voxels or seeds, or share samples.
+            BadArgument: their robots, frames, voxels or seeds differ, or they share samples.
         """
         if not isinstance(other, ReachMap):
             return NotImplemented
@@ -360,10 +313,7 @@ class ReachMap:
         return _collected(self.settings, union(self.ranges + other.ranges), indices, rows)
 
     def coarser(self, factor: int) -> ReachMap:
-        """The same samples in voxels that are `factor` times as wide.
-
-        Raises:
-            BadArgument: no whole number ≥ 1.
+        """Return the same samples in voxels that are `factor` times as wide.
 
         Examples:
             >>> reach = nk.reach.workspace(nk.load_nao(), "LArm", 1000, voxel=0.05)
@@ -373,7 +323,7 @@ class ReachMap:
         factor = whole_number(factor, "factor", 1)
         settings = replace(self.settings, voxel=self.voxel * factor)
         rows = {name: getattr(self, name) for name in _COUNTED}
-        # A factor beyond all indices leaves the signs.
+        # A factor larger than all indices leaves only their signs.
         return _collected(settings, self.ranges, self.indices // min(factor, 2**_INDEX_BITS), rows)
 
     def __eq__(self, other: object) -> bool:
@@ -386,11 +336,11 @@ class ReachMap:
 
     # --- files ----------------------------------------------------------------------------------------------------
 
-    def save(self, path: Path | str) -> Path:
+    def save(self, path: Path | str, *, overwrite: bool = False) -> Path:
         """Write the map to a NumPy archive (.npz) that `load` reads back; equal maps give equal files.
 
         Raises:
-            BadArgument: the file cannot be written.
+            BadArgument: the file exists, without `overwrite`, or cannot be written.
 
         Examples:
             >>> reach = nk.reach.workspace(nk.load_nao(), "LArm", 1000, voxel=0.05)
@@ -398,42 +348,33 @@ class ReachMap:
             'reach.npz'
         """
         arrays = {name: getattr(self, name) for name in ROW_ARRAYS}
-        return files.write_npz(path, asdict(self.settings), self.ranges, arrays)
+        content = files.npz_bytes(asdict(self.settings), self.ranges, arrays)
+        return write_document(path, content, overwrite=overwrite)[0]
 
-    def save_vtk(self, path: Path | str) -> Path:
-        """Write a legacy VTK file: the box around the map as structured points, the voxels its cells.
+    def save_vtk(self, path: Path | str, *, overwrite: bool = False) -> Path:
+        """Write a legacy VTK file, such as for ParaView: the box around the map as structured points.
 
-        Every cell has count, best, mean and coverage, zero where no sample fell. ParaView and VisIt cut and threshold
-        it.
+        Every cell is a voxel with count, best, mean and coverage, all zero in a voxel without samples.
 
         Raises:
-            BadArgument: the map is empty, or the file cannot be written.
-
-        Examples:
-            >>> reach = nk.reach.workspace(nk.load_nao(), "LArm", 1000, voxel=0.05)
-            >>> reach.save_vtk("reach.vtk").name
-            'reach.vtk'
+            BadArgument: the map is empty, or the file exists, without `overwrite`, or cannot be written.
         """
         columns = {name: self.column(name) for name in files.COLUMNS}
-        return files.write_vtk(path, self.settings.robot, self.indices, self.voxel, columns)
+        content = files.vtk_bytes(self.settings.robot, self.indices, self.voxel, columns)
+        return write_document(path, content, overwrite=overwrite)[0]
 
-    def save_ply(self, path: Path | str, *, colour_by: str = "best") -> Path:
-        """Write a PLY file: the middles of the voxels as points, coloured from cold (least) to warm (most).
+    def save_ply(self, path: Path | str, *, colour_by: str = "best", overwrite: bool = False) -> Path:
+        """Write a PLY file: the centres of the voxels as points, coloured from cold (smallest) to warm (largest).
 
         Args:
             path: the file.
             colour_by: "count", "best", "mean" or "coverage".
+            overwrite: replace an existing file.
 
         Raises:
-            UnknownName: another name.
-            BadArgument: the map is empty, or the file cannot be written.
-
-        Examples:
-            >>> reach = nk.reach.workspace(nk.load_nao(), "LArm", 1000, voxel=0.05)
-            >>> reach.save_ply("reach.ply", colour_by="count").name
-            'reach.ply'
+            BadArgument: the map is empty, or the file exists, without `overwrite`, or cannot be written.
         """
-        return files.write_ply(path, self.centres, self.column(colour_by))
+        return write_document(path, files.ply_bytes(self.centres, self.column(colour_by)), overwrite=overwrite)[0]
 
     # --- inside ---------------------------------------------------------------------------------------------------
 
@@ -442,11 +383,10 @@ class ReachMap:
         return _keys_of(self.indices)
 
     def _rows(self, points: Floats) -> Integers:
-        """Row of the voxel of each point; −1 where there is none."""
-        bound = 2.0**_INDEX_BITS
+        """Return the row of the voxel of each point; −1 for none."""
         with np.errstate(over="ignore"):
             cells = np.floor(points / self.voxel)
-        near = np.asarray((np.abs(cells) < bound).all(axis=-1))
+        near = np.asarray((np.abs(cells) < 2.0**_INDEX_BITS).all(axis=-1))
         keys = _keys_of(np.where(near[..., None], cells, 0.0).astype(np.int64))
         rows = np.searchsorted(self._keys, keys)
         found = near & (np.append(self._keys, -1)[rows] == keys)
@@ -465,9 +405,9 @@ _COUNTED = ROW_ARRAYS[1:]
 
 
 def map_of(
-    settings: ReachSettings, ranges: Iterable[SampleRange], indices: NDArray[_Row], totals: Integers
+    settings: ReachSettings, ranges: Iterable[SampleRange], indices: NDArray[np.integer[Any]], totals: Integers
 ) -> ReachMap:
-    """The map of voxels (m, 3) in ascending order and their rows (m, 4) of count, best, sum and directions."""
+    """Return the map of voxels (m, 3) in ascending order with rows (m, 4) of count, best, sum and directions."""
     columns = (np.ascontiguousarray(totals[:, column]) for column in range(4))
     return ReachMap(settings, union(ranges), np.asarray(indices, dtype=np.int32), *columns)
 
@@ -475,7 +415,7 @@ def map_of(
 def _collected(
     settings: ReachSettings, ranges: tuple[SampleRange, ...], indices: NDArray[np.int32], rows: dict[str, Integers]
 ) -> ReachMap:
-    """The map of rows that may be of the same voxels."""
+    """Return the map of rows of which several may belong to one voxel."""
     _, first, place = np.unique(_keys_of(indices), return_index=True, return_inverse=True)
     totals = np.zeros((len(first), 4), dtype=np.int64)
     for column, (name, add) in enumerate(zip(_COUNTED, (np.add, np.maximum, np.add, np.bitwise_or), strict=True)):
@@ -483,22 +423,21 @@ def _collected(
     return map_of(settings, ranges, indices[first], totals)
 
 
-def _keys_of(indices: NDArray[_Row]) -> Integers:
-    """One number for three indices, ascending with them."""
+def _keys_of(indices: NDArray[np.integer[Any]]) -> Integers:
+    """Return one number for the three indices, in the same order."""
     shifted = np.asarray(indices, dtype=np.int64) + 2**_INDEX_BITS
     return np.asarray((shifted[..., 0] << 42) | (shifted[..., 1] << 21) | shifted[..., 2])
 
 
 def load(path: Path | str) -> ReachMap:
-    """The map that `ReachMap.save` wrote to a file.
+    """Read a map that `ReachMap.save` wrote.
 
     Raises:
-        BadInputFile: the file cannot be read, or holds no such map.
+        BadInputFile: the file cannot be read, or is not a reach map.
 
     Examples:
         >>> reach = nk.reach.workspace(nk.load_nao(), "LArm", 1000, voxel=0.05)
-        >>> _ = reach.save("reach.npz")
-        >>> nk.reach.load("reach.npz").settings == reach.settings
+        >>> nk.reach.load(reach.save("larm.npz")) == reach
         True
     """
     settings, ranges, arrays = files.read_npz(path)

@@ -120,6 +120,13 @@ def test_vtk_ply_and_page_are_written(capsys: pytest.CaptureFixture, nao: nk.Nao
     for name in ("a.vtk", "a.PLY"):
         out = said(capsys, "LArm", *FEW, "-o", str(tmp_path / name), "--by", "coverage")
         assert out.endswith(f"{tmp_path / name}\n")
+    for name in ("a.vtk", "a.PLY"):
+        before = (tmp_path / name).read_bytes()
+        message = refused(capsys, "LArm", "--samples", "5", "-o", str(tmp_path / name))
+        assert message.endswith(f"{name} is there already; overwrite=True (--force) replaces it\n")
+        assert (tmp_path / name).read_bytes() == before
+        said(capsys, "LArm", *FEW, "-o", str(tmp_path / name), "--by", "coverage", "--force")
+        assert (tmp_path / name).read_bytes() == before
     found.save_vtk(tmp_path / "b.vtk")
     assert (tmp_path / "a.vtk").read_bytes() == (tmp_path / "b.vtk").read_bytes()
     colours = trimesh.load(found.save_ply(tmp_path / "b.ply", colour_by="coverage")).colors
@@ -144,7 +151,7 @@ def test_vtk_ply_and_page_are_written(capsys: pytest.CaptureFixture, nao: nk.Nao
         (("LArm", "--samples", "1e10"), "samples must be at most 4294967296"),
         (("LArm", "--voxel", "0"), "voxel must be positive"),
         (("LArm", "--voxel", "nan"), "voxel must be finite"),
-        (("LArm", "--voxel", "1e-5"), "take voxels of at least 0.0012 m"),
+        (("LArm", "--voxel", "1e-5"), "give at least 0.0012 m"),
         (("LArm", "--seed", "-1"), "seed must be at least 0"),
         (("LArm", "--threads", "0"), "threads must be at least 1"),
         (("LArm", "--by", "bset"), "unknown number of a voxel 'bset' (nearest: best"),

@@ -408,7 +408,7 @@ def test_without_limits_they_end_no_branch_of_a_path(nao: nk.NaoModel) -> None:
         for limits in ("enforce", "ignore")
     }
     assert "LShoulderPitch = 2.2 not in" in causes["enforce"]
-    assert causes["ignore"].startswith("its branch goes on")
+    assert causes["ignore"].startswith("its branch continues")
 
 
 def test_without_limits_a_path_across_half_a_turn_is_no_jump(nao: nk.NaoModel) -> None:

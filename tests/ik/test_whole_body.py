@@ -28,7 +28,7 @@ from nao_kin.ik.body_errors import (
     POSE,
     Plan,
     errors_at,
-    new_point,
+    new_state,
     stand_on_both,
 )
 from nao_kin.ik.body_targets import Target, feet_beyond, margin_beyond, prepared, target_beyond
@@ -453,9 +453,9 @@ def test_contradictions_by_form_are_refused_in_one_line(nao: nk.NaoModel) -> Non
         (lambda: whole_body(nao, {}, feet={}, com="support"), BadArgument, "feet names no foot"),
         (lambda: whole_body(nao, {}, feet=T), BadArgument, "feet must be a mapping"),
         (lambda: whole_body(nao, [T]), BadArgument, "targets must be a mapping"),
-        (lambda: whole_body(nao, {"torso": np.eye(4)}, torso=np.eye(4)), BadArgument, "torso is asked for twice"),
-        (lambda: whole_body(nao, {"Torso": T}, torso=np.eye(4)), BadArgument, "asked for twice.*Torso"),
-        (lambda: whole_body(nao, {"base_link": T}, torso=np.eye(4)), BadArgument, "asked for twice.*base_link"),
+        (lambda: whole_body(nao, {"torso": np.eye(4)}, torso=np.eye(4)), BadArgument, "torso is given twice"),
+        (lambda: whole_body(nao, {"Torso": T}, torso=np.eye(4)), BadArgument, "given twice.*Torso"),
+        (lambda: whole_body(nao, {"base_link": T}, torso=np.eye(4)), BadArgument, "given twice.*base_link"),
         (lambda: whole_body(nao, {}, com="middle"), UnknownName, "support"),
         (lambda: whole_body(nao, {}, gaze=([1, 0, 0], "CameraFront")), UnknownName, "CameraTop|CameraBottom"),
         (lambda: whole_body(nao, {}, weights={"LArm": 1.0}), UnknownName, "unknown weight"),
@@ -481,7 +481,7 @@ def test_targets_that_are_no_poses_are_named(nao: nk.NaoModel) -> None:
         whole_body(nao, {}, feet={"L": np.diag([1.0, 1.0, 1.0, 2.0])})
     with pytest.raises(NotFinite, match=r"targets\[.*LArm"):
         whole_body(nao, {"LArm": [0.0, np.nan, 0.0]})
-    with pytest.raises(WrongShape, match=r"targets\[.*LArm.*4, 4.*places"):
+    with pytest.raises(WrongShape, match=r"targets\[.*LArm.*4, 4.*positions"):
         whole_body(nao, {"LArm": [0.0, 1.0]})
     with pytest.raises(WrongShape, match="com"):
         whole_body(nao, {}, com=[0.0, 0.0, 0.0])
@@ -568,10 +568,10 @@ def test_derivatives_are_those_of_the_errors(nao: nk.NaoModel, stance: str) -> N
     def at(x: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         q = np.empty(25)
         q[tables.order] = x
-        point = new_point(body, 25, 6)
-        point.x[:], point.T[:] = x, np.linalg.inv(nao.fk(q, f"{stance}Leg"))
-        errors_at(body, plan, targets, point)
-        return point.e, point.J, point.com, point.com_J
+        state = new_state(body, 25, 6)
+        state.x[:], state.T[:] = x, np.linalg.inv(nao.fk(q, f"{stance}Leg"))
+        errors_at(body, plan, targets, state)
+        return state.e, state.J, state.com, state.com_J
 
     for q in nao.random(rng, 3):
         x = q[tables.order]
