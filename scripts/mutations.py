@@ -636,8 +636,8 @@ _MULTIDOF = (
             "limits.upper - limits.lower >= TURN - 2.0 * LIMIT_TOLERANCE",
             "limits.upper - limits.lower > TURN",
         ),
-        ("angle-not-taken-by-whole-turns-to-its-target", "nearest = near(angle, target)", "nearest = angle"),
-        ("driver-of-a-winding-follower-within-one-turn", "if not winding and (given", "if True and (given"),
+        ("angle-not-taken-by-whole-turns-to-its-target", "nearest = nearest_turn(angle, target)", "nearest = angle"),
+        ("driver-of-a-winding-follower-within-one-turn", "if not winding and (query", "if True and (query"),
     ),
 )
 
