@@ -67,6 +67,10 @@ class Ball:
         """Return the quaternions (x, y, z, w) of typed configurations, shape (..., nq) → (..., 4)."""
         return typed[..., self.column : self.column + 4]
 
+    def angles(self, q: Floats) -> Floats:
+        """Return the three angles at configurations of the robot, shape (..., robot.nq) → (..., 3)."""
+        return np.stack([joint.of(q) for joint in self.joints], axis=-1)
+
 
 @dataclass(frozen=True, eq=False)
 class Mismatch:
