@@ -647,8 +647,8 @@ _CROSSCHECK = (
         "test_crosscheck.py::test_angles_differ_modulo_a_turn",
         (
             "crosscheck-of-angles-without-modulus",
-            "np.abs(apart - 2.0 * np.pi * np.round(apart / (2.0 * np.pi)))",
-            "np.abs(apart)",
+            "np.abs(error - 2.0 * np.pi * np.round(error / (2.0 * np.pi)))",
+            "np.abs(error)",
         ),
     ),
     *_faults(

@@ -185,7 +185,7 @@ def _grouped(
 
 def _checked_tolerance(tolerance: Any) -> float:
     smallest, largest = _TOLERANCES
-    if not (isinstance(tolerance, numbers.Real) and smallest <= tolerance <= largest):
+    if not (isinstance(tolerance, numbers.Real) and smallest <= tolerance <= largest):  # type: ignore[operator]
         raise BadArgument(f"tolerance must be in [{smallest:g}, {largest:g}] m, got {abbreviated(tolerance)}")
     return float(tolerance)
 
