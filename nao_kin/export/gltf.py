@@ -57,10 +57,7 @@ def scene_nodes(tree: UrdfTree, values: Mapping[str, float], base: Floats) -> tu
     taken = set(tree.links)
     top = fresh_name(tree.name, taken, "", "_joint")
     taken.add(top)
-    nodes = [
-        Node(top, "", np.zeros(3), np.array(Y_UP)),
-        Node(tree.root, top, base[:3], base[3:], link=tree.root),
-    ]
+    nodes = [Node(top, "", np.zeros(3), np.array(Y_UP)), Node(tree.root, top, base[:3], base[3:], link=tree.root)]
     for joint in tree.joints:
         position, quaternion = np.array(joint.origin.xyz), quat_to_xyzw(quat_from_matrix(joint.origin.matrix[:3, :3]))
         if joint.kind == "fixed":

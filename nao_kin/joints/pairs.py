@@ -159,11 +159,7 @@ def kinematic_pair(name: str) -> KinematicPair:
 
 
 def mobility(
-    pairs: Iterable[KinematicPair | str],
-    *,
-    links: int | None = None,
-    couplings: int = 0,
-    space: Literal[3, 6] = 6,
+    pairs: Iterable[KinematicPair | str], *, links: int | None = None, couplings: int = 0, space: Literal[3, 6] = 6
 ) -> int:
     """Return the degrees of freedom of a mechanism, M = d (n − 1 − j) + Σ fᵢ − c.
 
