@@ -171,7 +171,7 @@ def _with_offsets(source: io.BytesIO | str, offsets: Mapping[str, Origin]) -> io
     return io.BytesIO(ET.tostring(document))
 
 
-# --- Poses, limits and couplings by MuJoCo, which reads the robot's MJCF once more; and which oracle a robot has.
+# --- Poses, limits and couplings by MuJoCo, which reads the robot's MJCF again, and the choice of the oracle.
 
 _BALL, _FREE = 1, 0  # as `mujoco.mjtJoint` numbers them
 _JOINT_EQUALITY = 2  # as `mujoco.mjtEq` does
@@ -240,19 +240,19 @@ class MujocoOracle:
 
     def _set_coupled(self, qpos: Floats, moving: set[int]) -> None:
         """Set the joints that equalities fix at a value, and those coupled to them; `moving` ones are set already."""
-        start, held, address = np.array(qpos), set[int](), self._model.jnt_qposadr
+        start, known, address = np.array(qpos), set[int](), self._model.jnt_qposadr
         for _ in self._equalities:
             for follower, driver, (constant, slope, *higher) in self._equalities:
                 if any(higher):
                     continue
                 y, x = address[follower], address[driver]
                 alone = driver < 0 or not slope
-                if follower not in held | moving and (alone or driver in held):
+                if follower not in known | moving and (alone or driver in known):
                     qpos[y] = start[y] + constant + (0.0 if alone else slope * (qpos[x] - start[x]))
-                    held.add(follower)
-                elif not alone and follower in held and driver not in held | moving:
+                    known.add(follower)
+                elif not alone and follower in known and driver not in known | moving:
                     qpos[x] = start[x] + (qpos[y] - start[y] - constant) / slope
-                    held.add(driver)
+                    known.add(driver)
 
     def _placed(self) -> dict[str, tuple[str, int]]:
         """Return frame → ("body" or "site", index), without frames behind joints that have no name."""

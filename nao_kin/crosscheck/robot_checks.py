@@ -252,7 +252,7 @@ def _vect(M: Floats) -> Floats:
 # --- Limits and mimics: the robot's against two other readings of its URDF, and its checks against a scalar formula.
 #
 # A driving joint has the limits that it shares with the joints that mimic it: the values at which all of them are
-# inside their own. These are computed here once more, from the results of the other parsers.
+# inside their own. These are computed here again, from the results of the other parsers.
 
 # A value that exceeds a limit by less is on the limit, as the library defines it.
 _ON_THE_LIMIT = 1e-6

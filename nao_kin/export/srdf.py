@@ -132,8 +132,11 @@ class Planning:
 
     def _add_effector(self, link: str, path: tuple[str, ...]) -> None:
         parent, name = link, self._fresh(f"{link}_effector".replace("/", "_"))
-        group = self._gripper(link, path, name) or self._fixed_beyond(link, name)
-        if group is None:
+        group = self._gripper(link, path, name)
+        links = tuple(joint.child for joint in self._tree.joints if joint.parent == link and joint.kind == "fixed")
+        if group is None and links:
+            group = Group(name, links=links)
+        elif group is None:
             joint = self._above.get(link)
             if joint is None or joint.kind != "fixed":
                 self.notes.append(f"end effector {link} is left out: nothing is attached to that link")
@@ -158,10 +161,6 @@ class Planning:
         if not path or not beyond or others & set(beyond):
             return None
         return Group(name, joints=beyond, own=self._own(beyond))
-
-    def _fixed_beyond(self, link: str, name: str) -> Group | None:
-        links = tuple(joint.child for joint in self._tree.joints if joint.parent == link and joint.kind == "fixed")
-        return Group(name, links=links) if links else None
 
     def _holds(self, chain: tuple[str, str], link: str) -> bool:
         """Return whether a chain moves a link: one behind its base, up to its tip."""

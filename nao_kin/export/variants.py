@@ -158,11 +158,11 @@ def _merged_inertias(tree: UrdfTree, places: Mapping[str, tuple[str, Origin]]) -
 
 def _bare_root(tree: UrdfTree) -> str | None:
     """Return the only link on a root without mass and shapes, if it is fixed at the same place."""
-    held = [joint for joint in tree.joints if joint.parent == tree.root]
+    joints = [joint for joint in tree.joints if joint.parent == tree.root]
     own = {*tree.inertials, *(visual.link for visual in tree.visuals), *(shape.link for shape in tree.collisions)}
-    if len(held) != 1 or held[0].kind != "fixed" or held[0].origin != IDENTITY or tree.root in own:
+    if len(joints) != 1 or joints[0].kind != "fixed" or joints[0].origin != IDENTITY or tree.root in own:
         return None
-    return held[0].child
+    return joints[0].child
 
 
 # --- The names of a robot's published ROS description instead of those of its URDF.

@@ -202,8 +202,8 @@ class Assembly:
         self.slots.append(Slot(node, column, row, derived))
         if derived:
             # A carrier of links between the axes of a merged joint does not decide its value.
-            held = self.followers if node.follows and node.name not in self.carriers else self.hints
-            held.append((node, Reading(column)))
+            readings = self.followers if node.follows and node.name not in self.carriers else self.hints
+            readings.append((node, Reading(column)))
         model.lowerPositionLimit[column], model.upperPositionLimit[column] = node.lower, node.upper
         speed = abs(node.coupling.multiplier) * self._source.upperVelocityLimit[node.row]
         model.lowerVelocityLimit[row], model.upperVelocityLimit[row] = -speed, speed

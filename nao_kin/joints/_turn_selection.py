@@ -18,8 +18,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -60,7 +60,7 @@ class Angle(NamedTuple):
 
 
 Place = Angle | Reading
-Held = Iterable[tuple[JointNode, Reading]]
+Readings = Iterable[tuple[JointNode, Reading]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,16 +77,8 @@ class Motor:
         """The indices of the balls that it turns."""
         return {at.ball for at in (self.at, *(at for _, at in self.followers)) if isinstance(at, Angle)}
 
-    def among(self, balls: Sequence[int]) -> Motor:
-        """Return the same motor, with its balls counted in `balls`."""
 
-        def counted(at: Place) -> Place:
-            return Angle(balls.index(at.ball), at.place) if isinstance(at, Angle) else at
-
-        return replace(self, at=counted(self.at), followers=[(joint, counted(at)) for joint, at in self.followers])
-
-
-def motors_of(balls: Sequence[Ball], slots: Iterable[Slot], followers: Held, hints: Held) -> list[Motor]:
+def motors_of(balls: Sequence[Ball], slots: Iterable[Slot], followers: Readings, hints: Readings) -> list[Motor]:
     """Return the motors that turn a ball or have followers, each once; the arguments are those of `Assembly`."""
     written: list[tuple[JointNode, Place]] = [(slot.joint, Reading(slot.column)) for slot in slots if not slot.derived]
     in_balls: list[tuple[JointNode, Place]] = [
@@ -103,20 +95,15 @@ def motors_of(balls: Sequence[Ball], slots: Iterable[Slot], followers: Held, hin
     return [motor for motor in motors.values() if motor.balls or motor.followers]
 
 
-def connected(motors: Iterable[Motor]) -> Iterator[tuple[list[int], list[Motor]]]:
-    """Yield groups of balls that share motors, with these motors, whose balls are then counted within the group.
-
-    A motor without balls is a group by itself.
-    """
+def connected(motors: Iterable[Motor]) -> list[tuple[list[int], list[Motor]]]:
+    """Return groups of balls that share motors, with these motors; a motor without balls is a group by itself."""
     groups: list[tuple[set[int], list[Motor]]] = []
     for motor in motors:
         joined = [group for group in groups if group[0] & motor.balls]
         groups = [group for group in groups if not group[0] & motor.balls]
         balls = motor.balls.union(*(group[0] for group in joined))
         groups.append((balls, [member for group in joined for member in group[1]] + [motor]))
-    for balls, members in groups:
-        order = sorted(balls)
-        yield order, [motor.among(order) for motor in members]
+    return [(sorted(balls), members) for balls, members in groups]
 
 
 # --- The choice of whole turns and triples.
@@ -172,10 +159,9 @@ class _Triple(NamedTuple):
 class TurnSelection:
     """The choice of the angles of all balls for n typed configurations at once."""
 
-    def __init__(self, balls: Sequence[Ball], slots: Iterable[Slot], followers: Held, hints: Held) -> None:
+    def __init__(self, balls: Sequence[Ball], slots: Iterable[Slot], followers: Readings, hints: Readings) -> None:
         motors = motors_of(balls, slots, followers, hints)
-        # Balls that share motors, with all motors that turn them; or one motor with followers, without balls.
-        self._groups = [([balls[index] for index in indices], members) for indices, members in connected(motors)]
+        self._balls, self._groups = balls, connected(motors)
         self._drivers = {motor.driver.name: motor for motor in motors}
 
     def choose(self, typed: Floats, reference: Floats | None) -> tuple[dict[str, Floats], list[Mismatch]]:
@@ -186,9 +172,10 @@ class TurnSelection:
         query = _Input(typed, reference)
         chosen: dict[str, Floats] = {}
         mismatches: list[Mismatch] = []
-        for balls, motors in self._groups:
-            candidates = itertools.product(*(self._candidates(ball, query) for ball in balls))
-            found = (_assignment(balls, motors, triples, query) for triples in candidates)
+        for indices, motors in self._groups:
+            candidates = itertools.product(*(self._candidates(self._balls[index], query) for index in indices))
+            triples = (dict(zip(indices, combination, strict=True)) for combination in candidates)
+            found = (_assignment(self._balls, motors, combination, query) for combination in triples)
             best = next(found)
             for other in found:
                 best.take_better(other)
@@ -237,12 +224,12 @@ def _near_target(ball: Ball, triple: _Triple, place: int, target: Floats) -> _Tr
 
 
 def _assignment(
-    balls: Sequence[Ball], motors: Sequence[Motor], triples: Sequence[_Triple], query: _Input
+    balls: Sequence[Ball], motors: Sequence[Motor], triples: Mapping[int, _Triple], query: _Input
 ) -> _Assignment:
     """Return one combination of candidates, with every motor's value where it is known best, and its costs."""
     n, size = len(query.typed), len(balls)
     found = _Assignment(query, balls, np.zeros((size, 3, n)), np.zeros((size, n)), np.zeros((4, n)))
-    for index, triple in enumerate(triples):
+    for index, triple in triples.items():
         found.angles[index], found.uncertainties[index] = triple
     shared = [motor for motor in motors if motor.followers]
     # At a lock, one motor may depend on what another one contributes to the ball.
@@ -259,7 +246,7 @@ def _assignment(
 
 @dataclass(eq=False)
 class _Assignment:
-    """A candidate for every ball of a group, with its costs.
+    """A candidate for every ball of a group, with its costs; the angles of other balls are zero.
 
     What decides between assignments, the most important first: number of violated couplings; squared distances from the
     limits or the reference, from the hints, and from the middle of the limits.

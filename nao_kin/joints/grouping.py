@@ -156,9 +156,12 @@ def group_joints(robot: RobotModel, *, rule: Rule = "coincident", tolerance: flo
         ('HeadYaw+HeadPitch', 'universal')
     """
     choice(rule, RULES, "rule")
-    allowed = _checked_tolerance(tolerance)
+    value: Any = tolerance
+    smallest, largest = _TOLERANCES
+    if not (isinstance(value, numbers.Real) and smallest <= value <= largest):  # type: ignore[operator]
+        raise BadArgument(f"tolerance must be in [{smallest:g}, {largest:g}] m, got {abbreviated(value)}")
     nodes = read_joint_tree(robot)
-    return _grouped(nodes, _cut(nodes, rule, allowed), rule, allowed)
+    return _grouped(nodes, _cut(nodes, rule, float(value)), rule, float(value))
 
 
 def unmerged_joints(robot: RobotModel) -> JointGroups:
@@ -181,13 +184,6 @@ def _grouped(
         rule=rule,
         tolerance=tolerance,
     )
-
-
-def _checked_tolerance(tolerance: Any) -> float:
-    smallest, largest = _TOLERANCES
-    if not (isinstance(tolerance, numbers.Real) and smallest <= tolerance <= largest):  # type: ignore[operator]
-        raise BadArgument(f"tolerance must be in [{smallest:g}, {largest:g}] m, got {abbreviated(tolerance)}")
-    return float(tolerance)
 
 
 def _cut(nodes: Mapping[int, JointNode], rule: Rule, tolerance: float) -> list[list[JointNode]]:
@@ -331,12 +327,9 @@ def lock_angles(axes: Floats) -> tuple[float, float]:
     """
     first, second, third = axes
     delta = math.atan2(float(second @ np.cross(first, third)), float(first @ third))
-    lower, upper = sorted(_wrapped(angle) + 0.0 for angle in (-delta, math.pi - delta))
+    angles = (-delta, math.pi - delta)
+    lower, upper = sorted(angle - TURN * math.ceil((angle - math.pi) / TURN) + 0.0 for angle in angles)
     return lower, upper
-
-
-def _wrapped(angle: float) -> float:
-    return angle - TURN * math.ceil((angle - math.pi) / TURN)
 
 
 # --- The joint axes of a robot as lines in space, and their Jacobian, computed independently of Pinocchio.

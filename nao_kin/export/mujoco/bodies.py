@@ -107,11 +107,15 @@ def bodies_of(tree: UrdfTree, groups: JointGroups | None = None) -> Bodies:
             continue
         run = run_of.get(row.name, (row.name,))
         axes[row.name] = T_joint.rotation @ np.array(row.axis)
-        parts = [(rows[name], _cleaned(T_joint.rotation.T @ axes[name])) for name in run]
-        if len(run) == 1:
-            parts = [(row, np.array(row.axis))]
-            if row.parent in between:
-                between.add(row.child)
+        parts = [(row, np.array(row.axis))]
+        if len(run) > 1:
+            turned = [T_joint.rotation.T @ axes[name] for name in run]
+            # Without the rounding of a rotation and its inverse.
+            parts = [
+                (rows[name], np.where(np.abs(e) < 1e-15, 0.0, e) + 0.0) for name, e in zip(run, turned, strict=True)
+            ]
+        elif row.parent in between:
+            between.add(row.child)
         bodies.append(Body(row.child, index, T_joint, _joints(parts, coupled)))
         places[row.child] = len(bodies) - 1, pin.SE3.Identity()
     for link in tree.links:
@@ -129,7 +133,7 @@ def give_the_root_mass(bodies: Bodies) -> tuple[str, ...]:
     if root.inertia.mass > 0.0:
         return ()
     root.inertia += pin.Inertia.FromSphere(*_BALL)
-    return (f"{root.name}: mass 0 → {_BALL[0]:g} kg, for it moves freely",)
+    return (f"{root.name}: mass 0 → {_BALL[0]:g} kg, because it moves freely",)
 
 
 def _joints(parts: Sequence[tuple[UrdfJoint, Floats]], coupled: set[str]) -> tuple[BodyJoint, ...]:
@@ -153,8 +157,3 @@ def _inertia(body: Inertial) -> pin.Inertia:
     inertia = pin.Inertia.Zero()
     inertia.mass, inertia.lever, inertia.inertia = body.mass, np.array(body.origin.xyz), central_tensor(body)
     return inertia
-
-
-def _cleaned(axis: Floats) -> Floats:
-    """Return a unit vector without the rounding of a rotation and its inverse."""
-    return np.where(np.abs(axis) < 1e-15, 0.0, axis) + 0.0
