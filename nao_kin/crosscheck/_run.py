@@ -46,8 +46,7 @@ def run(
     Args:
         robot: a robot with a fixed base.
         samples: number of configurations, 1 to 100000: zero, inside, on and outside the limits, at and near multiples
-            of
-        π/2.
+            of π/2.
         seed: seed of the random ones, 0 to 2¹²⁸ − 1; equal seeds give equal reports.
         conversions: the functions under test; None for the library's own.
         steps: the robot's numbers for the kinematics from elementary rotations; None for `steps_of(robot)`.

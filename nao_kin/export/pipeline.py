@@ -40,8 +40,7 @@ class Target:
 
         Args:
             files: name → content. In a folder the names are relative to it; for a document "" is the document, and the
-                other
-            names are relative to the folder that contains it.
+                other names are relative to the folder that contains it.
             changes: how they differ from the robot, one line each.
             main: name of the file to load; "" for the document or the folder itself.
         """

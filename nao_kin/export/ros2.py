@@ -111,11 +111,11 @@ def ros2(
         robot: any robot.
         path: the folder, best named as the package.
         package: name of the package: lower-case letters, digits and single underscores, a letter first; None for the
-        robot's name and "_description".
+            robot's name and "_description".
         package_version: three numbers.
         maintainer: "Name <mail address>".
         license: of the package's content, an SPDX identifier; None for the license of nao_kin's own files, or for a
-        placeholder if the robot came from elsewhere.
+            placeholder if the robot came from elsewhere.
         names: "naoqi" or "ros", as in `urdf`; None for "ros" where the robot has such names.
         frames: as in `urdf`.
         meshes: "package", or "none" to leave them out.

@@ -439,8 +439,7 @@ def srdf(
         frames: "all", "effectors" or "none", as in that URDF.
         coupling: "mimic", "locked" or "independent", as in that URDF.
         base: how the root link is attached to the frame "world": "fixed", "floating" or "planar"; None for the base
-            that
-        the robot was loaded with.
+            that the robot was loaded with.
         samples: number of configurations tried for contacts.
         seed: of the random numbers; the same seed gives the same file.
         overwrite: replace an existing file.

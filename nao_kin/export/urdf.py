@@ -141,22 +141,19 @@ def urdf(
         robot: any robot.
         path: the file to write.
         frames: which links on fixed joints to keep: "all"; "effectors", those that the semantics name: end effectors,
-        soles, cameras, sensors; or "none", one link for each body. The mass of the others goes to the links that carry
-        them.
+            soles, cameras, sensors; or "none", one link for each body. The mass of the others goes to the links that
+            carry them.
         names: "naoqi", those of the robot's own file, or "ros", those of its published ROS description.
         meshes: "relative" copies them to a folder "meshes" next to the file; "absolute" refers to the original files;
-        "package://NAME" refers to the folder "meshes" of a ROS package, "package://NAME/FOLDER" to another folder of
-        it, and copies nothing; "none" leaves meshes out and keeps boxes, cylinders and spheres.
+            "package://NAME" refers to the folder "meshes" of a ROS package, "package://NAME/FOLDER" to another folder
+            of it, and copies nothing; "none" leaves meshes out and keeps boxes, cylinders and spheres.
         coupling: followers "mimic" their driver, are "locked" together with it, or are "independent".
-        inertia: "published", or "physical": the nearest that bodies can have, as
-        `nao_kin.export.inertia.make_physical` describes, and an explicit mass of 0 where a link has none, because
-        PyBullet assumes 1 kg.
+        inertia: "published", or "physical": the nearest that bodies can have, as `nao_kin.export.inertia.make_physical`
+            describes, and an explicit mass of 0 where a link has none, because PyBullet assumes 1 kg.
         typed: write three joints with one centre as `type="spherical"`, which PyBullet and MuJoCo read and most others
-            do
-        not.
+            do not.
         axes: "published", as in the robot's file; "aligned" turns the frame of a joint with an oblique axis until the
-            axis
-        is its z axis, for tools that accept only axes of the frame. Links stay as they are.
+            axis is its z axis, for tools that accept only axes of the frame. Links stay as they are.
         overwrite: replace existing files.
 
     Returns:

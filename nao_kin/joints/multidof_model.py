@@ -83,14 +83,12 @@ class MultiDofModel:
             robot: any robot.
             rule: which runs to merge, as in `group_joints`.
             tolerance: as in `group_joints`. The model is the robot's to rounding when the axes of each joint meet to
-                rounding.
-            Where they miss by up to r, rotations are still the robot's, and positions differ by up to 2 r for every
-                merged
-            axis on the way, by nothing at zero.
+                rounding. Where they miss by up to r, rotations are still the robot's, and positions differ by up to 2 r
+                for every merged axis on the way, by nothing at zero.
             intermediate: "keep" attaches the links between the axes of merged joints to carriers: everything is the
-                robot's.
-            "drop" leaves them and their frames out: poses and Jacobians of all other frames and the total mass are the
-            robot's; the centre of mass and the mass matrix only where all merged joints are at zero, as `notes` says.
+                robot's. "drop" leaves them and their frames out: poses and Jacobians of all other frames and the total
+                mass are the robot's; the centre of mass and the mass matrix only where all merged joints are at zero,
+                as `notes` says.
 
         Raises:
             BadArgument: as `group_joints`.
@@ -188,8 +186,7 @@ class MultiDofModel:
                 ambiguous.
             reference: configurations of the robot, shape (..., robot.nq).
             couplings: "raise" refuses joints of one motor that disagree by more than 1e-6 rad; "nearest" gives the
-                motor the
-            value that is nearest to all of them, and leaves the other angles.
+                motor the value that is nearest to all of them, and leaves the other angles.
 
         Raises:
             DisagreeingJoints: with couplings="raise".

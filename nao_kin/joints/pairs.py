@@ -32,12 +32,11 @@ class KinematicPair:
         symbol: its letter in mechanism theory.
         rotations: independent rotations that it allows.
         translations: independent translations that it allows. A helical joint turns and slides, but not independently:
-            it
-        counts as one rotation.
+            it counts as one rotation.
         axes: how many directions define it: the axis, the two axes of a universal joint, the normal of a plane.
         pinocchio: the Pinocchio joint that moves this way.
         lower: True for Reuleaux's six lower pairs, whose bodies touch on a surface. A universal joint is two revolute
-        joints with a cross between them, a condyloid touches on a line or point, and a free body touches nothing.
+            joints with a cross between them, a condyloid touches on a line or point, and a free body touches nothing.
     """
 
     name: str
@@ -66,8 +65,7 @@ class KinematicPair:
 
         Args:
             axes: the directions that define it, in the joint frame, of any nonzero length: shape (3,) for one, (n, 3)
-                for
-            several. A universal joint turns about the first, then about the second as carried along.
+                for several. A universal joint turns about the first, then about the second as carried along.
             pitch: advance of a helical joint per radian [m/rad].
 
         Raises:
@@ -247,8 +245,7 @@ class MultiDofJoint:
         joints: its parts, from the root outwards.
         parent: name of the joint that carries it, "" for the root.
         centre: the common point of its axes, or the joint centre of a single axis, in the root's frame with all joints
-            at
-        zero, shape (3,) [m].
+            at zero, shape (3,) [m].
         axes: unit vectors of its axes in the root's frame with all joints at zero, shape (n, 3); none for a free base.
         angles_between: angles between consecutive axes, shape (n − 1,) [rad].
         residual: largest distance of an axis from the centre [m].
@@ -289,7 +286,7 @@ class JointGroups:
         joints: the joints, parents first.
         mimics: joints that follow another one, and how; each removes a freedom.
         driven: joints of the URDF that follow another one and carry none with its own coordinate, such as fingers that
-        follow the hand: each adds a freedom and removes it again, so they are not among `joints`.
+            follow the hand: each adds a freedom and removes it again, so they are not among `joints`.
         rule: the rule that merged them.
         tolerance: how far centres or axes may miss their common point [m].
     """

@@ -246,7 +246,7 @@ class JointTableRow:
         body: the part of the body, "" when the joint's name contains none.
         anatomical: the anatomical joint that moves like it, "" when there is none.
         screws: Plücker coordinates (direction; moment) of each axis about the root's origin [1; m]; the line of a
-        prismatic joint runs through its centre.
+            prismatic joint runs through its centre.
         coupled_to: the joints of other rows that drive one of its parts.
     """
 

@@ -136,18 +136,15 @@ def mjcf(
         folder: the folder to write; its parent must exist.
         base: "floating" for a free joint at the root, or "fixed".
         frames: which links that move with another one are sites: "all", "effectors" for those that the semantics name,
-            or
-        "none". Frames of sensors are always sites.
+            or "none". Frames of sensors are always sites.
         coupling: "mimic" makes an equality for each follower, "locked" fixes follower and driver, "independent" gives
-            the
-        follower its own actuator.
+            the follower its own actuator.
         inertia: "physical" corrects impossible inertias, which MuJoCo refuses; "published" leaves them as they are.
         meshes: "relative" copies mesh files, "none" leaves out the shapes that need them.
         typed: make one body of several joints with axes through one point: two hinges of one body for a universal
-            joint, a
-        ball for a spherical one. MuJoCo couples only joints of one coordinate, so a spherical joint with a coupled axis
-        stays three hinges of one body; with coupling="independent" it is a ball. Links between such axes are fixed to
-        the body before.
+            joint, a ball for a spherical one. MuJoCo couples only joints of one coordinate, so a spherical joint with a
+            coupled axis stays three hinges of one body; with coupling="independent" it is a ball. Links between such
+            axes are fixed to the body before.
         overwrite: replace an existing folder.
 
     Returns:
