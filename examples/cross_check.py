@@ -11,5 +11,5 @@ report = crosscheck.run(nk.load_nao(), samples=10)
 print("all conventions agree to their tolerances:", report.ok)
 print("for instance")
 for row in report.rows:
-    if row.convention in ("pose in the root, by hand", "rot_x", "exp", "log"):
+    if row.convention in ("poses from elementary rotations", "rot_x", "exp", "log"):
         print(f"  {row.convention} against {row.against}: {'ok' if row.worst <= row.tolerance else 'not ok'}")

@@ -636,8 +636,8 @@ _MULTIDOF = (
             "limits.upper - limits.lower >= TURN - 2.0 * LIMIT_TOLERANCE",
             "limits.upper - limits.lower > TURN",
         ),
-        ("angle-not-taken-by-whole-turns-to-its-target", "nearest = near(angle, target)", "nearest = angle"),
-        ("driver-of-a-winding-follower-within-one-turn", "if not winding and (given", "if True and (given"),
+        ("angle-not-taken-by-whole-turns-to-its-target", "nearest = nearest_turn(angle, target)", "nearest = angle"),
+        ("driver-of-a-winding-follower-within-one-turn", "if not winding and (query", "if True and (query"),
     ),
 )
 
@@ -647,8 +647,8 @@ _CROSSCHECK = (
         "test_crosscheck.py::test_angles_differ_modulo_a_turn",
         (
             "crosscheck-of-angles-without-modulus",
-            "np.abs(apart - 2.0 * np.pi * np.round(apart / (2.0 * np.pi)))",
-            "np.abs(apart)",
+            "np.abs(error - 2.0 * np.pi * np.round(error / (2.0 * np.pi)))",
+            "np.abs(error)",
         ),
     ),
     *_faults(

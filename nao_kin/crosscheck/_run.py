@@ -1,4 +1,4 @@
-"""The run: configurations in, a report out."""
+"""The run of a cross-check: from configurations to a report."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from nao_kin._core.arrays import whole_number
-from nao_kin.crosscheck.by_hand import Step, steps_of, turns
 from nao_kin.crosscheck.oracles import oracle_of
 from nao_kin.crosscheck.report import Conversions, Report, Tally
 from nao_kin.crosscheck.robot_checks import JacobianChecks, LimitChecks, PoseChecks
 from nao_kin.crosscheck.rotation_checks import PARAMETER_CHECKS, three_angle_checks
 from nao_kin.crosscheck.samples import RotationSample, sample_configurations
+from nao_kin.crosscheck.steps import Step, steps_of, turns
 from nao_kin.errors import BadArgument
 from nao_kin.robot import RobotModel, check_robot
 
-# Configurations compared at once: few enough that memory stays small and a progress bar moves.
+# Configurations compared at once, few enough to limit memory and to update a progress bar.
 _CHUNK = 100
-# More would take the better part of an hour, and show nothing that these do not.
+# More would take most of an hour, and reveal nothing new.
 _MOST_SAMPLES = 100_000
 _LARGEST_SEED = 2**128 - 1
 
@@ -34,35 +34,34 @@ def run(
 ) -> Report:
     """Compare all of this library's conventions with those of independent implementations.
 
-    At every configuration, every frame's pose by hand from elementary rotations and the robot's numbers alone, by the
-    robot's methods, by Pinocchio called directly, by yourdfpy (of an MJCF: by MuJoCo); each frame's place in the one
-    that carries it, and each joint's axis, sense and travel. For every rotation that the frames take (those parallel to
-    the frame that carries them add none), every conversion in both directions against Pinocchio's or eigenpy's. Joint
-    axes as lines against Pinocchio's Jacobians. Limits and mimics against two other readings of the URDF or one of the
-    MJCF, limit violations and clamped values against a scalar formula.
+    At every configuration, every frame's pose is computed from elementary rotations and the robot's numbers alone, by
+    the robot's methods, by Pinocchio called directly, and by yourdfpy (for an MJCF: by MuJoCo); each frame is compared
+    in its parent frame, and each joint's axis, sense and travel. For every rotation of a frame (without frames that
+    stay parallel to their parent), every conversion is compared in both directions with Pinocchio's or eigenpy's. Joint
+    axes as lines are compared with Pinocchio's Jacobians, limits and mimics with two other readings of the URDF or one
+    of the MJCF, limit violations and clamped values with a scalar formula.
 
-    Whatever a function under test raises fails the rows that it is part of, and no others; their notes name the error.
+    An error in a function under test fails the rows that the function is part of, and no others; their notes name it.
 
     Args:
         robot: a robot with a fixed base.
-        samples: number of configurations, 1 to 100000: zero, inside, on and outside the limits, at and beside multiples
+        samples: number of configurations, 1 to 100000: zero, inside, on and outside the limits, at and near multiples
             of π/2.
         seed: seed of the random ones, 0 to 2¹²⁸ − 1; equal seeds give equal reports.
-        conversions: the functions under test; the library's own by default.
-        steps: the robot's numbers for the kinematics by hand; `steps_of(robot)` by default.
+        conversions: the functions under test; None for the library's own.
+        steps: the robot's numbers for the kinematics from elementary rotations; None for `steps_of(robot)`.
         progress: called with the number of configurations done and their total.
 
     Returns:
         The table, with the worst case of every row.
 
     Raises:
-        BadArgument: no robot, a floating base, samples or seed that are no such numbers, no `Conversions`, no steps.
-        UnknownName: a step that stands in an unknown frame.
+        BadArgument: a floating base.
+        UnknownName: a step whose parent is no frame.
         BadModel: the robot's URDF can no longer be read.
 
     Examples:
-        >>> report = nk.crosscheck.run(nk.load_nao(), samples=1)
-        >>> report.ok
+        >>> nk.crosscheck.run(nk.load_nao(), samples=1).ok
         True
     """
     check_robot(robot)
@@ -97,10 +96,5 @@ def run(
         if progress:
             progress(min(first + _CHUNK, samples), samples)
     tallies = [*poses.tallies, *jacobians.tallies, *limits.tallies, *rotations]
-    return Report(
-        robot.name,
-        robot.joint_names,
-        seed,
-        configurations.counts,
-        tuple(tally.row(configurations) for tally in tallies),
-    )
+    rows = tuple(tally.row(configurations) for tally in tallies)
+    return Report(robot.name, robot.joint_names, seed, configurations.counts, rows)

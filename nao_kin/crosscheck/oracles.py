@@ -26,18 +26,15 @@ from nao_kin.rotations import matrix_from_euler, quat_from_matrix
 # trimesh, which keeps the transforms for yourdfpy, drops a new one within 1e-8 of the old one; nothing is near this.
 _STALE = np.full((4, 4), np.nan)
 
-# Types of joints without a value of their own.
-_STILL = ("fixed", "floating")
+# Types of joints without a value.
+_WITHOUT_VALUE = ("fixed", "floating")
 
 
 @dataclass(frozen=True)
 class ParsedJoint:
-    """A moving joint as another parser reads it, nothing mended.
+    """A moving joint as another parser reads it, without corrections; None for values that the file lacks.
 
-    Attributes:
-        continuous: whether it turns without limits.
-        lower, upper, velocity, effort: the numbers of its <limit>; None where the file gives none.
-        follows: (driving joint, multiplier, offset) of its <mimic>; None for a joint of its own.
+    `follows` is (driving joint, multiplier, offset) of its <mimic>.
     """
 
     continuous: bool
@@ -49,15 +46,10 @@ class ParsedJoint:
 
 
 class YourdfpyOracle:
-    """A robot as yourdfpy reads it.
+    """A robot as yourdfpy reads it: the kinds of limits it gives, its moving joints, and poses of `frames`.
 
-    Attributes:
-        name: what the report calls it.
-        kinds: the limits that it gives.
-        frames: the frames of the robot that yourdfpy can place, by the names the robot has for them.
-        left_out: those it places otherwise: it lets a joint that mimics a joint that mimics a third one follow nothing,
-            and does not bring the axis of a prismatic joint to unit length.
-        joints: its moving joints.
+    `left_out` are frames that it places differently: it does not move a joint that mimics a mimic joint, and does not
+    normalise the axis of a prismatic joint.
     """
 
     name = "yourdfpy"
@@ -74,9 +66,9 @@ class YourdfpyOracle:
                 source = _with_offsets(source, robot.tree.offsets)
             self._oracle = yourdfpy.URDF.load(source, load_meshes=False, load_collision_meshes=False)
         joints = {joint.name: joint for joint in self._oracle.robot.joints}
-        # By joints, not by links: a link that shares its name with a joint is called something else in the model.
+        # By joints, not by links: a link that shares its name with a joint is renamed in the model.
         tree = robot.tree
-        # A floating joint above the root is none of the robot's.
+        # The robot has no floating joint above its root.
         self._base = tree.root if tree.root in self._oracle.link_map else self._oracle.base_link
         link_of = {tree.root: self._base}
         link_of |= {joint.child: joints[joint.name].child for joint in tree.joints}
@@ -84,10 +76,10 @@ class YourdfpyOracle:
         # A name that the file gives to a link and to a joint means the link.
         link_of |= {name: name for name in tree.shared_names}
         self.joints: Mapping[str, ParsedJoint] = {
-            name: _parsed_by_yourdfpy(joint) for name, joint in joints.items() if joint.type not in _STILL
+            name: _parsed_by_yourdfpy(joint) for name, joint in joints.items() if joint.type not in _WITHOUT_VALUE
         }
         self._actuated = list(self._oracle.actuated_joint_names)
-        self._moving = [(joint.parent, joint.child) for joint in joints.values() if joint.type not in _STILL]
+        self._moving = [(joint.parent, joint.child) for joint in joints.values() if joint.type not in _WITHOUT_VALUE]
         self._walk, unplaced = self._order()
         known = {name: link for name, link in link_of.items() if name in robot.frame_names}
         self.frames = tuple(name for name, link in known.items() if link not in unplaced)
@@ -96,7 +88,7 @@ class YourdfpyOracle:
         self._selection = [self._place[known[name]] for name in self.frames]
 
     def poses(self, q: Floats) -> Floats:
-        """T_root_frame, shape (n, frames, 4, 4), for configurations of shape (n, nq)."""
+        """Return T_root_frame, shape (n, frames, 4, 4), for configurations of shape (n, nq)."""
         values = self._values(q)
         T = np.empty((len(q), len(self._place), 4, 4))
         T[:, 0] = np.eye(4)
@@ -113,16 +105,16 @@ class YourdfpyOracle:
         return T[:, self._selection]
 
     def _values(self, q: Floats) -> Floats:
-        """Values of the joints yourdfpy moves; where it moves one that follows in the model, the model's value."""
+        """Return values of the joints that yourdfpy moves, those of followers from the robot's couplings."""
         values = dict(zip(self._robot.joint_names, q.T, strict=True))
         values |= {name: mimic.value(values[mimic.joint]) for name, mimic in self._robot.mimics.items()}
-        # A floating joint, which yourdfpy takes for one that moves, has no value.
+        # A floating joint, which yourdfpy counts among the moving ones, has no value.
         still = np.zeros(len(q))
         columns = [values[name] if name in self.joints else still for name in self._actuated]
         return np.stack(columns, axis=1) if columns else np.zeros((len(q), 0))
 
     def _order(self) -> tuple[Sequence[tuple[str, str]], set[str]]:
-        """The joints as (parent link, child link), parents first, and the links behind a joint it reads otherwise."""
+        """Return (parent link, child link) of joints, parents first, and links behind differently read joints."""
         children: dict[str, list[str]] = {}
         unplaced = set()
         for joint in self._oracle.robot.joints:
@@ -167,7 +159,7 @@ def _without_warnings() -> Iterator[None]:
 
 
 def _with_offsets(source: io.BytesIO | str, offsets: Mapping[str, Origin]) -> io.BytesIO:
-    """The URDF with the origins of its calibrated joints in place of its own."""
+    """Return the URDF with the origins of its calibrated joints in place of its own."""
     document = ET.parse(source).getroot()
     for joint in document.findall("joint"):
         place = offsets.get(joint.get("name", ""))
@@ -179,22 +171,14 @@ def _with_offsets(source: io.BytesIO | str, offsets: Mapping[str, Origin]) -> io
     return io.BytesIO(ET.tostring(document))
 
 
-# --- Poses, limits and couplings by MuJoCo, which reads the robot's MJCF once more; and which oracle a robot has.
+# --- Poses, limits and couplings by MuJoCo, which reads the robot's MJCF again, and the choice of the oracle.
 
 _BALL, _FREE = 1, 0  # as `mujoco.mjtJoint` numbers them
 _JOINT_EQUALITY = 2  # as `mujoco.mjtEq` does
 
 
 class MujocoOracle:
-    """A robot as MuJoCo itself reads its MJCF, by the names of bodies, sites and joints.
-
-    Attributes:
-        name: what the report calls it.
-        kinds: the limits that it gives.
-        frames: the frames of the robot that it can place, by the names the robot has for them.
-        left_out: those it places otherwise: none.
-        joints: its hinges and slides.
-    """
+    """A robot as MuJoCo reads its MJCF, by the names of bodies, sites and joints; attributes as `YourdfpyOracle`."""
 
     name = "MuJoCo"
     kinds = ("lower", "upper")
@@ -228,7 +212,7 @@ class MujocoOracle:
         self.frames = tuple(self._places)
 
     def poses(self, q: Floats) -> Floats:
-        """T_root_frame, shape (n, frames, 4, 4), for configurations of shape (n, nq)."""
+        """Return T_root_frame, shape (n, frames, 4, 4), for configurations of shape (n, nq)."""
         T = np.tile(np.eye(4), (len(q), 1 + len(self.frames), 1, 1))
         root = "body", self._body(self._robot.tree.root)
         for row, configuration in zip(T, q, strict=True):
@@ -240,11 +224,11 @@ class MujocoOracle:
         return np.asarray(np.linalg.solve(T[:, :1], T[:, 1:]), dtype=np.float64)
 
     def _qpos(self, q: Floats) -> Floats:
-        """MuJoCo's configuration: what the robot does not move stays at its reference."""
+        """Return MuJoCo's configuration; joints that the robot does not move stay at their reference."""
         values = dict(zip(self._robot.joint_names, q.tolist(), strict=True))
         values |= {name: float(mimic.value(values[mimic.joint])) for name, mimic in self._robot.mimics.items()}
         model, qpos = self._model, np.array(self._model.qpos0)
-        self._hold(qpos, {joint for joint, name in enumerate(self._joint_names) if name in values})
+        self._set_coupled(qpos, {joint for joint, name in enumerate(self._joint_names) if name in values})
         for joint, name in enumerate(self._joint_names):
             first = model.jnt_qposadr[joint]
             if model.jnt_type[joint] != _BALL:
@@ -254,24 +238,24 @@ class MujocoOracle:
                 qpos[first : first + 4] = quat_from_matrix(R)
         return qpos
 
-    def _hold(self, qpos: Floats, moving: set[int]) -> None:
-        """Set the joints that equalities hold at a value, and those coupled to them; `moving` ones have theirs."""
-        start, held, address = np.array(qpos), set[int](), self._model.jnt_qposadr
+    def _set_coupled(self, qpos: Floats, moving: set[int]) -> None:
+        """Set the joints that equalities fix at a value, and those coupled to them; `moving` ones are set already."""
+        start, known, address = np.array(qpos), set[int](), self._model.jnt_qposadr
         for _ in self._equalities:
             for follower, driver, (constant, slope, *higher) in self._equalities:
                 if any(higher):
                     continue
                 y, x = address[follower], address[driver]
                 alone = driver < 0 or not slope
-                if follower not in held | moving and (alone or driver in held):
+                if follower not in known | moving and (alone or driver in known):
                     qpos[y] = start[y] + constant + (0.0 if alone else slope * (qpos[x] - start[x]))
-                    held.add(follower)
-                elif not alone and follower in held and driver not in held | moving:
+                    known.add(follower)
+                elif not alone and follower in known and driver not in known | moving:
                     qpos[x] = start[x] + (qpos[y] - start[y] - constant) / slope
-                    held.add(driver)
+                    known.add(driver)
 
     def _placed(self) -> dict[str, tuple[str, int]]:
-        """Frame → whether it is a body or a site, and which; without those behind joints that have no name."""
+        """Return frame → ("body" or "site", index), without frames behind joints that have no name."""
         model, found = self._model, dict[str, tuple[str, int]]()
         nameless = {int(model.jnt_bodyid[joint]) for joint in range(model.njnt) if not self._is_known(joint)}
         known = [0]
@@ -290,12 +274,12 @@ class MujocoOracle:
         return found
 
     def _is_known(self, joint: int) -> bool:
-        """Whether the robot has the joint under the name that it has here; of a ball, its three."""
+        """Return whether the robot has the joint, or the three of a ball, under the same name."""
         name, kind = self._joint_names[joint], self._model.jnt_type[joint]
         return kind == _FREE or (bool(name) and (kind != _BALL or not set(_parts(name)) & set(self._joint_names)))
 
     def _body(self, link: str) -> int:
-        """The body of a link; the world's, 0, where there is none."""
+        """Return the body of a link; 0, the world, where there is none."""
         given = {new: old for old, new in self._robot.tree.shared_names.items()}
         return self._bodies.get(given.get(link, link), 0)
 
@@ -314,23 +298,23 @@ class MujocoOracle:
             if name in moving:
                 found[name] = _parsed_by_mujoco(lower, upper, follows.get(name))
             elif model.jnt_type[joint] == _BALL and self._is_known(joint):
-                # The box that holds every turn of at most the largest angle.
+                # The box that contains every turn of at most the largest angle.
                 narrow = upper <= math.pi / 2
                 boxes = (upper if narrow else math.nan, min(upper, math.pi / 2), upper if narrow else math.nan)
                 for part, most in zip(_parts(name), boxes, strict=True):
                     found[part] = _parsed_by_mujoco(-most, most)
-        # What has no name in the file is taken from the robot itself, and so compared with itself.
+        # Joints without names in the file are taken from the robot, and so compared with themselves.
         own = {name: _parsed_by_mujoco(joint.lower, joint.upper) for name, joint in moving.items()}
         return own | found
 
 
 def _parts(ball: str) -> tuple[str, str, str]:
-    """The names of the three joints that a ball joint becomes."""
+    """Return the names of the three joints that a ball joint becomes."""
     return f"{ball}_x", f"{ball}_y", f"{ball}_z"
 
 
 def _parsed_by_mujoco(lower: float, upper: float, follows: tuple[str, float, float] | None = None) -> ParsedJoint:
-    """A joint with the limits given; without any where they are not finite."""
+    """Return a joint with these limits; without any where they are not finite."""
     if math.isfinite(lower) and math.isfinite(upper):
         return ParsedJoint(False, lower, upper, follows=follows)
     return ParsedJoint(True, follows=follows)
@@ -340,12 +324,7 @@ Oracle = YourdfpyOracle | MujocoOracle
 
 
 def oracle_of(robot: RobotModel) -> Oracle:
-    """What reads the robot's file with other code: yourdfpy a URDF, MuJoCo an MJCF.
-
-    Raises:
-        BadModel: the file can no longer be read.
-        MissingExtra: MuJoCo is not installed.
-    """
+    """Return the second reader of a robot's file: yourdfpy of a URDF, MuJoCo of an MJCF."""
     if not robot.tree.expanded and file_format(robot.urdf_path) == "mjcf":
         return MujocoOracle(robot)
     return YourdfpyOracle(robot)

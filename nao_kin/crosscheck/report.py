@@ -1,4 +1,4 @@
-"""What a cross-check found: one row per convention and oracle, and how a row is tallied."""
+"""The report of a cross-check: one row per convention and oracle, and how the differences of a row are counted."""
 
 from __future__ import annotations
 
@@ -20,18 +20,13 @@ TOLERANCE = 1e-12
 
 @dataclass(frozen=True)
 class Place:
-    """Where the worst discrepancy of a row happened.
+    """Where the worst discrepancy of a row occurred.
 
     Attributes:
         frame: the frame, or the joint, whose numbers differ most.
         configuration: index of the configuration in the run.
         stratum: the kind of configuration ("zero", "limits", "right angles" …).
         q: the configuration [rad, m or ratio].
-
-    Examples:
-        >>> place = nk.crosscheck.Place("LArm", 3, "limits", (0.0, 0.1))
-        >>> place.frame, place.stratum
-        ('LArm', 'limits')
     """
 
     frame: str
@@ -48,20 +43,14 @@ class Row:
     """One convention compared with one oracle.
 
     Attributes:
-        convention: what was compared, by the name of the function under test where there is one.
+        convention: what was compared: the name of the function under test where there is one.
         against: the oracle.
-        pairs: how many pairs of results were compared.
-        worst: largest discrepancy; infinite where a result is NaN, of the wrong shape, or refused.
+        pairs: number of compared pairs of results.
+        worst: largest discrepancy; infinite where a result is NaN, of the wrong shape, or an error.
         tolerance: largest discrepancy allowed.
-        place: where the worst one happened; None without pairs.
+        place: where the worst one occurred; None without pairs.
         failing: the frames or joints that exceed the tolerance somewhere.
-        note: what was left out and why, why the tolerance is what it is, or why the function refused.
-
-    Examples:
-        >>> report = nk.crosscheck.run(nk.load_nao(), samples=1)
-        >>> row = report.rows[0]
-        >>> row.worst <= row.tolerance
-        True
+        note: what was left out and why, or the error that the function raised.
     """
 
     convention: str
@@ -81,13 +70,11 @@ class Row:
     @property
     def cells(self) -> tuple[str, ...]:
         """The row as text, one cell for each of `Report.columns`."""
-        place = "–" if self.place is None else str(self.place)
-        verdict = "" if self.ok else "FAILS"
         numbers = str(self.pairs), f"{self.worst:.1e}", f"{self.tolerance:.0e}"
-        return (self.convention, self.against, *numbers, place, verdict)
+        return self.convention, self.against, *numbers, str(self.place or "–"), "" if self.ok else "FAILS"
 
     def as_dict(self) -> dict[str, Any]:
-        """The row as plain values; an infinite discrepancy becomes None, for JSON has no infinity.
+        """Return the row as plain values; an infinite discrepancy becomes None, because JSON has no infinity.
 
         Examples:
             >>> report = nk.crosscheck.run(nk.load_nao(), samples=1)
@@ -110,11 +97,7 @@ class Row:
 
 
 class Tally:
-    """One row in the making: the worst difference of one convention over many chunks of configurations.
-
-    Args:
-        convention, against, tolerance, note: as in `Row`.
-    """
+    """A row that is being filled: the worst difference of one convention over many chunks of configurations."""
 
     def __init__(self, convention: str, against: str, tolerance: float = TOLERANCE, note: str = "") -> None:
         self.convention, self.against, self.tolerance, self.note = convention, against, tolerance, note
@@ -136,10 +119,7 @@ class Tally:
             self._failing[frames[index]] = None
 
     def compare(self, first: int, count: int, frames: Sequence[str], function: Callable[..., Any], *args: Any) -> None:
-        """Count the differences (count, m) that a comparison of the arguments returns; an error fails every pair.
-
-        Whatever a function under test raises is its own failure, and that of no other row.
-        """
+        """Count the differences (count, m) that a comparison returns; an error in it fails every pair of this row."""
         try:
             found = np.reshape(function(*args), (count, len(frames)))
         except Exception as error:
@@ -153,7 +133,7 @@ class Tally:
         self.note = f"refused: {abbreviated(reason)}"
 
     def row(self, configurations: Configurations) -> Row:
-        """The row so far."""
+        """Return the row so far."""
         place = None
         if self._place is not None:
             index, frame = self._place
@@ -170,14 +150,9 @@ class Report:
         robot: name of the robot.
         joint_names: the joints of the configurations, in their order.
         seed: seed of the run.
-        strata: how many configurations of each kind were compared.
+        strata: number of compared configurations of each kind.
         rows: the table.
         columns: headings of the cells of every row.
-
-    Examples:
-        >>> report = nk.crosscheck.run(nk.load_nao(), samples=1)
-        >>> report.ok, report.robot
-        (True, 'nao_v6')
     """
 
     columns: ClassVar[tuple[str, ...]] = ("convention", "against", "pairs", "worst", "tolerance", "worst at", "")
@@ -205,7 +180,7 @@ class Report:
 
     @property
     def worst(self) -> dict[str, Row]:
-        """Of each convention the row that comes nearest to its tolerance, or exceeds it most."""
+        """Of each convention, the row that comes nearest to its tolerance, or exceeds it most."""
         found: dict[str, Row] = {}
         for row in self.rows:
             known = found.get(row.convention)
@@ -214,11 +189,10 @@ class Report:
         return found
 
     def as_dict(self) -> dict[str, Any]:
-        """The report as plain values.
+        """Return the report as plain values.
 
         Examples:
-            >>> report = nk.crosscheck.run(nk.load_nao(), samples=1)
-            >>> report.as_dict()["ok"]
+            >>> nk.crosscheck.run(nk.load_nao(), samples=1).as_dict()["ok"]
             True
         """
         return {
@@ -232,7 +206,7 @@ class Report:
         }
 
     def __str__(self) -> str:
-        """The table as text."""
+        """Return the table as text."""
         cells = [self.columns, *(row.cells for row in self.rows)]
         widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
         lines = ["  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)) for line in cells]
@@ -240,9 +214,9 @@ class Report:
         return "\n".join([*map(str.rstrip, lines), f"{self.robot}: {verdict}"])
 
 
-# --- What is compared and how: the functions under test, one row's comparison, and how far two results are apart.
+# --- The functions under test, the comparison of one row, and differences of two results.
 
-# The difference of a pair that says nothing about the convention; it is not counted.
+# The difference of a pair that is not counted.
 LEFT_OUT = -1.0
 
 Function = Callable[..., Any]
@@ -250,11 +224,10 @@ Function = Callable[..., Any]
 
 @dataclass(frozen=True)
 class Conversions:
-    """Every conversion that a run compares; by default the library's own.
+    """The conversions that a run compares; by default the library's own.
 
-    Each field holds the public function of that name of `nao_kin.rotations`, and `joint_axes` what makes the
-    `JointAxes` of a robot. The hand-rolled forward kinematics turns with `rot_x`, `rot_y` and `rot_z`.
-    `dataclasses.replace(Conversions(), log=mine)` puts another function to the test.
+    Each field holds the public function of that name of `nao_kin.rotations`, and `joint_axes` the class `JointAxes` or
+    a function that replaces it. `dataclasses.replace(Conversions(), log=mine)` tests another function.
 
     Examples:
         >>> from dataclasses import replace
@@ -293,12 +266,7 @@ class Conversions:
 
 @dataclass(frozen=True)
 class Check:
-    """A row of the report as a function of rotations: one conversion beside one oracle.
-
-    Attributes:
-        convention, against, note: as in `Row`.
-        difference: how far the two are apart at n rotations, shape (n,); `LEFT_OUT` where a rotation says nothing.
-    """
+    """A row of the report as a function of n rotations: differences, shape (n,); `LEFT_OUT` where not counted."""
 
     convention: str
     against: str
@@ -307,11 +275,7 @@ class Check:
 
 
 def shaped(ours: Any, shape: tuple[int, ...]) -> Floats:
-    """What a function under test returned, as an array.
-
-    Raises:
-        WrongShape: it has another shape.
-    """
+    """Return the result of a function under test as an array of this shape, or raise WrongShape."""
     mine = np.asarray(ours, dtype=np.float64)
     if mine.shape != shape:
         raise WrongShape("what it returned", str(shape), mine.shape)
@@ -319,34 +283,34 @@ def shaped(ours: Any, shape: tuple[int, ...]) -> Floats:
 
 
 def difference(ours: Any, theirs: Floats) -> Floats:
-    """Largest difference of any component, shape (n,)."""
-    apart = np.abs(shaped(ours, theirs.shape) - theirs)
-    return np.asarray(apart.max(axis=tuple(range(1, apart.ndim)), initial=0.0))
+    """Return the largest difference of any component, shape (n,)."""
+    errors = np.abs(shaped(ours, theirs.shape) - theirs)
+    return np.asarray(errors.max(axis=tuple(range(1, errors.ndim)), initial=0.0))
 
 
 def angle_difference(ours: Floats, theirs: Floats) -> Floats:
-    """Difference of angles modulo a turn, in magnitude, component by component [rad]."""
-    apart = ours - theirs
-    return np.asarray(np.abs(apart - 2.0 * np.pi * np.round(apart / (2.0 * np.pi))))
+    """Return the difference of angles modulo a turn, in magnitude, component by component [rad]."""
+    error = ours - theirs
+    return np.asarray(np.abs(error - 2.0 * np.pi * np.round(error / (2.0 * np.pi))))
 
 
 def direction_difference(ours: Any, theirs: Floats) -> Floats:
-    """Difference of vectors of which v and −v mean the same."""
+    """Return the difference of vectors where v and −v are equivalent."""
     return np.minimum(difference(ours, theirs), difference(ours, -theirs))
 
 
 def rotation_vector_difference(ours: Any, theirs: Floats) -> Floats:
-    """Difference of rotation vectors, of which v and v − 2π v/‖v‖ mean the same: none jumps at π."""
+    """Return the difference of rotation vectors, where v and v − 2π v/‖v‖ are equivalent."""
     length = np.sqrt(np.square(theirs).sum(axis=1, keepdims=True))
-    round_the_other_way = theirs - 2.0 * np.pi * theirs / np.where(length > 0.0, length, 1.0)
-    return np.minimum(difference(ours, theirs), difference(ours, round_the_other_way))
+    opposite = theirs - 2.0 * np.pi * theirs / np.where(length > 0.0, length, 1.0)
+    return np.minimum(difference(ours, theirs), difference(ours, opposite))
 
 
 def outside(value: Floats, lower: float, upper: float) -> Floats:
-    """How far a value is outside [lower, upper]."""
+    """Return how far a value is outside [lower, upper]."""
     return np.maximum(np.maximum(lower - value, value - upper), 0.0)
 
 
 def largest(*differences: Floats) -> Floats:
-    """The largest of several differences of each pair; NaN counts as the largest."""
+    """Return the largest of several differences of each pair; NaN counts as the largest."""
     return np.asarray(np.maximum.reduce(differences))

@@ -1,4 +1,4 @@
-"""The rows about the robot itself: poses by several implementations, single steps, and Jacobians."""
+"""The rows about the robot: poses by several implementations, single steps, Jacobians, and limits."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ import pinocchio as pin
 from nao_kin._core.arrays import Floats
 from nao_kin._core.text import quoted
 from nao_kin._kernels.cache import has_numba
-from nao_kin.crosscheck.by_hand import HandRolled, Step
 from nao_kin.crosscheck.oracles import Oracle, ParsedJoint, YourdfpyOracle
 from nao_kin.crosscheck.report import LEFT_OUT, TOLERANCE, Conversions, Tally, difference, largest
 from nao_kin.crosscheck.samples import turns_about
+from nao_kin.crosscheck.steps import Step, StepKinematics
 from nao_kin.robot import RobotModel
 from nao_kin.robot.semantics import CoupledLimit
 
@@ -26,15 +26,14 @@ _EXPRESSIONS: tuple[Literal["frame", "root", "mixed"], ...] = ("frame", "root", 
 
 
 class PoseChecks:
-    """Forward kinematics by hand, by the robot's methods, by the batch kernels, by Pinocchio, by another reader.
+    """Poses from elementary rotations, by the robot's methods, the batch kernels, Pinocchio and a second reader.
 
-    Attributes:
-        frames: the frames that the steps and the robot have in common.
+    `frames` are the frames that the steps and the robot have in common.
     """
 
     def __init__(self, robot: RobotModel, steps: Sequence[Step], conversions: Conversions, second: Oracle) -> None:
         self._robot, self._conversions, self._second = robot, conversions, second
-        self._by_hand = HandRolled(steps, robot.joint_names, conversions)
+        self._by_hand = StepKinematics(steps, robot.joint_names, conversions)
         known = set(robot.frame_names)
         self._mine = [i for i, step in enumerate(steps) if step.name in known]
         self.frames = tuple(steps[i].name for i in self._mine)
@@ -45,17 +44,17 @@ class PoseChecks:
         self._direct = _DirectPinocchio(robot, self.frames)
         self._steps = _StepChecks(robot, self._by_hand, self.frames)
 
-        left_out = f"{len(second.left_out)} frames left out: {second.name} reads a coupling or a sliding axis otherwise"
-        note = left_out if second.left_out else ""
+        count = len(second.left_out)
+        note = f"{count} frames left out: {second.name} reads a coupling or a sliding axis differently" if count else ""
         self._poses = [
-            Tally("pose in the root, by hand", "Pinocchio"),
-            Tally("pose in the root, by hand", second.name, note=note),
-            Tally("pose in the root, by Pinocchio", second.name, note=note),
-            Tally("pose in the root, by the robot", "pin.framesForwardKinematics"),
+            Tally("poses from elementary rotations", "Pinocchio"),
+            Tally("poses from elementary rotations", second.name, note=note),
+            Tally("poses by Pinocchio", second.name, note=note),
+            Tally("poses by RobotModel.fk", "pin.framesForwardKinematics"),
         ]
         # Without Numba there are no kernels, and Pinocchio would be compared with itself.
         if has_numba():
-            self._poses.append(Tally("pose in the root, by the batch kernels", "pin.framesForwardKinematics"))
+            self._poses.append(Tally("poses by the batch kernels", "pin.framesForwardKinematics"))
         self._elementary = {axis: Tally(f"rot_{axis}", "pin.AngleAxis") for axis in _AXES}
         self._names = Tally("frame names", "Pinocchio")
         by_hand = {step.name for step in steps}
@@ -71,8 +70,7 @@ class PoseChecks:
     def add(self, q: Floats, first: int) -> Floats:
         """Compare configurations (n, nq), the first of which has the index `first`.
 
-        Returns:
-            The robot's poses of `frames`, shape (n, frames, 4, 4).
+        Returns the robot's poses of `frames`, shape (n, frames, 4, 4).
         """
         n, shared, joint_names = len(q), self._columns, self._robot.joint_names
         T, direct, second = self._robot.fk(q, self.frames), self._direct.poses(q), self._second.poses(q)
@@ -112,7 +110,7 @@ class _DirectPinocchio:
         self._ids = [ids[name] for name in frames]
 
     def poses(self, q: Floats) -> Floats:
-        """T_root_frame, shape (n, frames, 4, 4), for configurations of shape (n, nq)."""
+        """Return T_root_frame, shape (n, frames, 4, 4), for configurations of shape (n, nq)."""
         T = np.empty((len(q), len(self._ids), 4, 4))
         for row, configuration in zip(T, q, strict=True):
             pin.framesForwardKinematics(self._model, self._data, configuration)
@@ -122,15 +120,14 @@ class _DirectPinocchio:
 
 
 class _StepChecks:
-    """The rows about single steps: where a frame stands in the one that carries it, and what its joint does there.
+    """The rows about single steps: the pose of a frame in its parent frame, and the motion of its joint.
 
-    A wrong step moves everything behind it; only the rows of the step itself say which one it was. The motion of a
-    joint is measured as M, the pose of its frame in its own pose at zero. A turn by v about e has vect M = sin v e and
-    (tr M − 1)/2 = cos v; a slide has the displacement v e. How far a joint goes and along which axis it goes are two
-    rows.
+    A wrong step moves everything behind it; only the rows of the step itself identify it. The motion of a joint is
+    measured as M, the pose of its frame in its own pose at zero. A turn by v about e has vect M = sin v e and (tr M −
+    1)/2 = cos v; a slide has the displacement v e. The amount and the axis of the motion are two rows.
     """
 
-    def __init__(self, robot: RobotModel, by_hand: HandRolled, frames: Sequence[str]) -> None:
+    def __init__(self, robot: RobotModel, by_hand: StepKinematics, frames: Sequence[str]) -> None:
         self._by_hand = by_hand
         self._column = {name: i for i, name in enumerate(frames)}
         steps = [step for step in by_hand.steps if step.name in self._column and step.parent in self._column]
@@ -141,8 +138,8 @@ class _StepChecks:
         self._axis = Tally("axis and sense of a joint", "Pinocchio")
         self._travel = Tally("travel of a joint", "Pinocchio")
         self._coupled = Tally("travel of a coupled joint", "Pinocchio")
-        position = Tally("position in the carrying frame", "Pinocchio")
-        orientation = Tally("orientation in the carrying frame", "Pinocchio")
+        position = Tally("position in the parent frame", "Pinocchio")
+        orientation = Tally("orientation in the parent frame", "Pinocchio")
         self._places = [position, orientation] if steps else []
 
         zero = robot.neutral()[None]
@@ -155,7 +152,7 @@ class _StepChecks:
 
     @property
     def tallies(self) -> list[Tally]:
-        """The rows; none of what the robot has not."""
+        """The rows, without those of a kind of joint that the robot lacks."""
         axes = [self._axis] if self._own or self._followers else []
         travels = [*([self._travel] if self._own else []), *([self._coupled] if self._followers else [])]
         return [*self._places, *axes, *travels]
@@ -169,7 +166,7 @@ class _StepChecks:
                 self._axis.add(axis[:, None], first, [joint.name])
 
     def _motion_differences(self, joint: Step, T: Floats, q: Floats) -> tuple[Floats, Floats]:
-        """How far one joint goes too far, and how far it goes along another axis, two arrays (n,)."""
+        """Return the errors of one joint's travel and of its axis, two arrays (n,)."""
         (R, p), (R_zero, p_zero) = self._relative(T, joint), self._zero[joint.name]
         value = self._by_hand.value(joint, q) - (joint.mimic.offset if joint.mimic else 0.0)
         if joint.sliding:
@@ -182,7 +179,7 @@ class _StepChecks:
         length = np.sqrt(np.square(vector).sum(axis=-1))
         travel = largest(np.abs(length - np.abs(sine)), turned)
         along = length[:, None] * np.array(joint.axis)
-        # Which sense is the right one cannot be seen of a joint that does not go as far as it should.
+        # The sense of a joint with a wrong travel cannot be determined.
         if (travel > TOLERANCE).any():
             self._wrong_travel.add(joint.name)
         if joint.name in self._wrong_travel:
@@ -192,15 +189,15 @@ class _StepChecks:
         return travel, np.asarray(axis)
 
     def _relative(self, T: Floats, step: Step) -> tuple[Floats, Floats]:
-        """Rotations (n, 3, 3) and origins (n, 3) of a step in the frame that carries it."""
+        """Return rotations (n, 3, 3) and origins (n, 3) of a step in its parent frame."""
         T_frame, T_parent = T[:, self._column[step.name]], T[:, self._column[str(step.parent)]]
         R_parent_transposed = np.swapaxes(T_parent[:, :3, :3], -1, -2)
-        apart = (T_frame - T_parent)[:, :3, 3]
-        return R_parent_transposed @ T_frame[:, :3, :3], (R_parent_transposed @ apart[..., None])[..., 0]
+        offset = (T_frame - T_parent)[:, :3, 3, None]
+        return R_parent_transposed @ T_frame[:, :3, :3], (R_parent_transposed @ offset)[..., 0]
 
 
 class JacobianChecks:
-    """One row for each way to express a Jacobian: the columns are the axes' Plücker coordinates."""
+    """One row for each way to express a Jacobian: its columns are the axes' Plücker coordinates."""
 
     def __init__(self, robot: RobotModel, conversions: Conversions, frames: Sequence[str]) -> None:
         self._robot, self._conversions, self._frames = robot, conversions, frames
@@ -216,15 +213,15 @@ class JacobianChecks:
     def add(self, q: Floats, first: int) -> None:
         """Compare every frame at one of the configurations (n, nq), another one for each frame."""
         for way, tally in self._tallies.items():
-            apart = np.full((len(q), len(self._frames)), LEFT_OUT)
+            errors = np.full((len(q), len(self._frames)), LEFT_OUT)
             for column, frame in enumerate(self._frames):
                 row = (first + column) % len(q)
                 try:
-                    apart[row, column] = self._difference(q[row], frame, way)
+                    errors[row, column] = self._difference(q[row], frame, way)
                 except Exception as error:  # of the joint axes under test
                     tally.refuse(error)
-                    apart[row, column] = np.inf
-            tally.add(apart, first, self._frames)
+                    errors[row, column] = np.inf
+            tally.add(errors, first, self._frames)
 
     def _difference(self, q: Floats, frame: str, way: Literal["frame", "root", "mixed"]) -> float:
         ours = np.asarray(self._axes.jacobian(q, frame, expressed_in=way))
@@ -236,29 +233,28 @@ class JacobianChecks:
 
 
 def _farthest(by_hand: Callable[[Step, Floats], Floats], step: Step, zero: Floats, theirs: Floats) -> Floats:
-    """Largest difference of any entry of a step, by hand, at zero."""
+    """Return the largest difference of any entry of a step at zero."""
     return np.asarray(np.abs(by_hand(step, zero) - theirs).max())
 
 
 def _pose_difference(ours: Floats, theirs: Floats) -> Floats:
-    """Largest difference of any entry of poses (n, m, 4, 4), shape (n, m)."""
+    """Return the largest difference of any entry of poses (n, m, 4, 4), shape (n, m)."""
     return np.asarray(np.abs(ours - theirs).max(axis=(2, 3), initial=0.0))
 
 
 def _vect(M: Floats) -> Floats:
-    """The vector of the antisymmetric part, (m32 − m23, m13 − m31, m21 − m12)/2."""
+    """Return the vector of the antisymmetric part, (m32 − m23, m13 − m31, m21 − m12)/2."""
     return 0.5 * np.stack(
         [M[..., 2, 1] - M[..., 1, 2], M[..., 0, 2] - M[..., 2, 0], M[..., 1, 0] - M[..., 0, 1]], axis=-1
     )
 
 
-# --- Limits and mimics: the robot's beside two other readings of its URDF, and its judgements beside a scalar
-# formula.
+# --- Limits and mimics: the robot's against two other readings of its URDF, and its checks against a scalar formula.
 #
 # A driving joint has the limits that it shares with the joints that mimic it: the values at which all of them are
-# inside their own. That is worked out here once more, from what the other parsers read.
+# inside their own. These are computed here again, from the results of the other parsers.
 
-# A value that misses a limit by less is on it, by the library's own definition.
+# A value that exceeds a limit by less is on the limit, as the library defines it.
 _ON_THE_LIMIT = 1e-6
 
 
@@ -284,7 +280,7 @@ class LimitChecks:
         return [*self._fixed, self._violations, self._clamped] if self._robot.joint_names else []
 
     def add(self, q: Floats, first: int) -> None:
-        """Compare what the robot says about the limits of configurations (n, nq)."""
+        """Compare the robot's answers about the limits of configurations (n, nq)."""
         names = self._robot.joint_names
         self._violations.compare(first, len(q), names, self._violation_differences, q)
         self._clamped.compare(first, len(q), names, self._clamp_differences, q)
@@ -294,46 +290,42 @@ class LimitChecks:
         expected = [_shared_limits(name, joints) for name in names]
         ours = (self._robot.lower, self._robot.upper, self._robot.velocity_limits, self._robot.effort_limits)
         for index, kind in enumerate(("lower", "upper", "velocity", "effort")):
-            if kind not in self._second.kinds:
-                continue
-            theirs = [limits[index] for limits in expected]
-            apart = [_apart(float(mine), other) for mine, other in zip(ours[index], theirs, strict=True)]
-            tally = Tally(f"{kind} limits", oracle, note=note)
-            tally.add(np.array([apart]), 0, names)
-            self._fixed.append(tally)
+            if kind in self._second.kinds:
+                errors = [
+                    _distance(float(mine), limits[index]) for mine, limits in zip(ours[index], expected, strict=True)
+                ]
+                self._add_row(f"{kind} limits", oracle, errors, names, note)
 
     def _compare_mimics(self, joints: Mapping[str, ParsedJoint]) -> None:
         names = sorted(name for name in joints if name in self._robot.mimics or name not in self._robot.joint_names)
         if not names:
             return
-        apart = []
+        errors = []
         for name in names:
             mimic = self._robot.mimics.get(name)
-            expected = None if mimic is None else _relation(name, mimic.joint, joints)
-            if mimic is None or expected is None:
-                apart.append(math.inf)
-            else:
-                apart.append(max(_apart(mimic.multiplier, expected[0]), _apart(mimic.offset, expected[1])))
-        tally = Tally("mimics", self._second.name)
-        tally.add(np.array([apart]), 0, names)
-        self._fixed.append(tally)
+            expected = mimic and _relation(name, mimic.joint, joints)
+            ours = mimic and (mimic.multiplier, mimic.offset)
+            errors.append(max(map(_distance, ours, expected)) if ours and expected else math.inf)
+        self._add_row("mimics", self._second.name, errors, names)
+
+    def _add_row(self, convention: str, oracle: str, errors: list[float], names: Sequence[str], note: str = "") -> None:
+        self._fixed.append(Tally(convention, oracle, note=note))
+        self._fixed[-1].add(np.array([errors]), 0, names)
 
     def _violation_differences(self, q: Floats) -> Floats:
-        """How far the ranges are apart of each joint that is outside, infinite where only one finds it outside."""
+        """Return differences of the ranges of each joint outside, infinite where only one side finds it outside."""
         column = {name: index for index, name in enumerate(self._robot.joint_names)}
         found = {(v.index[0], column[v.joint]): (v.lower, v.upper) for v in self._robot.limit_violations(q)}
-        apart = np.zeros(q.shape)
+        errors = np.zeros(q.shape)
         for row, values in enumerate(q.tolist()):
             for index in range(len(values)):
                 ours, theirs = found.get((row, index)), self._violated(values, index)
-                if ours is not None and theirs is not None:
-                    apart[row, index] = max(map(_apart, ours, theirs))
-                elif ours is not theirs:
-                    apart[row, index] = math.inf
-        return apart
+                if ours is not None or theirs is not None:
+                    errors[row, index] = max(map(_distance, ours, theirs)) if ours and theirs else math.inf
+        return errors
 
     def _violated(self, values: Sequence[float], index: int) -> tuple[float, float] | None:
-        """The range that one joint is outside: the box, or inside it the table; None inside both."""
+        """Return the range that one joint is outside: the box, or inside it the table; None inside both."""
         tables = [table for table in self._tables if table.joint == self._robot.joint_names[index]]
         for lower, upper in (self._box(index), *(self._table_range(table, values) for table in tables)):
             if values[index] < lower - _ON_THE_LIMIT or values[index] > upper + _ON_THE_LIMIT:
@@ -344,7 +336,7 @@ class LimitChecks:
         return np.asarray(np.abs(self._robot.clamp(q) - np.array([self._clamp(row) for row in q.tolist()])))
 
     def _clamp(self, values: list[float]) -> list[float]:
-        """Every joint into its box, then into its table at what the joint it depends on has become."""
+        """Return every joint clamped to its box, then to its table at the clamped value of the other joint."""
         inside = [_between(value, *self._box(index)) for index, value in enumerate(values)]
         for table in self._tables:
             index = self._robot.joint_names.index(table.joint)
@@ -355,27 +347,25 @@ class LimitChecks:
         return float(self._robot.lower[index]), float(self._robot.upper[index])
 
     def _table_range(self, table: CoupledLimit, values: Sequence[float]) -> tuple[float, float]:
-        """The range at a value of the other joint: linear between the rows of the table, constant outside."""
+        """Return the range at a value of the other joint: linear between rows of the table, constant outside."""
         value = values[self._robot.joint_names.index(table.of)]
         if value <= table.at[0]:
             return table.lower[0], table.upper[0]
         for i in range(1, len(table.at)):
             if value <= table.at[i]:
                 part = (value - table.at[i - 1]) / (table.at[i] - table.at[i - 1])
-                return (
-                    (1.0 - part) * table.lower[i - 1] + part * table.lower[i],
-                    (1.0 - part) * table.upper[i - 1] + part * table.upper[i],
-                )
+                low, high = ((1.0 - part) * ends[i - 1] + part * ends[i] for ends in (table.lower, table.upper))
+                return low, high
         return table.lower[-1], table.upper[-1]
 
 
 def _read_by_pinocchio(
     robot: RobotModel, joints: Mapping[str, ParsedJoint]
 ) -> tuple[dict[str, ParsedJoint] | None, str]:
-    """The moving joints as Pinocchio's own parser reads the file, mimics as given; or None and a note why not."""
+    """Return the moving joints as Pinocchio's parser reads them, mimics as given; or None and a note why not."""
     not_compared = "not compared with Pinocchio's own parser, which"
     for name, joint in joints.items():
-        # The parser says on standard error what it misses: better not to ask.
+        # The parser would report missing values on standard error.
         if not joint.continuous and (joint.velocity is None or joint.effort is None):
             return None, f"{not_compared} needs velocity and effort of {quoted(name)}"
     try:
@@ -390,7 +380,7 @@ def _read_by_pinocchio(
         index = model.joints[model.getJointId(name)]
         speeds = float(model.upperVelocityLimit[index.idx_v]), float(model.upperEffortLimit[index.idx_v])
         found[name] = replace(joint, velocity=speeds[0], effort=speeds[1])
-        # A limit without lower and upper is [0, 0] to this parser; what the file does not say it cannot confirm.
+        # A limit without lower and upper is [0, 0] to this parser, which cannot confirm a missing range.
         if not joint.continuous and (joint.lower is not None or joint.upper is not None):
             lower, upper = float(model.lowerPositionLimit[index.idx_q]), float(model.upperPositionLimit[index.idx_q])
             found[name] = replace(found[name], lower=lower, upper=upper)
@@ -398,10 +388,10 @@ def _read_by_pinocchio(
 
 
 def _shared_limits(driver: str, joints: Mapping[str, ParsedJoint]) -> tuple[float, float, float, float]:
-    """lower, upper, velocity and effort of a driving joint and of all that follows it.
+    """Return lower, upper, velocity and effort of a driving joint and of all its followers.
 
     Limits that were copied from joint to joint may leave no value, or a single one, to joints that can all move: then
-    the driving joint's own range stands.
+    the driving joint's own range counts.
     """
     own_low, own_high, own_velocity = _own_bounds(joints[driver])
     lower, upper, velocity, can_move = [own_low], [own_high], [own_velocity], own_low < own_high
@@ -423,7 +413,7 @@ def _shared_limits(driver: str, joints: Mapping[str, ParsedJoint]) -> tuple[floa
 
 
 def _own_bounds(joint: ParsedJoint) -> tuple[float, float, float]:
-    """Lower, upper and velocity of one joint alone: no limits where the file has none, or with swapped ends."""
+    """Return lower, upper and velocity of one joint: infinite where the file has none or swapped ends."""
     velocity = math.inf if joint.velocity is None or joint.velocity < 0.0 else joint.velocity
     lower, upper = joint.lower or 0.0, joint.upper or 0.0
     if joint.continuous or (joint.lower is None and joint.upper is None) or lower > upper:
@@ -432,9 +422,9 @@ def _own_bounds(joint: ParsedJoint) -> tuple[float, float, float]:
 
 
 def _relation(name: str, driver: str, joints: Mapping[str, ParsedJoint]) -> tuple[float, float] | None:
-    """(multiplier, offset) with value of `name` = multiplier · value of `driver` + offset; None where there is none.
+    """Return (multiplier, offset) with value of `name` = multiplier · value of `driver` + offset; None without one.
 
-    The file may couple the two the other way round, or both to a third joint.
+    The file may couple the two in the opposite direction, or both to a third joint.
     """
     (root, m, b), (other_root, m_driver, b_driver) = _root(name, joints), _root(driver, joints)
     if root != other_root or m_driver == 0.0:
@@ -443,7 +433,7 @@ def _relation(name: str, driver: str, joints: Mapping[str, ParsedJoint]) -> tupl
 
 
 def _root(name: str, joints: Mapping[str, ParsedJoint]) -> tuple[str, float, float]:
-    """The joint at the end of a chain of mimics, and the multiplier and offset that lead back from it."""
+    """Return the joint at the end of a chain of mimics, and the multiplier and offset that lead back from it."""
     multiplier, offset = 1.0, 0.0
     for _ in joints:
         follows = joints[name].follows if name in joints else None
@@ -454,7 +444,7 @@ def _root(name: str, joints: Mapping[str, ParsedJoint]) -> tuple[str, float, flo
 
 
 def _tightest(bounds: Sequence[float], choose: Callable[[Sequence[float]], float]) -> float:
-    """The tightest bound; the first of those that differ from it by rounding only."""
+    """Return the tightest bound; the first of those that differ from it by rounding only."""
     tightest = choose(bounds)
     return next(
         bound for bound in bounds if bound == tightest or math.isclose(bound, tightest, rel_tol=1e-9, abs_tol=1e-12)
@@ -465,6 +455,6 @@ def _between(value: float, lower: float, upper: float) -> float:
     return min(max(value, lower), upper)
 
 
-def _apart(ours: float, theirs: float) -> float:
-    """|ours − theirs|, zero for equal infinities."""
+def _distance(ours: float, theirs: float) -> float:
+    """Return |ours − theirs|, zero for equal infinities."""
     return 0.0 if ours == theirs else abs(ours - theirs)

@@ -1,7 +1,7 @@
 """The rows about rotations: three angles, invariants, quaternions, exponential and logarithm.
 
-Matrices are compared everywhere, angles as far as they are determined: towards lock any floating-point matrix loses the
-digits of the outer two, which count in proportion to h = |cos β|, or |sin β| where the outer axes are the same.
+Matrices are always compared, angles as far as they are determined: towards lock, any floating-point matrix loses the
+digits of the outer two, whose errors are weighted by h = |cos β|, or |sin β| where the outer axes are the same.
 """
 
 from __future__ import annotations
@@ -39,15 +39,15 @@ from nao_kin.crosscheck.samples import (
 from nao_kin.rotations import SEQUENCES
 
 _HALF, _ROOT = math.pi / 2.0, math.sqrt(0.5)
-# Distances from lock: what is nearer than the first is locked, what is farther than the second is not. The library's
-# own bound lies between them, and there rounding decides.
+# Distances from lock: a rotation nearer than the first is locked, one farther than the second is not. The library's
+# bound is between them, where rounding decides.
 _SURELY_LOCKED, _SURELY_FREE = 2.0 * 2.0**-52, 8.0 * 2.0**-52
 _X, _Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
 Comparison = Callable[[RotationSample, Conversions], Floats]
 
 
 def three_angle_checks() -> list[Check]:
-    """The rows about three angles."""
+    """Return the rows about three angles."""
     checks = [
         Check("matrix_from_rpy", "pin.rpy.rpyToMatrix", _matrix_from_rpy),
         Check("rpy_from_matrix", "pin.rpy.matrixToRpy", _rpy_from_matrix),
@@ -80,7 +80,7 @@ def _rpy_from_matrix(sample: RotationSample, conversions: Conversions) -> Floats
 
 
 class _EulerCheck:
-    """One of the 24: eigenpy knows moving axes; turns about fixed axes are the same turns in the opposite order."""
+    """One of the 24 sequences; turns about fixed axes are eigenpy's turns about moving axes in the opposite order."""
 
     def __init__(self, sequence: str, axes: str) -> None:
         self.sequence, self.axes = sequence, axes
@@ -88,13 +88,13 @@ class _EulerCheck:
         self.symmetric = sequence[0] == sequence[2]
 
     def to_matrix(self, sample: RotationSample, conversions: Conversions) -> Floats:
-        """Both implementations on the oracle's angles."""
+        """Compare both implementations on the oracle's angles."""
         theirs = sample.moving_angles(self.moving)
         ours = conversions.matrix_from_euler(self._written(theirs), self.sequence, axes=self.axes)
         return difference(ours, sample.moving_matrices(self.moving))
 
     def to_angles(self, sample: RotationSample, conversions: Conversions) -> Floats:
-        """Our first triple gives R by eigenpy's formula and is principal, also at lock; one of the two is eigenpy's."""
+        """Check that our first triple gives R and is principal, also at lock, and that one of the two is eigenpy's."""
         found = conversions.euler_from_matrix(sample.R, self.sequence, axes=self.axes)
         theirs = sample.moving_angles(self.moving)
         angles, other = (shaped(triple, theirs.shape) for triple in (found.angles, found.other))
@@ -111,7 +111,7 @@ class _EulerCheck:
         )
 
     def _written(self, triple: Floats) -> Floats:
-        """From the order as written to the order about moving axes, or back."""
+        """Return a triple in the order about moving axes from the order as written, or the reverse."""
         return triple if self.axes == "moving" else np.ascontiguousarray(triple[:, ::-1])
 
 
@@ -119,25 +119,21 @@ class _EulerCheck:
 class _HipCheck:
     """Turns about a hip's axis a, about x and about y: Davenport angles that are no Euler angles.
 
-    a = Rot(x, −δ) y, so that the angles of R = Rot(x, −δ) S are (α, β − δ, γ) where (α, β, γ) are the yxy Euler angles
-    of S. Half of the rotations are compared as they are, half as S: those lock where S does.
-
-    Attributes:
-        axis: the hip's axis a.
-        delta: the angle from a to y about x; the principal middle angle is in the half turn from −δ, or to it, that
-            holds zero.
+    a = Rot(x, −δ) y, so the angles of R = Rot(x, −δ) S are (α, β − δ, γ) where (α, β, γ) are the yxy Euler angles of S.
+    Half of the rotations are compared as they are, half as S: those lock where S does. The principal middle angle is in
+    the half turn from −δ, or to −δ, that contains zero.
     """
 
     axis: tuple[float, float, float]
     delta: float
 
     def to_matrix(self, sample: RotationSample, conversions: Conversions) -> Floats:
-        """Both implementations on the oracle's angles."""
+        """Compare both implementations on the oracle's angles."""
         angles = sample.moving_angles("zyx")
         return difference(conversions.matrix_from_davenport(angles, self.axis, _X, _Y), self._matrices(angles))
 
     def to_angles(self, sample: RotationSample, conversions: Conversions) -> Floats:
-        """Our first triple gives R and is principal, also at lock; one of the two is eigenpy's where it knows R."""
+        """Check that our first triple gives R and is principal, also at lock, and eigenpy's where it has one."""
         turned = sample.spread < 0.5
         R = np.where(turned[:, None, None], turns_about(_X, np.array([-self.delta])) @ sample.R, sample.R)
         found = conversions.davenport_angles(R, self.axis, _X, _Y)
@@ -163,25 +159,25 @@ class _HipCheck:
 
 
 def _weighted(ours: Floats, theirs: Floats, weight: Floats) -> Floats:
-    """Largest difference of three angles, the outer two counted by their weight."""
+    """Return the largest difference of three angles, the outer two multiplied by their weight."""
     apart = angle_difference(ours, theirs)
     return np.maximum(apart[:, 1], weight * np.maximum(apart[:, 0], apart[:, 2]))
 
 
 def _other_branch(angles: Floats, other: Floats, mirrored: float) -> Floats:
-    """How far the other triple is from (α + π, mirrored − β, γ + π), which gives the same rotation as the first."""
+    """Return the error of the other triple, which must be (α + π, mirrored − β, γ + π)."""
     expected = np.stack([angles[:, 0] + math.pi, mirrored - angles[:, 1], angles[:, 2] + math.pi], axis=1)
     return np.asarray(angle_difference(other, expected).max(axis=1))
 
 
 def _out_of_range(angles: Floats, lower: float, upper: float) -> Floats:
-    """How far the middle angle is outside [lower, upper], or an outer one outside [−π, π]."""
+    """Return how far the middle angle is outside [lower, upper], or an outer one outside [−π, π]."""
     ranges = ((-math.pi, math.pi), (lower, upper), (-math.pi, math.pi))
     return largest(*(outside(angles[:, i], *limits) for i, limits in enumerate(ranges)))
 
 
 def _euler_lock_distance(R: Floats, moving: str) -> Floats:
-    """The distance from lock, h = |cos β|, or |sin β| where the outer axes are the same, from two entries of R."""
+    """Return the distance from lock, h = |cos β|, or |sin β| for equal outer axes, from two entries of R."""
     i, j, _ = axis_numbers(moving)
     k = 3 - i - j
     pair = (R[:, j, i], R[:, k, i]) if moving[0] == moving[2] else (R[:, j, k], R[:, k, k])
@@ -189,7 +185,7 @@ def _euler_lock_distance(R: Floats, moving: str) -> Floats:
 
 
 def _lock_difference(h: Floats, angles: Floats, locked: Any) -> Floats:
-    """0 where lock is reported where it is and the third angle is zero there; else 1, or that angle."""
+    """Return 0 where lock is reported correctly with a third angle of zero; else 1, or that angle."""
     mask = shaped(locked, h.shape) != 0.0
     misreported = (mask & (h > _SURELY_FREE)) | (~mask & (h < _SURELY_LOCKED))
     return np.where(misreported, 1.0, np.where(mask, np.abs(angles[:, 2]), 0.0))
@@ -207,13 +203,13 @@ PARAMETER_CHECKS: list[Check] = []
 
 
 def _row(against: str, convention: str = "", note: str = "") -> Callable[[Comparison], Comparison]:
-    """Make a comparison a row about the convention of its name, or about another one."""
+    """Register a comparison as a row about the convention of its name, or about another one."""
 
-    def entered(compared: Comparison) -> Comparison:
+    def register(compared: Comparison) -> Comparison:
         PARAMETER_CHECKS.append(Check(convention or compared.__name__.strip("_"), against, compared, note))
         return compared
 
-    return entered
+    return register
 
 
 @_row("pin.AngleAxis")
@@ -270,7 +266,7 @@ def _euler_rodrigues(sample: RotationSample, conversions: Conversions) -> Floats
 
 @_row("pin.exp3")
 def _exp(sample: RotationSample, conversions: Conversions) -> Floats:
-    # Longer vectors than a logarithm has, too: up to one and a half turns.
+    # Include vectors longer than any logarithm: up to one and a half turns.
     vectors = sample.logarithms * np.where(sample.spread < 0.5, 1.0, 3.0)[:, None]
     return difference(conversions.exp(vectors), each(pin.exp3, (3, 3), vectors))
 
@@ -332,7 +328,7 @@ def _quat_from_xyzw(sample: RotationSample, conversions: Conversions) -> Floats:
     return difference(conversions.quat_from_xyzw(coefficients), theirs)
 
 
-@_row("pin.Quaternion.slerp", note="quaternions at a right angle left out: both ways round are as short")
+@_row("pin.Quaternion.slerp", note="quaternions at a right angle left out: both directions are equally short")
 def _slerp(sample: RotationSample, conversions: Conversions) -> Floats:
     p, q = sample.quaternions, np.roll(sample.quaternions, 1, axis=0)
     parts = np.floor(9.0 * sample.spread) / 8.0
@@ -342,7 +338,7 @@ def _slerp(sample: RotationSample, conversions: Conversions) -> Floats:
 
 
 def _canonical_difference(ours: Any, theirs: Floats) -> Floats:
-    """Difference of quaternions, of which q and −q mean the same, and how far ours is from r0 ≥ 0."""
+    """Return the difference of quaternions, where q and −q are equivalent, and the error of r0 ≥ 0."""
     return largest(direction_difference(ours, theirs), outside(shaped(ours, theirs.shape)[:, 0], 0.0, np.inf))
 
 

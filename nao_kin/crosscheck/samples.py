@@ -1,4 +1,4 @@
-"""What is compared: configurations where conventions differ, and the rotations that the frames take there."""
+"""The samples of a cross-check: configurations where conventions differ, and the rotations of the frames there."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _SHARES = {
     "inside": 0.25,
     "limits": 0.15,
     "right angles": 0.2,
-    "beside right angles": 0.2,
+    "near right angles": 0.2,
     "half turns": 0.1,
     "beyond": 0.1,
 }
@@ -30,46 +30,38 @@ _QUARTERS = np.array([0.5, -0.5, 1.0, -1.0]) * np.pi
 
 @dataclass(frozen=True, eq=False)
 class Configurations:
-    """Configurations in the order in which they are compared.
-
-    Attributes:
-        q: shape (n, nq).
-        kinds: the kind of each.
-    """
+    """Configurations (n, nq) in the order in which they are compared, and the kind of each."""
 
     q: Floats
     kinds: tuple[str, ...]
 
     @property
     def counts(self) -> dict[str, int]:
-        """How many there are of each kind."""
+        """Number of configurations of each kind."""
         return {name: count for name in ("zero", *_SHARES) if (count := self.kinds.count(name))}
 
 
 def sample_configurations(robot: RobotModel, samples: int, seed: int) -> Configurations:
-    """`samples` configurations of all kinds; the first one is zero.
+    """Return `samples` configurations of all kinds; the first one is zero.
 
-    zero: every joint at zero.
-    inside: uniform inside the limits.
-    limits: every joint on one of its limits.
-    right angles: most joints at zero or at a multiple of π/2 up to π, limits or not, some anywhere: rotations by π, and
-        three-angle sequences at lock with outer angles of every kind.
-    beside right angles: the same, every joint moved by 1e-16 … 1e-2.
-    half turns: all joints anywhere in a turn, but one that turns some frame by π about a general axis, or nearly.
-    beyond: uniform in [−2π, 2π].
+    zero: every joint at zero. inside: uniform inside the limits. limits: every joint on one of its limits. right
+    angles: most joints at zero or at a multiple of π/2 up to π, in or out of limits, some anywhere: rotations by π, and
+    three-angle sequences at lock with outer angles of every kind. near right angles: the same, every joint moved by
+    1e-16 … 1e-2. half turns: all joints anywhere in a turn, except one that turns some frame by π about a general axis,
+    or nearly. beyond: uniform in [−2π, 2π].
     """
     rng = np.random.default_rng(seed)
     count = _counts(samples - 1)
     n = len(robot.joint_names)
     lower = np.where(np.isfinite(robot.lower), robot.lower, -np.pi)
     upper = np.where(np.isfinite(robot.upper), robot.upper, np.pi)
-    beside = _right_angles(rng, count["beside right angles"], n)
+    near = _right_angles(rng, count["near right angles"], n)
     parts = {
         "zero": np.zeros((1, n)),
         "inside": robot.random(rng, count["inside"]),
         "limits": np.where(rng.random((count["limits"], n)) < 0.5, lower, upper),
         "right angles": _right_angles(rng, count["right angles"], n),
-        "beside right angles": beside + _nudges(rng, beside.shape),
+        "near right angles": near + _nudges(rng, near.shape),
         "half turns": _half_turns(robot, rng, count["half turns"]),
         "beyond": rng.uniform(-2.0 * np.pi, 2.0 * np.pi, (count["beyond"], n)),
     }
@@ -79,20 +71,20 @@ def sample_configurations(robot: RobotModel, samples: int, seed: int) -> Configu
 
 
 def _counts(samples: int) -> dict[str, int]:
-    """The shares of the kinds, rounded so that they add up and no kind is empty for want of a fraction."""
+    """Return the number of configurations of each kind, rounded so that they add up and none is empty by rounding."""
     bounds = np.ceil(np.cumsum(list(_SHARES.values())) * samples - 1e-9).astype(int)
     return dict(zip(_SHARES, np.diff(bounds, prepend=0).tolist(), strict=True))
 
 
 def _right_angles(rng: np.random.Generator, count: int, joints: int) -> Floats:
-    """Half of the joints at zero, three in ten at ±π/2 or ±π, the others anywhere in a turn."""
+    """Return configurations with half of the joints at zero, three in ten at ±π/2 or ±π, the others anywhere."""
     kind = rng.random((count, joints))
     anywhere = rng.uniform(-np.pi, np.pi, kind.shape)
     return np.where(kind < 0.5, 0.0, np.where(kind < 0.8, rng.choice(_QUARTERS, kind.shape), anywhere))
 
 
 def _half_turns(robot: RobotModel, rng: np.random.Generator, count: int) -> Floats:
-    """One joint at the angle θ that turns a frame by π, every other time with a nudge.
+    """Return configurations with one joint at the angle θ that turns a frame by π, every other time with a nudge.
 
     tr R(θ) = a + b cos θ + c sin θ, whose least value is −1: the half turn is at θ = π + atan2(c, b).
     """
@@ -117,10 +109,10 @@ def _half_turns(robot: RobotModel, rng: np.random.Generator, count: int) -> Floa
 
 
 def _turned_frames(robot: RobotModel) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """All pairs of a joint, by its place in `joint_names`, and a frame that it turns, by its place in `frame_names`."""
+    """Return all pairs of a joint, as index in `joint_names`, and a frame that it turns, as index in `frame_names`."""
     zero = robot.neutral()
     R_zero = robot.rotation(zero, robot.frame_names)
-    # A joint at a time: what all frames of all joints take would be large for a robot of hundreds.
+    # One joint at a time, to limit memory for robots with hundreds of joints.
     turned = [
         np.abs(robot.rotation(q, robot.frame_names) - R_zero).max(axis=(1, 2)) > 1e-6 for q in zero + np.eye(len(zero))
     ]
@@ -129,12 +121,12 @@ def _turned_frames(robot: RobotModel) -> tuple[NDArray[np.intp], NDArray[np.intp
 
 
 def _nudges(rng: np.random.Generator, shape: tuple[int, ...]) -> Floats:
-    """±1e-16 … ±1e-2, every power of ten as likely."""
+    """Return ±1e-16 … ±1e-2, every power of ten equally likely."""
     return np.asarray(rng.choice([-1.0, 1.0], shape) * 10.0 ** rng.uniform(-16.0, -2.0, shape))
 
 
 class RotationSample:
-    """Rotation matrices R (n, 3, 3), and what Pinocchio and eigenpy make of them, computed once for all checks."""
+    """Rotation matrices R (n, 3, 3), and their parameters by Pinocchio and eigenpy, computed once for all checks."""
 
     def __init__(self, R: Floats) -> None:
         self.R = R
@@ -143,7 +135,7 @@ class RotationSample:
 
     @functools.cached_property
     def spread(self) -> Floats:
-        """Numbers in [0, 1), shape (n,), evenly spread over the rotations of every frame and of every configuration."""
+        """Numbers in [0, 1), shape (n,), evenly spread over the rotations of every frame and configuration."""
         return np.asarray(np.arange(len(self.R)) * _GOLDEN % 1.0)
 
     @functools.cached_property
@@ -178,7 +170,7 @@ class RotationSample:
 
 
 def each(function: Callable[..., Any], tail: tuple[int, ...], *arrays: Floats) -> Floats:
-    """`function` of every row of the arrays, its results in one array (n, *tail)."""
+    """Return the results of a function for every row of the arrays, in one array (n, *tail)."""
     if len(arrays[0]) == 0:
         return np.empty((0, *tail))
     # One concatenation is twice as fast as filling an array row by row.
@@ -186,28 +178,28 @@ def each(function: Callable[..., Any], tail: tuple[int, ...], *arrays: Floats) -
 
 
 def axis_numbers(sequence: str) -> tuple[int, ...]:
-    """0 for x, 1 for y, 2 for z."""
+    """Return 0 for x, 1 for y, 2 for z."""
     return tuple("xyz".index(axis) for axis in sequence)
 
 
 def matrices_from_moving(angles: Floats, sequence: str) -> Floats:
-    """eigenpy.fromEulerAngles about moving axes, shape (n, 3, 3)."""
+    """Return eigenpy.fromEulerAngles about moving axes, shape (n, 3, 3)."""
     numbers = axis_numbers(sequence)
     return each(lambda row: eigenpy.fromEulerAngles(row, *numbers), (3, 3), angles)
 
 
 def matrices_from_quaternions(wxyz: Floats) -> Floats:
-    """pin.Quaternion to matrix, shape (n, 3, 3)."""
+    """Return matrices of pin.Quaternion, shape (n, 3, 3)."""
     return each(lambda q: pin.Quaternion(*q).matrix(), (3, 3), wxyz)
 
 
 def matrices_from_natural(axes: Floats, angles: Floats) -> Floats:
-    """pin.AngleAxis to matrix, shape (n, 3, 3)."""
+    """Return matrices of pin.AngleAxis, shape (n, 3, 3)."""
     return each(lambda axis, angle: pin.AngleAxis(angle, axis).toRotationMatrix(), (3, 3), axes, angles)
 
 
 def turns_about(axis: tuple[float, float, float], angles: Floats) -> Floats:
-    """Turns about one axis by pin.AngleAxis, shape (n, 3, 3)."""
+    """Return turns about one axis by pin.AngleAxis, shape (n, 3, 3)."""
     direction = np.array(axis)
     return each(lambda angle: pin.AngleAxis(angle, direction).toRotationMatrix(), (3, 3), angles)
 

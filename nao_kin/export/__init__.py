@@ -9,15 +9,4 @@ from nao_kin.export.sdf import sdf
 from nao_kin.export.srdf import srdf
 from nao_kin.export.urdf import urdf
 
-__all__ = [
-    "FORMATS",
-    "Exported",
-    "gltf",
-    "mjcf",
-    "options",
-    "ros2",
-    "sdf",
-    "srdf",
-    "urdf",
-    "write",
-]
+__all__ = ["FORMATS", "Exported", "gltf", "mjcf", "options", "ros2", "sdf", "srdf", "urdf", "write"]

@@ -1,4 +1,4 @@
-"""The formats that a robot is written in, and the options that each takes."""
+"""The export formats, and the options of each."""
 
 from __future__ import annotations
 
@@ -19,17 +19,14 @@ from nao_kin.export.srdf import srdf
 from nao_kin.export.urdf import urdf
 from nao_kin.robot import RobotModel
 
-# A format is a function of a robot and a path; its options are what it takes by name only.
+# A format is a function of a robot and a path; its options are its keyword-only arguments.
 FORMATS: Mapping[str, Callable[..., Exported]] = MappingProxyType(
     {"urdf": urdf, "mjcf": mjcf, "srdf": srdf, "ros2": ros2, "sdf": sdf, "gltf": gltf}
 )
 
 
 def options(format: str) -> dict[str, Any]:
-    """The options that a format takes, each with its default; "overwrite", which all take, is not among them.
-
-    Raises:
-        UnknownName: no such format.
+    """Return the options of a format, each with its default; without "overwrite", which all formats take.
 
     Examples:
         >>> nk.export.options("urdf")["coupling"]
@@ -46,12 +43,11 @@ def write(robot: RobotModel, path: Path | str, format: str, *, overwrite: bool =
         robot: any robot.
         path: the file or folder to write.
         format: one of `FORMATS`.
-        overwrite: replace what is there.
+        overwrite: replace existing files.
         **chosen: options of the format.
 
     Raises:
-        UnknownName: no such format.
-        BadArgument: an option that the format does not take; and what the format itself refuses.
+        BadArgument: an option that the format does not take; otherwise as the function of the format.
 
     Examples:
         >>> nk.export.write(nk.load_nao("v6"), "nao.urdf", "urdf", meshes="none").changes
@@ -62,12 +58,7 @@ def write(robot: RobotModel, path: Path | str, format: str, *, overwrite: bool =
 
 
 def check_options(format: str, chosen: Iterable[str]) -> None:
-    """Refuse options that a format does not take, before the robot is read.
-
-    Raises:
-        UnknownName: no such format.
-        BadArgument: an option that the format does not take.
-    """
+    """Refuse options that a format does not take, before the robot is read."""
     known = options(format)
     for name in chosen:
         if name not in known:

@@ -1,4 +1,4 @@
-"""A robot as a glTF scene, for Blender, web pages and game engines."""
+"""Export of a robot as a glTF scene, for Blender, web pages and game engines."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from nao_kin.robot import RobotModel, mesh_path, read_mesh
 from nao_kin.robot.urdf import Box, Cylinder, Geometry, Packages, Rgba, Sphere, UnreadableShape, UrdfJoint, UrdfTree
 from nao_kin.rotations import quat_from_matrix, quat_to_xyzw
 
-# --- A robot as the nodes of a scene: for each joint one that stands where the joint is, and in it one that moves.
+# --- The nodes of a scene: for each joint a fixed one at the place of the joint, and in it one that moves.
 
 # From z up, as robots have it, to y up, as glTF has it: a quarter turn about x. Order x, y, z, w.
 Y_UP = (-np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5))
@@ -30,26 +30,17 @@ Y_UP = (-np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5))
 
 @dataclass(frozen=True)
 class Node:
-    """A node of a scene.
+    """A node of a scene."""
 
-    Attributes:
-        name: its name, which no other node has.
-        parent: the name of the node that carries it; "" for the first.
-        position: of it in its parent [m].
-        quaternion: of it in its parent, in the order x, y, z, w.
-        joint: the joint whose value moves it, None for a node that stands still.
-        link: the link that stands on it, "" for none.
-    """
-
-    name: str
-    parent: str
-    position: Floats
-    quaternion: Floats
-    joint: UrdfJoint | None = None
-    link: str = ""
+    name: str  # unique in the scene
+    parent: str  # name of the parent node; "" for the first
+    position: Floats  # in its parent [m]
+    quaternion: Floats  # in its parent, in the order x, y, z, w
+    joint: UrdfJoint | None = None  # the joint whose value moves it
+    link: str = ""  # the link at this node, "" for none
 
     def extras(self) -> dict[str, Any]:
-        """What glTF has no word for: the joint, its axis and its limits."""
+        """Return properties that glTF lacks: the joint, its axis and its limits."""
         if self.joint is None:
             return {}
         row: dict[str, Any] = {"joint": self.joint.name, "kind": self.joint.kind, "axis": list(self.joint.axis)}
@@ -62,67 +53,47 @@ class Node:
 
 
 def scene_nodes(tree: UrdfTree, values: Mapping[str, float], base: Floats) -> tuple[Node, ...]:
-    """The nodes of a robot, parents first.
-
-    Args:
-        tree: the robot.
-        values: the value of every moving joint.
-        base: where the root link is: position and quaternion x, y, z, w, shape (7,).
-    """
-    taken = {*tree.links}
-    top = _fresh(tree.name, taken)
-    nodes = [
-        Node(top, "", np.zeros(3), np.array(Y_UP)),
-        Node(tree.root, top, base[:3], base[3:], link=tree.root),
-    ]
+    """Return the nodes of a robot, parents first; `base` is position and quaternion x, y, z, w of the root link."""
+    taken = set(tree.links)
+    top = fresh_name(tree.name, taken, "", "_joint")
+    taken.add(top)
+    nodes = [Node(top, "", np.zeros(3), np.array(Y_UP)), Node(tree.root, top, base[:3], base[3:], link=tree.root)]
     for joint in tree.joints:
         position, quaternion = np.array(joint.origin.xyz), quat_to_xyzw(quat_from_matrix(joint.origin.matrix[:3, :3]))
         if joint.kind == "fixed":
             nodes.append(Node(joint.child, joint.parent, position, quaternion, link=joint.child))
             continue
-        stand = _fresh(joint.name, taken)
-        nodes.append(Node(stand, joint.parent, position, quaternion))
+        fixed = fresh_name(joint.name, taken, "", "_joint")
+        taken.add(fixed)
+        nodes.append(Node(fixed, joint.parent, position, quaternion))
         moved, turned = motion_of(joint, np.array(values[joint.name]))
-        nodes.append(Node(joint.child, stand, moved, turned, joint, joint.child))
+        nodes.append(Node(joint.child, fixed, moved, turned, joint, joint.child))
     return tuple(nodes)
 
 
 def motion_of(joint: UrdfJoint, values: Floats) -> tuple[Floats, Floats]:
-    """Position (..., 3) and quaternion x, y, z, w (..., 4) that a joint at values (...) gives what it moves."""
+    """Return position (..., 3) and quaternion x, y, z, w (..., 4) of a joint's child node at values (...)."""
     axis = np.array(joint.axis)
     if joint.kind == "prismatic":
         return values[..., None] * axis, np.broadcast_to([0.0, 0.0, 0.0, 1.0], (*values.shape, 4))
     half = values[..., None] / 2.0
-    # No canonical sign: along a motion the quaternion must not jump to its opposite.
+    # No canonical sign, because the quaternion must be continuous along a motion.
     return np.zeros((*values.shape, 3)), np.concatenate([np.sin(half) * axis, np.cos(half)], axis=-1)
 
 
-def _fresh(name: str, taken: set[str]) -> str:
-    while name in taken:
-        name += "_joint"
-    taken.add(name)
-    return name
-
-
-# --- The looks of a robot as triangles with a colour, for scenes.
+# --- Visual shapes as triangles with a colour.
 
 GREY: Rgba = (0.7, 0.7, 0.7, 1.0)
 
 
 def _add_looks(scene: Any, tree: UrdfTree, taken: set[str]) -> tuple[dict[str, Rgba], tuple[str, ...]]:
-    """Add the looks of a robot to the nodes of its links.
+    """Add the visual shapes of a robot to the nodes of its links in a trimesh.Scene, with names not in `taken`.
 
-    Args:
-        scene: a trimesh.Scene with a node for each link.
-        tree: the robot.
-        taken: names that nodes have; gets those of the looks.
-
-    Returns:
-        Name of a colour → colour as screens take it, and one line for each look that cannot be read.
+    Returns name of a colour → colour in sRGB, and one line for each shape that cannot be read.
     """
     notes: list[str] = []
     known: dict[tuple[object, ...], list[Any]] = {}
-    names: dict[tuple[object, ...], str] = {}  # of the triangles that are in the scene
+    names: dict[tuple[object, ...], str] = {}  # of the triangles in the scene
     paints: dict[tuple[str, Rgba], str] = {}  # material and colour → a name that no other colour has
     packages = tree.packages
     for visual in tree.visuals:
@@ -148,7 +119,7 @@ def _add_looks(scene: Any, tree: UrdfTree, taken: set[str]) -> tuple[dict[str, R
 
 
 def _parts(geometry: Geometry, packages: Packages, notes: list[str]) -> list[Any]:
-    """The meshes that a shape is made of, each of one material; `notes` gets a line for textures that are left out."""
+    """Return the meshes of a shape, each of one material; add a line to `notes` for textures that are left out."""
     import trimesh
 
     if isinstance(geometry, Box):
@@ -177,7 +148,7 @@ def _parts(geometry: Geometry, packages: Packages, notes: list[str]) -> list[Any
 
 
 def _paint(mesh: Any, material: str, rgba: Rgba | None, paints: dict[tuple[str, Rgba], str]) -> None:
-    """Give a mesh a colour of its own, unless the URDF gives none and its file does."""
+    """Give a mesh its own colour, unless only its file gives one."""
     import trimesh
 
     if rgba is None and getattr(mesh.visual, "kind", None) is not None:
@@ -198,7 +169,7 @@ def _paint(mesh: Any, material: str, rgba: Rgba | None, paints: dict[tuple[str, 
 
 
 def linear(rgba: Rgba) -> list[float]:
-    """A colour as screens take it (sRGB) → as glTF has it, proportional to light (IEC 61966-2-1); opacity stays."""
+    """Return an sRGB colour as glTF has it, proportional to light (IEC 61966-2-1), with the same opacity."""
     *rgb, opacity = rgba
     return [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in rgb] + [opacity]
 
@@ -214,28 +185,18 @@ _KINDS = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}
 
 
 class Glb:
-    """A binary glTF in memory.
-
-    Attributes:
-        tree: its JSON; changes here are written.
-        binary: its block of numbers.
-    """
+    """A binary glTF in memory: `tree` is its JSON, `binary` its block of numbers; changes to both are written."""
 
     def __init__(self, content: bytes) -> None:
-        """The file with this content, of one block of JSON and at most one of numbers."""
+        """Read a file of one block of JSON and at most one of numbers."""
         length, _ = struct.unpack_from("<II", content, 12)
         self.tree: dict[str, Any] = json.loads(content[20 : 20 + length])
         self.binary = bytearray(content[28 + length :])
 
     def add_numbers(self, values: Floats, *, bounds: bool = False) -> int:
-        """Add rows of single-precision numbers.
+        """Add rows (n,), (n, 3) or (n, 4) of single-precision numbers; return the index of their accessor.
 
-        Args:
-            values: shape (n,), (n, 3) or (n, 4).
-            bounds: write the smallest and the largest, as times of an animation need.
-
-        Returns:
-            The place of the accessor that reads them.
+        `bounds` writes the smallest and the largest, which the times of an animation need.
         """
         rows = np.ascontiguousarray(values, dtype="<f4")
         self.binary += bytes(-len(self.binary) % 4)
@@ -251,7 +212,7 @@ class Glb:
         return len(accessors) - 1
 
     def content(self) -> bytes:
-        """The file."""
+        """Return the content of the file."""
         self.binary += bytes(-len(self.binary) % 4)
         if self.binary:
             self.tree["buffers"] = [{"byteLength": len(self.binary)}]
@@ -263,10 +224,10 @@ class Glb:
         return struct.pack("<III", _MAGIC, _VERSION, 12 + len(blocks)) + blocks
 
 
-# --- A robot as a glTF scene, for Blender, web pages and game engines.
+# --- The export.
 
 FRAMES_PER_SECOND = 30.0
-_STILL = (0.0, 0.0, 0.0, 1.0)
+_IDENTITY = (0.0, 0.0, 0.0, 1.0)
 
 
 def gltf(
@@ -282,26 +243,25 @@ def gltf(
 ) -> Exported:
     """Write a binary glTF 2.0 scene (.glb): the posed robot, each joint a node, and a motion as an animation.
 
-    Metres, y up. The scene's first node has the robot's name and turns z up into y up. A joint is a node of its name
-    that stands where the joint is; in it stands the node of the link that it moves, whose rotation or position is that
-    of the joint and nothing else. Axis, limits and coupling of the joint are in the node's `extras`.
+    Metres, y up. The scene's first node has the robot's name and turns z up into y up. A joint is a node with its name
+    at the place of the joint; its child is the node of the link that it moves, whose rotation or position is that of
+    the joint and nothing else. Axis, limits and coupling of the joint are in the node's `extras`.
 
     Args:
-        robot: the robot.
+        robot: any robot.
         path: the file; its name ends in .glb.
-        posture: the posture it stands in; None for the one it starts in, or the first configuration of the motion.
+        posture: a posture of the robot; None for the one that it starts in, or the first configuration of the motion.
         motion: a motion, or a file of one: the animation.
-        fps: poses per second in the animation; between them, glTF turns evenly.
-        frames: see `urdf`; frames are empty nodes.
-        names: see `urdf`.
-        overwrite: replace a file that is there.
+        fps: poses per second in the animation; between them, glTF interpolates linearly.
+        frames: as in `urdf`; frames are empty nodes.
+        names: as in `urdf`.
+        overwrite: replace an existing file.
 
     Returns:
-        The file, and one line for each look that cannot be read.
+        The file, and one line for each visual shape that cannot be read.
 
     Raises:
-        UnknownName: no such posture, names or frames, or a joint of the motion that the robot lacks.
-        BadArgument: another ending, no rate, posture and motion both, a file is there, or it cannot be written.
+        BadArgument: another ending, a posture together with a motion, or an existing file.
 
     Examples:
         >>> nod = nk.Motion([0.0, 1.0], ["HeadPitch"], [[0.0], [0.4]])
@@ -314,8 +274,8 @@ def gltf(
     tree, _ = Variant(frames, names).tree_of(robot)
     moving = _trajectory(robot, motion, fps, posture)
     values = joint_values(robot, moving.q, names)
-    # Where the root stands: no motion moves it.
-    base = moving.q[0, :7] if robot.base == "floating" else np.array([0.0, 0.0, 0.0, *_STILL])
+    # The pose of the root, which no motion moves.
+    base = moving.q[0, :7] if robot.base == "floating" else np.array([0.0, 0.0, 0.0, *_IDENTITY])
     nodes = scene_nodes(tree, {name: float(value[0]) for name, value in values.items()}, base)
     glb, paints, notes = _scene(tree, nodes)
     _place(glb, nodes)
@@ -337,13 +297,13 @@ def _trajectory(robot: RobotModel, motion: Motion | Path | str | None, fps: floa
         q = robot.posture(start) if start or posture is not None else robot.clamp(robot.neutral())
         return Trajectory(np.zeros(1), q[None])
     if posture is not None:
-        raise BadArgument("give a posture or a motion: the scene stands as the motion begins")
+        raise BadArgument("give a posture or a motion, not both: the scene has the first configuration of the motion")
     known = motion if isinstance(motion, Motion) else read_motion(motion, robot=robot)
     return known.configurations(robot, rate=float(fps))
 
 
 def _scene(tree: UrdfTree, nodes: tuple[Node, ...]) -> tuple[Glb, dict[str, Rgba], tuple[str, ...]]:
-    """The scene as trimesh writes it, its colours, and what is not in it; where nodes stand is written over later."""
+    """Return the scene as trimesh writes it, its colours, and what is missing; `_place` writes the poses of nodes."""
     import trimesh
     import trimesh.exchange.gltf
 
@@ -357,14 +317,14 @@ def _scene(tree: UrdfTree, nodes: tuple[Node, ...]) -> tuple[Glb, dict[str, Rgba
 
 
 def _place(glb: Glb, nodes: tuple[Node, ...]) -> None:
-    """Position and rotation of every node of the robot, which an animation may then move, in place of a matrix."""
+    """Write position and rotation of every node of the robot instead of a matrix, so that an animation can move it."""
     by_name = {row["name"]: row for row in glb.tree["nodes"]}
     for node in nodes:
         row = by_name[node.name]
         row.pop("matrix", None)
         if any(node.position):
             row["translation"] = node.position.tolist()
-        if tuple(node.quaternion) != _STILL:
+        if tuple(node.quaternion) != _IDENTITY:
             row["rotation"] = node.quaternion.tolist()
         extras = node.extras()
         if extras:

@@ -1,4 +1,4 @@
-"""The mesh files that a robot's looks and shapes are made of, and under which names an export has them."""
+"""The mesh files of a robot, and their names in an export."""
 
 from __future__ import annotations
 
@@ -18,27 +18,23 @@ from nao_kin.robot.urdf import Collision, MeshFile, Packages, Rgba, UnreadableSh
 
 MESH_FOLDER = "meshes"
 
-# Endings of meshes that are copied unread from the robot's package; any other file must turn out to be a mesh.
+# Endings of meshes that are copied unread from the robot's package; any other file must be readable as a mesh.
 _MESHES = frozenset(".stl .obj .dae .ply .off .glb .gltf .3mf .3ds .fbx .mesh .msh .x".split())
-# Endings of the files that a mesh may name: materials, buffers of glTF, textures.
+# Endings of files that a mesh may refer to: materials, buffers of glTF, textures.
 _COMPANIONS = frozenset(
     ".mtl .bin .png .jpg .jpeg .bmp .tif .tiff .tga .gif .webp .dds .exr .hdr .ktx .ktx2 .pcx .ppm .psd".split()
 )
-# What an .obj or its .mtl says of other files: `mtllib a.mtl`, `map_Kd -s 1 1 1 a.png`.
+# References of an .obj or its .mtl to other files: `mtllib a.mtl`, `map_Kd -s 1 1 1 a.png`.
 _OBJ_FILES = re.compile(r"^\s*(?:mtllib|map_\w+|bump|disp|decal|refl)\s+(?:-\S+\s+(?:[-+.\d]+\s+)*)*(\S.*?)\s*$", re.M)
 
 
 def shapes_of(tree: UrdfTree) -> tuple[Visual | Collision, ...]:
-    """The looks of all links, and behind them the shapes that stand for them in contacts."""
+    """Return the visual shapes of all links, and after them the collision shapes."""
     return (*tree.visuals, *tree.collisions)
 
 
 def mesh_files(tree: UrdfTree) -> dict[str, Path]:
-    """Every mesh that the tree names → its file.
-
-    Raises:
-        BadArgument: one of them is not there, or lies outside of the robot's package and is no mesh.
-    """
+    """Return mesh name → its file; BadArgument for a missing one, or a file outside of the package that is no mesh."""
     found: dict[str, Path] = {}
     packages = tree.packages
     meshes = (shape.geometry for shape in shapes_of(tree) if isinstance(shape.geometry, MeshFile))
@@ -56,31 +52,19 @@ def mesh_files(tree: UrdfTree) -> dict[str, Path]:
 
 @dataclass(frozen=True)
 class TakenMeshes:
-    """What an export makes of the meshes.
+    """The meshes of an export."""
 
-    Attributes:
-        names: name of a mesh in the tree → its name in the document; None leaves out what is a mesh.
-        files: name beside the document → content.
-        notes: one line for each mesh that names files which the export must not have.
-    """
-
-    names: dict[str, str] | None
-    files: Mapping[str, bytes] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
+    names: dict[str, str] | None  # mesh name in the tree → in the document; None leaves out meshes
+    files: Mapping[str, bytes] = field(default_factory=dict)  # name relative to the document → content
+    notes: tuple[str, ...] = ()  # one line for each mesh that names files not allowed in the export
 
 
 def taken_meshes(tree: UrdfTree, meshes: str, package: str = "") -> TakenMeshes:
-    """The meshes of a tree by a choice: "none", "relative" copies them, "absolute" names them where they are.
+    """Return the meshes of a tree by a choice: "none", "relative" copies them, "absolute" refers to the original files.
 
-    What is copied has with it the materials and textures that meshes name, that are there and that it may have.
-
-    Args:
-        tree: the robot.
-        meshes: the choice; any other one names them below `package` and copies nothing.
-        package: the address of the folder that holds them.
-
-    Raises:
-        BadArgument: a mesh is not there, is none, or cannot be read.
+    Any other choice names them below `package`, the address of their folder, and copies nothing. The copies include the
+    materials and textures that meshes refer to, if they exist and are allowed in the export. Raises BadArgument for a
+    mesh that is missing, cannot be read, or is none.
     """
     if meshes == "none":
         return TakenMeshes(None)
@@ -93,7 +77,7 @@ def taken_meshes(tree: UrdfTree, meshes: str, package: str = "") -> TakenMeshes:
         left_out: list[str] = []
         files |= dict.fromkeys((path, *_companions(path, tree.packages, left_out)))
         notes += left_out_note(path, left_out)
-    # The files keep their places beside each other, below the folder that holds them all.
+    # The files keep their relative places, below their common folder.
     top = Path(os.path.commonpath([file.parent for file in files]))
     folder = MESH_FOLDER if meshes == "relative" else package
     names = {name: f"{folder}/{path.relative_to(top).as_posix()}" for name, path in paths.items()}
@@ -104,11 +88,7 @@ def taken_meshes(tree: UrdfTree, meshes: str, package: str = "") -> TakenMeshes:
 
 
 def scene_of(path: Path, packages: Packages) -> Any:
-    """Read a mesh as a trimesh.Scene that holds triangles.
-
-    Raises:
-        BadArgument: it cannot be read.
-    """
+    """Read a mesh as a trimesh.Scene of triangles, or raise BadArgument."""
     try:
         return read_mesh(path, lambda scene: scene, resolver=resolver(path, packages, []))
     except UnreadableShape as reason:
@@ -117,12 +97,9 @@ def scene_of(path: Path, packages: Packages) -> Any:
 
 
 def resolver(path: Path, packages: Packages, left_out: list[str]) -> Any:
-    """Find for trimesh such materials and textures of a mesh file as an export may have, and no other files.
+    """Return a trimesh resolver of a mesh's materials and textures, limited to those that an export may contain.
 
-    Args:
-        path: the mesh file.
-        packages: the search of the robot that has it.
-        left_out: gets the names of the files that it names and that are not read.
+    It adds the names of refused files to `left_out`.
     """
     from trimesh.resolvers import FilePathResolver
 
@@ -142,23 +119,24 @@ def resolver(path: Path, packages: Packages, left_out: list[str]) -> Any:
 
 
 def left_out_note(mesh: Path, names: list[str]) -> list[str]:
-    """One line that names what a mesh names and an export must not have; none where there is nothing."""
+    """Return one line about files that a mesh names and an export must not contain; none without such files."""
     if not names:
         return []
-    several = f" and {len(names) - 1} more" if len(names) > 1 else ""
+    more = f" and {len(names) - 1} more" if len(names) > 1 else ""
     return [
-        f"{mesh.name} names {quoted(names[0])}{several}: left out, because only materials and textures below the "
+        f"{mesh.name} names {quoted(names[0])}{more}: left out, because only materials and textures below the "
         "mesh's folder or in the robot's package are taken"
     ]
 
 
 def _companions(mesh: Path, packages: Packages, left_out: list[str]) -> tuple[Path, ...]:
-    """Files that a mesh names, that are there and that it may have: materials of an .obj, textures of it or a .dae."""
+    """Return existing, allowed files that a mesh names: materials and textures of an .obj, textures of a .dae."""
 
     def allowed(file: Path, names: list[str]) -> dict[Path, None]:
-        there = [(name, file.parent / name) for name in dict.fromkeys(names) if _is_file(file.parent / name)]
-        left_out.extend(name for name, path in there if not _may_have(path, mesh, packages))
-        return {Path(os.path.realpath(path)): None for _, path in there if _may_have(path, mesh, packages)}
+        existing = {name: file.parent / name for name in names if _is_file(file.parent / name)}
+        refused = [name for name, path in existing.items() if not _may_have(path, mesh, packages)]
+        left_out.extend(refused)
+        return {Path(os.path.realpath(path)): None for name, path in existing.items() if name not in refused}
 
     ending = mesh.suffix.lower()
     if ending == ".obj":
@@ -176,7 +154,7 @@ def _companions(mesh: Path, packages: Packages, left_out: list[str]) -> tuple[Pa
 
 
 def _may_have(file: Path, mesh: Path, packages: Packages) -> bool:
-    """Whether an export may have a file that a mesh names: whoever wrote the mesh may name any file of its reader."""
+    """Return whether an export may contain a file that a mesh names, because a mesh could name any private file."""
     real = Path(os.path.realpath(file))
     near = real.is_relative_to(mesh.parent) or packages.contain(real)
     return near and real.suffix.lower() in _COMPANIONS
@@ -203,14 +181,14 @@ def _content(path: Path) -> bytes:
         raise BadArgument(f"cannot read the mesh {abbreviated(path)}: {error.strerror or error}") from None
 
 
-# --- The colours of a robot's looks, each with a name.
+# --- Colours of visual shapes, and their names.
 
-# What a visual has for its colour: name of the material, "" for none, and the colour.
+# Name of the material, "" for none, and the colour of a visual shape.
 Paint = tuple[str, Rgba]
 
 
 def paint_names(paints: Iterable[Paint]) -> dict[Paint, str]:
-    """Paint → a name that no other one has: that of its material, or a new one where two colours share it."""
+    """Return paint → a unique name: that of its material, or a new one where two colours share it."""
     found: dict[Paint, str] = {}
     for paint in paints:
         if paint not in found:
@@ -218,7 +196,7 @@ def paint_names(paints: Iterable[Paint]) -> dict[Paint, str]:
     return found
 
 
-# --- Meshes that carry the colours which a URDF gives them, for tools that take no colour from a URDF for an .obj.
+# --- Meshes with the colours of a URDF in their files, for tools that ignore colours of a URDF for an .obj.
 #
 # RViz is one: it gives every .obj the material in the file, or else one grey for all, and uses the colours of a URDF
 # for .stl files and plain shapes alone (ros2/rviz, rviz_rendering, assimp_loader; rviz_default_plugins, robot_link).
@@ -230,26 +208,17 @@ _UNSAFE = re.compile(r"\W", re.ASCII)
 def coloured(
     tree: UrdfTree, names: Mapping[str, str], files: Mapping[str, bytes], library: str
 ) -> tuple[dict[str, bytes], tuple[str, ...]]:
-    """The mesh files with their colours in them.
+    """Return mesh files with their colours in them, and one line for each change.
 
-    Args:
-        tree: the robot.
-        names: name of a mesh in the tree → its name among the files.
-        files: name → content.
-        library: name of the files of materials, one in each folder with meshes that get a colour.
-
-    Returns:
-        The files, .obj files without a material of their own now with one; and one line for what has changed.
+    Each .obj file without its own material gets one. `names` maps mesh names in the tree to names in `files`; `library`
+    is the name of the file of materials, one in each folder with such meshes.
     """
     colours: dict[str, set[Rgba]] = {}
     for visual in tree.visuals:
         if isinstance(visual.geometry, MeshFile) and visual.rgba is not None:
             colours.setdefault(names[visual.geometry.filename], set()).add(visual.rgba)
-    bare = {
-        name for name in colours if PurePosixPath(name).suffix.lower() == ".obj" and not _MATERIAL.search(files[name])
-    }
-    several = sorted(name for name in bare if len(colours[name]) > 1)
-    painted = {name: next(iter(colours[name])) for name in sorted(bare) if len(colours[name]) == 1}
+    plain = sorted(name for name in colours if name.lower().endswith(".obj") and not _MATERIAL.search(files[name]))
+    painted = {name: next(iter(colours[name])) for name in plain if len(colours[name]) == 1}
     words = _words(tree)
     made = dict(files)
     libraries: dict[str, dict[str, Rgba]] = {}
@@ -257,16 +226,15 @@ def coloured(
         made[name] = f"mtllib {library}\nusemtl {words[rgba]}\n".encode() + files[name]
         libraries.setdefault(str(PurePosixPath(name).with_name(library)), {})[words[rgba]] = rgba
     made |= {name: _library(materials) for name, materials in libraries.items()}
-    changes = (
-        [f"{len(painted)} meshes have their colours in {library}, for RViz takes none from a URDF"] if painted else []
-    )
-    several = [name.removeprefix(f"{MESH_FOLDER}/") for name in several]
+    painted_note = f"{len(painted)} meshes have their colours in {library}: RViz ignores those of a URDF"
+    changes = [painted_note] if painted else []
+    several = (name.removeprefix(f"{MESH_FOLDER}/") for name in plain if name not in painted)
     changes += [f"{name} has several colours in the URDF, and none in RViz" for name in several]
     return made, tuple(changes)
 
 
 def _words(tree: UrdfTree) -> dict[Rgba, str]:
-    """Colour → a name for it, that of its material where no other colour has it."""
+    """Return colour → a name for it, that of its material if no other colour has it."""
     words: dict[Rgba, str] = {}
     for visual in tree.visuals:
         if visual.rgba is not None and visual.rgba not in words:
@@ -277,7 +245,7 @@ def _words(tree: UrdfTree) -> dict[Rgba, str]:
 
 
 def _library(materials: Mapping[str, Rgba]) -> bytes:
-    """A file of materials, as an .obj names them."""
+    """Return the content of a file of materials for .obj files."""
     lines = []
     for word, (*rgb, opacity) in sorted(materials.items()):
         colour = " ".join(f"{part:.6g}" for part in rgb)
@@ -285,7 +253,7 @@ def _library(materials: Mapping[str, Rgba]) -> bytes:
     return "\n".join(lines).encode()
 
 
-# --- Mesh files for MuJoCo: those it reads as they are, others as STL.
+# --- Mesh files for MuJoCo: unchanged where it reads them, others as STL.
 
 FOLDER = "assets"
 
@@ -293,11 +261,7 @@ _MOST_IN_STL = 200_000
 
 
 def assets(tree: UrdfTree) -> TakenMeshes:
-    """The meshes of a tree as files that MuJoCo reads; their names are those in the folder of meshes.
-
-    Raises:
-        BadArgument: one of them is not there or cannot be read.
-    """
+    """Return the meshes of a tree as files that MuJoCo reads; their names are those in the folder of meshes."""
     paths, names, files = mesh_files(tree), dict[Path, str](), dict[str, bytes]()
     for path in dict.fromkeys(paths.values()):
         content, suffix = _readable(path, tree.packages)
@@ -307,7 +271,7 @@ def assets(tree: UrdfTree) -> TakenMeshes:
 
 
 def _readable(path: Path, packages: Packages) -> tuple[bytes, str]:
-    """Content and suffix of what MuJoCo reads: OBJ, and binary STL that is not too long."""
+    """Return content and suffix of a mesh for MuJoCo: OBJ, and binary STL that is not too long."""
     content = _content(path)
     suffix = path.suffix.lower()
     if suffix == ".obj" or (suffix == ".stl" and _is_short_stl(content)):
@@ -321,6 +285,6 @@ def _readable(path: Path, packages: Packages) -> tuple[bytes, str]:
 
 
 def _is_short_stl(content: bytes) -> bool:
-    """Whether this is binary STL of no more triangles than MuJoCo takes: 80 bytes, their number, 50 bytes for each."""
+    """Return whether this is binary STL of few enough triangles: 80 bytes, their number, 50 bytes for each."""
     count = int.from_bytes(content[80:84], "little")
     return len(content) == 84 + 50 * count and 0 < count <= _MOST_IN_STL

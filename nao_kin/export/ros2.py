@@ -1,4 +1,4 @@
-"""A robot as a ROS 2 package."""
+"""Export of a robot as a ROS 2 package."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from nao_kin.export.variants import Variant, joint_values
 from nao_kin.robot import RobotModel
 from nao_kin.robot.urdf import UrdfTree
 
-# --- The texts of a ROS 2 package that describes a robot: what is needed to build it, and to look at it in RViz.
+# --- The texts of a ROS 2 package that describes a robot, to build it and to show it in RViz.
 #
 # Sources: REP 149 (package.xml, format 3); ament_cmake user documentation; urdf_launch and the ROS 2 tutorials on
 # URDF, for the nodes; MoveIt, "Time Parameterization", for joint_limits.yaml.
@@ -31,16 +31,7 @@ FOLDERS = ("config", "launch", "meshes", "rviz", "urdf")
 
 
 def package_xml(name: str, version: str, description: str, maintainer: tuple[str, str], license: str, file: str) -> str:
-    """What the package is, for the tools that build and install it.
-
-    Args:
-        name: of the package.
-        version: three numbers.
-        description: one sentence.
-        maintainer: name and mail address.
-        license: what it is called, best as SPDX does.
-        file: name of the file with its text, "" without one.
-    """
+    """Return the text of package.xml; `file` is the name of the license's text, "" without one."""
     root = ET.Element("package", format="3")
     add_texts(root, {"name": name, "version": version, "description": description})
     ET.SubElement(root, "maintainer", email=maintainer[1]).text = maintainer[0]
@@ -54,7 +45,7 @@ def package_xml(name: str, version: str, description: str, maintainer: tuple[str
 
 
 def joint_limits(tree: UrdfTree) -> str:
-    """Largest speeds for MoveIt; accelerations, which a URDF does not have, are left open."""
+    """Return MoveIt's file of largest speeds; accelerations, which a URDF lacks, are left open."""
     lines = [
         "# For MoveIt. has_acceleration_limits: false until somebody measures them.",
         "default_velocity_scaling_factor: 0.1",
@@ -75,12 +66,12 @@ def joint_limits(tree: UrdfTree) -> str:
 
 
 def slider_starts(values: Mapping[str, float]) -> str:
-    """Where the sliders of joint_state_publisher begin: its parameter `zeros`."""
+    """Return the parameters of joint_state_publisher: the initial positions of its sliders, `zeros`."""
     lines = ["/**:", "  ros__parameters:", "    zeros:" if values else "    rate: 10"]
     return "\n".join([*lines, *(f"      {json.dumps(name)}: {value!r}" for name, value in values.items())]) + "\n"
 
 
-# --- A robot as a ROS 2 package.
+# --- The export.
 
 MESHES = ("package", "none")
 
@@ -89,7 +80,7 @@ _NAME = re.compile(r"[a-z](_?[a-z0-9]+)*", re.ASCII)
 _VERSION = re.compile(r"\d+\.\d+\.\d+", re.ASCII)
 _PERSON = re.compile(r"\s*([^<>]*[^<>\s])\s*<([-\w.+]+@[-\w]+(?:\.[-\w]+)*)>\s*")
 
-NOBODY = "TODO <todo@todo.todo>"
+_TO_FILL_IN = "TODO <todo@todo.todo>"
 _NO_LICENCE = "TODO: License declaration"
 
 
@@ -99,7 +90,7 @@ def ros2(
     *,
     package: str | None = None,
     package_version: str = "0.1.0",
-    maintainer: str = NOBODY,
+    maintainer: str = _TO_FILL_IN,
     license: str | None = None,
     names: str | None = None,
     frames: str = "all",
@@ -113,34 +104,32 @@ def ros2(
     """Write a ROS 2 package: the robot's URDF and meshes, its SRDF, and a launch file that shows it in RViz.
 
     The folder builds with colcon; `ros2 launch PACKAGE display.launch.py` then opens RViz with a slider for each joint.
-    Meshes are named by `package://`, and .obj files get the colours that the URDF gives them, because RViz shows them
-    grey otherwise.
+    Meshes are named by `package://`, and .obj files get the colours of the URDF, because RViz shows them grey
+    otherwise.
 
     Args:
-        robot: the robot.
+        robot: any robot.
         path: the folder, best named as the package.
         package: name of the package: lower-case letters, digits and single underscores, a letter first; None for the
             robot's name and "_description".
         package_version: three numbers.
         maintainer: "Name <mail address>".
-        license: of the package's content, as SPDX calls it; None for the license of nao_kin's own files, and for a
-            place to fill in where the robot came from elsewhere.
-        names: "naoqi" or "ros", see `urdf`; None for "ros" where the robot has such names.
-        frames: see `urdf`.
+        license: of the package's content, an SPDX identifier; None for the license of nao_kin's own files, or for a
+            placeholder if the robot came from elsewhere.
+        names: "naoqi" or "ros", as in `urdf`; None for "ros" where the robot has such names.
+        frames: as in `urdf`.
         meshes: "package", or "none" to leave them out.
-        coupling: see `urdf`.
-        inertia: see `urdf`.
-        samples: see `srdf`.
-        seed: see `srdf`.
-        overwrite: replace the folder, if it holds nothing but such a package.
+        coupling: as in `urdf`.
+        inertia: as in `urdf`.
+        samples: as in `srdf`.
+        seed: as in `srdf`.
+        overwrite: replace the folder, if it contains only such a package.
 
     Returns:
-        The folder, its files, and what in them differs from the robot or is left to fill in.
+        The folder, its files, how they differ from the robot, and what you must fill in.
 
     Raises:
-        UnknownName: no such choice of an option.
-        BadArgument: a name, version, maintainer or license that ROS does not take; a mesh is missing; the folder
-            is there.
+        BadArgument: a name, version, maintainer or license that ROS refuses; a missing mesh; an existing folder.
 
     Examples:
         >>> done = nk.export.ros2(nk.load_nao("v6"), "nao_description", package="nao_description", samples=100)
@@ -163,11 +152,11 @@ def ros2(
     taken = taken_meshes(tree, "none" if meshes == "none" else "relative")
     looks, painted = coloured(tree, taken.names, taken.files, f"{name}.mtl") if taken.names else ({}, ())
     links = None if taken.names is None else {mesh: f"package://{name}/{file}" for mesh, file in taken.names.items()}
-    urdf, unsaid = urdf_document(tree, links)
-    semantic, unplanned = srdf_document(robot, chosen, samples=samples, seed=seed)
+    urdf, urdf_losses = urdf_document(tree, links)
+    semantic, srdf_losses = srdf_document(robot, chosen, samples=samples, seed=seed)
     folders = [folder for folder in FOLDERS if folder != MESH_FOLDER or looks]
     own = robot.parameters is not None and license is None
-    said = ("BSD-3-Clause" if own else _NO_LICENCE) if license is None else license
+    stated = ("BSD-3-Clause" if own else _NO_LICENCE) if license is None else license
     about = f"Description of the robot {tree.name}: URDF, meshes, SRDF and a view for RViz."
     texts = {
         f"urdf/{stem}.urdf": urdf,
@@ -177,15 +166,15 @@ def ros2(
         "launch/display.launch.py": filled("display.launch.py", package=name, urdf=f"{stem}.urdf", rviz=f"{stem}.rviz"),
         f"rviz/{stem}.rviz": filled("view.rviz", root=json.dumps(tree.root), **_view(robot)),
         "README.md": filled("README.md", package=name, robot=tree.name),
-        "package.xml": package_xml(name, package_version, about, person, said, "LICENSE" if own else ""),
+        "package.xml": package_xml(name, package_version, about, person, stated, "LICENSE" if own else ""),
         "CMakeLists.txt": filled("CMakeLists.txt", package=name, folders=" ".join(folders)),
     }
     if own:
         texts["LICENSE"] = _license(robot)
     files = {file: text.encode() for file, text in sorted(texts.items())}
-    open_ends = {"maintainer": maintainer == NOBODY, "license": said == _NO_LICENCE}
-    to_fill_in = [f"package.xml: fill in the {what}" for what, is_open in open_ends.items() if is_open]
-    return target.write(files | looks, (*changes, *unsaid, *taken.notes, *painted, *unplanned, *to_fill_in))
+    missing = {"maintainer": maintainer == _TO_FILL_IN, "license": stated == _NO_LICENCE}
+    reminders = [f"package.xml: fill in the {what}" for what, is_missing in missing.items() if is_missing]
+    return target.write(files | looks, (*changes, *urdf_losses, *taken.notes, *painted, *srdf_losses, *reminders))
 
 
 def _checked_name(package: str | None, tree: UrdfTree) -> str:
@@ -199,7 +188,7 @@ def _checked_name(package: str | None, tree: UrdfTree) -> str:
 
 
 def _plain(name: object) -> str:
-    """A name made of what names of packages and files may have."""
+    """Return a name made of the characters that names of packages and files may have."""
     words = re.findall(r"[a-z0-9]+", str(name)[:100].lower())
     plain = "_".join(words)
     return plain if len(plain) > 1 and plain[0].isalpha() else f"robot_{plain}".rstrip("_")
@@ -213,7 +202,7 @@ def _checked_person(maintainer: str) -> tuple[str, str]:
 
 
 def _license(robot: RobotModel) -> str:
-    """The license of the robot's own files: beside them in a wheel, above them in a checkout."""
+    """Return the license of the robot's own files, which is next to them in a wheel and above them in a checkout."""
     folder = Path(robot.urdf_path).parent
     for file in (folder / "LICENSE", folder.parent / "LICENSE"):
         if file.is_file():
@@ -222,7 +211,7 @@ def _license(robot: RobotModel) -> str:
 
 
 def _start(robot: RobotModel, tree: UrdfTree, names: str) -> dict[str, float]:
-    """The posture that the robot starts in, as far as the exported joints have values of their own."""
+    """Return the initial posture, for exported joints with their own values."""
     if not robot.semantics.start:
         return {}
     values = joint_values(robot, robot.posture(robot.semantics.start), names)
@@ -230,7 +219,7 @@ def _start(robot: RobotModel, tree: UrdfTree, names: str) -> dict[str, float]:
 
 
 def _view(robot: RobotModel) -> dict[str, str]:
-    """What RViz looks at, the middle of the robot as it starts, and from how far it sees all links [m]."""
+    """Return the centre of the robot in its initial posture, and a distance from which all links are visible [m]."""
     start = robot.semantics.start
     points = robot.fk(robot.posture(start) if start else robot.neutral())[:, :3, 3]
     low, high = points.min(axis=0), points.max(axis=0)

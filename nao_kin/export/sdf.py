@@ -1,4 +1,4 @@
-"""A robot as a model for Gazebo, which Drake reads too."""
+"""Export of a robot as an SDFormat model, for Gazebo and Drake."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from xml.etree import ElementTree as ET
 from nao_kin._core.arrays import choice
 from nao_kin._core.text import quoted, with_underscores
 from nao_kin.errors import BadArgument
-from nao_kin.export.inertia import HERE, hosts
+from nao_kin.export.inertia import IDENTITY, hosts
 from nao_kin.export.meshes import taken_meshes
 from nao_kin.export.pipeline import Exported, Target, add_texts, xml_text
 from nao_kin.export.variants import Variant
@@ -30,55 +30,41 @@ from nao_kin.robot.urdf import (
     srdf as writing,
 )
 
-# --- A robot's tree as the text of an SDFormat model, as Gazebo and Drake read it.
+# --- The text of an SDFormat model, as Gazebo and Drake read it.
 #
 # Source: SDFormat specification 1.11 (sdformat.org/spec), "Specifying pose in SDFormat", "Mimic joints"; Drake,
 # "Parsing Models for MultibodyPlant", `drake:mimic`.
 
 VERSION = "1.11"
 DRAKE = "http://drake.mit.edu"
-# Names that mean something of their own, and what separates the names of nested models.
+# Reserved names, and the separator of names of nested models.
 WORLD = "world"
 _RESERVED = (WORLD, "__root__", "__model__")
 _SEPARATOR = "::"
-# What a root without mass weighs, for SDFormat takes a link without one to weigh 1 kg.
-_NEXT_TO_NOTHING = Inertial(1e-3, HERE, (1e-7, 0.0, 0.0, 1e-7, 0.0, 1e-7))
+# The inertia of a root without mass, because SDFormat assumes 1 kg.
+_NEGLIGIBLE = Inertial(1e-3, IDENTITY, (1e-7, 0.0, 0.0, 1e-7, 0.0, 1e-7))
 
 
-# Name of a frame that is no link → the link it is on, and where.
+# Name of a frame that is no link → its link, and its pose there.
 Frames = Mapping[str, tuple[str, Origin]]
 
 
 def frames_of(tree: UrdfTree, bodies: UrdfTree) -> Frames:
-    """The links of a tree that are not among the bodies, as frames on these.
-
-    Args:
-        tree: the robot with all its links.
-        bodies: the same robot with one link for each body.
-    """
+    """Return the links of a tree that are not among the bodies, as frames on these."""
     gone = set(tree.links) - set(bodies.links)
     places = hosts(tree, gone)
-    if tree.root in gone:  # it has given way to the one link that it holds at its own place
-        places[tree.root] = bodies.root, HERE
+    if tree.root in gone:  # the one link at the same place has replaced it
+        places[tree.root] = bodies.root, IDENTITY
     return {link: places[link] for link in tree.links if link in gone}
 
 
 def sdf_document(
-    bodies: UrdfTree, frames: Frames, meshes: Mapping[str, str] | None, *, held: bool
+    bodies: UrdfTree, frames: Frames, meshes: Mapping[str, str] | None, *, fixed: bool
 ) -> tuple[str, tuple[str, ...]]:
-    """The SDFormat model.
+    """Return the SDFormat model of a robot with one link for each body, and one line for each change.
 
-    Args:
-        bodies: the robot, one link for each body.
-        frames: what else has a name on it.
-        meshes: name of a mesh in the tree → its address in the file; None to leave meshes out.
-        held: hold the root link in the world.
-
-    Returns:
-        The document, ending in a newline, and one line for each thing that had to change.
-
-    Raises:
-        BadArgument: names that SDFormat keeps for itself, or gives to one thing only; a body without mass.
+    `meshes` maps mesh names in the tree to addresses, None leaves meshes out; `fixed` attaches the root link to the
+    world. Raises BadArgument for reserved or ambiguous names, or a body without mass.
     """
     changes: list[str] = []
     new = _fresh_names(bodies, frames, changes)
@@ -86,14 +72,14 @@ def sdf_document(
     root = ET.Element("sdf", {"version": VERSION, "xmlns:drake": DRAKE})
     model = ET.SubElement(root, "model", name=bodies.name, canonical_link=new[bodies.root])
     above = {joint.child: joint for joint in bodies.joints}
-    if held:
+    if fixed:
         taken = {*new.values(), *(joint.name for joint in bodies.joints)}
-        fixed = ET.SubElement(model, "joint", name=with_underscores("world_joint", taken), type="fixed")
-        add_texts(fixed, {"parent": WORLD, "child": new[bodies.root]})
+        joint = ET.SubElement(model, "joint", name=with_underscores("world_joint", taken), type="fixed")
+        add_texts(joint, {"parent": WORLD, "child": new[bodies.root]})
     for link in (bodies.root, *(joint.child for joint in bodies.joints)):
         element = ET.SubElement(model, "link", name=new[link])
         if link in above:
-            ET.SubElement(element, "pose", relative_to=above[link].name).text = _pose(HERE)
+            ET.SubElement(element, "pose", relative_to=above[link].name).text = _pose(IDENTITY)
         _add_body(element, bodies, link, meshes, changes)
         if link in above:
             _add_joint(model, above[link], new)
@@ -104,24 +90,24 @@ def sdf_document(
 
 
 def _fresh_names(bodies: UrdfTree, frames: Frames, changes: list[str]) -> dict[str, str]:
-    """Link or frame → a name that no joint has: links, joints and frames share one set of names."""
+    """Return link or frame → a name that no joint has: links, joints and frames share one set of names."""
     joints = {joint.name for joint in bodies.joints}
     places = (*bodies.links, *frames)
     for name in (bodies.name, *joints, *(place for place in places if place != WORLD)):
         if _SEPARATOR in name or name in _RESERVED or (name.startswith("__") and name.endswith("__")):
-            raise BadArgument(f"SDFormat keeps the name {quoted(name)} for itself")
+            raise BadArgument(f"SDFormat reserves the name {quoted(name)}")
     double = sorted(joints & frames.keys())
     if double:
-        raise BadArgument(f"SDFormat gives a name once, and {quoted(double[0])} is a joint and a frame")
+        raise BadArgument(f"in SDFormat names are unique, and {quoted(double[0])} is a joint and a frame")
     taken = {*joints, *places}
     new = {place: place for place in places}
     if WORLD in new:
         new[WORLD] = with_underscores(f"{WORLD}_link", taken)
-        changes.append(f"link {WORLD} is called {new[WORLD]}: SDFormat keeps that name for itself")
+        changes.append(f"link {WORLD} is called {new[WORLD]}: SDFormat reserves that name")
     for link in bodies.links:
         if link in joints:
             new[link] = with_underscores(f"{link}_link", taken)
-            changes.append(f"link {link} is called {new[link]}: SDFormat gives a name once, and a joint has it")
+            changes.append(f"link {link} is called {new[link]}: in SDFormat names are unique, and a joint has this one")
     return new
 
 
@@ -131,8 +117,8 @@ def _add_body(
     body = tree.inertials.get(link)
     if body is None or body.mass <= 0.0:
         if link != tree.root:
-            raise BadArgument(f"link {link} has no mass, which SDFormat does not take; inertia='physical' gives it one")
-        body = _NEXT_TO_NOTHING
+            raise BadArgument(f"link {link} has no mass, which SDFormat refuses; inertia='physical' gives it one")
+        body = _NEGLIGIBLE
         changes.append(f"{link} has no mass: written as {body.mass:g} kg")
     inertial = ET.SubElement(element, "inertial")
     add_texts(inertial, {"pose": _pose(body.origin), "mass": writing.number(body.mass)})
@@ -153,13 +139,12 @@ def _add_shape(element: ET.Element, shape: Visual | Collision, meshes: Mapping[s
     tag, texts = _geometry(shape.geometry, meshes)
     add_texts(ET.SubElement(ET.SubElement(element, "geometry"), tag), texts)
     if isinstance(shape, Visual) and shape.rgba is not None:
-        add_texts(
-            ET.SubElement(element, "material"), dict.fromkeys(("ambient", "diffuse"), writing.numbers(shape.rgba))
-        )
+        colour = writing.numbers(shape.rgba)
+        add_texts(ET.SubElement(element, "material"), {"ambient": colour, "diffuse": colour})
 
 
 def _geometry(shape: Geometry, meshes: Mapping[str, str]) -> tuple[str, dict[str, str]]:
-    """The element of a shape, and the texts in it."""
+    """Return the element of a shape, and the texts in it."""
     if isinstance(shape, Box):
         return "box", {"size": writing.numbers(shape.size)}
     if isinstance(shape, Ball):
@@ -188,7 +173,7 @@ def _add_joint(model: ET.Element, joint: UrdfJoint, new: Mapping[str, str]) -> N
     if joint.mimic is not None:
         ratio = {"multiplier": writing.number(joint.mimic.multiplier), "offset": writing.number(joint.mimic.offset)}
         add_texts(ET.SubElement(axis, "mimic", joint=joint.mimic.joint), ratio | {"reference": "0"})
-        # Drake has a word of its own for it.
+        # Drake has another element for it.
         ET.SubElement(element, "drake:mimic", {"joint": joint.mimic.joint, **ratio})
 
 
@@ -196,7 +181,7 @@ def _pose(origin: Origin) -> str:
     return f"{writing.numbers(origin.xyz)} {writing.numbers(origin.rpy)}"
 
 
-# --- A robot as a model for Gazebo, which Drake reads too.
+# --- The export.
 
 MESHES = ("relative", "none")
 BASES = ("floating", "fixed")
@@ -216,26 +201,25 @@ def sdf(
 ) -> Exported:
     """Write the folder of an SDFormat model: model.sdf, model.config and the meshes.
 
-    Each body is a link; what fixed joints hold is a frame on it. Joints that follow others are coupled by `mimic`
-    (SDFormat 1.11, Gazebo), and for Drake by `drake:mimic`.
+    Each body is a link; links on fixed joints are frames on it. Followers are coupled by `mimic` (SDFormat 1.11,
+    Gazebo), and for Drake by `drake:mimic`.
 
     Args:
-        robot: the robot.
+        robot: any robot.
         path: the folder; Gazebo finds it as model://NAME in a folder of GZ_SIM_RESOURCE_PATH.
-        frames: which links on fixed joints become frames: "all", "effectors" or "none", see `urdf`.
-        names: see `urdf`.
+        frames: which links on fixed joints become frames: "all", "effectors" or "none", as in `urdf`.
+        names: as in `urdf`.
         meshes: "relative" copies them to the folder, "none" leaves them out.
-        coupling: see `urdf`.
-        inertia: "physical" or "published", see `urdf`; SDFormat has no links without mass.
-        base: "floating", or "fixed" to hold the root link in the world.
-        overwrite: replace the folder, if it holds nothing but such a model.
+        coupling: as in `urdf`.
+        inertia: "physical" or "published", as in `urdf`; SDFormat has no links without mass.
+        base: "floating", or "fixed" to attach the root link to the world.
+        overwrite: replace the folder, if it contains only such a model.
 
     Returns:
-        model.sdf, all files written, and what in them differs from the robot.
+        model.sdf, all files written, and how they differ from the robot.
 
     Raises:
-        UnknownName: no such choice of an option.
-        BadArgument: a name that SDFormat keeps for itself, a link without mass, a missing mesh, or the folder is there.
+        BadArgument: a name that SDFormat reserves, a link without mass, a missing mesh, or an existing folder.
 
     Examples:
         >>> done = nk.export.sdf(nk.load_nao("v6"), "nao", frames="effectors", meshes="none")
@@ -248,13 +232,13 @@ def sdf(
     whole, _ = Variant(frames, names, coupling).tree_of(robot)
     bodies, changes = Variant("none", names, coupling, inertia).tree_of(robot)
     taken = taken_meshes(bodies, meshes)
-    text, unsaid = sdf_document(bodies, frames_of(whole, bodies), taken.names, held=base == "fixed")
+    text, losses = sdf_document(bodies, frames_of(whole, bodies), taken.names, fixed=base == "fixed")
     files = {"model.config": _config(bodies.name).encode(), "model.sdf": text.encode(), **taken.files}
-    return target.write(files, (*changes, *unsaid, *taken.notes), "model.sdf")
+    return target.write(files, (*changes, *losses, *taken.notes), "model.sdf")
 
 
 def _config(name: str) -> str:
-    """What Gazebo lists of a model."""
+    """Return the description of a model for Gazebo's list."""
     model = ET.Element("model")
     add_texts(model, {"name": name, "version": "1.0"})
     ET.SubElement(model, "sdf", version=VERSION).text = "model.sdf"

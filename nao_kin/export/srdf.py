@@ -1,4 +1,4 @@
-"""SRDF: what MoveIt asks about a robot beside its URDF."""
+"""Export of the SRDF that MoveIt needs in addition to a URDF."""
 
 from __future__ import annotations
 
@@ -16,9 +16,8 @@ import coal
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats, whole_number
+from nao_kin._core.arrays import Floats, choice, whole_number
 from nao_kin._core.text import abbreviated, fresh_name, quoted
-from nao_kin.errors import UnknownName
 from nao_kin.export.inertia import hosts
 from nao_kin.export.pipeline import Exported, Target
 from nao_kin.export.variants import Variant, joint_values, name_frames, named_semantics, new_names
@@ -31,54 +30,33 @@ from nao_kin.robot.urdf import UnreadableShape, UrdfJoint, UrdfTree, srdf as wri
 
 @dataclass(frozen=True)
 class Group:
-    """A planning group.
-
-    Attributes:
-        name: its name.
-        chain: base link and tip link of a chain, None for a group of other kinds.
-        joints: further joints.
-        links: further links, each with the joint that holds it.
-        groups: groups that it holds.
-        own: the joints with a value of their own in it, in the order of the URDF.
-    """
+    """A planning group."""
 
     name: str
-    chain: tuple[str, str] | None = None
+    chain: tuple[str, str] | None = None  # base link and tip link; None for a group that is no chain
     joints: tuple[str, ...] = ()
-    links: tuple[str, ...] = ()
-    groups: tuple[str, ...] = ()
-    own: tuple[str, ...] = ()
+    links: tuple[str, ...] = ()  # each with the joint that holds it
+    groups: tuple[str, ...] = ()  # the groups that it contains
+    own: tuple[str, ...] = ()  # its joints with their own values, in the order of the URDF
 
 
 @dataclass(frozen=True)
 class EndEffector:
-    """An end effector.
-
-    Attributes:
-        name: its name.
-        parent_link: the link it is attached to, which its group must not contain.
-        group: the group of what it consists of.
-        parent_group: the group that moves the parent link; "" without one.
-    """
+    """An end effector."""
 
     name: str
-    parent_link: str
-    group: str
-    parent_group: str
+    parent_link: str  # the link it is attached to, which its group must not contain
+    group: str  # the group of its own joints and links
+    parent_group: str  # the group that moves the parent link; "" without one
 
 
 class Planning:
-    """Groups and end effectors for a robot.
+    """Groups and end effectors of a robot; `groups` starts with the group of all joints, `notes` names losses.
 
-    Each chain is a group of its name. Where the frame of an end effector is moved by all but the last joints of a
-    chain, as a hand's frame is by the arm without its gripper, a second group ends in that frame: the inverse
-    kinematics of a planner is asked for the last link of a group. What else hangs on the link of the effector is the
-    effector's own group: the gripper and its fingers, or the fixed links there.
-
-    Attributes:
-        groups: name → group, that of all joints first.
-        end_effectors: the end effectors.
-        notes: one line for each thing that cannot be said.
+    Each chain is a group with its name. Where all but the last joints of a chain move the frame of an end effector, as
+    the arm without its gripper moves the frame of the hand, a second group ends in that frame, because a planner solves
+    inverse kinematics for the last link of a group. Everything else on the link of the effector is the effector's own
+    group: the gripper and its fingers, or the fixed links there.
     """
 
     def __init__(self, tree: UrdfTree, semantics: Semantics) -> None:
@@ -96,22 +74,22 @@ class Planning:
         for name, joints in semantics.chains.items():
             moving = tuple(joint for joint in joints if joint in self._joints and self._joints[joint].kind != "fixed")
             if moving:
-                self._chain(name, moving)
+                self._add_chain(name, moving)
             else:
                 self.notes.append(f"chain {name} is left out: none of its joints moves")
         if tree.moving_joints:
             whole = self._whole()
             self.groups = {whole.name: whole, **self.groups}
         for link, path in self._ends.items():
-            self._effector(link, path)
+            self._add_effector(link, path)
 
     def _link(self, frame: str) -> str:
-        """The link of a frame: of a joint's, the link that it moves."""
+        """Return the link of a frame: of a joint's frame, the link that it moves."""
         frame = self._tree.shared_names.get(frame, frame)
         return self._joints[frame].child if frame in self._joints and frame not in self._tree.links else frame
 
     def _path(self, link: str) -> list[UrdfJoint]:
-        """The joints from the root to a link."""
+        """Return the joints from the root to a link."""
         path = []
         while link in self._above:
             path.append(self._above[link])
@@ -125,11 +103,11 @@ class Planning:
         named = set(joints)
         return tuple(joint.name for joint in self._tree.moving_joints if joint.name in named and joint.mimic is None)
 
-    def _chain(self, name: str, joints: tuple[str, ...]) -> None:
+    def _add_chain(self, name: str, joints: tuple[str, ...]) -> None:
         base, last = self._joints[joints[0]].parent, self._joints[joints[-1]].child
         before = self._moving_above(base)
         if self._moving_above(last) != (*before, *joints):
-            # Joints beside each other, or with a joint between them that the chain leaves out.
+            # The joints are on different branches, or the chain leaves out a joint between them.
             self.groups[name] = Group(name, joints=joints, own=self._own(joints))
             return
         tips = [link for link, path in self._ends.items() if path == (*before, *joints)]
@@ -142,7 +120,7 @@ class Planning:
                 self.groups[within] = Group(within, chain=(base, link), own=self._own(part))
 
     def _whole(self) -> Group:
-        """All joints: the chains as groups, and what is in none of them."""
+        """Return the group of all joints: the chains as groups, and the joints in none of them."""
         chains = tuple(name for name in self.groups if name in self._semantics.chains)
         inside = {joint for name in chains for joint in self._semantics.chains[name]}
         rest = tuple(joint.name for joint in self._tree.moving_joints if joint.name not in inside)
@@ -152,16 +130,19 @@ class Planning:
     def _fresh(self, name: str) -> str:
         return fresh_name(name, {*self.groups, *self._semantics.chains})
 
-    def _effector(self, link: str, path: tuple[str, ...]) -> None:
+    def _add_effector(self, link: str, path: tuple[str, ...]) -> None:
         parent, name = link, self._fresh(f"{link}_effector".replace("/", "_"))
-        group = self._gripper(link, path, name) or self._fixed_beyond(link, name)
-        if group is None:
-            held = self._above.get(link)
-            if held is None or held.kind != "fixed":
+        group = self._gripper(link, path, name)
+        links = tuple(joint.child for joint in self._tree.joints if joint.parent == link and joint.kind == "fixed")
+        if group is None and links:
+            group = Group(name, links=links)
+        elif group is None:
+            joint = self._above.get(link)
+            if joint is None or joint.kind != "fixed":
                 self.notes.append(f"end effector {link} is left out: nothing is attached to that link")
                 return
-            # The frame is a last one: it is itself what is attached.
-            group, parent = Group(name, links=(link,)), held.parent
+            # A frame at the end of its branch is itself the end effector.
+            group, parent = Group(name, links=(link,)), joint.parent
             self.notes.append(f"end effector {link} is attached to {parent}: nothing else is there")
         self.groups[name] = group
         holding = [other for other in self.groups.values() if other.chain and self._holds(other.chain, parent)]
@@ -169,7 +150,7 @@ class Planning:
         self.end_effectors.append(EndEffector(link.replace("/", "_"), parent, name, fewest.name if fewest else ""))
 
     def _gripper(self, link: str, path: tuple[str, ...], name: str) -> Group | None:
-        """The moving joints outwards of the body that an end effector is part of, if they move no other effector."""
+        """Return the moving joints beyond the body that an end effector is part of, if they move no other effector."""
         body = {other for other, (host, _) in self._bodies.items() if host == self._bodies[link][0]}
         beyond = tuple(
             joint.name
@@ -181,37 +162,27 @@ class Planning:
             return None
         return Group(name, joints=beyond, own=self._own(beyond))
 
-    def _fixed_beyond(self, link: str, name: str) -> Group | None:
-        held = tuple(joint.child for joint in self._tree.joints if joint.parent == link and joint.kind == "fixed")
-        return Group(name, links=held) if held else None
-
     def _holds(self, chain: tuple[str, str], link: str) -> bool:
-        """Whether a chain moves a link: one behind its base, up to its tip."""
+        """Return whether a chain moves a link: one behind its base, up to its tip."""
         base, tip = map(self._path, chain)
         return link in {joint.child for joint in tip[len(base) :]}
 
 
-# --- Which links of a robot touch each other, found by trying many configurations with the collision library coal.
+# --- Contacts between links, counted in many configurations with the collision library coal.
 
-# By how much boxes around shapes are larger than them [m]: coal takes shapes within its tolerance for touching.
+# Margin of boxes around shapes [m]: coal reports shapes within its tolerance as touching.
 _MARGIN = 1e-5
-# So few configurations at once are posed by Pinocchio: no kernel has to be compiled for them.
+# Batches of this size are computed by Pinocchio, without compiling a kernel.
 _POSED_AT_ONCE = 50
-# How many planes between two meshes are tried, and in how few configurations it is not worth while.
+# Number of planes between two meshes to try, and of configurations from which on this is worth the time.
 _PLANES, _FEW = 8, 4
 _DISTANCE = coal.DistanceRequest()
-# Two names, the one that comes first in the alphabet first.
+# Two names in alphabetical order.
 LinkPair = tuple[str, str]
 
 
 class LinkContacts:
-    """The collision shapes of a robot, ready to be held against each other.
-
-    Attributes:
-        links: the links that have shapes, in the order of the URDF.
-        pairs: every two of them.
-        notes: one line for each shape that cannot be read.
-    """
+    """The collision shapes of a robot, prepared for contact tests between pairs of links."""
 
     def __init__(self, robot: RobotModel) -> None:
         self._robot, tree = robot, robot.tree
@@ -245,14 +216,8 @@ class LinkContacts:
         ]
         self._halves = np.array([(box.max_ - box.min_) / 2.0 for box in boxes]).reshape(-1, 3) + _MARGIN
 
-    def count(self, q: Floats, pairs: set[LinkPair], *, most: int | None = None) -> dict[LinkPair, int]:
-        """In how many of several configurations the links of each pair touch.
-
-        Args:
-            q: configurations, shape (n, nq).
-            pairs: the pairs to look at.
-            most: stop looking at a pair after so many.
-        """
+    def count(self, q: Floats, pairs: set[LinkPair], *, limit: int | None = None) -> dict[LinkPair, int]:
+        """Return in how many of n configurations (n, nq) the links of each pair touch, at most `limit` for each."""
         counts = dict.fromkeys(sorted(pairs), 0)
         both = [(pair, a, b) for pair in counts for a in self._shapes[pair[0]] for b in self._shapes[pair[1]]]
         if not both or not len(q):
@@ -264,10 +229,10 @@ class LinkContacts:
         seen: set[tuple[LinkPair, int]] = set()
         for index, samples in self._near(T_root_shape, np.array([row[1:] for row in both]).T):
             pair, a, b = both[index]
-            if most is not None and counts[pair] >= most:
+            if limit is not None and counts[pair] >= limit:
                 continue
-            for sample in samples[~self._apart(a, b, T_root_shape[samples])].tolist():
-                if (most is not None and counts[pair] >= most) or (pair, sample) in seen:
+            for sample in samples[~self._separate(a, b, T_root_shape[samples])].tolist():
+                if (limit is not None and counts[pair] >= limit) or (pair, sample) in seen:
                     continue
                 if self._touch(a, place(sample, a), b, place(sample, b)):
                     seen.add((pair, sample))
@@ -275,9 +240,10 @@ class LinkContacts:
         return counts
 
     def _near(self, T_root_shape: Floats, shapes: NDArray[np.intp]) -> Iterator[tuple[int, NDArray[np.intp]]]:
-        """Yield the pairs of shapes that need a closer look, each as its place in `shapes` with its configurations.
+        """Yield the pairs of shapes that may touch, each as index into `shapes`, with their configurations.
 
-        Two shapes are apart where the spheres around them are, or their boxes when seen along an edge of one of them.
+        Two shapes do not touch where their bounding spheres do not, or the projections of their boxes on an edge of one
+        of them.
         """
         a, b = shapes
         centres = (T_root_shape @ self._centres)[..., :3, 0]
@@ -295,19 +261,19 @@ class LinkContacts:
         starts = np.flatnonzero(np.diff(pair, prepend=-1))
         yield from zip(pair[starts].tolist(), np.split(sample, starts)[1:], strict=True)
 
-    def _apart(self, a: int, b: int, T_root_shape: Floats) -> NDArray[np.bool_]:
-        """Find the configurations in which a plane separates two meshes; in the others they may touch or not.
+    def _separate(self, a: int, b: int, T_root_shape: Floats) -> NDArray[np.bool_]:
+        """Return the configurations in which a plane separates two meshes; in the others they may touch or not.
 
-        The plane between the two hulls in one configuration, held to the first mesh, often separates them in many.
+        The plane between the two hulls in one configuration, fixed to the first mesh, often separates them in many.
         """
-        apart, tried = np.zeros(len(T_root_shape), bool), np.zeros(len(T_root_shape), bool)
+        separate, tried = np.zeros((2, len(T_root_shape)), bool)
         corners_a, corners_b = self._corners[a], self._corners[b]
-        if corners_a is None or corners_b is None or len(apart) < _FEW:
-            return apart
+        if corners_a is None or corners_b is None or len(separate) < _FEW:
+            return separate
         T_root_a, T_root_b = T_root_shape[:, a], T_root_shape[:, b]
         for _ in range(_PLANES):
-            sample = int(np.argmin(apart | tried))
-            if apart[sample] or tried[sample]:
+            sample = int(np.argmin(separate | tried))
+            if separate[sample] or tried[sample]:
                 break
             tried[sample] = True
             result = coal.DistanceResult()
@@ -319,11 +285,11 @@ class LinkContacts:
             normals = T_root_a[:, :3, :3] @ normal  # the plane's normal in the root's frame, shape (n, 3)
             origins = ((T_root_b - T_root_a)[:, :3, 3] * normals).sum(axis=1)
             lowest = ((normals[:, None] @ T_root_b[:, :3, :3])[:, 0] @ corners_b.T).min(axis=1) + origins
-            apart |= lowest > (corners_a @ normal).max() + _MARGIN
-        return apart
+            separate |= lowest > (corners_a @ normal).max() + _MARGIN
+        return separate
 
     def _touch(self, a: int, place_a: Any, b: int, place_b: Any) -> bool:
-        """Whether two shapes touch: not where their convex hulls are apart, which is found much sooner."""
+        """Return whether two shapes touch; their convex hulls, which are tested first, are much faster."""
         return _collide(self._hulls[a], place_a, self._hulls[b], place_b) and (
             (self._hulls[a] is self._geometries[a] and self._hulls[b] is self._geometries[b])
             or _collide(self._geometries[a], place_a, self._geometries[b], place_b)
@@ -339,7 +305,7 @@ def _collide(a: Any, place_a: Any, b: Any, place_b: Any) -> bool:
 
 
 def _hull(shape: Any) -> Any:
-    """Return the convex hull of a mesh, or the shape itself where it is no mesh or has no hull, as a flat one."""
+    """Return the convex hull of a mesh, or the shape itself if it is no mesh or, as a flat one, has no hull."""
     try:
         shape.buildConvexHull(True, "Qt")
         hull = shape.convex
@@ -349,32 +315,26 @@ def _hull(shape: Any) -> Any:
     return hull
 
 
-# --- Pairs of links that a planner need not look at, by the rules and words of MoveIt's setup assistant.
+# --- Pairs of links that a planner need not check, by the rules and in the terms of MoveIt's setup assistant.
 #
 # Source: MoveIt Setup Assistant, "Generate Self-Collision Matrix"; moveit_setup_srdf_plugins,
 # compute_default_collisions.
 
 ADJACENT, DEFAULT, ALWAYS, NEVER = "Adjacent", "Default", "Always", "Never"
-# A pair that touches in more than this part of the configurations is taken to touch always.
+# A pair that touches in more than this share of the configurations is assumed to touch always.
 ALWAYS_FROM = 0.95
-# "Always" is decided by the first of the samples, for they must be counted to the last.
+# Number of samples that decide on "Always", for which contacts must be counted to the end.
 _COUNTED = 1000
-# Configurations looked at together: at first few, for many pairs are soon decided.
+# Configurations tested together: few at first, because many pairs are soon decided.
 _AT_ONCE, _REST_AT_ONCE = 50, 500
 
 
 def disabled_collisions(robot: RobotModel, contacts: LinkContacts, *, samples: int, seed: int) -> dict[LinkPair, str]:
-    """The pairs of links with shapes that need no collision check, and why.
+    """Return the pairs of links with shapes that need no collision check, and the reason.
 
     "Adjacent": `adjacent_links`. "Default": they touch in the posture that the robot starts in, or without one with
     every joint at zero, or in the middle of its range where zero is outside. "Always": they touch in more than 95 % of
-    the configurations tried. "Never": they touch in none of them, and in no posture.
-
-    Args:
-        robot: the robot; its configurations are drawn inside its limits, coupled ones included.
-        contacts: its shapes.
-        samples: how many configurations are tried.
-        seed: of the random numbers: the same seed gives the same pairs.
+    `samples` random configurations inside the limits. "Never": they touch in none of them, and in no posture.
     """
     adjacent = adjacent_links(robot.tree, contacts.links)
     reasons = {pair: ADJACENT for pair in contacts.pairs if pair in adjacent}
@@ -386,49 +346,47 @@ def disabled_collisions(robot: RobotModel, contacts: LinkContacts, *, samples: i
     q, counts = robot.random(seed, samples), dict.fromkeys(unknown, 0)
     counted = min(samples, _COUNTED)
     for start in range(0, counted, _AT_ONCE):
-        # A pair that has touched once, and been apart too often to touch always, needs no further look.
-        still = {pair for pair in unknown if not counts[pair] or counted - start + counts[pair] > ALWAYS_FROM * counted}
-        for pair, count in contacts.count(q[start : min(start + _AT_ONCE, counted)], still).items():
+        # A pair that has touched, but too rarely for "Always", is decided.
+        undecided = {
+            pair for pair in unknown if not counts[pair] or counted - start + counts[pair] > ALWAYS_FROM * counted
+        }
+        for pair, count in contacts.count(q[start : min(start + _AT_ONCE, counted)], undecided).items():
             counts[pair] += count
     reasons |= {pair: ALWAYS for pair in unknown if counts[pair] > ALWAYS_FROM * counted}
     rest = np.array([*(robot.posture(name) for name in robot.posture_names), *q[counted:]])
     unseen = {pair for pair in unknown if not counts[pair]}
     for start in range(0, len(rest), _REST_AT_ONCE):
-        touching = contacts.count(rest[start : start + _REST_AT_ONCE], unseen, most=1)
+        touching = contacts.count(rest[start : start + _REST_AT_ONCE], unseen, limit=1)
         unseen = {pair for pair in unseen if not touching[pair]}
     return dict(sorted((reasons | dict.fromkeys(unseen, NEVER)).items()))
 
 
 def adjacent_links(tree: UrdfTree, shaped: Collection[str]) -> set[LinkPair]:
-    """Links with shapes whose contact says nothing: joined by a joint, or across links without shapes at one point.
+    """Return pairs of links that a joint connects directly, or across links without shapes at one point.
 
-    The setup assistant takes any two links for adjacent that have only links without shapes between them. Where an
-    upper arm has no shape, a planner would then lead the forearm through the trunk.
-
-    Args:
-        tree: the robot.
-        shaped: its links with shapes.
+    The setup assistant calls any two links adjacent that have only links without shapes between them. For an upper arm
+    without a shape, a planner would then lead the forearm through the trunk.
     """
-    held: dict[str, list[UrdfJoint]] = defaultdict(list)
+    joints_on: dict[str, list[UrdfJoint]] = defaultdict(list)
     for joint in tree.joints:
-        held[joint.parent].append(joint)
+        joints_on[joint.parent].append(joint)
     pairs: set[LinkPair] = set()
-    # Link → itself if it has shapes, else the links with shapes that stand at the same point of it.
-    here: dict[str, list[str]] = {}
-    for link in reversed([tree.root, *(joint.child for joint in tree.joints)]):  # the outer ones first
-        beyond = [here[joint.child] for joint in held[link] if link in shaped or _at_one_point(joint)]
+    # Link → itself if it has shapes, else the links with shapes at the same point of it.
+    nearest: dict[str, list[str]] = {}
+    for link in reversed([tree.root, *(joint.child for joint in tree.joints)]):  # outer links first
+        beyond = [nearest[joint.child] for joint in joints_on[link] if link in shaped or _at_one_point(joint)]
         if link in shaped:
             pairs |= {(min(link, other), max(link, other)) for others in beyond for other in others}
-            here[link] = [link]
+            nearest[link] = [link]
         else:
             several = combinations(beyond, 2)
             pairs |= {(min(a, b), max(a, b)) for first, second in several for a in first for b in second}
-            here[link] = [other for others in beyond for other in others]
+            nearest[link] = [other for others in beyond for other in others]
     return pairs
 
 
 def _at_one_point(joint: UrdfJoint) -> bool:
-    """Whether what the joint moves stays where it is in its parent: at its origin, or rigidly held."""
+    """Return whether the joint's child keeps its place in the parent: the joint is at its origin, or fixed."""
     return joint.kind == "fixed" or (joint.kind == "revolute" and not any(joint.origin.xyz))
 
 
@@ -442,14 +400,14 @@ def _default(robot: RobotModel) -> Floats:
     return robot.configuration(values, limits="ignore")
 
 
-# --- SRDF: what MoveIt asks about a robot beside its URDF.
+# --- The document.
 
 BASES = ("fixed", "floating", "planar")
 WORLD = "world"
 
 # MoveIt, "URDF and SRDF": characters that joint names should not contain.
 _TROUBLESOME = re.compile(r"[-\[\](),]")
-_MOST_SAMPLES = 1_000_000
+_MAX_SAMPLES = 1_000_000
 # Names of groups become names of parameters.
 _PARAMETER = re.compile(r"[A-Za-z]\w*", re.ASCII)
 
@@ -466,33 +424,31 @@ def srdf(
     seed: int = 0,
     overwrite: bool = False,
 ) -> Exported:
-    """Write an SRDF: planning groups, end effectors, postures, and the collision checks that a planner may leave out.
+    """Write an SRDF: planning groups, end effectors, postures, and the collision checks that a planner may skip.
 
-    Groups are the robot's chains, as `nk.semantics` names them, and "whole_body"; a chain whose last joint moves
-    a gripper has a second group without it, which ends in the frame of the end effector. Postures are group states
-    without the joints that follow others, which are passive joints. A pair of links is not checked when the two are
-    adjacent, touch in the posture the robot starts in, touch in more than 95 % of the configurations tried, or in none
-    of them. A robot without chains has the group of all its joints; one without collision shapes leaves out no check.
+    Groups are the robot's chains, as `nk.semantics` names them, and "whole_body"; a chain whose last joint moves a
+    gripper has a second group without it, which ends in the frame of the end effector. Postures are group states
+    without followers, which are passive joints. A pair of links is not checked when the two are adjacent, touch in the
+    posture that the robot starts in, touch in more than 95 % of the configurations tried, or in none of them. A robot
+    without chains has the group of all its joints; one without collision shapes skips no check.
 
     Args:
-        robot: the robot.
+        robot: any robot.
         path: the file.
-        names: "naoqi" for the names of the robot's own URDF, "ros" for those of its ROS description: as in the URDF
-            beside it.
-        frames: "all", "effectors" or "none": which frames the URDF beside it has.
-        coupling: "mimic", "locked" or "independent": as in the URDF beside it.
-        base: what holds the root link in the frame "world": "fixed", "floating" or "planar"; None for what the
-            robot was loaded with.
-        samples: how many configurations are tried for contacts.
+        names: "naoqi" or "ros", as in the URDF that it belongs to.
+        frames: "all", "effectors" or "none", as in that URDF.
+        coupling: "mimic", "locked" or "independent", as in that URDF.
+        base: how the root link is attached to the frame "world": "fixed", "floating" or "planar"; None for the base
+            that the robot was loaded with.
+        samples: number of configurations tried for contacts.
         seed: of the random numbers; the same seed gives the same file.
-        overwrite: replace a file that is there.
+        overwrite: replace an existing file.
 
     Returns:
-        The file, and one line for everything that an SRDF cannot say.
+        The file, and one line for each property of the robot that an SRDF cannot express.
 
     Raises:
-        UnknownName: no such names, frames, coupling or base.
-        BadArgument: no robot, no ROS names known, no count of samples, a file is there, or it cannot be written.
+        BadArgument: the robot has no ROS names, or the file exists.
 
     Examples:
         >>> nao = nk.load_nao("v6")
@@ -510,11 +466,9 @@ def srdf(
 def srdf_document(
     robot: RobotModel, chosen: Variant, *, base: str | None = None, samples: int = 10_000, seed: int = 0
 ) -> tuple[str, tuple[str, ...]]:
-    """The text of an SRDF beside a variant of the robot, and what it cannot say; arguments and errors as `srdf`."""
-    held = ("floating" if robot.base == "floating" else "fixed") if base is None else base
-    if held not in BASES:
-        raise UnknownName("base", base, BASES)
-    count = whole_number(samples, "samples", 1, _MOST_SAMPLES)
+    """Return the text of an SRDF for a variant of the robot, and its losses; arguments and errors as `srdf`."""
+    attached = robot.base if base is None else choice(base, BASES, "base")
+    count = whole_number(samples, "samples", 1, _MAX_SAMPLES)
     own, _ = Variant(chosen.frames, coupling=chosen.coupling).tree_of(robot)
     tree = own if chosen.names == "naoqi" else name_frames(own, robot.semantics)[0]
     body = _as_written(robot, own)
@@ -524,14 +478,18 @@ def srdf_document(
     new = new_names(robot.semantics, chosen.names)
     unchecked = {(new.get(a, a), new.get(b, b)): reason for (a, b), reason in reasons.items()}
     states = {name: joint_values(robot, robot.posture(name), chosen.names) for name in robot.posture_names}
-    root = _robot(tree, states, plan, unchecked, held)
-    found = _found(contacts, reasons, count)
-    unsaid = _unsaid(body, plan, contacts, set(reasons), new)
-    return writing.document_text(root), (*plan.notes, *contacts.notes, found, *unsaid)
+    root = _robot(tree, states, plan, unchecked, attached)
+    notes = (
+        *plan.notes,
+        *contacts.notes,
+        _found(contacts, reasons, count),
+        *_losses(body, plan, contacts, set(reasons), new),
+    )
+    return writing.document_text(root), notes
 
 
 def _as_written(robot: RobotModel, tree: UrdfTree) -> RobotModel:
-    """The robot as the tree of a variant moves it, with what of its meaning is asked here."""
+    """Return the robot as a variant's tree moves it, with the postures and limits that the contact tests need."""
     own = {joint.name for joint in tree.moving_joints if joint.mimic is None}
     values = {name: joint_values(robot, robot.posture(name)) for name in robot.posture_names}
     postures = {name: Posture({joint: float(q[joint]) for joint in own}) for name, q in values.items()}
@@ -545,7 +503,7 @@ def _robot(
     states: Mapping[str, Mapping[str, Floats]],
     plan: Planning,
     unchecked: Mapping[LinkPair, str],
-    held: str,
+    attached: str,
 ) -> ET.Element:
     root = ET.Element("robot", name=tree.name)
     root.append(ET.Comment(" Written by nao_kin; the URDF of the same name has the links and joints. "))
@@ -566,7 +524,7 @@ def _robot(
         written = {name: text for name, text in vars(effector).items() if text}
         ET.SubElement(root, "end_effector", written)
     virtual = fresh_name("virtual_joint", {joint.name for joint in tree.joints})
-    ET.SubElement(root, "virtual_joint", name=virtual, type=held, parent_frame=WORLD, child_link=tree.root)
+    ET.SubElement(root, "virtual_joint", name=virtual, type=attached, parent_frame=WORLD, child_link=tree.root)
     for follower in tree.mimics:
         ET.SubElement(root, "passive_joint", name=follower)
     for (first, second), reason in unchecked.items():
@@ -584,21 +542,20 @@ def _found(contacts: LinkContacts, reasons: Mapping[LinkPair, str], samples: int
     )
 
 
-def _unsaid(
+def _losses(
     robot: RobotModel, plan: Planning, contacts: LinkContacts, unchecked: set[LinkPair], new: Mapping[str, str]
 ) -> list[str]:
-    """What a planner will not know, or not like."""
+    """Return one line for each thing that a planner will not know, or refuse."""
     lines = []
     if robot.coupled_limits:
         names = ", ".join(dict.fromkeys(table.joint for table in robot.coupled_limits))
-        lines.append(f"coupled limits are left out, a planner knows one range for each joint: {names}")
+        lines.append(f"coupled limits are left out, because a planner has one range for each joint: {names}")
     checked = set(contacts.pairs) - unchecked
     for name in robot.posture_names:
         touching = contacts.count(robot.posture(name)[None], checked)
-        found = [pair for pair, count in touching.items() if count]
-        pairs = ", ".join(f"{new.get(first, first)} and {new.get(second, second)}" for first, second in found)
+        pairs = ", ".join(f"{new.get(a, a)} and {new.get(b, b)}" for (a, b), count in touching.items() if count)
         if pairs:
-            lines.append(f"in posture {quoted(name)} shapes touch that are checked, no plan can start there: {pairs}")
+            lines.append(f"in posture {quoted(name)} checked shapes touch, so no plan can start there: {pairs}")
     for group in plan.groups:
         if not _PARAMETER.fullmatch(group):
             lines.append(f"group {quoted(group)} is no name for a parameter of ROS: letters, digits and _")

@@ -1,4 +1,4 @@
-"""A robot as a URDF that another tool loads right."""
+"""Export of a robot as a URDF for other tools."""
 
 from __future__ import annotations
 
@@ -15,24 +15,18 @@ from nao_kin.export.variants import Variant
 from nao_kin.robot import RobotModel
 from nao_kin.robot.urdf import Collision, Inertial, MeshFile, Origin, UrdfJoint, UrdfTree, Visual, srdf as writing
 
-# --- A robot's tree as the text of a URDF: the same text every time, its numbers the shortest that read back.
+# --- The text of a URDF: deterministic, with the shortest numbers that read back exactly.
 
-# URDF has no word for "without bound": this stands for it [m, m/s, rad/s, N, N m].
+# URDF cannot express "without bound"; this is written instead [m, m/s, rad/s, N, N m].
 UNBOUNDED = 1e9
 
 
 def urdf_document(tree: UrdfTree, meshes: Mapping[str, str] | None = None) -> tuple[str, tuple[str, ...]]:
-    """The URDF of a tree.
+    """Return the URDF of a tree, ending in a newline, and one line for each loss.
 
-    Each link stands before the joint that moves it, and joints are in the order of the tree, so that a joint comes
-    after the one that drives it. Colours are materials of the robot, one name for each.
-
-    Args:
-        tree: the robot.
-        meshes: name of a mesh in the tree → the name to write; None leaves out what is a mesh.
-
-    Returns:
-        The document, ending in a newline, and one line for each thing that a URDF cannot say.
+    Each link is written before the joint that moves it, and joints in the order of the tree, so that a follower comes
+    after its driver. Colours are materials of the robot with distinct names. `meshes` maps the name of a mesh in the
+    tree to the name to write; None leaves out shapes that are meshes.
     """
     changes: list[str] = []
     materials = paint_names((shown.material, shown.rgba) for shown in tree.visuals if shown.rgba is not None)
@@ -45,9 +39,9 @@ def urdf_document(tree: UrdfTree, meshes: Mapping[str, str] | None = None) -> tu
         robot.append(_link(tree, joint.child, materials, meshes))
         robot.append(_joint(joint, joints, changes))
     if meshes is None:
-        left = {shape.link for shape in shapes_of(tree) if isinstance(shape.geometry, MeshFile)}
-        if left:
-            changes.append(f"the meshes of {len(left)} links are left out")
+        omitted = {shape.link for shape in shapes_of(tree) if isinstance(shape.geometry, MeshFile)}
+        if omitted:
+            changes.append(f"the meshes of {len(omitted)} links are left out")
     return writing.document_text(robot), tuple(changes)
 
 
@@ -58,7 +52,7 @@ def _link(tree: UrdfTree, name: str, materials: Mapping[Paint, str], meshes: Map
     for visual in tree.visuals:
         if visual.link == name:
             element = _add_shape(link, "visual", visual, meshes)
-            # A material without a colour anywhere is an error to most readers.
+            # Most readers refuse a material without a colour.
             if element is not None and visual.rgba is not None:
                 ET.SubElement(element, "material", name=materials[visual.material, visual.rgba])
     for shape in tree.collisions:
@@ -101,7 +95,7 @@ def _joint(joint: UrdfJoint, joints: Mapping[str, UrdfJoint], changes: list[str]
 
 
 def _limits(joint: UrdfJoint, joints: Mapping[str, UrdfJoint], changes: list[str]) -> dict[str, float]:
-    """The limits to write; without lower and upper for a joint that is continuous."""
+    """Return the limits to write; without lower and upper for a continuous joint."""
     lower, upper = joint.lower, joint.upper
     if joint.mimic is not None and not math.isfinite(upper - lower):
         # A continuous joint may not follow one with limits.
@@ -115,13 +109,13 @@ def _limits(joint: UrdfJoint, joints: Mapping[str, UrdfJoint], changes: list[str
         changes.append(f"{joint.name} slides without limits: written as ±{UNBOUNDED:g}")
     elif not any(map(math.isfinite, bounds.values())):
         return {}
-    endless = [name for name, value in bounds.items() if math.isinf(value)]
-    if endless:
-        changes.append(f"{joint.name} has no bound on {' and '.join(endless)}: written as {UNBOUNDED:g}")
-    return {name: min(value, UNBOUNDED) if name in endless else value for name, value in bounds.items()}
+    unbounded = [name for name, value in bounds.items() if math.isinf(value)]
+    if unbounded:
+        changes.append(f"{joint.name} has no bound on {' and '.join(unbounded)}: written as {UNBOUNDED:g}")
+    return {name: min(value, UNBOUNDED) if name in unbounded else value for name, value in bounds.items()}
 
 
-# --- A robot as a URDF that another tool loads right.
+# --- The export.
 
 MESHES = ("relative", "absolute", "none", "package://NAME")
 
@@ -141,70 +135,64 @@ def urdf(
 ) -> Exported:
     """Write a robot as a URDF.
 
-    With the defaults it is what was read: the same links, joints, inertias and shapes, its meshes copied.
+    With the defaults, links, joints, inertias and shapes are those that were read, and meshes are copied.
 
     Args:
         robot: any robot.
         path: the file to write.
-        frames: which links on fixed joints stay: "all"; "effectors", those that the semantics name: end effectors,
-            soles, cameras, sensors; or "none", one link for each body. The mass of the others goes to what carries
-            them.
+        frames: which links on fixed joints to keep: "all"; "effectors", those that the semantics name: end effectors,
+            soles, cameras, sensors; or "none", one link for each body. The mass of the others goes to the links that
+            carry them.
         names: "naoqi", those of the robot's own file, or "ros", those of its published ROS description.
-        meshes: "relative" copies them to a folder "meshes" beside the file; "absolute" names them where they are;
-            "package://NAME" names them in the folder "meshes" of a ROS package, "package://NAME/FOLDER" in a folder of
-            it, and copies nothing; "none" leaves meshes out and keeps boxes, cylinders and spheres.
-        coupling: joints that follow another one "mimic" it, are "locked" together with it, or are "independent".
-        inertia: "published", or "physical": the nearest that bodies can have, see
-            `nao_kin.export.inertia.make_physical`; and a mass of 0 in words where a link has none, for
-            PyBullet takes silence for 1 kg.
+        meshes: "relative" copies them to a folder "meshes" next to the file; "absolute" refers to the original files;
+            "package://NAME" refers to the folder "meshes" of a ROS package, "package://NAME/FOLDER" to another folder
+            of it, and copies nothing; "none" leaves meshes out and keeps boxes, cylinders and spheres.
+        coupling: followers "mimic" their driver, are "locked" together with it, or are "independent".
+        inertia: "published", or "physical": the nearest that bodies can have, as `nao_kin.export.inertia.make_physical`
+            describes, and an explicit mass of 0 where a link has none, because PyBullet assumes 1 kg.
         typed: write three joints with one centre as `type="spherical"`, which PyBullet and MuJoCo read and most others
             do not.
-        axes: "published", as in the robot's file; "aligned" turns the frame of a joint whose axis is oblique until the
-            axis is its z axis, for tools that take no other axes than those of the frame. Links stay as they are.
-        overwrite: replace files that are there.
+        axes: "published", as in the robot's file; "aligned" turns the frame of a joint with an oblique axis until the
+            axis is its z axis, for tools that accept only axes of the frame. Links stay as they are.
+        overwrite: replace existing files.
 
     Returns:
-        The file, all files written, and what in them differs from the robot.
+        The file, all files written, and how they differ from the robot.
 
     Raises:
-        UnknownName: no such choice of an option.
-        BadArgument: a mesh is missing, the robot has no ROS names, a file is there, or it cannot be written.
+        BadArgument: a mesh is missing, the robot has no ROS names, or a file exists.
 
     Examples:
         >>> done = nk.export.urdf(nk.load_nao("v6"), "nao.urdf", frames="none", meshes="none", inertia="physical")
         >>> done.path.name, done.changes[0]
-        ('nao.urdf', 'base_link has neither mass nor shapes: torso is the root instead of it')
+        ('nao.urdf', 'base_link has neither mass nor shapes: torso is the root instead')
         >>> nk.RobotModel.from_urdf("nao.urdf").link_names[0]
         'torso'
     """
     target = Target(robot, path, overwrite=overwrite)
     tree, changes = Variant(frames, names, coupling, inertia, typed, axes).tree_of(robot)
     if inertia == "physical":
-        tree, massless = _said_massless(tree)
+        tree, massless = _with_explicit_masses(tree)
         changes = (*changes, *massless)
     taken = taken_meshes(tree, meshes, _package(meshes))
-    text, unsaid = urdf_document(tree, taken.names)
-    return target.write({"": text.encode(), **taken.files}, (*changes, *unsaid, *taken.notes))
+    text, losses = urdf_document(tree, taken.names)
+    return target.write({"": text.encode(), **taken.files}, (*changes, *losses, *taken.notes))
 
 
-def _said_massless(tree: UrdfTree) -> tuple[UrdfTree, tuple[str, ...]]:
-    """The tree with a mass of 0 for every link but the root that has no word about its mass."""
+def _with_explicit_masses(tree: UrdfTree) -> tuple[UrdfTree, tuple[str, ...]]:
+    """Return the URDF tree with an explicit mass of 0 for links without `<inertial>`, except the root."""
     nothing = Inertial(0.0, Origin(), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
-    silent = [link for link in tree.links if link not in tree.inertials and link != tree.root]
-    tree = replace(tree, inertials={**tree.inertials, **dict.fromkeys(silent, nothing)})
-    return tree, (f"{len(silent)} links without mass are given a mass of 0 in words",) if silent else ()
+    massless = [link for link in tree.links if link not in tree.inertials and link != tree.root]
+    tree = replace(tree, inertials={**tree.inertials, **dict.fromkeys(massless, nothing)})
+    return tree, (f"{len(massless)} links without mass get an explicit mass of 0",) if massless else ()
 
 
 def _package(meshes: object) -> str:
-    """The folder of meshes that a `package://` names; "" for the choices without one.
-
-    Raises:
-        UnknownName: neither.
-    """
+    """Return the folder of meshes that a `package://` names; "" for the choices without one."""
     if meshes in ("relative", "absolute", "none"):
         return ""
-    start = "package://"
-    inside = meshes.removeprefix(start).strip("/") if isinstance(meshes, str) else ""
-    if not isinstance(meshes, str) or not meshes.startswith(start) or not inside or set(inside) & set(" \t\n\\"):
+    before, scheme, inside = str(meshes).partition("package://")
+    inside = inside.strip("/")
+    if not isinstance(meshes, str) or before or not inside or set(inside) & set(" \t\n\\"):
         raise UnknownName("choice of meshes", meshes, MESHES)
-    return start + (inside if "/" in inside else f"{inside}/{MESH_FOLDER}")
+    return scheme + (inside if "/" in inside else f"{inside}/{MESH_FOLDER}")

@@ -1,4 +1,4 @@
-"""Variants of a robot's tree: pure functions from a tree to another one and to one line for each change made."""
+"""Variants of a robot's tree: functions from a tree to another one and to one line for each change."""
 
 from __future__ import annotations
 
@@ -12,37 +12,29 @@ import numpy as np
 from nao_kin._core.arrays import Floats, Vector, choice, flag
 from nao_kin._core.text import with_underscores
 from nao_kin.errors import BadArgument
-from nao_kin.export.inertia import HERE, body_of, composed, hosts, make_physical, moved, pseudo_inertia, rpy_of
+from nao_kin.export.inertia import IDENTITY, body_of, composed, hosts, make_physical, moved, pseudo_inertia, rpy_of
 from nao_kin.joints import MultiDofJoint, group_joints
-from nao_kin.robot import RobotModel, check_robot
+from nao_kin.robot import RobotModel
 from nao_kin.robot.semantics import FRAME_FIELDS, Semantics
 from nao_kin.robot.urdf import Inertial, Origin, UrdfJoint, UrdfTree
 from nao_kin.rotations import rotation_between
 
-# A tree and one line for each thing in it that is not as before.
+# A tree and one line for each change.
 Changed = tuple[UrdfTree, tuple[str, ...]]
 
-# --- Joint axes, each along an axis of its joint's frame.
+# --- Joint axes along the axes of their frames.
 
 _ALONG_AN_AXIS = ("revolute", "prismatic")
 _Z: Vector = (0.0, 0.0, 1.0)
 
 
 def align_axes(tree: UrdfTree) -> Changed:
-    """The tree without oblique axes: every joint axis is plus or minus x, y or z of its joint's frame.
+    """Return the tree with every joint axis along plus or minus x, y or z of its joint's frame.
 
-    Some tools know joints about the axes of the frame only. In a joint whose axis is oblique, a link without mass is
-    put between: the joint carries it, with its z axis along the joint's axis, and a fixed joint turns back to the link
-    that was carried. Every link of the robot stays where it was in every configuration, and every joint keeps its
-    name, its limits and its value.
-
-    Returns:
-        The tree, and one line for each joint that is turned.
-
-    Examples:
-        >>> from nao_kin.export.variants import align_axes
-        >>> align_axes(nk.load_nao("v6").tree)[1][0]
-        'LHipYawPitch: its frame is turned until its axis is z; LHipYawPitch_axis stands between torso and LPelvis'
+    Some tools accept only joints about the axes of the frame. A joint with an oblique axis gets a link without mass in
+    between: the joint carries it, with its z axis along the joint's axis, and a fixed joint turns back to the link that
+    was carried. Every link of the robot stays where it was in every configuration; joints keep names, limits and
+    values.
     """
     taken = {*tree.links, *(joint.name for joint in tree.joints)}
     joints, links, changes = list[UrdfJoint](), list(tree.links), list[str]()
@@ -60,35 +52,19 @@ def align_axes(tree: UrdfTree) -> Changed:
         links.insert(links.index(joint.child), between)
         changes.append(
             f"{joint.name}: its frame is turned until its axis is z; "
-            f"{between} stands between {joint.parent} and {joint.child}"
+            f"{between} is between {joint.parent} and {joint.child}"
         )
     return replace(tree, links=tuple(links), joints=tuple(joints)), tuple(changes)
 
 
-# --- Joints that follow another one: fixed together with what drives them, or set free.
+# --- Followers: fixed together with their drivers, or made independent.
 
 
 def couple(tree: UrdfTree, coupling: str) -> Changed:
-    """The tree with its couplings locked or taken away.
+    """Return the tree with its couplings "locked" or "independent", for tools that do not know them.
 
-    A tool that does not know couplings moves each joint alone. "locked" gives it joints that cannot be moved wrongly:
-    the driving joint and all that follow it are fixed, where the driving joint is at zero, or at the limit nearest to
-    zero. "independent" leaves it to whoever sets the joints to set them alike.
-
-    Args:
-        tree: the robot.
-        coupling: "locked" or "independent".
-
-    Returns:
-        The tree, and one line for each group of coupled joints.
-
-    Examples:
-        >>> from nao_kin.export.variants import couple
-        >>> tree, changes = couple(nk.load_nao("v6").tree, "independent")
-        >>> len(tree.moving_joints), len(tree.mimics)
-        (42, 0)
-        >>> changes[1]
-        'RHipYawPitch no longer follows LHipYawPitch: each is moved alone'
+    "locked" fixes a driving joint and its followers, the driver at zero or at its limit nearest to zero. With
+    "independent" the caller is responsible for setting the joints to consistent values.
     """
     followers: defaultdict[str, list[str]] = defaultdict(list)
     for name, mimic in tree.mimics.items():
@@ -98,10 +74,9 @@ def couple(tree: UrdfTree, coupling: str) -> Changed:
             f"{', '.join(names)} no longer {'follows' if len(names) == 1 else 'follow'} {driver}: each is moved alone"
             for driver, names in followers.items()
         )
-    # Each driver at zero, or at the limit nearest to it.
     values = {joint.name: min(max(0.0, joint.lower), joint.upper) for joint in tree.joints if joint.name in followers}
     changes = tuple(
-        f"{driver} is fixed at {values[driver]:g}, and with it what follows it: {', '.join(names)}"
+        f"{driver} is fixed at {values[driver]:g}, together with its followers: {', '.join(names)}"
         for driver, names in followers.items()
     )
     values |= {name: float(mimic.value(values[mimic.joint])) for name, mimic in tree.mimics.items()}
@@ -113,40 +88,25 @@ def _fixed(joint: UrdfJoint, value: float = 0.0) -> UrdfJoint:
     return UrdfJoint(joint.name, "fixed", joint.parent, joint.child, moved(joint, value))
 
 
-# --- Which of the links that fixed joints hold stay: those that the robot's semantics name, or none.
+# --- Links on fixed joints: all, those that the robot's semantics name, or none.
 
 _MOST_NAMED = 6
 
 
 def keep_frames(tree: UrdfTree, frames: str, semantics: Semantics) -> Changed:
-    """The tree with fewer of the links that fixed joints hold; the others are merged into the links that carry them.
+    """Return the tree with fewer links on fixed joints; the others are merged into the links that carry them.
 
-    Mass and shapes of a merged link go to the link that carries it, so that every remaining link moves as before, and
-    the mass and the centre of mass of the robot stay. A root without mass and shapes that holds one link at its own
-    place, and nothing else, gives way to that link: simulators want the mass of the trunk on the root.
-
-    Args:
-        tree: the robot.
-        frames: "effectors" leaves the frames that `semantics` names: end effectors, soles, cameras, sensors; "none"
-            leaves one link for each body.
-        semantics: what the robot means.
-
-    Returns:
-        The tree, and one line for what has changed.
-
-    Examples:
-        >>> from nao_kin.export.variants import keep_frames
-        >>> nao = nk.load_nao("v6")
-        >>> tree, changes = keep_frames(nao.tree, "none", nao.semantics)
-        >>> len(nao.tree.links), len(tree.links), tree.root
-        (124, 43, 'torso')
+    "effectors" keeps the frames that `semantics` names, "none" one link for each body. Mass and shapes of a merged link
+    go to the link that carries it, so that every remaining link moves as before, and mass and centre of mass stay. A
+    root without mass and shapes whose only joint holds a link at the same place is replaced by that link, because
+    simulators need the mass of the trunk on the root.
     """
     named = set(semantics.frames()) if frames == "effectors" else set[str]()
     named |= {tree.shared_names[name] for name in named if name in tree.shared_names}
     changes: list[str] = []
     bare = _bare_root(tree)
     if bare is not None:
-        changes.append(f"{tree.root} has neither mass nor shapes: {bare} is the root instead of it")
+        changes.append(f"{tree.root} has neither mass nor shapes: {bare} is the root instead")
         tree = replace(
             tree,
             root=bare,
@@ -162,7 +122,7 @@ def keep_frames(tree: UrdfTree, frames: str, semantics: Semantics) -> Changed:
 
 
 def merged(tree: UrdfTree, gone: Collection[str]) -> UrdfTree:
-    """The tree without the links `gone`, which fixed joints hold: what they have and carry goes to what holds them."""
+    """Return the tree without the links `gone`, merged into the links that hold them by fixed joints."""
     away = set(gone)
     places = hosts(tree, away)
 
@@ -174,58 +134,46 @@ def merged(tree: UrdfTree, gone: Collection[str]) -> UrdfTree:
         tree,
         links=tuple(link for link in tree.links if link not in away),
         joints=tuple(rehung(joint, on="parent") for joint in tree.joints if joint.child not in away),
-        inertials=_merged_bodies(tree, places),
+        inertials=_merged_inertias(tree, places),
         visuals=tuple(map(rehung, tree.visuals)),
         collisions=tuple(map(rehung, tree.collisions)),
         shared_names={old: new for old, new in tree.shared_names.items() if new not in away},
     )
 
 
-def _merged_bodies(tree: UrdfTree, places: Mapping[str, tuple[str, Origin]]) -> dict[str, Inertial]:
+def _merged_inertias(tree: UrdfTree, places: Mapping[str, tuple[str, Origin]]) -> dict[str, Inertial]:
     parts: defaultdict[str, list[tuple[Inertial, Origin]]] = defaultdict(list)
     for link in tree.links:
         if link in tree.inertials:
             host, place = places[link]
             parts[host].append((tree.inertials[link], place))
     return {
-        # A body by itself keeps the numbers that the file has.
+        # A single body keeps the numbers of the file.
         host: bodies[0][0]
-        if len(bodies) == 1 and bodies[0][1] == HERE
+        if len(bodies) == 1 and bodies[0][1] == IDENTITY
         else body_of(np.sum([pseudo_inertia(body, place) for body, place in bodies], axis=0))
         for host, bodies in parts.items()
     }
 
 
 def _bare_root(tree: UrdfTree) -> str | None:
-    """The one link that a root without mass and shapes holds at its own place; None where it is not so."""
-    held = [joint for joint in tree.joints if joint.parent == tree.root]
+    """Return the only link on a root without mass and shapes, if it is fixed at the same place."""
+    joints = [joint for joint in tree.joints if joint.parent == tree.root]
     own = {*tree.inertials, *(visual.link for visual in tree.visuals), *(shape.link for shape in tree.collisions)}
-    if len(held) != 1 or held[0].kind != "fixed" or held[0].origin != HERE or tree.root in own:
+    if len(joints) != 1 or joints[0].kind != "fixed" or joints[0].origin != IDENTITY or tree.root in own:
         return None
-    return held[0].child
+    return joints[0].child
 
 
-# --- The names of a robot's published ROS description instead of those of its URDF here.
+# --- The names of a robot's published ROS description instead of those of its URDF.
 
 
 def name_frames(tree: UrdfTree, semantics: Semantics) -> Changed:
-    """The tree with the names of the robot's ROS description, `semantics.ros_names`.
+    """Return the tree with the names of the robot's ROS description, `semantics.ros_names`.
 
-    Where two links that a fixed joint holds at one place get one name, they become one link. A link and a joint may
-    have one name afterwards, as in ros-naoqi's nao_description.
-
-    Returns:
-        The tree, and one line for what has changed.
-
-    Raises:
-        BadArgument: no ROS names are known of this robot, or two links of the tree cannot both have theirs.
-
-    Examples:
-        >>> from nao_kin.export.variants import name_frames
-        >>> nao = nk.load_nao("v5")
-        >>> tree, _ = name_frames(nao.tree, nao.semantics)
-        >>> [joint.child for joint in tree.joints if joint.name in ("LLeg_effector_fixedjoint", "LAnklePitch")]
-        ['LAnklePitch', 'l_sole']
+    Two links with one name that a fixed joint holds at one place become one link. A link and a joint may have the same
+    name afterwards, as in ros-naoqi's nao_description. Raises BadArgument for a robot without ROS names, or for two
+    links with the same one.
     """
     new = semantics.ros_names
     if not new:
@@ -235,7 +183,7 @@ def name_frames(tree: UrdfTree, semantics: Semantics) -> Changed:
         for joint in tree.joints
         if joint.kind == "fixed"
         and new.get(joint.child, joint.child) == new.get(joint.parent, joint.parent)
-        and joint.origin == HERE
+        and joint.origin == IDENTITY
     ]
     tree = merged(tree, twins)
     links = [new.get(link, link) for link in tree.links]
@@ -250,24 +198,12 @@ def name_frames(tree: UrdfTree, semantics: Semantics) -> Changed:
 
 
 def new_names(semantics: Semantics, names: str) -> Mapping[str, str]:
-    """Name of a link or joint → its name by that choice, for those that get another one.
-
-    Examples:
-        >>> from nao_kin.export.variants import new_names
-        >>> new_names(nk.load_nao().semantics, "ros")["Accelerometer"]
-        'ImuTorsoAccelerometer_frame'
-    """
+    """Return name of a link or joint → its name by that choice, for those that get another one."""
     return semantics.ros_names if names == "ros" else {}
 
 
 def named_semantics(semantics: Semantics, names: str) -> Semantics:
-    """What a robot means by a choice of names, to stand beside the tree of `name_frames`.
-
-    Examples:
-        >>> from nao_kin.export.variants import named_semantics
-        >>> named_semantics(nk.load_nao().semantics, "ros").soles
-        ('l_sole', 'r_sole')
-    """
+    """Return the semantics with the names of a choice, to go with the tree of `name_frames`."""
     new = new_names(semantics, names)
     frames: dict[str, Any] = {
         name: tuple(new.get(frame, frame) for frame in getattr(semantics, name)) for name in FRAME_FIELDS
@@ -294,28 +230,17 @@ def _renamed(tree: UrdfTree, new: Mapping[str, str]) -> UrdfTree:
     )
 
 
-# --- Three revolute joints with one centre as the one spherical joint that they are together.
+# --- Three revolute joints with one centre as a spherical joint.
 
 SPHERICAL = "spherical"
 
 
 def merge_balls(tree: UrdfTree) -> Changed:
-    """The tree with joints of the kind "spherical" where `nao_kin.joints.group_joints` finds them.
+    """Return the tree with joints of the kind "spherical" where `group_joints` finds them.
 
-    The links between the three axes have no place in a ball: with their mass and all that is fixed to them they stay
-    on the link before, where they are with all joints at zero. So the centre of mass is no longer exact, and poses of
-    everything else are. A ball has no limits and follows nothing; three joints of which one drives or follows another
-    are left as they are.
-
-    Returns:
-        The tree, and one line for each spherical joint.
-
-    Examples:
-        >>> from nao_kin.export.variants import couple
-        >>> from nao_kin.export.variants import merge_balls
-        >>> tree, changes = merge_balls(couple(nk.load_nao("v6").tree, "independent")[0])
-        >>> [joint.name for joint in tree.joints if joint.kind == "spherical"]
-        ['LHipYawPitch+LHipRoll+LHipPitch', 'RHipYawPitch+RHipRoll+RHipPitch']
+    The links between the three axes, with their mass and all that is fixed to them, stay on the link before, where they
+    are with all joints at zero: the centre of mass is then no longer exact, poses of all other links are. A ball has no
+    limits and follows no joint; three joints of which one drives or follows another are left as they are.
     """
     changes: list[str] = []
     coupled = tree.mimics.keys() | {mimic.joint for mimic in tree.mimics.values()}
@@ -325,19 +250,17 @@ def merge_balls(tree: UrdfTree) -> Changed:
         bound = [name for name in group.joints if name in coupled]
         if bound:
             names = ", ".join(group.joints)
-            changes.append(
-                f"{names} are not merged, for {bound[0]} is coupled; coupling='independent' (--coupling independent) "
-                "sets it free"
-            )
-            continue
-        tree = _merged(tree, group, changes)
+            remedy = "coupling='independent' (--coupling independent) removes the coupling"
+            changes.append(f"{names} are not merged, because {bound[0]} is coupled; {remedy}")
+        else:
+            tree = _with_ball(tree, group, changes)
     return tree, tuple(changes) or ("no three joints have one centre: there is nothing to merge",)
 
 
-def _merged(tree: UrdfTree, group: MultiDofJoint, changes: list[str]) -> UrdfTree:
+def _with_ball(tree: UrdfTree, group: MultiDofJoint, changes: list[str]) -> UrdfTree:
     by_name = {joint.name: joint for joint in tree.joints}
     first, second, third = (by_name[name] for name in group.joints)
-    # Links of fixed joints may stand between the axes.
+    # There may be links on fixed joints between the axes.
     origin, link = third.origin, third.parent
     above = {joint.child: joint for joint in tree.joints}
     while link != first.parent:
@@ -347,37 +270,24 @@ def _merged(tree: UrdfTree, group: MultiDofJoint, changes: list[str]) -> UrdfTre
         f"{first.name}, {second.name}, {third.name} are one spherical joint, {ball.name}, without limits; "
         f"{first.child} and {second.child} stay where they are at zero"
     )
-    new = {
-        first.name: _fixed(first),
-        second.name: _fixed(second),
-        third.name: ball,
-    }
+    new = {first.name: _fixed(first), second.name: _fixed(second), third.name: ball}
     return replace(tree, joints=tuple(new.get(joint.name, joint) for joint in tree.joints))
 
 
-# --- The values of all joints of a robot, by the names that an export gives them.
+# --- The values of all joints of a robot, by their names in an export.
 
 
 def joint_values(robot: RobotModel, q: Floats, names: str = "naoqi") -> dict[str, Floats]:
-    """Values of every joint in configurations, of joints that follow another one too.
-
-    Args:
-        robot: the robot.
-        q: configurations, shape (..., nq).
-        names: "naoqi" or "ros".
-
-    Returns:
-        Name → values, shape (...).
-    """
+    """Return name → values, shape (...), of every joint, followers included, in configurations (..., nq)."""
     own = {name: np.asarray(value) for name, value in robot.angles(q).items()}
     values = own | {name: mimic.value(own[mimic.joint]) for name, mimic in robot.mimics.items()}
     new = new_names(robot.semantics, names)
     return {new.get(name, name): value for name, value in values.items()}
 
 
-# --- A variant: all choices together.
+# --- All choices together.
 
-# Choice → what messages call it, and what it may be: the first changes nothing.
+# Choice → its name in messages, and its values: the first changes nothing.
 CHOICES: Mapping[str, tuple[str, tuple[str, ...]]] = {
     "coupling": ("coupling", ("mimic", "locked", "independent")),
     "frames": ("choice of frames", ("all", "effectors", "none")),
@@ -391,9 +301,16 @@ CHOICES: Mapping[str, tuple[str, tuple[str, ...]]] = {
 class Variant:
     """The choices that make a variant of a robot, as `nk.export.urdf` describes them.
 
-    Raises:
-        UnknownName: no such choice.
-        BadArgument: `typed` is neither True nor False.
+    Examples:
+        >>> from nao_kin.export.variants import Variant
+        >>> tree, changes = Variant(coupling="independent", typed=True).tree_of(nk.load_nao("v6"))
+        >>> [joint.name for joint in tree.joints if joint.kind == "spherical"]
+        ['LHipYawPitch+LHipRoll+LHipPitch', 'RHipYawPitch+RHipRoll+RHipPitch']
+        >>> Variant(axes="aligned").tree_of(nk.load_nao("v6"))[1][0]
+        'LHipYawPitch: its frame is turned until its axis is z; LHipYawPitch_axis is between torso and LPelvis'
+        >>> tree, changes = Variant("none").tree_of(nk.load_nao("v6"))
+        >>> len(nk.load_nao("v6").tree.links), len(tree.links), tree.root
+        (124, 43, 'torso')
     """
 
     frames: str = "all"
@@ -409,11 +326,7 @@ class Variant:
         flag(self.typed, "typed")
 
     def tree_of(self, robot: RobotModel) -> Changed:
-        """Return the tree of a robot in this variant, and one line for each change.
-
-        Raises:
-            BadArgument: the robot has no ROS names.
-        """
+        """Return the tree of a robot in this variant, and one line for each change."""
         tree, changes, semantics = robot.tree, tuple[str, ...](), robot.semantics
         steps: tuple[tuple[bool, Callable[[UrdfTree], Changed]], ...] = (
             (self.coupling != "mimic", lambda tree: couple(tree, self.coupling)),
@@ -428,32 +341,3 @@ class Variant:
                 tree, made = change(tree)
                 changes += made
         return tree, changes
-
-
-def variant(
-    robot: RobotModel,
-    *,
-    frames: str = "all",
-    names: str = "naoqi",
-    coupling: str = "mimic",
-    inertia: str = "published",
-    typed: bool = False,
-    axes: str = "published",
-) -> tuple[UrdfTree, tuple[str, ...]]:
-    """The tree of a robot in a variant, and one line for each change.
-
-    Args:
-        robot: any robot.
-        frames: as in `urdf`.
-        names: as in `urdf`.
-        coupling: as in `urdf`.
-        inertia: as in `urdf`.
-        typed: as in `urdf`.
-        axes: as in `urdf`.
-
-    Raises:
-        UnknownName: no such choice of an option.
-        BadArgument: the robot has no ROS names.
-    """
-    check_robot(robot)
-    return Variant(frames, names, coupling, inertia, typed, axes).tree_of(robot)

@@ -1,8 +1,8 @@
 """The Pinocchio model of a robot whose merged joints are universal and spherical joints.
 
-A merged joint has no links between its axes, but the robot has: they carry mass and frames. Each stays on a carrier, a
-revolute joint about the original axis, on a side branch. The carrier of a universal joint mimics the universal joint's
-own coordinate. A ball has no angles to mimic, so its carriers have coordinates of their own.
+A merged joint has no links between its axes, but the robot has: they carry mass and frames. Each is attached to a
+carrier, a revolute joint about the original axis, on a side branch. The carrier of a universal joint mimics that
+joint's coordinate. A ball has no angles to mimic, so its carriers have their own coordinates.
 """
 
 from __future__ import annotations
@@ -13,15 +13,14 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from nao_kin.joints._readings import Ball, Slot, Source
+from nao_kin.joints._readings import Ball, Reading, Slot
 from nao_kin.joints.grouping import JointNode
 from nao_kin.joints.pairs import JointGroups, MultiDofJoint
 from nao_kin.robot import LIMIT_ARRAYS, RobotModel
-from nao_kin.robot.semantics import Mimic
 
 
 class _Holder(NamedTuple):
-    """The joint here that holds the value of a joint of the robot, and the place among that joint's coordinates."""
+    """The joint of the new model that holds the value of a joint of the robot, and which of its coordinates."""
 
     joint: int
     place: int
@@ -35,10 +34,10 @@ class Assembly:
         model: the Pinocchio model; its first frames are the robot's, in the robot's order.
         slots: its coordinates that are joint values.
         balls: its spherical joints.
-        followers: joints whose value it holds beside that of their driver, and where.
-        hints: joints whose value it holds a second time, without a say in it, and where.
+        followers: joints whose value it holds in addition to that of their driver, and where.
+        hints: joints whose value it holds a second time, only to resolve ambiguity, and where.
         carriers: names of the carriers.
-        lumped: joints of the robot that have no place in the model → the joint that their bodies are fixed to.
+        lumped: joints of the robot that are not in the model → the joint that their bodies are fixed to.
     """
 
     def __init__(
@@ -53,19 +52,19 @@ class Assembly:
         self.model.name, self.model.gravity = self._source.name, self._source.gravity
         self.slots: list[Slot] = []
         self.balls: list[Ball] = []
-        self.followers: list[tuple[JointNode, Source]] = []
-        self.hints: list[tuple[JointNode, Source]] = []
+        self.followers: list[tuple[JointNode, Reading]] = []
+        self.hints: list[tuple[JointNode, Reading]] = []
         self.carriers: list[str] = []
         self.lumped: dict[int, int] = {}
         self._keep = keep
-        # Joint of the robot → the joint here that moves with it, and where in that joint's frame it is.
+        # Joint of the robot → the joint of the new model that moves with it, and its pose in that joint's frame.
         self._places = {0: (0, pin.SE3.Identity())}
         self._holders: dict[str, _Holder] = {}
         self._add_joints(groups)
         self._add_bodies_and_frames(groups)
 
     def _add_joints(self, groups: JointGroups) -> None:
-        # Pinocchio's algorithms want the joints in depth-first order; the last task added is the next one done.
+        # Pinocchio's algorithms need the joints in depth-first order; the last task added is done next.
         tasks = [("joint", index) for index in reversed(list(self._nodes)) if self._nodes[index].parent == 0]
         while tasks:
             task, index = tasks.pop()
@@ -83,120 +82,118 @@ class Assembly:
                 self._add_carrier(group, node)
                 tasks += [("joint", child) for child in reversed(node.children) if self._merged.get(child) is not group]
             elif group.pair.name == "universal":
-                # Its carrier mimics it and comes after it.
+                # Its carrier mimics it, so it comes after it.
                 self._add_merged(group, members)
                 tasks += carriers + outer
             elif task == "joint":
-                # Its carriers hold the angles that joints further out may mimic, and come before it.
+                # Its carriers hold the angles that outer joints may mimic, so they come before it.
                 tasks += [("ball", index), *carriers]
             else:
                 self._add_merged(group, members)
                 tasks += outer
 
     def _drop_between(self, members: Sequence[JointNode]) -> None:
-        """Fix all that moves between the axes of a merged joint to the body before it, as with all joints at zero."""
+        """Fix all that moves between the axes of a merged joint to the body before it, with all joints at zero."""
         before = members[0].parent
         waiting = [member.index for member in members[:-1]]
         while waiting:
             index = waiting.pop()
             self.lumped[index] = before
-            self._places[index] = self._held(before, self._nodes[index].T_root)
+            self._places[index] = self._placed_with(before, self._nodes[index].T_root)
             waiting += [child for child in self._nodes[index].children if child not in self._merged]
 
     def _add_single(self, node: JointNode) -> None:
         if node.kind == "fixed":
-            self._places[node.index] = self._held(node.parent, node.T_root)
+            self._places[node.index] = self._placed_with(node.parent, node.T_root)
             return
-        parent, T_parent = self._places[node.parent]
-        placement = T_parent * self._source.jointPlacements[node.index]
         if node.mimic is not None:
-            self._add_follower(node, node.mimic, parent, placement)
+            self._add_follower(node)
             return
         joint = self._source.joints[node.index]
-        index = self._add(node, parent, joint, placement)
+        index = self._add(node, joint)
         if node.kind == "free":  # the first joint of both models
             for name in LIMIT_ARRAYS:
                 count = joint.nq if "Position" in name else joint.nv
                 getattr(self.model, name)[:count] = getattr(self._source, name)[:count]
         else:
-            self._hold(node, index, 0, derived=False)
+            self._set_holder(node, index, 0, derived=False)
 
     def _add_merged(self, group: MultiDofJoint, members: list[JointNode]) -> None:
         T_last = members[-1].T_root
         T_joint = pin.SE3(T_last.rotation, np.array(group.centre))
         axes = group.axes @ T_joint.rotation
-        parent, placement = self._held(members[0].parent, T_joint)
+        parent, placement = self._placed_with(members[0].parent, T_joint)
         joint = group.pair.joint_model(axes if group.pair.axes else ())
         index = int(self.model.addJoint(parent, joint, placement, group.name))
         self._places[members[-1].index] = index, T_joint.actInv(T_last)
         if group.pair.name == "universal":
             for place, node in enumerate(members):
-                self._hold(node, index, place, derived=False)
+                self._set_holder(node, index, place, derived=False)
         else:
             first, second, third = members
             joint = self.model.joints[index]
             self.balls.append(Ball(group.name, (first, second, third), axes, joint.idx_q, joint.idx_v))
 
     def _add_carrier(self, group: MultiDofJoint, node: JointNode) -> None:
-        parent, T_parent = self._places[node.parent]
-        placement = T_parent * self._source.jointPlacements[node.index]
         self.carriers.append(node.name)
         if group.pair.name == "universal":
             holder = _Holder(self.model.getJointId(group.name), 0, derived=False)
-            self._add(node, parent, self._mimic(node, holder, 1.0, 0.0), placement)
-        elif node.mimic is not None:
-            self._add_follower(node, node.mimic, parent, placement)
+            self._add(node, self._mimic(node, holder, 1.0, 0.0))
         else:
-            self._hold(node, self._add(node, parent, _motion(node), placement), 0, derived=True)
+            self._add_follower(node)
 
-    def _add_follower(self, node: JointNode, mimic: Mimic, parent: int, placement: pin.SE3) -> None:
-        """A joint that mimics the joint that holds its driver's value, or with a coordinate of its own.
+    def _add_follower(self, node: JointNode) -> None:
+        """Add a joint that mimics the holder of its driver's value, or one with its own coordinate.
 
-        It has its own where the driver's value is inside a ball, or comes later, or where Pinocchio's crba goes wrong.
+        A driver on a carrier has its own. A follower has its own where the driver's value is inside a ball, or comes
+        later, or where Pinocchio's crba would be wrong.
         """
+        mimic = node.coupling
         holder = self._holders.get(mimic.joint)
-        if holder is None or self._misleads_crba(node, holder.joint, parent):
-            self._hold(node, self._add(node, parent, _motion(node), placement), 0, derived=True)
+        if holder is None or self._misleads_crba(node, holder.joint):
+            self._set_holder(node, self._add(node, _motion(node)), 0, derived=True)
             return
-        self._add(node, parent, self._mimic(node, holder, mimic.multiplier, mimic.offset), placement)
+        self._add(node, self._mimic(node, holder, mimic.multiplier, mimic.offset))
         if holder.derived and node.name not in self.carriers:
-            source = Source(self.model.joints[holder.joint].idx_q + holder.place).follower_of(mimic)
+            source = Reading(self.model.joints[holder.joint].idx_q + holder.place).follower_of(mimic)
             self.followers.append((node, source))
 
-    def _misleads_crba(self, node: JointNode, holder: int, parent: int) -> bool:
-        """Whether crba of Pinocchio 4.1 would put wrong entries into the mass matrix if this follower mimicked.
+    def _misleads_crba(self, node: JointNode, holder: int) -> bool:
+        """Return whether crba of Pinocchio 4.1 would compute a wrong mass matrix if this follower mimicked.
 
-        It does where a joint of several coordinates carries the follower but not the joint it mimics, and where more
-        than one coordinate begins behind the follower: it couples the first alone.
+        It does where a joint of several coordinates carries the follower but not its driver, and where more than one
+        coordinate follows it in the tree: crba couples only the first.
         """
         shared = set(self.model.supports[holder]) - {holder}
-        carrying = set(self.model.supports[parent]) - shared
-        return any(self.model.joints[joint].nv > 1 for joint in carrying) or self._branches(node) > 1
+        carrying = set(self.model.supports[self._places[node.parent][0]]) - shared
+        return any(self.model.joints[joint].nv > 1 for joint in carrying) or self._coordinates_behind(node) > 1
 
-    def _branches(self, node: JointNode) -> int:
-        """How many coordinates begin behind a joint that mimics, those behind other joints left out."""
-        return sum(self._begun_by(node, self._nodes[child]) for child in node.children)
+    def _coordinates_behind(self, node: JointNode) -> int:
+        """Return the number of coordinates directly behind a mimicking joint, none behind other joints."""
+        return sum(self._coordinates_from(node, self._nodes[child]) for child in node.children)
 
-    def _begun_by(self, carrying: JointNode, node: JointNode) -> int:
-        group, own = self._merged.get(node.index), self._merged.get(carrying.index)
-        if group is not None and group is own:
-            # Carriers of one ball carry each other; its last joint is the ball itself, elsewhere.
+    def _coordinates_from(self, carrying: JointNode, node: JointNode) -> int:
+        group = self._merged.get(node.index)
+        if group is not None and group is self._merged.get(carrying.index):
+            # Carriers of one ball carry each other; its last joint is the ball itself, on another branch.
             return int(node.name != group.joints[-1])
         if group is not None:
-            # A ball, and beside it its first carrier.
+            # A ball and its first carrier.
             return 2 if group.pair.name == "spherical" else 1
         if node.kind == "fixed":
-            return self._branches(node)
+            return self._coordinates_behind(node)
         if node.mimic is None or node.mimic.joint not in self._holders:
             return 1
-        return min(self._branches(node), 1)
+        return min(self._coordinates_behind(node), 1)
 
-    def _add(self, node: JointNode, parent: int, joint: pin.JointModel, placement: pin.SE3) -> int:
+    def _add(self, node: JointNode, joint: pin.JointModel) -> int:
+        parent, T_parent = self._places[node.parent]
+        placement = T_parent * self._source.jointPlacements[node.index]
         index = int(self.model.addJoint(parent, joint, placement, node.name))
         self._places[node.index] = index, pin.SE3.Identity()
         return index
 
-    def _hold(self, node: JointNode, index: int, place: int, *, derived: bool) -> None:
+    def _set_holder(self, node: JointNode, index: int, place: int, *, derived: bool) -> None:
         """Make coordinate `place` of a joint of this model the value of a joint of the robot."""
         if not node.follows:
             self._holders[node.name] = _Holder(index, place, derived)
@@ -204,9 +201,9 @@ class Assembly:
         column, row = joint.idx_q + place, joint.idx_v + place
         self.slots.append(Slot(node, column, row, derived))
         if derived:
-            # What only carries links between the axes of a merged joint has no say in its value.
-            held = self.followers if node.follows and node.name not in self.carriers else self.hints
-            held.append((node, Source(column)))
+            # A carrier of links between the axes of a merged joint does not decide its value.
+            readings = self.followers if node.follows and node.name not in self.carriers else self.hints
+            readings.append((node, Reading(column)))
         model.lowerPositionLimit[column], model.upperPositionLimit[column] = node.lower, node.upper
         speed = abs(node.coupling.multiplier) * self._source.upperVelocityLimit[node.row]
         model.lowerVelocityLimit[row], model.upperVelocityLimit[row] = -speed, speed
@@ -217,12 +214,12 @@ class Assembly:
     def _mimic(self, node: JointNode, holder: _Holder, multiplier: float, offset: float) -> pin.JointModel:
         joint, place = self.model.joints[holder.joint], holder.place
         motion = _motion(node)
-        # Pinocchio follows the indices, and so any coordinate of any joint.
+        # Pinocchio reads these indices only, so any coordinate of any joint can be mimicked.
         motion.setIndexes(joint.id, joint.idx_q + place, joint.idx_v + place, joint.idx_vExtended + place)
         return pin.JointModel(pin.JointModelMimic(pin.JointModel(motion), multiplier, offset))
 
-    def _held(self, index: int, T_root: pin.SE3) -> tuple[int, pin.SE3]:
-        """The joint here that moves with a joint of the robot, and in its frame a pose of the root's, all at zero."""
+    def _placed_with(self, index: int, T_root: pin.SE3) -> tuple[int, pin.SE3]:
+        """Return the joint that moves with a joint of the robot, and in its frame a pose of the root's, all at zero."""
         joint, T_joint = self._places[index]
         return joint, T_joint * self._nodes[index].T_root.actInv(T_root) if index else T_joint * T_root
 
@@ -230,7 +227,7 @@ class Assembly:
         for index, inertia in enumerate(self._source.inertias):
             joint, T_joint = self._places[index]
             self.model.appendBodyToJoint(joint, inertia, T_joint)
-        # Place of a frame in the robot → its place here; of one that is dropped, that of the nearest before it.
+        # Index of a frame in the robot → its index here; for a dropped one, that of the nearest frame before it.
         places = [0]
         for frame in list(self._source.frames)[1:]:
             if frame.parentJoint in self.lumped:

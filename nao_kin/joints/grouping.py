@@ -1,4 +1,4 @@
-"""Joints of several axes, found in a robot whose file knows only revolutes."""
+"""Grouping of a robot's revolute joints into universal and spherical joints."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ import math
 import numbers
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, TypeVar
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, choice, dot, norm, rigid_inverse
-from nao_kin._core.text import quoted
+from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadArgument
 from nao_kin.joints.pairs import KINEMATIC_PAIRS, PARALLEL, JointGroups, MultiDofJoint, Singularity
 from nao_kin.robot import Expression, RobotModel, check_robot, expression_named, joint_rows, joints_below
@@ -22,51 +22,31 @@ from nao_kin.screws.lines import PluckerLine, geometric_jacobian
 
 TURN = 2.0 * math.pi
 
-# --- The joint tree of a robot, every axis where it lies when all joints are at zero.
+# --- The joint tree of a robot, with every axis in its place at zero.
 
 
 @dataclass(frozen=True, eq=False)
 class JointNode:
-    """One joint of the tree.
+    """One joint of the tree; its value is coupling.multiplier · q[column] + coupling.offset."""
 
-    Attributes:
-        index: its place in the model's joints.
-        name: its name.
-        parent: index of the joint that carries it, 0 for the root.
-        children: indices of the joints it carries.
-        kind: "revolute", "prismatic", "free", or "fixed": a joint that follows another with the multiplier zero.
-        axis: unit vector in the joint's frame; zero for "free" and "fixed".
-        T_root: pose of the joint's frame in the root's, all joints at zero; what "fixed" has turned is in it.
-        mimic: how it follows another joint; None for a joint of its own.
-        lower: smallest value.
-        upper: largest value.
-        unit: unit of its value.
-        moves: whether it or a joint it carries has a coordinate of its own. The joints that do not (fingers that follow
-            the hand) add no freedom and carry none.
-        column: place of the coordinate that moves it in a configuration of the robot.
-        row: place of the rate of that coordinate in the velocity.
-
-    Its value is coupling.multiplier · q[column] + coupling.offset.
-    """
-
-    index: int
+    index: int  # index in the model's joints
     name: str
-    parent: int
-    children: tuple[int, ...]
-    kind: str
-    axis: Floats
-    T_root: pin.SE3
-    mimic: Mimic | None
+    parent: int  # index of the joint that carries it, 0 for the root
+    children: tuple[int, ...]  # indices of the joints that it carries
+    kind: str  # "revolute", "prismatic", "free", or "fixed" for a follower with the multiplier zero
+    axis: Floats  # unit vector in its frame; zero for "free" and "fixed"
+    T_root: pin.SE3  # pose of its frame in the root's, all joints at zero; includes the offset of "fixed"
+    mimic: Mimic | None  # how it follows another joint; None with its own coordinate
     lower: float
     upper: float
-    unit: str
-    moves: bool
-    column: int
-    row: int
+    unit: str  # of its value
+    moves: bool  # whether it or a joint that it carries has its own coordinate; fingers that follow the hand do not
+    column: int  # index of the coordinate that moves it in a configuration of the robot
+    row: int  # index of the rate of that coordinate in the velocity
 
     @property
     def coupling(self) -> Mimic:
-        """How it follows the coordinate that moves it: a joint of its own follows itself."""
+        """How it follows the coordinate that moves it; a joint with its own coordinate follows itself."""
         return self.mimic or Mimic(self.name)
 
     @property
@@ -86,32 +66,26 @@ class JointNode:
 
     @property
     def centre_root(self) -> Floats:
-        """Its centre, the origin of its frame, in the root's frame, all joints at zero [m]."""
+        """The origin of its frame in the root's frame, all joints at zero [m]."""
         return np.array(self.T_root.translation)
 
     def of(self, q: Floats) -> Floats:
-        """Its values at configurations of the robot, shape (..., nq) → (...)."""
+        """Return its values at configurations of the robot, shape (..., nq) → (...)."""
         return self.coupling.value(q[..., self.column])
 
     def excess(self, value: Floats, driver: Floats) -> Floats:
-        """How far a value of it is above what its driver asks of it; of a revolute up to whole turns."""
+        """Return a value minus the value that its driver asks for; of a revolute joint up to whole turns."""
         difference = value - self.coupling.value(driver)
         return wrapped(difference) if self.kind == "revolute" else np.asarray(difference)
 
 
 def wrapped(angle: Floats) -> Floats:
-    """The angle, by whole turns in [−π, π]."""
+    """Return the angle, by whole turns in [−π, π]."""
     return np.asarray(angle - TURN * np.round(angle / TURN))
 
 
 def read_joint_tree(robot: RobotModel) -> dict[int, JointNode]:
-    """Joint index → joint, in the order of the model.
-
-    Placements are those of `robot.model`, kinds, axes and couplings those of `robot.tree`.
-
-    Raises:
-        BadArgument: no robot model.
-    """
+    """Return joint index → joint, with placements of `robot.model`, and kinds, axes and couplings of `robot.tree`."""
     check_robot(robot)
     model, rows = robot.model, joint_rows(robot)
     ids = {name: index for index, name in enumerate(model.names) if index in rows}
@@ -137,45 +111,44 @@ def read_joint_tree(robot: RobotModel) -> dict[int, JointNode]:
     return nodes
 
 
-# --- Joints of several axes, found in a robot whose file knows only revolutes.
+# --- Universal and spherical joints in a robot whose file has revolute joints only.
 
 _Item = TypeVar("_Item")
 
 Rule = Literal["coincident", "concurrent"]
 RULES: tuple[Rule, ...] = ("coincident", "concurrent")
 
-# Below the first, rounding decides; an offset above the second is design.
+# Below the first, rounding decides; an offset above the second is intended.
 _TOLERANCES = (1e-15, 1e-2)
-# Three turns reach every rotation only if consecutive axes are perpendicular: a1·a2 as rounding allows, and less than
-# the 1e-9 that `davenport_angles` allows, so that every ball can be taken apart.
+# Three turns reach every rotation only if consecutive axes are perpendicular: a1·a2 up to rounding, and less than the
+# 1e-9 that `davenport_angles` allows, so that every quaternion of a ball has angles.
 _PERPENDICULAR = 0.9e-9
 _MERGED = {2: "universal", 3: "spherical"}
 
 
 def group_joints(robot: RobotModel, *, rule: Rule = "coincident", tolerance: float = 1e-9) -> JointGroups:
-    """The robot's joints, with runs of consecutive revolutes merged into universal and spherical joints.
+    """Merge runs of consecutive revolute joints of a robot into universal and spherical joints.
 
-    A run goes from parent to child as long as the link between carries nothing else that has a coordinate of its own.
-    Two of its neighbours make a universal joint, three a spherical one, when
+    A run goes from parent to child as long as the link between them carries nothing else with its own coordinate. Two
+    neighbours in a run make a universal joint, three a spherical one, when
 
     - "coincident": their centres, the origins of their frames, coincide;
-    - "concurrent": their axes meet in one point. Axes that do so at zero do so in every configuration, for each
-      turn leaves the point where it is;
+    - "concurrent": their axes meet in one point. Axes that meet at zero meet in every configuration, because a turn
+      about one of them does not move the point;
 
-    and neighbouring axes are not parallel, those of a spherical joint perpendicular (else the three turns would not
-    reach every rotation, and a ball would be freer than the robot), and no motor turns two of them.
+    and neighbouring axes are not parallel, those of a spherical joint are perpendicular (otherwise the three turns
+    would not reach every rotation, and the ball would be freer than the robot), and no motor turns two of them.
 
-    Where runs can be cut in several ways, the cut with the fewest joints is taken; among those the one with the largest
-    joints (by the sum of squares of their axes); among those the one whose larger joint is closer to the root.
+    Of several ways to cut a run, the one with the fewest joints is taken; of those the one with the largest joints (by
+    the sum of squares of their numbers of axes); of those the one whose larger joint is closer to the root.
 
     Args:
-        robot: any `RobotModel`.
+        robot: any robot.
         rule: "coincident" or "concurrent".
         tolerance: how far a centre, or an axis, may be from the common point [m], in [1e-15, 0.01].
 
     Raises:
-        UnknownName: no such rule.
-        BadArgument: a tolerance outside these bounds; no robot model.
+        BadArgument: a tolerance outside these bounds.
 
     Examples:
         >>> groups = nk.joints.group_joints(nk.load_nao())
@@ -183,17 +156,16 @@ def group_joints(robot: RobotModel, *, rule: Rule = "coincident", tolerance: flo
         ('HeadYaw+HeadPitch', 'universal')
     """
     choice(rule, RULES, "rule")
-    allowed = _checked_tolerance(tolerance)
+    value: Any = tolerance
+    smallest, largest = _TOLERANCES
+    if not (isinstance(value, numbers.Real) and smallest <= value <= largest):  # type: ignore[operator]
+        raise BadArgument(f"tolerance must be in [{smallest:g}, {largest:g}] m, got {abbreviated(value)}")
     nodes = read_joint_tree(robot)
-    return _grouped(nodes, _cut(nodes, rule, allowed), rule, allowed)
+    return _grouped(nodes, _cut(nodes, rule, float(value)), rule, float(value))
 
 
 def unmerged_joints(robot: RobotModel) -> JointGroups:
-    """The robot's joints as its file has them, one by one; their rule is "none".
-
-    Raises:
-        BadArgument: no robot model.
-    """
+    """Return the robot's joints as its file has them, one by one; their rule is "none"."""
     nodes = read_joint_tree(robot)
     return _grouped(nodes, [[node] for node in nodes.values() if _counts(node)], "none", 0.0)
 
@@ -202,13 +174,11 @@ def _grouped(
     nodes: Mapping[int, JointNode], pieces: Iterable[Sequence[JointNode]], rule: str, tolerance: float
 ) -> JointGroups:
     groups: dict[int, MultiDofJoint] = {}
-    joints = []
     for members in pieces:
         joint = _merged_joint(members, _parent(nodes, members[0], groups), rule)
         groups |= {node.index: joint for node in members}
-        joints.append(joint)
     return JointGroups(
-        joints=tuple(joints),
+        joints=tuple(dict.fromkeys(groups.values())),
         mimics={node.name: node.mimic for node in nodes.values() if node.index in groups and node.mimic is not None},
         driven=tuple(node.name for node in nodes.values() if node.index not in groups),
         rule=rule,
@@ -216,27 +186,14 @@ def _grouped(
     )
 
 
-def _checked_tolerance(tolerance: object) -> float:
-    least, most = _TOLERANCES
-    if not isinstance(tolerance, numbers.Real):
-        raise BadArgument(f"tolerance must be a length in metres, got {quoted(tolerance)}")
-    try:
-        value = float(tolerance)
-    except OverflowError:
-        value = math.inf
-    if not least <= value <= most:
-        raise BadArgument(f"tolerance must be in [{least:g}, {most:g}] m, got {value:g}")
-    return value
-
-
 def _cut(nodes: Mapping[int, JointNode], rule: Rule, tolerance: float) -> list[list[JointNode]]:
-    """The parts of every joint, in the order of the model."""
+    """Return the parts of every joint, in the order of the model."""
 
     def mergeable(members: Sequence[JointNode]) -> bool:
-        axes = _stacked(node.axis_root for node in members)
+        axes = np.array([node.axis_root for node in members])
         if len({node.driver for node in members}) < len(members) or not spans_a_joint(axes):
             return False
-        centres = _stacked(node.centre_root for node in members)
+        centres = np.array([node.centre_root for node in members])
         centre = _centre(centres, axes, rule)
         missed = np.linalg.norm(centres - centre, axis=1) if rule == "coincident" else distances(centre, centres, axes)
         return bool(missed.max() <= tolerance)
@@ -246,7 +203,7 @@ def _cut(nodes: Mapping[int, JointNode], rule: Rule, tolerance: float) -> list[l
 
 
 def _runs(nodes: Mapping[int, JointNode]) -> list[list[JointNode]]:
-    """Every joint that counts, in longest runs of revolutes; other kinds alone."""
+    """Return the joints that count, in longest runs of revolute joints; other kinds alone."""
     runs: dict[int, list[JointNode]] = {}
     for node in nodes.values():
         if not _counts(node):
@@ -264,7 +221,7 @@ def _runs(nodes: Mapping[int, JointNode]) -> list[list[JointNode]]:
 
 
 def _counts(node: JointNode) -> bool:
-    """Whether a joint adds a freedom, or carries one that does."""
+    """Return whether a joint adds a freedom, or carries one that does."""
     return node.moves and node.kind != "fixed"
 
 
@@ -278,15 +235,12 @@ def _parent(nodes: Mapping[int, JointNode], node: JointNode, groups: Mapping[int
 def _merged_joint(members: Sequence[JointNode], parent: str, rule: str) -> MultiDofJoint:
     first = members[0]
     kind = _MERGED.get(len(members), first.kind)
-    axes = np.zeros((0, 3)) if kind == "free" else _stacked(node.axis_root for node in members)
-    centres = _stacked(node.centre_root for node in members)
+    axes = np.zeros((0, 3)) if kind == "free" else np.array([node.axis_root for node in members])
+    centres = np.array([node.centre_root for node in members])
     centre = _centre(centres, axes, rule) if len(members) > 1 else centres[0]
     for array in (axes, centre):
         array.flags.writeable = False
-    singularity = None
-    if len(members) == 3:
-        middle = members[1]
-        singularity = Singularity(middle.name, lock_angles(axes), middle.lower, middle.upper)
+    middle = members[1] if len(members) == 3 else None
     return MultiDofJoint(
         name="+".join(node.name for node in members),
         pair=KINEMATIC_PAIRS[kind],
@@ -299,27 +253,23 @@ def _merged_joint(members: Sequence[JointNode], parent: str, rule: str) -> Multi
         lower=tuple(node.lower for node in members),
         upper=tuple(node.upper for node in members),
         units=tuple(node.unit for node in members),
-        singularity=singularity,
+        singularity=None if middle is None else Singularity(middle.name, lock_angles(axes), middle.lower, middle.upper),
     )
 
 
 def _centre(centres: Floats, axes: Floats, rule: str) -> Floats:
     if rule == "coincident":
-        # The mean of the differences is exactly zero where the centres are exactly one.
+        # The mean of the differences is exactly zero where the centres are equal.
         return np.asarray(centres[0] + (centres - centres[0]).mean(axis=0))
     return meeting_point(centres, axes)
-
-
-def _stacked(vectors: Iterable[Floats]) -> Floats:
-    return np.stack(list(vectors))
 
 
 def partition(
     run: Sequence[_Item], mergeable: Callable[[Sequence[_Item]], bool], longest: int = 3
 ) -> list[list[_Item]]:
-    """The best way to cut a run into pieces that are single or mergeable.
+    """Return the best cut of a run into pieces that are single or mergeable.
 
-    Best is: the fewest pieces; among those the largest pieces (by the sum of squares of their lengths); among those the
+    The best cut has the fewest pieces; then the largest pieces (by the sum of squares of their lengths); then the
     larger piece closer to the beginning of the run.
     """
     count = len(run)
@@ -340,13 +290,11 @@ def partition(
 
 
 def meeting_point(centres: Floats, axes: Floats) -> Floats:
-    """The point nearest to all axes by least squares: of two, halfway along the common normal.
+    """Return the point nearest to all axes by least squares: of two, halfway along the common normal.
 
-    Args:
-        centres: a point on each axis, shape (n, 3); the first is the origin of the computation.
-        axes: unit directions, no two neighbours parallel, shape (n, 3).
+    Takes a point on each axis (n, 3), the first as origin of the computation, and unit directions (n, 3).
     """
-    # Across its direction, a line pins a point down: (1 − e eᵀ) x = (1 − e eᵀ) p.
+    # A point x of the line through p along e has (1 − e eᵀ) x = (1 − e eᵀ) p.
     across = np.eye(3) - axes[:, :, None] * axes[:, None, :]
     offsets = np.einsum("nij,nj->ni", across, centres - centres[0])
     solution, *_ = np.linalg.lstsq(across.reshape(-1, 3), offsets.reshape(-1), rcond=None)
@@ -354,18 +302,18 @@ def meeting_point(centres: Floats, axes: Floats) -> Floats:
 
 
 def distances(point: Floats, centres: Floats, axes: Floats) -> Floats:
-    """Distance of a point from each axis, shape (n,) [m]."""
+    """Return the distance of a point from each axis, shape (n,) [m]."""
     return norm(np.cross(centres - point, axes))
 
 
 def angles_between(axes: Floats) -> Floats:
-    """Angles between consecutive axes, shape (n − 1,), in [0, π] [rad]."""
+    """Return the angles between consecutive axes, shape (n − 1,), in [0, π] [rad]."""
     sines = norm(np.cross(axes[:-1], axes[1:]))
     return np.asarray(np.arctan2(sines, dot(axes[:-1], axes[1:])))
 
 
 def spans_a_joint(axes: Floats) -> bool:
-    """Whether turns about these axes through one point make a universal or a spherical joint."""
+    """Return whether turns about these axes through one point make a universal or a spherical joint."""
     between = angles_between(axes)
     if np.any(np.minimum(between, math.pi - between) < PARALLEL):
         return False
@@ -373,39 +321,32 @@ def spans_a_joint(axes: Floats) -> bool:
 
 
 def lock_angles(axes: Floats) -> tuple[float, float]:
-    """The two values of the middle angle, in (−π, π], at which the third axis is parallel to the first.
+    """Return the two values of the middle angle, in (−π, π], at which the third axis is parallel to the first.
 
     With δ the angle from a1 to a3 about a2 they are −δ and π − δ.
     """
     first, second, third = axes
     delta = math.atan2(float(second @ np.cross(first, third)), float(first @ third))
-    lower, upper = sorted(_wrapped(angle) + 0.0 for angle in (-delta, math.pi - delta))
+    angles = (-delta, math.pi - delta)
+    lower, upper = sorted(angle - TURN * math.ceil((angle - math.pi) / TURN) + 0.0 for angle in angles)
     return lower, upper
 
 
-def _wrapped(angle: float) -> float:
-    return angle - 2.0 * math.pi * math.ceil((angle - math.pi) / (2.0 * math.pi))
-
-
-# --- The joint axes of a robot as lines of space, and the Jacobian they make: a second source beside Pinocchio's.
+# --- The joint axes of a robot as lines in space, and their Jacobian, computed independently of Pinocchio.
 
 
 class JointAxes:
-    """All moving joints of a robot as lines: where their axes lie, and what they make of a motion.
+    """All moving joints of a robot as lines, and the Jacobian that these lines make.
 
     Positions come from the robot's forward kinematics, directions and couplings from its URDF.
 
     Attributes:
         robot: the robot.
-        names: its m moving joints, those that follow another one included.
+        names: its m moving joints, followers included.
         sliding: which of them are prismatic, shape (m,).
 
-    Raises:
-        BadArgument: no robot model.
-
     Examples:
-        >>> nao = nk.load_nao()
-        >>> axes = nk.joints.JointAxes(nao)
+        >>> axes = nk.joints.JointAxes(nk.load_nao())
         >>> len(axes.names), axes.names[0]
         (42, 'HeadYaw')
     """
@@ -420,20 +361,16 @@ class JointAxes:
         self._links = [joint.child for joint in moving]
 
     def lines(self, q: ArrayLike) -> PluckerLine:
-        """The axes in the frame of the root, moments about its origin; batch shape (..., m), in the order of `names`.
+        """Return the axes in the root's frame, moments about its origin; batch shape (..., m), in the order of `names`.
 
-        The line of a prismatic joint passes through the joint's own origin: only its direction matters.
+        The line of a prismatic joint passes through the joint's origin, because only its direction matters.
 
         Args:
             q: configurations, shape (..., nq).
 
-        Raises:
-            WrongShape, NotFinite: q is no configuration.
-
         Examples:
             >>> nao = nk.load_nao()
-            >>> lines = nk.joints.JointAxes(nao).lines(nao.neutral())
-            >>> lines.direction[0].round(9).tolist()
+            >>> nk.joints.JointAxes(nao).lines(nao.neutral()).direction[0].round(9).tolist()
             [0.0, 0.0, 1.0]
         """
         # A joint's frame is that of the link it moves.
@@ -442,20 +379,16 @@ class JointAxes:
         return PluckerLine.from_point_direction(poses[..., :3, 3], directions)
 
     def coupling(self, frame: str) -> Floats:
-        """∂(value of a joint)/∂(coordinate), shape (m, n), with zero rows for joints that do not carry the frame.
+        """Return ∂(joint value)/∂(coordinate), shape (m, n), with zero rows for joints that do not carry the frame.
 
-        Columns are in the order of the robot's `joint_names`: a joint that follows another one has its multiplier in
-        that one's column.
+        Columns are in the order of the robot's `joint_names`: a follower has its multiplier in the column of its
+        driver.
 
         Args:
             frame: a frame name.
 
-        Raises:
-            UnknownName: no such frame.
-
         Examples:
-            >>> nao = nk.load_nao()
-            >>> axes = nk.joints.JointAxes(nao)
+            >>> axes = nk.joints.JointAxes(nk.load_nao())
             >>> axes.coupling("RLeg")[axes.names.index("RHipYawPitch")].nonzero()[0].tolist()
             [2]
         """
@@ -467,7 +400,7 @@ class JointAxes:
         return C
 
     def jacobian(self, q: ArrayLike, frame: str, expressed_in: Expression = "mixed") -> Floats:
-        """What `RobotModel.jacobian` returns for the joints, made of nothing but the axes' Plücker coordinates.
+        """Return the Jacobian of `RobotModel.jacobian`, computed from the Plücker coordinates of the axes alone.
 
         Args:
             q: configurations, shape (..., nq).
@@ -475,11 +408,7 @@ class JointAxes:
             expressed_in: as in `RobotModel.jacobian`.
 
         Returns:
-            Shape (..., 6, n), columns in the order of `joint_names`; those of a floating base are left out.
-
-        Raises:
-            UnknownName: no such frame or expression.
-            WrongShape, NotFinite: q is no configuration.
+            Shape (..., 6, n), columns in the order of `joint_names`, without those of a floating base.
 
         Examples:
             >>> nao = nk.load_nao()

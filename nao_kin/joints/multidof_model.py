@@ -1,4 +1,4 @@
-"""A robot with joints of several axes: the same motion, in the joints a mechanic would name."""
+"""A robot model with universal and spherical joints, with the same motion as the robot's own joints."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ from nao_kin._core.arrays import Floats, as_floats, choice, common_batch, first_
 from nao_kin.errors import BadArgument, DisagreeingJoints, UnknownName, at_index
 from nao_kin.joints._assembly import Assembly
 from nao_kin.joints._readings import (
-    Ball,
     CouplingViolation,
     Mismatch,
     angular_velocity_axes,
@@ -37,29 +36,29 @@ _INTERMEDIATE = ("keep", "drop")
 
 
 class MultiDofModel:
-    """A robot whose runs of revolutes have become universal and spherical joints of a Pinocchio model.
+    """A robot whose runs of revolute joints have become universal and spherical joints of a Pinocchio model.
 
-    A configuration of the typed model, shape (..., nq), holds for every joint its Pinocchio coordinates in the order
-    of the model: one value for a revolute or prismatic joint, two angles for a universal one, a unit quaternion
-    (x, y, z, w) for a spherical one; `columns` says where. Bodies, inertias, frame names and gravity are the robot's.
-    So are the limits of revolute, prismatic and universal joints; those of the three angles of a ball do not bound
-    its quaternion, and stay in `pairs`.
+    A configuration of the typed model, shape (..., nq), holds for every joint its Pinocchio coordinates in the order of
+    the model: one value for a revolute or prismatic joint, two angles for a universal one, a unit quaternion (x, y, z,
+    w) for a spherical one; `columns` says where. Bodies, inertias, frame names and gravity are the robot's. So are the
+    limits of revolute, prismatic and universal joints; those of the three angles of a ball do not bound its quaternion,
+    and are in `pairs`.
 
-    The links between the axes of a merged joint ride on `carriers`, revolutes on a side branch. Carriers of a universal
-    joint mimic it. Those of a ball have coordinates of their own: `from_q` writes them, `to_q` reads them only where
-    the limits leave a choice, and `from_q(to_q(q_typed))` sets them right. With intermediate="drop" there are no
-    carriers: the links between go, their masses are fixed to the body before the joint, and the model has the
-    coordinates of its typed joints alone.
+    The links between the axes of a merged joint are attached to `carriers`, revolute joints on a side branch. Carriers
+    of a universal joint mimic it. Those of a ball have their own coordinates: `from_q` writes them, `to_q` reads them
+    only where the limits leave a choice, and `from_q(to_q(q_typed))` makes them consistent. With intermediate="drop"
+    there are no carriers: the links between the axes are left out, their masses are fixed to the body before the joint,
+    and the model has the coordinates of its typed joints alone.
 
     Attributes:
         robot: the robot it was made from.
         model: the Pinocchio model. As with every fixed base, its `centerOfMass` leaves out the root link.
-        groups: the merged joints, their couplings, and the joints left as followers.
+        groups: the merged joints, their couplings, and the joints that only follow.
         pairs: the merged joints, parents first.
         carriers: names of the joints that only carry links between the axes of merged joints.
-        frame_names: the frames that it has, those of the robot unless links were dropped.
+        frame_names: its frames: those of the robot unless links were dropped.
         link_names: the links among them.
-        notes: what is not the robot's, one sentence each; none unless links were dropped.
+        notes: how it differs from the robot, one sentence each; none unless links were dropped.
         columns: joint name → its part of a typed configuration.
         rows: joint name → its part of a typed velocity.
 
@@ -81,18 +80,17 @@ class MultiDofModel:
         """Merge the joints of a robot.
 
         Args:
-            robot: any `RobotModel`.
+            robot: any robot.
             rule: which runs to merge, as in `group_joints`.
             tolerance: as in `group_joints`. The model is the robot's to rounding when the axes of each joint meet to
-                rounding. Where they miss it by up to r, rotations are still the robot's, and positions are off by up to
-                2 r for every merged axis on the way, by nothing at zero.
-            intermediate: "keep" has the links between the axes of merged joints ride on carriers: all is the robot's.
-                "drop" leaves them and their frames out: poses and Jacobians of all other frames are the robot's, the
-                whole mass is, and the centre of mass and the mass matrix are where all merged joints are at zero, as
-                `notes` says.
+                rounding. Where they miss by up to r, rotations are still the robot's, and positions differ by up to 2 r
+                for every merged axis on the way, by nothing at zero.
+            intermediate: "keep" attaches the links between the axes of merged joints to carriers: everything is the
+                robot's. "drop" leaves them and their frames out: poses and Jacobians of all other frames and the total
+                mass are the robot's; the centre of mass and the mass matrix only where all merged joints are at zero,
+                as `notes` says.
 
         Raises:
-            UnknownName: no such rule, no such way with the links between.
             BadArgument: as `group_joints`.
         """
         choice(intermediate, _INTERMEDIATE, "way with intermediate links")
@@ -104,21 +102,20 @@ class MultiDofModel:
         self.model: pin.Model = assembly.model
         self.carriers = tuple(assembly.carriers)
         moving = [joint for joint in list(self.model.joints)[1:] if joint.nq > 0]
-        self.columns: Mapping[str, slice] = MappingProxyType(
-            {self.model.names[joint.id]: slice(joint.idx_q, joint.idx_q + joint.nq) for joint in moving}
-        )
-        self.rows: Mapping[str, slice] = MappingProxyType(
-            {self.model.names[joint.id]: slice(joint.idx_v, joint.idx_v + joint.nv) for joint in moving}
-        )
+        names = [self.model.names[joint.id] for joint in moving]
+        columns = (slice(joint.idx_q, joint.idx_q + joint.nq) for joint in moving)
+        rows = (slice(joint.idx_v, joint.idx_v + joint.nv) for joint in moving)
+        self.columns: Mapping[str, slice] = MappingProxyType(dict(zip(names, columns, strict=True)))
+        self.rows: Mapping[str, slice] = MappingProxyType(dict(zip(names, rows, strict=True)))
         self._slots, self._balls = tuple(assembly.slots), tuple(assembly.balls)
         self._base = (7, 6) if robot.base == "floating" else (0, 0)
         # Joint, or "base" → the column where its quaternion begins.
         self._quaternions = {"base": 3} if robot.base == "floating" else {}
         self._quaternions |= {ball.name: ball.column for ball in self._balls}
         self._selection = TurnSelection(self._balls, self._slots, assembly.followers, assembly.hints)
-        # Place of a frame in the robot's model → its place here: those that were kept come first, in the same order.
-        kept = (i for i, frame in enumerate(robot.model.frames) if frame.parentJoint not in assembly.lumped)
-        self._places = {theirs: here for here, theirs in enumerate(kept)}
+        # Index of a frame in the robot's model → its index here, where the same frames come first.
+        remaining = (i for i, frame in enumerate(robot.model.frames) if frame.parentJoint not in assembly.lumped)
+        self._places = {theirs: own for own, theirs in enumerate(remaining)}
         self.frame_names = tuple(name for name, index in robot.frame_table.items() if index in self._places)
         self.link_names = tuple(name for name in robot.link_names if robot.frame_table[name] in self._places)
         self.notes = _notes(robot, assembly.lumped)
@@ -131,40 +128,31 @@ class MultiDofModel:
 
     @property
     def nv(self) -> int:
-        """Number of velocity coordinates, those of the carriers included."""
+        """Number of velocity coordinates, including those of the carriers."""
         return int(self.model.nv)
 
     # --- configurations -------------------------------------------------------------------------------------------
 
     def neutral(self) -> Floats:
-        """All joints at zero, shape (nq,).
+        """Return the configuration with all joints at zero, shape (nq,).
 
         Examples:
-            >>> nao = nk.load_nao()
-            >>> model = nk.joints.MultiDofModel(nao)
-            >>> model.neutral().shape
+            >>> nk.joints.MultiDofModel(nk.load_nao()).neutral().shape
             (31,)
         """
         return self.from_q(self.robot.neutral())
 
     def from_q(self, q: ArrayLike) -> Floats:
-        """The typed configuration of a configuration of the robot.
+        """Return the typed configuration (..., nq) of a configuration of the robot.
 
         Quaternions are products of the three turns' quaternions, and so continuous in the angles.
 
         Args:
             q: configurations of the robot, shape (..., robot.nq).
 
-        Returns:
-            Shape (..., nq).
-
-        Raises:
-            WrongShape, NotFinite, BadArgument: q is no configuration of the robot.
-
         Examples:
             >>> nao = nk.load_nao()
-            >>> model = nk.joints.MultiDofModel(nao)
-            >>> model.from_q(nao.random(rng=0, n=4)).shape
+            >>> nk.joints.MultiDofModel(nao).from_q(nao.random(rng=0, n=4)).shape
             (4, 31)
         """
         values = self.robot.checked(q)
@@ -173,41 +161,36 @@ class MultiDofModel:
         for slot in self._slots:
             typed[..., slot.column] = slot.joint.of(values)
         for ball in self._balls:
-            typed[..., ball.column : ball.column + 4] = quaternion_of_turns(ball, self._ball_angles(ball, values))
+            typed[..., ball.column : ball.column + 4] = quaternion_of_turns(ball, ball.angles(values))
         return typed
 
     def to_q(
         self, q_typed: ArrayLike, *, reference: ArrayLike | None = None, couplings: CouplingPolicy = "raise"
     ) -> Floats:
-        """The configuration of the robot that a typed configuration belongs to.
+        """Return the configuration of the robot (..., robot.nq) that a typed configuration belongs to.
 
-        A quaternion belongs to two triples of angles, each angle up to whole turns. Of all combinations that one is
-        taken that comes first in this order: fewest followers at odds with their drivers, anywhere; nearest to
-        the reference, or, without one, least outside the limits; nearest to what carriers and followers say, whole
-        turns included; nearest to the middle of the limits. So `to_q(from_q(q))` is q for every q inside limits, but
-        for whole turns of a last angle of a ball, which has no carrier, when its limits span more than one and nothing
-        follows it. At a lock, where a ball knows only the sum of its outer angles, joints of the same motor that are
-        known better decide, then the same order.
+        A quaternion belongs to two triples of angles, each angle up to whole turns. Of all combinations, the one is
+        taken that comes first in this order: fewest followers that disagree with their drivers; nearest to the
+        reference, or, without one, least outside the limits; nearest to the values of carriers and followers, whole
+        turns included; nearest to the middle of the limits. So `to_q(from_q(q))` is q for every q inside limits, except
+        for whole turns of the last angle of a ball, which has no carrier, when its limits span more than one turn and
+        nothing follows it. At a lock, where a ball determines only the sum of its outer angles, joints of the same
+        motor that are known better decide, then the same order.
 
-        Revolute followers agree with their drivers up to whole turns, which leave every pose as it is. Sixteen turns of
-        a driver to either side are considered, and those nearest to what carriers and followers say. A joint without
-        limits stands where its carrier says, a last angle in [−π, π], unless a coupling asks for more.
+        Revolute followers agree with their drivers up to whole turns, which do not change any pose. Sixteen turns of a
+        driver in both directions are considered, and those nearest to the values of carriers and followers. A joint
+        without limits takes the value of its carrier, a last angle one in [−π, π], unless a coupling requires more.
 
         Args:
-            q_typed: typed configurations, shape (..., nq). What stands for carriers only tells apart what all else
-                leaves open.
+            q_typed: typed configurations, shape (..., nq). The values of carriers only resolve what is otherwise
+                ambiguous.
             reference: configurations of the robot, shape (..., robot.nq).
-            couplings: "raise" refuses joints of one motor that disagree by more than 1e-6 rad; "nearest" puts the motor
-                where it is nearest to all of them, and leaves the other angles.
-
-        Returns:
-            Shape (..., robot.nq).
+            couplings: "raise" refuses joints of one motor that disagree by more than 1e-6 rad; "nearest" gives the
+                motor the value that is nearest to all of them, and leaves the other angles.
 
         Raises:
             DisagreeingJoints: with couplings="raise".
             BadArgument: a quaternion, of a ball or of a floating base, whose norm is not 1 to 1e-6.
-            UnknownName: no such policy.
-            WrongShape, NotFinite: in either argument.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -217,7 +200,7 @@ class MultiDofModel:
             True
         """
         choice(couplings, _POLICIES, "couplings policy")
-        q, mismatches, batch = self._taken_apart(q_typed, reference)
+        q, mismatches, batch = self._read_typed(q_typed, reference)
         if couplings == "raise":
             violations = coupling_violations(mismatches, batch)
             if violations:
@@ -228,14 +211,11 @@ class MultiDofModel:
         return q.reshape(*batch, self.robot.nq)
 
     def violations(self, q_typed: ArrayLike, *, reference: ArrayLike | None = None) -> tuple[CouplingViolation, ...]:
-        """Every pair of joints of one motor that a typed configuration puts at odds, by configuration.
+        """Return every pair of joints of one motor that disagree in a typed configuration, by configuration.
 
         Args:
             q_typed: typed configurations, shape (..., nq).
             reference: as in `to_q`.
-
-        Raises:
-            BadArgument, WrongShape, NotFinite: as `to_q`.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -243,20 +223,15 @@ class MultiDofModel:
             >>> model.violations(model.from_q(nao.posture("Stand")))
             ()
         """
-        _, mismatches, batch = self._taken_apart(q_typed, reference)
+        _, mismatches, batch = self._read_typed(q_typed, reference)
         return coupling_violations(mismatches, batch)
 
     def ball_angles(self, q_typed: ArrayLike, joint: str) -> EulerAngles:
-        """Both triples of angles of a spherical joint, as `davenport_angles` finds them.
+        """Return both triples of angles of a spherical joint, as `davenport_angles` finds them.
 
         Args:
             q_typed: typed configurations, shape (..., nq).
             joint: name of the ball, or of one of its parts.
-
-        Raises:
-            UnknownName: no such spherical joint.
-            BadArgument: as in `fk`.
-            WrongShape, NotFinite: no typed configuration.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -272,26 +247,19 @@ class MultiDofModel:
         raise UnknownName("spherical joint", joint, [ball.name for ball in self._balls])
 
     def velocity_matrix(self, q: ArrayLike) -> Floats:
-        """E(q) with v_typed = E(q) v: the velocity of the typed model from that of the robot.
+        """Return E(q), shape (..., nv, robot.nv), with v_typed = E(q) v: typed velocities from the robot's.
 
         For revolute, prismatic and universal joints, and for carriers, the rates are the same: rows of ones (or of a
-        follower's multiplier). For a ball with axes a1, a2, a3 it gives the angular velocity in the moved frame,
-        ω = Rot(a3, −γ) Rot(a2, −β) a1 α' + Rot(a3, −γ) a2 β' + a3 γ'. The Jacobians are then J(q) = J_typed E(q), and
-        the mass matrices M(q) = Eᵀ M_typed E.
+        follower's multiplier). For a ball with axes a1, a2, a3 it gives the angular velocity in the moved frame, ω =
+        Rot(a3, −γ) Rot(a2, −β) a1 α' + Rot(a3, −γ) a2 β' + a3 γ'. The Jacobians are then J(q) = J_typed E(q), and the
+        mass matrices M(q) = Eᵀ M_typed E.
 
         Args:
             q: configurations of the robot, shape (..., robot.nq).
 
-        Returns:
-            Shape (..., nv, robot.nv).
-
-        Raises:
-            WrongShape, NotFinite, BadArgument: q is no configuration of the robot.
-
         Examples:
             >>> nao = nk.load_nao()
-            >>> model = nk.joints.MultiDofModel(nao)
-            >>> model.velocity_matrix(nao.neutral()).shape
+            >>> nk.joints.MultiDofModel(nao).velocity_matrix(nao.neutral()).shape
             (29, 25)
         """
         values = self.robot.checked(q)
@@ -301,7 +269,7 @@ class MultiDofModel:
         for slot in self._slots:
             E[..., slot.row, slot.joint.row] = slot.joint.coupling.multiplier
         for ball in self._balls:
-            directions = angular_velocity_axes(ball, self._ball_angles(ball, values))
+            directions = angular_velocity_axes(ball, ball.angles(values))
             for k, joint in enumerate(ball.joints):
                 E[..., ball.row : ball.row + 3, joint.row] = joint.coupling.multiplier * directions[..., k]
         return E
@@ -309,7 +277,7 @@ class MultiDofModel:
     # --- kinematics -----------------------------------------------------------------------------------------------
 
     def fk(self, q_typed: ArrayLike, frame: str | Sequence[str] | None = None) -> Floats:
-        """Poses of frames in the root's frame, as `RobotModel.fk` gives them.
+        """Return poses of frames in the root's frame, as `RobotModel.fk` does.
 
         Args:
             q_typed: typed configurations, shape (..., nq).
@@ -319,9 +287,7 @@ class MultiDofModel:
             Shape (..., 4, 4) for one name, (..., n, 4, 4) for several [m].
 
         Raises:
-            UnknownName: no such frame.
             BadArgument: a quaternion, of a ball or of a floating base, whose norm is not 1 to 1e-6.
-            WrongShape, NotFinite: no typed configuration.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -337,20 +303,15 @@ class MultiDofModel:
         return poses[..., 0, :, :] if one else poses
 
     def jacobian(self, q_typed: ArrayLike, frame: str, expressed_in: Expression = "mixed") -> Floats:
-        """Geometric Jacobian of a frame with respect to the velocities of the typed model.
+        """Return the geometric Jacobian of a frame with respect to the velocities of the typed model.
 
         Args:
             q_typed: typed configurations, shape (..., nq).
             frame: a frame name of the robot.
-            expressed_in: as `RobotModel.jacobian` has it.
+            expressed_in: as in `RobotModel.jacobian`.
 
         Returns:
             J_typed, shape (..., 6, nv), linear rows first; J_typed E(q) is the robot's Jacobian.
-
-        Raises:
-            UnknownName: no such frame or expression.
-            BadArgument: as in `fk`.
-            WrongShape, NotFinite: no typed configuration.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -361,15 +322,14 @@ class MultiDofModel:
             True
         """
         typed = self._checked(q_typed)
-        (frame_id,), expression = self._frame_ids((frame,)), expression_named(expressed_in)
-        return self._kinematics.jacobians(typed, frame_id, expression)
+        (frame_id,) = self._frame_ids((frame,))
+        return self._kinematics.jacobians(typed, frame_id, expression_named(expressed_in))
 
     def com(self, q_typed: ArrayLike) -> Floats:
-        """Centre of mass of the whole robot, root link included, in the root's frame, shape (..., 3) [m].
+        """Return the centre of mass of the whole robot, root link included, in the root's frame, shape (..., 3) [m].
 
         Raises:
-            BadArgument: the robot has no mass; or as in `fk`.
-            WrongShape, NotFinite: no typed configuration.
+            BadArgument: the robot has no mass.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -378,18 +338,12 @@ class MultiDofModel:
             >>> np.allclose(model.com(model.from_q(q)), nao.com(q))
             True
         """
-        typed = self._checked(q_typed)
-        return self._kinematics.centres_of_mass(typed)
+        return self._kinematics.centres_of_mass(self._checked(q_typed))
 
     # --- inside ---------------------------------------------------------------------------------------------------
 
     def _checked(self, q_typed: ArrayLike) -> Floats:
-        """`q_typed` with quaternions of norm 1 to rounding; a copy wherever there are any.
-
-        Raises:
-            BadArgument: a quaternion whose norm is not 1 to 1e-6, with its joint and its place in the batch.
-            WrongShape, NotFinite: no typed configuration.
-        """
+        """Return typed configurations with quaternions of norm 1 to rounding; a copy wherever there are any."""
         typed = as_floats(q_typed, (self.nq,), "q_typed")
         if not self._quaternions:
             return typed
@@ -403,14 +357,14 @@ class MultiDofModel:
             name, norm = list(self._quaternions)[place[-1]], f"{norms[place]:.8g}{at_index(place[:-1])}"
             raise BadArgument(f"{name} must be a unit quaternion (x, y, z, w), got one of norm {norm}")
         unit = np.array(typed)
-        # What is left of the norm would end up in the rotation matrices, squared.
+        # An error of the norm would be squared in the rotation matrices.
         unit[..., columns] = parts / norms[..., None]
         return unit
 
-    def _taken_apart(
+    def _read_typed(
         self, q_typed: ArrayLike, reference: ArrayLike | None
     ) -> tuple[Floats, list[Mismatch], tuple[int, ...]]:
-        """Configurations (n, robot.nq), what the couplings miss, and the batch shape that n stands for."""
+        """Return configurations (n, robot.nq), mismatches of followers, and the batch shape of n."""
         typed = self._checked(q_typed)
         target = None if reference is None else self.robot.checked(reference)
         batch = typed.shape[:-1]
@@ -428,10 +382,6 @@ class MultiDofModel:
             q[:, joint.column] = angles[joint.name]
         return q, mismatches, batch
 
-    @staticmethod
-    def _ball_angles(ball: Ball, q: Floats) -> Floats:
-        return np.stack([joint.of(q) for joint in ball.joints], axis=-1)
-
     def _frame_ids(self, names: Sequence[str]) -> FrameIds:
         """Places of frames in this model."""
         places = []
@@ -442,7 +392,7 @@ class MultiDofModel:
         return tuple(places)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # A Pinocchio model with mimic joints does not survive pickling; the typed one is made again.
+        # A Pinocchio model with mimic joints cannot be pickled; the typed model is built again.
         rule, tolerance = self.groups.rule, self.groups.tolerance
         again = functools.partial(type(self), rule=rule, tolerance=tolerance, intermediate=self._intermediate)  # type: ignore[arg-type]
         return again, (self.robot,)
@@ -453,7 +403,7 @@ class MultiDofModel:
 
 
 def _notes(robot: RobotModel, lumped: Mapping[int, int]) -> tuple[str, ...]:
-    """A sentence for every joint whose links are fixed to the body before."""
+    """Return a sentence for every joint whose links are fixed to the body before."""
     model = robot.model
     return tuple(
         f"{model.inertias[index].mass:.6g} kg carried by {model.names[index]} are fixed to the body "

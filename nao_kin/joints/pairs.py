@@ -1,10 +1,10 @@
-"""The joints of mechanism theory: what each allows and forbids, its Pinocchio joint, and the Grübler–Kutzbach count."""
+"""Joint types of mechanism theory, their freedoms and Pinocchio joints, and the Grübler–Kutzbach count."""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Literal
@@ -19,7 +19,7 @@ from nao_kin.errors import BadArgument, UnknownName, WrongShape
 from nao_kin.robot.semantics import Mimic
 from nao_kin.screws.lines import PluckerLine
 
-# Directions closer than this span no plane [rad].
+# Directions with a smaller angle between them count as parallel [rad].
 PARALLEL = 1e-6
 
 
@@ -29,19 +29,14 @@ class KinematicPair:
 
     Attributes:
         name: its name, a key of `KINEMATIC_PAIRS`.
-        symbol: the letter mechanism theory writes for it.
-        rotations: independent rotations it allows.
-        translations: independent translations it allows. A helical joint turns and slides, but not independently: it
-            counts as one rotation.
+        symbol: its letter in mechanism theory.
+        rotations: independent rotations that it allows.
+        translations: independent translations that it allows. A helical joint turns and slides, but not independently:
+            it counts as one rotation.
         axes: how many directions define it: the axis, the two axes of a universal joint, the normal of a plane.
         pinocchio: the Pinocchio joint that moves this way.
-        lower: True for Reuleaux's six lower pairs, whose bodies touch on a surface. A universal joint is two revolutes
-            with a cross between them, a condyloid touches on a line or point, and a free body touches nothing.
-
-    Examples:
-        >>> pair = nk.joints.kinematic_pair("spherical")
-        >>> pair.symbol, pair.rotations, pair.translations
-        ('S', 3, 0)
+        lower: True for Reuleaux's six lower pairs, whose bodies touch on a surface. A universal joint is two revolute
+            joints with a cross between them, a condyloid touches on a line or point, and a free body touches nothing.
     """
 
     name: str
@@ -54,30 +49,28 @@ class KinematicPair:
 
     @property
     def freedoms(self) -> int:
-        """Degrees of freedom it allows."""
+        """Degrees of freedom that it allows."""
         return self.rotations + self.translations
 
     @property
     def constraints(self) -> int:
-        """Degrees of freedom it forbids, 6 − freedoms."""
+        """Degrees of freedom that it forbids, 6 − freedoms."""
         return 6 - self.freedoms
 
     def joint_model(self, axes: ArrayLike = (), *, pitch: float | None = None) -> pin.JointModel:
-        """A Pinocchio joint of this kind.
+        """Return a Pinocchio joint of this kind; its nv is `freedoms`.
+
+        A planar joint is Pinocchio's, q = (x, y, cos, sin), when its normal is z; for any other normal it is composed,
+        q = (u, v, angle) with u and v along two directions of the plane.
 
         Args:
-            axes: the directions that define it, in the joint frame: shape (3,) for one, (n, 3) for several; of any
-                length but zero. A universal joint turns about the first, then about the second as carried along.
+            axes: the directions that define it, in the joint frame, of any nonzero length: shape (3,) for one, (n, 3)
+                for several. A universal joint turns about the first, then about the second as carried along.
             pitch: advance of a helical joint per radian [m/rad].
-
-        Returns:
-            The joint model; nv = `freedoms`. A planar joint is Pinocchio's own, q = (x, y, cos, sin), when its normal
-            is z; for any other normal it is composed, q = (u, v, angle) with u and v along two directions of the plane.
 
         Raises:
             BadArgument: two parallel axes; a pitch missing, or given to another joint.
             WrongShape: not as many directions as `axes` says.
-            ZeroNorm, NotFinite: in the directions or the pitch.
 
         Examples:
             >>> nk.joints.kinematic_pair("spherical").joint_model().shortname()
@@ -108,7 +101,7 @@ class KinematicPair:
         return self.name
 
 
-def _composite(parts: Sequence[pin.JointModel]) -> pin.JointModelComposite:
+def _composite(*parts: pin.JointModel) -> pin.JointModelComposite:
     composite = pin.JointModelComposite()
     for part in parts:
         composite.addJoint(part)
@@ -121,14 +114,14 @@ def _planar(axes: Floats) -> pin.JointModel:
         return pin.JointModelPlanar()
     u, _ = unit(np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))]), "a direction of the plane")
     slides = [pin.JointModelPrismaticUnaligned(direction) for direction in (u, np.cross(normal, u))]
-    return _composite([*slides, pin.JointModelRevoluteUnaligned(normal)])
+    return _composite(*slides, pin.JointModelRevoluteUnaligned(normal))
 
 
 _MAKERS: dict[str, Callable[[Floats], pin.JointModel]] = {
     "revolute": lambda axes: pin.JointModelRevoluteUnaligned(axes[0]),
     "prismatic": lambda axes: pin.JointModelPrismaticUnaligned(axes[0]),
     "cylindrical": lambda axes: _composite(
-        [pin.JointModelPrismaticUnaligned(axes[0]), pin.JointModelRevoluteUnaligned(axes[0])]
+        pin.JointModelPrismaticUnaligned(axes[0]), pin.JointModelRevoluteUnaligned(axes[0])
     ),
     "universal": lambda axes: pin.JointModelUniversal(axes[0], axes[1]),
     "condyloid": lambda axes: pin.JointModelUniversal(axes[0], axes[1]),
@@ -137,31 +130,24 @@ _MAKERS: dict[str, Callable[[Floats], pin.JointModel]] = {
     "free": lambda axes: pin.JointModelFreeFlyer(),
 }
 
-KINEMATIC_PAIRS = MappingProxyType(
-    {
-        pair.name: pair
-        for pair in (
-            KinematicPair("revolute", "R", 1, 0, 1, "JointModelRevoluteUnaligned", True),
-            KinematicPair("prismatic", "P", 0, 1, 1, "JointModelPrismaticUnaligned", True),
-            KinematicPair("helical", "H", 1, 0, 1, "JointModelHelicalUnaligned", True),
-            KinematicPair("cylindrical", "C", 1, 1, 1, "JointModelComposite of a prismatic and a revolute", True),
-            KinematicPair("universal", "U", 2, 0, 2, "JointModelUniversal", False),
-            KinematicPair("condyloid", "U", 2, 0, 2, "JointModelUniversal", False),
-            KinematicPair("spherical", "S", 3, 0, 0, "JointModelSpherical", True),
-            KinematicPair("planar", "E", 1, 2, 1, "JointModelPlanar; with another normal, JointModelComposite", True),
-            KinematicPair("free", "F", 3, 3, 0, "JointModelFreeFlyer", False),
-        )
-    }
+_PAIRS = (
+    KinematicPair("revolute", "R", 1, 0, 1, "JointModelRevoluteUnaligned", True),
+    KinematicPair("prismatic", "P", 0, 1, 1, "JointModelPrismaticUnaligned", True),
+    KinematicPair("helical", "H", 1, 0, 1, "JointModelHelicalUnaligned", True),
+    KinematicPair("cylindrical", "C", 1, 1, 1, "JointModelComposite of a prismatic and a revolute", True),
+    KinematicPair("universal", "U", 2, 0, 2, "JointModelUniversal", False),
+    KinematicPair("condyloid", "U", 2, 0, 2, "JointModelUniversal", False),
+    KinematicPair("spherical", "S", 3, 0, 0, "JointModelSpherical", True),
+    KinematicPair("planar", "E", 1, 2, 1, "JointModelPlanar; with another normal, JointModelComposite", True),
+    KinematicPair("free", "F", 3, 3, 0, "JointModelFreeFlyer", False),
 )
+KINEMATIC_PAIRS = MappingProxyType({pair.name: pair for pair in _PAIRS})
 """The pairs by name. Source: Reuleaux, The Kinematics of Machinery, 1876; Hartenberg and Denavit, Kinematic Synthesis
 of Linkages, 1964, ch. 2."""
 
 
 def kinematic_pair(name: str) -> KinematicPair:
-    """The pair called `name`.
-
-    Raises:
-        UnknownName: there is none.
+    """Return the pair with this name.
 
     Examples:
         >>> nk.joints.kinematic_pair("universal").pinocchio
@@ -171,30 +157,24 @@ def kinematic_pair(name: str) -> KinematicPair:
 
 
 def mobility(
-    pairs: Iterable[KinematicPair | str],
-    *,
-    links: int | None = None,
-    couplings: int = 0,
-    space: Literal[3, 6] = 6,
+    pairs: Iterable[KinematicPair | str], *, links: int | None = None, couplings: int = 0, space: Literal[3, 6] = 6
 ) -> int:
-    """Degrees of freedom of a mechanism, M = d (n − 1 − j) + Σ fᵢ − c.
+    """Return the degrees of freedom of a mechanism, M = d (n − 1 − j) + Σ fᵢ − c.
 
     n links, the frame included, are connected by j joints with fᵢ freedoms in a space of d = 6 motions; every coupling
-    (one motor for two joints, a gear, a tendon) takes one more away. In a chain or tree n − 1 = j, and the count is the
+    (one motor for two joints, a gear, a tendon) removes one more. In a chain or tree n − 1 = j, and the count is the
     sum of the freedoms less the couplings, exact for all dimensions. In a mechanism with loops it is a lower bound:
     special dimensions can make constraints redundant (a planar four-bar linkage counted in space has −2; count it with
     space=3).
 
     Args:
         pairs: the joints, as pairs or their names.
-        links: n; left out, the mechanism is a chain or tree and n = j + 1.
+        links: n; None for a chain or tree, where n = j + 1.
         couplings: c.
         space: d: 6, or 3 for a mechanism that moves in a plane.
 
     Raises:
-        UnknownName: no such pair.
-        BadArgument: links or couplings that are no count, or links the joints cannot connect; a space other than 3 or
-            6; a joint with more freedoms than the space has.
+        BadArgument: more links than the joints can connect; a joint with more freedoms than the space has.
 
     Source: Hartenberg and Denavit, Kinematic Synthesis of Linkages, 1964, ch. 5.
 
@@ -217,23 +197,18 @@ def mobility(
     return space * (n - 1 - len(known)) + sum(pair.freedoms for pair in known) - c
 
 
-# --- A joint of one, two or three axes, as found in a robot, and the robot's joints taken together.
+# --- Joints of one, two or three axes in a robot.
 
 
 @dataclass(frozen=True)
 class Singularity:
-    """Where a joint of three axes loses one: its third axis is carried parallel to the first.
+    """The singularity of a joint of three axes, where its third axis is parallel to the first.
 
     Attributes:
         joint: the joint of the middle axis, which decides.
         at: its two singular values, in (−π, π] [rad].
         lower: smallest value its limits allow [rad].
         upper: largest value its limits allow [rad].
-
-    Examples:
-        >>> groups = nk.joints.group_joints(nk.load_nao())
-        >>> [(joint.singularity.joint, joint.singularity.reachable) for joint in groups if joint.singularity]
-        [('LHipRoll', False), ('RHipRoll', False)]
     """
 
     joint: str
@@ -243,7 +218,7 @@ class Singularity:
 
     @property
     def margin(self) -> float:
-        """How far the limits keep the joint from the nearest singular value; negative when they allow one [rad]."""
+        """Distance between the limits and the nearest singular value; negative when they allow one [rad]."""
         return min(self._outside(value) for value in self.at)
 
     @property
@@ -252,9 +227,8 @@ class Singularity:
         return self.margin <= 0.0
 
     def _outside(self, value: float) -> float:
-        if math.isinf(self.lower) or math.isinf(self.upper):
-            first, last = -1, 1
-        else:
+        first, last = -1, 1
+        if math.isfinite(self.upper - self.lower):
             first = math.floor((self.lower - value) / (2.0 * math.pi))
             last = math.ceil((self.upper - value) / (2.0 * math.pi))
         turns = [value + 2.0 * math.pi * k for k in range(first, last + 1)]
@@ -267,10 +241,10 @@ class MultiDofJoint:
 
     Attributes:
         name: the names of its parts, joined by "+".
-        pair: what kind of joint it is.
+        pair: its kind.
         joints: its parts, from the root outwards.
         parent: name of the joint that carries it, "" for the root.
-        centre: the point common to its axes, or the joint centre of a single axis, in the root's frame with all joints
+        centre: the common point of its axes, or the joint centre of a single axis, in the root's frame with all joints
             at zero, shape (3,) [m].
         axes: unit vectors of its axes in the root's frame with all joints at zero, shape (n, 3); none for a free base.
         angles_between: angles between consecutive axes, shape (n − 1,) [rad].
@@ -278,12 +252,7 @@ class MultiDofJoint:
         lower: smallest value of each part, shape (n,) [rad or m].
         upper: largest value of each part, shape (n,) [rad or m].
         units: unit of each part's value.
-        singularity: for three axes, where they stop spanning space.
-
-    Examples:
-        >>> groups = nk.joints.group_joints(nk.load_nao())
-        >>> [joint.name for joint in groups if joint.pair.name == "spherical"]
-        ['LHipYawPitch+LHipRoll+LHipPitch', 'RHipYawPitch+RHipRoll+RHipPitch']
+        singularity: of a joint of three axes.
     """
 
     name: str
@@ -311,24 +280,15 @@ class MultiDofJoint:
 
 @dataclass(frozen=True, eq=False)
 class JointGroups:
-    """All joints of a robot, and the motors that several of them share.
-
-    Iterating goes through the joints; `len` counts them.
+    """All joints of a robot, and the couplings between them; iterating yields the joints, `len` counts them.
 
     Attributes:
         joints: the joints, parents first.
-        mimics: joints that follow another one, and how; each takes a freedom away.
-        driven: joints of the URDF that follow another one and carry none with a coordinate of its own, such as fingers
-            that follow the hand: each adds a freedom and takes it back, and none is a joint here.
+        mimics: joints that follow another one, and how; each removes a freedom.
+        driven: joints of the URDF that follow another one and carry none with its own coordinate, such as fingers that
+            follow the hand: each adds a freedom and removes it again, so they are not among `joints`.
         rule: the rule that merged them.
         tolerance: how far centres or axes may miss their common point [m].
-
-    Examples:
-        >>> groups = nk.joints.group_joints(nk.load_nao())
-        >>> len(groups), groups.rule
-        (15, 'coincident')
-        >>> groups.mimics["RHipYawPitch"].joint
-        'LHipYawPitch'
     """
 
     joints: tuple[MultiDofJoint, ...]
@@ -347,11 +307,7 @@ class JointGroups:
         return len(self.joints)
 
     def __getitem__(self, name: str) -> MultiDofJoint:
-        """The joint of this name, or the one that this joint of the URDF is a part of.
-
-        Raises:
-            UnknownName: there is none.
-        """
+        """Return the joint with this name, or the one that this joint of the URDF is a part of."""
         for joint in self.joints:
             if name == joint.name or name in joint.joints:
                 return joint
@@ -359,7 +315,7 @@ class JointGroups:
 
     @property
     def mobility(self) -> int:
-        """Degrees of freedom of the robot by the Grübler–Kutzbach count, couplings counted."""
+        """Degrees of freedom of the robot by the Grübler–Kutzbach count, couplings included."""
         return mobility([joint.pair for joint in self.joints], couplings=len(self.mimics))
 
     @property

@@ -16,27 +16,22 @@ from nao_kin.joints.pairs import KINEMATIC_PAIRS, JointGroups, KinematicPair, Mu
 from nao_kin.robot import RobotModel
 from nao_kin.robot.nao import JOINTS
 
-# --- Where the NAO has which joint of the human body: all that is NAO's own among the joint types.
+# --- The NAO's joints and the human joints in the same places.
 
 NAO_TWISTS = frozenset(row.name for row in JOINTS if row.motion == "twist")
-"""NAO's joints that turn a limb about its own length."""
+"""The NAO's joints that turn a limb about its own length."""
 
 
 @dataclass(frozen=True)
 class BodyPart:
-    """Where the NAO has a joint, and what the human has there.
+    """A part of the NAO's body, its joints, and the joints of a human there.
 
     Attributes:
         name: part of the body.
-        joints: NAO's joints there, from the trunk outwards, without the side.
+        joints: the NAO's joints there, from the trunk outwards, without the side.
         anatomical: the anatomical joint that moves like them.
         human: the anatomical joints of the human there.
-        difference: what the NAO does otherwise than the human.
-
-    Examples:
-        >>> part = nk.joints.NAO_ANATOMY[0]
-        >>> part.name, part.joints
-        ('neck', ('HeadYaw', 'HeadPitch'))
+        difference: how the NAO differs from the human.
     """
 
     name: str
@@ -76,10 +71,10 @@ NAO_ANATOMY: tuple[BodyPart, ...] = (
         "ankle", ("AnklePitch", "AnkleRoll"), "saddle", ("hinge", "plane"), "rolls about an axis through the hinge"
     ),
 )
-"""NAO's own joints mapped to anatomy, as the versions from V3.2 to V6 have them."""
+"""The NAO's joints mapped to anatomy, for the versions V3.2 to V6."""
 
 
-# --- Joints of the human body, the machine joints that move like them, and what a joint's name says of the body.
+# --- Joints of the human body, the mechanical joints that move like them, and body parts in names of joints.
 
 
 @dataclass(frozen=True)
@@ -90,15 +85,10 @@ class AnatomicalJoint:
         name: its anatomical name.
         mechanical: names of the pairs that move like it, the closest first.
         freedoms: degrees of freedom of each of these.
-        allows: what it allows.
-        forbids: what it forbids.
+        allows: the motions that it allows.
+        forbids: the motions that it forbids.
         example: where the human body has it.
         table: the table of the source that lists it.
-
-    Examples:
-        >>> hinge = nk.joints.ANATOMY[0]
-        >>> hinge.name, hinge.mechanical
-        ('hinge', ('revolute',))
     """
 
     name: str
@@ -201,7 +191,7 @@ ANATOMY = AnatomyTable(
 
 
 _KIND_OF_PAIR = {pair: kind.name for kind in reversed(ANATOMY) for pair in kind.mechanical}
-_PARTS = ("neck", "shoulder", "elbow", "wrist", "hand", "hip", "knee", "ankle")
+_BODY_PARTS = ("neck", "shoulder", "elbow", "wrist", "hand", "hip", "knee", "ankle")
 _SIDES = (
     ("left", re.compile(r"^(L(?=[A-Z])|l_|left)|_l(eft)?_")),
     ("right", re.compile(r"^(R(?=[A-Z])|r_|right)|_r(ight)?_")),
@@ -209,16 +199,10 @@ _SIDES = (
 
 
 def anatomical_kind(joints: tuple[str, ...], pair: KinematicPair, *, twists: Collection[str] = NAO_TWISTS) -> str:
-    """The anatomical joint that a joint moves like: "hinge", "ball and socket" …; "" when the body has none like it.
+    """Return the anatomical joint that a joint of these URDF joints moves like; "" when the body has none like it.
 
-    Args:
-        joints: the joints of the URDF it is made of.
-        pair: what kind of joint it is.
-        twists: the revolutes known to turn a limb about its own length, NAO's unless given: such a one is a pivot, any
-            other a hinge.
-
-    Raises:
-        BadArgument: the pair is none.
+    A revolute joint among `twists`, the NAO's unless given, turns a limb about its own length: it is a pivot, any other
+    a hinge.
     """
     if not isinstance(pair, KinematicPair):
         raise BadArgument(f"pair must be a KinematicPair, got {type(pair).__name__}")
@@ -228,21 +212,17 @@ def anatomical_kind(joints: tuple[str, ...], pair: KinematicPair, *, twists: Col
 
 
 def body_part(joint: str) -> str:
-    """The part of the body that a joint's name speaks of, as "left hip"; "" when it speaks of none.
-
-    Raises:
-        BadArgument: no name.
-    """
+    """Return the part of the body that a joint's name contains, as "left hip"; "" when it contains none."""
     if not isinstance(joint, str):
         raise BadArgument(f"joint must be a name, got {quoted(joint)}")
     lower = joint.lower()
     # The head turns in the neck.
-    part = next((part for part in _PARTS if part in lower), "neck" if "head" in lower else "")
+    part = next((part for part in _BODY_PARTS if part in lower), "neck" if "head" in lower else "")
     side = next((side for side, pattern in _SIDES if pattern.search(joint)), "")
     return f"{side} {part}".strip() if part else ""
 
 
-# --- The joints of a robot as a table: what each is, where its axes lie, how far it goes, what the body calls it.
+# --- The joints of a robot as a table.
 
 Numbers = tuple[float, ...]
 
@@ -252,7 +232,7 @@ class JointTableRow:
     """One joint; lengths and directions in the root's frame with all joints at zero.
 
     Attributes:
-        chain: the chain it is in: the robot's own name for it, or the name of its first joint.
+        chain: its chain: the robot's own name for it, or the name of its first joint.
         joint: its name; for a merged joint the names of its parts, joined by "+".
         parts: the joints of the URDF it is made of.
         pair: "revolute", "universal" …
@@ -263,16 +243,11 @@ class JointTableRow:
         lower: smallest value of each part, in its unit.
         upper: largest value of each part, in its unit.
         units: "rad", "m", or "1" for a ratio, of each part.
-        body: the part of the body, "" when the joint's name speaks of none.
+        body: the part of the body, "" when the joint's name contains none.
         anatomical: the anatomical joint that moves like it, "" when there is none.
         screws: Plücker coordinates (direction; moment) of each axis about the root's origin [1; m]; the line of a
             prismatic joint runs through its centre.
         coupled_to: the joints of other rows that drive one of its parts.
-
-    Examples:
-        >>> row = nk.joints.joint_table(nk.load_nao(), typed=True).rows[0]
-        >>> row.joint, row.pair, row.freedoms
-        ('HeadYaw+HeadPitch', 'universal', 2)
     """
 
     chain: str
@@ -304,11 +279,6 @@ class JointTable:
         driven: joints of the URDF that only follow another one and are no rows.
         dof: degrees of freedom.
         summary: the count, as "25 DOF = 2×3 + 7×2 + 6×1 − 1".
-
-    Examples:
-        >>> table = nk.joints.joint_table(nk.load_nao())
-        >>> table.robot, table.dof
-        ('nao_v6', 25)
     """
 
     robot: str
@@ -320,7 +290,7 @@ class JointTable:
     summary: str
 
     def as_dict(self) -> dict[str, Any]:
-        """The table as plain dictionaries, lists, strings and numbers; a limit that is not there is None.
+        """Return the table as plain dictionaries, lists, strings and numbers; a missing limit is None.
 
         Examples:
             >>> nk.joints.joint_table(nk.load_nao()).as_dict()["dof"]
@@ -339,16 +309,14 @@ class JointTable:
 def joint_table(
     robot: RobotModel, *, typed: bool = False, rule: Rule = "coincident", tolerance: float = 1e-9
 ) -> JointTable:
-    """The joints of a robot as a table.
+    """Return the joints of a robot as a table.
 
     Args:
-        robot: any `RobotModel`.
-        typed: merge runs of revolutes first, as `group_joints` does; else one row for each joint of the URDF.
+        robot: any robot.
+        typed: merge runs of revolute joints first, as `group_joints` does; otherwise one row for each joint of the
+            URDF.
         rule: with `typed`, the rule that merges.
         tolerance: with `typed`, how far the axes of a merged joint may miss their common point [m].
-
-    Raises:
-        UnknownName, BadArgument: as `group_joints`.
 
     Examples:
         >>> nk.joints.joint_table(nk.load_nao(), typed=True).summary
@@ -371,7 +339,7 @@ def joint_table(
 
 
 def _chains(groups: JointGroups, named: Mapping[str, Sequence[str]]) -> dict[str, str]:
-    """Joint → chain: the one the robot names, else the first joint behind the last branching."""
+    """Return joint → chain: the robot's name for it, or the first joint behind the last branching."""
     chain_of = {part: chain for chain, parts in named.items() for part in parts}
     siblings = Counter(joint.parent for joint in groups)
     chains: dict[str, str] = {}

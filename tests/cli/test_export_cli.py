@@ -53,8 +53,8 @@ def test_every_format_takes_overwrite_and_has_a_default_for_each_option() -> Non
 def test_the_file_is_named_and_the_changes_are_said(capsys: pytest.CaptureFixture) -> None:
     out, notes = said(capsys, "nao.urdf", "--format", "urdf", "--frames", "none", "--inertia", "physical")
     assert out == "nao.urdf\n"
-    assert notes[0] == "base_link has neither mass nor shapes: torso is the root instead of it"
-    assert "l_wrist: mass 0.18533 → 0.183477 kg, the rest given to what it carries" in notes
+    assert notes[0] == "base_link has neither mass nor shapes: torso is the root instead"
+    assert "l_wrist: mass 0.18533 → 0.183477 kg, the rest given to links on it" in notes
     assert len(os.listdir("meshes")) == 64
 
 
@@ -64,7 +64,7 @@ def test_json_has_the_files_and_the_changes(capsys: pytest.CaptureFixture) -> No
     assert document["path"] == "nao.urdf"
     assert document["files"] == ["nao.urdf"]
     assert document["changes"] == notes
-    assert "LHipYawPitch is fixed at 0, and with it what follows it: RHipYawPitch" in notes
+    assert "LHipYawPitch is fixed at 0, together with its followers: RHipYawPitch" in notes
 
 
 def test_a_version_or_another_robot_is_exported(capsys: pytest.CaptureFixture) -> None:

@@ -16,9 +16,9 @@ from made_up_robots import J, made_up
 import nao_kin as nk
 from nao_kin import crosscheck, rotations
 from nao_kin.cli.app import run as run_program
-from nao_kin.crosscheck.by_hand import HandRolled
 from nao_kin.crosscheck.report import LEFT_OUT, Tally, angle_difference
 from nao_kin.crosscheck.samples import RotationSample, sample_configurations
+from nao_kin.crosscheck.steps import StepKinematics
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.robot.nao import nao_parameters
 
@@ -39,14 +39,14 @@ def report(nao: nk.NaoModel) -> crosscheck.Report:
 def test_every_version_agrees_with_everyone(each_nao: nk.NaoModel) -> None:
     report = crosscheck.run(each_nao, 30, seed=3)
     assert report.ok, report.failures
-    assert row_of(report, "pose in the root, by hand", "yourdfpy").pairs == 30 * len(each_nao.frame_names)
+    assert row_of(report, "poses from elementary rotations", "yourdfpy").pairs == 30 * len(each_nao.frame_names)
 
 
 def test_romeo_agrees_with_everyone() -> None:
     romeo = nk.load_robot("romeo")
     report = crosscheck.run(romeo, 30)
     assert report.ok, report.failures
-    assert row_of(report, "pose in the root, by hand", "Pinocchio").pairs == 30 * len(romeo.frame_names)
+    assert row_of(report, "poses from elementary rotations", "Pinocchio").pairs == 30 * len(romeo.frame_names)
     assert row_of(report, "travel of a coupled joint").pairs == 30 * len(romeo.mimics)
 
 
@@ -73,7 +73,7 @@ def test_every_stratum_has_its_share(report: crosscheck.Report) -> None:
         "inside",
         "limits",
         "right angles",
-        "beside right angles",
+        "near right angles",
         "half turns",
         "beyond",
     ]
@@ -81,10 +81,10 @@ def test_every_stratum_has_its_share(report: crosscheck.Report) -> None:
 
 
 def test_rows_say_where_the_worst_case_was(nao: nk.NaoModel, report: crosscheck.Report) -> None:
-    row = row_of(report, "pose in the root, by hand", "Pinocchio")
+    row = row_of(report, "poses from elementary rotations", "Pinocchio")
     place = row.place
     assert place is not None
-    walk = HandRolled(crosscheck.steps_of(nao), nao.joint_names, crosscheck.Conversions())
+    walk = StepKinematics(crosscheck.steps_of(nao), nao.joint_names, crosscheck.Conversions())
     by_hand = walk.poses(np.array([place.q]))
     names = [step.name for step in crosscheck.steps_of(nao)]
     found = np.abs(by_hand[0, names.index(place.frame)] - nao.fk(place.q, place.frame)).max()
@@ -250,7 +250,7 @@ def test_frames_that_yourdfpy_reads_otherwise_are_left_out_without_a_word_on_std
     with caplog.at_level(logging.WARNING):
         report = crosscheck.run(robot, 10)
     assert not caplog.records
-    row = row_of(report, "pose in the root, by Pinocchio", "yourdfpy")
+    row = row_of(report, "poses by Pinocchio", "yourdfpy")
     assert report.ok
     assert row.pairs == 10 * (len(robot.frame_names) - 4)
     assert row.note.startswith("4 frames left out")
@@ -268,7 +268,7 @@ def test_a_link_with_the_name_of_a_joint_is_found(tmp_path: Path) -> None:
     path.write_text(f'<robot name="clash">{parts}</robot>')
     report = crosscheck.run(nk.RobotModel.from_urdf(path), 10)
     assert report.ok, report.failures
-    assert row_of(report, "pose in the root, by Pinocchio", "yourdfpy").pairs == 10 * 5
+    assert row_of(report, "poses by Pinocchio", "yourdfpy").pairs == 10 * 5
 
 
 # --- bad input --------------------------------------------------------------------------------------------------------
@@ -348,7 +348,7 @@ def test_a_row_that_compared_nothing_is_not_ok(nao: nk.NaoModel) -> None:
 def test_a_report_in_which_a_row_compared_nothing_is_not_ok(nao: nk.NaoModel) -> None:
     steps = [replace(step, name=f"_{step.name}", parent=step.parent and f"_{step.parent}") for step in steps_of_v6()]
     report = crosscheck.run(nao, 2, steps=steps)
-    row = row_of(report, "pose in the root, by hand", "Pinocchio")
+    row = row_of(report, "poses from elementary rotations", "Pinocchio")
     assert row.pairs == 0
     assert row in report.failures
 

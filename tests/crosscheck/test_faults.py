@@ -26,7 +26,7 @@ pytestmark = pytest.mark.slow
 Function = Callable[..., Any]
 Euler = Callable[[EulerAngles], EulerAngles]
 
-BY_HAND = "pose in the root, by hand"
+ELEMENTARY = "poses from elementary rotations"
 CONVENTIONS = [(sequence, axes) for sequence in rotations.SEQUENCES for axes in ("moving", "fixed")]
 ALL_EXTRACTIONS = {f"euler_from_matrix {sequence} {axes}" for sequence, axes in CONVENTIONS}
 ALL_COMPOSITIONS = {f"matrix_from_euler {sequence} {axes}" for sequence, axes in CONVENTIONS}
@@ -427,13 +427,13 @@ CONVERSION_FAULTS: tuple[ConversionFault, ...] = (
         "turn about y transposed",
         "rot_y",
         transposed(TRUE.rot_y),
-        {"rot_y", BY_HAND, "orientation in the carrying frame"},
+        {"rot_y", ELEMENTARY, "orientation in the parent frame"},
     ),
     ConversionFault(
         "turn about z in degrees",
         "rot_z",
         lambda angle: rotations.rot_z(np.radians(angle)),
-        {"rot_z", BY_HAND, "orientation in the carrying frame"},
+        {"rot_z", ELEMENTARY, "orientation in the parent frame"},
     ),
 )
 
@@ -587,7 +587,7 @@ BY_NAME = {joint.name: joint for joint in V6.joints}
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 LEFT, RIGHT = BY_NAME["LHipYawPitch"].axis, BY_NAME["RHipYawPitch"].axis
 AXIS, TRAVEL, COUPLED = "axis and sense of a joint", "travel of a joint", "travel of a coupled joint"
-POSITION, ORIENTATION = "position in the carrying frame", "orientation in the carrying frame"
+POSITION, ORIENTATION = "position in the parent frame", "orientation in the parent frame"
 SOLE = (0.0, 0.0, -V6.offsets["FootHeight"])
 FINGERS = {name for name in nk.load_nao().mimics if "Finger" in name or "Thumb" in name}
 
@@ -632,7 +632,7 @@ PARAMETER_FAULTS: tuple[StepFault, ...] = (
 @named(PARAMETER_FAULTS)
 def test_a_wrong_number_is_caught_and_blamed_on_its_joint_or_frame(nao: nk.NaoModel, fault: StepFault) -> None:
     report = crosscheck.run(nao, 15, steps=crosscheck.steps_of_nao(fault.parameters))
-    assert failing(report) == {fault.row, BY_HAND}
+    assert failing(report) == {fault.row, ELEMENTARY}
     assert blamed(report, fault.row) == fault.culprits
 
 
@@ -643,7 +643,7 @@ def changed(steps: tuple[Step, ...], change: Callable[[Step], Step]) -> tuple[St
 def test_turns_of_a_urdf_about_moving_axes_are_caught_and_named(nao: nk.NaoModel) -> None:
     steps = crosscheck.steps_of(nao)
     report = crosscheck.run(nao, 15, steps=changed(steps, lambda step: replace(step, turns=step.turns[::-1])))
-    assert failing(report) == {ORIENTATION, BY_HAND}
+    assert failing(report) == {ORIENTATION, ELEMENTARY}
     several = {step.name for step in steps if sum(angle != 0.0 for _, angle in step.turns) > 1}
     # Between half turns about x and z, a turn about y commutes with the rest: there the order is all one.
     assert blamed(report, ORIENTATION) == several - {"Head/Touch/Rear"}
@@ -657,7 +657,7 @@ def geared(step: Step, multiplier: float) -> Step:
 def test_fingers_that_follow_in_full_are_caught_and_named(nao: nk.NaoModel) -> None:
     steps = changed(crosscheck.steps_of(nao), lambda step: geared(step, 1.0))
     report = crosscheck.run(nao, 15, steps=steps)
-    assert failing(report) == {COUPLED, BY_HAND}
+    assert failing(report) == {COUPLED, ELEMENTARY}
     assert blamed(report, COUPLED) == FINGERS
 
 
@@ -666,7 +666,7 @@ def test_a_joint_driven_in_degrees_is_caught_and_named(nao: nk.NaoModel) -> None
         return geared(step, math.pi / 180) if step.name == "LKneePitch" else step
 
     report = crosscheck.run(nao, 15, steps=changed(crosscheck.steps_of(nao), degrees))
-    assert failing(report) == {TRAVEL, BY_HAND}
+    assert failing(report) == {TRAVEL, ELEMENTARY}
     assert blamed(report, TRAVEL) == {"LKneePitch"}
 
 
@@ -693,8 +693,8 @@ def test_a_changed_pinocchio_model_stands_alone_against_two() -> None:
     nao.model.jointPlacements[nao.model.getJointId("LKneePitch")].translation[2] += 1e-9
     report = crosscheck.run(nao, 15)
     assert {(row.convention, row.against) for row in report.failures} == {
-        (BY_HAND, "Pinocchio"),
-        ("pose in the root, by Pinocchio", "yourdfpy"),
+        (ELEMENTARY, "Pinocchio"),
+        ("poses by Pinocchio", "yourdfpy"),
         (POSITION, "Pinocchio"),
     }
     assert blamed(report, POSITION) == {"LKneePitch"}
@@ -729,7 +729,7 @@ def test_a_function_that_raises_an_error_fails_its_own_rows_and_no_others(robot:
     if field == "joint_axes":
         own = LINES
     elif field.startswith("rot_"):
-        own |= {BY_HAND, ORIENTATION}
+        own |= {ELEMENTARY, ORIENTATION}
     assert failing(report) == own
     for row in report.failures:
         assert row.note == "refused: RuntimeError: out of order"

@@ -388,7 +388,7 @@ def test_links_between_merged_axes_are_named_with_what_is_fixed_to_them(tmp_path
         J("screw", kind="fixed", parent="plate"),
     )
     done = nk.export.mjcf(robot, tmp_path / "m", typed=True)
-    assert "a_l, plate_l, screw_l stand between merged axes: held to the bodies before them" in done.changes
+    assert "a_l, plate_l, screw_l are between merged axes: fixed to the bodies before them" in done.changes
 
 
 def test_neighbours_across_a_link_without_shapes_do_not_touch(tmp_path: Path) -> None:
@@ -471,13 +471,13 @@ def test_feet_end_in_the_planes_of_their_soles(tmp_path: Path) -> None:
     upper = data.geom("foot").xpos[2] + model.geom("foot").size[0]
     assert upper == pytest.approx(0.12 - 0.10 + 0.022, abs=1e-12)
     assert any("moved by -2.00 mm to sole" in line or "moved by 2.00 mm to sole" in line for line in done.changes)
-    assert any("field of view of sole is not known" in line for line in done.changes)
+    assert any("field of view of sole is unknown" in line for line in done.changes)
 
 
 def test_a_sole_without_a_shape_is_said(tmp_path: Path) -> None:
     robot = made_up(tmp_path, J("hip"))
     done = nk.export.mjcf(nk.RobotModel(robot.tree, Semantics(soles=("hip_l",))), tmp_path / "model")
-    assert "no shape holds the sole hip_l: it touches nothing" in done.changes
+    assert "the body of the sole hip_l has no shape: it touches nothing" in done.changes
 
 
 def test_a_root_called_world_is_no_trouble(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation, Slerp
 import nao_kin as nk
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.export.gltf import Glb
-from nao_kin.export.variants import variant
+from nao_kin.export.variants import Variant
 
 # x forward, y left, z up of the robot → x, y up, z of glTF.
 Y_UP = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
@@ -154,7 +154,7 @@ def test_sliding_joints_and_floating_bases_stand_where_they_are(tmp_path: Path) 
 
 def test_frames_and_names_are_those_of_a_urdf(nao: nk.NaoModel, tmp_path: Path) -> None:
     scene = _Scene(nk.export.gltf(nao, tmp_path / "nao.glb", frames="none", names="ros").path)
-    tree, _ = variant(nao, frames="none", names="ros")
+    tree, _ = Variant(frames="none", names="ros").tree_of(nao)
     poses = scene.poses()
     assert set(tree.links) <= set(poses)
     # A joint and a link of one name: the joint's node gets another one.

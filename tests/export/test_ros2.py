@@ -21,7 +21,7 @@ from moveit_rules import violations
 import nao_kin as nk
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.export.meshes import coloured
-from nao_kin.export.variants import variant
+from nao_kin.export.variants import Variant
 from nao_kin.robot.semantics import Posture, Semantics
 from nao_kin.robot.urdf import MeshFile, Origin, UrdfTree, Visual
 from nao_kin.robot.urdf.document import mesh_in
@@ -237,7 +237,7 @@ def test_the_robot_in_it_moves_as_the_robot(package: nk.export.Exported, nao: nk
 def test_the_srdf_in_it_obeys_the_rules_of_moveit(package: nk.export.Exported) -> None:
     text = (package.path / "config" / "naoh25v60.srdf").read_text(encoding="utf-8")
     urdf = ET.parse(package.path / "urdf" / "naoh25v60.urdf").getroot()
-    tree, _ = variant(nk.load_nao("v6"), names="ros")
+    tree, _ = Variant(names="ros").tree_of(nk.load_nao("v6"))
     assert {link.get("name") for link in urdf.findall("link")} == set(tree.links)
     assert violations(text, tree) == []
 
@@ -264,11 +264,11 @@ def test_meshes_carry_the_colours_of_the_urdf(package: nk.export.Exported) -> No
         mesh: Any = trimesh.load(package.path / "meshes" / f"{name}.obj", process=False)
         rgba = colours[f"package://nao_description/meshes/{name}.obj"]
         np.testing.assert_allclose(mesh.visual.material.diffuse / 255.0, rgba, atol=0.5 / 255.0 + 1e-9)
-    assert "64 meshes have their colours in nao_description.mtl, for RViz takes none from a URDF" in package.changes
+    assert "64 meshes have their colours in nao_description.mtl: RViz ignores those of a URDF" in package.changes
 
 
 def test_a_mesh_with_a_material_or_several_colours_stays_as_it_is(nao: nk.NaoModel) -> None:
-    tree, _ = variant(nao)
+    tree, _ = Variant().tree_of(nao)
     names = {v.geometry.filename: Path(v.geometry.filename).name for v in tree.visuals}  # type: ignore[union-attr]
     files = dict.fromkeys(names.values(), b"v 0 0 0\n") | {"torso_white.obj": b"o a\nusemtl own\n"}
     twice = next(visual for visual in tree.visuals if visual.material == "dark")

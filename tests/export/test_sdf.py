@@ -232,7 +232,7 @@ def test_a_link_whose_name_a_joint_has_gets_another_one(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["a::b", "world", "__root__", "__mine__"])
 def test_names_that_sdformat_keeps_for_itself_are_refused(tmp_path: Path, name: str) -> None:
     robot = made_up(tmp_path, J("a"), J(name))
-    with pytest.raises(BadArgument, match=f"SDFormat keeps the name '{name}\\w*' for itself"):
+    with pytest.raises(BadArgument, match=f"SDFormat reserves the name '{name}\\w*'"):
         nk.export.sdf(robot, tmp_path / "m")
     assert not (tmp_path / "m").exists()
 
@@ -253,7 +253,7 @@ def test_a_link_or_frame_called_world_gets_another_name(tmp_path: Path, name: st
     poses = _poses(_model(done), {"a": 0.3})
     assert set(poses) == set(robot.link_names) - {"world"} | {"world_link"}
     np.testing.assert_allclose(poses["world_link"], robot.fk([0.3], "world"), atol=1e-12)
-    assert "link world is called world_link: SDFormat keeps that name for itself" in done.changes
+    assert "link world is called world_link: SDFormat reserves that name" in done.changes
 
 
 def test_a_frame_and_a_joint_of_one_name_are_refused(tmp_path: Path) -> None:

@@ -21,7 +21,7 @@ from moveit_rules import violations
 import nao_kin as nk
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.export.srdf import LinkContacts, Planning, adjacent_links, disabled_collisions
-from nao_kin.export.variants import Variant, variant
+from nao_kin.export.variants import Variant
 from nao_kin.robot.semantics import Semantics
 from nao_kin.robot.urdf import Box, Cylinder, MeshFile, Sphere
 
@@ -62,14 +62,14 @@ def written(nao: nk.NaoModel, tmp_path_factory: pytest.TempPathFactory) -> nk.ex
 def test_every_variant_of_every_nao_obeys_the_rules_of_moveit(version: str, frames: str, names: str) -> None:
     robot = nk.load_nao(version)
     document = srdf_document(robot, names=names, frames=frames, samples=FEW)
-    assert violations(document.text, variant(robot, names=names, frames=frames)[0]) == []
+    assert violations(document.text, Variant(names=names, frames=frames).tree_of(robot)[0]) == []
 
 
 @pytest.mark.parametrize("coupling", ["locked", "independent"])
 @pytest.mark.parametrize("frames", ["all", "none"])
 def test_other_couplings_obey_the_rules_of_moveit(nao: nk.NaoModel, frames: str, coupling: str) -> None:
     document = srdf_document(nao, frames=frames, coupling=coupling, samples=FEW)
-    assert violations(document.text, variant(nao, frames=frames, coupling=coupling)[0]) == []
+    assert violations(document.text, Variant(frames=frames, coupling=coupling).tree_of(nao)[0]) == []
     names = {element.get("name") for element in ET.fromstring(document.text).iter("joint")}
     assert ("RHipYawPitch" in names) == (coupling == "independent")
 
@@ -111,7 +111,7 @@ def test_a_broken_srdf_breaks_a_rule(
 def test_the_names_of_the_moveit_configuration_of_ros_naoqi_resolve() -> None:
     moveit = json.loads((DATA / "nao_moveit_names.json").read_text(encoding="utf-8"))
     robot = nk.load_nao("v4")
-    tree, _ = variant(robot, names="ros")
+    tree, _ = Variant(names="ros").tree_of(robot)
     document = srdf_document(robot, names="ros", samples=FEW)
     assert ET.fromstring(document.text).get("name") == moveit["robot"] == tree.name
     assert set(moveit["links"]) <= set(tree.links)
@@ -481,8 +481,8 @@ def test_an_effector_on_the_trunk_takes_no_arm_for_its_gripper(tmp_path: Path) -
 def test_what_an_srdf_cannot_say_is_said(written: nk.export.Exported) -> None:
     changes = "\n".join(written.changes)
     assert "2000 configurations tried" in changes
-    assert "coupled limits are left out, a planner knows one range for each joint: HeadPitch" in changes
-    assert "in posture 'Sit' shapes touch that are checked" in changes
+    assert "coupled limits are left out, because a planner has one range for each joint: HeadPitch" in changes
+    assert "in posture 'Sit' checked shapes touch" in changes
 
 
 def test_joint_names_that_moveit_warns_of_are_noted(tmp_path: Path) -> None:

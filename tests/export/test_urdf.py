@@ -22,7 +22,7 @@ from made_up_robots import J, made_up
 import nao_kin as nk
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.export.inertia import make_physical, realizable
-from nao_kin.export.variants import named_semantics, variant as tree_of
+from nao_kin.export.variants import Variant, named_semantics
 from nao_kin.robot.nao.urdf_text import nao_urdf_path
 from nao_kin.robot.urdf.reader import read_urdf
 
@@ -89,7 +89,7 @@ def test_every_variant_moves_as_the_robot_does(version: str, variant: dict[str, 
         q[[nao.joint_names.index(name) for name in LOCKED]] = 0.0
     ros = variant["names"] == "ros"
     values, read = _values(nao, q, ros), nk.RobotModel.from_urdf(path)
-    places = _links(nao, tree_of(nao, **variant)[0], ros)
+    places = _links(nao, Variant(**variant).tree_of(nao)[0], ros)
     expected = nao.fk(q, list(places.values()))
 
     own = read.configuration({name: values[name] for name in read.joint_names}, limits="ignore")
@@ -191,7 +191,7 @@ def test_mass_comes_from_nowhere_only_where_nothing_has_any(tmp_path: Path) -> N
         '<joint name="bc" type="continuous"><parent link="b"/><child link="c"/><origin xyz="1 0 0"/></joint></robot>'
     )
     tree, changes = make_physical(read_urdf(path))
-    assert changes[-1] == "a: nothing that carries b has mass; 0.002 kg added"
+    assert changes[-1] == "a: no link that carries b has mass; 0.002 kg added"
     assert [tree.inertials[link].mass for link in "bc"] == [0.001, 0.001]
     assert all(realizable(body) for body in tree.inertials.values())
 
@@ -235,7 +235,7 @@ def test_a_tensor_of_rounding_errors_is_none(size: float, tmp_path: Path) -> Non
 @for_all("version", VERSIONS[:4])
 def test_links_and_joints_are_named_and_connected_as_in_nao_description(version: str) -> None:
     published = json.loads((DATA / "nao_description_names.json").read_text())["versions"][version]
-    tree, _ = tree_of(nk.load_nao(version), names="ros")
+    tree, _ = Variant(names="ros").tree_of(nk.load_nao(version))
     ours = {"LArm", "RArm", "LFoot/Sole", "RFoot/Sole", "SpeakerLeft", "SpeakerRight"}
     if version == "v5":
         ours |= {f"Micro{place}_frame" for place in ("FrontCenter", "RearCenter", "SurroundLeft", "SurroundRight")}
@@ -247,7 +247,7 @@ def test_links_and_joints_are_named_and_connected_as_in_nao_description(version:
 
 def test_every_name_of_nao_moveit_config_resolves() -> None:
     moveit = json.loads((DATA / "nao_moveit_names.json").read_text())
-    tree, _ = tree_of(nk.load_nao("v4"), names="ros")
+    tree, _ = Variant(names="ros").tree_of(nk.load_nao("v4"))
     assert set(moveit["links"]) <= set(tree.links)
     assert set(moveit["joints"]) <= {joint.name for joint in tree.joints}
     assert moveit["robot"] == tree.name
@@ -257,7 +257,7 @@ def test_every_name_of_nao_moveit_config_resolves() -> None:
 @for_all("version", VERSIONS)
 def test_what_the_semantics_name_is_there_under_its_ros_name(version: str, frames: str) -> None:
     nao = nk.load_nao(version)
-    tree, _ = tree_of(nao, names="ros", frames=frames)
+    tree, _ = Variant(names="ros", frames=frames).tree_of(nao)
     named = set(named_semantics(nao.semantics, "ros").frames())
     assert (named <= set(tree.links)) == (frames != "none")
 
@@ -456,7 +456,7 @@ def test_what_has_no_bound_is_written_as_a_large_one_and_said(tmp_path: Path) ->
 def test_a_locked_joint_is_fixed_at_the_value_nearest_to_zero(tmp_path: Path) -> None:
     robot = made_up(tmp_path, J("a", limits=(0.5, 1.0)), J("b", follows=("a", 2.0, 0.1)), J("c"))
     done = nk.export.urdf(robot, tmp_path / "locked.urdf", coupling="locked")
-    assert done.changes == ("a is fixed at 0.5, and with it what follows it: b",)
+    assert done.changes == ("a is fixed at 0.5, together with its followers: b",)
     locked = nk.RobotModel.from_urdf(done.path)
     assert locked.joint_names == ("c",)
     np.testing.assert_allclose(locked.fk([0.3], "c_l"), robot.fk([0.5, 0.3], "c_l"), atol=1e-14)
@@ -466,7 +466,7 @@ def test_a_locked_joint_is_fixed_at_the_value_nearest_to_zero(tmp_path: Path) ->
 @pytest.mark.parametrize("variant", [{}, {"frames": "none"}, {"inertia": "physical"}], ids=str)
 def test_romeo_comes_back_as_it_was(variant: dict[str, str], tmp_path: Path) -> None:
     romeo = nk.load_robot("romeo")
-    tree, _ = tree_of(romeo, **variant)
+    tree, _ = Variant(**variant).tree_of(romeo)
     robot = nk.RobotModel(tree)
     np.testing.assert_allclose(robot.com(romeo.neutral()), romeo.com(romeo.neutral()), atol=1e-12)
     assert robot.mass == pytest.approx(romeo.mass, abs=1e-12)

@@ -13,7 +13,7 @@ from made_up_robots import J, made_up
 import nao_kin as nk
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.export.inertia import make_physical
-from nao_kin.export.variants import align_axes, keep_frames, name_frames, variant
+from nao_kin.export.variants import Variant, align_axes, keep_frames, name_frames
 from nao_kin.robot.semantics import Semantics
 from nao_kin.robot.urdf import UrdfJoint
 
@@ -25,7 +25,7 @@ VERSIONS = ("v3.2", "v3.3", "v4", "v5", "v6")
 def test_links_that_stay_move_as_before(version: str, frames: str) -> None:
     nao = nk.load_nao(version)
     q = nao.random(np.random.default_rng(1), 20)
-    tree, _ = variant(nao, frames=frames)
+    tree, _ = Variant(frames=frames).tree_of(nao)
     robot = nk.RobotModel(tree)
     np.testing.assert_allclose(robot.fk(q, tree.links), nao.fk(q, tree.links), atol=1e-14)
     np.testing.assert_allclose(robot.com(q), nao.com(q), atol=1e-14)
@@ -44,7 +44,7 @@ def test_physical_inertias_keep_mass_and_centre_of_mass(version: str) -> None:
 @pytest.mark.parametrize("frames", ["all", "none"])
 def test_a_ball_stands_where_the_three_joints_were_at_zero(frames: str) -> None:
     nao = nk.load_nao("v6")
-    tree, changes = variant(nao, coupling="independent", typed=True, frames=frames)
+    tree, changes = Variant(coupling="independent", typed=True, frames=frames).tree_of(nao)
     balls = [joint for joint in tree.joints if joint.kind == "spherical"]
     assert [(ball.parent, ball.child) for ball in balls] == [("torso", "LThigh"), ("torso", "RThigh")]
     assert sum("are one spherical joint" in line for line in changes) == 2
@@ -68,10 +68,10 @@ def _held(joint: UrdfJoint) -> UrdfJoint:
 
 def test_joints_of_one_motor_make_no_ball() -> None:
     nao = nk.load_nao("v6")
-    tree, changes = variant(nao, typed=True)
+    tree, changes = Variant(typed=True).tree_of(nao)
     assert tree.joints == nao.tree.joints
-    assert changes[0].startswith("LHipYawPitch, LHipRoll, LHipPitch are not merged, for LHipYawPitch is coupled")
-    assert variant(nao, typed=True, coupling="locked")[1][-1].startswith("no three joints have one centre")
+    assert changes[0].startswith("LHipYawPitch, LHipRoll, LHipPitch are not merged, because LHipYawPitch is coupled")
+    assert Variant(typed=True, coupling="locked").tree_of(nao)[1][-1].startswith("no three joints have one centre")
 
 
 def test_merged_links_leave_their_mass_and_shapes_where_they_were() -> None:
@@ -120,7 +120,7 @@ def test_a_link_that_stands_askew_gives_mass_where_it_stands(tmp_path: Path) -> 
     robot = nk.RobotModel.from_urdf(path, base="floating")
     tree, changes = make_physical(robot.tree)
     mended = nk.RobotModel(tree, base="floating")
-    assert changes[-1] == "b: mass 2 → 1.98 kg, the rest given to what it carries"
+    assert changes[-1] == "b: mass 2 → 1.98 kg, the rest given to links on it"
     for q in (robot.neutral(), mended.random(np.random.default_rng(4))):
         np.testing.assert_allclose(mended.com(q), robot.com(q), atol=1e-14)
         M = [pin.crba(one.model, one.model.createData(), q)[:6, :6] for one in (robot, mended)]
@@ -144,7 +144,7 @@ def test_a_ball_stands_right_where_the_axes_are_askew(tmp_path: Path) -> None:
         J("between", kind="fixed", rpy=(0.7, 0.0, 0.0)),
         J("c", axis=(0.0, 1.0, 0.0), rpy=(0.2, 0.0, 0.0)),
     )
-    tree, changes = variant(robot, typed=True)
+    tree, changes = Variant(typed=True).tree_of(robot)
     (ball,) = (joint for joint in tree.joints if joint.kind == "spherical")
     assert (ball.parent, ball.child, len(changes)) == ("base", "c_l", 1)
     np.testing.assert_allclose(ball.origin.matrix, robot.fk(robot.configuration({}), "c_l"), atol=1e-15)
@@ -153,7 +153,7 @@ def test_a_ball_stands_right_where_the_axes_are_askew(tmp_path: Path) -> None:
 @pytest.mark.parametrize("version", VERSIONS)
 def test_aligned_axes_leave_every_link_where_it_was(version: str) -> None:
     nao = nk.load_nao(version)
-    tree, changes = variant(nao, axes="aligned")
+    tree, changes = Variant(axes="aligned").tree_of(nao)
     robot, q = nk.RobotModel(tree), nao.random(np.random.default_rng(3), 20)
     assert [line.split(":")[0] for line in changes] == ["LHipYawPitch", "RHipYawPitch"]
     assert all(sorted(map(abs, joint.axis)) == [0.0, 0.0, 1.0] for joint in tree.moving_joints)
@@ -178,4 +178,4 @@ def test_an_axis_almost_aligned_is_turned_as_exactly(
 
 def test_another_choice_of_axes_is_refused() -> None:
     with pytest.raises(UnknownName, match="axes"):
-        variant(nk.load_nao(), axes="straight")
+        Variant(axes="straight").tree_of(nk.load_nao())

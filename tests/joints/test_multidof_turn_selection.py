@@ -8,8 +8,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from nao_kin.joints._readings import Source
-from nao_kin.joints._turn_selection import Angle, Motor, _Assignment, _Given, _Range
+from nao_kin.joints._readings import Reading
+from nao_kin.joints._turn_selection import Angle, Motor, _Assignment, _Input, _TurnRange
 from nao_kin.joints.grouping import JointNode
 from nao_kin.robot.semantics import Mimic
 
@@ -35,7 +35,7 @@ def joint(
 def test_a_joint_without_a_limit_has_its_middle_half_a_turn_inside_the_other(
     lower: float, upper: float, middle: float
 ) -> None:
-    assert _Range.of(joint(lower=lower, upper=upper)).middle == middle
+    assert _TurnRange.of(joint(lower=lower, upper=upper)).middle == middle
 
 
 @pytest.mark.parametrize("multiplier", [2.0, -2.0])
@@ -45,9 +45,9 @@ def test_a_follower_may_be_off_by_the_doubt_of_its_driver_whichever_way_it_turns
 ) -> None:
     """The driver is known to 0.1, so that the follower is known to 0.2; it is in no ball, and read off column 0."""
     follower = joint("b", follows=("a", multiplier))
-    motor = Motor(joint(), Angle(0, 0), [(follower, Source(0))])
+    motor = Motor(joint(), Angle(0, 0), [(follower, Reading(0))])
     drivers = np.array([[0.3]])
     for sign in (1.0, -1.0):
-        given = _Given(np.array([[multiplier * 0.3 + sign * off]]), None)
+        given = _Input(np.array([[multiplier * 0.3 + sign * off]]), None)
         found = _Assignment(given, (), np.zeros((1, 3, 1)), np.full((1, 1), 0.1), np.zeros((4, 1)))
-        assert found.broken(motor, drivers).tolist() == [[broken]]
+        assert found.violated_couplings(motor, drivers).tolist() == [[broken]]

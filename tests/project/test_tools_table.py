@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 import nao_kin as nk
 from nao_kin.cli.app import app
 from nao_kin.export.formats import check_options
-from nao_kin.export.variants import variant
+from nao_kin.export.variants import Variant
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
@@ -50,7 +50,7 @@ def test_no_row_is_wrong(tool: Tool) -> None:
 def test_the_recommended_export_is_one_that_can_be_asked_for(tool: Tool, nao: nk.NaoModel) -> None:
     check_options(tool.format, tool.options)
     if tool.format == "urdf":
-        variant(nao, **{name: value for name, value in tool.options.items() if name != "meshes"})
+        Variant(**{name: value for name, value in tool.options.items() if name != "meshes"}).tree_of(nao)
     options = tool.command.removeprefix("nao-kin export ").split()[1:]
     # An unknown format is refused before anything is read, and an option that does not exist before that.
     options[options.index("--format") + 1] = "none"
@@ -72,7 +72,7 @@ def _row(folder: Path, *, couple: bool, shift: float = 0.0, mass: float | None =
     """The row of a tool that computes with this library what it reads."""
     expected = reference.write_export(PLAIN, "v5", folder)
     nao = nk.RobotModel.from_urdf(folder / expected["path"])
-    free = nk.RobotModel(variant(nao, coupling="independent")[0])
+    free = nk.RobotModel(Variant(coupling="independent").tree_of(nao)[0])
     robot = nao if couple else free
 
     def poses(values: Mapping[str, float]) -> dict[str, np.ndarray]:

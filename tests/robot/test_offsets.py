@@ -12,7 +12,7 @@ from made_up_robots import J, made_up
 
 import nao_kin as nk
 from nao_kin.cli.app import run
-from nao_kin.crosscheck.by_hand import steps_of
+from nao_kin.crosscheck.steps import steps_of
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, UnknownName, WrongShape
 from nao_kin.naoqi import NaoqiError, VirtualNao
 from nao_kin.rotations import matrix_from_rpy

@@ -11,7 +11,7 @@ import pytest
 from made_up_robots import J, made_up
 
 import nao_kin as nk
-from nao_kin.crosscheck.by_hand import steps_of
+from nao_kin.crosscheck.steps import steps_of
 from nao_kin.joints import JointAxes, MultiDofModel, group_joints, joint_table
 from nao_kin.robot import topology
 from nao_kin.robot.urdf import document

@@ -1,4 +1,4 @@
-"""The robot as MuJoCo's own format, MJCF."""
+"""Export of a robot as MuJoCo's format, MJCF."""
 
 from __future__ import annotations
 
@@ -26,23 +26,16 @@ from nao_kin.joints import group_joints
 from nao_kin.robot import RobotModel
 from nao_kin.robot.urdf import srdf as writing
 
-__all__ = [
-    "mjcf",
-]
+__all__ = ["mjcf"]
 
 
-# --- The scene beside the robot: a floor, light, and a place to look from.
+# --- The scene around the robot: a floor, light, and a viewpoint.
 
 NAME = "scene.xml"
 
 
 def scene_xml(robot_file: str, model: Any) -> str:
-    """A scene that includes the robot's file.
-
-    Args:
-        robot_file: name of the file beside it.
-        model: the compiled robot, for its size.
-    """
+    """Return a scene that includes the robot's file, at the scale of the compiled robot."""
     extent = float(model.stat.extent)
     return filled(
         "scene.xml",
@@ -54,9 +47,9 @@ def scene_xml(robot_file: str, model: Any) -> str:
     )
 
 
-# --- Full precision in what MuJoCo writes: it writes six digits, by which the feet would be off by some micrometres.
+# --- Full precision: MuJoCo writes six digits, an error of some micrometres at the feet.
 
-# Element → where the specification and the document have such, and their attributes, of one name in both.
+# Element → its list in the specification, its parent in the document, and attributes with the same names in both.
 _EXACT = {
     "body": ("bodies", "worldbody", ("pos", "quat")),
     "joint": ("joints", "worldbody", ("axis", "range", "damping", "armature", "frictionloss")),
@@ -67,12 +60,12 @@ _EXACT = {
     "key": ("keys", "keyframe", ("qpos", "ctrl")),
 }
 _DEFAULTS = {"pos": (0.0, 0.0, 0.0), "quat": (1.0, 0.0, 0.0, 0.0)}
-# What MuJoCo has written must be the same number, to its six digits.
+# MuJoCo's text must have the same number, to its six digits.
 _ROUNDED = 2e-5
 
 
 def exact_xml(spec: Any) -> str:
-    """The XML of a compiled specification, with the numbers that it holds and not their first six digits."""
+    """Return the XML of a compiled specification, with its numbers at full precision."""
     root = ET.fromstring(spec.to_xml())
     for tag, (source, part, attributes) in _EXACT.items():
         for one, element in _pairs(getattr(spec, source), root.iterfind(f"{part}//{tag}")):
@@ -90,7 +83,7 @@ def exact_xml(spec: Any) -> str:
 
 
 def _pairs(named: Iterable[Any], elements: Iterable[ET.Element]) -> Iterator[tuple[Any, ET.Element]]:
-    """Each element that has a name, with what the specification has of that name; those of a class have none."""
+    """Yield each named element with the part of the specification of that name; elements of a class have none."""
     by_name = {one.name: one for one in named}
     return ((by_name[element.get("name", "")], element) for element in elements if element.get("name"))
 
@@ -108,7 +101,7 @@ def _put(element: ET.Element, attribute: str, exact: Floats) -> None:
         element.set(attribute, writing.numbers(exact))
 
 
-# --- A robot as a folder for MuJoCo: its file, a scene beside it, and its meshes.
+# --- The export.
 
 _MESHES = ("relative", "none")
 _BASES = ("floating", "fixed")
@@ -126,40 +119,39 @@ def mjcf(
     typed: bool = False,
     overwrite: bool = False,
 ) -> Exported:
-    """A robot for MuJoCo: a folder with its file, `scene.xml` that puts it on a floor, and its meshes in `assets/`.
+    """Write a folder for MuJoCo: the robot's file, `scene.xml` that puts it on a floor, and its meshes in `assets/`.
 
-    Names are the robot's own: a joint has its name, and so has the position actuator that drives it; a body has the
-    name of its link, and every other link is a site. Forward kinematics is the robot's to rounding. Key frames are its
-    postures, with the robot set down on the floor z = 0, and controls that hold it there.
+    Names are the robot's: a joint has its name, and so has the position actuator that drives it; a body has the name of
+    its link, and every other link is a site. Forward kinematics is the robot's to rounding. Key frames are its
+    postures, with the robot on the floor z = 0, and controls that hold it there.
 
-    Sensors are named by what they belong to and what they say: `<joint>_position` and `<joint>_velocity`,
+    Sensors are named by the part that they belong to and the quantity: `<joint>_position` and `<joint>_velocity`,
     `<frame>_acceleration`, `<frame>_angular_velocity`, `<frame>_force`, and `<root>_orientation`.
 
-    Gains, damping and rotor inertias are estimates from the published efforts and speeds:
-    `nao_kin.export.mujoco.devices` says how. docs/mujoco.md tells how to use what is written.
+    Gains, damping and rotor inertias are estimates from the published efforts and speeds, described in
+    `nao_kin.export.mujoco.devices`. docs/mujoco.md shows how to use the files.
 
     Args:
         robot: any robot.
-        folder: where to; the folder it lies in must be there.
+        folder: the folder to write; its parent must exist.
         base: "floating" for a free joint at the root, or "fixed".
         frames: which links that move with another one are sites: "all", "effectors" for those that the semantics name,
-            or "none". Frames of sensors are sites always.
-        coupling: "mimic" makes an equality of each joint that follows another, "locked" fixes both, "independent" gives
-            the follower an actuator of its own.
-        inertia: "physical" mends what no body can have, and MuJoCo refuses; "published" leaves them as they are.
+            or "none". Frames of sensors are always sites.
+        coupling: "mimic" makes an equality for each follower, "locked" fixes follower and driver, "independent" gives
+            the follower its own actuator.
+        inertia: "physical" corrects impossible inertias, which MuJoCo refuses; "published" leaves them as they are.
         meshes: "relative" copies mesh files, "none" leaves out the shapes that need them.
-        typed: make one body of what carries several axes through one point: two hinges of one body for a universal
-            joint, a ball for a spherical one. MuJoCo couples joints of one coordinate only, so that a spherical joint
-            with a coupled axis stays three hinges, of one body; with coupling="independent" it is a ball. Links between
-            such axes are held to the body before.
-        overwrite: replace a folder that is there.
+        typed: make one body of several joints with axes through one point: two hinges of one body for a universal
+            joint, a ball for a spherical one. MuJoCo couples only joints of one coordinate, so a spherical joint with a
+            coupled axis stays three hinges of one body; with coupling="independent" it is a ball. Links between such
+            axes are fixed to the body before.
+        overwrite: replace an existing folder.
 
     Returns:
-        The path of the scene, the files, and what differs from the robot.
+        The path of the scene, the files, and how they differ from the robot.
 
     Raises:
-        BadArgument: no robot, a mesh is not there or cannot be read, the folder is there or cannot be written.
-        UnknownName: no such choice.
+        BadArgument: a mesh is missing or cannot be read, or the folder exists.
         BadModel: MuJoCo refuses the robot.
         MissingExtra: MuJoCo is not installed.
 
@@ -201,34 +193,32 @@ def mjcf(
     )
     try:
         add_keyframes(spec, robot, bodies, floating=floating)
-        apart = add_excludes(spec)
+        excludes = add_excludes(spec)
         model = spec.compile()
     except ValueError as error:
-        hint = "" if inertia == "physical" else "; inertia='physical' mends what no body can have"
+        hint = "" if inertia == "physical" else "; inertia='physical' corrects impossible inertias"
         raise BadModel(f"MuJoCo refuses {tree.name}: {abbreviated(error)}{hint}") from None
     name = _file_name(tree.name)
     files = {NAME: scene_xml(name, model).encode(), name: exact_xml(spec).encode(), **taken.files}
-    return target.write(files, (*changes, *_merged(bodies, typed), *lowered, *notes, *apart), NAME)
+    return target.write(files, (*changes, *_merging_notes(bodies, typed), *lowered, *notes, *excludes), NAME)
 
 
-def _merged(bodies: Bodies, typed: bool) -> tuple[str, ...]:
-    """One line for the links between merged axes, and one for each three axes that no ball is made of, and why."""
+def _merging_notes(bodies: Bodies, typed: bool) -> tuple[str, ...]:
+    """Return one line for the links between merged axes, and one for each three axes that cannot be a ball."""
     notes = [
-        f"{', '.join(joint.name for joint in body.joints)} stay three hinges of one body, for MuJoCo couples no balls; "
-        "coupling='independent' (--coupling independent) makes a ball of them"
+        f"{', '.join(joint.name for joint in body.joints)} stay three hinges of one body, because MuJoCo couples no "
+        "balls; coupling='independent' (--coupling independent) makes a ball of them"
         for body in bodies.bodies
         if len(body.joints) == 3
     ]
     if bodies.between:
-        notes.append(f"{', '.join(sorted(bodies.between))} stand between merged axes: held to the bodies before them")
-    if typed and not any(
-        len(body.joints) > 1 or "ball" in {joint.kind for joint in body.joints} for body in bodies.bodies
-    ):
+        notes.append(f"{', '.join(sorted(bodies.between))} are between merged axes: fixed to the bodies before them")
+    if typed and not any(sum(len(joint.axes) for joint in body.joints) > 1 for body in bodies.bodies):
         notes.append("no joints have one centre: there is nothing to merge")
     return tuple(notes)
 
 
 def _file_name(robot: str) -> str:
-    """Name of the robot's file: letters, digits, dot, dash and underscore, and not that of the scene."""
+    """Return the name of the robot's file: letters, digits, dot, dash and underscore, different from the scene's."""
     stem = re.sub(r"[^A-Za-z0-9._-]+", "_", robot).strip("._") or "robot"
     return f"{stem}.xml" if f"{stem}.xml" != NAME else "robot.xml"

@@ -1,4 +1,4 @@
-"""A tree of links as MuJoCo's bodies: one for each link that moves, with all that fixed joints hold to it."""
+"""A tree of links as MuJoCo's bodies: one for each link that moves, with all links fixed to it."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from nao_kin.joints import JointGroups
 from nao_kin.robot.urdf import Inertial, Origin, UrdfJoint, UrdfTree
 from nao_kin.rotations import quat_from_matrix
 
-# --- Poses as MuJoCo writes them, and the frames that semantics name.
+# --- Poses as MuJoCo writes them, and frames in the semantics.
 
 
 def pose(origin: Origin) -> pin.SE3:
-    """Where a URDF's origin stands, to the last bit as the robot's model has it."""
+    """Return the pose of a URDF's origin, to the last bit as in the robot's model."""
     return pin.SE3(pin.rpy.rpyToMatrix(*origin.rpy), np.array(origin.xyz))
 
 
 def pos_quat(T: pin.SE3) -> dict[str, list[float]]:
-    """Position [m] and quaternion, scalar first."""
+    """Return position [m] and quaternion, scalar first."""
     return {"pos": (T.translation + 0.0).tolist(), "quat": (quat_from_matrix(T.rotation) + 0.0).tolist()}
 
 
 def link_of(tree: UrdfTree, frame: str) -> str:
-    """The link that a frame's name means: a link, or the one that the joint of this name moves."""
+    """Return the link of a frame's name: a link, or the one that the joint with this name moves."""
     if frame in tree.links:
         return frame
     if frame in tree.shared_names:
@@ -36,79 +36,55 @@ def link_of(tree: UrdfTree, frame: str) -> str:
     return next(joint.child for joint in tree.joints if joint.name == frame)
 
 
-# --- A tree of links as MuJoCo's bodies: one for each link that moves, with all that fixed joints hold to it.
+# --- The bodies.
 
 _BALL = (1e-3, 6.2e-3)  # mass [kg] and radius [m] of a ball of water
 
 
 @dataclass(frozen=True, eq=False)
 class BodyJoint:
-    """A joint of a body.
+    """A joint of a body."""
 
-    Attributes:
-        name: its name; of a ball the names of its parts, joined by "+".
-        kind: "hinge", "slide" or "ball".
-        axes: unit vectors in the body's frame with all joints at zero, shape (n, 3): one, or the three of a ball.
-        rows: the joints of the tree that it is made of, as many.
-    """
-
-    name: str
-    kind: str
-    axes: Floats
-    rows: tuple[UrdfJoint, ...]
+    name: str  # for a ball, the names of its parts joined by "+"
+    kind: str  # "hinge", "slide" or "ball"
+    axes: Floats  # in the body's frame with all joints at zero, shape (n, 3): one, or the three of a ball
+    rows: tuple[UrdfJoint, ...]  # the joints of the tree for each axis
 
 
 @dataclass(eq=False)
 class Body:
-    """A body.
+    """A body."""
 
-    Attributes:
-        name: that of a link in its frame.
-        parent: place of the body that carries it, −1 for the root.
-        T_parent: its pose in that body with all joints at zero.
-        joints: the joints between the two, the outermost last.
-        inertia: of all its links, in its frame.
-        links: link → its pose in the body.
-    """
-
-    name: str
-    parent: int
-    T_parent: pin.SE3
-    joints: tuple[BodyJoint, ...]
-    inertia: pin.Inertia = field(default_factory=pin.Inertia.Zero)
-    links: dict[str, pin.SE3] = field(default_factory=dict)
+    name: str  # the name of a link in its frame
+    parent: int  # index of the body that carries it, −1 for the root
+    T_parent: pin.SE3  # its pose in the parent with all joints at zero
+    joints: tuple[BodyJoint, ...]  # the joints between the two, the outermost last
+    inertia: pin.Inertia = field(default_factory=pin.Inertia.Zero)  # of all its links, in its frame
+    links: dict[str, pin.SE3] = field(default_factory=dict)  # link → its pose in the body
 
 
 @dataclass(frozen=True, eq=False)
 class Bodies:
-    """The bodies of a robot.
+    """The bodies of a robot."""
 
-    Attributes:
-        bodies: parents first; the root is the first.
-        between: links between the axes of a merged joint: held to the body before, as with all joints at zero.
-    """
-
-    bodies: tuple[Body, ...]
-    between: frozenset[str]
+    bodies: tuple[Body, ...]  # parents first, beginning with the root
+    between: frozenset[str]  # links between merged axes, fixed to the body before as with all joints at zero
 
     def place(self, link: str) -> tuple[Body, pin.SE3]:
-        """The body that a link belongs to, and its pose there."""
+        """Return the body that a link belongs to, and its pose there."""
         return next((body, body.links[link]) for body in self.bodies if link in body.links)
 
     def joints(self) -> Iterator[BodyJoint]:
-        """All joints, parents first."""
+        """Yield all joints, parents first."""
         for body in self.bodies:
             yield from body.joints
 
 
 def bodies_of(tree: UrdfTree, groups: JointGroups | None = None) -> Bodies:
-    """The bodies of a tree.
+    """Return the bodies of a tree, with the joints of `groups` merged.
 
-    Args:
-        tree: the robot.
-        groups: joints to merge: those of a universal joint become two hinges of one body, those of a spherical one a
-            ball, or three hinges of one body where a coupling reaches into it: MuJoCo couples joints of one coordinate
-            only. None merges nothing.
+    Those of a universal joint become two hinges of one body, those of a spherical one a ball, or three hinges of one
+    body if one of them is coupled, because MuJoCo couples only joints of one coordinate.
     """
     runs = [group.joints for group in groups or () if len(group.axes) > 1]
     before_last = {name for run in runs for name in run[:-1]}
@@ -117,7 +93,7 @@ def bodies_of(tree: UrdfTree, groups: JointGroups | None = None) -> Bodies:
     coupled = {name for joint, mimic in tree.mimics.items() for name in (joint, mimic.joint)}
     bodies = [Body(tree.root, -1, pin.SE3.Identity(), ())]
     places = {tree.root: (0, pin.SE3.Identity())}
-    axes: dict[str, Floats] = {}  # of the joints of a run, in the frame of the body before it
+    axes: dict[str, Floats] = {}  # of merged joints, in the frame of the body before them
     between: set[str] = set()
     for row in tree.joints:
         index, T_link = places[row.parent]
@@ -131,11 +107,15 @@ def bodies_of(tree: UrdfTree, groups: JointGroups | None = None) -> Bodies:
             continue
         run = run_of.get(row.name, (row.name,))
         axes[row.name] = T_joint.rotation @ np.array(row.axis)
-        parts = [(rows[name], _cleaned(T_joint.rotation.T @ axes[name])) for name in run]
-        if len(run) == 1:
-            parts = [(row, np.array(row.axis))]
-            if row.parent in between:
-                between.add(row.child)
+        parts = [(row, np.array(row.axis))]
+        if len(run) > 1:
+            turned = [T_joint.rotation.T @ axes[name] for name in run]
+            # Without the rounding of a rotation and its inverse.
+            parts = [
+                (rows[name], np.where(np.abs(e) < 1e-15, 0.0, e) + 0.0) for name, e in zip(run, turned, strict=True)
+            ]
+        elif row.parent in between:
+            between.add(row.child)
         bodies.append(Body(row.child, index, T_joint, _joints(parts, coupled)))
         places[row.child] = len(bodies) - 1, pin.SE3.Identity()
     for link in tree.links:
@@ -148,12 +128,12 @@ def bodies_of(tree: UrdfTree, groups: JointGroups | None = None) -> Bodies:
 
 
 def give_the_root_mass(bodies: Bodies) -> tuple[str, ...]:
-    """A ball of water of one gram for a root that is to move freely and has no mass; one line if that was done."""
+    """Give a root without mass that moves freely a ball of water of one gram; return one line if done."""
     root = bodies.bodies[0]
     if root.inertia.mass > 0.0:
         return ()
     root.inertia += pin.Inertia.FromSphere(*_BALL)
-    return (f"{root.name}: mass 0 → {_BALL[0]:g} kg, for it moves freely",)
+    return (f"{root.name}: mass 0 → {_BALL[0]:g} kg, because it moves freely",)
 
 
 def _joints(parts: Sequence[tuple[UrdfJoint, Floats]], coupled: set[str]) -> tuple[BodyJoint, ...]:
@@ -166,7 +146,7 @@ def _joints(parts: Sequence[tuple[UrdfJoint, Floats]], coupled: set[str]) -> tup
 
 
 def _root_name(tree: UrdfTree, root: Body) -> str:
-    """The first link with a mass that stands in the root's frame; MuJoCo has a body `world` of its own."""
+    """Return the first link with mass at the root's frame; not "world", which is MuJoCo's own body."""
     identity = pin.SE3.Identity()
     heavy = (link for link, T in root.links.items() if link in tree.inertials and identity == T)
     name = next(heavy, tree.root)
@@ -177,8 +157,3 @@ def _inertia(body: Inertial) -> pin.Inertia:
     inertia = pin.Inertia.Zero()
     inertia.mass, inertia.lever, inertia.inertia = body.mass, np.array(body.origin.xyz), central_tensor(body)
     return inertia
-
-
-def _cleaned(axis: Floats) -> Floats:
-    """A unit vector without the rounding of a rotation and back."""
-    return np.where(np.abs(axis) < 1e-15, 0.0, axis) + 0.0

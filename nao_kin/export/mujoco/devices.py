@@ -1,11 +1,11 @@
-"""What a robot senses and is driven with in MuJoCo: actuators, sites, cameras and sensors.
+"""Actuators, sites, cameras and sensors of a robot in MuJoCo.
 
-A URDF says of a motor its largest effort e and its largest speed v. Of the rest, three estimates make a servo of it:
+A URDF states the largest effort e and the largest speed v of a motor. Three estimates complete the servo:
 
 - the full effort acts at an error of 0.05 rad (5 mm for a sliding joint): kp = e / 0.05;
-- no effort is left at the largest speed, the line of an ideal DC motor: damping = e / v;
-- the rotor's inertia, as seen behind the gear, is armature = 0.015 s · e / v: 0.007 kg m² for NAO's knee, where a rotor
-  of 4 g cm² behind the published ratio of 130.85 has as much.
+- no effort is available at the largest speed, the line of an ideal DC motor: damping = e / v;
+- the rotor's inertia behind the gear is armature = 0.015 s · e / v: 0.007 kg m² for the NAO's knee, as for a rotor of
+  4 g cm² behind the published ratio of 130.85.
 
 The derivative gain makes the servo critically damped on its own rotor.
 """
@@ -25,7 +25,7 @@ from nao_kin.export.mujoco.bodies import Bodies, BodyJoint, link_of, pos_quat
 from nao_kin.robot.semantics import Semantics
 from nao_kin.robot.urdf import UrdfJoint, UrdfTree
 
-# All three are estimates, not published.
+# Estimates, not published.
 FULL_EFFORT_ERROR = {"revolute": 0.05, "prismatic": 0.005}  # [rad, m]
 ROTOR_TIME = 0.015  # armature / damping [s]
 _NARROWEST = 1e-9  # half the range of a joint that cannot move [rad, m]
@@ -34,25 +34,17 @@ UNKNOWN_GAIN = 100.0  # where no effort is published [N m / rad, N / m]
 
 @dataclass(frozen=True)
 class Servo:
-    """What the motor of a joint does.
+    """The parameters of a joint's motor, per unit of position or speed [N m, rad; or N, m]."""
 
-    Attributes:
-        kp: torque or force per unit of error.
-        kv: torque or force per unit of speed that the controller adds.
-        damping: viscous torque or force of the joint itself.
-        armature: inertia of the rotor behind the gear [kg m², or kg].
-        effort: largest torque or force, ∞ where none is published.
-    """
-
-    kp: float
-    kv: float
-    damping: float
-    armature: float
-    effort: float
+    kp: float  # effort per error
+    kv: float  # effort per speed of the controller
+    damping: float  # viscous effort per speed of the joint
+    armature: float  # inertia of the rotor behind the gear [kg m², or kg]
+    effort: float  # largest effort, ∞ where none is published
 
 
 def servo(row: UrdfJoint) -> Servo:
-    """The motor of a joint, by the published effort and speed; those of zero or without a bound are not known."""
+    """Return the motor of a joint by the published effort and speed; zero or infinite ones are unknown."""
     effort = row.effort if 0.0 < row.effort < math.inf else math.inf
     known = effort < math.inf and 0.0 < row.velocity < math.inf
     slope = effort / row.velocity if known else 0.0
@@ -63,42 +55,39 @@ def servo(row: UrdfJoint) -> Servo:
 
 
 def motor_of(joint: BodyJoint) -> Servo:
-    """The motor of a joint; a ball is turned by the weakest of its three, for it can do what all of them can."""
+    """Return the motor of a joint; a ball has the weakest of its three, whose effort all of them reach."""
     return min(map(servo, joint.rows), key=lambda motor: motor.effort)
 
 
 def proper_range(lower: float, upper: float) -> tuple[float, float]:
-    """Limits as MuJoCo takes them: a range of no width is none to it, and the joint would move freely."""
+    """Return limits for MuJoCo, which ignores a range of no width and would let the joint move freely."""
     return (lower, upper) if lower < upper else (lower - _NARROWEST, upper + _NARROWEST)
 
 
 def add_actuators(spec: Any, joints: Iterable[BodyJoint]) -> tuple[str, ...]:
-    """A position actuator for each joint that does not follow another, of the joint's name.
+    """Add a position actuator for each joint that does not follow another, with the name of the joint.
 
-    A ball has three, named with _x, _y, _z: their controls are the rotation vector of the wanted orientation in the
-    frame of the joint (`nao_kin.rotations.log`), for MuJoCo measures a ball by its rotation vector.
-
-    Returns:
-        One line for each joint without a published effort.
+    A ball has three, with the suffixes _x, _y, _z: their controls are the rotation vector of the wanted orientation in
+    the frame of the joint (`nao_kin.rotations.log`), because MuJoCo measures a ball by its rotation vector. Returns one
+    line about joints without a published effort.
     """
     unknown = []
     for joint in joints:
         motor = motor_of(joint)
         if joint.kind == "ball":
             for place, letter in enumerate("xyz"):
-                _add(spec, f"{joint.name}_{letter}", joint.name, motor, (-math.pi, math.pi), place)
+                _add_actuator(spec, f"{joint.name}_{letter}", joint.name, motor, (-math.pi, math.pi), place)
         elif joint.rows[0].mimic is None:
-            _add(spec, joint.name, joint.name, motor, (joint.rows[0].lower, joint.rows[0].upper))
+            _add_actuator(spec, joint.name, joint.name, motor, (joint.rows[0].lower, joint.rows[0].upper))
         else:
             continue
         if motor.effort == math.inf:
             unknown.append(joint.name)
-    if not unknown:
-        return ()
-    return (f"no effort is published for {', '.join(unknown)}: force without bounds, gain {UNKNOWN_GAIN:g}",)
+    note = f"no effort is published for {', '.join(unknown)}: force without bounds, gain {UNKNOWN_GAIN:g}"
+    return (note,) if unknown else ()
 
 
-def _add(spec: Any, name: str, joint: str, motor: Servo, allowed: tuple[float, float], axis: int = 0) -> None:
+def _add_actuator(spec: Any, name: str, joint: str, motor: Servo, allowed: tuple[float, float], axis: int = 0) -> None:
     import mujoco
 
     added = spec.add_actuator(name=name, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
@@ -110,32 +99,24 @@ def _add(spec: Any, name: str, joint: str, motor: Servo, allowed: tuple[float, f
         added.forcerange = (-motor.effort, motor.effort)
 
 
-# --- Sites, cameras and sensors of the frames that a robot has.
+# --- Sites, cameras and sensors at the frames of a robot.
 
 _FRAME_GROUP, _SENSOR_GROUP = 4, 3
 _DOT = 0.005
 # Cameras look along x with z up; MuJoCo's look along −z with y up.
 _R_FRAME_CAMERA = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 _IMAGE_HEIGHT = 480
-# A force sensor feels what presses on the foot within this height of it [m].
+# A force sensor measures contacts within this height [m].
 _FELT = 0.01
 
 
 def add_sites(
     spec: Any, added: list[Any], bodies: Bodies, tree: UrdfTree, semantics: Semantics, frames: str
 ) -> tuple[str, ...]:
-    """A site for each link that is no body of its own, a camera for each camera, and all sensors.
+    """Add a site for each link that is no body, a camera for each camera, and all sensors.
 
-    Args:
-        spec: the specification.
-        added: what it has for each body.
-        bodies: of the robot.
-        tree: its tree.
-        semantics: what its frames mean.
-        frames: which links get a site: "all", "effectors" for those that the semantics name, "none" for the sensors'.
-
-    Returns:
-        One line for each thing that is not as the robot has it.
+    `added` has MuJoCo's body for each of `bodies`; `frames` selects the links with sites: "all", "effectors" for those
+    in the semantics, "none" for sensors only. Returns one line for each difference from the robot.
     """
     import mujoco
 
@@ -157,16 +138,16 @@ def add_sites(
 
 
 def _felt_sizes(places: dict[str, pin.SE3]) -> dict[str, Floats]:
-    """Half lengths of a box about each force sensor of a body, that reaches half the way to its neighbours.
+    """Return half lengths of a box about each force sensor of a body, that reaches halfway to its neighbours.
 
-    The boxes cover the sole without overlapping, so that whatever presses on it is felt by one sensor.
+    The boxes cover the sole without overlapping, so that one sensor measures each contact.
     """
     sizes = {}
     for link, T in places.items():
         others = np.array([T.actInv(other).translation for name, other in places.items() if name != link])
         half = np.full(3, _FELT)
         for axis in (0, 1):
-            # Neighbours along an axis lie more along it than across.
+            # Neighbours along an axis are farther along it than across.
             along = [abs(p[axis]) for p in others if abs(p[axis]) > abs(p[1 - axis])]
             half[axis] = 0.5 * min(along) if along else 0.1
         sizes[link] = half
@@ -191,12 +172,11 @@ def _add_sensors(spec: Any, bodies: Bodies, tree: UrdfTree, semantics: Semantics
     root = bodies.bodies[0].name
     add(f"{root}_orientation", kinds.mjSENS_FRAMEQUAT, objects.mjOBJ_XBODY, root)
     for joint in bodies.joints():
+        measured = {"position": kinds.mjSENS_JOINTPOS, "velocity": kinds.mjSENS_JOINTVEL}
         if joint.kind == "ball":
-            add(f"{joint.name}_orientation", kinds.mjSENS_BALLQUAT, objects.mjOBJ_JOINT, joint.name)
-            add(f"{joint.name}_angular_velocity", kinds.mjSENS_BALLANGVEL, objects.mjOBJ_JOINT, joint.name)
-        else:
-            add(f"{joint.name}_position", kinds.mjSENS_JOINTPOS, objects.mjOBJ_JOINT, joint.name)
-            add(f"{joint.name}_velocity", kinds.mjSENS_JOINTVEL, objects.mjOBJ_JOINT, joint.name)
+            measured = {"orientation": kinds.mjSENS_BALLQUAT, "angular_velocity": kinds.mjSENS_BALLANGVEL}
+        for word, kind in measured.items():
+            add(f"{joint.name}_{word}", kind, objects.mjOBJ_JOINT, joint.name)
 
 
 def _add_cameras(added: list[Any], bodies: Bodies, tree: UrdfTree, semantics: Semantics) -> tuple[str, ...]:
@@ -209,7 +189,7 @@ def _add_cameras(added: list[Any], bodies: Bodies, tree: UrdfTree, semantics: Se
             horizontal, vertical = semantics.fields_of_view[name]
             camera.fovy = math.degrees(vertical)
             ratio = math.tan(0.5 * horizontal) / math.tan(0.5 * vertical)
-            camera.resolution = [2 * round(0.5 * _IMAGE_HEIGHT * ratio), _IMAGE_HEIGHT]  # video wants even numbers
+            camera.resolution = [2 * round(0.5 * _IMAGE_HEIGHT * ratio), _IMAGE_HEIGHT]  # video needs even numbers
         else:
-            changes.append(f"the field of view of {name} is not known: MuJoCo's own, 45° vertically")
+            changes.append(f"the field of view of {name} is unknown: MuJoCo's default, 45° vertically")
     return tuple(changes)

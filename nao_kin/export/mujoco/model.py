@@ -21,23 +21,14 @@ from nao_kin.robot.semantics import Semantics
 from nao_kin.robot.urdf import Box, Collision, Cylinder, Geometry, MeshFile, Origin, Rgba, Sphere, UrdfTree, Visual
 from nao_kin.rotations import log, matrix_from_natural, quat_from_matrix
 
-# Couplings as stiff as MuJoCo takes them: a time constant of two steps of the simulation, critically damped, and
-# constraint forces that give way to a ten-thousandth.
+# The stiffest couplings that MuJoCo accepts: a time constant of two steps of the simulation, critically damped, and
+# constraint forces that yield by a ten-thousandth.
 _COUPLING_SOLREF = (0.004, 1.0)
 _COUPLING_SOLIMP = (0.9999, 0.9999, 0.001, 0.5, 2.0)
 
 
 def add_bodies(spec: Any, bodies: Bodies, *, floating: bool) -> list[Any]:
-    """Add bodies with their masses and joints, and one equality for each joint that follows another.
-
-    Args:
-        spec: the specification.
-        bodies: of the robot.
-        floating: whether the root moves freely.
-
-    Returns:
-        What the specification has for each body.
-    """
+    """Add bodies with masses and joints, and an equality for each follower; return MuJoCo's body for each."""
     import mujoco
 
     added: list[Any] = []
@@ -85,7 +76,7 @@ def _add_joint(one: Any, joint: BodyJoint) -> None:
         added.axis = joint.axes[0].tolist()
         if row.mimic is None and math.isfinite(row.lower) and math.isfinite(row.upper):
             added.range = proper_range(row.lower, row.upper)
-    # The driving joint has the motor and the limits of all that follow it.
+    # The driving joint has the motor and the limits of all its followers.
     damping, added.armature = (motor.damping, motor.armature) if row.mimic is None else (row.damping, 0.0)
     # A polynomial of the speed since MuJoCo 3.10, a number before.
     added.damping = damping if np.ndim(added.damping) == 0 else [damping, 0.0, 0.0]
@@ -102,17 +93,9 @@ _GREY: Rgba = (0.7, 0.7, 0.7, 1.0)
 def add_shapes(
     spec: Any, added: list[Any], bodies: Bodies, tree: UrdfTree, meshes: Mapping[str, str] | None
 ) -> tuple[str, ...]:
-    """Add all shapes of a tree; of two classes, that say which touch and in which group they are.
+    """Add all shapes of a tree, in two classes that set contacts and groups; return a line about omitted ones.
 
-    Args:
-        spec: the specification.
-        added: what it has for each body.
-        bodies: of the robot.
-        tree: its tree.
-        meshes: name of a mesh in the tree → its name in the folder of meshes; None leaves out the shapes of meshes.
-
-    Returns:
-        One line for what is left out.
+    `meshes` maps mesh names in the tree to files in the folder of meshes; None leaves out the shapes of meshes.
     """
     defaults = {kind: spec.add_default(kind, spec.default) for kind in (VISUAL, COLLISION)}
     defaults[VISUAL].geom.group, defaults[COLLISION].geom.group = _VISUAL_GROUP, _COLLISION_GROUP
@@ -143,12 +126,12 @@ def add_shapes(
         _set_geometry(geom, shape.geometry, scaled)
         if shape in paints:
             geom.material = materials[paints[shape]]
-    left = len(everything) - len(shapes)
-    return (f"{left} shapes that are meshes are left out",) if left else ()
+    omitted = len(everything) - len(shapes)
+    return (f"{omitted} shapes that are meshes are left out",) if omitted else ()
 
 
 def _add_meshes(spec: Any, geometries: Iterable[Geometry], meshes: Mapping[str, str]) -> dict[MeshFile, str]:
-    """Add each mesh once in each scale; return the names that the specification has for them."""
+    """Add each mesh once in each scale; return their names in the specification."""
     import mujoco
 
     found: dict[tuple[str, Vector], str] = {}
@@ -158,7 +141,7 @@ def _add_meshes(spec: Any, geometries: Iterable[Geometry], meshes: Mapping[str, 
             file = meshes[geometry.filename]
             if (file, geometry.scale) not in found:
                 found[file, geometry.scale] = name = fresh_name(file.rpartition(".")[0], found.values())
-                # The masses are those of the bodies: a mesh may be open, or flat.
+                # The bodies have the masses, so a mesh may be open, or flat.
                 shell = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
                 spec.add_mesh(name=name, file=file, scale=geometry.scale, inertia=shell)
             scaled[geometry] = found[file, geometry.scale]
@@ -179,34 +162,29 @@ def _set_geometry(geom: Any, geometry: Geometry, scaled: Mapping[MeshFile, str])
         geom.type, geom.meshname = kinds.mjGEOM_MESH, scaled[geometry]
 
 
-# --- Which bodies of a robot do not touch each other.
+# --- Pairs of bodies without contacts.
 
 
 def add_excludes(spec: Any) -> tuple[str, ...]:
-    """No contacts between neighbours, nor between bodies whose shapes overlap with all joints at zero or in a posture.
+    """Exclude contacts between neighbours, and between bodies whose shapes overlap at zero or in a posture.
 
-    Collision shapes stand for links roughly: those of neighbours overlap always, and others where the real shells just
-    pass each other. Neighbours are a body and the nearest before it that has a shape.
-
-    Args:
-        spec: the specification, with shapes and key frames.
-
-    Returns:
-        One line that names the pairs that are no neighbours.
+    Collision shapes are rough: those of neighbours always overlap, and others where the real shells just pass each
+    other. The neighbour of a body is the nearest one before it that has a shape. Returns a line about pairs that are no
+    neighbours.
     """
     import mujoco
 
     model = spec.compile()
     data = mujoco.MjData(model)
-    apart: dict[tuple[int, int], None] = {}
+    excluded: dict[tuple[int, int], None] = {}
     touching = {int(model.geom_bodyid[geom]) for geom in range(model.ngeom) if model.geom_contype[geom]}
     for body in range(1, model.nbody):
         before = int(model.body_parentid[body])
         while before and before not in touching:
             before = int(model.body_parentid[before])
         if body in touching and before:
-            apart[before, body] = None
-    neighbours = len(apart)
+            excluded[before, body] = None
+    neighbours = len(excluded)
     for key in range(-1, model.nkey):
         if key < 0:
             mujoco.mj_resetData(model, data)
@@ -216,39 +194,31 @@ def add_excludes(spec: Any) -> tuple[str, ...]:
         for contact in data.contact:
             first, second = sorted(int(model.geom_bodyid[geom]) for geom in contact.geom)
             if contact.dist < 0.0:
-                apart[first, second] = None
-    for first, second in apart:
+                excluded[first, second] = None
+    for first, second in excluded:
         spec.add_exclude(bodyname1=model.body(first).name, bodyname2=model.body(second).name)
-    pairs = [f"{model.body(a).name}–{model.body(b).name}" for a, b in list(apart)[neighbours:]]
-    return (f"shapes overlap in a posture, and do not touch: {', '.join(pairs)}",) if pairs else ()
+    pairs = [f"{model.body(a).name}–{model.body(b).name}" for a, b in list(excluded)[neighbours:]]
+    return (f"contacts are excluded where shapes overlap in a posture: {', '.join(pairs)}",) if pairs else ()
 
 
-# --- Feet that stand on their soles: boxes whose lower faces are nearly the soles' planes, moved to them.
+# --- Boxes of feet whose lower faces are nearly in the soles' planes, moved to them.
 
-# A box that ends nearer than this to the plane of a sole is that of the foot [m].
+# A box that ends nearer than this to the plane of a sole belongs to the foot [m].
 _NEAR = 0.005
 _PARALLEL = 1e-6
 
 
 def on_their_soles(tree: UrdfTree, bodies: Bodies, semantics: Semantics) -> tuple[UrdfTree, tuple[str, ...]]:
-    """The tree with the boxes of its feet ending in the planes of the soles.
+    """Return the tree with the boxes of its feet ending in the planes of the soles, and one line per changed sole.
 
-    The published box of NAO's foot ends 0.6 mm above the sole: the frames of the soles would stand below the floor.
-
-    Args:
-        tree: the robot.
-        bodies: of it.
-        semantics: which frames are soles.
-
-    Returns:
-        The tree, and one line for each sole whose foot was changed, or has no shape.
+    The published box of the NAO's foot ends 0.6 mm above the sole, so the frames of the soles would be below the floor.
     """
     collisions, changes = list(tree.collisions), []
     for sole in semantics.soles:
         body, T_sole = bodies.place(link_of(tree, sole))
         own = [(place, shape) for place, shape in enumerate(collisions) if shape.link in body.links]
         if not own:
-            changes.append(f"no shape holds the sole {sole}: it touches nothing")
+            changes.append(f"the body of the sole {sole} has no shape: it touches nothing")
         for place, shape in own:
             T_shape = T_sole.actInv(body.links[shape.link] * pose(shape.origin))
             lowered = _to_the_plane(shape, T_shape)
@@ -259,7 +229,7 @@ def on_their_soles(tree: UrdfTree, bodies: Bodies, semantics: Semantics) -> tupl
 
 
 def _to_the_plane(shape: Collision, T_sole_shape: pin.SE3) -> tuple[Collision, float] | None:
-    """A box that ends in the plane z = 0, and by how much it has grown downwards; None for what is no such box."""
+    """Return a box that ends in the plane z = 0, and how far it has grown downwards; None for other shapes."""
     if not isinstance(shape.geometry, Box):
         return None
     down = T_sole_shape.rotation[2]
@@ -269,18 +239,18 @@ def _to_the_plane(shape: Collision, T_sole_shape: pin.SE3) -> tuple[Collision, f
     if abs(down[axis]) < 1.0 - _PARALLEL or gap == 0.0 or abs(gap) > _NEAR:
         return None
     size[axis] += gap
-    # The box grows along its own axis, away from the side that stays.
+    # The box grows along one axis, away from the face that stays.
     shift = np.zeros(3)
     shift[axis] = -0.5 * gap * np.sign(down[axis])
     x, y, z = (np.array(shape.origin.xyz) + pose(shape.origin).rotation @ shift).tolist()
     return replace(shape, geometry=Box((size[0], size[1], size[2])), origin=Origin((x, y, z), shape.origin.rpy)), gap
 
 
-# --- How far down the shapes of a robot reach that can touch the floor.
+# --- The lowest point of all shapes that can touch the floor.
 
 
 def lowest_point(model: Any, data: Any) -> float:
-    """Least height of all geoms that can touch something; without any, of the bodies' frames [m]."""
+    """Return the least height of all geoms that can touch something; without any, of the bodies' frames [m]."""
     import mujoco
 
     kinds = mujoco.mjtGeom
@@ -302,21 +272,14 @@ def lowest_point(model: Any, data: Any) -> float:
     return min(heights) if heights else float(data.xpos[1:, 2].min())
 
 
-# --- Postures as key frames: the robot set down on its soles, or as it rests.
+# --- Postures as key frames: the robot on its soles, or at rest.
 
-# Name of the key frame with all joints at zero, or at the limit nearest to it, of a robot without postures.
+# Name of the key frame of a robot without postures: all joints at zero, or at the limit nearest to it.
 ZERO = "zero"
 
 
 def add_keyframes(spec: Any, robot: RobotModel, bodies: Bodies, *, floating: bool) -> None:
-    """A key frame for each posture, the one that the robot starts in first.
-
-    Args:
-        spec: the specification, with all bodies and actuators.
-        robot: the robot.
-        bodies: of it.
-        floating: whether the root moves freely, and is to be set down on the floor z = 0.
-    """
+    """Add a key frame for each posture, the initial one first; a floating root is set on the floor z = 0."""
     import mujoco
 
     model = spec.compile()
@@ -328,7 +291,7 @@ def add_keyframes(spec: Any, robot: RobotModel, bodies: Bodies, *, floating: boo
         values = joint_values(robot, q)
         data.qpos[:], data.ctrl[:] = model.qpos0, 0.0
         for joint in bodies.joints():
-            _set(model, data, joint, values)
+            _set_joint(model, data, joint, values)
         if floating:
             data.qpos[:7] = model.qpos0[:7]
             mujoco.mj_kinematics(model, data)
@@ -340,8 +303,8 @@ def add_keyframes(spec: Any, robot: RobotModel, bodies: Bodies, *, floating: boo
         spec.add_key(name=name, qpos=data.qpos.tolist(), ctrl=data.ctrl.tolist())
 
 
-def _set(model: Any, data: Any, joint: BodyJoint, values: Mapping[str, Floats]) -> None:
-    """Coordinates of a joint, and controls that hold it."""
+def _set_joint(model: Any, data: Any, joint: BodyJoint, values: Mapping[str, Floats]) -> None:
+    """Set the coordinates of a joint, and the controls that hold it."""
     place = int(model.joint(joint.name).qposadr[0])
     if joint.kind == "ball":
         R = np.eye(3)
@@ -357,17 +320,17 @@ def _set(model: Any, data: Any, joint: BodyJoint, values: Mapping[str, Floats]) 
 
 
 def upright(up: Floats) -> Floats:
-    """The smallest rotation that makes the direction `up` the z axis, shape (3, 3); about y where it points down."""
+    """Return the smallest rotation (3, 3) that makes the direction `up` the z axis; about y where it points down."""
     up = up / np.linalg.norm(up)
     axis = np.cross(up, [0.0, 0.0, 1.0])
     sine = float(np.linalg.norm(axis))
     if sine < 1e-12:
-        return np.diag([1.0, 1.0, 1.0]) if up[2] > 0.0 else np.diag([-1.0, 1.0, -1.0])
+        return np.eye(3) if up[2] > 0.0 else np.diag([-1.0, 1.0, -1.0])
     return np.asarray(matrix_from_natural(axis / sine, np.arctan2(sine, up[2])))
 
 
 def _across_the_soles(data: Any, robot: RobotModel, bodies: Bodies) -> Floats:
-    """The mean of the soles' normals, in the world of `data`; along z for a robot without soles."""
+    """Return the sum of the soles' normals in the world of `data`; along z for a robot without soles."""
     normals = [np.array([0.0, 0.0, 1e-9])]
     for sole in robot.semantics.soles:
         body, T_sole = bodies.place(link_of(robot.tree, sole))

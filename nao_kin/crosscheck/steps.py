@@ -1,4 +1,4 @@
-"""A robot as steps from frame to frame, and its forward kinematics by hand: elementary turns, nothing else."""
+"""A robot as steps from frame to frame, and its forward kinematics from elementary rotations alone."""
 
 from __future__ import annotations
 
@@ -18,35 +18,30 @@ from nao_kin.robot.urdf import UrdfTree
 
 Turns = tuple[tuple[str, float], ...]
 
-_HERE: Vector = (0.0, 0.0, 0.0)
-# Bodies that NAOqi names and the ROS description does not, by the joint that moves them.
+_ORIGIN: Vector = (0.0, 0.0, 0.0)
+# Names of bodies in NAOqi that the ROS description lacks → the frame with the same pose.
 _BODIES = {"Torso": "torso", "LFoot": "LAnkleRoll", "RFoot": "RAnkleRoll"}
 
 
 @dataclass(frozen=True)
 class Step:
-    """A frame, where it stands in the frame that carries it, and how it moves there.
+    """A frame, its place in its parent frame, and how it moves there.
 
     T_parent_frame = translation(xyz) · turns, in the order written · motion of the joint, if there is one.
 
     Attributes:
         name: the frame.
-        parent: the frame that carries it; None for the root.
+        parent: its parent frame; None for the root.
         xyz: position of its origin in the parent [m].
         turns: elementary turns about moving axes, ("z", yaw), ("y", pitch), ("x", roll) for a URDF's rpy [rad].
         axis: unit vector along the joint's axis; None where the frame is fixed in its parent.
         sliding: whether the joint is prismatic.
         mimic: the coordinate that moves the joint, its own or another joint's, and how; None where there is no joint.
-
-    Examples:
-        >>> step = nk.crosscheck.Step("HeadYaw", "torso", xyz=(0.0, 0.0, 0.1265), axis=(0.0, 0.0, 1.0))
-        >>> step.name, step.parent
-        ('HeadYaw', 'torso')
     """
 
     name: str
     parent: str | None
-    xyz: Vector = _HERE
+    xyz: Vector = _ORIGIN
     turns: Turns = ()
     axis: Vector | None = None
     sliding: bool = False
@@ -57,8 +52,7 @@ def steps_of(robot: RobotModel) -> tuple[Step, ...]:
     """Return the steps of a robot: of a NAO by its parameters, of another or a calibrated one by its URDF.
 
     Examples:
-        >>> steps = nk.crosscheck.steps_of(nk.load_nao())
-        >>> [step.name for step in steps if step.axis][:2]
+        >>> [step.name for step in nk.crosscheck.steps_of(nk.load_nao()) if step.axis][:2]
         ['HeadYaw', 'HeadPitch']
     """
     nominal = robot.parameters is not None and not robot.tree.offsets
@@ -66,7 +60,7 @@ def steps_of(robot: RobotModel) -> tuple[Step, ...]:
 
 
 def steps_of_nao(parameters: NaoParameters) -> tuple[Step, ...]:
-    """The steps of a NAO, made of its parameters alone, under all names that its model has for them.
+    """Return the steps of a NAO from its parameters alone, under all names that its model has for them.
 
     Examples:
         >>> steps = nk.crosscheck.steps_of_nao(nk.parameters.nao_parameters("v6"))
@@ -94,18 +88,18 @@ def steps_of_nao(parameters: NaoParameters) -> tuple[Step, ...]:
 
 
 def steps_of_tree(tree: UrdfTree) -> tuple[Step, ...]:
-    """The steps of a URDF, made of the numbers it prints; every moving joint is a frame beside the link it moves.
+    """Return the steps of a URDF; every moving joint is a frame in addition to the link that it moves.
 
     A name that the file gives to a link and to a joint means the link: it is a frame at the same place.
     """
     steps = [Step(tree.root, None)]
     for joint in tree.joints:
-        held = Step(joint.child, joint.parent, joint.origin.xyz, _turns(joint.origin.rpy))
+        fixed = Step(joint.child, joint.parent, joint.origin.xyz, _turns(joint.origin.rpy))
         if joint.kind == "fixed":
-            steps.append(held)
+            steps.append(fixed)
             continue
         mimic = joint.mimic or Mimic(joint.name)
-        moved = replace(held, axis=joint.axis, sliding=joint.kind == "prismatic", mimic=mimic)
+        moved = replace(fixed, axis=joint.axis, sliding=joint.kind == "prismatic", mimic=mimic)
         if joint.name in tree.shared_names:
             steps.append(moved)
         else:
@@ -114,12 +108,8 @@ def steps_of_tree(tree: UrdfTree) -> tuple[Step, ...]:
     return tuple(steps)
 
 
-class HandRolled:
-    """Poses of all frames of a robot from its steps.
-
-    Raises:
-        UnknownName: a step whose parent is not a step before it.
-    """
+class StepKinematics:
+    """Poses of all frames of a robot from its steps; UnknownName for a step whose parent is no earlier step."""
 
     def __init__(self, steps: Sequence[Step], joint_names: Sequence[str], conversions: Conversions) -> None:
         self.steps = tuple(steps)
@@ -134,14 +124,14 @@ class HandRolled:
             known[step.name] = index
 
     def value(self, step: Step, q: Floats) -> Floats:
-        """Joint values of one step, shape (n,); a joint without a coordinate stays at its offset."""
+        """Return joint values of one step, shape (n,); a joint without a coordinate stays at its offset."""
         mimic = step.mimic or Mimic("", 0.0)
         column = self._column.get(mimic.joint)
         coordinate = np.zeros(len(q)) if column is None else q[:, column]
         return np.asarray(mimic.multiplier * coordinate + mimic.offset)
 
     def poses(self, q: Floats) -> Floats:
-        """T_root_frame of every step, shape (n, steps, 4, 4), for configurations of shape (n, nq)."""
+        """Return T_root_frame of every step, shape (n, steps, 4, 4), for configurations (n, nq)."""
         T = np.zeros((len(q), len(self.steps), 4, 4))
         T[..., 3, 3] = 1.0
         R, p = T[..., :3, :3], T[..., :3, 3]
@@ -154,29 +144,29 @@ class HandRolled:
         return T
 
     def rotation(self, step: Step, q: Floats) -> Floats:
-        """R_parent_frame, shape (3, 3), or (n, 3, 3) where it depends on q."""
-        R = self._held(step)
+        """Return R_parent_frame, shape (3, 3), or (n, 3, 3) where it depends on q."""
+        R = self._fixed_rotation(step)
         if step.axis is None or step.sliding:
             return R
         return np.asarray(R @ self._turn_about(step.axis, self.value(step, q)))
 
     def position(self, step: Step, q: Floats) -> Floats:
-        """Origin of the frame in its parent, shape (3,), or (n, 3) where a joint has moved it [m]."""
+        """Return the origin of the frame in its parent, shape (3,), or (n, 3) where a joint has moved it [m]."""
         p = np.array(step.xyz)
         if step.axis is None or not step.sliding:
             return p
         value = self.value(step, q)
-        return np.asarray(p + value[:, None] * (self._held(step) @ step.axis)) if value.any() else p
+        return np.asarray(p + value[:, None] * (self._fixed_rotation(step) @ step.axis)) if value.any() else p
 
-    def _held(self, step: Step) -> Floats:
-        """The turns before the motion of the joint."""
+    def _fixed_rotation(self, step: Step) -> Floats:
+        """Return the product of the turns before the motion of the joint."""
         R = np.eye(3)
         for axis, angle in step.turns:
             R = R @ self._rot[axis](angle)
         return R
 
     def _turn_about(self, axis: Vector, angle: Floats) -> Floats:
-        """The turn about any axis e = Rz(a) Ry(b) z: Rz(a) Ry(b) Rz(angle) Ry(−b) Rz(−a)."""
+        """Return the turn about any axis e = Rz(a) Ry(b) z: Rz(a) Ry(b) Rz(angle) Ry(−b) Rz(−a)."""
         x, y, z = axis
         for name, component in zip("xyz", axis, strict=True):
             if abs(component) == math.hypot(x, y, z):
@@ -187,11 +177,11 @@ class HandRolled:
 
 
 def turns(step: Step) -> bool:
-    """Whether a frame is turned, or can turn, in the frame that carries it."""
+    """Return whether a frame is turned, or can turn, in its parent frame."""
     return bool(step.turns) or (step.axis is not None and not step.sliding)
 
 
 def _turns(rpy: Vector) -> Turns:
-    """The turns of R = Rz(yaw) Ry(pitch) Rx(roll); none for no rotation."""
+    """Return the turns of R = Rz(yaw) Ry(pitch) Rx(roll); none for no rotation."""
     roll, pitch, yaw = rpy
     return (("z", yaw), ("y", pitch), ("x", roll)) if any(rpy) else ()
