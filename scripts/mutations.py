@@ -766,7 +766,7 @@ _BATCH = (
     *_faults(
         "robot/model.py",
         "test_batch_methods.py",
-        ("input-of-clamped-configurations-written-over", "            output.check_apart(q)\n", ""),
+        ("input-of-clamped-configurations-written-over", "            output.check_no_overlap(q)\n", ""),
     ),
     *_faults(
         "robot/answers.py",

@@ -16,7 +16,7 @@ from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.robot.answers import Answers, Output
 from nao_kin.robot.build import Base, build_model, numbers_of, restore_numbers
-from nao_kin.robot.configurations import Configurations, Coordinates
+from nao_kin.robot.configurations import ConfigurationSpace, Coordinates
 from nao_kin.robot.geometry import GeometryKind, geometry_model
 from nao_kin.robot.kinematics import (
     EXPRESSIONS,
@@ -112,7 +112,7 @@ class RobotModel:
         self.frame_names, self.link_names = self._frames.names, self._frames.link_names
         self._limits = JointLimits(self.joint_names, self.lower, self.upper, self.joint_units, self.coupled_limits)
         self._coordinates = Coordinates(self.joint_names, self.mimics, self.semantics.chains)
-        self._configurations = Configurations(
+        self._configurations = ConfigurationSpace(
             self._coordinates, self._limits, pin.neutral(model), self._units, self.semantics.postures
         )
         self._kinematics = Kinematics(model)
@@ -540,7 +540,7 @@ class RobotModel:
             ['HeadYaw']
         """
         limit = None if most is None else whole_number(most, "most", 0)
-        return self._limits.violations(self._configurations.joints(q), most=limit)
+        return self._limits.violations(self._configurations.joints(q), max_configurations=limit)
 
     def check_limits(self, q: ArrayLike) -> Floats:
         """Return `q` as an array if every joint is inside its limits, coupled ones included.
@@ -624,7 +624,7 @@ class RobotModel:
             return poses[0] if one else poses
         output = Output(dtype, out, threads)
         if limits != "ignore":
-            output.check_apart(q)
+            output.check_no_overlap(q)
             q = self._within(q, limits)
         return self._answers.answer(Question("poses", ids, reference_id, as_), (q,), output, one=one)
 
