@@ -19,14 +19,7 @@ Base = Literal["fixed", "floating"]
 # Pinocchio's data grows with the cube of the number of joints: 0.6 GB for 200, 4 GB for 400.
 MOST_JOINTS = 250
 
-LIMIT_ARRAYS = (
-    "lowerPositionLimit",
-    "upperPositionLimit",
-    "lowerVelocityLimit",
-    "upperVelocityLimit",
-    "lowerEffortLimit",
-    "upperEffortLimit",
-)
+LIMIT_ARRAYS = tuple(f"{end}{kind}Limit" for kind in ("Position", "Velocity", "Effort") for end in ("lower", "upper"))
 # Arrays of a model that users may change after loading.
 _NUMBERS = (
     "armature",

@@ -188,11 +188,7 @@ class ConfigurationSpace:
         return np.tile(self._neutral, (*shape, 1)) if shape else np.array(self._neutral)
 
     def posture(
-        self,
-        name: str,
-        angles: Mapping[str, ArrayLike] | None,
-        joints: Mapping[str, ArrayLike],
-        limits: LimitPolicy,
+        self, name: str, angles: Mapping[str, ArrayLike] | None, joints: Mapping[str, ArrayLike], limits: LimitPolicy
     ) -> Floats:
         """Return a posture, with other values for the joints that `angles` and `joints` name."""
         choice(name, self._postures, "posture")

@@ -32,13 +32,7 @@ WORLD = "world"
 POSE_FORMS: tuple[str, ...] = get_args(PoseForm)
 
 # The shape of one frame's pose in each form.
-POSE_SHAPES = {
-    "matrix": (4, 4),
-    "rotation": (3, 3),
-    "position": (3,),
-    "position_quaternion": (7,),
-    "position6d": (6,),
-}
+POSE_SHAPES = {"matrix": (4, 4), "rotation": (3, 3), "position": (3,), "position_quaternion": (7,), "position6d": (6,)}
 
 
 class Question(NamedTuple):

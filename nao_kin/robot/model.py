@@ -195,7 +195,7 @@ class RobotModel:
             >>> robot.nq, robot.nv
             (32, 31)
         """
-        tree = read_urdf(_absolute(path), package_dirs=package_dirs, xacro=xacro, xacro_arguments=xacro_arguments)
+        tree = read_urdf(path, package_dirs=package_dirs, xacro=xacro, xacro_arguments=xacro_arguments)
         return _loaded(tree, semantics, None, base)
 
     @classmethod
@@ -232,7 +232,7 @@ class RobotModel:
             >>> panda = nk.RobotModel.from_mjcf("panda.xml")  # doctest: +SKIP
             >>> panda.fk(panda.posture("home"), "hand")  # doctest: +SKIP
         """
-        tree, own = read_mjcf(_absolute(path), package_dirs=package_dirs)
+        tree, own = read_mjcf(path, package_dirs=package_dirs)
         return _loaded(tree, semantics, own, base)
 
     # --- properties -----------------------------------------------------------------------------------------------
@@ -305,9 +305,7 @@ class RobotModel:
         return self._frames.places
 
     def with_offsets(
-        self: _Robot,
-        joints: Mapping[str, ArrayLike] | None = None,
-        frames: Mapping[str, ArrayLike] | None = None,
+        self: _Robot, joints: Mapping[str, ArrayLike] | None = None, frames: Mapping[str, ArrayLike] | None = None
     ) -> _Robot:
         """Return the same robot with calibrated joints and frames.
 
@@ -915,14 +913,6 @@ def _loaded(tree: UrdfTree, given: Semantics | Path | str | None, implied: Seman
             notes.append(f"posture {quoted(name)} is outside the limits of {abbreviated(', '.join(outside))}")
     robot.load_notes = (*tree.notes, *notes)
     return robot
-
-
-def _absolute(path: Path | str) -> Path | str:
-    """Return a path that does not depend on the working directory; the reader refuses anything else."""
-    try:
-        return Path(path).absolute()
-    except TypeError:
-        return path
 
 
 def _is_plain(q: ArrayLike, dtype: object, out: object, threads: object) -> bool:

@@ -26,7 +26,8 @@ from nao_kin.errors import BadArgument, BadInputFile, BadModel
 _DEFINITIONS = ("property", "arg", "include")
 # The expressions of xacro; other programs use $(…) with other words.
 _EXPRESSION = re.compile(r"\$\{|\$\((?:anon|arg|cwd|dirname|env|eval|find|optenv)\b")
-_BLANK = re.compile(rb"[ \t\r\n]*(\xef\xbb\xbf)?[ \t\r\n]*")
+# Blank lines, and a byte order mark, before the text.
+_BLANK = re.compile(rb"\A[ \t\r\n]*(\xef\xbb\xbf)?[ \t\r\n]*")
 
 
 # Returns the URDF of a xacro source, which is described in words.
@@ -60,21 +61,19 @@ def read_document(
 
 def root_tag(path: Path | str, content: bytes) -> str:
     """Return the name of the root element of an XML file; the rest of the file is not parsed."""
-    found: list[str] = []
-
-    def start(tag: str, attributes: dict[str, str]) -> Any:
-        found.append(tag)
-        raise _RootFound
-
     try:
-        _parsed(path, content, start)
-    except _RootFound:
-        return found[0]
-    raise BadModel(f"{path}: no element in it")
+        return _document(path, content, _RootOnly()).tag
+    except _RootFound as root:
+        return str(root)
 
 
 class _RootFound(Exception):
-    """The root element has been found."""
+    """The name of the root element."""
+
+
+class _RootOnly(ET.TreeBuilder):
+    def start(self, tag: Any, attributes: Any, /) -> Any:
+        raise _RootFound(tag)
 
 
 def finite_numbers(text: str) -> list[float]:
@@ -104,39 +103,23 @@ def file_content(path: Path | str) -> bytes:
         raise BadModel(f"cannot read {abbreviated(path)}: {error}") from None
 
 
-def _document(path: Path | str, content: bytes) -> ET.Element:
-    builder: ET.TreeBuilder = ET.TreeBuilder()
-    _parsed(path, content, builder.start, builder)
-    return builder.close()
-
-
-def _parsed(
-    path: Path | str,
-    content: bytes,
-    start: Callable[[str, dict[str, str]], Any],
-    builder: ET.TreeBuilder | None = None,
-) -> None:
-    """Parse a file, and refuse what is not well-formed."""
+def _document(path: Path | str, content: bytes, builder: ET.TreeBuilder | None = None) -> ET.Element:
+    """Return the root element; refuse a file that is not well-formed."""
     parser = expat.ParserCreate()  # without namespaces: prefixes are not resolved
+    builder = builder or ET.TreeBuilder()
     parser.buffer_text = True
-    parser.StartElementHandler = start
-    if builder is not None:
-        parser.EndElementHandler = builder.end
-        parser.CharacterDataHandler = builder.data
+    parser.StartElementHandler, parser.EndElementHandler = builder.start, builder.end
+    parser.CharacterDataHandler = builder.data
+    text = _BLANK.sub(b"", content, count=1)
     try:
-        parser.Parse(content[_blank(content) :], True)
+        parser.Parse(text, True)
     except expat.ExpatError as error:
-        line = error.lineno + content[: _blank(content)].count(b"\n")
+        line = error.lineno + content[: len(content) - len(text)].count(b"\n")
         where = f"line {line}, column {error.offset + 1}"
         raise BadModel(f"{path}, {where}: not well-formed XML ({expat.ErrorString(error.code)})") from None
     except (LookupError, ValueError) as error:  # an unknown encoding
         raise BadModel(f"cannot read {path}: {error}") from None
-
-
-def _blank(content: bytes) -> int:
-    """Return the number of bytes of blank lines, and of a byte order mark, before the text."""
-    match = _BLANK.match(content)
-    return match.end() if match else 0
+    return builder.close()
 
 
 class _Xacro:

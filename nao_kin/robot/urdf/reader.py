@@ -52,27 +52,26 @@ def read_urdf(
     `content` is what the file contains, if it has been read already. The other arguments are those of `read_robot`. The
     expressions of a xacro source are Python code, so a file is expanded only on request.
     """
-    content = file_content(path) if content is None else content
+    content, path = file_content(path) if content is None else content, Path(path).absolute()
     notes: list[str] = []
     folders = checked_folders(package_dirs)
     given = xacro_values(xacro_arguments)
     if not (xacro is None or isinstance(xacro, bool)):
         raise BadArgument(f"xacro must be True, False or None, got {quoted(xacro)}")
-    asked = Path(path).suffix == ".xacro" if xacro is None else xacro
+    asked = path.suffix == ".xacro" if xacro is None else xacro
     if given and not asked:
         raise BadArgument(f"{path} takes arguments with xacro=True only, got {', '.join(given)}")
 
     def expand(what: str) -> bytes:
         if not asked:
             raise BadModel(f"{path}: {what}; xacro=True (--xacro) expands it, which runs the code of its author")
-        file = Path(path)
-        return expand_xacro(file, content, notes, arguments=given, packages=Packages(file, folders), what=what)
+        return expand_xacro(path, content, notes, arguments=given, packages=Packages(path, folders), what=what)
 
     document, expanded = read_document(path, content, notes, expand, always=bool(given or xacro))
     if given and not expanded:
         raise BadArgument(f"{path} is no xacro source and takes no arguments, got {', '.join(given)}")
     try:
-        tree = _UrdfReader(document, Path(path), folders, notes).tree()
+        tree = _UrdfReader(document, path, folders, notes).tree()
     except Refused as refusal:
         raise BadModel(f"{path}: {refusal}") from None
     return replace(tree, expanded=expanded)
@@ -359,7 +358,7 @@ def read_robot(
         ('base_link', None)
     """
     content = file_content(path)
-    is_mjcf, path = file_format(path, content) == "mjcf", Path(path).absolute()
+    is_mjcf = file_format(path, content) == "mjcf"
     if is_mjcf and not xacro_values(xacro_arguments) and (xacro is None or xacro is False):
         return read_mjcf(path, package_dirs=package_dirs, content=content)
     # This refuses to expand an MJCF, and arguments for a file that takes none.

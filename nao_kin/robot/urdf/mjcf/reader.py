@@ -98,16 +98,16 @@ def read_mjcf(
     `package_dirs` are searched for meshes that are not where the file says; `content` is what the file contains, if it
     has been read already.
     """
-    content = file_content(path) if content is None else content
+    content, path = file_content(path) if content is None else content, Path(path).absolute()
     tag = root_tag(path, content)
     if tag != "mujoco":
         other = "; it is a URDF, which RobotModel.from_urdf reads" if tag == "robot" else ""
         raise BadModel(f"{path}: the root element is <{abbreviated(tag)}>, an MJCF has <mujoco>{other}")
     notes: list[str] = []
     folders = checked_folders(package_dirs)
-    compiled = compile_mjcf(Path(path), content, folders, notes)
+    compiled = compile_mjcf(path, content, folders, notes)
     try:
-        tree, semantics = _MjcfReader(compiled, Path(path), notes).read()
+        tree, semantics = _MjcfReader(compiled, path, notes).read()
     except (Refused, ValueError) as error:
         raise BadModel(f"{path}: {error}") from None
     return replace(tree, package_dirs=folders), semantics
