@@ -45,13 +45,7 @@ V5 = VersionPage(
         FrameRow("InfraredL", "LInfraRed_frame", "HeadPitch", (0.0441, 0.0257, 0.0466), (0.0, 0.0, 0.0), "U5"),
         FrameRow("InfraredR", "RInfraRed_frame", "HeadPitch", (0.0441, -0.0257, 0.0466), (0.0, 0.0, 0.0), "U5"),
     ),
-    without_frames=(
-        "MicroFrontLeft",
-        "MicroFrontRight",
-        "MicroRearLeft",
-        "MicroRearRight",
-        "MicrophoneFrame",
-    ),
+    without_frames=("MicroFrontLeft", "MicroFrontRight", "MicroRearLeft", "MicroRearRight", "MicrophoneFrame"),
     visuals=(VisualRow("HeadPitch", "sensors_v5", ("dark", "black")),),
     without_visuals=("HeadPitch/sensors",),
 )
@@ -175,22 +169,15 @@ V32 = VersionPage(
         InertialRow("RWristYaw", 0.14314, (0.03241, -0.00268, -0.00272), (5.48391e-05, -4.21084e-06, -1.25566e-06, 0.000120895, -7.74367e-07, 0.00011473), "U32"),
     ),
     without_frames=(
-        "LHand/Touch/Back",
-        "LHand/Touch/Left",
-        "LHand/Touch/Right",
-        "RHand/Touch/Back",
-        "RHand/Touch/Left",
-        "RHand/Touch/Right",
+        "LHand/Touch/Back", "LHand/Touch/Left", "LHand/Touch/Right",
+        "RHand/Touch/Back", "RHand/Touch/Left", "RHand/Touch/Right",
     ),
     visuals=(
         *both_sides("ShoulderRoll", "upper_arm_v32", "white"),
         *both_sides("ElbowRoll", "forearm_v32", "white"),
     ),
     without_visuals=(
-        "LShoulderRoll/l_upper_arm",
-        "RShoulderRoll/r_upper_arm",
-        "LElbowRoll/l_forearm",
-        "RElbowRoll/r_forearm",
+        "LShoulderRoll/l_upper_arm", "RShoulderRoll/r_upper_arm", "LElbowRoll/l_forearm", "RElbowRoll/r_forearm",
     ),
 )
 # fmt: on

@@ -63,17 +63,13 @@ def urdf_text(parameters: NaoParameters) -> str:
     return writing.document_text(robot)
 
 
-def urdf_directory() -> Path:
-    """Return the folder of the generated URDFs; raise `BadModel` if the installation lacks it."""
-    for folder in (_PACKAGE / "_urdf_files", _PACKAGE.parent / "urdf"):
-        if (folder / "nao_v6.urdf").is_file():
-            return folder
-    raise BadModel(f"no urdf folder with nao_v6.urdf in {_PACKAGE} or beside it; reinstall nao-kin")
-
-
 def nao_urdf_path(version: str) -> Path:
-    """Return the URDF file of one NAO version, "v3.2" … "v6"."""
-    return urdf_directory() / urdf_name(version)
+    """Return the URDF file of one NAO version, "v3.2" … "v6"; raise `BadModel` if the installation lacks it."""
+    name = urdf_name(version)
+    for folder in (_PACKAGE / "_urdf_files", _PACKAGE.parent / "urdf"):
+        if (folder / name).is_file():
+            return folder / name
+    raise BadModel(f"no urdf folder with {name} in {_PACKAGE} or beside it; reinstall nao-kin")
 
 
 def urdf_name(version: str) -> str:

@@ -58,10 +58,10 @@ class MeshFiles:
     """The search for the mesh files of a `mujoco.MjSpec`; other folders are searched last."""
 
     def __init__(self, spec: Any, path: Path, content: bytes, folders: tuple[Path, ...]) -> None:
-        self._spec, self._home, self._folders = spec, path.absolute().parent, folders
+        self._spec, self._home, self._folders = spec, path.parent, folders
         self._packages = Packages(path, folders)
         # Prefix of mesh names, folder and `meshdir` of the attached models, longest prefix first.
-        self._attached = sorted(_attached(path.absolute(), content), key=lambda found: -len(found[0]))
+        self._attached = sorted(_attached(path, content), key=lambda found: -len(found[0]))
 
     def find(self, mesh: Any) -> Path | None:
         """Return the file of a mesh, or None; tell MuJoCo of a file that is not where it looks."""
@@ -197,7 +197,7 @@ def compile_mjcf(path: Path, content: bytes, package_dirs: tuple[Path, ...], not
     mujoco = import_mujoco()
     try:
         with mujoco_warnings(mujoco) as warned:
-            spec = _parsed(mujoco, path.absolute(), content)
+            spec = _parsed(mujoco, path, content)
             shapes = _strip_shapes(spec, path, content, package_dirs, notes)
             model = _compiled(spec, shapes, notes)
     except (ValueError, mujoco.FatalError) as error:
@@ -271,43 +271,36 @@ def _strip_shapes(
     mujoco = import_mujoco()
     for compiler in _compilers(spec):
         compiler.discardvisual = compiler.fusestatic = False
-    for skin in list(spec.skins):
-        spec.delete(skin)
     for material in spec.materials:
         material.textures = [""] * len(material.textures)
     for light in spec.lights:
         if hasattr(light, "texture"):
             light.texture = ""
-    for texture in list(spec.textures):
-        spec.delete(texture)
-    used, found = set[str](), list[_Shape]()
-    kind = mujoco.mjtGeom.mjGEOM_HFIELD
-    fields = [(body, geom) for body in spec.bodies for geom in body.geoms if geom.type == kind]
+    geoms = [(body, geom) for body in spec.bodies for geom in body.geoms]
+    fields = [(body, geom) for body, geom in geoms if geom.type == mujoco.mjtGeom.mjGEOM_HFIELD]
     if fields:
         notes.append(f"height fields left out: {len(fields)}")
-    for body, geom in fields:
+    for _, geom in fields:
         _remove_shape(geom)
-        found.append(_Shape(geom, body, None, False))
-    for hfield in list(spec.hfields):
-        spec.delete(hfield)
+    used, found = set[str](), [_Shape(geom, body, None, False) for body, geom in fields]
+    for element in (*spec.skins, *spec.textures, *spec.hfields):
+        spec.delete(element)
     meshes = {mesh.name: mesh for mesh in spec.meshes}
     search = MeshFiles(spec, path, content, package_dirs)
     files = {name: search.find(mesh) for name, mesh in meshes.items()}
-    for body in spec.bodies:
-        for geom in body.geoms:
-            name = geom.meshname
-            if name not in meshes:
-                continue
-            available = not meshes[name].file or files[name] is not None
-            is_mesh = geom.type == mujoco.mjtGeom.mjGEOM_MESH
-            if is_mesh or not available:
-                home = path.absolute().parent
-                asset = mesh_asset(meshes[name], files[name], home) if is_mesh else None
-                found.append(_Shape(geom, body, asset, not available))
-            if available and (not meshes[name].file or not is_mesh or _gives_mass(spec, body, geom)):
-                used.add(name)  # a primitive is fitted to its mesh
-            else:
-                _remove_shape(geom)
+    for body, geom in geoms:
+        name = geom.meshname
+        if name not in meshes:
+            continue
+        available = not meshes[name].file or files[name] is not None
+        is_mesh = geom.type == mujoco.mjtGeom.mjGEOM_MESH
+        if is_mesh or not available:
+            asset = mesh_asset(meshes[name], files[name], path.parent) if is_mesh else None
+            found.append(_Shape(geom, body, asset, not available))
+        if available and (not meshes[name].file or not is_mesh or _gives_mass(spec, body, geom)):
+            used.add(name)  # a primitive is fitted to its mesh
+        else:
+            _remove_shape(geom)
     for site in spec.sites:
         if getattr(site, "meshname", "") in meshes:
             site.meshname, site.type = "", mujoco.mjtGeom.mjGEOM_SPHERE
@@ -355,7 +348,7 @@ class Shapes:
 
     def __init__(self, compiled: Compiled, links: Mapping[int, str], path: Path) -> None:
         """Convert the geoms of the bodies in `links`, body → link; mesh files are named relative to `path`."""
-        self._compiled, self._model, self._folder = compiled, compiled.model, path.absolute().parent
+        self._compiled, self._model, self._folder = compiled, compiled.model, path.parent
         known = (geom for geom in range(int(self._model.ngeom)) if geom not in compiled.shapeless)
         geoms = [geom for geom in known if int(self._model.geom_bodyid[geom]) in links]
         seen = [geom for geom in geoms if int(self._model.geom_group[geom]) <= _LAST_VISIBLE_GROUP] or geoms
