@@ -129,9 +129,7 @@ class JointLimits:
         `max_configurations` with a violation.
         """
         boxes, tables = self._outside(values, joints)
-        affected = boxes.any(axis=-1)
-        for outside in tables:
-            affected = affected | outside
+        affected = np.logical_or.reduce([boxes.any(axis=-1), *tables])
         found: list[LimitViolation] = []
         for place in np.argwhere(affected)[:max_configurations].tolist():
             at = tuple(place)

@@ -69,7 +69,7 @@ def checked_semantics(semantics: Semantics, tree: UrdfTree) -> Semantics:
     _check(semantics.frames(), {*moving, *tree.links, *tree.shared_names}, "frame", tree.name)
     if semantics.start and semantics.start not in semantics.postures:
         raise BadModel(
-            f"semantics of {tree.name}: start names the posture {quoted(semantics.start)}, which is not there"
+            f"semantics of {tree.name}: start names the posture {quoted(semantics.start)}, which does not exist"
         )
     own = [joint.name for joint in tree.moving_joints if joint.mimic is None]
     coordinates = Coordinates(tuple(own), mimics)
@@ -97,4 +97,6 @@ def _check(named: Mapping[str, tuple[str, str]], valid: Collection[str], kind: s
             where = f"{part} {quoted(its_name)}" if its_name else part
             near = ", ".join(nearest_names(name, valid))
             advice = f" (nearest: {near})" if near else ""
-            raise BadModel(f"semantics of {robot}: {where} names the {kind} {quoted(name)}, which is not there{advice}")
+            raise BadModel(
+                f"semantics of {robot}: {where} names the {kind} {quoted(name)}, which does not exist{advice}"
+            )

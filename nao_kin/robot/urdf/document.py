@@ -364,7 +364,7 @@ def expand_xacro(
     except ImportError:
         target = path.name.removesuffix(".xacro").removesuffix(".urdf") + ".urdf"
         raise BadModel(
-            f"{path}: {what}; pip install 'nao-kin[xacro]' has it read as it is, or expand it first: "
+            f"{path}: {what}; pip install 'nao-kin[xacro]' to read it directly, or expand it first: "
             f"xacro {path.name} -o {target if target != path.name else 'expanded.urdf'}"
         ) from None
     warnings = io.StringIO()

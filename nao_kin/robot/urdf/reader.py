@@ -171,7 +171,9 @@ class _UrdfReader:
             self.notes.append(f"joint {quoted(joint)} has lower limit {lower:g} above upper limit {upper:g}: unlimited")
             return -math.inf, math.inf
         if math.isinf(upper - lower):
-            raise Refused(f"joint {quoted(joint)} has a range from {lower:g} to {upper:g}, which is beyond all measure")
+            raise Refused(
+                f"joint {quoted(joint)} has a range from {lower:g} to {upper:g}, which is too large for floating point"
+            )
         return lower, upper
 
     def _axis(self, joint: str, element: ET.Element | None) -> Vector:
@@ -270,7 +272,7 @@ class _UrdfReader:
             children.setdefault(joint.parent, []).append(joint)
         reached = {roots[0], *(joint.child for joint in depth_first(children, roots[0]))}
         if len(reached) != len(links):
-            raise Refused(f"link {quoted(next(n for n in links if n not in reached))} hangs in a loop of joints")
+            raise Refused(f"link {quoted(next(n for n in links if n not in reached))} is part of a loop of joints")
         return roots[0]
 
     def _base(self, root: str, links: dict[str, ET.Element], joints: dict[str, UrdfJoint]) -> str:
@@ -296,7 +298,7 @@ class _UrdfReader:
         meshes = {mesh.get("filename", "") for mesh in self.document.iter("mesh")}
         missing = sorted(name for name in meshes if packages.file(name) is None)
         if missing:
-            self.notes.append(f"{len(missing)} of {len(meshes)} mesh files are not there, first {quoted(missing[0])}")
+            self.notes.append(f"{len(missing)} of {len(meshes)} mesh files are missing, first {quoted(missing[0])}")
 
 
 def _name(owner: Owner) -> str:

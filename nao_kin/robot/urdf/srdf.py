@@ -8,7 +8,7 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 from nao_kin._core.text import abbreviated, quoted
-from nao_kin.errors import BadArgument, BadModel
+from nao_kin.errors import BadModel
 from nao_kin.robot.semantics import Mimic, Posture, Semantics
 from nao_kin.robot.urdf.document import file_content, finite_numbers, read_document
 from nao_kin.robot.urdf.tree import (
@@ -32,10 +32,6 @@ def read_srdf(path: Path | str, tree: UrdfTree, notes: list[str]) -> Semantics:
     name for several groups form one posture. One SRDF often serves several variants of a robot: joints and links that
     this robot does not have are left out with a note, and so is the value of a floating base.
     """
-    if not isinstance(tree, UrdfTree):
-        raise BadArgument(f"tree must be a UrdfTree, got {quoted(tree)}")
-    if not isinstance(notes, list):
-        raise BadArgument(f"notes must be a list, got {quoted(notes)}")
     document, _ = read_document(path, file_content(path), notes)
     if document.tag != "robot":
         raise BadModel(f"{path}: the root element is <{abbreviated(document.tag)}>, an SRDF has <robot>")

@@ -150,7 +150,7 @@ def test_a_robot_keeps_the_folders_that_it_was_given(tmp_path: Path) -> None:
     path.parent.mkdir()
     mesh = '<visual><geometry><mesh filename="package://arm/a.stl"/></geometry></visual>'
     path.write_text(f'<robot name="r"><link name="l">{mesh}</link></robot>')
-    assert "mesh files are not there" in nk.RobotModel.from_urdf(path).load_notes[0]
+    assert "mesh files are missing" in nk.RobotModel.from_urdf(path).load_notes[0]
     robot = nk.RobotModel.from_urdf(path, package_dirs=[tmp_path / "far"])
     assert robot.load_notes == ()
     assert robot.tree.packages.file("package://arm/a.stl") is not None

@@ -95,9 +95,9 @@ class MeshFiles:
         yield from (folder / meshdir for prefix, folder, meshdir in self._attached if not prefix)
 
 
-def _attached(path: Path, content: bytes) -> Iterator[tuple[str, Path, str]]:
+def _attached(path: Path, content: bytes | None = None) -> Iterator[tuple[str, Path, str]]:
     """Yield prefix, folder and `meshdir` of the models that a file attaches, and of those that these attach."""
-    elements = list(_elements(path, content, path.parent))
+    elements = list(_elements(path, path.parent, content))
     models = {
         model.get("name") or _model_name(path.parent / model.get("file", "")): model
         for model in elements
@@ -107,38 +107,28 @@ def _attached(path: Path, content: bytes) -> Iterator[tuple[str, Path, str]]:
         model = models.get(element.get("model", "")) if element.tag == "attach" else None
         if model is not None:
             prefix, file = element.get("prefix", ""), path.parent / model.get("file", "")
-            inside = _content(file)
-            compilers = [inner for inner in _elements(file, inside, file.parent) if inner.tag == "compiler"]
+            compilers = [inner for inner in _elements(file, file.parent) if inner.tag == "compiler"]
             meshdirs = [inner.get("meshdir", inner.get("assetdir", "")) for inner in compilers]
             yield prefix, file.parent, next(filter(None, meshdirs), "")
-            yield from ((prefix + inner, folder, meshdir) for inner, folder, meshdir in _attached(file, inside))
+            yield from ((prefix + inner, folder, meshdir) for inner, folder, meshdir in _attached(file))
 
 
 def _model_name(file: Path) -> str:
     """Return the name that a file gives its model."""
-    return next((root.get("model", "") for root in _elements(file, _content(file), file.parent)), "")
+    return next((root.get("model", "") for root in _elements(file, file.parent)), "")
 
 
-def _elements(path: Path, content: bytes, home: Path) -> Iterator[ET.Element]:
-    """Yield the elements of a file and of those that it includes; none of a file that is not well-formed XML."""
+def _elements(path: Path, home: Path, content: bytes | None = None) -> Iterator[ET.Element]:
+    """Yield the elements of a file and of those that it includes; none of a file that is not readable XML."""
     try:
-        document = ET.fromstring(content)
-    except (ET.ParseError, ValueError):
+        document = ET.fromstring(path.read_bytes() if content is None else content)
+    except (OSError, ET.ParseError, ValueError):
         return
     for element in document.iter():
         yield element
         if element.tag == "include":
-            beside, name = path.parent, element.get("file", "")
-            inside = beside / name if (beside / name).is_file() else home / name
-            yield from _elements(inside, _content(inside), home)
-
-
-def _content(file: Path) -> bytes:
-    """Return the content of a file that MuJoCo has read; nothing if it cannot be read again."""
-    try:
-        return file.read_bytes()
-    except (OSError, ValueError):
-        return b""
+            name = element.get("file", "")
+            yield from _elements((path.parent if (path.parent / name).is_file() else home) / name, home)
 
 
 # --- The compiled model.
@@ -235,7 +225,7 @@ def _compiled(spec: Any, shapes: list[_Shape], notes: list[str]) -> Any:
             if not body.explicitinertial and all(geom.mass == 0.0 for geom in body.geoms):
                 body.explicitinertial, body.mass, body.inertia = True, _NO_MASS, [_NO_MASS] * 3
         model = spec.compile()
-        notes.append("bodies whose mass was to come from missing meshes are taken as massless")
+        notes.append("bodies whose masses depend on missing meshes are taken as massless")
         return model
 
 
@@ -311,7 +301,7 @@ def _strip_shapes(
     missing = sorted(meshes[name].file for name in meshes if meshes[name].file and files[name] is None)
     if missing:
         count = sum(bool(mesh.file) for mesh in meshes.values())
-        notes.append(f"{len(missing)} of {count} mesh files are not there, first {quoted(missing[0])}")
+        notes.append(f"{len(missing)} of {count} mesh files are missing, first {quoted(missing[0])}")
     return found
 
 

@@ -175,7 +175,7 @@ class Couplings:
                 mimic = self.mimics.pop(name)
                 self.locked[name] = value = float(mimic.value(self.locked[mimic.joint]))
                 notes.append(
-                    f"joint {quoted(name)} follows {quoted(mimic.joint)}, which is held: taken as fixed at {value:.6g}"
+                    f"joint {quoted(name)} follows {quoted(mimic.joint)}, which is locked: fixed at {value:.6g}"
                 )
 
     def _leads_to(self, name: str, end: str) -> bool:
@@ -202,11 +202,11 @@ def read_couplings(model: Any, names: Mapping[int, str], notes: list[str]) -> Co
             if second in names or second < 0:
                 _couple(model, row, names[first], names.get(second, ""), couplings, notes)
             else:
-                notes.append(f"joint {quoted(names[first])} is coupled to one that is not the robot's: left out")
+                notes.append(f"joint {quoted(names[first])} is coupled to a joint outside the robot: left out")
     couplings.lock_followers(notes)
     if left_out:
         kinds = ", ".join(f"{count} {kind}" for kind, count in left_out.items())
-        notes.append(f"equality constraints left out, so that their joints move on their own: {kinds}")
+        notes.append(f"equality constraints left out, so that their joints move independently: {kinds}")
     return couplings
 
 
@@ -217,17 +217,19 @@ def _couple(model: Any, row: int, name: str, driver: str, couplings: Couplings, 
     if driver and any(higher):
         notes.append(
             f"joint {quoted(name)} follows {quoted(driver)} by a curve of degree "
-            f"{max(n for n, value in enumerate(higher, 2) if value)}: it moves on its own here"
+            f"{max(n for n, value in enumerate(higher, 2) if value)}: taken as independent"
         )
     elif driver and slope:
         x = float(model.qpos0[model.jnt_qposadr[model.eq_obj2id[row]]])
         if not couplings.follow(name, Mimic(driver, slope, y + constant - slope * x)):
-            notes.append(f"joint {abbreviated(name)} is coupled to {abbreviated(driver)} once more: left out")
+            notes.append(
+                f"joint {abbreviated(name)} is coupled to {abbreviated(driver)} by a second constraint: left out"
+            )
     elif name in couplings.mimics:
-        notes.append(f"joint {abbreviated(name)} is held at a value and follows another: it follows")
+        notes.append(f"joint {abbreviated(name)} is locked and follows another joint: the lock is left out")
     else:
         couplings.locked[name] = y + constant
-        notes.append(f"joint {quoted(name)} is held at {y + constant:.6g}: taken as fixed there")
+        notes.append(f"joint {quoted(name)} is locked at {y + constant:.6g}: taken as fixed")
 
 
 # --- Cameras, keyframes and sensors as semantics.

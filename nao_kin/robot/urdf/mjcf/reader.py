@@ -65,7 +65,7 @@ def robot_of(model: Any, notes: list[str]) -> tuple[int, list[int]]:
     left_out = [body for body in members if body not in chosen]
     if left_out:
         names = abbreviated(", ".join(_name(model, body) for body in left_out), 100)
-        notes.append(f"left out, for they are not the robot's: {names}")
+        notes.append(f"left out, not part of the robot: {names}")
     bodies = sorted(body for one in chosen for body in members[one])
     return root, bodies if root != WORLD else [WORLD, *bodies]
 
@@ -81,7 +81,7 @@ def _note_place(model: Any, body: int, notes: list[str]) -> None:
         place = " ".join(f"{float(value):.4g}" for value in model.body_pos[body])
         turned = "" if np.allclose(T[:3, :3], np.eye(3), atol=1e-12) else ", turned,"
         notes.append(
-            f"{quoted(_name(model, body))} stands at {place}{turned} in the world; poses are given in its own frame"
+            f"{quoted(_name(model, body))} is at {place}{turned} in the world; poses are relative to its frame"
         )
 
 
@@ -244,7 +244,7 @@ class _MjcfReader:
             joints.append(self._fixed(self.links[body], found[index], T))
         if renamed:
             names = abbreviated(", ".join(renamed), 100)
-            self.notes.append(f"{len(renamed)} {kind}s are called …_{kind}, for others have their names: {names}")
+            self.notes.append(f"{len(renamed)} {kind}s are renamed …_{kind}, because their names are taken: {names}")
         return found
 
     def _fixed_cameras(self) -> list[int]:
@@ -252,7 +252,7 @@ class _MjcfReader:
         modes = [int(mode) for mode in self.model.cam_mode]
         fixed = [camera for camera, mode in enumerate(modes) if mode == _FIXED_CAMERA]
         if len(fixed) < len(modes):
-            self.notes.append(f"cameras that turn by themselves left out: {len(modes) - len(fixed)}")
+            self.notes.append(f"tracking cameras left out: {len(modes) - len(fixed)}")
         return fixed
 
     def _fixed(self, parent: str, child: str, T: Floats) -> UrdfJoint:
