@@ -79,12 +79,7 @@ class JointLimits:
     """The limits of all joints of a robot, lower and upper (n,), for values (..., n) in the order of `names`."""
 
     def __init__(
-        self,
-        names: tuple[str, ...],
-        lower: Floats,
-        upper: Floats,
-        units: tuple[str, ...],
-        tables: Sequence[CoupledLimit],
+        self, names: Sequence[str], lower: Floats, upper: Floats, units: Sequence[str], tables: Sequence[CoupledLimit]
     ) -> None:
         self.names, self.lower, self.upper, self.units, self.tables = names, lower, upper, units, tuple(tables)
         column = {name: index for index, name in enumerate(names)}

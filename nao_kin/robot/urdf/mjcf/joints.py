@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -16,9 +16,9 @@ import numpy as np
 
 from nao_kin._core.arrays import Floats, join_poses
 from nao_kin._core.text import abbreviated, quoted
-from nao_kin.robot.semantics import Mimic, Posture, Semantics
+from nao_kin.robot.semantics import Mimic
 from nao_kin.robot.urdf.tree import Origin, UrdfJoint
-from nao_kin.rotations import euler_from_matrix, matrix_from_quat, rpy_from_matrix
+from nao_kin.rotations import matrix_from_quat, rpy_from_matrix
 
 FREE, BALL, SLIDE, HINGE = range(4)
 """The kinds of joints, as `mujoco.mjtJoint` numbers them."""
@@ -79,6 +79,12 @@ def joint_coordinates(model: Any, body: int) -> tuple[list[JointCoordinate], Flo
         found.append(JointCoordinate(joint, 0, replace(single, origin=place), is_ball=False))
         T = translation(-by)
     return found, T
+
+
+def free_joint(model: Any, body: int) -> int | None:
+    """Return the free joint of a body, None without one."""
+    joint = int(model.body_jntadr[body])
+    return joint if joint >= 0 and int(model.jnt_type[joint]) == FREE else None
 
 
 def _ball_limits(model: Any, joint: int) -> tuple[float, float, float]:
@@ -230,100 +236,3 @@ def _couple(model: Any, row: int, name: str, driver: str, couplings: Couplings, 
     else:
         couplings.locked[name] = y + constant
         notes.append(f"joint {quoted(name)} is locked at {y + constant:.6g}: taken as fixed")
-
-
-# --- Cameras, keyframes and sensors as semantics.
-
-R_CAMERA_FRAME = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [-1.0, 0.0, 0.0]])
-"""Axes of our cameras in those of MuJoCo's: ours look along x with z up, MuJoCo's along −z with y up."""
-
-# Sensors at a site, by their names in `mujoco.mjtSensor`.
-_SENSORS = {"mjSENS_ACCELEROMETER": "accelerometers", "mjSENS_GYRO": "gyrometers", "mjSENS_TOUCH": "force_sensors"}
-# A base is upright if it is tilted by less than this [rad].
-_UPRIGHT = 1e-6
-
-
-def fields_of_view(model: Any, cameras: Mapping[int, str]) -> dict[str, tuple[float, float]]:
-    """Return camera → horizontal and vertical field of view [rad], for cameras with a known aspect ratio."""
-    found = {}
-    for camera, name in cameras.items():
-        width, height = (float(size) for size in model.cam_sensorsize[camera])
-        columns, rows = (int(count) for count in model.cam_resolution[camera])
-        vertical = math.radians(float(model.cam_fovy[camera]))
-        if width > 0.0 and height > 0.0:
-            focal = [float(length) for length in model.cam_intrinsic[camera, :2]]
-            fields = tuple(2.0 * math.atan2(size, 2.0 * f) for size, f in zip((width, height), focal, strict=True))
-        elif columns > 1 and rows > 1:
-            fields = (2.0 * math.atan(math.tan(vertical / 2.0) * columns / rows), vertical)
-        else:
-            continue
-        if all(0.0 < angle < math.pi for angle in fields):
-            found[name] = (fields[0], fields[1])
-    return found
-
-
-def sensor_frames(mujoco: Any, model: Any, sites: Mapping[int, str]) -> dict[str, Any]:
-    """Return the frames of accelerometers, gyrometers and force sensors, by the fields of `Semantics`."""
-    kinds = {int(getattr(mujoco.mjtSensor, name)): part for name, part in _SENSORS.items()}
-    found: dict[str, list[str]] = {}
-    for sensor in range(int(model.nsensor)):
-        part, site = kinds.get(int(model.sensor_type[sensor])), int(model.sensor_objid[sensor])
-        if part and site in sites and sites[site] not in found.get(part, []):
-            found.setdefault(part, []).append(sites[site])
-    return {part: tuple(frames) for part, frames in found.items()}
-
-
-def value(model: Any, q: Floats, coordinate: JointCoordinate) -> float:
-    """Return the value of one coordinate in a configuration of MuJoCo."""
-    first = int(model.jnt_qposadr[coordinate.id])
-    if not coordinate.is_ball:
-        return float(q[first])
-    turns = euler_from_matrix(pose((0.0, 0.0, 0.0), q[first : first + 4])[:3, :3], "xyz", axes="moving").angles
-    return float(turns[coordinate.part])
-
-
-def free_joint(model: Any, body: int) -> int | None:
-    """Return the free joint of a body, None without one."""
-    joint = int(model.body_jntadr[body])
-    return joint if joint >= 0 and int(model.jnt_type[joint]) == FREE else None
-
-
-def _up(quaternion: Floats) -> tuple[float, float, float] | None:
-    """Return the vertical in the axes of a base; None if the base is upright."""
-    x, y, z = (float(component) for component in pose((0.0, 0.0, 0.0), quaternion)[2, :3])
-    return None if math.hypot(x, y) < _UPRIGHT and z > 0.0 else (x, y, z)
-
-
-def semantics_of(
-    mujoco: Any,
-    model: Any,
-    *,
-    own: Sequence[JointCoordinate],
-    base: int | None,
-    cameras: Mapping[int, str],
-    sites: Mapping[int, str],
-    notes: list[str],
-) -> Semantics:
-    """Return the semantics: cameras and sensors as frames, named keyframes as postures; the first is shown first.
-
-    `own` are the independent coordinates; `base` is the free joint of the base; `cameras` and `sites` are id → name of
-    those that are frames. Notes are added on what is left out.
-    """
-    postures: dict[str, Posture] = {}
-    for key in range(int(model.nkey)):
-        name, q = str(model.key(key).name), model.key_qpos[key]
-        if name:
-            angles = {coordinate.joint.name: value(model, q, coordinate) for coordinate in own}
-            if not all(map(math.isfinite, angles.values())):
-                raise ValueError(f"keyframe {quoted(name)} is not finite")
-            postures[name] = Posture(angles, None if base is None else _up(q[model.jnt_qposadr[base] :][3:7]))
-    unnamed = int(model.nkey) - len(postures)
-    if unnamed:
-        notes.append(f"keyframes without a name left out: {unnamed}")
-    return Semantics(
-        cameras=tuple(cameras.values()),
-        fields_of_view=fields_of_view(model, cameras),
-        postures=postures,
-        start=next(iter(postures), ""),
-        **sensor_frames(mujoco, model, sites),
-    )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,12 +13,11 @@ import numpy as np
 from nao_kin._core.arrays import Floats
 from nao_kin._core.text import abbreviated, fresh_name, quoted
 from nao_kin.errors import BadModel
-from nao_kin.robot.semantics import Semantics
+from nao_kin.robot.semantics import Posture, Semantics
 from nao_kin.robot.urdf.couplings import Refused, drive_order, resolve_chains, share_limits
 from nao_kin.robot.urdf.document import checked_folders, file_content, root_tag
 from nao_kin.robot.urdf.mjcf.compiled import Compiled, Shapes, compile_mjcf, import_mujoco
 from nao_kin.robot.urdf.mjcf.joints import (
-    R_CAMERA_FRAME,
     Couplings,
     JointCoordinate,
     efforts,
@@ -27,9 +26,9 @@ from nao_kin.robot.urdf.mjcf.joints import (
     origin,
     pose,
     read_couplings,
-    semantics_of,
 )
 from nao_kin.robot.urdf.tree import Inertial, UrdfJoint, UrdfTree, rename_links
+from nao_kin.rotations import euler_from_matrix
 
 # --- The bodies of the robot: files also contain floors, tables and objects to grasp.
 
@@ -142,8 +141,12 @@ class _MjcfReader:
         resolved = resolve_chains({joint.name: joint for joint in joints}, self.notes)
         root = self.links[self.root]
         ordered = share_limits(drive_order(resolved, root, self.notes), self.notes)
-        self._note_unlimited(ordered)
-        shapes = Shapes(self.compiled, self.links, self.path)
+        own = {joint.name: joint for joint in ordered if joint.kind != "fixed" and joint.mimic is None}
+        unlimited = [name for name, joint in own.items() if np.isinf(joint.upper - joint.lower)]
+        if unlimited:
+            self.notes.append(f"joints without limits: {abbreviated(', '.join(unlimited))}")
+        moving = [coordinate for coordinate in coordinates if coordinate.joint.name in own]
+        semantics, shapes = self._semantics(moving, cameras, sites), Shapes(self.compiled, self.links, self.path)
         tree = UrdfTree(
             path=self.path,
             name=self.compiled.name or self.path.stem,
@@ -155,16 +158,11 @@ class _MjcfReader:
             joints=tuple(ordered),
             visuals=shapes.visuals,
             shared_names=shared,
-            notes=(),
+            notes=tuple(self.notes),
             visual_notes=shapes.visual_notes,
             collisions=shapes.collisions,
         )
-        own = {joint.name for joint in ordered if joint.kind != "fixed" and joint.mimic is None}
-        moving = [coordinate for coordinate in coordinates if coordinate.joint.name in own]
-        semantics = semantics_of(
-            import_mujoco(), model, own=moving, base=self.base, cameras=cameras, sites=sites, notes=self.notes
-        )
-        return replace(tree, notes=tuple(self.notes)), semantics
+        return tree, semantics
 
     def _body_names(self) -> dict[int, str]:
         """Return body → its name; bodies without a name are numbered."""
@@ -229,7 +227,7 @@ class _MjcfReader:
                 continue
             T = pose(getattr(self.model, f"{prefix}_pos")[index], getattr(self.model, f"{prefix}_quat")[index])
             if kind == "camera":
-                T[:3, :3] = T[:3, :3] @ R_CAMERA_FRAME
+                T[:3, :3] = T[:3, :3] @ _R_CAMERA_FRAME
             placed = self.placed.get(name)
             if placed is not None and placed[0] == body and np.allclose(placed[1], T, rtol=0.0, atol=1e-9):
                 found[index] = name  # a camera at a site of the same name: one frame
@@ -273,13 +271,84 @@ class _MjcfReader:
                     f"{three}{limit}"
                 )
 
-    def _note_unlimited(self, joints: list[UrdfJoint]) -> None:
-        own = (joint for joint in joints if joint.kind != "fixed" and joint.mimic is None)
-        names = [joint.name for joint in own if np.isinf(joint.upper - joint.lower)]
-        if names:
-            self.notes.append(f"joints without limits: {abbreviated(', '.join(names))}")
+    def _semantics(self, own: list[JointCoordinate], cameras: Mapping[int, str], sites: Mapping[int, str]) -> Semantics:
+        """Return cameras and sensors as frames, and named keyframes as postures; the first is shown first."""
+        model, base, postures = self.model, self.base, dict[str, Posture]()
+        for key in range(int(model.nkey)):
+            name, q = str(model.key(key).name), model.key_qpos[key]
+            if name:
+                angles = {coordinate.joint.name: _value(model, q, coordinate) for coordinate in own}
+                if not all(map(math.isfinite, angles.values())):
+                    raise ValueError(f"keyframe {quoted(name)} is not finite")
+                postures[name] = Posture(angles, None if base is None else _up(q[model.jnt_qposadr[base] :][3:7]))
+        unnamed = int(model.nkey) - len(postures)
+        if unnamed:
+            self.notes.append(f"keyframes without a name left out: {unnamed}")
+        return Semantics(
+            cameras=tuple(cameras.values()),
+            fields_of_view=_fields_of_view(model, cameras),
+            postures=postures,
+            start=next(iter(postures), ""),
+            **_sensor_frames(model, sites),
+        )
 
     def _unused_name(self, name: str, *endings: str) -> str:
         fresh = fresh_name(name, self.taken, *endings)
         self.taken.add(fresh)
         return fresh
+
+
+# --- Cameras, keyframes and sensors as semantics.
+
+_R_CAMERA_FRAME = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [-1.0, 0.0, 0.0]])
+"""Axes of our cameras in those of MuJoCo's: ours look along x with z up, MuJoCo's along −z with y up."""
+
+# Sensors at a site, by their names in `mujoco.mjtSensor`.
+_SENSORS = {"mjSENS_ACCELEROMETER": "accelerometers", "mjSENS_GYRO": "gyrometers", "mjSENS_TOUCH": "force_sensors"}
+# A base is upright if it is tilted by less than this [rad].
+_UPRIGHT = 1e-6
+
+
+def _fields_of_view(model: Any, cameras: Mapping[int, str]) -> dict[str, tuple[float, float]]:
+    """Return camera → horizontal and vertical field of view [rad], for cameras with a known aspect ratio."""
+    found = {}
+    for camera, name in cameras.items():
+        width, height = (float(size) for size in model.cam_sensorsize[camera])
+        columns, rows = (int(count) for count in model.cam_resolution[camera])
+        vertical = math.radians(float(model.cam_fovy[camera]))
+        if width > 0.0 and height > 0.0:
+            focal = [float(length) for length in model.cam_intrinsic[camera, :2]]
+            fields = tuple(2.0 * math.atan2(size, 2.0 * f) for size, f in zip((width, height), focal, strict=True))
+        elif columns > 1 and rows > 1:
+            fields = (2.0 * math.atan(math.tan(vertical / 2.0) * columns / rows), vertical)
+        else:
+            continue
+        if all(0.0 < angle < math.pi for angle in fields):
+            found[name] = (fields[0], fields[1])
+    return found
+
+
+def _sensor_frames(model: Any, sites: Mapping[int, str]) -> dict[str, Any]:
+    """Return the frames of accelerometers, gyrometers and force sensors, by the fields of `Semantics`."""
+    kinds = {int(getattr(import_mujoco().mjtSensor, name)): part for name, part in _SENSORS.items()}
+    found: dict[str, list[str]] = {}
+    for sensor in range(int(model.nsensor)):
+        part, site = kinds.get(int(model.sensor_type[sensor])), int(model.sensor_objid[sensor])
+        if part and site in sites and sites[site] not in found.get(part, []):
+            found.setdefault(part, []).append(sites[site])
+    return {part: tuple(frames) for part, frames in found.items()}
+
+
+def _value(model: Any, q: Floats, coordinate: JointCoordinate) -> float:
+    """Return the value of one coordinate in a configuration of MuJoCo."""
+    first = int(model.jnt_qposadr[coordinate.id])
+    if not coordinate.is_ball:
+        return float(q[first])
+    turns = euler_from_matrix(pose((0.0, 0.0, 0.0), q[first : first + 4])[:3, :3], "xyz", axes="moving").angles
+    return float(turns[coordinate.part])
+
+
+def _up(quaternion: Floats) -> tuple[float, float, float] | None:
+    """Return the vertical in the axes of a base; None if the base is upright."""
+    x, y, z = (float(component) for component in pose((0.0, 0.0, 0.0), quaternion)[2, :3])
+    return None if math.hypot(x, y) < _UPRIGHT and z > 0.0 else (x, y, z)
