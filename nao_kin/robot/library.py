@@ -104,8 +104,7 @@ def _described_names() -> tuple[str, ...]:
         spec = importlib.util.find_spec(_DESCRIPTIONS)
     except (ImportError, ValueError):
         spec = None
-    folders = None if spec is None else spec.submodule_search_locations
-    modules = () if folders is None else pkgutil.iter_modules(list(folders))
+    modules = pkgutil.iter_modules((spec and spec.submodule_search_locations) or [])
     return tuple(sorted(m.name for m in modules if m.name.endswith(_ENDING) and not m.name.startswith("_")))
 
 

@@ -152,8 +152,7 @@ def _walk(joints: Mapping[str, UrdfJoint], root: str) -> list[UrdfJoint]:
     order = depth_first(children, root)
     if all(joint.mimic is None for joint in order):
         return order
-    coupled = {joint.mimic.joint for joint in order if joint.mimic is not None}
-    coupled |= {joint.name for joint in order if joint.mimic is not None}
+    coupled = {name for joint in order if joint.mimic is not None for name in (joint.name, joint.mimic.joint)}
     # Joint → the coupled joints of its branch.
     branch: dict[str, set[str]] = {}
     for joint in reversed(order):

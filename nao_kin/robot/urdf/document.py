@@ -97,10 +97,8 @@ def file_content(path: Path | str) -> bytes:
         raise BadModel(str(error)) from None
     except TypeError:
         raise BadModel(f"expected the path of a robot's file, got {abbreviated(repr(path))}") from None
-    except OSError as error:
-        raise BadModel(f"cannot read {abbreviated(path)}: {error.strerror or error}") from None
-    except ValueError as error:  # an invalid path
-        raise BadModel(f"cannot read {abbreviated(path)}: {error}") from None
+    except (OSError, ValueError) as error:  # a ValueError for an invalid path
+        raise BadModel(f"cannot read {abbreviated(path)}: {getattr(error, 'strerror', None) or error}") from None
 
 
 def _document(path: Path | str, content: bytes, builder: ET.TreeBuilder | None = None) -> ET.Element:
@@ -193,8 +191,8 @@ class _Xacro:
 # any depth of the folders given, in the folders of ROS_PACKAGE_PATH and AMENT_PREFIX_PATH, in those of
 # CMAKE_PREFIX_PATH and of Gazebo's variables. The first place that has the file wins.
 
-# Variables with lists of folders, and the subfolder of each that contains packages.
-_PREFIXES = (("AMENT_PREFIX_PATH", "share"), ("CMAKE_PREFIX_PATH", "share"))
+# Variables with lists of folders: packages are in the subfolder "share" of the first two, and in the others themselves.
+_PREFIXES = ("AMENT_PREFIX_PATH", "CMAKE_PREFIX_PATH")
 _MODEL_PATHS = ("GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "GAZEBO_MODEL_PATH")
 # ROS_PACKAGE_PATH names folders with packages at any depth; ROS searches to this depth.
 _MAX_DEPTH = 6
@@ -294,10 +292,9 @@ class Packages:
                 yield from _below(folder, package, _MAX_DEPTH)
         for folder in _listed("ROS_PACKAGE_PATH"):
             yield from _below(folder, package, _MAX_DEPTH)
-        for variable, share in _PREFIXES:
-            yield from (folder / share / package for folder in _listed(variable))
-        for variable in _MODEL_PATHS:
-            yield from (folder / package for folder in _listed(variable))
+        for variable in (*_PREFIXES, *_MODEL_PATHS):
+            inner = "share" if variable in _PREFIXES else ""
+            yield from (folder / inner / package for folder in _listed(variable))
 
 
 def checked_folders(folders: object) -> tuple[Path, ...]:

@@ -160,11 +160,9 @@ class _UrdfReader:
 
     def _range(self, joint: str, limit: ET.Element | None) -> tuple[float, float]:
         """Return the smallest and largest value; missing or contradictory limits mean none."""
-        if limit is None:
-            self.notes.append(f"joint {quoted(joint)} has no limits")
-            return -math.inf, math.inf
-        if limit.get("lower") is None and limit.get("upper") is None:
-            self.notes.append(f"joint {quoted(joint)} has a limit without lower and upper: taken as unlimited")
+        if limit is None or (limit.get("lower") is None and limit.get("upper") is None):
+            what = "no limits" if limit is None else "a limit without lower and upper: taken as unlimited"
+            self.notes.append(f"joint {quoted(joint)} has {what}")
             return -math.inf, math.inf
         lower, upper = (self._number(("joint", joint), limit, bound, 0.0) for bound in ("lower", "upper"))
         if lower > upper:

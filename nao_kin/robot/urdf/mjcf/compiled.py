@@ -327,7 +327,7 @@ def _gives_mass(spec: Any, body: Any, geom: Any) -> bool:
 # shape.
 
 # Kinds of geoms, as `mujoco.mjtGeom` numbers them.
-_PLANE, _SPHERE, _CAPSULE, _ELLIPSOID, _CYLINDER, _BOX, _MESH = 0, 2, 3, 4, 5, 6, 7
+_SPHERE, _CAPSULE, _ELLIPSOID, _CYLINDER, _BOX, _MESH = range(2, 8)
 _LAST_VISIBLE_GROUP = 2
 # The default colour of a geom.
 _DEFAULT = (0.5, 0.5, 0.5, 1.0)
