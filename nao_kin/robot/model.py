@@ -53,11 +53,9 @@ class RobotModel:
 
     - `dtype`: precision of the result, np.float64 or np.float32; None for that of `out`, or float64. With float32, many
       configurations are also computed in it: poses, Jacobians and centres of mass to 2e-6 where joints are within a
-          turn of
-      zero; angles and rates of motion, which enlarge rounding, to several times that.
+      turn of zero; angles and rates of motion, which enlarge rounding, to several times that.
     - `out`: an array for the result, which is also returned: of the same shape and precision, contiguous, and not in
-    the
-      memory of the input. Another array raises BadArgument or WrongShape.
+      the memory of the input. Another array raises BadArgument or WrongShape.
     - `threads`: how many threads may compute many configurations; None for all cores where that is worthwhile. With a
       number, the kernels compute any batch, however small, and a configuration gives the same bits in every batch.
 
@@ -316,8 +314,7 @@ class RobotModel:
         Args:
             joints: name → offset δ [rad; m for a sliding joint]. True value = reported value + δ, where q holds the
                 reported value: `new.fk(q) == old.fk(q + δ)`. Each joint has its own mounting, so an offset of
-                    LHipYawPitch turns the
-                left leg alone, and RHipYawPitch takes another one. The limits of the reported values do not change.
+                LHipYawPitch turns the left leg alone, and RHipYawPitch takes another one. The limits of the reported values do not change.
             frames: name of a frame that is fixed to a link, such as a camera or hand → its true pose in the old frame,
                 `T_link_new = T_link_old @ T_old_new`: a matrix, shape (4, 4), or (dx, dy, dz, roll, pitch, yaw),
                 R = Rz(yaw) Ry(pitch) Rx(roll), in the axes of the old frame [m, rad]. Frames fixed to it move with it.
