@@ -314,7 +314,8 @@ class RobotModel:
         Args:
             joints: name → offset δ [rad; m for a sliding joint]. True value = reported value + δ, where q holds the
                 reported value: `new.fk(q) == old.fk(q + δ)`. Each joint has its own mounting, so an offset of
-                LHipYawPitch turns the left leg alone, and RHipYawPitch takes another one. The limits of the reported values do not change.
+                LHipYawPitch turns the left leg alone, and RHipYawPitch takes another one. The limits of the reported
+                values do not change.
             frames: name of a frame that is fixed to a link, such as a camera or hand → its true pose in the old frame,
                 `T_link_new = T_link_old @ T_old_new`: a matrix, shape (4, 4), or (dx, dy, dz, roll, pitch, yaw),
                 R = Rz(yaw) Ry(pitch) Rx(roll), in the axes of the old frame [m, rad]. Frames fixed to it move with it.
