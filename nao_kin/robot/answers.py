@@ -1,4 +1,4 @@
-"""Who answers a question about configurations: Pinocchio where they are few, the batch kernels where they are many."""
+"""Dispatch of questions about configurations: Pinocchio answers a few of them, the batch kernels many."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from nao_kin._core.text import quoted
 from nao_kin._kernels.cache import has_numba, note_slowness
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.robot.build import ModelNumbers, rows_by_id
-from nao_kin.robot.configurations import TURN, Configurations
+from nao_kin.robot.configurations import TURN, ConfigurationSpace
 from nao_kin.robot.kinematics import Kinematics, Question
 from nao_kin.robot.urdf import UrdfTree
 
-# --- The joints of a Pinocchio model as the batch kernels take them.
+# --- The joints of a Pinocchio model for the batch kernels.
 
 
 def joint_tree(model: pin.Model, tree: UrdfTree) -> kernels.JointTree:
-    """The joints of a model that `build_model` made of this tree."""
+    """Return the joints of a model that `build_model` made from this tree, as the batch kernels take them."""
     joints, rows = list[kernels.TreeJoint](), rows_by_id(model, tree)
     ids = {row.name: index for index, row in rows.items()}
     for index in range(1, model.njoints):
@@ -54,25 +54,25 @@ def joint_tree(model: pin.Model, tree: UrdfTree) -> kernels.JointTree:
 
 
 def tree_frame(model: pin.Model, frame_id: int) -> kernels.TreeFrame:
-    """A frame of the model by the joint that holds it."""
+    """Return a frame of the model in the frame of the joint that carries it."""
     frame = model.frames[frame_id]
     return kernels.TreeFrame(
         int(frame.parentJoint) - 1, np.array(frame.placement.rotation), np.array(frame.placement.translation)
     )
 
 
-# --- Who answers a question about configurations: Pinocchio where they are few, the batch kernels where they are many.
+# --- The dispatch.
 
-# So many configurations, and more, are answered by the kernels. Once these are in memory they are as quick as Pinocchio
-# at 3 to 8; but reading them takes as long as tens of thousands of configurations, and a handful should not wait.
+# From this number of configurations on, the kernels answer. Once in memory they are as fast as Pinocchio at 3 to 8; but
+# loading them takes as long as tens of thousands of configurations, which a handful should not wait for.
 CROSSOVER = 32
 
-# Programs that are kept: more than anyone asks for in turn.
-_MOST_PROGRAMS = 256
+# Size of the cache of programs: more than programs use in turn.
+_MAX_PROGRAMS = 256
 
 
 def empty_answers(count: int, numbers: tuple[int, ...], dtype: np.dtype[Any]) -> NDArray[Any]:
-    """Memory for answers, shape (count, *numbers), that begins where a vector can be written at once."""
+    """Return memory for answers, shape (count, *numbers), aligned for vector instructions."""
     return kernels.aligned_empty(count * math.prod(numbers), dtype).reshape(count, *numbers)
 
 
@@ -81,24 +81,14 @@ _NAMES = ("q", "v", "a")
 
 
 class Output(NamedTuple):
-    """How a result is wanted.
-
-    Attributes:
-        dtype: its precision; None for that of `out`, or float64.
-        out: where to write it; None for a fresh array.
-        threads: how many threads may work on it; None for as many as are worthwhile.
-    """
+    """The options `dtype`, `out` and `threads` of a method."""
 
     dtype: DTypeLike | None = None
     out: NDArray[Any] | None = None
     threads: SupportsIndex | None = None
 
     def precision(self) -> np.dtype[Any]:
-        """The precision of the result.
-
-        Raises:
-            BadArgument: neither single nor double.
-        """
+        """Return the precision of the result."""
         if self.dtype is None:
             single = self.out is not None and isinstance(self.out, np.ndarray) and self.out.dtype == _SINGLE
             return _SINGLE if single else _DOUBLE
@@ -106,17 +96,12 @@ class Output(NamedTuple):
             try:
                 if kind == self.dtype:
                     return kind
-            except (TypeError, ValueError):  # no name of a type at all
+            except (TypeError, ValueError):  # not a type
                 break
         raise BadArgument(f"dtype must be float64 or float32, got {quoted(self.dtype)}")
 
     def check(self, shape: tuple[int, ...], kind: np.dtype[Any], inputs: Sequence[NDArray[Any]]) -> None:
-        """Refuse an `out` that cannot take the result.
-
-        Raises:
-            BadArgument: another precision or layout, not writable, or in the memory of an input.
-            WrongShape: another shape.
-        """
+        """Raise `BadArgument` or `WrongShape` for an `out` that cannot take the result."""
         out = self.out
         if out is None:
             return
@@ -128,29 +113,19 @@ class Output(NamedTuple):
         if not out.flags.c_contiguous or not out.flags.writeable or not out.flags.aligned:
             raise BadArgument("out must be contiguous, aligned and writable")
         for values in inputs:
-            self.check_apart(values)
+            self.check_no_overlap(values)
 
-    def check_apart(self, values: object) -> None:
-        """Refuse an `out` that is in the memory of an input.
-
-        Raises:
-            BadArgument: it is.
-        """
+    def check_no_overlap(self, values: object) -> None:
+        """Raise `BadArgument` for an `out` that shares memory with an input."""
         both = isinstance(self.out, np.ndarray) and isinstance(values, np.ndarray)
         if both and np.may_share_memory(self.out, values):
             raise BadArgument("out must not be in the memory of an input")
 
 
 class Answers:
-    """The answers of one robot. May be called from several threads at once.
+    """The answers of one robot; several threads may use it at once. `checks` are its configurations."""
 
-    Args:
-        kinematics: those of its model.
-        tree: the file that the model was made of.
-        checks: what its configurations must be.
-    """
-
-    def __init__(self, kinematics: Kinematics, tree: UrdfTree, checks: Configurations) -> None:
+    def __init__(self, kinematics: Kinematics, tree: UrdfTree, checks: ConfigurationSpace) -> None:
         self._kinematics, self._urdf, self._checks = kinematics, tree, checks
         self._model = kinematics.model
         self._nq, self._nv = int(self._model.nq), int(self._model.nv)
@@ -161,16 +136,10 @@ class Answers:
     def answer(
         self, question: Question, inputs: Sequence[ArrayLike], output: Output, *, one: bool = False
     ) -> NDArray[Any]:
-        """The answer to a question.
+        """Return the answer to a question.
 
-        Args:
-            question: what is asked.
-            inputs: q, or q and v, or q, v and a; with leading batch axes that broadcast.
-            output: how it is wanted.
-            one: leave out the axis of the frames, of which there is one.
-
-        Raises:
-            WrongShape, NotFinite, BadArgument: as the methods of `RobotModel` say.
+        The inputs are q, or q and v, or q, v and a, with leading batch axes that broadcast. With `one`, the axis of the
+        frames, of which there is one, is dropped.
         """
         kind = output.precision()
         threads = None if output.threads is None else whole_number(output.threads, "threads", 1, MAX_THREADS)
@@ -205,7 +174,7 @@ class Answers:
     ) -> None:
         self._checks.check_base(arrays[0])
         program = self._program(question)
-        # The largest magnitude among the inputs; NaN or infinite if there is one, and then the answers mean nothing.
+        # The largest magnitude of the inputs; NaN or infinity if an input is, and then the answers are meaningless.
         peak = kernels.execute(program, arrays, answers, threads)
         if not math.isfinite(peak):
             self._checks.refuse_non_finite(arrays[0])
@@ -220,14 +189,14 @@ class Answers:
             self._checks.warn_of_degrees(arrays[0])
 
     def _program(self, question: Question) -> kernels.Program:
-        """The program of a question, kept until the model's owner changes a number in it."""
+        """Return the program of a question, cached until a number of the model changes."""
         with self._lock:
             if self._numbers is None or self._numbers.changed():
                 self._numbers, self._joints = ModelNumbers(self._model), joint_tree(self._model, self._urdf)
                 self._programs.clear()
             program = self._programs.get(question)
             if program is None:
-                if len(self._programs) >= _MOST_PROGRAMS:
+                if len(self._programs) >= _MAX_PROGRAMS:
                     self._programs.clear()
                 program = self._programs[question] = self._made(question, self._joints)
             return program
@@ -247,10 +216,10 @@ class Answers:
         return kernels.motion_program(joints, frames, form, 1 if kind == "velocity" else 2)
 
     def _arrays(self, inputs: Sequence[ArrayLike]) -> list[NDArray[Any]]:
-        """The inputs as arrays of numbers of one batch shape, not looked at."""
+        """Return the inputs as arrays of numbers of one batch shape, without checking the numbers."""
         arrays = []
         for value, length, name in zip(inputs, (self._nq, self._nv, self._nv), _NAMES, strict=False):
-            # Single precision stays what it is, to be converted where it is used.
+            # Single precision is not converted here but where it is used.
             single = type(value) is np.ndarray and value.dtype == _SINGLE
             array: NDArray[Any] = value if single else as_numbers(value, name)  # type: ignore[assignment]
             if array.ndim < 1 or array.shape[-1] != length:

@@ -1,4 +1,4 @@
-"""A Pinocchio model from the tree of a URDF: once on loading, and again on unpickling."""
+"""The Pinocchio model of a URDF tree, built on loading and again on unpickling."""
 
 from __future__ import annotations
 
@@ -19,15 +19,8 @@ Base = Literal["fixed", "floating"]
 # Pinocchio's data grows with the cube of the number of joints: 0.6 GB for 200, 4 GB for 400.
 MOST_JOINTS = 250
 
-LIMIT_ARRAYS = (
-    "lowerPositionLimit",
-    "upperPositionLimit",
-    "lowerVelocityLimit",
-    "upperVelocityLimit",
-    "lowerEffortLimit",
-    "upperEffortLimit",
-)
-# Arrays of a model that its owner may change after loading.
+LIMIT_ARRAYS = tuple(f"{end}{kind}Limit" for kind in ("Position", "Velocity", "Effort") for end in ("lower", "upper"))
+# Arrays of a model that users may change after loading.
 _NUMBERS = (
     "armature",
     "damping",
@@ -40,7 +33,7 @@ _NUMBERS = (
 
 _REVOLUTE = {(1, 0, 0): pin.JointModelRX, (0, 1, 0): pin.JointModelRY, (0, 0, 1): pin.JointModelRZ}
 _PRISMATIC = {(1, 0, 0): pin.JointModelPX, (0, 1, 0): pin.JointModelPY, (0, 0, 1): pin.JointModelPZ}
-_HERE = pin.SE3.Identity()
+_IDENTITY = pin.SE3.Identity()
 
 
 # The model of each tree and base, as long as the tree is in use.
@@ -48,16 +41,7 @@ _BUILT: dict[tuple[int, Base], pin.Model] = {}
 
 
 def build_model(tree: UrdfTree, base: Base) -> pin.Model:
-    """A model of a URDF, built once; each caller gets a copy, and may change it.
-
-    Args:
-        tree: the URDF as read.
-        base: "fixed" holds the root link in the world, "floating" puts a free-flyer before it.
-
-    Raises:
-        BadArgument: no such base.
-        BadModel: more joints than Pinocchio can take.
-    """
+    """Return a copy of the model of a URDF tree with a fixed or floating base; the original is built once per tree."""
     if not isinstance(base, str) or base not in ("fixed", "floating"):
         raise BadArgument(f"base must be 'fixed' or 'floating', got {quoted(base)}")
     key = id(tree), base
@@ -86,15 +70,15 @@ def _built(tree: UrdfTree, base: Base) -> pin.Model:
     if base == "floating":
         # Pinocchio's own name for it, or the first of its kind that no joint has.
         free = fresh_name("root_joint", {row.name for row in tree.joints})
-        joint = model.addJoint(0, pin.JointModelFreeFlyer(), _HERE, free)
+        joint = model.addJoint(0, pin.JointModelFreeFlyer(), _IDENTITY, free)
         frame = model.addJointFrame(joint)
-        model.appendBodyToJoint(joint, _inertia(tree, tree.root), _HERE)
-        frame = model.addBodyFrame(tree.root, joint, _HERE, frame)
+        model.appendBodyToJoint(joint, _inertia(tree, tree.root), _IDENTITY)
+        frame = model.addBodyFrame(tree.root, joint, _IDENTITY, frame)
     else:
-        body = pin.Frame(tree.root, joint, frame, _HERE, pin.FrameType.BODY, _inertia(tree, tree.root))
+        body = pin.Frame(tree.root, joint, frame, _IDENTITY, pin.FrameType.BODY, _inertia(tree, tree.root))
         frame = model.addFrame(body)
     # Link → the joint that moves it, its pose in that joint's frame, and its place among the frames.
-    links = {tree.root: (joint, _HERE, frame)}
+    links = {tree.root: (joint, _IDENTITY, frame)}
     for row in tree.joints:
         joint, placement, frame = links[row.parent]
         placement = _placed(placement, row.origin)
@@ -104,7 +88,7 @@ def _built(tree: UrdfTree, base: Base) -> pin.Model:
         else:
             joint = model.addJoint(joint, _motion(row, model, drivers), placement, row.name)
             frame = model.addJointFrame(joint, frame)
-            placement = _HERE
+            placement = _IDENTITY
             model.appendBodyToJoint(joint, _inertia(tree, row.child), placement)
             if row.mimic is None:
                 drivers[row.name] = joint
@@ -114,13 +98,13 @@ def _built(tree: UrdfTree, base: Base) -> pin.Model:
 
 
 def rows_by_id(model: pin.Model, tree: UrdfTree) -> dict[int, UrdfJoint]:
-    """Pinocchio's id → the joint of the file; the universe and a floating base, which come first, have none."""
+    """Return Pinocchio's id → joint of the file; the universe and a floating base, which come first, have no entry."""
     moving = tree.moving_joints
     return dict(enumerate(moving, model.njoints - len(moving)))
 
 
 def _motion(row: UrdfJoint, model: pin.Model, drivers: Mapping[str, int]) -> pin.JointModel:
-    """The joint's motion; of a joint that follows another one, by the coordinate of that one."""
+    """Return Pinocchio's joint; a mimic joint moves with the coordinate of its driver."""
     aligned, free = (
         (_PRISMATIC, pin.JointModelPrismaticUnaligned)
         if row.kind == "prismatic"
@@ -143,14 +127,14 @@ def _set_limits(model: pin.Model, joint: pin.JointModel, row: UrdfJoint) -> None
 
 
 def _placed(placement: pin.SE3, origin: Origin) -> pin.SE3:
-    """The pose `origin` in the frame at `placement`."""
+    """Return the pose `origin`, given in the frame at `placement`."""
     if not any(origin.rpy) and not any(origin.xyz):
         return placement
     return placement * pin.SE3(pin.rpy.rpyToMatrix(*origin.rpy), np.array(origin.xyz))
 
 
 def _inertia(tree: UrdfTree, link: str) -> pin.Inertia:
-    """Mass, centre and tensor of a link in its frame, as the file has them: published tensors need not be physical."""
+    """Return mass, centre and tensor of a link in its frame, unchanged: published tensors need not be physical."""
     body = pin.Inertia.Zero()
     row = tree.inertials.get(link)
     if row is not None:
@@ -164,9 +148,9 @@ def _inertia(tree: UrdfTree, link: str) -> pin.Inertia:
 
 
 def numbers_of(model: pin.Model) -> dict[str, Any]:
-    """Placements, inertias, gravity, rotors and limits of a model, in a form that pickles.
+    """Return the placements, inertias, gravity, rotors and limits of a model in a form that pickles.
 
-    A Pinocchio 4.1 model with mimic joints does not survive pickling itself: the copy crashes in forward kinematics.
+    A Pinocchio 4.1 model with mimic joints does not survive pickling: the copy crashes in forward kinematics.
     """
     return {
         "gravity": model.gravity.vector.copy(),
@@ -178,7 +162,7 @@ def numbers_of(model: pin.Model) -> dict[str, Any]:
 
 
 def restore_numbers(model: pin.Model, numbers: Mapping[str, Any]) -> None:
-    """Give a freshly built model the numbers that `numbers_of` took from another."""
+    """Write the numbers that `numbers_of` took from another model into a freshly built one."""
     model.gravity.vector = numbers["gravity"]
     for index, placement in enumerate(numbers["jointPlacements"]):
         model.jointPlacements[index] = placement
@@ -190,11 +174,11 @@ def restore_numbers(model: pin.Model, numbers: Mapping[str, Any]) -> None:
         setattr(model, name, numbers[name])
 
 
-# --- The placements and masses of a Pinocchio model, watched for changes.
+# --- Detection of changes in the placements and masses of a Pinocchio model.
 #
-# Whoever calibrates a robot writes into `robot.model`. Pinocchio sees that at once; what was made of those numbers
-# has to be made again. Reading them one by one takes longer than a small batch, so they are compared in the memory
-# where Pinocchio keeps them, one after another at equal distances.
+# A user who calibrates a robot writes into `robot.model`. Pinocchio uses the new numbers at once; programs compiled
+# from the old numbers must be made again. Reading all numbers one by one takes longer than a small batch, so they are
+# compared in Pinocchio's own memory, where the elements lie at equal distances.
 
 _DOUBLE = 8
 # An inertia is its mass, lever and tensor: the mass of the next one follows the tensor.
@@ -202,18 +186,18 @@ _LEVER_AND_TENSOR = 9
 
 
 def address(array: Floats) -> int:
-    """Where an array begins."""
+    """Return the memory address of an array."""
     return int(array.__array_interface__["data"][0])
 
 
 class ModelNumbers:
-    """A copy of the numbers, and where they are."""
+    """A copy of the numbers of a model, and views of the memory that holds them."""
 
     def __init__(self, model: pin.Model) -> None:
         self._inertias = model.inertias
         placements = _Part(model.jointPlacements, lambda placement: placement.rotation, 12)  # R by columns, then p
         frames = _Part(model.frames, lambda frame: frame.placement.rotation, 12)
-        bodies = _Part(model.inertias, lambda inertia: inertia.lever, _LEVER_AND_TENSOR + 1, but=1)
+        bodies = _Part(model.inertias, lambda inertia: inertia.lever, _LEVER_AND_TENSOR + 1, skip=1)
         last = _Part(model.inertias, lambda inertia: inertia.lever, _LEVER_AND_TENSOR)
         self._parts = placements, frames, bodies, last
         self._first = self._inertias[0]
@@ -222,37 +206,37 @@ class ModelNumbers:
         self._masses = None if bodies.column(_LEVER_AND_TENSOR) == masses[1:] else masses
 
     def changed(self) -> bool:
-        """Whether any number is another one than when it was first looked at."""
+        """Return whether any number has changed since this object was made."""
         placements, frames, bodies, last = self._parts
         if placements.changed() or frames.changed() or bodies.changed() or last.changed():
             return True
-        if self._masses is not None:  # this Pinocchio keeps masses elsewhere
+        if self._masses is not None:  # this version of Pinocchio has masses elsewhere
             return [float(inertia.mass) for inertia in self._inertias] != self._masses
         return bool(self._first.mass != self._first_mass)
 
     def placements_changed(self) -> bool:
-        """Whether a joint or a frame stands elsewhere than when it was first looked at."""
+        """Return whether the placement of a joint or frame has changed since this object was made."""
         placements, frames, _, _ = self._parts
         return placements.changed() or frames.changed()
 
 
 class _Part:
-    """One vector of Pinocchio's: so many doubles of each of its elements `but` the last, from an array in it on."""
+    """Some doubles of each element of a Pinocchio vector, without its last `skip` elements: a view and a copy."""
 
-    def __init__(self, elements: Sequence[Any], array_in: Callable[[Any], Floats], doubles: int, but: int = 0) -> None:
+    def __init__(self, elements: Sequence[Any], array_in: Callable[[Any], Floats], doubles: int, skip: int = 0) -> None:
         self._elements, self._count = elements, len(elements)
         first = array_in(elements[0])
         step = address(array_in(elements[1])) - address(first) if self._count > 1 else _DOUBLE * doubles
-        shape = self._count - but, doubles
+        shape = self._count - skip, doubles
         self._view = np.lib.stride_tricks.as_strided(first, shape, (step, _DOUBLE), writeable=False)
         self._blocks = self._view.view(f"V{_DOUBLE * doubles}")  # copied by the block, not by the number
         self._seen = self._blocks.tobytes()
 
     def changed(self) -> bool:
-        """Whether the vector has grown, which moves it and ends the view of it, or a number in it is another one."""
+        """Return whether the vector has grown, which moves it and invalidates the view, or a number has changed."""
         return len(self._elements) != self._count or self._blocks.tobytes() != self._seen
 
     def column(self, k: int) -> list[float]:
-        """One of the doubles of all elements."""
+        """Return one of the doubles of all elements."""
         column: list[float] = self._view[:, k].tolist()
         return column

@@ -15,21 +15,16 @@ from nao_kin.robot.urdf import UrdfJoint
 
 
 def joint_rows(robot: RobotModel) -> dict[int, UrdfJoint]:
-    """Pinocchio's id → the joint of the file; the universe and a floating base, which come first, have none.
-
-    Raises:
-        BadArgument: no robot model.
-    """
+    """Return Pinocchio's id → joint of the file; the universe and a floating base, which come first, have no entry."""
     check_robot(robot)
     return rows_by_id(robot.model, robot.tree)
 
 
 @dataclass(frozen=True, eq=False)
 class SerialChain:
-    """n joints that lead from a base to a frame; a floating base stays where it is.
+    """The n joints that lead from a base to a frame; a floating base does not move.
 
-    Before joint k stands the placement k, and its axis is z there; the placement n leads from the last joint to the
-    frame.
+    Placement k leads to joint k, whose axis is z there; placement n leads from the last joint to the frame.
 
     Attributes:
         placements: rotation and translation, shape (n + 1, 3, 4) [m].
@@ -43,14 +38,11 @@ class SerialChain:
 
     @property
     def coordinates(self) -> tuple[str, ...]:
-        """Whose coordinates move the frame, from the base outwards; those of a follower that stands still do not."""
+        """Joints whose coordinates move the frame, from the base outwards; not those with a multiplier of 0."""
         return tuple(dict.fromkeys(driver.joint for driver in self.drivers if driver.multiplier != 0.0))
 
     def length(self, robot: RobotModel) -> float:
-        """Return the way from the first joint to the frame, drawn out to a straight line [m].
-
-        It is infinite with a sliding joint that has no limits.
-        """
+        """Return the length of the chain stretched to a straight line [m]; infinite with an unlimited sliding joint."""
         total = float(np.linalg.norm(self.placements[1:, :, 3], axis=-1).sum())
         for slides, driver in zip(self.slides, self.drivers, strict=True):
             if slides:
@@ -60,16 +52,11 @@ class SerialChain:
 
 
 def serial_chain(robot: RobotModel, base: str, frame: str) -> SerialChain:
-    """The joints between two frames.
-
-    Raises:
-        UnknownName: no such frame.
-    """
-    up, T_last_base = joints_below(robot, base)
-    down, T_last_frame = joints_below(robot, frame)
+    """Return the chain of joints from one frame to another."""
+    rows = joint_rows(robot)
+    (up, T_last_base), (down, T_last_frame) = (joints_below(robot, end, rows) for end in (base, frame))
     while up and down and up[0] == down[0]:  # joints that carry both
         up, down = up[1:], down[1:]
-    rows = joint_rows(robot)
     placements, fixed, slides, drivers = [], np.linalg.inv(T_last_base), list[bool](), list[Mimic]()
     for joint_id, sign in (*((joint, -1.0) for joint in reversed(up)), *((joint, 1.0) for joint in down)):
         row, T_parent_joint = rows[joint_id], np.array(robot.model.jointPlacements[joint_id].homogeneous)
@@ -82,20 +69,21 @@ def serial_chain(robot: RobotModel, base: str, frame: str) -> SerialChain:
     return SerialChain(np.ascontiguousarray(np.array(placements)[:, :3]), tuple(slides), tuple(drivers))
 
 
-def joints_below(robot: RobotModel, frame: str) -> tuple[list[int], Floats]:
-    """Pinocchio's ids of the joints from the root to a frame, a floating base left out, and its pose in the last.
+def joints_below(
+    robot: RobotModel, frame: str, rows: Mapping[int, UrdfJoint] | None = None
+) -> tuple[list[int], Floats]:
+    """Return Pinocchio's ids of the joints from the root to a frame, and the frame's pose (4, 4) in the last of them.
 
-    Raises:
-        UnknownName: no such frame.
+    A floating base is not among the ids. `rows` are the `joint_rows` of the robot, if they are known.
     """
-    rows, model = joint_rows(robot), robot.model
+    rows, model = joint_rows(robot) if rows is None else rows, robot.model
     place = model.frames[robot.frame_ids([frame])[0]]
     ids = [int(joint_id) for joint_id in model.supports[place.parentJoint] if joint_id in rows]
     return ids, np.array(place.placement.homogeneous)
 
 
 def _z_along(row: UrdfJoint) -> Floats:
-    """A rotation that takes z to the joint's axis; along an axis of the frame without rounding."""
+    """Return a rotation (4, 4) that takes z to the joint's axis, without rounding where that is x, y or z."""
     z = np.array(row.axis)
     x = np.zeros(3)
     x[(int(np.argmax(np.abs(z))) + 1) % 3] = 1.0
@@ -106,7 +94,7 @@ def _z_along(row: UrdfJoint) -> Floats:
     return T
 
 
-# --- How the joints of a robot hang together: serial chains, closed loops, couplings.
+# --- The structure of a robot: serial chains, closed loops, couplings.
 
 
 @dataclass(frozen=True)
@@ -114,23 +102,14 @@ class Topology:
     """The structure of a robot.
 
     Attributes:
-        degrees_of_freedom: joints that can be moved on their own; a floating base is not counted.
+        degrees_of_freedom: joints that move independently, without a floating base.
         moving_joints: all joints that move, followers included.
         closed_loops: independent loops of the graph of links and joints, joints − links + 1; 0 for a tree.
         chains: the serial chains, each from the root outwards: the longest runs of joints without a branch. Joints that
-            follow another one of their own limb are left out: they belong to a hand or a mechanism, not to a chain.
+            follow a joint of the same limb are left out: they belong to a hand or a mechanism.
         couplings: joints that follow another one, and how, from the root outwards.
-        couplings_between_limbs: those of them that follow a joint of another limb, as NAO's right HipYawPitch does; the
-            fingers of a hand that follow its motor do not.
-
-    Examples:
-        >>> topology = nk.robot.topology(nk.load_nao())
-        >>> topology.degrees_of_freedom, topology.moving_joints, topology.closed_loops
-        (25, 42, 0)
-        >>> topology.chains[0]
-        ('HeadYaw', 'HeadPitch')
-        >>> {joint: mimic.joint for joint, mimic in topology.couplings_between_limbs.items()}
-        {'RHipYawPitch': 'LHipYawPitch'}
+        couplings_between_limbs: the couplings between different limbs, as of NAO's right HipYawPitch; the fingers of a
+            hand, which follow the motor of that hand, are not among them.
     """
 
     degrees_of_freedom: int
@@ -142,34 +121,36 @@ class Topology:
 
 
 def topology(robot: RobotModel) -> Topology:
-    """The structure of a robot, read off its Pinocchio model; the loops are counted in its URDF.
-
-    Raises:
-        BadArgument: no robot model.
+    """Return the structure of a robot: its degrees of freedom, serial chains, closed loops and couplings.
 
     Examples:
-        >>> nk.robot.topology(nk.load_nao()).degrees_of_freedom
-        25
+        >>> topology = nk.robot.topology(nk.load_nao())
+        >>> topology.degrees_of_freedom, topology.moving_joints, topology.closed_loops
+        (25, 42, 0)
+        >>> topology.chains[0]
+        ('HeadYaw', 'HeadPitch')
+        >>> {joint: mimic.joint for joint, mimic in topology.couplings_between_limbs.items()}
+        {'RHipYawPitch': 'LHipYawPitch'}
     """
     rows = joint_rows(robot)
-    # Joint → the joints from the root to it, itself the last.
+    # Joint → the joints from the root to it, and the joint itself last.
     paths = {row.name: [rows[k].name for k in robot.model.supports[i] if k in rows] for i, row in rows.items()}
-    names = list(paths)
-    couplings = {name: robot.mimics[name] for name in names if name in robot.mimics}
+    couplings = {name: robot.mimics[name] for name in paths if name in robot.mimics}
     between_limbs = {name: mimic for name, mimic in couplings.items() if paths[name][0] != paths[mimic.joint][0]}
     left_out = couplings.keys() - between_limbs
     return Topology(
         degrees_of_freedom=len(robot.joint_names),
-        moving_joints=len(names),
+        moving_joints=len(paths),
         closed_loops=len(robot.tree.joints) - len(robot.tree.links) + 1,
-        chains=_serial_chains([name for name in names if name not in left_out], paths),
+        chains=_serial_chains([name for name in paths if name not in left_out], paths),
         couplings=couplings,
         couplings_between_limbs=between_limbs,
     )
 
 
 def _serial_chains(names: list[str], paths: Mapping[str, Sequence[str]]) -> tuple[tuple[str, ...], ...]:
-    above = {name: next((joint for joint in paths[name][-2::-1] if joint in names), None) for name in names}
+    known = set(names)
+    above = {name: next((joint for joint in paths[name][-2::-1] if joint in known), None) for name in names}
     carried: dict[str | None, list[str]] = {}
     for name in names:
         carried.setdefault(above[name], []).append(name)

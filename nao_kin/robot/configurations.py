@@ -1,4 +1,4 @@
-"""The configurations of a robot: made from values by name, checked once, and refused with the names of their joints."""
+"""The configurations of a robot: made from values by name, and checked, with errors that name the joint."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ from nao_kin.errors import BadArgument, CouplingViolated, DegreesWarning, NotFin
 from nao_kin.robot.limits import JointLimits, LimitPolicy, check_policy
 from nao_kin.robot.semantics import Mimic, Posture
 
-# --- Joint values by name of joint or chain and as an array; joints that follow others must agree with them.
+# --- Conversion between joint values by name and arrays; followers must agree with their driving joints.
 
 _PLAIN = frozenset((float, int, np.float64))
-# Two values for the two ends of one motor agree when they differ by less than single precision can tell.
+# Two values for one motor agree if they differ by less than the resolution of single precision.
 COUPLING_TOLERANCE = 1e-6
-# A quaternion within this of norm 1 is meant to be one; what is left of the norm is divided out.
+# A quaternion whose norm differs from 1 by less than this is accepted, and divided by its norm.
 UNIT_TOLERANCE = 1e-6
-# A quaternion divided by its norm has a norm within this of 1.
+# The norm of a quaternion that was divided by its norm differs from 1 by at most this.
 _UNIT_ROUNDING = 2.0 * float(np.finfo(np.float64).eps)
 
 
 class Coordinates:
-    """The coordinates of a robot: one column per joint of its own, and the joints that follow one of them.
+    """The coordinates of a robot: one column per independent joint, and the joints that follow one of them.
 
     Args:
-        names: the robot's own joints.
-        mimics: the joints that follow, by name.
-        chains: names that stand for several joints.
+        names: the independent joints.
+        mimics: the followers, by name.
+        chains: names for several joints.
     """
 
     def __init__(
@@ -44,11 +44,7 @@ class Coordinates:
         self.column = {name: index for index, name in enumerate(names)}
 
     def values(self, angles: Mapping[str, ArrayLike]) -> tuple[Floats, set[str]]:
-        """Joint values (..., n) from values by name, zero where not named, and the columns that were set.
-
-        Raises:
-            UnknownName, BadArgument, WrongShape, NotFinite, CouplingViolated: as `RobotModel.configuration`.
-        """
+        """Return joint values (..., n) from values by name, zero by default, and the names of the joints set."""
         given = self.arrays(angles)
         try:
             shape = np.broadcast_shapes(*(value.shape for value in given.values()))
@@ -72,9 +68,9 @@ class Coordinates:
         return joints, named
 
     def plain_values(self, angles: Mapping[str, ArrayLike]) -> dict[str, float] | None:
-        """Own joint → value, where `angles` is a dictionary of plain finite numbers without contradiction; else None.
+        """Return joint → value if `angles` is a dictionary of plain finite numbers without contradiction, else None.
 
-        None says no more than that the arrays must look at it.
+        None does not mean an error: `values` handles, or refuses, everything else.
         """
         if type(angles) is not dict or not _PLAIN.issuperset(map(type, angles.values())):
             return None
@@ -98,7 +94,7 @@ class Coordinates:
         return values
 
     def with_mimics(self, joints: Floats, names: tuple[str, ...]) -> Floats:
-        """Values (..., len(names)) of any joints, those that follow another one included."""
+        """Return values (..., len(names)) of any joints, followers included."""
         values = np.empty((*joints.shape[:-1], len(names)))
         for index, name in enumerate(names):
             mimic = self.mimics.get(name)
@@ -109,7 +105,7 @@ class Coordinates:
         return values
 
     def arrays(self, angles: Mapping[str, ArrayLike]) -> dict[str, Floats]:
-        """Joint → values as an array; a chain becomes its joints."""
+        """Return joint → values as an array; the name of a chain is replaced by its joints."""
         given: dict[str, Floats] = {}
         for name, value in checked_mapping(angles).items():
             if name in self.column or name in self.mimics:
@@ -127,11 +123,7 @@ class Coordinates:
 
 
 def checked_mapping(angles: object) -> Mapping[str, ArrayLike]:
-    """`angles`, when it is a mapping.
-
-    Raises:
-        BadArgument: it is none.
-    """
+    """Return `angles`; raise `BadArgument` unless it is a mapping."""
     if not isinstance(angles, Mapping):
         raise BadArgument(f"joint values must be a mapping name → value, got {type(angles).__name__}")
     return angles
@@ -147,21 +139,21 @@ def _check_coupling(mimic: Mimic, name: str, driver: Floats, value: Floats) -> N
         raise CouplingViolated(mimic.joint, name, leading, given, asked, index)
 
 
-# --- Configurations as callers give them: made, checked once, and put inside the limits.
+# --- Configurations from callers: made, checked once, and clamped.
 
 TURN = 2.0 * math.pi
 
 _FLOAT64 = np.dtype(np.float64)
-# Quaternions that are looked at at a time: few enough to take no memory to speak of.
+# Number of quaternions that are checked at a time: few enough to need little memory.
 _BLOCK = 1 << 15
 # More would not fit in any memory.
-_MOST_DRAWN = 10**10
-# An error about a batch carries the violations of this many configurations, and counts the rest.
-_MOST_LISTED = 100
+_MAX_DRAWN = 10**10
+# An error about a batch lists the violations of this many configurations, and counts the others.
+_MAX_LISTED = 100
 
 
-class Configurations:
-    """How one robot makes and checks configurations q of shape (..., nq); `RobotModel` says what most methods do.
+class ConfigurationSpace:
+    """How one robot makes and checks configurations q of shape (..., nq); `RobotModel` describes most methods.
 
     Args:
         coordinates: its joints by name; their values are the last numbers of q.
@@ -181,7 +173,7 @@ class Configurations:
     ) -> None:
         self._coordinates, self._limits = coordinates, limits
         self._neutral, self._units = np.array(neutral), units
-        # Where the joints begin in q, behind a floating base, and the place of each of them.
+        # Index of the first joint in q, after a floating base, and index of each joint.
         self._offset = len(neutral) - len(coordinates.names)
         self._floating, self._shape = self._offset > 0, (len(neutral),)
         self._places = {name: self._offset + column for name, column in coordinates.column.items()}
@@ -192,17 +184,13 @@ class Configurations:
         }
 
     def neutral(self, shape: tuple[int, ...] = ()) -> Floats:
-        """All joints at zero, for a batch shape."""
+        """Return configurations with all joints at zero, for a batch shape."""
         return np.tile(self._neutral, (*shape, 1)) if shape else np.array(self._neutral)
 
     def posture(
-        self,
-        name: str,
-        angles: Mapping[str, ArrayLike] | None,
-        joints: Mapping[str, ArrayLike],
-        limits: LimitPolicy,
+        self, name: str, angles: Mapping[str, ArrayLike] | None, joints: Mapping[str, ArrayLike], limits: LimitPolicy
     ) -> Floats:
-        """A posture, with other values for the joints that `angles` and `joints` name."""
+        """Return a posture, with other values for the joints that `angles` and `joints` name."""
         choice(name, self._postures, "posture")
         if angles is None and not joints:
             return np.array(self._postures[name])
@@ -214,7 +202,7 @@ class Configurations:
         return self.within(q, limits)
 
     def random(self, rng: np.random.Generator | int | None, n: int | tuple[int, ...] | None) -> Floats:
-        """Configurations inside all limits, each joint uniform in its range."""
+        """Return configurations inside all limits, each joint uniform in its range."""
         try:
             generator = np.random.default_rng(rng)
             shape = () if n is None else tuple(map(operator.index, n if isinstance(n, Iterable) else (n,)))
@@ -222,14 +210,14 @@ class Configurations:
             raise BadArgument(f"random needs a generator or a seed, and a number or a shape: {error}") from None
         if any(length < 0 for length in shape):
             raise BadArgument(f"n must not be negative, got {n}")
-        if math.prod(shape) > _MOST_DRAWN:
-            raise BadArgument(f"n must not exceed {_MOST_DRAWN} configurations, got {quoted(n)}")
+        if math.prod(shape) > _MAX_DRAWN:
+            raise BadArgument(f"n must not exceed {_MAX_DRAWN} configurations, got {quoted(n)}")
         q = self.neutral(shape)
         q[..., self._offset :] = self._limits.random(generator, shape)
         return q
 
     def configuration(self, angles: Mapping[str, ArrayLike], limits: LimitPolicy, degrees: bool) -> Floats:
-        """The configuration with the given joint values."""
+        """Return the configuration with the given joint values."""
         if degrees:
             given = self._coordinates.arrays(angles)
             angles = {name: np.radians(v) if self._units[name] == "rad" else v for name, v in given.items()}
@@ -247,11 +235,11 @@ class Configurations:
         return self.within(q, limits, named)
 
     def joints(self, q: ArrayLike) -> Floats:
-        """The joint values of configurations, shape (..., n)."""
+        """Return the joint values of configurations, shape (..., n)."""
         return self.checked(q)[..., self._offset :]
 
     def angles(self, q: ArrayLike, degrees: bool) -> dict[str, Floats | float]:
-        """Joint values by name."""
+        """Return joint values by name."""
         joints = self.joints(q)
         if degrees:
             joints = np.where(self._turning, np.degrees(joints), joints)
@@ -261,17 +249,7 @@ class Configurations:
         return {name: joints[..., index].copy() for name, index in column.items()}
 
     def within(self, q: Floats, limits: str, joints: Collection[str] | None = None) -> Floats:
-        """Configurations as the limits policy wants them.
-
-        Args:
-            q: checked configurations.
-            limits: "raise", "clamp" or "ignore".
-            joints: look at these joints only; None for all.
-
-        Raises:
-            UnknownName: no such policy.
-            OutsideLimits: with "raise", a joint is outside its limits.
-        """
+        """Return checked configurations after applying the limits policy to the named joints, or to all for None."""
         if limits == "ignore":
             return q
         check_policy(limits)
@@ -282,7 +260,7 @@ class Configurations:
                 return q
             count = self._limits.count(values, joints)
             if count:
-                raise OutsideLimits(self._limits.violations(values, joints, most=_MOST_LISTED), count)
+                raise OutsideLimits(self._limits.violations(values, joints, max_configurations=_MAX_LISTED), count)
             return q
         inside = np.array(q, order="C")
         clamped = self._limits.clamp(values)
@@ -291,17 +269,17 @@ class Configurations:
         return inside
 
     def posed(self, q: ArrayLike) -> Floats:
-        """`q` as configurations for poses, which come out whatever the unit: with a warning where it is degrees."""
+        """Return `q` as configurations for poses, with a warning if they seem to be in degrees."""
         one = type(q) is np.ndarray and q.shape == self._shape and q.dtype is _FLOAT64
         if one and not self._floating and math.hypot(*q.tolist()) <= TURN:  # type: ignore[union-attr]
-            # The common case in as few steps as possible: within a turn of zero nothing is infinite or in degrees.
+            # The common case in the fewest steps: values within a turn of zero are finite and not in degrees.
             return q  # type: ignore[return-value]
         array = self.checked(q)
         self.warn_of_degrees(array)
         return array
 
     def checked(self, q: ArrayLike) -> Floats:
-        """`q` as configurations: finite, of the right shape, with a unit quaternion for a floating base."""
+        """Return `q` as configurations: finite, of the right shape, with unit quaternions for a floating base."""
         try:
             array = as_floats(q, self._shape, "q")
         except NotFinite as error:
@@ -310,12 +288,12 @@ class Configurations:
             self.check_base(array)
             array = array.copy()
             norms = np.linalg.norm(array[..., 3:7], axis=-1)[..., None]
-            # What is left of the norm would end up in the rotation matrices; what is rounding stays as it came.
+            # An error of the norm would scale the rotation matrices; rounding errors are not touched.
             array[..., 3:7] /= np.where(np.abs(norms - 1.0) <= _UNIT_ROUNDING, 1.0, norms)
         return array
 
     def check_base(self, q: NDArray[Any]) -> None:
-        """Refuse quaternions of a floating base that are not of unit length; what is not finite is another matter."""
+        """Refuse quaternions of a floating base that are not of unit length; NaN and infinity pass."""
         if not self._floating:
             return
         quaternions = q[..., 3:7].reshape(-1, 4)
@@ -335,7 +313,7 @@ class Configurations:
             raise self._named(NotFinite("q", index, float(q[index])))
 
     def warn_of_degrees(self, q: NDArray[Any]) -> None:
-        """Warn where a turning joint with limits is outside of them and more than a turn from zero."""
+        """Warn if a turning joint with limits is outside of them and more than a turn from zero."""
         joints = q[..., self._offset :]
         if not joints.size or max(float(joints.max()), -float(joints.min())) <= TURN:
             return

@@ -1,4 +1,4 @@
-"""The shapes of a robot's links: their mesh files, and as Pinocchio and its collision library coal have them."""
+"""The shapes of a robot's links: mesh files, and geometry for Pinocchio and its collision library coal."""
 
 from __future__ import annotations
 
@@ -21,23 +21,15 @@ Made = TypeVar("Made")
 GeometryKind = Literal["visual", "collision"]
 KINDS: tuple[GeometryKind, ...] = ("visual", "collision")
 
-# Mesh files that Pinocchio's visualizers read themselves, with the scale of their object. They draw any other mesh from
-# the triangles that coal has read, which are scaled already.
+# Mesh files that Pinocchio's visualizers read themselves and scale. They draw any other mesh from the triangles that
+# coal has read, which are already scaled.
 _READ_BY_VISUALIZERS = (".dae", ".obj", ".stl")
 # The colour that Pinocchio gives to a shape without one.
 _GREY = (0.9, 0.9, 0.9, 1.0)
 
 
 def shape_geometry(shape: Geometry, packages: Packages) -> Any:
-    """Return a shape of a URDF as coal's geometry.
-
-    Args:
-        shape: a box, cylinder or sphere, or the name of a mesh file.
-        packages: the search for that file.
-
-    Raises:
-        UnreadableShape: the mesh file is missing or cannot be read.
-    """
+    """Return a shape of a URDF as coal's geometry; raise `UnreadableShape` for a mesh that is missing or unreadable."""
     import coal
 
     if isinstance(shape, Box):
@@ -54,27 +46,17 @@ def shape_geometry(shape: Geometry, packages: Packages) -> Any:
 
 
 def mesh_path(mesh: MeshFile, packages: Packages) -> Path:
-    """Return the file of a mesh.
-
-    Raises:
-        UnreadableShape: it is not there.
-    """
+    """Return the file of a mesh; raise `UnreadableShape` if it does not exist."""
     path = packages.file(mesh.filename)
     if path is None:
         raise UnreadableShape(f"its mesh {quoted(mesh.filename)} is not there")
     return path
 
 
-def read_mesh(path: Path, made_of: Callable[[Any], Made], **options: Any) -> Made:
-    """Return what `made_of` makes of the triangles of a mesh file.
+def read_mesh(path: Path, convert: Callable[[Any], Made], **options: Any) -> Made:
+    """Return `convert(scene)` for the triangles of a mesh file, read by `trimesh.load_scene(path, **options)`.
 
-    Args:
-        path: any mesh file that trimesh reads.
-        made_of: called with a `trimesh.Scene` that holds triangles, as the file has them.
-        **options: of `trimesh.load_scene`; "resolver" finds the files that the mesh names.
-
-    Raises:
-        UnreadableShape: the file cannot be read or has no triangles, or `made_of` has failed.
+    Raises `UnreadableShape` for a file that cannot be read, has no triangles, or that `convert` fails on.
     """
     import trimesh
 
@@ -84,27 +66,15 @@ def read_mesh(path: Path, made_of: Callable[[Any], Made], **options: Any) -> Mad
             scene = trimesh.load_scene(path, process=False, **options)
             if not any(len(getattr(part, "faces", ())) for part in scene.geometry.values()):
                 raise UnreadableShape("no triangles in it")
-            return made_of(scene)
+            return convert(scene)
     except Exception as error:  # whatever its many readers raise on a bad file
         raise UnreadableShape(abbreviated(error) or type(error).__name__) from None
 
 
 def geometry_model(model: pin.Model, frames: FrameTable, tree: UrdfTree, kind: GeometryKind) -> pin.GeometryModel:
-    """Return the shapes of a robot as a `GeometryModel`.
+    """Return the shapes of a robot's links as a Pinocchio `GeometryModel`, named as Pinocchio's own parser names them.
 
-    The objects are named as Pinocchio's own parser names them: the link and the number among its shapes of this kind.
-
-    Args:
-        model: the robot's model, which places the links.
-        frames: its frames by name.
-        tree: the URDF as read.
-        kind: "visual" or "collision".
-
-    Raises:
-        UnknownName: no such kind.
-
-    Warns:
-        MissingShapeWarning: some shapes are left out, because their meshes are missing or cannot be read.
+    Warns with `MissingShapeWarning` of shapes whose meshes are missing or unreadable.
     """
     choice(kind, KINDS, "kind of geometry")
     geometry, packages = pin.GeometryModel(), tree.packages

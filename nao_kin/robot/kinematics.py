@@ -1,4 +1,4 @@
-"""Configurations made into poses, Jacobians and centres of mass: the questions, the frames, and Pinocchio's answers."""
+"""Poses, Jacobians and centres of mass of configurations: the questions, the frames, and Pinocchio's answers."""
 
 from __future__ import annotations
 
@@ -21,32 +21,26 @@ from nao_kin.robot.build import address
 from nao_kin.robot.urdf import UrdfTree
 from nao_kin.rotations import quat_from_matrix, rpy_from_matrix
 
-# --- What a robot can be asked about configurations, apart from who answers.
+# --- The questions about configurations that a robot answers.
 
 Expression = Literal["frame", "root", "mixed"]
 PoseForm = Literal["matrix", "position_quaternion", "position6d"]
 FrameIds = tuple[int, ...]
 
-# The name of the root as a reference, unless the robot has a frame of this name.
+# Name of the root as a reference, unless the robot has a frame with this name.
 WORLD = "world"
 POSE_FORMS: tuple[str, ...] = get_args(PoseForm)
 
 # The shape of one frame's pose in each form.
-POSE_SHAPES = {
-    "matrix": (4, 4),
-    "rotation": (3, 3),
-    "position": (3,),
-    "position_quaternion": (7,),
-    "position6d": (6,),
-}
+POSE_SHAPES = {"matrix": (4, 4), "rotation": (3, 3), "position": (3,), "position_quaternion": (7,), "position6d": (6,)}
 
 
 class Question(NamedTuple):
-    """One question, the same for any number of configurations.
+    """One question about configurations, for any number of them.
 
     Attributes:
         kind: "poses", "jacobian", "com", "com_jacobian", "velocity" or "acceleration".
-        frame_ids: the frames it is about.
+        frame_ids: the frames that are asked for.
         reference_id: the frame that poses and centres of mass are expressed in; None for the root.
         form: for poses, one of POSE_SHAPES; for Jacobians and motions, the expression.
     """
@@ -57,17 +51,17 @@ class Question(NamedTuple):
     form: str = ""
 
     def shape(self, nv: int) -> tuple[int, ...]:
-        """Shape of the answer for one configuration."""
+        """Return the shape of the answer for one configuration."""
         if self.kind == "poses":
             return (len(self.frame_ids), *POSE_SHAPES[self.form])
         shapes = {"jacobian": (6, nv), "com": (3,), "com_jacobian": (3, nv)}
         return shapes.get(self.kind, (len(self.frame_ids), 6))
 
 
-# --- The one place where configurations become poses, Jacobians and centres of mass.
+# --- The answers of Pinocchio.
 #
 # Pinocchio keeps the placements of all frames in one block of memory: twelve doubles each, the columns of R, then p.
-# A pose as a 4×4 matrix is therefore a fixed selection of that block; its zeros and its one are found in the first
+# A pose as a 4×4 matrix is therefore a fixed selection of that block; its zeros and its one are taken from the first
 # frame, the universe, whose placement is always the identity. Selecting takes a tenth of the time of reading the
 # placements one by one.
 
@@ -75,10 +69,10 @@ _DOUBLES = 12
 _ONE, _ZERO = 0, 1  # where the universe's rotation, stored by columns, holds a one and a zero
 # Up to here, placing frames one by one is faster than placing all.
 _FEW = 10
-# Sets of frames whose selection is kept: more than anyone asks for in turn.
-_MOST_SELECTIONS = 256
+# Size of the cache of selections, one for each set of frames: more than programs use in turn.
+_MAX_SELECTIONS = 256
 
-# Where a twist is taken and in whose axes, by the names that methods use for it.
+# The point and the axes of a twist, by the names that methods use.
 EXPRESSIONS = {
     "frame": pin.ReferenceFrame.LOCAL,
     "root": pin.ReferenceFrame.WORLD,
@@ -87,27 +81,20 @@ EXPRESSIONS = {
 
 
 def expression_named(name: str) -> pin.ReferenceFrame:
-    """Pinocchio's reference frame for "frame", "root" or "mixed".
-
-    Raises:
-        UnknownName: none of the three.
-    """
+    """Return Pinocchio's reference frame for "frame", "root" or "mixed"."""
     return EXPRESSIONS[choice(name, EXPRESSIONS, "expression")]
 
 
 class Kinematics:
-    """What a Pinocchio model answers, for checked configurations of any batch shape (..., nq).
-
-    May be called from several threads at once: each has Pinocchio data of its own.
-    """
+    """Pinocchio's answers for checked configurations (..., nq), with separate Pinocchio data for each thread."""
 
     def __init__(self, model: pin.Model) -> None:
         self.model = model
-        self._inertias = model.inertias  # a live view, which takes as long to get as all sums of a centre of mass
+        self._inertias = model.inertias  # a live view; making it takes as long as computing a centre of mass
         self._local = threading.local()
 
     def answer(self, question: Question, q: Floats, *rates: Floats) -> Floats:
-        """The answer to a question about configurations, and velocities and accelerations where it needs them."""
+        """Return the answer for configurations, and for velocities and accelerations if the question needs them."""
         if question.kind == "poses":
             ids, reference = question.frame_ids, question.reference_id
             poses = self.poses(q, ids) if reference is None else self.relative_poses(q, ids, reference)
@@ -126,7 +113,7 @@ class Kinematics:
         return np.asarray(np.einsum("...ji,...j->...i", T_root_reference[..., :3, :3], lever))
 
     def poses(self, q: Floats, frame_ids: FrameIds) -> Floats:
-        """T_root_frame of several frames, shape (..., frames, 4, 4); a fresh array."""
+        """Return T_root_frame of several frames, shape (..., frames, 4, 4); a new array."""
         workspace, selection = self._workspace(), _selection_of(frame_ids)
         if q.ndim == 1:
             workspace.place(q, frame_ids)
@@ -139,9 +126,9 @@ class Kinematics:
         return poses
 
     def relative_poses(self, q: Floats, frame_ids: FrameIds, reference_id: int) -> Floats:
-        """T_reference_frame = T_root_reference⁻¹ T_root_frame of several frames, shape (..., frames, 4, 4)."""
+        """Return T_reference_frame = T_root_reference⁻¹ T_root_frame of several frames, shape (..., frames, 4, 4)."""
         poses = self.poses(q, (*frame_ids, reference_id))
-        if poses.shape == (2, 4, 4):  # the same as below, where plain indices save half of the time
+        if poses.shape == (2, 4, 4):  # the same as below; plain indices halve the time
             T, T_reference = poses[0], poses[1]
             T[:3, 3] -= T_reference[:3, 3]
             relative: Floats = T.copy()
@@ -154,9 +141,9 @@ class Kinematics:
         return relative
 
     def jacobians(self, q: Floats, frame_id: int, expression: pin.ReferenceFrame) -> Floats:
-        """The geometric Jacobians of one frame, linear rows first, shape (..., 6, nv); a fresh array."""
+        """Return the geometric Jacobians of one frame, linear rows first, shape (..., 6, nv); a new array."""
         model, data = self.model, self._workspace().data
-        shape = 6, model.nv  # with one degree of freedom, a vector comes back
+        shape = 6, model.nv  # with one degree of freedom, Pinocchio returns a vector
         if q.ndim == 1:
             jacobian: Floats = pin.computeFrameJacobian(model, data, q, frame_id, expression)
             return jacobian.reshape(shape)
@@ -166,11 +153,7 @@ class Kinematics:
         return jacobians
 
     def centres_of_mass(self, q: Floats) -> Floats:
-        """Centres of mass of all bodies, those held to the world included, shape (..., 3).
-
-        Raises:
-            BadArgument: the robot has no mass.
-        """
+        """Return centres of mass of all bodies, those fixed to the world included, shape (..., 3)."""
         model, data = self.model, self._workspace().data
         # Pinocchio counts only what moves, and divides by its mass.
         held, moving = self._inertias[0], pin.computeTotalMass(model)
@@ -189,11 +172,7 @@ class Kinematics:
         return np.asarray(share * centres + rest * held.lever)
 
     def com_jacobians(self, q: Floats) -> Floats:
-        """The Jacobians of the centres of mass, shape (..., 3, nv).
-
-        Raises:
-            BadArgument: the robot has no mass.
-        """
+        """Return the Jacobians of the centres of mass, shape (..., 3, nv)."""
         model, data = self.model, self._workspace().data
         share = pin.computeTotalMass(model) / self.check_mass()
         jacobians = np.zeros((*q.shape[:-1], 3, model.nv))
@@ -203,13 +182,13 @@ class Kinematics:
         return jacobians
 
     def motions(self, frame_ids: FrameIds, form: str, q: Floats, v: Floats, a: Floats | None = None) -> Floats:
-        """Twists of frames, or with accelerations the derivatives of their numbers; shape (..., frames, 6)."""
+        """Return twists of frames, or with accelerations the derivatives of their numbers; shape (..., frames, 6)."""
         model, data, expression = self.model, self._workspace().data, EXPRESSIONS[form]
         motions = np.empty((*q.shape[:-1], len(frame_ids), 6))
         count = math.prod(q.shape[:-1])
         rows = [array.reshape(count, array.shape[-1]) for array in (q, v, *(() if a is None else (a,)))]
         flat = motions.reshape(count, len(frame_ids), 6)
-        # The numbers of a "mixed" twist change with the velocity of the point, those of the others do not.
+        # Only the numbers of a "mixed" twist change with the velocity of the point.
         rate = pin.getFrameClassicalAcceleration if form == "mixed" else pin.getFrameAcceleration
         for i in range(count):
             pin.forwardKinematics(model, data, *(values[i] for values in rows))
@@ -220,11 +199,7 @@ class Kinematics:
         return motions
 
     def check_mass(self) -> float:
-        """Mass of all bodies [kg].
-
-        Raises:
-            BadArgument: the robot has no mass.
-        """
+        """Return the mass of all bodies [kg]; raise `BadArgument` if there is none."""
         mass = self.mass
         if mass <= 0.0:
             raise BadArgument(f"{self.model.name} has no mass, so no centre of mass")
@@ -232,7 +207,7 @@ class Kinematics:
 
     @property
     def mass(self) -> float:
-        """Mass of all bodies, those held to the world included [kg]."""
+        """Mass of all bodies, those fixed to the world included [kg]."""
         return float(pin.computeTotalMass(self.model) + self._inertias[0].mass)
 
     def _workspace(self) -> _Workspace:
@@ -244,7 +219,7 @@ class Kinematics:
 
 
 def _in_form(poses: Floats, form: str) -> Floats:
-    """Poses as one of `POSE_SHAPES`."""
+    """Return poses in one of the forms of `POSE_SHAPES`."""
     R, p = poses[..., :3, :3], poses[..., :3, 3]
     if form == "matrix":
         return poses
@@ -257,15 +232,15 @@ def _in_form(poses: Floats, form: str) -> Floats:
 
 
 def _rows(q: Floats, results: Floats, axes: int) -> Iterable[tuple[Floats, Floats]]:
-    """Each configuration with the place for its result, which has so many axes."""
+    """Return pairs of one configuration and a view of its result, which has `axes` axes."""
     count = math.prod(q.shape[:-1])
     flat = results.reshape(count, *results.shape[results.ndim - axes :])
     return zip(q.reshape(count, q.shape[-1]), flat, strict=True)
 
 
-@functools.lru_cache(_MOST_SELECTIONS)
+@functools.lru_cache(_MAX_SELECTIONS)
 def _selection_of(frame_ids: FrameIds) -> NDArray[np.intp]:
-    """Where in the block the entries of the poses of these frames stand, shape (n, 4, 4)."""
+    """Return the indices in the block of the entries of the poses of these frames, shape (n, 4, 4)."""
     selection = np.full((len(frame_ids), 4, 4), _ZERO, dtype=np.intp)
     row, column = np.indices((3, 4))
     selection[:, :3] = _DOUBLES * np.asarray(frame_ids, dtype=np.intp)[:, None, None] + 3 * column + row
@@ -274,7 +249,7 @@ def _selection_of(frame_ids: FrameIds) -> NDArray[np.intp]:
 
 
 class _Workspace:
-    """One thread's Pinocchio data, and a view of all its placements."""
+    """The Pinocchio data of one thread, and a view of all its placements."""
 
     def __init__(self, model: pin.Model) -> None:
         self._model = model
@@ -291,14 +266,14 @@ class _Workspace:
             pin.updateFramePlacement(self._model, self.data, frame_id)
 
     def placements(self) -> Floats:
-        """The placements of all frames, twelve doubles each, flat."""
+        """Return the placements of all frames, twelve doubles each, flat."""
         if self._block is not None:
             return self._block
         return np.concatenate([np.append(pose.rotation.T, pose.translation) for pose in self.data.oMf])
 
 
 def _block_of(data: pin.Data, count: int) -> Floats | None:
-    """A view of all placements as one array; None when this Pinocchio lays them out otherwise."""
+    """Return a view of all placements as one array; None if this version of Pinocchio has another layout."""
     first: Floats = data.oMf[0].rotation
     start = address(first)
     for i in {0, count // 2, count - 1}:
@@ -315,9 +290,9 @@ def _block_of(data: pin.Data, count: int) -> Floats | None:
 class FrameTable:
     """Frame name → id in a Pinocchio model.
 
-    The frames of fixed joints are left out, for the links they hold stand at the same place. A name that the URDF gives
-    to a link and to a joint means the link, as in every tool that knows links only. Where the joint's own frame is
-    another one, whoever asks for the name is warned once: the joint's frame goes by the name of the link it moves.
+    The frames of fixed joints are left out: they coincide with the frames of the links that these joints carry. A name
+    that the URDF gives to a link and to a joint means the link, as in every tool that knows only links. If the joint's
+    frame is another one, the first use of the name warns that the joint's frame has the name of the link it moves.
 
     Attributes:
         names: every name, in the order of the model.
@@ -350,14 +325,12 @@ class FrameTable:
         self._sets: dict[tuple[str, ...], FrameIds] = {}
 
     def id(self, name: object) -> int:
-        """The frame called `name`.
-
-        Raises:
-            UnknownName: there is none.
-        """
+        """Return the id of a frame."""
         if not isinstance(name, str) or name not in self._ids:
             raise UnknownName("frame", name, self.names)
-        if name in self._ambiguous and (frames := self._ambiguous.pop(name, None)):  # another thread may be quicker
+        if name in self._ambiguous and (
+            frames := self._ambiguous.pop(name, None)
+        ):  # another thread may have warned already
             link, moved = frames
             warn_caller(
                 f"frame {quoted(name)}: the URDF has a link and a joint of this name. This is the link's frame "
@@ -367,30 +340,22 @@ class FrameTable:
         return self._ids[name]
 
     def reference_id(self, name: object) -> int | None:
-        """The frame called `name`; None for the root, which None and "world" mean where no frame has that name.
-
-        Raises:
-            UnknownName: there is none.
-        """
+        """Return the id of a frame; None for the root, which None and, without a frame of this name, "world" mean."""
         if name is None or (isinstance(name, str) and name == WORLD and name not in self._ids):
             return None
         return self.id(name)
 
     def ids(self, names: str | Sequence[str] | None) -> FrameIds:
-        """The frames of these names, or of one name; all links for None.
-
-        Raises:
-            UnknownName: there is no such frame, or `names` are no names.
-        """
+        """Return the ids of the frames of these names, or of one name; those of all links for None."""
         if names is None:
             return self._link_ids
         try:
             key = (names,) if isinstance(names, str) else tuple(names)
-        except TypeError:  # one thing that is no name, where several names are expected
+        except TypeError:  # neither a name nor several names
             raise UnknownName("frame", names, self.names) from None
         try:
             return self._sets[key]
-        except (TypeError, KeyError):  # no names, or names asked for the first time
+        except (TypeError, KeyError):  # not strings, or new names
             pass
         found = tuple(self.id(name) for name in key)
         if len(self._sets) > 1000:

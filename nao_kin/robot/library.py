@@ -1,4 +1,4 @@
-"""Robots by name: those that example-robot-data brings, and those that robot_descriptions downloads."""
+"""Robots by name, from the packages example-robot-data and robot_descriptions."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from nao_kin.robot.model import RobotModel
 
 _PACKAGE = "example-robot-data"
 _DESCRIPTIONS = "robot_descriptions"
-# What all its names end in.
+# The ending of all its names.
 _ENDING = "_description"
 
 
 def robot_names(*, download: bool = False) -> tuple[str, ...]:
-    """Names that `load_robot` takes: the URDF files of example-robot-data without their suffix.
+    """Return the names that `load_robot` takes: the URDF files of example-robot-data without their suffix.
 
     Args:
-        download: list the names of robot_descriptions, too, where it is installed; their files come from the network
-            when they are first asked for.
+        download: list the names of robot_descriptions too, if it is installed; their files are downloaded when they are
+            loaded for the first time.
 
     Raises:
-        MissingExtra: example-robot-data is not installed; with `download`, neither of the two is.
+        MissingExtra: example-robot-data is not installed; with `download`, neither package is installed.
 
     Examples:
         >>> "romeo" in nk.robot_names()
@@ -41,21 +41,20 @@ def robot_names(*, download: bool = False) -> tuple[str, ...]:
 
 
 def load_robot(name: str, *, base: Base = "fixed") -> RobotModel:
-    """A robot by name, as `RobotModel.from_urdf` or `RobotModel.from_mjcf` loads it.
+    """Return a robot by name, loaded as by `RobotModel.from_urdf` or `RobotModel.from_mjcf`.
 
-    Names of robot_descriptions ("g1_description", "panda_mj_description" …) are downloaded once, into the folder that
-    ROBOT_DESCRIPTIONS_CACHE names or ~/.cache/robot_descriptions. Those that are xacro sources are expanded, which runs
-    the code of their authors.
+    Robots of robot_descriptions ("g1_description", "panda_mj_description" …) are downloaded once, into the folder that
+    ROBOT_DESCRIPTIONS_CACHE names or ~/.cache/robot_descriptions. Their xacro sources are expanded, which runs the code
+    of their authors.
 
     Args:
-        name: "romeo", "talos_full_v2", "panda" … (`robot_names()` lists them; with `download=True`, those of
-            robot_descriptions too).
+        name: "romeo", "talos_full_v2", "panda" …, one of `robot_names(download=True)`.
         base: "fixed" or "floating".
 
     Raises:
-        MissingExtra: neither example-robot-data nor robot_descriptions is installed, or MuJoCo, for an MJCF, is not.
-        UnknownName: they have no such robot.
-        BadModel: the robot's file makes no model, or cannot be downloaded.
+        MissingExtra: neither example-robot-data nor robot_descriptions is installed, or the file is an MJCF and MuJoCo
+            is not installed.
+        BadModel: the robot's file describes no valid model, or cannot be downloaded.
 
     Examples:
         >>> romeo = nk.load_robot("romeo")
@@ -63,34 +62,27 @@ def load_robot(name: str, *, base: Base = "fixed") -> RobotModel:
         (33, 'LHipYaw')
     """
     described = _described_names()
-    is_theirs = isinstance(name, str) and name.endswith(_ENDING) and not described
+    is_text = isinstance(name, str)
+    lacks_theirs = is_text and name.endswith(_ENDING) and not described
     missing = (
-        MissingExtra("loading a robot by this name", "descriptions")
-        if is_theirs
-        else MissingExtra("loading a robot by name", "robots")
+        ("loading a robot by this name", "descriptions") if lacks_theirs else ("loading a robot by name", "robots")
     )
-    files = _files(None if described else missing)
-    if isinstance(name, str) and name in files:
+    files = _files(None if described else MissingExtra(*missing))
+    if is_text and name in files:
         urdf = files[name]
         # example-robot-data keeps the SRDF of the same name in the folder srdf beside that of the URDF.
         srdf = urdf.parent.parent / "srdf" / f"{urdf.stem}.srdf"
         return RobotModel.from_urdf(urdf, base=base, semantics=srdf if srdf.is_file() else None)
-    if isinstance(name, str) and name in described:
+    if is_text and name in described:
         return _described(name, base)
-    hint = f"names of {_DESCRIPTIONS} need pip install 'nao-kin[descriptions]'" if is_theirs else ""
+    hint = f"names of {_DESCRIPTIONS} need pip install 'nao-kin[descriptions]'" if lacks_theirs else ""
     raise UnknownName("robot", name, (*files, *described), hint)
 
 
 def _files(missing: MissingExtra | None) -> dict[str, Path]:
-    """The URDF files of example-robot-data by name, none where it is not installed.
+    """Return the URDF files of example-robot-data by name; if it is not installed, none, or raise `missing`.
 
     The package holds data and no module, so its folder is found through the list of its installed files.
-
-    Args:
-        missing: raised where the package is not installed; None where there are other robots.
-
-    Raises:
-        MissingExtra: the package is needed and not installed.
     """
     import importlib.metadata  # takes as long to load as all the rest of this room
 
@@ -107,18 +99,17 @@ def _files(missing: MissingExtra | None) -> dict[str, Path]:
 
 
 def _described_names() -> tuple[str, ...]:
-    """The names of robot_descriptions: one module each; none where it is not installed. Importing one downloads it."""
+    """Return the names of robot_descriptions, or none. Each is a module, and importing it downloads the robot."""
     try:
         spec = importlib.util.find_spec(_DESCRIPTIONS)
     except (ImportError, ValueError):
         spec = None
-    folders = None if spec is None else spec.submodule_search_locations
-    modules = () if folders is None else pkgutil.iter_modules(list(folders))
+    modules = pkgutil.iter_modules((spec and spec.submodule_search_locations) or [])
     return tuple(sorted(m.name for m in modules if m.name.endswith(_ENDING) and not m.name.startswith("_")))
 
 
 def _described(name: str, base: Base) -> RobotModel:
-    """A robot of robot_descriptions."""
+    """Return a robot of robot_descriptions."""
     try:
         with contextlib.redirect_stdout(sys.stderr):  # it prints what it downloads
             module = importlib.import_module(f"{_DESCRIPTIONS}.{name}")
@@ -137,7 +128,7 @@ def _described(name: str, base: Base) -> RobotModel:
 
 
 def _package_dirs(module: ModuleType) -> list[Path]:
-    """The folders in which the packages are that a description names."""
+    """Return the folders of the packages that a description names."""
     own = [getattr(module, name, None) for name in ("PACKAGE_PATH", "REPOSITORY_PATH")]
     named = [*own, *getattr(module, "XACRO_PACKAGE_PATHS", {}).values()]
     paths = [Path(path) for path in named if path]

@@ -1,4 +1,4 @@
-"""Joint limits: the box of every joint, and tables in which one joint's range depends on another's value."""
+"""Joint limits: the range of every joint, and tables in which one joint's range depends on another's value."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from nao_kin._core.arrays import Floats, choice
 from nao_kin.robot.semantics import CoupledLimit
 
-# A value outside a limit by no more than this [rad, m or ratio] is on it, and is taken as it is: files hold single
-# precision (1e-7 of a value) or six decimals (5e-7), and limits written in degrees come back from radians rounded.
+# A value that exceeds a limit by no more than this [rad, m or ratio] is accepted unchanged: files have single precision
+# (1e-7 of a value) or six decimals (5e-7), and limits converted from degrees are rounded.
 LIMIT_TOLERANCE = 1e-6
-_LEAST_DIGITS, _MOST_DIGITS = 6, 17
+_MIN_DIGITS, _MAX_DIGITS = 6, 17
 
 LimitPolicy = Literal["raise", "clamp", "ignore"]
 
@@ -32,16 +32,9 @@ class LimitViolation:
         lower: smallest value allowed.
         upper: largest value allowed.
         unit: unit of the three numbers.
-        index: which configuration of the batch.
-        of: for a table, the joint that sets the range.
+        index: index of the configuration in the batch.
+        of: for a coupled limit, the joint on which the range depends.
         of_value: value of that joint.
-
-    Examples:
-        >>> nao = nk.load_nao()
-        >>> q = nao.configuration({"HeadYaw": 3.0}, limits="ignore")
-        >>> worst = nao.limit_violations(q)[0]
-        >>> worst.joint, worst.value, round(worst.excess, 3)
-        ('HeadYaw', 3.0, 0.914)
     """
 
     joint: str
@@ -55,15 +48,15 @@ class LimitViolation:
 
     @property
     def excess(self) -> float:
-        """How far outside."""
+        """Distance from the range."""
         return max(self.lower - self.value, self.value - self.upper)
 
     def describe(self, *, degrees: bool = False, index: bool = True) -> str:
-        """Joint, value and range in words.
+        """Return joint, value and range in words.
 
         Args:
             degrees: angles in degrees.
-            index: say which configuration of a batch it was.
+            index: name the configuration of a batch.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -72,7 +65,7 @@ class LimitViolation:
             'HeadYaw = 3 not in [-2.08567, 2.08567] rad'
         """
         scale, unit = (math.degrees(1.0), "°") if degrees and self.unit == "rad" else (1.0, f" {self.unit}")
-        value, lower, upper = _told_apart(*(number * scale for number in (self.value, self.lower, self.upper)))
+        value, lower, upper = _distinguishable(*(number * scale for number in (self.value, self.lower, self.upper)))
         text = f"{self.joint} = {value} not in [{lower}, {upper}]{'' if self.unit == '1' else unit}"
         if self.of is not None:
             text += f" at {self.of} = {self.of_value * scale:.6g}"
@@ -83,23 +76,10 @@ class LimitViolation:
 
 
 class JointLimits:
-    """The limits of all joints of a robot, for values (..., n) in the order of `names`.
-
-    Attributes:
-        names: the joints.
-        lower: smallest values, shape (n,).
-        upper: largest values, shape (n,).
-        units: unit of each joint.
-        tables: the ranges that depend on another joint.
-    """
+    """The limits of all joints of a robot, lower and upper (n,), for values (..., n) in the order of `names`."""
 
     def __init__(
-        self,
-        names: tuple[str, ...],
-        lower: Floats,
-        upper: Floats,
-        units: tuple[str, ...],
-        tables: Sequence[CoupledLimit],
+        self, names: Sequence[str], lower: Floats, upper: Floats, units: Sequence[str], tables: Sequence[CoupledLimit]
     ) -> None:
         self.names, self.lower, self.upper, self.units, self.tables = names, lower, upper, units, tuple(tables)
         column = {name: index for index, name in enumerate(names)}
@@ -111,14 +91,14 @@ class JointLimits:
         }
 
     def inside(self, values: Floats) -> NDArray[np.bool_]:
-        """Which joints are inside their boxes and tables, shape (..., n)."""
+        """Return which joints are inside their own limits and their tables, shape (..., n)."""
         boxes, tables = self._outside(values, None)
         for (_, column, _), outside in zip(self._tables, tables, strict=True):
             boxes[..., column] |= outside
         return np.logical_not(boxes, order="C")
 
     def surely_inside(self, values: Mapping[str, float]) -> bool:
-        """Whether these joints of one configuration are inside, all others being at zero: a quick answer for a few."""
+        """Return whether these joints of one configuration are inside, with all others at zero: quick for a few."""
         for name, value in values.items():
             lower, upper = self._tolerated[name]
             if not lower <= value <= upper:
@@ -131,29 +111,25 @@ class JointLimits:
         return True
 
     def count(self, values: Floats, joints: Collection[str] | None = None) -> int:
-        """How many joints of all configurations are outside a limit."""
+        """Return how many joints of all configurations are outside a limit."""
         boxes, tables = self._outside(values, joints)
         return int(boxes.sum()) + sum(int(outside.sum()) for outside in tables)
 
     def violations(
-        self, values: Floats, joints: Collection[str] | None = None, *, most: int | None = None
+        self, values: Floats, joints: Collection[str] | None = None, *, max_configurations: int | None = None
     ) -> tuple[LimitViolation, ...]:
-        """Every joint outside its box, or inside it and outside its table, in order of the batch.
+        """Return every joint outside its own limits, or else outside its table, in the order of the batch.
 
-        Args:
-            values: joint values, shape (..., n).
-            joints: look at these joints only; None for all. A table is looked at when either of its joints is named.
-            most: stop after this many configurations.
+        With `joints`, only these joints are checked, and tables of which either joint is named. Stops after
+        `max_configurations` with a violation.
         """
         boxes, tables = self._outside(values, joints)
-        affected = boxes.any(axis=-1)
-        for outside in tables:
-            affected = affected | outside
+        affected = np.logical_or.reduce([boxes.any(axis=-1), *tables])
         found: list[LimitViolation] = []
-        for place in np.argwhere(affected)[:most].tolist():
+        for place in np.argwhere(affected)[:max_configurations].tolist():
             at = tuple(place)
             row = values[at].tolist()
-            here = [
+            current = [
                 LimitViolation(name, row[k], *self._boxes[name], self.units[k], at)
                 for k, name in enumerate(self.names)
                 if boxes[at][k]
@@ -161,16 +137,16 @@ class JointLimits:
             for (table, column, of), outside in zip(self._tables, tables, strict=True):
                 if outside[at]:
                     ends = _range_at(table, row[of])
-                    here.append(
+                    current.append(
                         LimitViolation(table.joint, row[column], *ends, self.units[column], at, table.of, row[of])
                     )
-            found += sorted(here, key=lambda violation: -violation.excess)
+            found += sorted(current, key=lambda violation: -violation.excess)
         return tuple(found)
 
     def _outside(
         self, values: Floats, joints: Collection[str] | None
     ) -> tuple[NDArray[np.bool_], list[NDArray[np.bool_]]]:
-        """Which joints are outside their boxes, (..., n), and for each table, which configurations are outside it."""
+        """Return which joints are outside their own limits, (..., n), and for each table, which configurations are."""
         boxes = (values < self.lower - LIMIT_TOLERANCE) | (values > self.upper + LIMIT_TOLERANCE)
         if joints is not None:
             boxes &= np.array([name in joints for name in self.names], dtype=np.bool_)
@@ -184,14 +160,14 @@ class JointLimits:
         return boxes, tables
 
     def clamp(self, values: Floats) -> Floats:
-        """The nearest values inside the boxes, then inside the tables at those values; a copy."""
+        """Return a copy with the nearest values inside the own limits, then inside the tables at those values."""
         inside: Floats = np.clip(values, self.lower, self.upper)
         for table, column, of in self._tables:
             inside[..., column] = np.clip(inside[..., column], *self._narrowed(table, column, inside[..., of]))
         return inside
 
     def random(self, rng: np.random.Generator, shape: tuple[int, ...]) -> Floats:
-        """Values inside all limits, each joint uniform in its range; joints without limits uniform in [−π, π]."""
+        """Return values inside all limits, uniform in each range; joints without limits are uniform in [−π, π]."""
         low = np.where(
             np.isfinite(self.lower), self.lower, np.where(np.isfinite(self.upper), self.upper - np.pi, -np.pi)
         )
@@ -204,15 +180,15 @@ class JointLimits:
         return values
 
     def _narrowed(self, table: CoupledLimit, column: int, of: Floats) -> tuple[Floats, Floats]:
-        """The range of a table within the box of its joint; the nearest end of the box where they share no value."""
+        """Return the range of a table within the joint's own limits; the nearest limit if they do not overlap."""
         lower, upper = table.range(of)
         box = self.lower[column], self.upper[column]
         return np.clip(lower, *box), np.clip(upper, *box)
 
 
-def _told_apart(value: float, lower: float, upper: float) -> tuple[str, str, str]:
-    """A value outside a range, and the range, with as many digits as show that it is outside."""
-    for digits in range(_LEAST_DIGITS, _MOST_DIGITS):
+def _distinguishable(value: float, lower: float, upper: float) -> tuple[str, str, str]:
+    """Return a value and the range that it is outside of, with enough digits to show that."""
+    for digits in range(_MIN_DIGITS, _MAX_DIGITS):
         texts = f"{value:.{digits}g}", f"{lower:.{digits}g}", f"{upper:.{digits}g}"
         shown = tuple(map(float, texts))
         if not shown[1] <= shown[0] <= shown[2]:
@@ -221,7 +197,7 @@ def _told_apart(value: float, lower: float, upper: float) -> tuple[str, str, str
 
 
 def _range_at(table: CoupledLimit, of: float) -> tuple[float, float]:
-    """What `CoupledLimit.range` says at one value, without arrays."""
+    """Return `CoupledLimit.range` at one value, without arrays."""
     right = bisect_right(table.at, of)
     if right == 0 or right == len(table.at):
         end = min(right, len(table.at) - 1)
@@ -235,5 +211,5 @@ def _range_at(table: CoupledLimit, of: float) -> tuple[float, float]:
 
 
 def check_policy(limits: str) -> None:
-    """Raise `UnknownName` for what is no limits policy."""
+    """Raise `UnknownName` unless `limits` is a limits policy."""
     choice(limits, get_args(LimitPolicy), "limits policy")

@@ -1,7 +1,4 @@
-"""A robot model: what it is made of, and what it answers about configurations.
-
-Its methods stand here with all that is to be said about them; the work is done in the room's other modules.
-"""
+"""A robot model: its parts, and the methods that answer questions about configurations."""
 
 from __future__ import annotations
 
@@ -19,7 +16,7 @@ from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.robot.answers import Answers, Output
 from nao_kin.robot.build import Base, build_model, numbers_of, restore_numbers
-from nao_kin.robot.configurations import Configurations, Coordinates
+from nao_kin.robot.configurations import ConfigurationSpace, Coordinates
 from nao_kin.robot.geometry import GeometryKind, geometry_model
 from nao_kin.robot.kinematics import (
     EXPRESSIONS,
@@ -35,7 +32,7 @@ from nao_kin.robot.kinematics import (
 from nao_kin.robot.limits import JointLimits, LimitPolicy, LimitViolation, check_policy
 from nao_kin.robot.offsets import with_offsets
 from nao_kin.robot.semantics import CoupledLimit, Mimic, Semantics
-from nao_kin.robot.semantics_files import checked_semantics, semantics_beside
+from nao_kin.robot.semantics_files import checked_semantics, find_semantics
 from nao_kin.robot.support_polygon import SupportPolygon, support_polygon
 from nao_kin.robot.urdf import UrdfTree, read_mjcf, read_robot, read_urdf
 
@@ -43,34 +40,33 @@ _Robot = TypeVar("_Robot", bound="RobotModel")
 
 
 class RobotModel:
-    """A robot from a URDF or MJCF, with one coordinate per joint that can be moved on its own.
+    """A robot from a URDF or MJCF, with one coordinate for each joint that moves independently.
 
     Configurations are arrays q of shape (..., nq). With a fixed base, q holds the joint values in the order of
-    `joint_names`. With a floating base, seven numbers of Pinocchio's free-flyer stand before them: the position of the
+    `joint_names`. With a floating base, the seven numbers of Pinocchio's free-flyer precede them: the position of the
     base in the world and its orientation as a unit quaternion (x, y, z, w).
 
-    All methods take any leading batch shape, return fresh arrays, and may be called from several threads at once.
+    All methods take any leading batch shape, return new arrays, and may be called from several threads at once.
 
-    A few configurations are answered by Pinocchio; many by compiled kernels, which agree with it to 1e-12. Poses,
-    Jacobians and their like share three arguments:
+    Pinocchio computes a few configurations; compiled kernels, which agree with it to 1e-12, compute many. The methods
+    for poses, Jacobians, motions and centres of mass share three arguments:
 
-    - `dtype` is the precision of the result, np.float64 or np.float32; with float32, many configurations are also
-      computed in it: poses, Jacobians and centres of mass to 2e-6 where joints are within a turn of zero; angles and
-      rates of motion, which enlarge rounding, to several times that. None stands for that of `out`, or float64.
-    - `out` is an array to write the result into and return: of its shape and precision, contiguous, apart from the
-      input.
-    - `threads` says how many threads may work on many configurations; None for all cores where that is worthwhile. With
-      a number given, the kernels answer however few there are: the same bits for a configuration, whatever batch it is
-      in.
+    - `dtype`: precision of the result, np.float64 or np.float32; None for that of `out`, or float64. With float32, many
+      configurations are also computed in it: poses, Jacobians and centres of mass to 2e-6 where joints are within a
+      turn of zero; angles and rates of motion, which enlarge rounding, to several times that.
+    - `out`: an array for the result, which is also returned: of the same shape and precision, contiguous, and not in
+      the memory of the input. Another array raises BadArgument or WrongShape.
+    - `threads`: how many threads may compute many configurations; None for all cores where that is worthwhile. With a
+      number, the kernels compute any batch, however small, and a configuration gives the same bits in every batch.
 
     Attributes:
         model: the Pinocchio model, nq coordinates and nv velocities.
-        tree: the URDF as read: links, joints, inertias and looks.
-        semantics: what the robot means beyond its URDF: chains, end effectors, postures, coupled limits.
-        urdf_path: the file it came from.
+        tree: the URDF as read: links, joints, inertias and shapes.
+        semantics: what the URDF does not say: chains, end effectors, postures, coupled limits.
+        urdf_path: the file that was read.
         base: "fixed" or "floating".
-        load_notes: what had to be changed on loading, one line each.
-        joint_names: names of the joints with a coordinate of their own, in the order of q.
+        load_notes: what was changed on loading, one line each.
+        joint_names: names of the independent joints, in the order of q.
         joint_units: unit of each: "rad", "m", or "1" for a ratio.
         mimics: the joints that follow another one, by name.
         frame_names: every name `fk` takes: links and joints. A joint's frame moves with the joint; a name that the URDF
@@ -82,7 +78,7 @@ class RobotModel:
         effort_limits: largest joint torques or forces, shape (n,).
         coupled_limits: tables in which one joint's range depends on another's value.
 
-    The limits are those of the file; changing them in `model` changes what Pinocchio knows, not what this class checks.
+    The limits are those of the file; changing them in `model` affects Pinocchio, not the checks of this class.
 
     Examples:
         >>> nao = nk.load_nao()
@@ -91,16 +87,10 @@ class RobotModel:
     """
 
     def __init__(self, tree: UrdfTree, semantics: Semantics | None = None, *, base: Base = "fixed") -> None:
-        """A robot from the tree of its URDF.
-
-        Args:
-            tree: the URDF as it was read.
-            semantics: what the robot means beyond it.
-            base: "fixed", or "floating" for a free base.
+        """Make a robot from the tree of its URDF, its semantics, and a "fixed" or "floating" base.
 
         Raises:
-            BadArgument: no such base.
-            BadModel: more joints than Pinocchio can take, or semantics that name what the robot does not have.
+            BadModel: more joints than Pinocchio can take, or semantics that name missing parts.
         """
         self.model = model = build_model(tree, base)
         self.tree, self.urdf_path, self.load_notes = tree, tree.path, tree.notes
@@ -120,7 +110,7 @@ class RobotModel:
         self.frame_names, self.link_names = self._frames.names, self._frames.link_names
         self._limits = JointLimits(self.joint_names, self.lower, self.upper, self.joint_units, self.coupled_limits)
         self._coordinates = Coordinates(self.joint_names, self.mimics, self.semantics.chains)
-        self._configurations = Configurations(
+        self._configurations = ConfigurationSpace(
             self._coordinates, self._limits, pin.neutral(model), self._units, self.semantics.postures
         )
         self._kinematics = Kinematics(model)
@@ -139,19 +129,18 @@ class RobotModel:
         xacro: bool | None = None,
         xacro_arguments: Mapping[str, object] | None = None,
     ) -> RobotModel:
-        """A robot from a file of any format that can be read: URDF, xacro or MJCF, told apart by what stands in it.
+        """Return a robot from a URDF, xacro or MJCF file; the format is recognised by the content.
 
         Args:
             path: the file; it is read once, and may be a pipe.
             base: "fixed", or "floating" for a free base.
-            semantics: what the robot means beyond its file, as `from_urdf` takes it.
+            semantics: chains, end effectors, postures …, as `from_urdf` takes them.
             package_dirs: folders to search for packages and meshes, as `from_urdf` and `from_mjcf` take them.
-            xacro: expand the file as a xacro source, which runs the code that its author wrote; None to expand files
-                named .xacro only, False to expand none.
+            xacro: whether to expand the file as a xacro source, as `from_urdf` takes it.
             xacro_arguments: values of the arguments of a xacro source, by name.
 
         Raises:
-            BadModel: the file is none of the three; and whatever the reader of its format raises.
+            BadModel: the file has none of the three formats, or its reader refuses it.
             MissingExtra: MuJoCo, which reads MJCF, is not installed.
             BadArgument: xacro arguments for a file that is not expanded.
 
@@ -174,39 +163,37 @@ class RobotModel:
         xacro: bool | None = None,
         xacro_arguments: Mapping[str, object] | None = None,
     ) -> RobotModel:
-        """A robot from any URDF, with every joint coupling kept.
+        """Return a robot from any URDF, with every joint coupling.
 
-        Couplings that Pinocchio refuses are mended (see `load_notes`): joints are ordered so that the driving one comes
-        first, `continuous` joints become revolute ones without limits, axes are normalised, a link that shares its name
-        with a joint gets another one ("…_link", or "…_frame" where that is taken) and answers under both. Meshes are
-        not read. A xacro source is expanded when it is named .xacro or `xacro` asks for it (nao-kin[xacro]).
+        Descriptions that Pinocchio refuses are repaired (see `load_notes`): joints are ordered so that the driving one
+        comes first, `continuous` joints become revolute ones without limits, axes are normalised, a link that shares
+        its name with a joint is renamed ("…_link", or "…_frame" if that is taken) and found under both names. Meshes
+        are not read. A xacro source is expanded if it is named .xacro or `xacro` asks for it (nao-kin[xacro]).
 
         Args:
             path: the URDF file, or its xacro source.
             base: "fixed", or "floating" for a free base.
-            semantics: what the robot means beyond its URDF: a `Semantics`, or the path of a TOML file (as
-                `nk.semantics.read_semantics` takes it) or of an SRDF. None for the file of the URDF's name with
-                the ending .toml or .srdf beside it, if there is one.
-            package_dirs: folders that hold packages of ROS, or are one, for `package://` and `$(find …)`; they are
-                searched before the folders above the file, ROS_PACKAGE_PATH and AMENT_PREFIX_PATH.
-            xacro: expand the file as a xacro source, which runs the code that its author wrote; None to expand files
-                named .xacro only, False to expand none.
+            semantics: what the URDF does not say: a `Semantics`, or the path of a TOML file (as
+                `nk.semantics.read_semantics` takes it) or of an SRDF. None for the .toml or .srdf file of the same name
+                beside the URDF, if there is one.
+            package_dirs: ROS packages, or folders of packages, for `package://` and `$(find …)`; they are searched
+                before the folders above the file, ROS_PACKAGE_PATH and AMENT_PREFIX_PATH.
+            xacro: whether to expand the file as a xacro source, which runs the code of its author; None to expand only
+                files named .xacro.
             xacro_arguments: values of the arguments of a xacro source, by name.
 
         Raises:
             BadModel: the file cannot be read or describes no tree of revolute, continuous, prismatic and fixed joints;
-                a xacro source that cannot be expanded or is not to be; or the semantics name what the robot does not
-                have.
+                a xacro source cannot or must not be expanded; or the semantics name missing parts.
             BadInputFile: the TOML file cannot be read.
-            BadArgument: no such base, semantics of another kind, a folder that is not there, or arguments for a file
-                that is not expanded.
+            BadArgument: a folder that does not exist, or arguments for a file that is not expanded.
 
         Examples:
             >>> robot = nk.RobotModel.from_urdf(nk.load_nao().urdf_path, base="floating")
             >>> robot.nq, robot.nv
             (32, 31)
         """
-        tree = read_urdf(_absolute(path), package_dirs=package_dirs, xacro=xacro, xacro_arguments=xacro_arguments)
+        tree = read_urdf(path, package_dirs=package_dirs, xacro=xacro, xacro_arguments=xacro_arguments)
         return _loaded(tree, semantics, None, base)
 
     @classmethod
@@ -218,39 +205,39 @@ class RobotModel:
         semantics: Semantics | Path | str | None = None,
         package_dirs: Iterable[Path | str] = (),
     ) -> RobotModel:
-        """A robot from an MJCF, MuJoCo's own format, as MuJoCo reads it (nao-kin[mujoco]).
+        """Return a robot from an MJCF, MuJoCo's own format, compiled by MuJoCo (nao-kin[mujoco]).
 
-        It answers like one from a URDF: bodies are links; hinges and slides are joints, with MuJoCo's values; a ball
-        joint is three joints about x, y and z; linear equality constraints between joints are couplings; sites and
-        cameras are frames; named keyframes are postures. What a tree of joints has no place for is in `load_notes`:
-        closed loops, bodies beside the robot, curves between joints.
+        Bodies become links; hinges and slides become joints, with MuJoCo's values; a ball joint becomes three joints
+        about x, y and z; linear equality constraints between joints become couplings; sites and cameras become frames;
+        named keyframes become postures. What a tree of joints cannot express is listed in `load_notes`: closed loops,
+        bodies that are not part of the robot, nonlinear couplings.
 
         Args:
             path: the MJCF file.
-            base: "fixed", or "floating" for a free base; a free joint of the file is the base's.
-            semantics: what the robot means beyond its file, as `from_urdf` takes it; it stands before what the MJCF
-                itself says, part by part where it comes from a file.
+            base: "fixed", or "floating" for a free base; a free joint of the file is the joint of the base.
+            semantics: as `from_urdf` takes it; a file takes precedence over the MJCF part by part, a `Semantics`
+                replaces all.
             package_dirs: folders to search for meshes that are not where the file says.
 
         Raises:
             MissingExtra: MuJoCo is not installed.
-            BadModel: the file cannot be read, is no MJCF, is refused by MuJoCo, holds no body; or the semantics name
-                what the robot does not have.
+            BadModel: the file cannot be read, is no MJCF, is refused by MuJoCo, or has no body; or the semantics name
+                missing parts.
             BadInputFile: the TOML file cannot be read.
-            BadArgument: no such base, semantics of another kind, or a folder that is not there.
+            BadArgument: a folder that does not exist.
 
         Examples:
             >>> panda = nk.RobotModel.from_mjcf("panda.xml")  # doctest: +SKIP
             >>> panda.fk(panda.posture("home"), "hand")  # doctest: +SKIP
         """
-        tree, own = read_mjcf(_absolute(path), package_dirs=package_dirs)
+        tree, own = read_mjcf(path, package_dirs=package_dirs)
         return _loaded(tree, semantics, own, base)
 
-    # --- what it is -----------------------------------------------------------------------------------------------
+    # --- properties -----------------------------------------------------------------------------------------------
 
     @property
     def name(self) -> str:
-        """Name of the robot, as its URDF has it."""
+        """Name of the robot in its URDF."""
         return str(self.model.name)
 
     @property
@@ -275,7 +262,7 @@ class RobotModel:
 
     @property
     def chains(self) -> Mapping[str, tuple[str, ...]]:
-        """Named chains, each with its joints from the trunk outwards; none where the semantics name none."""
+        """Named chains, each with its joints from the trunk outwards; empty without semantics."""
         return self.semantics.chains
 
     @property
@@ -285,14 +272,11 @@ class RobotModel:
 
     @property
     def parameters(self) -> Any:
-        """The published numbers that the URDF was made of; None where the URDF is all there is."""
+        """The published numbers from which the URDF was made; None if there are none."""
         return None
 
     def unit(self, joint: str) -> str:
-        """Unit of a joint's value, of a joint that follows another one too: "rad", "m", or "1" for a ratio.
-
-        Raises:
-            UnknownName: no such joint.
+        """Return the unit of any joint's value, followers included: "rad", "m", or "1" for a ratio.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -304,10 +288,7 @@ class RobotModel:
         return self._units[joint]
 
     def frame_ids(self, frames: Sequence[str] | None) -> FrameIds:
-        """Places of frames in Pinocchio's list; of all links for None.
-
-        Raises:
-            UnknownName: no such frame.
+        """Return the indices of frames in Pinocchio's list; those of all links for None.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -318,34 +299,29 @@ class RobotModel:
 
     @property
     def frame_table(self) -> Mapping[str, int]:
-        """Every frame name and its place in Pinocchio's list, in the order of `frame_names`."""
+        """Frame name → index in Pinocchio's list, in the order of `frame_names`."""
         return self._frames.places
 
     def with_offsets(
-        self: _Robot,
-        joints: Mapping[str, ArrayLike] | None = None,
-        frames: Mapping[str, ArrayLike] | None = None,
+        self: _Robot, joints: Mapping[str, ArrayLike] | None = None, frames: Mapping[str, ArrayLike] | None = None
     ) -> _Robot:
-        """Return the same robot as calibrated: with offsets of its joints, and frames mounted otherwise.
+        """Return the same robot with calibrated joints and frames.
 
-        Every answer of the new robot knows them: its tree, Pinocchio model, batch kernels, inverse kinematics and
-        exports. A closed form whose geometry no longer holds is refused with the reason; `nk.ik.numeric` takes any
-        robot. Offsets add to those that this robot has already. What was written into `model` is not carried over.
+        The offsets are in the tree of the new robot, and so in its Pinocchio model, batch kernels, inverse kinematics
+        and exports. Closed forms whose geometry no longer holds are refused with the reason; `nk.ik.numeric` takes any
+        robot. Offsets add to those that this robot already has. Changes in `model` are not copied.
 
         Args:
-            joints: name → offset δ [rad; m for a joint that slides]. True value = reported value + δ, where the
-                reported value is the one in q: `new.fk(q) == old.fk(q + δ)`. Each joint has its own mounting, so an
-                offset of LHipYawPitch turns the left leg alone; RHipYawPitch has one of its own. Limits are those of
-                the reported values, unchanged.
-            frames: name of a frame that a link carries without a joint between, such as a camera or hand → its true
-                pose in the frame of before, `T_link_new = T_link_old @ T_old_new`: a matrix, shape (4, 4), or
-                (dx, dy, dz, roll, pitch, yaw), R = Rz(yaw) Ry(pitch) Rx(roll), in the axes of the old frame [m, rad].
-                What the frame carries moves with it.
+            joints: name → offset δ [rad; m for a sliding joint]. True value = reported value + δ, where q holds the
+                reported value: `new.fk(q) == old.fk(q + δ)`. Each joint has its own mounting, so an offset of
+                LHipYawPitch turns the left leg alone, and RHipYawPitch takes another one. The limits of the reported
+                values do not change.
+            frames: name of a frame that is fixed to a link, such as a camera or hand → its true pose in the old frame,
+                `T_link_new = T_link_old @ T_old_new`: a matrix, shape (4, 4), or (dx, dy, dz, roll, pitch, yaw),
+                R = Rz(yaw) Ry(pitch) Rx(roll), in the axes of the old frame [m, rad]. Frames fixed to it move with it.
 
         Raises:
-            UnknownName: no such joint, or no such frame.
-            BadArgument: a frame that a joint moves; no mapping; no pose.
-            WrongShape, NotFinite: an offset that is no number, or no pose.
+            BadArgument: a frame that a joint moves, or no pose.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -361,19 +337,16 @@ class RobotModel:
         return robot
 
     def geometry(self, kind: GeometryKind) -> pin.GeometryModel:
-        """Return the shapes of the links as a Pinocchio `GeometryModel`, placed on the joints of `model`.
+        """Return the shapes of the links as a new Pinocchio `GeometryModel`, placed on the joints of `model`.
 
-        Pinocchio's visualizers draw it, and its collision library coal computes distances and collisions with it. Each
-        call builds a new one; it holds no collision pairs yet (`addAllCollisionPairs` and `addCollisionPair` add them).
+        Pinocchio's visualizers draw it, and its collision library coal computes distances and collisions with it, after
+        `addAllCollisionPairs` or `addCollisionPair`: it has no collision pairs yet.
 
         Args:
-            kind: "visual" for the looks of the links, "collision" for the shapes that stand for them in contacts.
+            kind: "visual" for the looks of the links, "collision" for their simplified shapes in contacts.
 
         Returns:
             One object per shape, named as Pinocchio's own parser names it: the link, "_", and its number from 0.
-
-        Raises:
-            UnknownName: no such kind.
 
         Warns:
             MissingShapeWarning: some shapes are left out, because their meshes are missing or cannot be read.
@@ -388,10 +361,9 @@ class RobotModel:
     # --- configurations -------------------------------------------------------------------------------------------
 
     def neutral(self) -> Floats:
-        """All joints at zero, a floating base at the world's origin; shape (nq,).
+        """Return the configuration with all joints at zero and a floating base at the world's origin; shape (nq,).
 
-        Zero is the configuration that the frames are defined in. It need not lie inside the limits: NAO's elbows
-        stop 2° before it.
+        Frames are defined in this configuration. It need not be inside the limits: NAO's elbows stop 2° before it.
 
         Examples:
             >>> nk.load_nao().neutral().shape
@@ -408,25 +380,23 @@ class RobotModel:
         limits: LimitPolicy = "raise",
         **joints: ArrayLike,
     ) -> Floats:
-        """A predefined posture, with other values for some joints.
+        """Return a predefined posture, with other values for some joints.
 
-        Joints that the posture leaves open are at zero. Without `angles` and `joints` it is given as it is; with them
-        all of it is held against the limits, for a coupled limit may reach from a joint that is named to one that is
-        not.
+        Joints that the posture does not name are at zero. Without `angles` and `joints` the limits are not checked;
+        with them the whole posture is, because a coupled limit may link a named joint with another one.
 
         Args:
             name: one of `posture_names`.
             angles: joint or chain → value, as `configuration` takes them.
             limits: what to do with joints outside their limits: "raise", "clamp" or "ignore".
-            **joints: joint or chain → value, too, for names that Python can write so.
+            **joints: further joints or chains → value, for names that are Python identifiers.
 
         Returns:
             q, shape (nq,), or (..., nq) for values of a batch shape.
 
         Raises:
-            UnknownName: no such posture, joint or chain.
             OutsideLimits: a joint is outside its limits.
-            WrongShape, NotFinite, CouplingViolated, BadArgument: as `configuration`.
+            CouplingViolated: two joints of one motor have different values.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -439,9 +409,9 @@ class RobotModel:
         return self._configurations.posture(name, angles, joints, limits)
 
     def random(self, rng: np.random.Generator | int | None = None, n: int | tuple[int, ...] | None = None) -> Floats:
-        """Configurations inside all limits, coupled ones included, each joint uniform in its range.
+        """Return configurations inside all limits, coupled ones included, each joint uniform in its range.
 
-        Joints without limits are uniform in [−π, π]; a floating base stays at the world's origin.
+        Joints without limits are uniform in [−π, π]; a floating base is at the world's origin.
 
         Args:
             rng: a generator, or a seed for one.
@@ -449,9 +419,6 @@ class RobotModel:
 
         Returns:
             Configurations, shape (n…, nq).
-
-        Raises:
-            BadArgument: no generator and no seed, or no batch shape.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -464,10 +431,10 @@ class RobotModel:
     def configuration(
         self, angles: Mapping[str, ArrayLike], *, limits: LimitPolicy = "raise", degrees: bool = False
     ) -> Floats:
-        """The configuration with the given joint values; joints not named are at zero.
+        """Return the configuration with the given joint values; joints not named are at zero.
 
-        A joint that follows another one may be named too: alone it sets the driving joint, beside it the two must
-        agree. A chain of the robot stands for its joints, from the trunk outwards.
+        A follower may be named too: alone it sets its driving joint, together the two must agree. The name of a chain
+        stands for its joints, from the trunk outwards.
 
         Args:
             angles: joint name → value, or an array of values of one batch shape [rad, m or ratio]; chain name →
@@ -479,10 +446,9 @@ class RobotModel:
             q, shape (..., nq), in radians whatever `degrees` says.
 
         Raises:
-            UnknownName: no such joint or chain, or no such limits policy.
-            CouplingViolated: two joints of one motor disagree.
+            CouplingViolated: two joints of one motor have different values.
             OutsideLimits: a named joint is outside its limits.
-            WrongShape, NotFinite, BadArgument: values that are no numbers of one batch shape, or a joint named twice.
+            BadArgument: batch shapes that do not broadcast, or a joint named twice.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -493,7 +459,7 @@ class RobotModel:
         return self._configurations.configuration(angles, limits, degrees)
 
     def angles(self, q: ArrayLike, *, degrees: bool = False) -> dict[str, Floats | float]:
-        """Joint values by name, joints that follow another one not included: the inverse of `configuration`.
+        """Return the values of the independent joints by name: the inverse of `configuration`.
 
         Args:
             q: configurations, shape (..., nq).
@@ -510,18 +476,16 @@ class RobotModel:
         return self._configurations.angles(q, degrees)
 
     def checked(self, q: ArrayLike) -> Floats:
-        """Return `q` as an array, when it holds configurations of this robot, whether inside the limits or not.
+        """Return `q` as an array of configurations of this robot; limits are not checked.
 
         Args:
             q: configurations, shape (..., nq).
 
         Returns:
-            Shape (..., nq); the quaternion of a floating base of norm 1 to the last digit. An array that is one already
-            may be `q` itself.
+            Shape (..., nq), perhaps `q` itself; the quaternion of a floating base has norm 1 to the last digit.
 
         Raises:
-            WrongShape, NotFinite: q is no configuration.
-            BadArgument: q holds no numbers, or the quaternion of a floating base is not of unit length.
+            BadArgument: the quaternion of a floating base is not of unit length.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -533,10 +497,10 @@ class RobotModel:
     # --- limits ---------------------------------------------------------------------------------------------------
 
     def within_limits(self, q: ArrayLike, *, per_joint: bool = False) -> NDArray[np.bool_]:
-        """Which configurations are inside all limits, the tables of coupled limits included.
+        """Return which configurations are inside all limits, coupled ones included.
 
-        The answer for many configurations: `(~nao.within_limits(q, per_joint=True)).sum(axis=0)` counts, joint by
-        joint, how many of a million are outside.
+        For many configurations, `(~nao.within_limits(q, per_joint=True)).sum(axis=0)` counts the violations of each
+        joint.
 
         Args:
             q: configurations, shape (..., nq).
@@ -544,9 +508,6 @@ class RobotModel:
 
         Returns:
             Shape (...), or with `per_joint` (..., n).
-
-        Raises:
-            WrongShape, NotFinite: q is no configuration.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -558,17 +519,14 @@ class RobotModel:
         return inside if per_joint else np.asarray(inside.all(axis=-1))
 
     def limit_violations(self, q: ArrayLike, *, most: int | None = None) -> tuple[LimitViolation, ...]:
-        """Every joint outside its limits, by configuration and then by how far; empty when all are inside.
+        """Return every joint outside its limits, by configuration and then by distance.
 
-        A row for each takes time and memory where there are many: `within_limits` answers with arrays.
+        One object per violation takes time and memory; for many configurations use `within_limits`, which returns
+        arrays.
 
         Args:
             q: configurations, shape (..., nq).
             most: stop after this many configurations with a violation; None for all.
-
-        Raises:
-            WrongShape, NotFinite: q is no configuration.
-            BadArgument: `most` is no count.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -578,13 +536,13 @@ class RobotModel:
             ['HeadYaw']
         """
         limit = None if most is None else whole_number(most, "most", 0)
-        return self._limits.violations(self._configurations.joints(q), most=limit)
+        return self._limits.violations(self._configurations.joints(q), max_configurations=limit)
 
     def check_limits(self, q: ArrayLike) -> Floats:
-        """`q` as an array when every joint is inside its limits, the tables of coupled limits included.
+        """Return `q` as an array if every joint is inside its limits, coupled ones included.
 
         Raises:
-            OutsideLimits: with the violations.
+            OutsideLimits: some joints are not; carries the violations.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -594,7 +552,7 @@ class RobotModel:
         return np.array(self._configurations.within(self._configurations.checked(q), "raise"), order="C")
 
     def clamp(self, q: ArrayLike) -> Floats:
-        """The nearest configurations inside the limits: first every joint into its box, then into its table.
+        """Return the nearest configurations inside the limits: first the own limits of each joint, then coupled ones.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -618,19 +576,19 @@ class RobotModel:
         out: NDArray[Any] | None = None,
         threads: SupportsIndex | None = None,
     ) -> NDArray[Any]:
-        """Poses of frames: T_reference_frame maps coordinates in the frame to coordinates in the reference.
+        """Return poses of frames: T_reference_frame maps coordinates in the frame to coordinates in the reference.
 
         Args:
             q: configurations, shape (..., nq).
             frame: a frame name, several, or None for all links in the order of `link_names`.
             reference: the frame to express the poses in. None for the root: the trunk with a fixed base, the world
-                with a floating one. "world" names the latter in both cases.
-            limits: "ignore" computes the pose wherever the joints are; "raise" and "clamp" look at the limits first.
+                with a floating one. "world" means the same, unless a frame has this name.
+            limits: "ignore" for any joint values; "raise" and "clamp" check the limits first.
             as_: "matrix" for homogeneous matrices; "position_quaternion" for (x, y, z, r0, r1, r2, r3), the quaternion
-                scalar first and in canonical sign as `rotations.quat_from_matrix` has it; "position6d" for
+                scalar first and in canonical sign, as from `rotations.quat_from_matrix`; "position6d" for
                 (x, y, z, roll, pitch, yaw) with R = Rz(yaw) Ry(pitch) Rx(roll), NAOqi's Position6D.
             dtype: precision of the result.
-            out: where to write it.
+            out: array for the result.
             threads: how many threads may work on it.
 
         Returns:
@@ -638,10 +596,7 @@ class RobotModel:
             (..., n, 4, 4), (..., n, 7) or (..., n, 6) [m, rad].
 
         Raises:
-            UnknownName: no such frame or form.
-            WrongShape, NotFinite: q is no configuration.
-            OutsideLimits: with limits="raise".
-            BadArgument: no such precision, or `out` or `threads` cannot be used.
+            OutsideLimits: with limits="raise", a joint is outside its limits.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -665,7 +620,7 @@ class RobotModel:
             return poses[0] if one else poses
         output = Output(dtype, out, threads)
         if limits != "ignore":
-            output.check_apart(q)
+            output.check_no_overlap(q)
             q = self._within(q, limits)
         return self._answers.answer(Question("poses", ids, reference_id, as_), (q,), output, one=one)
 
@@ -679,7 +634,7 @@ class RobotModel:
         out: NDArray[Any] | None = None,
         threads: SupportsIndex | None = None,
     ) -> NDArray[Any]:
-        """Rotations of frames, R_reference_frame; arguments as in `fk`, shape (..., 3, 3) or (..., n, 3, 3).
+        """Return rotations of frames, R_reference_frame; arguments as in `fk`, shape (..., 3, 3) or (..., n, 3, 3).
 
         Examples:
             >>> nao = nk.load_nao()
@@ -698,7 +653,7 @@ class RobotModel:
         out: NDArray[Any] | None = None,
         threads: SupportsIndex | None = None,
     ) -> NDArray[Any]:
-        """Positions of frame origins in the reference; arguments as in `fk`, shape (..., 3) or (..., n, 3) [m].
+        """Return origins of frames in the reference; arguments as in `fk`, shape (..., 3) or (..., n, 3) [m].
 
         Examples:
             >>> nao = nk.load_nao()
@@ -717,7 +672,7 @@ class RobotModel:
         out: NDArray[Any] | None = None,
         threads: SupportsIndex | None = None,
     ) -> NDArray[Any]:
-        """Geometric Jacobian of a frame with respect to the root: J(q) · velocity = twist (linear; angular).
+        """Return geometric Jacobians of a frame with respect to the root: J(q) · velocity = twist (linear; angular).
 
         Args:
             q: configurations, shape (..., nq).
@@ -725,17 +680,12 @@ class RobotModel:
             expressed_in: "frame": twist at the frame's origin in the frame's axes; "mixed": at the frame's origin in
                 the root's axes; "root": the spatial twist, at the root's origin in the root's axes.
             dtype: precision of the result.
-            out: where to write it.
+            out: array for the result.
             threads: how many threads may work on it.
 
         Returns:
-            Shape (..., 6, nv): rows vx vy vz ωx ωy ωz, columns in the order of the velocities; a joint that drives
-            others carries their motion in its column [m/s and rad/s per unit of joint speed].
-
-        Raises:
-            UnknownName: no such frame or expression.
-            WrongShape, NotFinite: q is no configuration.
-            BadArgument: no such precision, or `out` or `threads` cannot be used.
+            Shape (..., 6, nv): rows vx vy vz ωx ωy ωz, columns in the order of the velocities; the column of a driving
+            joint includes the motion of its followers [m/s and rad/s per unit of joint speed].
 
         Examples:
             >>> nao = nk.load_nao()
@@ -761,25 +711,20 @@ class RobotModel:
         out: NDArray[Any] | None = None,
         threads: SupportsIndex | None = None,
     ) -> NDArray[Any]:
-        """Twists of frames with respect to the root, J(q) · v, without making the Jacobian.
+        """Return twists of frames with respect to the root, J(q) · v, without computing the Jacobian.
 
         Args:
             q: configurations, shape (..., nq).
-            v: velocities in the order of the Jacobian's columns, shape (..., nv); broadcasts with q. Of a floating
-                base, the first six are its linear and angular velocity in its own axes.
+            v: velocities in the order of the Jacobian's columns, shape (..., nv); broadcasts with q. With a floating
+                base, the first six are the linear and angular velocity of the base in its own axes.
             frame: a frame name, or several.
             expressed_in: as in `jacobian`.
             dtype: precision of the result.
-            out: where to write it.
+            out: array for the result.
             threads: how many threads may work on it.
 
         Returns:
             (vx, vy, vz, ωx, ωy, ωz), shape (..., 6) for one name, (..., n, 6) for several [m/s, rad/s].
-
-        Raises:
-            UnknownName: no such frame or expression.
-            WrongShape, NotFinite: q is no configuration, or v no velocity.
-            BadArgument: shapes that do not broadcast, or options that cannot be used.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -802,11 +747,11 @@ class RobotModel:
         out: NDArray[Any] | None = None,
         threads: SupportsIndex | None = None,
     ) -> NDArray[Any]:
-        """The derivatives of the six numbers of `velocity`: J(q) · a + dJ/dt · v.
+        """Return the derivatives of the six numbers of `velocity`: J(q) · a + dJ/dt · v.
 
-        In the "mixed" expression these are the acceleration of the frame's origin, p̈, and the angular acceleration, as
-        an observer in the root sees them; what an accelerometer in the frame shows is Rᵀ(p̈ − g). In the "frame" and in
-        the "root" they are the spatial acceleration, in which p̈ is not to be seen alone.
+        With "mixed" these are the acceleration p̈ of the frame's origin and the angular acceleration, as observed from
+        the root; an accelerometer in the frame shows Rᵀ(p̈ − g). With "frame" and "root" they are the spatial
+        acceleration, which does not contain p̈ separately.
 
         Args:
             q: configurations, shape (..., nq).
@@ -815,14 +760,11 @@ class RobotModel:
             frame: a frame name, or several.
             expressed_in: as in `jacobian`.
             dtype: precision of the result.
-            out: where to write it.
+            out: array for the result.
             threads: how many threads may work on it.
 
         Returns:
             Shape (..., 6) for one name, (..., n, 6) for several [m/s², rad/s²].
-
-        Raises:
-            UnknownName, WrongShape, NotFinite, BadArgument: as `velocity`.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -842,20 +784,17 @@ class RobotModel:
         out: NDArray[Any] | None = None,
         threads: SupportsIndex | None = None,
     ) -> NDArray[Any]:
-        """Centre of mass of the whole robot, the root link included.
+        """Return centres of mass of the whole robot, root link included, shape (..., 3) [m].
 
         Args:
             q: configurations, shape (..., nq).
-            reference: the frame to express it in, as in `fk`.
+            reference: the frame to express them in, as in `fk`.
             dtype: precision of the result.
-            out: where to write it.
+            out: array for the result.
             threads: how many threads may work on it.
 
-        Returns:
-            Position, shape (..., 3) [m].
-
         Raises:
-            BadArgument: the robot has no mass, or options that cannot be used.
+            BadArgument: the robot has no mass.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -875,19 +814,19 @@ class RobotModel:
         out: NDArray[Any] | None = None,
         threads: SupportsIndex | None = None,
     ) -> NDArray[Any]:
-        """Jacobian of the centre of mass in the root's axes: J(q) · velocity = velocity of the centre of mass.
+        """Return Jacobians of the centre of mass in the root's axes: J(q) · velocity = its velocity.
 
         Args:
             q: configurations, shape (..., nq).
             dtype: precision of the result.
-            out: where to write it.
+            out: array for the result.
             threads: how many threads may work on it.
 
         Returns:
             Shape (..., 3, nv), columns as in `jacobian` [m/s per unit of joint speed].
 
         Raises:
-            BadArgument: the robot has no mass, or options that cannot be used.
+            BadArgument: the robot has no mass.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -899,21 +838,19 @@ class RobotModel:
     def support_polygon(
         self, q: ArrayLike, soles: Sequence[str] | None = None, *, reference: str | None = None
     ) -> SupportPolygon:
-        """Return the convex hull of the soles that stand, seen along the z axis of a frame on the floor.
+        """Return the convex hull of the soles on the floor, seen along the z axis of a frame on the floor.
 
         Args:
             q: one configuration, shape (nq,).
-            soles: frames of the soles that stand; None for all that the robot's semantics name.
+            soles: frames of the soles on the floor; None for all soles of the robot's semantics.
             reference: frame in whose xy plane the polygon lies; None for the first of the soles.
 
         Returns:
-            The polygon, with vertices in the xy plane of the reference [m]. `com(q)` mapped into that frame has its
-            `signed_distance` from the edge.
+            The polygon, with vertices in the xy plane of the reference [m]; its `signed_distance` takes points in that
+            frame, such as the centre of mass.
 
         Raises:
-            UnknownName: no such frame.
             BadArgument: no soles; a sole without outline; soles without area.
-            WrongShape, NotFinite: q is not one configuration.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -926,7 +863,7 @@ class RobotModel:
         """
         return support_polygon(self, q, soles, reference)
 
-    # --- inside ---------------------------------------------------------------------------------------------------
+    # --- internal -------------------------------------------------------------------------------------------------
 
     def _within(self, q: ArrayLike, limits: str) -> Floats:
         return self._configurations.within(self._configurations.checked(q), limits)
@@ -963,18 +900,11 @@ class RobotModel:
         return f"<{type(self).__name__} {self.name}: {self.nv} degrees of freedom, {len(self.link_names)} links>"
 
 
-def _loaded(tree: UrdfTree, given: Semantics | Path | str | None, own: Semantics | None, base: Base) -> RobotModel:
-    """The robot of a tree, with what it means and with notes on both.
-
-    Args:
-        tree: the file as read.
-        given: the semantics that the caller gives, or None.
-        own: those that the file itself has, None where its format has none.
-        base: "fixed" or "floating".
-    """
+def _loaded(tree: UrdfTree, given: Semantics | Path | str | None, implied: Semantics | None, base: Base) -> RobotModel:
+    """Return the robot of a tree, with the semantics given or implied by its file, and notes on both."""
     notes: list[str] = []
-    # Never a NaoModel: a NAO is made of the numbers of its version, whatever files its class is asked to read.
-    robot = RobotModel(tree, semantics_beside(tree, given, notes, own), base=base)
+    # Not a NaoModel, even if that class is called: a NaoModel always has the numbers of its version.
+    robot = RobotModel(tree, find_semantics(tree, given, notes, implied), base=base)
     for name in robot.posture_names:
         outside = [violation.joint for violation in robot.limit_violations(robot.posture(name))]
         if outside:
@@ -983,20 +913,12 @@ def _loaded(tree: UrdfTree, given: Semantics | Path | str | None, own: Semantics
     return robot
 
 
-def _absolute(path: Path | str) -> Path | str:
-    """A path that stays the same wherever the process goes; what is no path is left for the reader to refuse."""
-    try:
-        return Path(path).absolute()
-    except TypeError:
-        return path
-
-
 def _is_plain(q: ArrayLike, dtype: object, out: object, threads: object) -> bool:
-    """Whether one configuration is asked about, and nothing else: to be answered in as few steps as possible."""
+    """Return whether the arguments are one configuration and no options: the case with the fewest steps."""
     return type(q) is np.ndarray and q.ndim == 1 and dtype is None and out is None and threads is None
 
 
 def check_robot(robot: object) -> None:
-    """Raise `BadArgument` for what is no robot model."""
+    """Raise `BadArgument` unless `robot` is a robot model."""
     if not isinstance(robot, RobotModel):
         raise BadArgument(f"robot must be a RobotModel, got {type(robot).__name__}")

@@ -1,4 +1,4 @@
-"""The joints and frames of one robot as they were calibrated, put into its tree."""
+"""The calibrated joints and frames of one robot, written into its tree."""
 
 from __future__ import annotations
 
@@ -18,19 +18,12 @@ from nao_kin.robot.urdf import Origin, UrdfTree
 from nao_kin.rotations import angle_between, check_rotation, matrix_from_rpy, rpy_from_matrix
 
 _KINDS = ("joints", "frames")
+# Decimal places of millimetres and degrees in notes: smaller values are rounding errors.
+_DIGITS = 6
 
 
 def with_offsets(tree: UrdfTree, joints: Mapping[str, ArrayLike], frames: Mapping[str, ArrayLike]) -> UrdfTree:
-    """Return a tree whose joints and frames are calibrated.
-
-    Args:
-        tree: the URDF as read.
-        joints: see `RobotModel.with_offsets`.
-        frames: see there.
-
-    Raises:
-        UnknownName, BadArgument, WrongShape, NotFinite, NotARotation: as there.
-    """
+    """Return a tree with calibrated joints and frames, given as `RobotModel.with_offsets` takes them."""
     moving = {joint.name: joint for joint in tree.moving_joints}
     fixed = {joint.child: joint for joint in tree.joints if joint.kind == "fixed"}
     moved = {joint.child: joint for joint in moving.values()}
@@ -53,8 +46,8 @@ def with_offsets(tree: UrdfTree, joints: Mapping[str, ArrayLike], frames: Mappin
             raise UnknownName("frame", name, tuple(fixed))
         row, T_nominal_true = fixed[link], _pose(value, f"the offset of {name}")
         origins[row.name] = _after(row.origin, T_nominal_true)
-        x, y, z = 1000.0 * T_nominal_true[:3, 3]
-        turned = np.degrees(angle_between(np.eye(3), T_nominal_true[:3, :3]))
+        x, y, z = np.round(1000.0 * T_nominal_true[:3, 3], _DIGITS) + 0.0  # no −0
+        turned = np.round(np.degrees(angle_between(np.eye(3), T_nominal_true[:3, :3])), _DIGITS)
         notes.append(f"frame {name}: offset ({x:g}, {y:g}, {z:g}) mm and {turned:.4g}°")
     return replace(
         tree,
@@ -68,10 +61,6 @@ def read_offsets(offsets: Mapping[str, Any] | Path | str) -> dict[str, Mapping[s
     """Return the arguments of `RobotModel.with_offsets` from a mapping of both, or from a TOML file.
 
     The file has a table `joints` of numbers and a table `frames` of six numbers each, or of four rows of four.
-
-    Raises:
-        BadArgument: neither a mapping nor a path, or another entry than joints and frames.
-        BadInputFile: the file cannot be read, is no TOML, or has another entry.
     """
     document = dict(offsets) if isinstance(offsets, Mapping) else read_toml(offsets)
     for kind, table in document.items():
@@ -93,7 +82,7 @@ def _entries(offsets: Mapping[str, ArrayLike], what: str) -> list[tuple[str, Arr
 
 
 def _pose(value: ArrayLike, what: str) -> Floats:
-    """A pose given as a matrix, or as (dx, dy, dz, roll, pitch, yaw)."""
+    """Return a pose (4, 4) given as a matrix, or as (dx, dy, dz, roll, pitch, yaw)."""
     array = as_floats(value, (), what)
     if array.shape == (6,):
         return join_poses(matrix_from_rpy(array[3:]), array[:3])
@@ -108,9 +97,9 @@ def _pose(value: ArrayLike, what: str) -> Floats:
 
 
 def _after(origin: Origin, T: Floats) -> Origin:
-    """The pose T in the frame at `origin`."""
+    """Return the pose T, given in the frame at `origin`."""
     R = matrix_from_rpy(origin.rpy)
     xyz, rpy = R @ T[:3, 3] + origin.xyz, rpy_from_matrix(R @ T[:3, :3])
-    # What does not turn keeps the numbers of its file to the last digit.
-    kept = origin.rpy if np.array_equal(T[:3, :3], np.eye(3)) else tuple(np.asarray(rpy, dtype=np.float64).tolist())
-    return Origin(tuple(xyz.tolist()), kept)
+    # Without a rotation the angles remain those of the file to the last digit.
+    turned = not np.array_equal(T[:3, :3], np.eye(3))
+    return Origin(tuple(xyz.tolist()), tuple(np.asarray(rpy).tolist()) if turned else origin.rpy)

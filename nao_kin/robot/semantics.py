@@ -1,6 +1,6 @@
-"""What a robot means beyond the links and joints of its URDF: mimics, coupled limits, chains, effectors, postures.
+"""The semantics of a robot: mimic joints, coupled limits, chains, effectors, postures and the like, by name.
 
-All of it goes by the names of joints and frames, and may stand in a small TOML file beside the URDF:
+They may be written in a small TOML file beside the URDF:
 
 .. code-block:: toml
 
@@ -21,7 +21,7 @@ All of it goes by the names of joints and frames, and may stand in a small TOML 
 
     [postures.lie]
     angles = { l_elbow = -0.1 }
-    up = [1.0, 0.0, 0.0]                 # where it does not stand on its soles
+    up = [1.0, 0.0, 0.0]                 # if it does not stand on its soles
 
     [[coupled_limits]]
     joint = "head_pitch"
@@ -37,7 +37,7 @@ All of it goes by the names of joints and frames, and may stand in a small TOML 
     camera = [0.98, 0.76]                # horizontal and vertical [rad]
 
     [ros_names]
-    l_hand = "l_gripper"                 # where the ROS description of the robot has another name
+    l_hand = "l_gripper"                 # if the ROS description has another name
 
     [views.hands]
     direction = [1.0, 0.2, 0.5]
@@ -48,7 +48,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -78,8 +78,9 @@ class Mimic:
         offset: value when the driving joint is at zero.
 
     Examples:
-        >>> nk.semantics.Mimic("LHand", multiplier=2.0, offset=0.1)
-        Mimic(joint='LHand', multiplier=2.0, offset=0.1)
+        >>> finger = nk.semantics.Mimic("LHand", multiplier=2.0, offset=0.1)
+        >>> finger.value(np.array([0.0, 1.0])).tolist(), finger.range(0.0, 0.5)
+        ([0.1, 2.1], (0.1, 1.1))
     """
 
     joint: str
@@ -87,60 +88,30 @@ class Mimic:
     offset: float = 0.0
 
     def value(self, driver: Floats | float) -> Floats:
-        """Values of the follower for values of the driving joint, any shape.
-
-        Examples:
-            >>> nk.semantics.Mimic("LHand", multiplier=2.0, offset=0.1).value(np.array([0.0, 1.0])).tolist()
-            [0.1, 2.1]
-        """
+        """Return values of the follower for values of the driving joint, any shape."""
         return np.asarray(self.multiplier * driver + self.offset)
 
     def driver_value(self, value: Floats | float) -> Floats:
-        """Values of the driving joint for values of the follower; the multiplier must not be zero.
-
-        Examples:
-            >>> float(nk.semantics.Mimic("LHand", multiplier=2.0).driver_value(1.0))
-            0.5
-        """
+        """Return values of the driving joint for values of the follower; the multiplier must not be zero."""
         return np.asarray((value - self.offset) / self.multiplier)
 
     def through(self, driver: Mimic) -> Mimic:
-        """The mimic of the last driver, where the driving joint itself follows: a = m b + o and b = driver(c).
-
-        Examples:
-            >>> nk.semantics.Mimic("b", 2.0).through(nk.semantics.Mimic("c", 3.0, 1.0))
-            Mimic(joint='c', multiplier=6.0, offset=2.0)
-        """
+        """Return the mimic of the last driver, if the driving joint itself follows: a = m b + o and b = driver(c)."""
         return Mimic(driver.joint, self.multiplier * driver.multiplier, self.offset + self.multiplier * driver.offset)
 
     def inverted(self, follower: str) -> Mimic:
-        """How the driving joint follows the `follower`; the multiplier must not be zero.
-
-        Examples:
-            >>> nk.semantics.Mimic("LHand", multiplier=2.0).inverted("LFinger").multiplier
-            0.5
-        """
+        """Return how the driving joint follows the `follower`; the multiplier must not be zero."""
         return Mimic(follower, 1.0 / self.multiplier, -self.offset / self.multiplier)
 
     def range(self, lower: float, upper: float) -> tuple[float, float]:
-        """Range of the follower for a range of the driving joint.
-
-        Examples:
-            >>> nk.semantics.Mimic("LHand", multiplier=-1.0).range(0.0, 0.5)
-            (-0.5, 0.0)
-        """
+        """Return the range of the follower for a range of the driving joint."""
         if self.multiplier == 0.0:
             return self.offset, self.offset
         ends = sorted(self.multiplier * end + self.offset for end in (lower, upper))
         return ends[0], ends[1]
 
     def driver_range(self, lower: float, upper: float) -> tuple[float, float]:
-        """Range of the driving joint for a range of the follower; the multiplier must not be zero.
-
-        Examples:
-            >>> nk.semantics.Mimic("LHand", multiplier=2.0).driver_range(0.0, 1.0)
-            (0.0, 0.5)
-        """
+        """Return the range of the driving joint for a range of the follower; the multiplier must not be zero."""
         ends = sorted((end - self.offset) / self.multiplier for end in (lower, upper))
         return ends[0], ends[1]
 
@@ -158,12 +129,14 @@ class CoupledLimit:
 
     Raises:
         BadArgument: columns of different lengths or without numbers, `at` not ascending, a lower bound above its upper
-            one, a joint that depends on itself.
+            bound, a joint that depends on itself.
 
     Examples:
-        >>> head = nk.load_nao().coupled_limits[0]
-        >>> head.joint, head.of
-        ('HeadPitch', 'HeadYaw')
+        >>> ends = {"at": (-1.0, 1.0), "lower": (-0.2, -0.4), "upper": (0.2, 0.4)}
+        >>> limit = nk.semantics.CoupledLimit("HeadPitch", "HeadYaw", **ends)
+        >>> lower, upper = limit.range(np.array([0.0, 5.0]))
+        >>> lower.round(9).tolist(), upper.round(9).tolist()
+        ([-0.3, -0.4], [0.3, 0.4])
     """
 
     joint: str
@@ -190,15 +163,7 @@ class CoupledLimit:
             raise BadArgument(f"{what} has a lower bound above the upper one")
 
     def range(self, of: Floats) -> tuple[Floats, Floats]:
-        """Smallest and largest value of `joint` at values of `of`, any shape.
-
-        Examples:
-            >>> ends = {"at": (-1.0, 1.0), "lower": (-0.2, -0.4), "upper": (0.2, 0.4)}
-            >>> limit = nk.semantics.CoupledLimit("HeadPitch", "HeadYaw", **ends)
-            >>> lower, upper = limit.range(np.array([0.0, 5.0]))
-            >>> lower.round(9).tolist(), upper.round(9).tolist()
-            ([-0.3, -0.4], [0.3, 0.4])
-        """
+        """Return the smallest and largest value of `joint` at values of `of`, any shape."""
         return np.asarray(np.interp(of, self.at, self.lower)), np.asarray(np.interp(of, self.at, self.upper))
 
 
@@ -208,13 +173,8 @@ class Posture:
 
     Attributes:
         angles: joint → value; joints not named are at zero [rad, m or ratio].
-        up: the vertical in the root's frame where the robot rests in it, as an accelerometer at rest shows it; None
-            where it stands on its soles.
-
-    Examples:
-        >>> posture = nk.semantics.Posture({"HeadYaw": 0.3})
-        >>> dict(posture.angles), posture.up
-        ({'HeadYaw': 0.3}, None)
+        up: the vertical in the root's frame when the robot rests in this posture, as an accelerometer at rest shows it;
+            None if it stands on its soles.
     """
 
     angles: Mapping[str, float]
@@ -232,13 +192,8 @@ class View:
     """A part of the robot worth looking at.
 
     Attributes:
-        direction: from what is looked at to the camera, in the root's frame.
-        joints: look at the links that these joints move, and at all they carry.
-
-    Examples:
-        >>> view = nk.semantics.View(direction=(1.0, 0.0, 0.0), joints=("HeadYaw",))
-        >>> view.joints
-        ('HeadYaw',)
+        direction: from the robot to the camera, in the root's frame.
+        joints: joints whose links are shown, with all that these links carry.
     """
 
     direction: Vector
@@ -247,34 +202,34 @@ class View:
 
 @dataclass(frozen=True)
 class Semantics:
-    """What a robot means beyond its URDF; every part may be empty.
+    """The parts of a robot's meaning that its URDF does not contain; each may be empty.
 
     Attributes:
         chains: name → joints from the trunk outwards.
-        end_effectors: the frames whose pose is asked for most.
+        end_effectors: the frames whose poses are used most.
         soles: frames with the floor in their xy plane when the robot stands on them.
         cameras: frames of cameras that look along their x axis.
-        fields_of_view: camera → its horizontal and vertical field of view [rad], each in (0, π), where they are known.
+        fields_of_view: camera → its horizontal and vertical field of view [rad], each in (0, π), if they are known.
         postures: predefined postures by name.
         start: the posture shown first; "" for all joints at zero, or at the limit nearest to it.
         coupled_limits: tables in which one joint's range depends on another's value.
-        units: joint → "rad", "m" or "1", where it is neither "rad" for a turning joint nor "m" for a sliding one.
+        units: joint → "rad", "m" or "1", if it is not "rad" for a turning joint or "m" for a sliding one.
         views: close views by name.
-        version: which version of the robot this is; "" where there is but one.
-        root: what people call the frame that poses are given in; "" for the name of the root link.
+        version: version of the robot; "" if there is only one.
+        root: name of the frame in which poses are given; "" for the name of the root link.
         accelerometers: frames of sensors that measure acceleration along their axes.
         gyrometers: frames of sensors that measure angular velocity about their axes.
         force_sensors: frames of sensors that measure the force pressed on them from outside, along their z axis.
-        ros_names: name of a link, a joint or the robot → its name in the robot's published ROS description, where that
-            is another one; links of one name there are one link there.
+        ros_names: link, joint or robot → its name in the robot's published ROS description, if it differs; links with
+            the same name there are one link there.
 
     Raises:
-        BadArgument: a part of another kind, or a unit that is none of the three.
+        BadArgument: a part of another kind, or a unit other than these three.
 
     Examples:
         >>> semantics = nk.semantics.Semantics(chains={"Head": ("HeadYaw", "HeadPitch")}, end_effectors=("Head",))
-        >>> semantics.chains["Head"]
-        ('HeadYaw', 'HeadPitch')
+        >>> semantics.joints()["HeadPitch"]
+        ('chain', 'Head')
     """
 
     chains: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
@@ -316,13 +271,7 @@ class Semantics:
                 raise BadArgument(f"unit of {joint} must be one of {', '.join(UNITS)}, got {quoted(unit)}")
 
     def joints(self) -> dict[str, tuple[str, str]]:
-        """Every joint that is named here, with the kind and the name of the part that names it first.
-
-        Examples:
-            >>> semantics = nk.semantics.Semantics(chains={"Head": ("HeadYaw", "HeadPitch")})
-            >>> semantics.joints()
-            {'HeadYaw': ('chain', 'Head'), 'HeadPitch': ('chain', 'Head')}
-        """
+        """Return every joint named here, with the kind and the name of the part that names it first."""
         parts: list[tuple[Iterable[str], tuple[str, str]]] = []
         parts += [(joints, ("chain", name)) for name, joints in self.chains.items()]
         parts += [(posture.angles, ("posture", name)) for name, posture in self.postures.items()]
@@ -332,13 +281,7 @@ class Semantics:
         return _named_first(parts)
 
     def frames(self) -> dict[str, tuple[str, str]]:
-        """Every frame that is named here, with the field that names it first.
-
-        Examples:
-            >>> semantics = nk.semantics.Semantics(soles=("l_sole", "r_sole"))
-            >>> semantics.frames()
-            {'l_sole': ('soles', ''), 'r_sole': ('soles', '')}
-        """
+        """Return every frame named here, with the field that names it first."""
         return _named_first((getattr(self, field), (field, "")) for field in (*FRAME_FIELDS, "fields_of_view"))
 
     def __getstate__(self) -> dict[str, object]:
@@ -351,7 +294,7 @@ class Semantics:
 
 
 def _named_first(parts: Iterable[tuple[Iterable[str], tuple[str, str]]]) -> dict[str, tuple[str, str]]:
-    """Name → the first of the parts that has it."""
+    """Return name → the first of the parts that contains it."""
     found: dict[str, tuple[str, str]] = {}
     for names, part in parts:
         for name in names:
@@ -360,7 +303,7 @@ def _named_first(parts: Iterable[tuple[Iterable[str], tuple[str, str]]]) -> dict
 
 
 def _mapping(values: object, what: str, kind: type = object) -> Mapping[str, Any]:
-    """A read-only copy of a mapping with values of one kind."""
+    """Return a read-only copy of a mapping whose values have one type."""
     if not isinstance(values, Mapping):
         raise BadArgument(f"{what} must be a mapping of names, got {quoted(values)}")
     for name, value in values.items():
@@ -369,7 +312,7 @@ def _mapping(values: object, what: str, kind: type = object) -> Mapping[str, Any
 
 
 def _several(values: object, what: str, kind: type | tuple[type, ...]) -> tuple[Any, ...]:
-    """A tuple of things of one kind; a text is one thing, not several letters."""
+    """Return a tuple of values of one type; a string is one value, not several letters."""
     if isinstance(values, str) or not isinstance(values, Iterable):
         raise BadArgument(f"{what} must be several, as in a list, got {quoted(values)}")
     found = tuple(values)
@@ -384,16 +327,15 @@ def _check_kind(value: object, what: str, kind: type | tuple[type, ...]) -> None
         raise BadArgument(f"{what} must be of the type {' or '.join(k.__name__ for k in kinds)}, got {quoted(value)}")
 
 
-# --- Semantics from a TOML file, to lie beside a URDF.
+# --- Semantics from a TOML file, often beside a URDF.
 
 
 def read_semantics(path: Path | str) -> Semantics:
-    """The semantics that a TOML file describes.
+    """Return the semantics in a TOML file.
 
-    Whether its joints and frames exist is not looked at here, but when a robot is given them.
+    Its joints and frames are not checked before a robot gets the semantics.
 
     Raises:
-        BadArgument: no path.
         BadInputFile: the file cannot be read, is no TOML, or has an entry that is unknown or of the wrong kind.
 
     Examples:
@@ -405,65 +347,61 @@ def read_semantics(path: Path | str) -> Semantics:
     document = read_toml(path)
     try:
         return Semantics(**_members(document, "", _READERS))
-    except (_Wrong, BadArgument) as error:
+    except (_BadEntry, BadArgument) as error:
         raise BadInputFile(str(path), str(error)) from None
 
 
 _LARGEST = sys.float_info.max
 
 
-class _Wrong(Exception):
-    """What is wrong with an entry; `read_semantics` adds the file's name."""
+class _BadEntry(Exception):
+    """A wrong entry; `read_semantics` adds the file's name."""
 
 
-_Reader = Callable[[Any, str], Any]
+_EntryReader = Callable[[Any, str], Any]
 
 
-def _members(table: Any, where: str, readers: Mapping[str, _Reader], required: tuple[str, ...] = ()) -> dict[str, Any]:
-    """The entries of a table, each read by the reader of its name."""
+def _members(
+    table: Any, where: str, readers: Mapping[str, _EntryReader], required: tuple[str, ...] = ()
+) -> dict[str, Any]:
+    """Return the entries of a table, each read by the reader of its name."""
     values = _table(table, where)
     for name in values:
         if name not in readers:
             near = ", ".join(nearest_names(name, readers) or sorted(readers))
-            raise _Wrong(f"unknown entry {quoted(where + name)} (nearest: {near})")
+            raise _BadEntry(f"unknown entry {quoted(where + name)} (nearest: {near})")
     for name in required:
         if name not in values:
-            raise _Wrong(f"{where.rstrip('.')} has no {name!r}")
+            raise _BadEntry(f"{where.rstrip('.')} has no {name!r}")
     return {name: readers[name](value, f"{where}{name}") for name, value in values.items()}
 
 
-def _table(value: Any, where: str) -> dict[str, Any]:
-    if not isinstance(value, dict):
-        raise _Wrong(f"{where.rstrip('.')} must be a table, got {quoted(value)}")
-    return value
+def _instance_of(kind: type, what: str) -> _EntryReader:
+    def read(value: Any, where: str) -> Any:
+        if not isinstance(value, kind):
+            raise _BadEntry(f"{where.rstrip('.')} must be {what}, got {quoted(value)}")
+        return value
+
+    return read
 
 
-def _text(value: Any, where: str) -> str:
-    if not isinstance(value, str):
-        raise _Wrong(f"{where} must be text, got {quoted(value)}")
-    return value
+_table, _text, _list = _instance_of(dict, "a table"), _instance_of(str, "text"), _instance_of(list, "a list")
 
 
 def _number(value: Any, where: str) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) <= _LARGEST:
-        raise _Wrong(f"{where} must be a finite number, got {quoted(value)}")
+        raise _BadEntry(f"{where} must be a finite number, got {quoted(value)}")
     return float(value)
 
 
-def _list_of(read: _Reader) -> Callable[[Any, str], tuple[Any, ...]]:
-    def read_list(value: Any, where: str) -> tuple[Any, ...]:
-        if not isinstance(value, list):
-            raise _Wrong(f"{where} must be a list, got {quoted(value)}")
-        return tuple(read(item, f"{where}[{index}]") for index, item in enumerate(value))
-
-    return read_list
+def _list_of(read: _EntryReader) -> _EntryReader:
+    return lambda values, where: tuple(
+        read(value, f"{where}[{index}]") for index, value in enumerate(_list(values, where))
+    )
 
 
-def _table_of(read: _Reader) -> Callable[[Any, str], dict[str, Any]]:
-    def read_table(value: Any, where: str) -> dict[str, Any]:
-        return {name: read(item, f"{where}.{name}") for name, item in _table(value, where).items()}
-
-    return read_table
+def _table_of(read: _EntryReader) -> _EntryReader:
+    return lambda values, where: {name: read(value, f"{where}.{name}") for name, value in _table(values, where).items()}
 
 
 _names, _numbers = _list_of(_text), _list_of(_number)
@@ -472,25 +410,20 @@ _names, _numbers = _list_of(_text), _list_of(_number)
 def _vector(value: Any, where: str) -> Vector:
     numbers = _numbers(value, where)
     if len(numbers) != 3 or not any(numbers):
-        raise _Wrong(f"{where} must be three numbers, not all zero, got {quoted(value)}")
+        raise _BadEntry(f"{where} must be three numbers, not all zero, got {quoted(value)}")
     return numbers[0], numbers[1], numbers[2]
 
 
-def _posture(value: Any, where: str) -> Posture:
-    return Posture(**_members(value, f"{where}.", {"angles": _table_of(_number), "up": _vector}, ("angles",)))
+def _object_of(kind: type, optional: Collection[str] = (), /, **readers: _EntryReader) -> _EntryReader:
+    required = tuple(name for name in readers if name not in optional)
+    return lambda value, where: kind(**_members(value, f"{where}.", readers, required))
 
 
-def _view(value: Any, where: str) -> View:
-    readers: dict[str, _Reader] = {"direction": _vector, "joints": _names}
-    return View(**_members(value, f"{where}.", readers, tuple(readers)))
+_posture = _object_of(Posture, ("up",), angles=_table_of(_number), up=_vector)
+_view = _object_of(View, direction=_vector, joints=_names)
+_coupled_limit = _object_of(CoupledLimit, joint=_text, of=_text, at=_numbers, lower=_numbers, upper=_numbers)
 
-
-def _coupled_limit(value: Any, where: str) -> CoupledLimit:
-    readers: dict[str, _Reader] = {"joint": _text, "of": _text, "at": _numbers, "lower": _numbers, "upper": _numbers}
-    return CoupledLimit(**_members(value, f"{where}.", readers, tuple(readers)))
-
-
-_READERS: dict[str, _Reader] = {
+_READERS: dict[str, _EntryReader] = {
     **dict.fromkeys(FRAME_FIELDS, _names),
     **dict.fromkeys(("start", "version", "root"), _text),
     "chains": _table_of(_names),

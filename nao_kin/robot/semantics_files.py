@@ -1,4 +1,4 @@
-"""The semantics of a robot: found beside its file, and held against what the file has."""
+"""The semantics of a robot: read from the files beside its own, and checked against its tree."""
 
 from __future__ import annotations
 
@@ -13,22 +13,15 @@ from nao_kin.robot.semantics import Semantics, read_semantics
 from nao_kin.robot.urdf import UrdfTree, read_srdf
 
 
-def semantics_beside(
-    tree: UrdfTree, given: Semantics | Path | str | None, notes: list[str], own: Semantics | None = None
+def find_semantics(
+    tree: UrdfTree, given: Semantics | Path | str | None, notes: list[str], implied: Semantics | None = None
 ) -> Semantics:
-    """The semantics given, or those of the file of the robot's name with the ending .toml or .srdf beside it.
+    """Return the semantics given, or those of the .toml or .srdf file of the same name beside the robot's file.
 
-    Args:
-        tree: the robot's file as read.
-        given: semantics, the path of a TOML file or an SRDF, or None to look beside the file.
-        notes: gets a line for what was found, or could not be used.
-        own: what the file itself says, as an MJCF does; it stands where the other says nothing.
-
-    Raises:
-        BadArgument: neither semantics nor a path.
-        BadInputFile, BadModel: a file that was given cannot be read.
+    `given` may be semantics or a path; `implied` are the semantics in the robot's file itself, as an MJCF has them, and
+    fill the parts that the other file leaves empty. What was found or could not be used is added to the notes.
     """
-    kind, own = ("URDF", Semantics()) if own is None else ("MJCF", own)
+    kind, implied = ("URDF", Semantics()) if implied is None else ("MJCF", implied)
     if isinstance(given, Semantics):
         return given
     if given is not None:
@@ -38,26 +31,26 @@ def semantics_beside(
             raise BadArgument(
                 f"semantics must be a Semantics or the path of a .toml or .srdf file, got {quoted(given)}"
             ) from None
-        return _with_own(_read(path, tree, notes), own)
+        return _filled(_read(path, tree, notes), implied)
     for ending in (".toml", ".srdf"):
         path = tree.path.with_name(tree.path.name.removesuffix(".xacro")).with_suffix(ending)
         if path.is_file():
             try:
-                semantics = checked_semantics(_with_own(_read(path, tree, notes), own), tree)
+                semantics = checked_semantics(_filled(_read(path, tree, notes), implied), tree)
             except NaoKinError as error:
-                # Whoever asked for the URDF alone gets the robot all the same.
+                # A caller who asked for the URDF alone still gets the robot.
                 notes.append(f"{path.name} beside the {kind} is not used: {error}")
             else:
                 notes.append(f"chains, effectors and postures from {path.name} beside the {kind}")
                 return semantics
-    return own
+    return implied
 
 
-def _with_own(semantics: Semantics, own: Semantics) -> Semantics:
-    """The semantics, filled up with what the robot's file says itself."""
+def _filled(semantics: Semantics, implied: Semantics) -> Semantics:
+    """Return the semantics, with their empty parts taken from `implied`."""
     empty = Semantics()
     blank = {field.name for field in fields(Semantics) if getattr(semantics, field.name) == getattr(empty, field.name)}
-    filled = replace(semantics, **{name: getattr(own, name) for name in blank})
+    filled = replace(semantics, **{name: getattr(implied, name) for name in blank})
     return replace(filled, start="") if "start" in blank and filled.start not in filled.postures else filled
 
 
@@ -66,18 +59,17 @@ def _read(path: Path, tree: UrdfTree, notes: list[str]) -> Semantics:
 
 
 def checked_semantics(semantics: Semantics, tree: UrdfTree) -> Semantics:
-    """The semantics, when the robot has everything they name.
+    """Return the semantics; raise `BadModel` if they do not fit the robot.
 
-    Raises:
-        BadModel: a joint, a frame or a posture is named that is not there; a posture that no motors take; a coupled
-            limit of a joint that follows.
+    They must name existing joints, frames and postures; postures must suit shared motors; coupled limits must not name
+    followers.
     """
     moving, mimics = [joint.name for joint in tree.moving_joints], tree.mimics
     _check(semantics.joints(), moving, "joint", tree.name)
     _check(semantics.frames(), {*moving, *tree.links, *tree.shared_names}, "frame", tree.name)
     if semantics.start and semantics.start not in semantics.postures:
         raise BadModel(
-            f"semantics of {tree.name}: start names the posture {quoted(semantics.start)}, which is not there"
+            f"semantics of {tree.name}: start names the posture {quoted(semantics.start)}, which does not exist"
         )
     own = [joint.name for joint in tree.moving_joints if joint.mimic is None]
     coordinates = Coordinates(tuple(own), mimics)
@@ -105,4 +97,6 @@ def _check(named: Mapping[str, tuple[str, str]], valid: Collection[str], kind: s
             where = f"{part} {quoted(its_name)}" if its_name else part
             near = ", ".join(nearest_names(name, valid))
             advice = f" (nearest: {near})" if near else ""
-            raise BadModel(f"semantics of {robot}: {where} names the {kind} {quoted(name)}, which is not there{advice}")
+            raise BadModel(
+                f"semantics of {robot}: {where} names the {kind} {quoted(name)}, which does not exist{advice}"
+            )

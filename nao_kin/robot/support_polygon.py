@@ -1,7 +1,7 @@
-"""Where the centre of mass may be above: the convex hull of the soles that stand, seen from above.
+"""The support polygon: the convex hull of the soles on the floor, seen from above.
 
-The world's z axis points up. For soles that lie flat on one floor this is the support polygon; of others it is the hull
-of what lies below them, and says nothing about friction.
+The world's z axis points up. For flat soles on one floor the centre of mass must lie above this polygon; for other
+soles it is the hull of their projections, and says nothing about friction.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from nao_kin.robot.model import RobotModel
 
 
-# What a frame on the foot may be above or below the plane of the sole and still be a corner of it [m].
+# Largest distance of a corner of the sole from the plane of the sole [m].
 _FLAT = 1e-6
-# A polygon of less is none [m²].
+# Twice the area below which points are taken as lying on one line [m²].
 _NO_AREA = 1e-12
 
 
@@ -32,22 +32,16 @@ class SupportPolygon:
 
     Attributes:
         vertices: counter-clockwise, shape (k, 2) [m].
-
-    Examples:
-        >>> square = nk.robot.SupportPolygon.around([[0, 0], [1, 0], [1, 1], [0, 1]])
-        >>> square.vertices.shape
-        (4, 2)
     """
 
     vertices: Floats
 
     @staticmethod
     def around(points: ArrayLike) -> SupportPolygon:
-        """The convex hull of points of shape (n, 2), or (n, 3) of which x and y count.
+        """Return the convex hull of points of shape (n, 2) or (n, 3), of which x and y count.
 
         Raises:
-            BadArgument: they lie on one line, or are no numbers.
-            WrongShape, NotFinite: no points.
+            BadArgument: the points lie on one line.
 
         Source: Andrew, Another efficient algorithm for convex hulls in two dimensions, 1979.
 
@@ -59,7 +53,7 @@ class SupportPolygon:
         ordered = sorted({(x, y) for x, y in xy.tolist()})
         hull = _half_hull(ordered)[:-1] + _half_hull(ordered[::-1])[:-1]
         vertices = np.array(hull).reshape(-1, 2)
-        # From the first of them, for a far origin costs digits.
+        # Relative to the first vertex: a distant origin costs digits.
         x, y = (vertices - vertices[:1]).T
         if len(hull) < 3 or float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) < _NO_AREA:
             raise BadArgument("the soles have no area seen from above: do they stand upright?")
@@ -67,16 +61,13 @@ class SupportPolygon:
 
     @property
     def half_planes(self) -> Floats:
-        """(n_x, n_y, d) of each edge, with n the unit normal inwards: inside is where n·p ≥ d; shape (k, 3)."""
+        """The edges as (n_x, n_y, d), shape (k, 3), with the inward unit normal n: inside is where n·p ≥ d."""
         along = np.roll(self.vertices, -1, axis=0) - self.vertices
         normals = np.stack([-along[:, 1], along[:, 0]], axis=-1) / np.linalg.norm(along, axis=-1)[:, None]
         return np.column_stack([normals, np.einsum("ki,ki->k", normals, self.vertices)])
 
     def signed_distance(self, points: ArrayLike) -> Floats:
-        """Distances of points from the edge, positive inside, shape (...) for (..., 2) or (..., 3) [m].
-
-        Raises:
-            BadArgument, WrongShape, NotFinite: no points.
+        """Return the distances of points (..., 2) or (..., 3) from the edge, positive inside, shape (...) [m].
 
         Examples:
             >>> square = nk.robot.SupportPolygon.around([[0, 0], [1, 0], [1, 1], [0, 1]])
@@ -92,7 +83,7 @@ class SupportPolygon:
 
 
 def _places(points: ArrayLike) -> Floats:
-    """The x and y of points, shape (..., 2)."""
+    """Return x and y of points, shape (..., 2)."""
     array = as_numbers(points, "points")
     if array.shape[-1:] not in ((2,), (3,)):
         raise WrongShape("points", "(..., 2) or (..., 3)", array.shape)
@@ -100,7 +91,7 @@ def _places(points: ArrayLike) -> Floats:
 
 
 def _half_hull(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """The points that a string along them touches on their right, from the first to the last."""
+    """Return the right-hand half of the hull of sorted points, from the first point to the last."""
     hull: list[tuple[float, float]] = []
     for x, y in points:
         while len(hull) > 1:
@@ -113,14 +104,10 @@ def _half_hull(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
 
 
 def sole_corners(robot: RobotModel, sole: str) -> NDArray[np.float64]:
-    """Points of a sole in its own frame, shape (k, 3) [m]: all frames on the foot that lie in the plane of the sole.
+    """Return points of a sole in its own frame, shape (k, 3) [m]: all frames on the foot in the plane of the sole.
 
-    Of a NAO these are its four pressure sensors, through which the floor carries it: a rectangle of 100 × 53 mm, well
-    inside the rubber of 152 × 84 mm.
-
-    Raises:
-        UnknownName: no such frame.
-        BadArgument: there are fewer than three of them.
+    On a NAO these are the four pressure sensors, which carry the robot: a rectangle of 100 × 53 mm, well inside the
+    rubber of 152 × 84 mm. A sole with fewer than three such frames raises `BadArgument`.
     """
     model, table = robot.model, robot.frame_table
     own = model.frames[robot.frame_ids([sole])[0]]
@@ -136,14 +123,14 @@ def sole_corners(robot: RobotModel, sole: str) -> NDArray[np.float64]:
 
 
 def polygon_below(soles: Iterable[tuple[NDArray[np.float64], NDArray[np.float64]]]) -> SupportPolygon:
-    """The support polygon of soles, each as T_world_sole and its corners (k, 3) in the frame of the sole."""
+    """Return the support polygon of soles, each given as T_world_sole and its corners (k, 3) in the sole's frame."""
     return SupportPolygon.around(np.concatenate([points @ T[:3, :3].T + T[:3, 3] for T, points in soles]))
 
 
 def support_polygon(
     robot: RobotModel, q: ArrayLike, soles: Sequence[str] | None, reference: str | None
 ) -> SupportPolygon:
-    """The polygon below the soles of a robot at one configuration; `RobotModel.support_polygon` says what is meant."""
+    """Return the support polygon of a robot; the arguments are those of `RobotModel.support_polygon`."""
     named = robot.semantics.soles if soles is None else soles
     robot.frame_ids(named)
     names = (named,) if isinstance(named, str) else tuple(named)

@@ -24,7 +24,6 @@ from nao_kin.export.meshes import coloured
 from nao_kin.export.variants import Variant
 from nao_kin.robot.semantics import Posture, Semantics
 from nao_kin.robot.urdf import MeshFile, Origin, UrdfTree, Visual
-from nao_kin.robot.urdf.document import mesh_in
 from nao_kin.robot.urdf.reader import read_urdf
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -221,7 +220,7 @@ def test_every_mesh_is_found_in_the_package(package: nk.export.Exported) -> None
     names = {visual.geometry.filename for visual in tree.visuals if isinstance(visual.geometry, MeshFile)}
     assert len(names) > 50
     assert all(name.startswith("package://nao_description/meshes/") for name in names)
-    found = {mesh_in(tree.path.resolve().parent, name) for name in names}
+    found = {tree.packages.file(name) for name in names}
     assert found <= {file.resolve() for file in package.files}
 
 

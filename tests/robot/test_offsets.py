@@ -53,6 +53,11 @@ def test_a_joint_s_true_angle_is_the_reported_one_plus_its_offset(nao: nk.NaoMod
             assert np.abs(calibrated.fk(q, frame) - _expected(nao, q, frame)).max() < 1e-12
 
 
+def test_the_note_on_a_frame_s_offset_shows_no_rounding_errors(nao: nk.NaoModel) -> None:
+    mine = nao.with_offsets(frames={"CameraTop": (1e-16, -1e-16, 0.002, 0, 1e-15, 0)})
+    assert mine.load_notes == ("frame CameraTop: offset (0, 0, 2) mm and 0°",)
+
+
 def test_a_frame_s_offset_is_its_true_pose_in_the_frame_of_before(nao: nk.NaoModel, calibrated: nk.NaoModel) -> None:
     q = nao.posture("Stand")
     T_head_nominal, T_head_true = (robot.fk(q, "CameraTop", reference="Head") for robot in (nao, calibrated))

@@ -19,8 +19,8 @@ from nao_kin.robot.urdf import document
 
 def test_after_loading_nobody_reads_the_file_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     parsed = []
-    original = document._parsed
-    monkeypatch.setattr(document, "_parsed", lambda *given: parsed.append(len(given[1])) or original(*given))
+    original = document._document
+    monkeypatch.setattr(document, "_document", lambda *given: parsed.append(len(given[1])) or original(*given))
     path = made_up(tmp_path, J("a"), J("b", axis=(1.0, 0.0, 0.0)), J("c", follows=("a", 0.5, 0.0))).urdf_path
     parsed.clear()
     robot = nk.RobotModel.from_urdf(path)
@@ -41,7 +41,7 @@ def test_after_loading_nobody_reads_the_file_again(tmp_path: Path, monkeypatch: 
 
 def test_a_version_of_the_nao_is_read_once_in_a_process(monkeypatch: pytest.MonkeyPatch) -> None:
     nk.load_nao("v4")
-    monkeypatch.setattr(document, "_parsed", lambda *given: pytest.fail("read again"))
+    monkeypatch.setattr(document, "_document", lambda *given: pytest.fail("read again"))
     first, second = nk.load_nao("v4"), nk.load_nao("4", base="floating")
     assert first.tree is second.tree
     assert first.model is not second.model

@@ -135,7 +135,10 @@ def test_a_file_beside_the_urdf_that_does_not_fit_keeps_no_robot_from_loading(
 @pytest.mark.parametrize(
     ("semantics", "message"),
     [
-        (Semantics(chains={"arm": ("a", "bb")}), r"chain 'arm' names the joint 'bb', which is not there \(nearest: b"),
+        (
+            Semantics(chains={"arm": ("a", "bb")}),
+            r"chain 'arm' names the joint 'bb', which does not exist \(nearest: b",
+        ),
         (Semantics(end_effectors=("tipp_l",)), r"end_effectors names the frame 'tipp_l', .*nearest: tip_l"),
         (Semantics(postures={"p": Posture({"tip": 1.0})}), "posture 'p' names the joint 'tip'"),
         (Semantics(start="p"), "start names the posture 'p'"),
@@ -461,6 +464,6 @@ def test_a_nao_names_its_sensors(nao: nk.NaoModel) -> None:
 def test_sensors_that_a_robot_does_not_have_are_refused(nao: nk.NaoModel) -> None:
     for part in ("accelerometers", "gyrometers", "force_sensors"):
         with pytest.raises(
-            BadModel, match=rf"{part} names the frame 'Gyro', which is not there \(nearest: Gyrometer\)"
+            BadModel, match=rf"{part} names the frame 'Gyro', which does not exist \(nearest: Gyrometer\)"
         ):
             nk.RobotModel(nao.tree, Semantics(**{part: ("Gyro",)}))

@@ -21,8 +21,7 @@ from nao_kin.errors import BadArgument, NaoKinWarning, NotARotation, NotFinite, 
 from nao_kin.motion import mirror
 from nao_kin.naoqi import joint_names as naoqi_names
 from nao_kin.robot.semantics import CoupledLimit, Semantics
-from nao_kin.robot.urdf import Box, Cylinder, MeshFile, Origin, Sphere
-from nao_kin.robot.urdf.document import mesh_in
+from nao_kin.robot.urdf import Box, Cylinder, MeshFile, Origin, Packages, Sphere
 from nao_kin.rotations import exp, matrix_from_rpy
 from nao_kin.viewer import OutsideLimitsWarning, Viewer
 from nao_kin.viewer.meshes import load_meshes
@@ -278,7 +277,7 @@ def test_mesh_files_are_found_wherever_a_urdf_points(
 
 def test_a_name_that_no_file_can_have_is_not_found(tmp_path: Path) -> None:
     for name in ("x" * 5000, "file://" + "x" * 5000, "package://a/" + "x" * 5000, ""):
-        assert mesh_in(tmp_path, name) is None
+        assert Packages(tmp_path / "robot.urdf").file(name) is None
 
 
 def test_a_file_without_triangles_is_no_mesh(tmp_path: Path) -> None:

@@ -1,7 +1,7 @@
-"""The NAO's numbers: typed rows with unit and source, and all of them together for one version.
+"""The NAO's numbers: typed rows with unit and source, and the resolved numbers of one version.
 
-`nao_parameters` gives the numbers of a version, resolved and in SI units. The tables hold the rows as published, those
-of all versions, each with the versions that it holds for.
+`nao_parameters` gives the numbers of a version in SI units. The tables contain the published rows of all versions, each
+with its versions.
 """
 
 from nao_kin.robot.nao.parameters import (

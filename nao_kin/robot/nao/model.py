@@ -1,4 +1,4 @@
-"""The NAO: its versions, what its parts mean, and NAOqi's Body order."""
+"""The NAO: its versions, its semantics, and NAOqi's Body order."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from nao_kin.robot.urdf import UrdfTree, read_urdf
 class NaoModel(RobotModel):
     """A NAO H25 with its 25 degrees of freedom.
 
-    Beside what every `RobotModel` has:
+    In addition to the attributes of `RobotModel`:
 
     Attributes:
         version: "v3.2" … "v6".
@@ -51,7 +51,7 @@ class NaoModel(RobotModel):
         return nao_parameters(self.version)
 
     def to_body(self, q: ArrayLike) -> Floats:
-        """Joint values in NAOqi's Body order: 26 values, RHipYawPitch repeating LHipYawPitch.
+        """Return joint values in NAOqi's Body order; RHipYawPitch repeats LHipYawPitch.
 
         Args:
             q: configurations, shape (..., nq).
@@ -68,7 +68,7 @@ class NaoModel(RobotModel):
         return self._coordinates.with_mimics(self._configurations.joints(q), v6.BODY_ORDER)
 
     def from_body(self, body: ArrayLike, *, limits: LimitPolicy = "ignore") -> Floats:
-        """The configuration with the given values in NAOqi's Body order.
+        """Return the configuration with the given values in NAOqi's Body order.
 
         Args:
             body: shape (..., 26) [rad; 0 to 1 for the hands].
@@ -78,8 +78,9 @@ class NaoModel(RobotModel):
             q, shape (..., nq).
 
         Raises:
-            CouplingViolated: the two HipYawPitch values differ by more than 1e-6; carries which configuration.
-            WrongShape, NotFinite, OutsideLimits: as everywhere.
+            CouplingViolated: the two HipYawPitch values differ by more than 1e-6; carries the index of the
+                configuration.
+            OutsideLimits: with limits="raise", a joint is outside its limits.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -101,7 +102,7 @@ class NaoModel(RobotModel):
 def load_nao(
     version: str = "v6", *, base: Base = "fixed", offsets: Mapping[str, Any] | Path | str | None = None
 ) -> NaoModel:
-    """A NAO H25 as a Pinocchio model with exactly 25 degrees of freedom.
+    """Return a NAO H25 as a Pinocchio model with exactly 25 degrees of freedom.
 
     Args:
         version: "v3.2", "v3.3", "v4", "v5" or "v6".
@@ -110,8 +111,7 @@ def load_nao(
             or the path of a TOML file with these two tables.
 
     Raises:
-        UnknownName: no such version; offsets of a joint or frame that a NAO does not have.
-        BadArgument: no such base, or offsets that are none, as `RobotModel.with_offsets` says.
+        BadArgument: invalid offsets, as in `RobotModel.with_offsets`.
         BadInputFile: the file of offsets cannot be read.
 
     Examples:
@@ -125,13 +125,13 @@ def load_nao(
 
 @functools.cache
 def _tree(version: Version) -> UrdfTree:
-    """The URDF of a version, read once in a process: the package's own files do not change."""
+    """Return the URDF of a version, read once per process: the files of the package do not change."""
     return read_urdf(nao_urdf_path(version))
 
 
 @functools.cache
 def _semantics(version: Version) -> Semantics:
-    """What the parts of a NAO mean."""
+    """Return the semantics of a version."""
     parameters = nao_parameters(version)
     horizontal, vertical = (math.radians(angle) for angle in v6.FIELDS_OF_VIEW[version])
     return Semantics(

@@ -1,4 +1,4 @@
-"""The versions before V6, each as a page of what it has otherwise than the next one, and the tables of all of them."""
+"""The versions before V6, each as its differences from the next one, and the tables of all versions."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from nao_kin.robot.nao.rows import (
     InertialRow,
     LimitRow,
     OffsetRow,
-    Tables,
     Version,
     VersionPage,
+    VersionTables,
     VisualRow,
 )
 from nao_kin.robot.nao.v6 import (
@@ -24,8 +24,8 @@ from nao_kin.robot.nao.v6 import (
     both_sides,
 )
 
-# What the official files up to V5 give to links that have no mass of their own (phalanges, hand, force sensors); a mass
-# matrix needs it to be regular. The V6 file has none.
+# Inertia in the official files up to V5 of links without a mass (phalanges, hand, force sensors): without it the mass
+# matrix is singular. The V6 file has none.
 _PLACEHOLDER = InertialRow("", 2e-06, (0.0, 0.0, 0.0), (1.1e-09, 0.0, 0.0, 1.1e-09, 0.0, 1.1e-09), "U5")
 
 # fmt: off
@@ -45,20 +45,14 @@ V5 = VersionPage(
         FrameRow("InfraredL", "LInfraRed_frame", "HeadPitch", (0.0441, 0.0257, 0.0466), (0.0, 0.0, 0.0), "U5"),
         FrameRow("InfraredR", "RInfraRed_frame", "HeadPitch", (0.0441, -0.0257, 0.0466), (0.0, 0.0, 0.0), "U5"),
     ),
-    without_frames=(
-        "MicroFrontLeft",
-        "MicroFrontRight",
-        "MicroRearLeft",
-        "MicroRearRight",
-        "MicrophoneFrame",
-    ),
+    without_frames=("MicroFrontLeft", "MicroFrontRight", "MicroRearLeft", "MicroRearRight", "MicrophoneFrame"),
     visuals=(VisualRow("HeadPitch", "sensors_v5", ("dark", "black")),),
     without_visuals=("HeadPitch/sensors",),
 )
 # fmt: on
 
 
-# --- V4 beside V5: neck, shoulders, hips, shins and feet are lighter.
+# --- V4, compared with V5: neck, shoulders, hips, shins and feet are lighter.
 
 # fmt: off
 V4 = VersionPage(
@@ -79,7 +73,7 @@ V4 = VersionPage(
 # fmt: on
 
 
-# --- V3.3 beside V4: masses of its own, and other cameras.
+# --- V3.3, compared with V4: other masses and cameras.
 
 # fmt: off
 V33 = VersionPage(
@@ -126,8 +120,8 @@ V33 = VersionPage(
 # fmt: on
 
 
-# --- V3.2 beside V3.3: shorter arms without an offset in the elbow, other ranges in them, and no touch sensors on the
-# hands.
+# --- V3.2, compared with V3.3: shorter arms without an offset in the elbow, other ranges of arm joints, and no touch
+# sensors on the hands.
 
 # fmt: off
 V32 = VersionPage(
@@ -175,34 +169,27 @@ V32 = VersionPage(
         InertialRow("RWristYaw", 0.14314, (0.03241, -0.00268, -0.00272), (5.48391e-05, -4.21084e-06, -1.25566e-06, 0.000120895, -7.74367e-07, 0.00011473), "U32"),
     ),
     without_frames=(
-        "LHand/Touch/Back",
-        "LHand/Touch/Left",
-        "LHand/Touch/Right",
-        "RHand/Touch/Back",
-        "RHand/Touch/Left",
-        "RHand/Touch/Right",
+        "LHand/Touch/Back", "LHand/Touch/Left", "LHand/Touch/Right",
+        "RHand/Touch/Back", "RHand/Touch/Left", "RHand/Touch/Right",
     ),
     visuals=(
         *both_sides("ShoulderRoll", "upper_arm_v32", "white"),
         *both_sides("ElbowRoll", "forearm_v32", "white"),
     ),
     without_visuals=(
-        "LShoulderRoll/l_upper_arm",
-        "RShoulderRoll/r_upper_arm",
-        "LElbowRoll/l_forearm",
-        "RElbowRoll/r_forearm",
+        "LShoulderRoll/l_upper_arm", "RShoulderRoll/r_upper_arm", "LElbowRoll/l_forearm", "RElbowRoll/r_forearm",
     ),
 )
 # fmt: on
 
 
-# --- The versions: V6's tables are complete, each other version is a page of what it has otherwise than another one.
+# --- The versions: the tables of V6 are complete, each other version is a page of changes.
 
-# A page stands after the one that it is laid over.
+# A page comes after the page of its base.
 PAGES: tuple[VersionPage, ...] = (V5, V4, V33, V32)
 
 
-TABLES: dict[Version, Tables] = {"v6": V6}
-"""The complete tables of each version, by laying the pages over each other."""
+TABLES: dict[Version, VersionTables] = {"v6": V6}
+"""The complete tables of each version: the tables of its base with the changes of its page."""
 for _page in PAGES:
     TABLES[_page.version] = _page.over(TABLES[_page.base])

@@ -1,4 +1,4 @@
-"""The numbers of one NAO version in SI units, gathered from the rows, every distance and name resolved."""
+"""The numbers of one NAO version in SI units, with all distances and names resolved."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from nao_kin.robot.nao.rows import (
     InertialRow,
     LimitRow,
     ShapeRow,
-    Tables,
     Version,
     VersionedRow,
+    VersionTables,
     VisualRow,
 )
 from nao_kin.robot.nao.v6 import CAMERAS, COLLISION_SHAPES, COUPLED_LIMITS, FINGER_RATIO, FINGERS, JOINTS
@@ -31,15 +31,11 @@ from nao_kin.robot.semantics import CoupledLimit, Mimic
 _Row = TypeVar("_Row", bound=VersionedRow)
 
 
-def _of_all_versions(table: Callable[[Tables], Iterable[_Row]]) -> tuple[_Row, ...]:
-    """One table of the rows of all versions, each row once, with the versions it holds for.
+def _of_all_versions(table: Callable[[VersionTables], Iterable[_Row]]) -> tuple[_Row, ...]:
+    """Return the rows of one table of all versions, each row once, with its versions.
 
-    Args:
-        table: which of the tables.
-
-    Returns:
-        The rows of the newest version in their order, after each those of older versions about the same, and at the
-        end those that only older versions have.
+    The rows of the newest version come in their order, each followed by those of older versions with the same key; rows
+    that only older versions have come last.
     """
     held: dict[str, dict[_Row, list[Version]]] = {}
     for version in reversed(VERSIONS):
@@ -48,7 +44,7 @@ def _of_all_versions(table: Callable[[Tables], Iterable[_Row]]) -> tuple[_Row, .
     return tuple(replace(row, versions=tuple(found)) for rows in held.values() for row, found in rows.items())
 
 
-# The rows of all versions, each with the versions it holds for.
+# The rows of all versions, each with its versions.
 OFFSETS = _of_all_versions(lambda tables: tables.offsets)
 LIMITS = _of_all_versions(lambda tables: tables.limits)
 ACTUATORS = _of_all_versions(lambda tables: tables.actuators)
@@ -74,12 +70,7 @@ class Joint:
         unit: "rad", or "1" for the opening of a hand.
         velocity: largest speed [rad/s; 1/s for a hand].
         effort: largest torque [N m].
-        mimic: the joint whose motor drives this one too, at the same value; None for a motor of its own.
-
-    Examples:
-        >>> joint = nk.parameters.nao_parameters("v6").joint("HeadYaw")
-        >>> joint.parent, joint.unit, round(joint.upper, 3)
-        ('torso', 'rad', 2.086)
+        mimic: the joint whose motor also drives this one, at the same value; None for a joint with its own motor.
     """
 
     name: str
@@ -100,8 +91,8 @@ class Joint:
 class Finger:
     """The joint of one phalanx, which follows the opening of its hand: angle = multiplier · opening.
 
-    The joints are named after the hand, so that they sort after it: a parser that takes siblings in alphabetical order
-    then meets the driving joint first, as Pinocchio needs.
+    Names begin with the hand, so that parsers that sort siblings by name meet the driving joint first, as Pinocchio
+    needs.
 
     Attributes:
         name: the joint, "LHandFinger11".
@@ -118,11 +109,6 @@ class Finger:
         upper: largest angle [rad].
         velocity: largest speed [rad/s].
         effort: largest torque [N m].
-
-    Examples:
-        >>> finger = nk.parameters.nao_parameters("v6").fingers[0]
-        >>> finger.name, finger.driver
-        ('LHandFinger11', 'LHand')
     """
 
     name: str
@@ -151,11 +137,6 @@ class Frame:
         parent: the joint that carries it, or "torso".
         xyz: position in the parent's joint frame [m].
         rpy: orientation, R = Rz(yaw) Ry(pitch) Rx(roll) [rad].
-
-    Examples:
-        >>> frame = nk.parameters.nao_parameters("v6").frame("CameraTop")
-        >>> frame.xyz
-        (0.05871, 0.0, 0.06364)
     """
 
     name: str
@@ -175,7 +156,7 @@ class NaoParameters:
         joints: the 26 joints in NAOqi's Body order.
         fingers: the 16 phalanges, left hand first, each after the one that carries it.
         inertials: mass, centre of mass and inertia by the joint that moves the link, and "torso".
-        placeholder: what links without a mass of their own are given; None for nothing.
+        placeholder: inertia of links without a published mass; None for no inertia.
         frames: sensor and effector frames.
         coupled_limits: the anti-collision tables.
         visuals: the meshes of the links, by the joint that moves the link, "torso", or a phalanx without its side.
@@ -183,8 +164,10 @@ class NaoParameters:
 
     Examples:
         >>> parameters = nk.parameters.nao_parameters("v6")
-        >>> parameters.offsets["ThighLength"], len(parameters.joints)
-        (0.1, 26)
+        >>> parameters.offsets["ThighLength"], len(parameters.joints), parameters.joint("HeadYaw").axis
+        (0.1, 26, (0.0, 0.0, 1.0))
+        >>> parameters.frame("CameraTop").xyz
+        (0.05871, 0.0, 0.06364)
     """
 
     version: Version
@@ -206,37 +189,21 @@ class NaoParameters:
 
     @property
     def mass(self) -> float:
-        """Mass of all bodies [kg]; the placeholders of massless links, 0.05 g in all, not counted."""
+        """Mass of all bodies [kg], without the placeholders of massless links, 0.05 g in all."""
         return math.fsum(row.mass_kg for row in self.inertials.values())
 
     @property
     def mimics(self) -> Mapping[str, Mimic]:
-        """The joints without a motor of their own, and what they follow: `RHipYawPitch` and the phalanges."""
+        """The joints without their own motor, and the joints they follow: `RHipYawPitch` and the phalanges."""
         joints = {joint.name: Mimic(joint.mimic) for joint in self.joints if joint.mimic is not None}
         return MappingProxyType(joints | {row.name: Mimic(row.driver, row.multiplier) for row in self.fingers})
 
     def joint(self, name: str) -> Joint:
-        """The joint of that name.
-
-        Raises:
-            UnknownName: no such joint.
-
-        Examples:
-            >>> nk.parameters.nao_parameters("v6").joint("HeadYaw").axis
-            (0.0, 0.0, 1.0)
-        """
+        """Return the joint with this name."""
         return _named("joint", self.joints, name)
 
     def frame(self, name: str) -> Frame:
-        """The sensor or effector frame of that name, NAOqi's.
-
-        Raises:
-            UnknownName: no such frame.
-
-        Examples:
-            >>> nk.parameters.nao_parameters("v6").frame("CameraTop").parent
-            'HeadPitch'
-        """
+        """Return the sensor or effector frame with this name of NAOqi."""
         return _named("frame", self.frames, name)
 
 
@@ -251,12 +218,9 @@ def _named(kind: str, rows: Sequence[_Named], name: str) -> _Named:
 
 
 def version_named(name: str) -> Version:
-    """The version called `name`, whatever its letter case and with or without the v: "v6", "V6", "6", "6.0", "3.2".
+    """Return the version called `name`, in any letter case, with or without the v: "v6", "V6", "6", "6.0", "3.2".
 
-    The minor number is written where there is one and may be written as 0 where there is none; nothing follows it.
-
-    Raises:
-        UnknownName: no such version.
+    The minor number must be present if the version has one, and may be 0 if it has none.
     """
     wanted = str(name).strip().lower().removeprefix("v")
     for version in VERSIONS:
@@ -267,21 +231,14 @@ def version_named(name: str) -> Version:
 
 
 def checked_parameters(parameters: object) -> NaoParameters:
-    """`parameters`, when they are the numbers of a version.
-
-    Raises:
-        BadArgument: they are not.
-    """
+    """Return `parameters`; raise `BadArgument` unless they are the numbers of a version."""
     if not isinstance(parameters, NaoParameters):
         raise BadArgument(f"parameters must be those that nao_parameters gives, got {quoted(parameters)}")
     return parameters
 
 
 def nao_parameters(version: str = "v6") -> NaoParameters:
-    """The parameters of one version.
-
-    Raises:
-        UnknownName: no such version.
+    """Return the parameters of one version.
 
     Examples:
         >>> nk.parameters.nao_parameters("v3.2").version
@@ -341,7 +298,7 @@ def _joints(
 
 
 def _fingers(hand: Joint, joints: Iterable[Joint]) -> Iterator[Finger]:
-    """The phalanges of one hand."""
+    """Yield the phalanges of one hand."""
     side = hand.name[0]
     (wrist_link,) = (joint.link for joint in joints if joint.name == hand.parent)
     for row in FINGERS:
@@ -375,11 +332,11 @@ def _unit(axis: Vector) -> Vector:
     return x, y, z
 
 
-# --- What ros-naoqi's `nao_description` calls the links and joints that this package names otherwise.
+# --- The names of links and joints in ros-naoqi's `nao_description`, where they differ from those of this package.
 #
-# That description has no V6; its names follow the same rules there.
+# That description has no V6; the names of V6 follow the same rules.
 
-# NAOqi speaks of the torso and of the feet as bodies: second names here, and no links of their own there.
+# NAOqi's names of the torso and of the feet as bodies: additional links here, and no separate links there.
 BODY_ALIASES = {"Torso": "torso", "LFoot": "l_ankle", "RFoot": "r_ankle"}
 _JOINTS = {
     "torso_fixed": "base_link_fixedjoint",
@@ -391,15 +348,15 @@ _JOINTS = {
     "MicroSurroundLeft_fixed": "MicroLeft_sensor_fixedjoint",
     "MicroSurroundRight_fixed": "MicroRight_sensor_fixedjoint",
 }
-# There, the link that the hand joint turns is the gripper; here, the gripper is NAOqi's effector, which does not turn.
+# There, the gripper is the link that the hand joint turns; here, it is NAOqi's effector, which does not turn.
 _HANDS = {"LHand_link": "l_gripper", "l_gripper": "LArm", "RHand_link": "r_gripper", "r_gripper": "RArm"}
 _ANKLES = {"LAnklePitch_link": "LAnklePitch", "RAnklePitch_link": "RAnklePitch"}
 
 
 def ros_names(parameters: NaoParameters) -> dict[str, str]:
-    """Name in the URDF of this package → name in `nao_description`, of the robot, its links and its joints.
+    """Return name in the URDF of this package → name in `nao_description`, for the robot, its links and its joints.
 
-    Two links of one name there are one link there: here the second one is NAOqi's name for the same place.
+    Two links with the same name there are one link there: here the second one is NAOqi's name for the same place.
 
     Args:
         parameters: the numbers of a version.

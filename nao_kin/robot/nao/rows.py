@@ -1,4 +1,4 @@
-"""The kinds of rows that the robot's numbers stand in, each with its unit and the code of its source."""
+"""The types of rows for the robot's numbers, each with its unit and the code of its source."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ShapeKind = Literal["sphere", "cylinder", "box"]
 
 @dataclass(frozen=True)
 class Offset:
-    """A distance between two joints, as a coordinate: `-THIGH_LENGTH` points against the axis.
+    """A distance between two joints, usable as a coordinate: `-THIGH_LENGTH` points against the axis.
 
     Attributes:
         name: Aldebaran's name of the distance.
@@ -40,22 +40,18 @@ Coordinate = float | Offset
 
 @dataclass(frozen=True, kw_only=True)
 class VersionedRow:
-    """A row that a version's page can change.
-
-    Attributes:
-        versions: the versions it holds for, the oldest first; filled in when the pages are laid over each other.
-    """
+    """A row that may differ between versions; `versions`, the oldest first, is set when the tables are merged."""
 
     versions: tuple[Version, ...] = ()
 
     @property
     def key(self) -> str:
-        """What it is about, its first field; a table holds one row of a key for each version."""
+        """The first field; a table has one row per key and version."""
         return str(getattr(self, next(iter(self.__match_args__))))
 
     @property
     def place(self) -> str | None:
-        """The joint that carries it, where rows may come and go; None where every version has the row."""
+        """The joint that carries the object; None for tables in which every version has the same keys."""
         return getattr(self, "parent", None)
 
 
@@ -66,11 +62,6 @@ class OffsetRow(VersionedRow):
     Attributes:
         offset: the distance.
         value_mm: length [mm].
-
-    Examples:
-        >>> row = nk.parameters.OFFSETS[0]
-        >>> row.offset.name, row.value_mm
-        ('NeckOffsetZ', 126.5)
     """
 
     offset: Offset
@@ -79,13 +70,13 @@ class OffsetRow(VersionedRow):
 
     @property
     def name(self) -> str:
-        """Aldebaran's name of it."""
+        """Aldebaran's name of the offset."""
         return self.offset.name
 
 
 @dataclass(frozen=True)
 class JointRow:
-    """A joint: where it sits in the frame of its parent joint and the axis it turns about.
+    """A joint with its position in the frame of its parent joint, and its axis.
 
     Attributes:
         name: NAOqi's name.
@@ -93,8 +84,8 @@ class JointRow:
         parent: the joint that carries it, or "torso".
         link: the link it moves, by its name in the official ROS description.
         origin: position in the parent's joint frame, in terms of offsets.
-        axis: direction of the axis in the torso-parallel joint frame, not yet normalised.
-        motion: what it does, in words.
+        axis: direction of the axis in the torso-parallel joint frame, not normalised.
+        motion: the motion in words.
         mimic: the joint whose motor also drives this one.
     """
 
@@ -136,11 +127,6 @@ class LimitRow(VersionedRow):
         lower: smallest value, in `unit`.
         upper: largest value, in `unit`.
         unit: "deg" for turning joints, "1" for the opening of a hand.
-
-    Examples:
-        >>> row = nk.parameters.LIMITS[0]
-        >>> row.joint, row.lower, row.upper, row.unit
-        ('HeadYaw', -119.5, 119.5, 'deg')
     """
 
     joint: str
@@ -152,13 +138,7 @@ class LimitRow(VersionedRow):
 
 @dataclass(frozen=True)
 class ActuatorRow(VersionedRow):
-    """Speed and torque of one joint as the official URDF prints them.
-
-    Attributes:
-        joint: the joint.
-        velocity: largest speed [rad/s; 1/s for a hand].
-        effort: largest torque [N m].
-    """
+    """Largest speed [rad/s; 1/s for a hand] and torque [N m] of one joint in the official URDF."""
 
     joint: str
     velocity: float
@@ -168,17 +148,12 @@ class ActuatorRow(VersionedRow):
 
 @dataclass(frozen=True)
 class CoupledLimitRow:
-    """Range of one joint that depends on where another one stands: Aldebaran's anti-collision table.
+    """Range of one joint that depends on the value of another one: Aldebaran's anti-collision table.
 
     Attributes:
         joint: the joint whose range this is.
         of: the joint it depends on.
         table_deg: rows (value of `of`, lower, upper) [deg], linear in between, constant outside.
-
-    Examples:
-        >>> row = nk.parameters.COUPLED_LIMITS[0]
-        >>> row.joint, row.of
-        ('HeadPitch', 'HeadYaw')
     """
 
     joint: str
@@ -196,11 +171,6 @@ class InertialRow(VersionedRow):
         mass_kg: mass [kg].
         com_m: centre of mass in the joint frame [m].
         inertia: ixx, ixy, ixz, iyy, iyz, izz about the centre of mass, axes parallel to the joint frame [kg m²].
-
-    Examples:
-        >>> row = nk.parameters.INERTIALS[0]
-        >>> row.link, row.mass_kg
-        ('torso', 1.04956)
     """
 
     link: str
@@ -216,7 +186,7 @@ class FrameRow(VersionedRow):
 
     Attributes:
         name: NAOqi's name.
-        ros_name: its link in the official ROS description, None where that has no such link.
+        ros_name: its link in the official ROS description, None without one.
         parent: the joint that carries it, or "torso".
         xyz: position in the parent's joint frame, numbers [m] or offsets.
         rpy: orientation, R = Rz(yaw) Ry(pitch) Rx(roll) [rad].
@@ -240,12 +210,7 @@ class ShapeRow:
         kind: "sphere", "cylinder" or "box".
         size_m: (radius,), (radius, length) or the three edge lengths [m].
         center_m: centre in the joint frame [m].
-        axis: direction of a cylinder's axis, not yet normalised.
-
-    Examples:
-        >>> row = nk.parameters.nao_parameters("v6").collision_shapes[0]
-        >>> row.kind, row.size_m
-        ('sphere', (0.04,))
+        axis: direction of a cylinder's axis, not normalised.
     """
 
     name: str
@@ -264,11 +229,7 @@ class VisualRow(VersionedRow):
     Attributes:
         parent: the joint that moves the link, "torso", or a phalanx without its side ("Finger11").
         part: name of the part.
-        colours: its colours; colour c stands in the file `{part}_{c}.obj`.
-
-    Examples:
-        >>> nk.parameters.nao_parameters("v6").visuals[0].part
-        'torso'
+        colours: its colours; the file of a colour is `{part}_{colour}.obj`.
     """
 
     parent: str
@@ -289,19 +250,14 @@ class VisualRow(VersionedRow):
 
 @dataclass(frozen=True)
 class PostureRow:
-    """A predefined posture.
-
-    Attributes:
-        name: NAOqi's name.
-        body: the 26 joint values in NAOqi's Body order [rad; 0 to 1 for the hands].
-    """
+    """A predefined posture: the 26 joint values in NAOqi's Body order [rad; 0 to 1 for the hands]."""
 
     name: str
     body: tuple[float, ...]
     source: str
 
 
-# The public source behind each code that a row carries.
+# The public source for each code in a row.
 SOURCES: dict[str, str] = {
     "L6": "Aldebaran documentation 2.8, NAO6 links: doc.aldebaran.com/2-8/family/nao_technical/links_naov6.html",
     "L33": "Aldebaran documentation 2.5, H25 V3.3 links: family/nao_h25/links_h25_v33.html",
@@ -320,23 +276,16 @@ SOURCES: dict[str, str] = {
 }
 
 
-# --- How the numbers of one version are laid over those of another.
+# --- The numbers of one version as changes of those of another.
 
 _Row = TypeVar("_Row", bound=VersionedRow)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Tables:
-    """All rows of one version that another version may have otherwise.
+class VersionTables:
+    """All rows of one version that may differ in another version.
 
-    Attributes:
-        offsets: the distances between the joints.
-        limits: the ranges of the joints.
-        actuators: their speeds and torques.
-        inertials: mass and inertia of the links.
-        frames: sensor and effector frames.
-        visuals: the meshes of the links.
-        placeholder: what links without a mass of their own are given; None for nothing.
+    `placeholder` is the inertia of links without a published mass; None for no inertia.
     """
 
     offsets: tuple[OffsetRow, ...] = ()
@@ -349,20 +298,11 @@ class Tables:
 
 
 @dataclass(frozen=True, kw_only=True)
-class VersionPage(Tables):
-    """What one version has otherwise than another one.
+class VersionPage(VersionTables):
+    """The rows in which one version differs from `base`.
 
-    A row stands in the place of the base's row of the same key. Frames and visuals may also come and go.
-
-    Attributes:
-        version: the version.
-        base: the version that it is laid over.
-        offsets: distances that differ; likewise limits, actuators and inertials.
-        frames: frames that differ, and those that the base does not have.
-        without_frames: names of the base's frames that it does not have.
-        visuals: meshes that the base does not have, or has in other colours.
-        without_visuals: keys, "joint/part", of the base's meshes that it does not have.
-        placeholder: what links without a mass of their own are given; None for what the base gives.
+    A row replaces the row of the base with the same key. Frames and visuals may also be added, and left out by their
+    names (`without_frames`) or keys, "joint/part" (`without_visuals`). A placeholder of None means that of the base.
     """
 
     version: Version
@@ -370,38 +310,23 @@ class VersionPage(Tables):
     without_frames: tuple[str, ...] = ()
     without_visuals: tuple[str, ...] = ()
 
-    def over(self, base: Tables) -> Tables:
-        """The tables of this version.
-
-        Args:
-            base: the tables of the version `base`.
-
-        Raises:
-            UnknownName: the page changes or leaves out a row that the base does not have.
-        """
+    def over(self, base: VersionTables) -> VersionTables:
+        """Return the tables of this version from those of `base`."""
         tables: dict[str, Any] = {}
         for name in ("offsets", "limits", "actuators", "inertials", "frames", "visuals"):
             what = f"{name.removesuffix('s')} of {self.base}, which {self.version} is laid over"
             without = getattr(self, f"without_{name}", ())
             tables[name] = overlaid(what, getattr(base, name), getattr(self, name), without)
-        return Tables(**tables, placeholder=self.placeholder or base.placeholder)
+        return VersionTables(**tables, placeholder=self.placeholder or base.placeholder)
 
 
 def overlaid(
     what: str, base: Iterable[_Row], changes: Sequence[_Row] = (), without: Sequence[str] = ()
 ) -> tuple[_Row, ...]:
-    """The rows of `base` with some of them changed, left out or added.
+    """Return the rows of `base` with some of them changed, left out (by key) or added.
 
-    A new row stands where the first row of the same place was left out, or else after the last row of that place.
-
-    Args:
-        what: what the rows are, for messages.
-        base: the rows of the version underneath.
-        changes: rows that differ, and new rows.
-        without: keys of the rows to leave out.
-
-    Raises:
-        UnknownName: `without` names a row that is not there, or a row is new in a table whose rows every version has.
+    A new row takes the position of the first row of the same place that was left out, or follows the last row of that
+    place. Only changes of existing rows are possible in a table without places; `what` describes the rows in errors.
     """
     rows = {row.key: [row] for row in base}
     places = {key: row.place for key, (row,) in rows.items()}
@@ -413,8 +338,8 @@ def overlaid(
         if row.key in rows:
             rows[row.key] = [row]
         else:
-            beside = [key for key, place in places.items() if place is not None and place == row.place]
-            if not beside:
+            same_place = [key for key, place in places.items() if place is not None and place == row.place]
+            if not same_place:
                 raise UnknownName(what, row.key, tuple(rows))
-            rows[next((key for key in beside if key in without), beside[-1])].append(row)
+            rows[next((key for key in same_place if key in without), same_place[-1])].append(row)
     return tuple(row for group in rows.values() for row in group)

@@ -1,6 +1,6 @@
-"""The tables of V6: distances and joints, ranges, bodies, frames and postures, each row with its source.
+"""The tables of V6: distances, joints, ranges, bodies, frames and postures, each row with its source.
 
-Distances are those of V6; `older` says where another version differs.
+Distances are those of V6; `older` contains the differences of other versions.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from nao_kin.robot.nao.rows import (
     OffsetRow,
     PostureRow,
     ShapeRow,
-    Tables,
     Version,
+    VersionTables,
     VisualRow,
 )
 
@@ -39,7 +39,7 @@ HIP_OFFSET_Y = Offset("HipOffsetY")
 HIP_OFFSET_Z = Offset("HipOffsetZ")
 THIGH_LENGTH = Offset("ThighLength")
 TIBIA_LENGTH = Offset("TibiaLength")
-# The documentation's foot height, and the one that NAOqi's own leg effector has: they differ by 0.08 mm.
+# The foot height of the documentation, and that of NAOqi's own leg effector: they differ by 0.08 mm.
 FOOT_HEIGHT = Offset("FootHeight")
 LEG_EFFECTOR_HEIGHT = Offset("LegEffectorHeight")
 
@@ -61,7 +61,7 @@ V6_OFFSETS: tuple[OffsetRow, ...] = (
 )
 
 _X, _Y, _Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
-_HERE = (0.0, 0.0, 0.0)
+_ORIGIN = (0.0, 0.0, 0.0)
 _ELBOW_L, _ELBOW_R = (UPPER_ARM_LENGTH, ELBOW_OFFSET_Y, 0.0), (UPPER_ARM_LENGTH, -ELBOW_OFFSET_Y, 0.0)
 _SHOULDER_L, _SHOULDER_R = (0.0, SHOULDER_OFFSET_Y, SHOULDER_OFFSET_Z), (0.0, -SHOULDER_OFFSET_Y, SHOULDER_OFFSET_Z)
 _HIP_L, _HIP_R = (0.0, HIP_OFFSET_Y, -HIP_OFFSET_Z), (0.0, -HIP_OFFSET_Y, -HIP_OFFSET_Z)
@@ -74,29 +74,29 @@ _ANKLE = (0.0, 0.0, -TIBIA_LENGTH)
 # the arm hanging down: ShoulderRoll and ElbowRoll turn about z, ElbowYaw and WristYaw about x.
 JOINTS: tuple[JointRow, ...] = (
     JointRow("HeadYaw", "Head", "torso", "Neck", (0.0, 0.0, NECK_OFFSET_Z), _Z, "twist", "J6"),
-    JointRow("HeadPitch", "Head", "HeadYaw", "Head", _HERE, _Y, "front/back", "J6"),
+    JointRow("HeadPitch", "Head", "HeadYaw", "Head", _ORIGIN, _Y, "front/back", "J6"),
     JointRow("LShoulderPitch", "LArm", "torso", "LShoulder", _SHOULDER_L, _Y, "front/back", "J6"),
-    JointRow("LShoulderRoll", "LArm", "LShoulderPitch", "LBicep", _HERE, _Z, "right/left", "J6"),
+    JointRow("LShoulderRoll", "LArm", "LShoulderPitch", "LBicep", _ORIGIN, _Z, "right/left", "J6"),
     JointRow("LElbowYaw", "LArm", "LShoulderRoll", "LElbow", _ELBOW_L, _X, "twist", "J6"),
-    JointRow("LElbowRoll", "LArm", "LElbowYaw", "LForeArm", _HERE, _Z, "bend", "J6"),
+    JointRow("LElbowRoll", "LArm", "LElbowYaw", "LForeArm", _ORIGIN, _Z, "bend", "J6"),
     JointRow("LWristYaw", "LArm", "LElbowRoll", "l_wrist", _WRIST, _X, "twist", "J6"),
     JointRow("LHand", "LArm", "LWristYaw", "LHand_link", _HAND, _X, "open/close", "J6"),
     JointRow("LHipYawPitch", "LLeg", "torso", "LPelvis", _HIP_L, (0.0, 1.0, -1.0), "twist at 45°", "J6"),
-    JointRow("LHipRoll", "LLeg", "LHipYawPitch", "LHip", _HERE, _X, "right/left", "J6"),
-    JointRow("LHipPitch", "LLeg", "LHipRoll", "LThigh", _HERE, _Y, "front/back", "J6"),
+    JointRow("LHipRoll", "LLeg", "LHipYawPitch", "LHip", _ORIGIN, _X, "right/left", "J6"),
+    JointRow("LHipPitch", "LLeg", "LHipRoll", "LThigh", _ORIGIN, _Y, "front/back", "J6"),
     JointRow("LKneePitch", "LLeg", "LHipPitch", "LTibia", _KNEE, _Y, "bend", "J6"),
     JointRow("LAnklePitch", "LLeg", "LKneePitch", "LAnklePitch_link", _ANKLE, _Y, "front/back", "J6"),
-    JointRow("LAnkleRoll", "LLeg", "LAnklePitch", "l_ankle", _HERE, _X, "right/left", "J6"),
+    JointRow("LAnkleRoll", "LLeg", "LAnklePitch", "l_ankle", _ORIGIN, _X, "right/left", "J6"),
     JointRow("RHipYawPitch", "RLeg", "torso", "RPelvis", _HIP_R, (0.0, 1.0, 1.0), "twist at 45°", "J6", "LHipYawPitch"),
-    JointRow("RHipRoll", "RLeg", "RHipYawPitch", "RHip", _HERE, _X, "right/left", "J6"),
-    JointRow("RHipPitch", "RLeg", "RHipRoll", "RThigh", _HERE, _Y, "front/back", "J6"),
+    JointRow("RHipRoll", "RLeg", "RHipYawPitch", "RHip", _ORIGIN, _X, "right/left", "J6"),
+    JointRow("RHipPitch", "RLeg", "RHipRoll", "RThigh", _ORIGIN, _Y, "front/back", "J6"),
     JointRow("RKneePitch", "RLeg", "RHipPitch", "RTibia", _KNEE, _Y, "bend", "J6"),
     JointRow("RAnklePitch", "RLeg", "RKneePitch", "RAnklePitch_link", _ANKLE, _Y, "front/back", "J6"),
-    JointRow("RAnkleRoll", "RLeg", "RAnklePitch", "r_ankle", _HERE, _X, "right/left", "J6"),
+    JointRow("RAnkleRoll", "RLeg", "RAnklePitch", "r_ankle", _ORIGIN, _X, "right/left", "J6"),
     JointRow("RShoulderPitch", "RArm", "torso", "RShoulder", _SHOULDER_R, _Y, "front/back", "J6"),
-    JointRow("RShoulderRoll", "RArm", "RShoulderPitch", "RBicep", _HERE, _Z, "right/left", "J6"),
+    JointRow("RShoulderRoll", "RArm", "RShoulderPitch", "RBicep", _ORIGIN, _Z, "right/left", "J6"),
     JointRow("RElbowYaw", "RArm", "RShoulderRoll", "RElbow", _ELBOW_R, _X, "twist", "J6"),
-    JointRow("RElbowRoll", "RArm", "RElbowYaw", "RForeArm", _HERE, _Z, "bend", "J6"),
+    JointRow("RElbowRoll", "RArm", "RElbowYaw", "RForeArm", _ORIGIN, _Z, "bend", "J6"),
     JointRow("RWristYaw", "RArm", "RElbowRoll", "r_wrist", _WRIST, _X, "twist", "J6"),
     JointRow("RHand", "RArm", "RWristYaw", "RHand_link", _HAND, _X, "open/close", "J6"),
 )
@@ -127,8 +127,8 @@ FINGERS: tuple[FingerRow, ...] = (
 
 # --- Ranges, speeds and torques of the joints of V6, and the ranges that depend on another joint.
 
-# Degrees, as the documentation prints them; the official URDF prints the same values converted. A joint that shares
-# another one's motor has that one's row.
+# Degrees, as in the documentation; the official URDF has the same values in radians. A joint that shares the motor of
+# another one uses the row of that joint.
 V6_LIMITS: tuple[LimitRow, ...] = (
     LimitRow("HeadYaw", -119.5, 119.5, "deg", "J6"),
     LimitRow("HeadPitch", -38.5, 29.5, "deg", "J6"),
@@ -157,7 +157,7 @@ V6_LIMITS: tuple[LimitRow, ...] = (
     LimitRow("RAnkleRoll", -44.06, 22.8, "deg", "J6"),
 )
 
-# The speeds are the no-load speeds of the V3.x motors, which the official URDF of every later version repeats.
+# The speeds are the no-load speeds of the V3.x motors; the official URDFs of all later versions repeat them.
 V6_ACTUATORS: tuple[ActuatorRow, ...] = (
     ActuatorRow("HeadYaw", 8.26797, 1.547, "U6"),
     ActuatorRow("HeadPitch", 7.19407, 1.532, "U6"),
@@ -187,59 +187,46 @@ V6_ACTUATORS: tuple[ActuatorRow, ...] = (
 )
 
 # One table for all versions.
+# fmt: off
 COUPLED_LIMITS: tuple[CoupledLimitRow, ...] = (
-    CoupledLimitRow(
-        "HeadPitch",
-        "HeadYaw",
-        (
-            (-119.52, -25.73, 18.91),
-            (-87.49, -18.91, 11.46),
-            (-62.45, -24.64, 17.19),
-            (-51.74, -27.5, 18.91),
-            (-43.32, -31.4, 21.2),
-            (-27.85, -38.5, 24.18),
-            (0.0, -38.5, 29.51),
-            (27.85, -38.5, 24.18),
-            (43.32, -31.4, 21.2),
-            (51.74, -27.5, 18.91),
-            (62.45, -24.64, 17.19),
-            (87.49, -18.91, 11.46),
-            (119.52, -25.73, 18.91),
-        ),
-        "J6",
-    ),
-    CoupledLimitRow(
-        "LAnkleRoll",
-        "LAnklePitch",
-        (
-            (-68.15, -2.86, 4.3),
-            (-48.13, -10.31, 9.74),
-            (-40.11, -22.8, 12.61),
-            (-25.78, -22.8, 44.06),
-            (5.73, -22.8, 44.06),
-            (20.05, -22.8, 31.54),
-            (52.87, 0.0, 2.86),
-        ),
-        "J6",
-    ),
-    CoupledLimitRow(
-        "RAnkleRoll",
-        "RAnklePitch",
-        (
-            (-68.15, -4.3, 2.86),
-            (-48.13, -9.74, 10.31),
-            (-40.11, -12.61, 22.8),
-            (-25.78, -44.06, 22.8),
-            (5.73, -44.06, 22.8),
-            (20.05, -31.54, 22.8),
-            (52.87, -2.86, 0.0),
-        ),
-        "J6",
-    ),
+    CoupledLimitRow("HeadPitch", "HeadYaw", (
+        (-119.52, -25.73, 18.91),
+        (-87.49, -18.91, 11.46),
+        (-62.45, -24.64, 17.19),
+        (-51.74, -27.5, 18.91),
+        (-43.32, -31.4, 21.2),
+        (-27.85, -38.5, 24.18),
+        (0.0, -38.5, 29.51),
+        (27.85, -38.5, 24.18),
+        (43.32, -31.4, 21.2),
+        (51.74, -27.5, 18.91),
+        (62.45, -24.64, 17.19),
+        (87.49, -18.91, 11.46),
+        (119.52, -25.73, 18.91),
+    ), "J6"),
+    CoupledLimitRow("LAnkleRoll", "LAnklePitch", (
+        (-68.15, -2.86, 4.3),
+        (-48.13, -10.31, 9.74),
+        (-40.11, -22.8, 12.61),
+        (-25.78, -22.8, 44.06),
+        (5.73, -22.8, 44.06),
+        (20.05, -22.8, 31.54),
+        (52.87, 0.0, 2.86),
+    ), "J6"),
+    CoupledLimitRow("RAnkleRoll", "RAnklePitch", (
+        (-68.15, -4.3, 2.86),
+        (-48.13, -9.74, 10.31),
+        (-40.11, -12.61, 22.8),
+        (-25.78, -44.06, 22.8),
+        (5.73, -44.06, 22.8),
+        (20.05, -31.54, 22.8),
+        (52.87, -2.86, 0.0),
+    ), "J6"),
 )
+# fmt: on
 
 
-# --- What the links of V6 are: their inertia, NAOqi's collision primitives, and their meshes.
+# --- The links of V6: inertia, NAOqi's collision primitives, and meshes.
 #
 # Masses, centres of mass and inertia tensors are as published: left and right are not exact mirrors of each other.
 
@@ -275,8 +262,8 @@ V6_INERTIALS: tuple[InertialRow, ...] = (
 
 _UP: Vector = (0.0, 0.0, 1.0)
 
-# As printed in the official V6 URDF and used for every version. Cylinders stand for NAOqi's capsules. The boxes of the
-# feet are printed turned by a right angle; here they stand along the axes of the foot: length, width, height.
+# From the official V6 URDF, and used for every version. Cylinders represent NAOqi's capsules. The boxes of the feet are
+# turned by a right angle there; here they are along the axes of the foot: length, width, height.
 # fmt: off
 COLLISION_SHAPES: tuple[ShapeRow, ...] = (
     ShapeRow("TorsoDownBackCollision", "torso", "sphere", (0.04,), (-0.03, 0.0, -0.06), _UP, "U6"),
@@ -321,7 +308,7 @@ def colours_of(version: Version) -> dict[str, tuple[float, float, float, float]]
 
 
 def both_sides(parent: str, part: str, *colours: str) -> tuple[VisualRow, VisualRow]:
-    """The part on the left and its mirror image on the right."""
+    """Return the rows of a part on the left and of its mirror image on the right."""
     return VisualRow(f"L{parent}", f"l_{part}", colours), VisualRow(f"R{parent}", f"r_{part}", colours)
 
 
@@ -351,10 +338,9 @@ V6_VISUALS: tuple[VisualRow, ...] = (
 )
 
 
-# --- Sensor and effector frames of V6, and what they are for.
+# --- Sensor and effector frames of V6, and their uses.
 #
-# Where a source prints π or π/2 with five to seven digits (3.14159, 1.5708), the exact value is meant and stands
-# here.
+# Where a source has π or π/2 with five to seven digits (3.14159, 1.5708), the rows have the exact value.
 
 # fmt: off
 V6_FRAMES: tuple[FrameRow, ...] = (
@@ -403,7 +389,7 @@ V6_FRAMES: tuple[FrameRow, ...] = (
 )
 # fmt: on
 
-V6 = Tables(
+V6 = VersionTables(
     offsets=V6_OFFSETS,
     limits=V6_LIMITS,
     actuators=V6_ACTUATORS,
@@ -412,7 +398,7 @@ V6 = Tables(
     visuals=V6_VISUALS,
 )
 
-# x right, y down, z forward, as image processing has it; body frames of cameras look along x.
+# x right, y down, z forward, as in image processing; the camera frames themselves look along x.
 OPTICAL_RPY = (-math.pi / 2, 0.0, -math.pi / 2)
 CAMERAS: tuple[str, ...] = ("CameraTop", "CameraBottom")
 # Horizontal and vertical field of view of both cameras [deg]. Sources: NAO6 datasheet of United Robotics Group, for V6;
@@ -438,9 +424,9 @@ VIEWS: tuple[tuple[str, Vector, tuple[str, ...]], ...] = (
 )
 
 
-# --- NAOqi's predefined postures, and how the robot rests in those that leave its feet.
+# --- NAOqi's predefined postures, and the vertical in those in which the robot does not stand.
 
-# Single-precision values as NAOqi holds them; residues below 1e-9 (1.4e-45, 1.1e-13 …) are written as the zero they mean.
+# NAOqi's values in single precision; residues below 1e-9 (1.4e-45, 1.1e-13 …) are written as zero.
 # fmt: off
 POSTURES: tuple[PostureRow, ...] = (
     PostureRow("Stand", (0.0, -0.170000032, 1.4425844, 0.224456817, -1.20227683, -0.417271525, 0.0999999791, 0.300000012, -0.170009688, 0.119108438, 0.12741895, -0.0923279151, 0.0874193981, -0.110793173, -0.170009688, -0.119102433, 0.127419189, -0.0923279151, 0.0874193311, 0.110789023, 1.44258487, -0.224456757, 1.20227683, 0.417271346, 0.099999994, 0.300000012), "QB"),
@@ -454,8 +440,9 @@ POSTURES: tuple[PostureRow, ...] = (
 )
 # fmt: on
 
-# NAOqi's postures say nothing about the trunk. Off its feet the robot rests where its centre of mass is lowest: the
-# vertical there in the torso's frame, found with the shapes of the V6 by turning them until no small turn lowers it.
+# NAOqi's postures do not contain the pose of the trunk. A robot that does not stand rests where its centre of mass is
+# lowest. This is the vertical there in the torso's frame, found by turning the shapes of V6 until no small rotation
+# lowers the centre of mass.
 REST: dict[str, Vector] = {
     "Sit": (0.310, -0.001, 0.951),
     "SitRelax": (0.155, -0.005, 0.988),

@@ -1,4 +1,4 @@
-"""Robots' files: a URDF or an MJCF read once into one tree, leniently and with a note for all that had to change."""
+"""Robot description files: URDF and MJCF files read into one tree, with a note for every repair."""
 
 from nao_kin.robot.urdf.document import Packages
 from nao_kin.robot.urdf.mjcf.reader import read_mjcf as read_mjcf

@@ -1,4 +1,4 @@
-"""Joints that follow another one: chains of mimics made direct, the driving joint first, limits that suit both."""
+"""Joints that follow another one: direct mimics instead of chains, driving joints first, shared limits."""
 
 from __future__ import annotations
 
@@ -11,19 +11,18 @@ from nao_kin._core.text import abbreviated, quoted
 from nao_kin.robot.semantics import Mimic
 from nao_kin.robot.urdf.tree import UrdfJoint
 
-# Of a chain of mimics, the notes name so many joints.
-_MOST_NAMED = 8
+# Number of joints of a chain of mimics that a note names.
+_MAX_NAMED = 8
 
 
 class Refused(Exception):
-    """Why a file makes no model; whoever reads it adds the file's name."""
+    """The reason why a file is refused; the reader adds the file's name."""
 
 
 def resolve_chains(joints: Mapping[str, UrdfJoint], notes: list[str]) -> dict[str, UrdfJoint]:
-    """Every mimic made to follow the joint at the end of its chain: a follows b follows c becomes a follows c.
+    """Return the joints with direct mimics: a follows b follows c becomes a follows c.
 
-    Raises:
-        Refused: a joint follows itself, a joint that does not exist, or one that cannot move.
+    A joint that follows itself, a joint that does not exist, or one that cannot move is refused.
     """
     direct: dict[str, Mimic] = {}
     for name in joints:
@@ -43,27 +42,24 @@ def resolve_chains(joints: Mapping[str, UrdfJoint], notes: list[str]) -> dict[st
     resolved = {name: replace(joint, mimic=direct.get(name)) for name, joint in joints.items()}
     for name, joint in joints.items():
         if joint.mimic is not None and joint.mimic.joint in direct:
-            path = ", which follows ".join(map(quoted, itertools.islice(_drivers(joints, joint.mimic), _MOST_NAMED)))
+            path = ", which follows ".join(map(quoted, itertools.islice(_drivers(joints, joint.mimic), _MAX_NAMED)))
             notes.append(f"joint {quoted(name)} follows {path}: made to follow {quoted(direct[name].joint)} directly")
     return resolved
 
 
 def _drivers(joints: Mapping[str, UrdfJoint], mimic: Mimic | None) -> Iterator[str]:
-    """The joints of a chain of mimics, from the first driver to the last."""
+    """Yield the joints of a chain of mimics, from the first driver to the last."""
     while mimic is not None:
         yield mimic.joint
         mimic = joints[mimic.joint].mimic
 
 
 def drive_order(joints: Mapping[str, UrdfJoint], root: str, notes: list[str]) -> list[UrdfJoint]:
-    """The joints as a depth-first walk meets them, siblings by name, but a driving joint before those that follow it.
+    """Return the joints in depth-first order, siblings by name, but every driving joint before its followers.
 
-    Where no walk can meet the driving joint first (it sits further out on the same branch, or two branches drive each
-    other), the first joint of the coupled group drives the group instead: the motion is the same, the coordinate is
-    another joint's, and the notes say so.
-
-    Raises:
-        Refused: such a change would divide by a multiplier of zero, or numbers grow without bound.
+    If that is impossible (the driver is further out on the same branch, or two branches drive each other), the first
+    joint of the group becomes its driver: the motion is the same, with another joint's coordinate, and the notes say
+    so. A change that would divide by a multiplier of zero is refused.
     """
     walk = _walk(joints, root)
     position = {joint.name: index for index, joint in enumerate(walk)}
@@ -93,20 +89,18 @@ def drive_order(joints: Mapping[str, UrdfJoint], root: str, notes: list[str]) ->
 
 
 def share_limits(joints: list[UrdfJoint], notes: list[str]) -> list[UrdfJoint]:
-    """Every driving joint confined to the values at which all that follow it are inside their own limits too.
+    """Return the joints with every driving joint limited to values at which its followers are inside their limits.
 
-    Limits that were copied from joint to joint can leave no value, or a single one, to joints that each could move: a
-    follower with the multiplier −1 and the limits [0, 1] of its driver. Then the driver keeps its own range.
-
-    Raises:
-        Refused: there is no such value, and one of the joints cannot move alone.
+    Limits that were copied from joint to joint can leave no value, or a single one, to joints that can all move alone:
+    a follower with the multiplier −1 and the limits [0, 1] of its driver. Then the driver's range does not change. It
+    is refused if one of these joints cannot move alone.
     """
     followers = _followers(joints)
     return [_sharing(joint, followers[joint.name], notes) if joint.name in followers else joint for joint in joints]
 
 
 def _followers(joints: Iterable[UrdfJoint]) -> dict[str, list[UrdfJoint]]:
-    """Driving joint → the joints that follow it, both in the order of `joints`."""
+    """Return driving joint → its followers, both in the order of `joints`."""
     found: dict[str, list[UrdfJoint]] = {}
     for joint in joints:
         if joint.mimic is not None:
@@ -115,7 +109,7 @@ def _followers(joints: Iterable[UrdfJoint]) -> dict[str, list[UrdfJoint]]:
 
 
 def _sharing(driver: UrdfJoint, followers: Sequence[UrdfJoint], notes: list[str]) -> UrdfJoint:
-    """The driving joint with the limits that it shares with its followers."""
+    """Return the driving joint with the limits that it shares with its followers."""
     turning = [follower for follower in followers if follower.coupling.multiplier != 0.0]
     lower, upper, velocity = driver.lower, driver.upper, driver.velocity
     confined: list[str] = []
@@ -147,7 +141,7 @@ def _sharing(driver: UrdfJoint, followers: Sequence[UrdfJoint], notes: list[str]
 
 
 def _larger(value: float, other: float) -> float:
-    """The larger of two bounds; the first where they differ by rounding only."""
+    """Return the larger of two bounds; the first if they differ only by rounding."""
     return value if other <= value or math.isclose(value, other, rel_tol=1e-9, abs_tol=1e-12) else other
 
 
@@ -158,8 +152,7 @@ def _walk(joints: Mapping[str, UrdfJoint], root: str) -> list[UrdfJoint]:
     order = depth_first(children, root)
     if all(joint.mimic is None for joint in order):
         return order
-    coupled = {joint.mimic.joint for joint in order if joint.mimic is not None}
-    coupled |= {joint.name for joint in order if joint.mimic is not None}
+    coupled = {name for joint in order if joint.mimic is not None for name in (joint.name, joint.mimic.joint)}
     # Joint → the coupled joints of its branch.
     branch: dict[str, set[str]] = {}
     for joint in reversed(order):
@@ -172,7 +165,7 @@ def _walk(joints: Mapping[str, UrdfJoint], root: str) -> list[UrdfJoint]:
 
 
 def depth_first(children: Mapping[str, list[UrdfJoint]], root: str) -> list[UrdfJoint]:
-    """The joints below a link, each branch to its end before the next, of link → the joints it carries."""
+    """Return the joints below a link in depth-first order, from link → the joints it carries."""
     order: list[UrdfJoint] = []
     stack = list(reversed(children.get(root, [])))
     while stack:
@@ -185,7 +178,7 @@ def depth_first(children: Mapping[str, list[UrdfJoint]], root: str) -> list[Urdf
 def _drivers_first(
     siblings: list[UrdfJoint], branch: Mapping[str, set[str]], joints: Mapping[str, UrdfJoint]
 ) -> list[UrdfJoint]:
-    """Siblings by name, each after the siblings whose branches hold what drives a joint of its own branch."""
+    """Return siblings by name, each after the siblings whose branches drive a joint of its branch."""
     holder = {name: sibling.name for sibling in siblings for name in branch[sibling.name]}
     before = {
         sibling.name: {
@@ -200,6 +193,6 @@ def _drivers_first(
     placed = list[UrdfJoint]()
     while waiting:
         ready = (name for name in waiting if before[name].isdisjoint(waiting))
-        # Branches that drive each other have no right order: the first by name goes first.
+        # Branches that drive each other have no correct order: the first by name comes first.
         placed.append(waiting.pop(next(ready, next(iter(waiting)))))
     return placed

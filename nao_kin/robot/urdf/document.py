@@ -1,4 +1,4 @@
-"""The XML of a URDF, read as people write it: URDF knows no namespaces, and what xacro left behind is no part of it."""
+"""The XML of a URDF as people write it: undeclared namespaces, leftovers of xacro, blank lines at the beginning."""
 
 from __future__ import annotations
 
@@ -22,37 +22,27 @@ from nao_kin._core.files import read_bounded
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile, BadModel
 
-# What may hold ${…} without meaning that the file is still a source: it defines, and nothing uses it any more.
+# Definitions may contain ${…} although the file is expanded: nothing uses them any more.
 _DEFINITIONS = ("property", "arg", "include")
-# What xacro puts values in place of; other programs write $(…) too, with words of their own.
+# The expressions of xacro; other programs use $(…) with other words.
 _EXPRESSION = re.compile(r"\$\{|\$\((?:anon|arg|cwd|dirname|env|eval|find|optenv)\b")
-_BLANK = re.compile(rb"[ \t\r\n]*(\xef\xbb\xbf)?[ \t\r\n]*")
+# Blank lines, and a byte order mark, before the text.
+_BLANK = re.compile(rb"\A[ \t\r\n]*(\xef\xbb\xbf)?[ \t\r\n]*")
 
 
-# Makes the text of a URDF of a xacro source, given what the source is in words.
+# Returns the URDF of a xacro source, which is described in words.
 Expand = Callable[[str], bytes]
 
 
 def read_document(
     path: Path | str, content: bytes, notes: list[str], expand: Expand | None = None, *, always: bool = False
 ) -> tuple[ET.Element, str]:
-    """The root element of an XML file, without what xacro left in it.
+    """Return the root element of an XML file without the elements of xacro, and the expanded text of a xacro source.
 
-    Prefixes need not be bound and belong to the name; a namespace declaration is an attribute like any other; blank
-    lines may stand before the XML declaration.
-
-    Args:
-        path: the file.
-        content: what it holds.
-        notes: gets a line for what was dropped.
-        expand: what makes a URDF of a xacro source; None where there is nothing that does.
-        always: expand whatever mentions xacro, whether or not it looks finished.
-
-    Returns:
-        The root element, and the text that it was read from where that is not the file's.
-
-    Raises:
-        BadModel: the file is not well-formed, or is a xacro source that cannot be expanded.
+    Prefixes need not be bound and belong to the name; a namespace declaration is an ordinary attribute; blank lines may
+    precede the XML declaration. `expand` returns the URDF of a xacro source that is described in words; None if there
+    is no way to expand one. With `always`, it is called for any file that mentions xacro. Dropped elements are added to
+    the notes.
     """
     document = _document(path, content)
     if b"xacro" not in content and b"${" not in content and b"$(" not in content:
@@ -70,34 +60,24 @@ def read_document(
 
 
 def root_tag(path: Path | str, content: bytes) -> str:
-    """The name of the root element of an XML file; what stands behind it is not looked at.
-
-    Args:
-        path: the file.
-        content: what it holds.
-
-    Raises:
-        BadModel: it does not begin as XML.
-    """
-    found: list[str] = []
-
-    def start(tag: str, attributes: dict[str, str]) -> Any:
-        found.append(tag)
-        raise _Enough
-
+    """Return the name of the root element of an XML file; the rest of the file is not parsed."""
     try:
-        _parsed(path, content, start)
-    except _Enough:
-        return found[0]
-    raise BadModel(f"{path}: no element in it")
+        return _document(path, content, _RootOnly()).tag
+    except _RootFound as root:
+        return str(root)
 
 
-class _Enough(Exception):
-    """The root element has been met."""
+class _RootFound(Exception):
+    """The name of the root element."""
+
+
+class _RootOnly(ET.TreeBuilder):
+    def start(self, tag: Any, attributes: Any, /) -> Any:
+        raise _RootFound(tag)
 
 
 def finite_numbers(text: str) -> list[float]:
-    """The numbers that a text holds; none where a word of it is no finite number."""
+    """Return the numbers in a text; none if one of its words is no finite number."""
     try:
         numbers = [decimal(word) for word in text.split()]
     except ValueError:
@@ -106,10 +86,9 @@ def finite_numbers(text: str) -> list[float]:
 
 
 def file_content(path: Path | str) -> bytes:
-    """What a file holds, read once: a pipe gives it no second time.
+    """Return the content of a file, read once because it may be a pipe.
 
-    Raises:
-        BadModel: it cannot be read, or is a pipe or device of more than 2³⁰ bytes, which may have no end.
+    A pipe or device of more than 2³⁰ bytes, which may be endless, raises `BadModel`, as an unreadable file does.
     """
     try:
         with Path(path).open("rb") as file:
@@ -118,59 +97,38 @@ def file_content(path: Path | str) -> bytes:
         raise BadModel(str(error)) from None
     except TypeError:
         raise BadModel(f"expected the path of a robot's file, got {abbreviated(repr(path))}") from None
-    except OSError as error:
-        raise BadModel(f"cannot read {abbreviated(path)}: {error.strerror or error}") from None
-    except ValueError as error:  # a path no system takes
-        raise BadModel(f"cannot read {abbreviated(path)}: {error}") from None
+    except (OSError, ValueError) as error:  # a ValueError for an invalid path
+        raise BadModel(f"cannot read {abbreviated(path)}: {getattr(error, 'strerror', None) or error}") from None
 
 
-def _document(path: Path | str, content: bytes) -> ET.Element:
-    builder: ET.TreeBuilder = ET.TreeBuilder()
-    _parsed(path, content, builder.start, builder)
+def _document(path: Path | str, content: bytes, builder: ET.TreeBuilder | None = None) -> ET.Element:
+    """Return the root element; refuse a file that is not well-formed."""
+    parser = expat.ParserCreate()  # without namespaces: prefixes are not resolved
+    builder = builder or ET.TreeBuilder()
+    parser.buffer_text = True
+    parser.StartElementHandler, parser.EndElementHandler = builder.start, builder.end
+    parser.CharacterDataHandler = builder.data
+    text = _BLANK.sub(b"", content, count=1)
+    try:
+        parser.Parse(text, True)
+    except expat.ExpatError as error:
+        line = error.lineno + content[: len(content) - len(text)].count(b"\n")
+        where = f"line {line}, column {error.offset + 1}"
+        raise BadModel(f"{path}, {where}: not well-formed XML ({expat.ErrorString(error.code)})") from None
+    except (LookupError, ValueError) as error:  # an unknown encoding
+        raise BadModel(f"cannot read {path}: {error}") from None
     return builder.close()
 
 
-def _parsed(
-    path: Path | str,
-    content: bytes,
-    start: Callable[[str, dict[str, str]], Any],
-    builder: ET.TreeBuilder | None = None,
-) -> None:
-    """Parse a file, and refuse what is not well-formed."""
-    parser = expat.ParserCreate()  # without namespaces: prefixes stay as they are written
-    parser.buffer_text = True
-    parser.StartElementHandler = start
-    if builder is not None:
-        parser.EndElementHandler = builder.end
-        parser.CharacterDataHandler = builder.data
-    try:
-        parser.Parse(content[_blank(content) :], True)
-    except expat.ExpatError as error:
-        line = error.lineno + content[: _blank(content)].count(b"\n")
-        where = f"line {line}, column {error.offset + 1}"
-        raise BadModel(f"{path}, {where}: not well-formed XML ({expat.ErrorString(error.code)})") from None
-    except (LookupError, ValueError) as error:  # an encoding nobody knows
-        raise BadModel(f"cannot read {path}: {error}") from None
-
-
-def _blank(content: bytes) -> int:
-    """How many bytes of blank lines, and of a byte order mark among them, stand before the text."""
-    match = _BLANK.match(content)
-    return match.end() if match else 0
-
-
 class _Xacro:
-    """The elements of xacro in a document.
+    """The xacro elements in a document.
 
     Attributes:
         count: how much of it is unexpanded: macros, conditions, ${…}.
-        is_unexpanded: whether the document is still a source: it defines macros, holds ${…} or $(find …) where a value
-            should be, has links or joints inside an element of xacro, includes files and calls what they may define, or
-            has no link at all.
+        is_unexpanded: whether the document is still a source: it defines macros, has ${…} or $(find …) as a value, has
+            links or joints inside an element of xacro, includes files and calls their macros, or has no link at all.
 
-    Args:
-        document: the root element.
-        includes: whether what it includes is missing from it, as in a file that is named a source.
+    With `includes`, as in a file that is named .xacro, an included file counts as missing.
     """
 
     def __init__(self, document: ET.Element, *, includes: bool = False) -> None:
@@ -182,7 +140,7 @@ class _Xacro:
             if name.startswith("xmlns:") and "xacro" in value
         }
         self._found = [name for element in document.iter() if (name := self._name(element)) is not None]
-        # Without a definition here or in a file that is included, a call is a leftover that nothing can expand.
+        # Without a definition here or in an included file, a call is a leftover that cannot be expanded.
         called = [element for element in document if self._name(element) not in (None, *_DEFINITIONS)]
         called = called if "include" in self._found else []
         self.count = sum(
@@ -198,13 +156,13 @@ class _Xacro:
 
     @property
     def unexpanded(self) -> str:
-        """What the document is, in words."""
+        """The description of the document in messages."""
         if not self.count:
             return "a xacro source without links of its own"
         return f"a xacro source with {self.count} unexpanded macros, conditions or ${{…}}"
 
     def drop(self, notes: list[str]) -> None:
-        """Take the elements out."""
+        """Remove the elements of xacro."""
         if not self._found:
             return
         kinds = ", ".join(f"<xacro:{name}>" for name in dict.fromkeys(self._found))
@@ -218,7 +176,7 @@ class _Xacro:
         return name if prefix + colon in self._prefixes else None
 
     def _used(self) -> Iterator[ET.Element]:
-        """The elements outside of what merely defines."""
+        """Yield the elements outside of definitions."""
         stack = [self._document]
         while stack:
             current = stack.pop()
@@ -227,28 +185,28 @@ class _Xacro:
                 stack.extend(current)
 
 
-# --- Where the files are that a robot's file names: beside it, or in the packages of ROS and the models of Gazebo.
+# --- The search for files: beside the robot's file, in ROS packages and in Gazebo models.
 #
 # A package is searched in this order: in the folders given, in the folders above the file, by its `package.xml` at
-# any depth of the folders given, in what ROS_PACKAGE_PATH and AMENT_PREFIX_PATH name, in what CMAKE_PREFIX_PATH and
-# the paths of Gazebo name. The first place that has the file wins.
+# any depth of the folders given, in the folders of ROS_PACKAGE_PATH and AMENT_PREFIX_PATH, in those of
+# CMAKE_PREFIX_PATH and of Gazebo's variables. The first place that has the file wins.
 
-# Variables of lists of folders, and where below each folder the packages are.
-_PREFIXES = (("AMENT_PREFIX_PATH", "share"), ("CMAKE_PREFIX_PATH", "share"))
+# Variables with lists of folders: packages are in the subfolder "share" of the first two, and in the others themselves.
+_PREFIXES = ("AMENT_PREFIX_PATH", "CMAKE_PREFIX_PATH")
 _MODEL_PATHS = ("GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "GAZEBO_MODEL_PATH")
-# ROS_PACKAGE_PATH names folders that hold packages at any depth; ROS itself looks this far.
-_DEEPEST = 6
+# ROS_PACKAGE_PATH names folders with packages at any depth; ROS searches to this depth.
+_MAX_DEPTH = 6
 _URI = re.compile(r"(package|model)://+([^/]+)/*(.*)", re.DOTALL)
 _NAME = re.compile(rb"<name(?:\s[^>]*)?>\s*([^<\s]+)\s*</name>")
 _COMMENT = re.compile(rb"<!--.*?-->", re.DOTALL)
 
 
 class Packages:
-    """The search for files and packages on behalf of one robot's file.
+    """The search for the files and packages that a robot's file names.
 
     Args:
         file: the robot's file.
-        folders: folders to search first; each holds packages, or is one.
+        folders: packages, or folders of packages, to search first.
 
     Examples:
         >>> from pathlib import Path
@@ -256,7 +214,6 @@ class Packages:
         >>> packages = nk.urdf.Packages(nao.urdf_path)
         >>> packages.file(nao.tree.visuals[0].geometry.filename).is_file()
         True
-        >>> packages.folder("a_package_that_nobody_has")
     """
 
     def __init__(self, file: Path, folders: Iterable[Path] = ()) -> None:
@@ -268,7 +225,7 @@ class Packages:
         self._places: dict[str, tuple[Path, ...]] = {}
 
     def file(self, name: str) -> Path | None:
-        """The file that `name` means, None when it is not there.
+        """Return the file that a name means, None if it does not exist.
 
         Args:
             name: a path relative to the robot's file or from the root, `file://…`, `package://package/…` or
@@ -287,14 +244,14 @@ class Packages:
                 places, inside = (self._folder,), name.removeprefix("file://")
             candidates = (place / text for place in places for text in dict.fromkeys((inside, unquote(inside))))
             return next((path for path in candidates if path.is_file()), None)
-        except (OSError, ValueError, TypeError):  # a name that no system takes
+        except (OSError, ValueError, TypeError):  # an invalid name
             return None
 
     def folder(self, package: str) -> Path | None:
-        """The folder of a package, None when it is not there.
+        """Return the folder of a package, None if it does not exist.
 
         Examples:
-            >>> nk.load_nao().tree.packages.folder("a_package_that_nobody_has") is None
+            >>> nk.load_nao().tree.packages.folder("an_unknown_package") is None
             True
         """
         try:
@@ -303,9 +260,9 @@ class Packages:
             return None
 
     def contain(self, file: Path) -> bool:
-        """Return whether a file lies in the robot's folder, in the package of that folder, or in a folder given.
+        """Return whether a file is in the robot's folder, in the package of that folder, or in a folder given.
 
-        Symbolic links are followed first, so that a link in the package to a file elsewhere is not in the package.
+        Symbolic links are followed first: a link in the package to a file elsewhere is not in the package.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -332,69 +289,50 @@ class Packages:
                 yield folder
         for folder in self._given:
             if not (folder / package).is_dir():
-                yield from _below(folder, package, _DEEPEST)
+                yield from _below(folder, package, _MAX_DEPTH)
         for folder in _listed("ROS_PACKAGE_PATH"):
-            yield from _below(folder, package, _DEEPEST)
-        for variable, share in _PREFIXES:
-            yield from (folder / share / package for folder in _listed(variable))
-        for variable in _MODEL_PATHS:
-            yield from (folder / package for folder in _listed(variable))
-
-
-def mesh_in(folder: Path, filename: str) -> Path | None:
-    """The file that a URDF in a folder means by `filename`, None when it is not there; see `Packages.file`.
-
-    Raises:
-        BadArgument: the folder is no path.
-    """
-    try:
-        file = Path(folder, "robot.urdf")
-    except TypeError:
-        raise BadArgument(f"folder must be a path, got {quoted(folder)}") from None
-    return Packages(file).file(filename)
+            yield from _below(folder, package, _MAX_DEPTH)
+        for variable in (*_PREFIXES, *_MODEL_PATHS):
+            inner = "share" if variable in _PREFIXES else ""
+            yield from (folder / inner / package for folder in _listed(variable))
 
 
 def checked_folders(folders: object) -> tuple[Path, ...]:
-    """Folders to search for packages, as absolute paths.
-
-    Raises:
-        BadArgument: no folders, or one that is not there.
-    """
+    """Return folders to search for packages as absolute paths; raise `BadArgument` if one does not exist."""
     if isinstance(folders, (str, bytes, os.PathLike)) or not isinstance(folders, Iterable):
         raise BadArgument(f"package_dirs must be several folders, as in a list, got {quoted(folders)}")
     found = []
     for folder in folders:
         try:
-            path = Path(folder).absolute()
-            there = path.is_dir()
+            found.append(Path(folder).absolute())
+            exists = found[-1].is_dir()
         except (TypeError, ValueError, OSError):
-            there = False
-        if not there:
+            exists = False
+        if not exists:
             raise BadArgument(f"package_dirs: there is no folder {quoted(str(folder))}")
-        found.append(path)
     return tuple(found)
 
 
 def _listed(variable: str) -> list[Path]:
-    """The folders that an environment variable lists, wherever the process goes later."""
+    """Return the folders in an environment variable as absolute paths."""
     return [Path(entry).absolute() for entry in os.environ.get(variable, "").split(os.pathsep) if entry]
 
 
 def _below(folder: Path, package: str, depth: int) -> Iterator[Path]:
-    """The folders of a package at or below a folder; packages hold no packages."""
+    """Yield the folders of a package at or below a folder; packages contain no packages."""
     if folder.name == package or _is_package(folder, package):
         yield folder
     elif depth and not (folder / "package.xml").is_file():
         try:
             inside = sorted(path for path in folder.iterdir() if path.is_dir() and not path.name.startswith("."))
-        except OSError:  # not there, or closed to us
+        except OSError:  # missing or not readable
             return
         for below in inside:
             yield from _below(below, package, depth - 1)
 
 
 def _is_package(folder: Path, package: str) -> bool:
-    """Whether a folder says that it is this package; it may have been downloaded under another name."""
+    """Return whether the package.xml of a folder names this package; the folder may have another name."""
     try:
         text = (folder / "package.xml").read_bytes()
     except OSError:
@@ -403,61 +341,46 @@ def _is_package(folder: Path, package: str) -> bool:
     return match is not None and match[1] == os.fsencode(package)
 
 
-# --- Xacro sources expanded on reading, by the package `xacro`, with `$(find package)` answered by our own search.
+# --- Expansion of xacro sources by the package `xacro`, with our search for `$(find package)`.
 
-# xacro keeps the file it is at, its arguments and its macros in variables of the module.
+# xacro has its current file, arguments and macros in variables of the module.
 _EXPANDING = threading.Lock()
-# The package by which xacro looks for packages of ROS; it comes with ROS 2 and not from an index.
+# The package in which xacro looks up ROS packages; it is part of ROS 2 and not on PyPI.
 _ROS_INDEX = "ament_index_python"
 
 
 def expand_xacro(
     path: Path, content: bytes, notes: list[str], *, arguments: Mapping[str, object], packages: Packages, what: str
 ) -> bytes:
-    """The URDF that a xacro source becomes.
+    """Return the URDF of a xacro source; `what` describes the file in the message if xacro is not installed.
 
-    The expressions of the source are Python code, and run with all that this process may do.
-
-    Args:
-        path: the source; what it includes is looked for from its folder.
-        content: what it holds.
-        notes: gets a line for what xacro warned of.
-        arguments: values of its `<xacro:arg>`, by name.
-        packages: where `$(find package)` looks.
-        what: what the file is, in words, for the error.
-
-    Raises:
-        BadModel: xacro is not installed, or refuses the source.
+    The expressions of the source are Python code, and run with all rights of this process.
     """
     try:
         import xacro
     except ImportError:
         target = path.name.removesuffix(".xacro").removesuffix(".urdf") + ".urdf"
         raise BadModel(
-            f"{path}: {what}; pip install 'nao-kin[xacro]' has it read as it is, or expand it first: "
+            f"{path}: {what}; pip install 'nao-kin[xacro]' to read it directly, or expand it first: "
             f"xacro {path.name} -o {target if target != path.name else 'expanded.urdf'}"
         ) from None
-    said = io.StringIO()
+    warnings = io.StringIO()
     try:
-        with _EXPANDING, _found_by(packages), contextlib.redirect_stderr(said):
+        with _EXPANDING, _found_by(packages), contextlib.redirect_stderr(warnings):
             xacro.init_stacks(str(path.absolute()))
             document = xacro.parse(io.BytesIO(content.lstrip()))
             xacro.process_doc(document, mappings=xacro_values(arguments))
             expanded: bytes = document.toxml(encoding="utf-8")
-    except (Exception, SystemExit) as error:  # whatever its expressions raise
+    except (Exception, SystemExit) as error:  # its expressions may raise anything
         raise BadModel(f"{path}: xacro refuses it: {abbreviated(_reason(error)) or type(error).__name__}") from None
-    warned = said.getvalue().split("\n", 1)[0]
-    if warned.strip():
-        notes.append(f"xacro says: {abbreviated(warned)}")
+    first = warnings.getvalue().split("\n", 1)[0]
+    if first.strip():
+        notes.append(f"xacro says: {abbreviated(first)}")
     return expanded
 
 
 def xacro_values(arguments: Mapping[str, object] | None) -> dict[str, str]:
-    """Arguments as xacro takes them: texts, with true and false in lower case; None stands for none.
-
-    Raises:
-        BadArgument: no names with values.
-    """
+    """Return arguments as xacro takes them: texts, with true and false in lower case; none for None."""
     arguments = {} if arguments is None else arguments
     if not isinstance(arguments, Mapping) or not all(isinstance(name, str) for name in arguments):
         raise BadArgument(f"xacro_arguments must be a mapping name → value, got {quoted(arguments)}")
@@ -465,7 +388,7 @@ def xacro_values(arguments: Mapping[str, object] | None) -> dict[str, str]:
 
 
 def _reason(error: BaseException) -> str:
-    """Return what an error of xacro says, with the reason of the error that caused it once: xacro often repeats it."""
+    """Return the message of an error of xacro and of the error that caused it, without the repetitions of xacro."""
     cause = getattr(error, "exc", None)
     if cause is None:
         return str(error)
@@ -479,7 +402,7 @@ def _reason(error: BaseException) -> str:
 
 @contextlib.contextmanager
 def _found_by(packages: Packages) -> Iterator[None]:
-    """Have xacro find packages of ROS where `packages` does."""
+    """Make xacro find ROS packages as `packages` does."""
 
     def share_directory(name: str) -> str:
         folder = packages.folder(name)

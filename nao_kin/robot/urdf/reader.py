@@ -1,8 +1,7 @@
-"""Any URDF, read leniently and mended: what Pinocchio needs, and a note for everything that had to change.
+"""The reader of URDF files: lenient, with a note for every repair.
 
-Files in the wild couple joints in an order Pinocchio refuses, name a joint and a link alike, let a `continuous` joint
-mimic a `revolute` one, or round their axes. `read_urdf` mends all of that and records it; what cannot be mended is
-refused.
+Real files couple joints in an order that Pinocchio refuses, name a joint and a link alike, let a `continuous` joint
+mimic a `revolute` one, or round their axes. `read_urdf` repairs all of that; other faults are refused.
 """
 
 from __future__ import annotations
@@ -29,11 +28,11 @@ from nao_kin.robot.urdf.document import (
     root_tag,
     xacro_values,
 )
-from nao_kin.robot.urdf.mjcf.reader import mjcf_tree
+from nao_kin.robot.urdf.mjcf.reader import read_mjcf
 from nao_kin.robot.urdf.srdf import TENSOR_LABELS
-from nao_kin.robot.urdf.tree import Inertial, Origin, UrdfJoint, UrdfTree, names_apart, read_collisions, read_visuals
+from nao_kin.robot.urdf.tree import Inertial, Origin, UrdfJoint, UrdfTree, read_shapes, rename_links
 
-# What an attribute belongs to: "joint" or "link", and its name.
+# The owner of an attribute: "joint" or "link", and its name.
 Owner = tuple[str, str]
 
 _MOVING = ("revolute", "continuous", "prismatic")
@@ -46,60 +45,39 @@ def read_urdf(
     package_dirs: Iterable[Path | str] = (),
     xacro: bool | None = None,
     xacro_arguments: Mapping[str, object] | None = None,
+    content: bytes | None = None,
 ) -> UrdfTree:
-    """Read and mend a URDF file, or a xacro source of one (nao-kin[xacro]).
+    """Return the tree of a URDF file, or of a xacro source (nao-kin[xacro]).
 
-    Only what is asked for is expanded, for the expressions of a xacro source are Python code.
-
-    Args:
-        path: the file.
-        package_dirs: folders in which packages that the file names are searched first, by mesh files and `$(find …)`.
-        xacro: expand the file as a xacro source, which runs the code that its author wrote; None to expand files named
-            .xacro only, False to expand none.
-        xacro_arguments: values of the arguments of a xacro source, by name.
-
-    Raises:
-        BadModel: the file cannot be read, is no URDF, or describes no tree of supported joints; a xacro source that
-            cannot be expanded or is not to be.
-        BadArgument: a folder that is not there, or arguments for a file that is not expanded.
+    `content` is what the file contains, if it has been read already. The other arguments are those of `read_robot`. The
+    expressions of a xacro source are Python code, so a file is expanded only on request.
     """
-    return urdf_tree(path, file_content(path), package_dirs, xacro, xacro_arguments)
-
-
-def urdf_tree(
-    path: Path | str,
-    content: bytes,
-    package_dirs: Iterable[Path | str],
-    xacro: bool | None,
-    xacro_arguments: Mapping[str, object] | None,
-) -> UrdfTree:
-    """As `read_urdf`, of a file that has been read."""
+    content, path = file_content(path) if content is None else content, Path(path).absolute()
     notes: list[str] = []
     folders = checked_folders(package_dirs)
     given = xacro_values(xacro_arguments)
     if not (xacro is None or isinstance(xacro, bool)):
         raise BadArgument(f"xacro must be True, False or None, got {quoted(xacro)}")
-    asked = Path(path).suffix == ".xacro" if xacro is None else xacro
+    asked = path.suffix == ".xacro" if xacro is None else xacro
     if given and not asked:
         raise BadArgument(f"{path} takes arguments with xacro=True only, got {', '.join(given)}")
 
     def expand(what: str) -> bytes:
         if not asked:
             raise BadModel(f"{path}: {what}; xacro=True (--xacro) expands it, which runs the code of its author")
-        file = Path(path)
-        return expand_xacro(file, content, notes, arguments=given, packages=Packages(file, folders), what=what)
+        return expand_xacro(path, content, notes, arguments=given, packages=Packages(path, folders), what=what)
 
     document, expanded = read_document(path, content, notes, expand, always=bool(given or xacro))
     if given and not expanded:
         raise BadArgument(f"{path} is no xacro source and takes no arguments, got {', '.join(given)}")
     try:
-        tree = _Reader(document, Path(path), folders, notes).tree()
+        tree = _UrdfReader(document, path, folders, notes).tree()
     except Refused as refusal:
         raise BadModel(f"{path}: {refusal}") from None
     return replace(tree, expanded=expanded)
 
 
-class _Reader:
+class _UrdfReader:
     def __init__(self, document: ET.Element, path: Path, folders: tuple[Path, ...], notes: list[str]) -> None:
         self.document, self.path, self.folders, self.notes = document, path, folders, notes
 
@@ -108,7 +86,7 @@ class _Reader:
             other = "; it is MJCF, which RobotModel.from_mjcf reads" if self.document.tag == "mujoco" else ""
             raise Refused(f"the root element is <{abbreviated(self.document.tag)}>, a URDF has <robot>{other}")
         links, joint_elements = self._unique("link"), self._unique("joint")
-        renamed = names_apart(links, joint_elements, self.notes)
+        renamed = rename_links(links, joint_elements, self.notes)
         links = {renamed.get(name, name): element for name, element in links.items()}
         joints = {name: self._joint(name, element, renamed) for name, element in joint_elements.items()}
         root = self._base(self._root(list(links), joints.values()), links, joints)
@@ -116,8 +94,6 @@ class _Reader:
         order = share_limits(drive_order(joints, root, self.notes), self.notes)
         found = {name: self._inertial(element) for name, element in links.items()}
         self._note_missing_meshes()
-        visuals, visual_notes = read_visuals(self.document, links.items())
-        collisions, collision_notes = read_collisions(links.items())
         return UrdfTree(
             path=self.path,
             name=self.document.get("name", "robot"),
@@ -125,17 +101,14 @@ class _Reader:
             links=tuple(links),
             inertials={name: inertial for name, inertial in found.items() if inertial is not None},
             joints=tuple(order),
-            visuals=visuals,
             shared_names=renamed,
             notes=tuple(self.notes),
-            visual_notes=visual_notes,
-            collisions=collisions,
-            collision_notes=collision_notes,
             package_dirs=self.folders,
+            **read_shapes(self.document, links),
         )
 
     def _unique(self, tag: str) -> dict[str, ET.Element]:
-        """The elements of one kind by name; those inside transmissions and plugins are no part of the tree."""
+        """Return the elements of one kind by name, without those inside transmissions and plugins."""
         found: dict[str, ET.Element] = {}
         for element in self.document.findall(tag):
             name = element.get("name", "")
@@ -186,19 +159,19 @@ class _Reader:
         return replace(joint, **found)
 
     def _range(self, joint: str, limit: ET.Element | None) -> tuple[float, float]:
-        """Smallest and largest value; a file that says nothing, or nothing that can hold, means no limits."""
-        if limit is None:
-            self.notes.append(f"joint {quoted(joint)} has no limits")
-            return -math.inf, math.inf
-        if limit.get("lower") is None and limit.get("upper") is None:
-            self.notes.append(f"joint {quoted(joint)} has a limit without lower and upper: taken as unlimited")
+        """Return the smallest and largest value; missing or contradictory limits mean none."""
+        if limit is None or (limit.get("lower") is None and limit.get("upper") is None):
+            what = "no limits" if limit is None else "a limit without lower and upper: taken as unlimited"
+            self.notes.append(f"joint {quoted(joint)} has {what}")
             return -math.inf, math.inf
         lower, upper = (self._number(("joint", joint), limit, bound, 0.0) for bound in ("lower", "upper"))
         if lower > upper:
             self.notes.append(f"joint {quoted(joint)} has lower limit {lower:g} above upper limit {upper:g}: unlimited")
             return -math.inf, math.inf
         if math.isinf(upper - lower):
-            raise Refused(f"joint {quoted(joint)} has a range from {lower:g} to {upper:g}, which is beyond all measure")
+            raise Refused(
+                f"joint {quoted(joint)} has a range from {lower:g} to {upper:g}, which is too large for floating point"
+            )
         return lower, upper
 
     def _axis(self, joint: str, element: ET.Element | None) -> Vector:
@@ -250,7 +223,7 @@ class _Reader:
         return numbers[0]
 
     def _bound(self, joint: str, limit: ET.Element, attribute: str) -> float:
-        """A largest speed or effort; "inf", a negative number and no word mean that there is none."""
+        """Return a largest speed or effort; "inf", a negative number and a missing attribute mean none."""
         if limit.get(attribute, "inf").strip().lower() in ("inf", "+inf", "infinity"):
             return math.inf
         try:
@@ -265,7 +238,7 @@ class _Reader:
         return value
 
     def _loss(self, joint: str, dynamics: ET.Element, attribute: str) -> float:
-        """Damping or friction, which no kinematics depends on: what cannot be read is zero."""
+        """Return damping or friction; kinematics does not depend on them, so an unreadable value means zero."""
         text = dynamics.get(attribute, "0")
         numbers = finite_numbers(text)
         value = numbers[0] if len(numbers) == 1 else -1.0
@@ -275,7 +248,7 @@ class _Reader:
         return value
 
     def _root(self, links: list[str], joints: Iterable[UrdfJoint]) -> str:
-        """The one link that no joint moves, in a graph that is a tree."""
+        """Return the one link that no joint moves; refuse graphs that are no tree."""
         known, carried = set(links), dict[str, str]()
         for joint in joints:
             for end in (joint.parent, joint.child):
@@ -291,23 +264,17 @@ class _Reader:
         if len(roots) != 1:
             found = ", ".join(map(quoted, roots[:4])) or "none: the joints form a loop"
             raise Refused(f"a robot has one root link, found {found}")
-        # One root and one parent each: what is still unreachable hangs in a loop of its own.
+        # With one root and one parent each, links that are unreachable form a loop.
         children: dict[str, list[UrdfJoint]] = {}
         for joint in joints:
             children.setdefault(joint.parent, []).append(joint)
         reached = {roots[0], *(joint.child for joint in depth_first(children, roots[0]))}
         if len(reached) != len(links):
-            raise Refused(f"link {quoted(next(n for n in links if n not in reached))} hangs in a loop of joints")
+            raise Refused(f"link {quoted(next(n for n in links if n not in reached))} is part of a loop of joints")
         return roots[0]
 
     def _base(self, root: str, links: dict[str, ET.Element], joints: dict[str, UrdfJoint]) -> str:
-        """Take the link that a floating joint from the root moves as the base, and drop the joint and the root.
-
-        Args:
-            root: the root link.
-            links: the links by name; the root is taken out.
-            joints: the joints by name; the floating one is taken out.
-        """
+        """Return the root; drop a root that holds only a floating joint, and return the link below it."""
         floating = [joint for joint in joints.values() if joint.kind == _FLOATING]
         if not floating:
             return root
@@ -329,30 +296,35 @@ class _Reader:
         meshes = {mesh.get("filename", "") for mesh in self.document.iter("mesh")}
         missing = sorted(name for name in meshes if packages.file(name) is None)
         if missing:
-            self.notes.append(f"{len(missing)} of {len(meshes)} mesh files are not there, first {quoted(missing[0])}")
+            self.notes.append(f"{len(missing)} of {len(meshes)} mesh files are missing, first {quoted(missing[0])}")
 
 
 def _name(owner: Owner) -> str:
     return f"{owner[0]} {quoted(owner[1])}"
 
 
-# --- What a robot's file is, by what stands in it: people name their files as they like.
+# --- The format of a file, recognised by its content: file names are not reliable.
 
 _FORMATS: dict[str, Literal["urdf", "mjcf"]] = {"robot": "urdf", "mujoco": "mjcf"}
-# Root elements of what people take for a robot's file, and what the file is.
+# Root elements of files that are not read, and advice.
 _OTHERS = {
     "mujocoinclude": "a part of an MJCF that another file includes; read that one",
     "sdf": "an SDF; convert it to URDF or MJCF first",
 }
 
 
-def file_format(path: Path | str) -> Literal["urdf", "mjcf"]:
-    """What a robot's file is: "urdf" for URDF and for xacro sources of one, "mjcf" for MuJoCo's format.
+def file_format(path: Path | str, content: bytes | None = None) -> Literal["urdf", "mjcf"]:
+    """Return the format of a robot's file: "urdf" for URDF and its xacro sources, "mjcf" for MuJoCo's format.
 
-    Raises:
-        BadModel: the file cannot be read, is not well-formed, or is neither.
+    `content` is what the file contains, if it has been read already.
     """
-    return _format(path, file_content(path))
+    tag = root_tag(path, file_content(path) if content is None else content)
+    if tag not in _FORMATS:
+        other = f": {_OTHERS[tag]}" if tag in _OTHERS else ""
+        raise BadModel(
+            f"{path}: the root element is <{abbreviated(tag)}>, a URDF has <robot> and an MJCF <mujoco>{other}"
+        )
+    return _FORMATS[tag]
 
 
 def read_robot(
@@ -362,20 +334,23 @@ def read_robot(
     xacro: bool | None = None,
     xacro_arguments: Mapping[str, object] | None = None,
 ) -> tuple[UrdfTree, Semantics | None]:
-    """Read a robot's file of any format, once: it may be a pipe.
+    """Read a URDF, xacro or MJCF file once; it may be a pipe.
 
     Args:
         path: the file.
-        package_dirs: folders to search for packages and meshes, as `read_urdf` and `read_mjcf` take them.
-        xacro: expand the file as a xacro source, which runs the code that its author wrote; None to expand files named
-            .xacro only, False to expand none.
+        package_dirs: folders to search for packages and meshes, before ROS_PACKAGE_PATH and the like.
+        xacro: whether to expand the file as a xacro source, which runs the code of its author; None to expand only
+            files named .xacro.
         xacro_arguments: values of the arguments of a xacro source, by name.
 
     Returns:
-        The tree, and what an MJCF says beyond it; None of a URDF, which says nothing.
+        The tree, and the semantics of an MJCF; None for a URDF, which has none.
 
     Raises:
-        BadModel, BadArgument, MissingExtra: as `file_format`, and the reader of the format that it is.
+        BadModel: the file cannot be read, has another format, or describes no tree of supported joints; or a xacro
+            source cannot or must not be expanded.
+        BadArgument: a folder that does not exist, or arguments for a file that is not expanded.
+        MissingExtra: MuJoCo, which reads MJCF, is not installed.
 
     Examples:
         >>> tree, semantics = nk.urdf.read_robot(nk.load_nao().urdf_path)
@@ -383,17 +358,9 @@ def read_robot(
         ('base_link', None)
     """
     content = file_content(path)
-    if _format(path, content) == "mjcf" and not xacro_values(xacro_arguments) and (xacro is None or xacro is False):
-        return mjcf_tree(Path(path).absolute(), content, package_dirs)
-    # Which refuses to expand an MJCF, and arguments for a file that takes none.
-    return urdf_tree(Path(path).absolute(), content, package_dirs, xacro, xacro_arguments), None
-
-
-def _format(path: Path | str, content: bytes) -> Literal["urdf", "mjcf"]:
-    tag = root_tag(path, content)
-    if tag not in _FORMATS:
-        other = f": {_OTHERS[tag]}" if tag in _OTHERS else ""
-        raise BadModel(
-            f"{path}: the root element is <{abbreviated(tag)}>, a URDF has <robot> and an MJCF <mujoco>{other}"
-        )
-    return _FORMATS[tag]
+    is_mjcf = file_format(path, content) == "mjcf"
+    if is_mjcf and not xacro_values(xacro_arguments) and (xacro is None or xacro is False):
+        return read_mjcf(path, package_dirs=package_dirs, content=content)
+    # This refuses to expand an MJCF, and arguments for a file that takes none.
+    tree = read_urdf(path, package_dirs=package_dirs, xacro=xacro, xacro_arguments=xacro_arguments, content=content)
+    return tree, None

@@ -1,4 +1,4 @@
-"""Semantics from an SRDF, the file that MoveIt keeps beside a URDF: groups, end effectors, group states."""
+"""Semantics from an SRDF, the file that MoveIt uses beside a URDF: groups, end effectors, group states."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 from nao_kin._core.text import abbreviated, quoted
-from nao_kin.errors import BadArgument, BadModel
+from nao_kin.errors import BadModel
 from nao_kin.robot.semantics import Mimic, Posture, Semantics
 from nao_kin.robot.urdf.document import file_content, finite_numbers, read_document
 from nao_kin.robot.urdf.tree import (
@@ -26,25 +26,12 @@ from nao_kin.robot.urdf.tree import (
 
 
 def read_srdf(path: Path | str, tree: UrdfTree, notes: list[str]) -> Semantics:
-    """Chains, end effectors and postures of an SRDF.
+    """Return the chains, end effectors and postures of an SRDF.
 
-    A group is a chain when its moving joints lie one behind the other. A group state is a posture; states of one name
-    for several groups are one posture. An SRDF often serves several variants of a robot: what this one does not have
-    is left out with a note, and so is the value of a floating base.
-
-    Args:
-        path: the SRDF file.
-        tree: the robot's URDF as read.
-        notes: gets a line for what was left out.
-
-    Raises:
-        BadModel: the file cannot be read or is no SRDF.
-        BadArgument: no tree, or no list.
+    A group is a chain if its moving joints follow one another on one branch. A group state is a posture; states of one
+    name for several groups form one posture. One SRDF often serves several variants of a robot: joints and links that
+    this robot does not have are left out with a note, and so is the value of a floating base.
     """
-    if not isinstance(tree, UrdfTree):
-        raise BadArgument(f"tree must be a UrdfTree, got {quoted(tree)}")
-    if not isinstance(notes, list):
-        raise BadArgument(f"notes must be a list, got {quoted(notes)}")
     document, _ = read_document(path, file_content(path), notes)
     if document.tag != "robot":
         raise BadModel(f"{path}: the root element is <{abbreviated(document.tag)}>, an SRDF has <robot>")
@@ -63,11 +50,7 @@ def read_srdf(path: Path | str, tree: UrdfTree, notes: list[str]) -> Semantics:
 
 
 class _Groups:
-    """The groups of joints of an SRDF.
-
-    Attributes:
-        missing: joints and links it names and the robot does not have.
-    """
+    """The groups of joints of an SRDF; `missing` are joints and links that the robot does not have."""
 
     def __init__(self, document: ET.Element, tree: UrdfTree) -> None:
         self.missing: list[str] = []
@@ -81,7 +64,7 @@ class _Groups:
         self._order = {joint.name: index for index, joint in enumerate(tree.joints)}
 
     def chains(self) -> dict[str, tuple[str, ...]]:
-        """Group → its moving joints from the root outwards, where they lie one behind the other."""
+        """Return group → its moving joints from the root outwards, if they follow one another on one branch."""
         found = {}
         for name, element in self._elements.items():
             members = {joint.name for joint in self._members(element, (name,)) if joint.kind != "fixed"}
@@ -91,7 +74,7 @@ class _Groups:
         return found
 
     def link(self, name: str) -> str:
-        """The name here of a link that the files call `name`: another one where a joint has that name, too."""
+        """Return the name here of a link, which differs from that in the files if a joint has the same name."""
         return self._renamed.get(name, name)
 
     def _members(self, group: ET.Element, inside: tuple[str, ...]) -> list[UrdfJoint]:
@@ -116,7 +99,7 @@ class _Groups:
         return []
 
     def _path(self, tip: str, base: str) -> list[UrdfJoint]:
-        """The joints from the tip back to the base link; to the root where the base does not carry the tip."""
+        """Return the joints from the tip back to the base link, or to the root if the base does not carry the tip."""
         self.missing += [name for name in (tip, base) if name and name not in self._links]
         path = []
         while tip in self._above and tip != base:
@@ -146,44 +129,44 @@ def _postures(document: ET.Element, tree: UrdfTree, missing: list[str]) -> dict[
 
 
 def _value(text: str) -> float | None:
-    """A joint's value; two numbers are cosine and sine of an angle, as Pinocchio writes unlimited joints."""
+    """Return a joint's value; two numbers are cosine and sine of an angle, as Pinocchio writes unlimited joints."""
     numbers = finite_numbers(text)
     if len(numbers) == 2:
         return math.atan2(numbers[1], numbers[0])
     return numbers[0] if len(numbers) == 1 else None
 
 
-# --- The parts of a URDF as XML: numbers as the shortest text that reads back as the same float, always in one order.
+# --- The parts of a URDF as XML, always in the same order.
 
 # The entries of a tensor, in the order of `Inertial.inertia`.
 TENSOR_LABELS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
 def number(value: float) -> str:
-    """The shortest text that reads back as the same float; no sign on zero."""
+    """Return the shortest text that reads back as the same float; no sign on zero."""
     text = repr(float(value) + 0.0)
     return text[:-2] if text.endswith(".0") else text
 
 
 def numbers(values: Iterable[float]) -> str:
-    """Several numbers with blanks between them."""
+    """Return several numbers separated by blanks."""
     return " ".join(map(number, values))
 
 
 def add_origin(element: ET.Element, origin: Origin) -> None:
-    """Write where something stands."""
+    """Add the pose of an element."""
     ET.SubElement(element, "origin", xyz=numbers(origin.xyz), rpy=numbers(origin.rpy))
 
 
 def add_ends(joint: ET.Element, parent: str, child: str, origin: Origin) -> None:
-    """Write which links a joint connects, and where."""
+    """Add the links that a joint connects, and its pose."""
     ET.SubElement(joint, "parent", link=parent)
     ET.SubElement(joint, "child", link=child)
     add_origin(joint, origin)
 
 
 def add_inertial(link: ET.Element, body: Inertial) -> None:
-    """Write mass, centre of mass and tensor of a link."""
+    """Add mass, centre of mass and tensor of a link."""
     inertial = ET.SubElement(link, "inertial")
     add_origin(inertial, body.origin)
     ET.SubElement(inertial, "mass", value=number(body.mass))
@@ -191,7 +174,7 @@ def add_inertial(link: ET.Element, body: Inertial) -> None:
 
 
 def add_geometry(element: ET.Element, shape: Geometry) -> None:
-    """Write a shape; of a mesh the name of the file as it is, and its scale where it has one."""
+    """Add a shape; a mesh with the name of its file, and its scale if it is not 1."""
     geometry = ET.SubElement(element, "geometry")
     if isinstance(shape, Box):
         ET.SubElement(geometry, "box", size=numbers(shape.size))
@@ -205,17 +188,17 @@ def add_geometry(element: ET.Element, shape: Geometry) -> None:
 
 
 def add_colour(robot: ET.Element, name: str, rgba: Rgba) -> None:
-    """Write a material of the robot."""
+    """Add a material to the robot."""
     ET.SubElement(ET.SubElement(robot, "material", name=name), "color", rgba=numbers(rgba))
 
 
 def add_mimic(joint: ET.Element, mimic: Mimic) -> None:
-    """Write which joint a joint follows, and how."""
+    """Add the joint that a joint follows, with multiplier and offset."""
     ratio = {"multiplier": number(mimic.multiplier), "offset": number(mimic.offset)}
     ET.SubElement(joint, "mimic", {"joint": mimic.joint, **ratio})
 
 
 def document_text(robot: ET.Element) -> str:
-    """The document, indented, with its declaration and a newline at its end."""
+    """Return the document, indented, with its declaration and a final newline."""
     ET.indent(robot)
     return '<?xml version="1.0" encoding="utf-8"?>\n' + ET.tostring(robot, encoding="unicode") + "\n"

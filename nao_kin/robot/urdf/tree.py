@@ -1,13 +1,13 @@
-"""What a URDF says once it has been read: links, joints, inertias and looks, as numbers."""
+"""The contents of a URDF as numbers: links, joints, inertias and shapes."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, TypeVar
+from typing import Any
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -18,19 +18,13 @@ from nao_kin.robot.semantics import Mimic
 from nao_kin.robot.urdf.document import Packages, finite_numbers
 from nao_kin.rotations import exp, matrix_from_rpy
 
-# --- The `<visual>` and `<collision>` elements of a URDF as data: where each stands, what it is, what colour it has.
+# --- The `<visual>` and `<collision>` elements of a URDF: pose, shape and colour.
 
 Rgba = tuple[float, float, float, float]
 
 
 class UnreadableShape(Exception):
-    """Why a shape of a link is left out: its element or its mesh file cannot be read.
-
-    Examples:
-        >>> raise nk.urdf.UnreadableShape("its mesh 'hand.stl' is not there")
-        Traceback (most recent call last):
-        nao_kin.robot.urdf.tree.UnreadableShape: its mesh 'hand.stl' is not there
-    """
+    """The reason why a shape of a link is left out: its element or its mesh file cannot be read."""
 
 
 @dataclass(frozen=True)
@@ -42,8 +36,8 @@ class Origin:
         rpy: orientation, R = Rz(yaw) Ry(pitch) Rx(roll) [rad].
 
     Examples:
-        >>> nk.urdf.Origin(xyz=(0.0, 0.0, 0.1)).rpy
-        (0.0, 0.0, 0.0)
+        >>> nk.urdf.Origin(xyz=(0.0, 0.0, 0.1)).matrix[:3, 3]
+        array([0. , 0. , 0.1])
     """
 
     xyz: Vector = (0.0, 0.0, 0.0)
@@ -51,35 +45,20 @@ class Origin:
 
     @property
     def matrix(self) -> Floats:
-        """The pose as a matrix, shape (4, 4) [m].
-
-        Examples:
-            >>> nk.urdf.Origin(xyz=(0.0, 0.0, 0.1)).matrix[:3, 3]
-            array([0. , 0. , 0.1])
-        """
+        """The pose as a matrix, shape (4, 4) [m]."""
         return join_poses(matrix_from_rpy(self.rpy), np.array(self.xyz))
 
 
 @dataclass(frozen=True)
 class Box:
-    """A box with its centre at the origin; edge lengths along x, y, z [m].
-
-    Examples:
-        >>> nk.urdf.Box((0.1, 0.2, 0.3)).size
-        (0.1, 0.2, 0.3)
-    """
+    """A box with its centre at the origin; edge lengths along x, y, z [m]."""
 
     size: Vector
 
 
 @dataclass(frozen=True)
 class Cylinder:
-    """A cylinder about z with its centre at the origin [m].
-
-    Examples:
-        >>> nk.urdf.Cylinder(radius=0.02, length=0.1).length
-        0.1
-    """
+    """A cylinder about z with its centre at the origin [m]."""
 
     radius: float
     length: float
@@ -87,50 +66,33 @@ class Cylinder:
 
 @dataclass(frozen=True)
 class Sphere:
-    """A sphere about the origin [m].
-
-    Examples:
-        >>> nk.urdf.Sphere(0.05).radius
-        0.05
-    """
+    """A sphere about the origin [m]."""
 
     radius: float
 
 
 @dataclass(frozen=True)
 class MeshFile:
-    """A mesh by the name that the URDF has for its file, scaled along its axes.
-
-    Examples:
-        >>> nk.urdf.MeshFile("meshes/torso.stl").scale
-        (1.0, 1.0, 1.0)
-    """
+    """A mesh file by its name in the URDF, with scale factors along its axes."""
 
     filename: str
     scale: Vector = (1.0, 1.0, 1.0)
 
 
 Geometry = Box | Cylinder | Sphere | MeshFile
-_Shape = TypeVar("_Shape")
 
 
 @dataclass(frozen=True)
 class Visual:
-    """A visual of a link as read.
+    """A visual shape of a link.
 
     Attributes:
         link: name of the link.
         origin: pose of the shape in the link's frame.
-        geometry: what it is.
+        geometry: the shape.
         material: name of its material, "" without one.
-        rgba: colour and opacity of that material, each in [0, 1]; None where the URDF gives none.
-        name: its own name, "" without one.
-
-    Examples:
-        >>> tree = nk.load_nao().tree
-        >>> visual = tree.visuals[0]
-        >>> visual.link, type(visual.geometry).__name__
-        ('torso', 'MeshFile')
+        rgba: colour and opacity of that material, each in [0, 1]; None if the URDF gives none.
+        name: name of the visual, "" without one.
     """
 
     link: str
@@ -143,18 +105,13 @@ class Visual:
 
 @dataclass(frozen=True)
 class Collision:
-    """A shape of a link that stands for it in contacts, as read.
+    """A shape of a link for contacts.
 
     Attributes:
         link: name of the link.
         origin: pose of the shape in the link's frame.
-        geometry: what it is.
-        name: its own name, "" without one.
-
-    Examples:
-        >>> shape = nk.load_nao().tree.collisions[0]
-        >>> shape.link, shape.geometry
-        ('torso', Sphere(radius=0.04))
+        geometry: the shape.
+        name: its name, "" without one.
     """
 
     link: str
@@ -163,54 +120,32 @@ class Collision:
     name: str = ""
 
 
-def read_visuals(
-    document: ET.Element, links: Iterable[tuple[str, ET.Element]]
-) -> tuple[tuple[Visual, ...], tuple[str, ...]]:
-    """The visuals of a URDF, and one line for each that cannot be read: looks never keep a robot from loading.
+_LEFT_OUT = {"visual": "a visual of {} is not shown", "collision": "a collision shape of {} is left out"}
 
-    Args:
-        document: the `<robot>`, which may name materials.
-        links: name and element of each link.
-    """
+
+def read_shapes(document: ET.Element, links: Mapping[str, ET.Element]) -> dict[str, Any]:
+    """Return the visuals, the collision shapes and the notes on unreadable shapes, by the fields of `UrdfTree`."""
     colours = {material.get("name", ""): rgba for material in document.findall("material") if (rgba := _rgba(material))}
-
-    def visual(link: str, element: ET.Element) -> Visual:
-        material = element.find("material")
-        name = "" if material is None else material.get("name", "")
-        rgba = None if material is None else _rgba(material) or colours.get(name)
-        return Visual(link, *_placed(element), name, rgba, element.get("name", ""))
-
-    return _read_shapes(links, "visual", visual, "a visual of {} is not shown")
-
-
-def read_collisions(links: Iterable[tuple[str, ET.Element]]) -> tuple[tuple[Collision, ...], tuple[str, ...]]:
-    """The collision shapes of a URDF, and one line for each that cannot be read.
-
-    Args:
-        links: name and element of each link.
-    """
-
-    def collision(link: str, element: ET.Element) -> Collision:
-        return Collision(link, *_placed(element), element.get("name", ""))
-
-    return _read_shapes(links, "collision", collision, "a collision shape of {} is left out")
-
-
-def _read_shapes(
-    links: Iterable[tuple[str, ET.Element]], tag: str, read: Callable[[str, ET.Element], _Shape], left_out: str
-) -> tuple[tuple[_Shape, ...], tuple[str, ...]]:
-    shapes, notes = list[_Shape](), list[str]()
-    for link, element in links:
-        for part in element.findall(tag):
+    found = {field: list[Any]() for tag in _LEFT_OUT for field in (f"{tag}s", f"{tag}_notes")}
+    for link, element in links.items():
+        for part in element:
+            if part.tag not in _LEFT_OUT:
+                continue
             try:
-                shapes.append(read(link, part))
+                if part.tag == "collision":
+                    found["collisions"].append(Collision(link, *_placed(part), part.get("name", "")))
+                else:
+                    material = part.find("material")
+                    name = "" if material is None else material.get("name", "")
+                    rgba = None if material is None else _rgba(material) or colours.get(name)
+                    found["visuals"].append(Visual(link, *_placed(part), name, rgba, part.get("name", "")))
             except UnreadableShape as reason:
-                notes.append(f"{left_out.format(abbreviated(link))}: {reason}")
-    return tuple(shapes), tuple(notes)
+                found[f"{part.tag}_notes"].append(f"{_LEFT_OUT[part.tag].format(abbreviated(link))}: {reason}")
+    return {field: tuple(values) for field, values in found.items()}
 
 
 def _placed(element: ET.Element) -> tuple[Origin, Geometry]:
-    """Where the shape of a visual or a collision stands, and what it is."""
+    """Return the pose and the geometry of a visual or a collision."""
     geometry = element.find("geometry")
     shape = next(iter(geometry), None) if geometry is not None else None
     if shape is None:
@@ -256,22 +191,17 @@ def _numbers(element: ET.Element, attribute: str, count: int, default: str = "")
     return values
 
 
-# --- What a URDF says once it has been read: links, joints, inertias and looks, as numbers.
+# --- Links, joints and inertias.
 
 
 @dataclass(frozen=True)
 class Inertial:
-    """Mass and inertia of a link as read.
+    """Mass and inertia of a link.
 
     Attributes:
         mass: mass [kg].
         origin: centre of mass, and the axes of the tensor, in the link's frame.
         inertia: ixx, ixy, ixz, iyy, iyz, izz about the centre of mass [kg m²].
-
-    Examples:
-        >>> tree = nk.load_nao().tree
-        >>> tree.inertials["torso"].mass
-        1.04956
     """
 
     mass: float
@@ -281,7 +211,7 @@ class Inertial:
 
 @dataclass(frozen=True)
 class UrdfJoint:
-    """A joint as read.
+    """A joint of a tree.
 
     Attributes:
         name: its name.
@@ -296,13 +226,7 @@ class UrdfJoint:
         effort: largest torque or force.
         damping: viscous torque or force per unit of speed.
         friction: dry friction torque or force.
-        mimic: the joint it follows, None for a joint of its own.
-
-    Examples:
-        >>> tree = nk.load_nao().tree
-        >>> joint = next(joint for joint in tree.joints if joint.name == "RHipYawPitch")
-        >>> joint.kind, joint.mimic.joint
-        ('revolute', 'LHipYawPitch')
+        mimic: the joint it follows, None for an independent joint.
     """
 
     name: str
@@ -321,17 +245,11 @@ class UrdfJoint:
 
     @property
     def coupling(self) -> Mimic:
-        """How it follows a coordinate: a joint of its own follows itself."""
+        """How it follows a coordinate; an independent joint follows itself."""
         return self.mimic or Mimic(self.name)
 
     def travel(self, value: float) -> Floats:
-        """Return the pose of the joint's frame at a value, in its frame at zero, shape (4, 4).
-
-        Examples:
-            >>> joint = nk.load_nao().tree.moving_joints[0]
-            >>> joint.travel(np.pi / 2)[:3, 0].round(9).tolist()
-            [0.0, 1.0, 0.0]
-        """
+        """Return the pose of the joint's frame at a value, in its frame at zero, shape (4, 4)."""
         T = np.eye(4)
         if self.kind == "prismatic":
             T[:3, 3] = value * np.array(self.axis)
@@ -342,29 +260,29 @@ class UrdfJoint:
 
 @dataclass(frozen=True)
 class UrdfTree:
-    """A URDF as read and mended.
+    """A URDF as read and repaired.
 
     Attributes:
         path: the file.
         name: name of the robot.
         root: the link that no joint moves.
         links: link names in order of the file.
-        inertials: mass and inertia of each link that has them.
-        joints: all joints, every driving joint before those that follow it, as a depth-first walk meets them.
-        visuals: what the links look like.
-        shared_names: name that the file gives to a link and to a joint → the name the link has here.
-        notes: what was changed, one line each.
-        visual_notes: what of the looks cannot be read, one line each.
-        collisions: the shapes that stand for the links in contacts.
-        collision_notes: what of them cannot be read, one line each.
-        package_dirs: folders in which packages that the file names are searched first.
-        expanded: the URDF that the file became, where the file is a xacro source; "" where it is what was read.
-        offsets: joints whose origin is calibrated and not that of the file → the origin they have here.
+        inertials: link → its mass and inertia, if it has them.
+        joints: all joints in depth-first order, every driving joint before its followers.
+        visuals: the visual shapes of the links.
+        shared_names: name that the file gives to a link and to a joint → the name of the link here.
+        notes: repairs, one line each.
+        visual_notes: visual shapes that cannot be read, one line each.
+        collisions: the shapes of the links for contacts.
+        collision_notes: collision shapes that cannot be read, one line each.
+        package_dirs: folders that are searched first for packages.
+        expanded: the URDF text made from a xacro source; "" if the file is a URDF.
+        offsets: joints with a calibrated origin → that origin.
 
     Examples:
         >>> tree = nk.load_nao().tree
-        >>> tree.name, tree.root
-        ('nao_v6', 'base_link')
+        >>> tree.name, tree.root, tree.moving_joints[0].name
+        ('nao_v6', 'base_link', 'HeadYaw')
     """
 
     path: Path
@@ -384,7 +302,7 @@ class UrdfTree:
     offsets: Mapping[str, Origin] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
-        # One tree serves every robot made of it.
+        # All robots made from a tree share it.
         for name in ("inertials", "shared_names", "offsets"):
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
 
@@ -395,7 +313,7 @@ class UrdfTree:
 
     @property
     def packages(self) -> Packages:
-        """The search for the mesh files that the file names."""
+        """The search for the mesh files of the tree."""
         return Packages(self.path, self.package_dirs)
 
     @property
@@ -409,16 +327,13 @@ class UrdfTree:
         return {joint.name: joint.mimic for joint in self.joints if joint.mimic is not None}
 
 
-# --- Names that no two parts of a robot share.
+# --- Links that share their name with a joint.
 
 
-def names_apart(links: Iterable[str], joints: Iterable[str], notes: list[str]) -> dict[str, str]:
-    """New names for links that share theirs with a joint: "…_link", or "…_frame" where that is taken.
+def rename_links(links: Iterable[str], joints: Iterable[str], notes: list[str]) -> dict[str, str]:
+    """Return new names for links that share theirs with a joint: "…_link", or "…_frame" if that is taken.
 
-    Args:
-        links: names of the links.
-        joints: names of the joints.
-        notes: gets a line for each.
+    A line for each is added to the notes.
     """
     links, joints = tuple(links), frozenset(joints)
     taken = joints.union(links)

@@ -132,7 +132,7 @@ def test_linear_equalities_are_couplings(tmp_path: Path) -> None:
     # y − y₀ = a₀ + a₁ (x − x₀), with the references −0.2 and 0.1; C follows B, which follows A.
     assert robot.mimics["B"] == Mimic("A", -2.0, pytest.approx(-0.2 + 0.05 + 2.0 * 0.1))
     assert robot.mimics["C"] == Mimic("A", pytest.approx(-1.0), pytest.approx(0.5 * (robot.mimics["B"].offset + 0.2)))
-    assert "joint 'D' is held at 0.75: taken as fixed there" in robot.load_notes
+    assert "joint 'D' is locked at 0.75: taken as fixed" in robot.load_notes
 
 
 _TWO = f"""<worldbody><body name="base">{BOX}<body name="a"><joint name="A" axis="0 1 0"/>{BOX}</body>
@@ -158,7 +158,7 @@ def test_joints_coupled_both_ways_are_coupled_once(tmp_path: Path) -> None:
     both = '<equality><joint joint1="A" joint2="B"/><joint joint1="B" joint2="A"/></equality>'
     robot = _load(tmp_path, _TWO + both)
     assert len(robot.joint_names) == len(robot.mimics) == 1
-    assert any("coupled to" in note and "once more" in note for note in robot.load_notes)
+    assert any("coupled to" in note and "by a second constraint" in note for note in robot.load_notes)
 
 
 def test_a_joint_that_two_constraints_name_leads_the_second(tmp_path: Path) -> None:
@@ -188,7 +188,7 @@ def test_frames_of_one_name_are_told_apart(tmp_path: Path) -> None:
     )
     assert {"hip_link", "hip_site", "imu", "imu_camera"} <= set(robot.link_names)
     assert robot.tree.shared_names == {"hip": "hip_link"}
-    assert any("1 sites are called …_site, for others have their names: hip" in note for note in robot.load_notes)
+    assert any("1 sites are renamed …_site, because their names are taken: hip" in note for note in robot.load_notes)
     assert np.allclose(robot.position(robot.neutral(), "imu"), (0.0, 0.0, 0.1))
 
 
@@ -203,7 +203,7 @@ def test_the_robot_is_what_moves_most_and_the_rest_is_named(tmp_path: Path) -> N
     cube = f'<body name="cube"><freejoint/>{BOX}</body>'
     robot = _load(tmp_path, f'<worldbody>{cube}{arm}<body name="goal" mocap="true">{BOX}</body></worldbody>')
     assert (robot.tree.root, robot.joint_names) == ("arm", ("J",))
-    assert any(note == "left out, for they are not the robot's: cube, goal" for note in robot.load_notes)
+    assert any(note == "left out, not part of the robot: cube, goal" for note in robot.load_notes)
 
 
 def test_a_camera_looks_along_x_with_z_up(tmp_path: Path) -> None:
@@ -226,7 +226,7 @@ def test_a_camera_looks_along_x_with_z_up(tmp_path: Path) -> None:
     assert np.degrees(vertical) == pytest.approx(60.0)
     assert np.tan(horizontal / 2) / np.tan(vertical / 2) == pytest.approx(640 / 480)
     assert "still" not in robot.semantics.fields_of_view  # without a resolution, nobody knows how wide it is
-    assert "cameras that turn by themselves left out: 1" in robot.load_notes
+    assert "tracking cameras left out: 1" in robot.load_notes
 
 
 def test_sensors_in_sites_are_known_by_their_frames(tmp_path: Path) -> None:

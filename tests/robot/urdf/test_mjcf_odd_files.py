@@ -64,7 +64,7 @@ def test_an_attached_model_loads_without_its_meshes(tmp_path: Path) -> None:
     _attach(tmp_path, "hand")
     robot = nk.RobotModel.from_mjcf(tmp_path / "robot.xml")
     assert robot.joint_names == ("hand_J",)
-    assert "1 of 1 mesh files are not there, first 'm.stl'" in robot.load_notes
+    assert "1 of 1 mesh files are missing, first 'm.stl'" in robot.load_notes
 
 
 def test_a_model_attached_by_one_that_is_attached_has_its_meshes_too(tmp_path: Path) -> None:
@@ -104,7 +104,7 @@ def test_what_has_lost_its_shape_is_not_shown_as_another(tmp_path: Path) -> None
     )
     assert [shape.geometry for shape in robot.tree.visuals] == [Sphere(0.2)]
     assert [shape.geometry for shape in robot.tree.collisions] == [Sphere(0.2)]
-    assert {"height fields left out: 1", "1 of 1 mesh files are not there, first 'gone.stl'"} <= {*robot.load_notes}
+    assert {"height fields left out: 1", "1 of 1 mesh files are missing, first 'gone.stl'"} <= {*robot.load_notes}
 
 
 # --- names, couplings -----------------------------------------------------------------------------------------------
@@ -155,7 +155,7 @@ def test_a_coupling_to_what_is_not_the_robots_is_noted(tmp_path: Path) -> None:
     other = f'<body name="x"><freejoint/>{BOX}<body name="y"><joint name="K"/>{BOX}</body></body></worldbody>'
     equality = '<equality><joint joint1="A" joint2="K"/></equality>'
     robot = _load(tmp_path, THREE.replace("</worldbody>", other) + equality)
-    assert "joint 'A' is coupled to one that is not the robot's: left out" in robot.load_notes
+    assert "joint 'A' is coupled to a joint outside the robot: left out" in robot.load_notes
     assert set(robot.joint_names) == {"A", "B", "C"}
 
 
@@ -219,7 +219,7 @@ def test_what_mujoco_warns_of_is_a_note_and_nothing_else(
 
 def test_a_root_that_is_turned_is_said_to_be(tmp_path: Path) -> None:
     robot = _load(tmp_path, f'<worldbody><body name="a" euler="0 0 1">{BOX}</body></worldbody>')
-    assert robot.load_notes == ("'a' stands at 0 0 0, turned, in the world; poses are given in its own frame",)
+    assert robot.load_notes == ("'a' is at 0 0 0, turned, in the world; poses are relative to its frame",)
 
 
 # --- one name for two things -----------------------------------------------------------------------------------------

@@ -134,8 +134,8 @@ def test_a_robot_of_meshes_and_textures_that_are_not_there_loads_all_the_same(tm
     assert robot.mass == 0.0
     assert robot.load_notes[:3] == (
         "height fields left out: 1",
-        "1 of 1 mesh files are not there, first 'gone.stl'",
-        "bodies whose mass was to come from missing meshes are taken as massless",
+        "1 of 1 mesh files are missing, first 'gone.stl'",
+        "bodies whose masses depend on missing meshes are taken as massless",
     )
     assert robot.tree.visuals[0].rgba == pytest.approx((0.1, 0.2, 0.3, 1.0))
     assert np.allclose(robot.position(robot.neutral(), "b"), (0, 0, 1))

@@ -10,7 +10,6 @@ import pytest
 import nao_kin as nk
 from nao_kin.errors import BadArgument
 from nao_kin.robot.urdf import Packages
-from nao_kin.robot.urdf.document import mesh_in
 
 VARIABLES = ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH", "CMAKE_PREFIX_PATH", "GAZEBO_MODEL_PATH", "GZ_SIM_RESOURCE_PATH")
 
@@ -122,7 +121,8 @@ def test_folders_given_come_before_those_above_and_those_of_ros(
 
 def test_a_urdf_inside_a_package_of_another_folder_name_finds_its_own_meshes(tmp_path: Path) -> None:
     mesh = _package(tmp_path / "downloaded-1.2", "arm_description")
-    assert mesh_in(tmp_path / "downloaded-1.2" / "urdf", "package://arm_description/meshes/arm.stl") == mesh
+    urdf = tmp_path / "downloaded-1.2" / "urdf" / "arm.urdf"
+    assert Packages(urdf).file("package://arm_description/meshes/arm.stl") == mesh
 
 
 @pytest.mark.parametrize("name", ["a b.stl", "file://{}/a%20b.stl", "file://{}/a b.stl", "{}/a b.stl"])
@@ -150,7 +150,7 @@ def test_a_robot_keeps_the_folders_that_it_was_given(tmp_path: Path) -> None:
     path.parent.mkdir()
     mesh = '<visual><geometry><mesh filename="package://arm/a.stl"/></geometry></visual>'
     path.write_text(f'<robot name="r"><link name="l">{mesh}</link></robot>')
-    assert "mesh files are not there" in nk.RobotModel.from_urdf(path).load_notes[0]
+    assert "mesh files are missing" in nk.RobotModel.from_urdf(path).load_notes[0]
     robot = nk.RobotModel.from_urdf(path, package_dirs=[tmp_path / "far"])
     assert robot.load_notes == ()
     assert robot.tree.packages.file("package://arm/a.stl") is not None

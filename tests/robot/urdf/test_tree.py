@@ -101,7 +101,7 @@ def test_a_mesh_of_a_package_is_found_from_a_folder_inside_of_it(tmp_path: Path,
     mesh = f'<link name="d"><visual><geometry><mesh filename="{scheme}shapes/a.stl"/></geometry></visual></link>'
     assert _read(tmp_path / "shapes" / "urdf", mesh, links="").notes == ()
     (note,) = _read(tmp_path / "shapes" / "urdf", mesh.replace("a.stl", "b.stl"), links="").notes
-    assert note == f"1 of 1 mesh files are not there, first '{scheme}shapes/b.stl'"
+    assert note == f"1 of 1 mesh files are missing, first '{scheme}shapes/b.stl'"
 
 
 # --- couplings --------------------------------------------------------------------------------------------------------

@@ -172,5 +172,5 @@ def test_a_mesh_name_that_no_system_takes_is_a_missing_file(tmp_path: Path) -> N
     for name in ("x" * 5000, "package://" + "y" * 5000, "a&#0;b".replace("&#0;", "")):
         shape = f'<link name="a"><visual><geometry><mesh filename="{name}"/></geometry></visual></link>'
         (note,) = _load(tmp_path, f'<robot name="r">{shape}</robot>').load_notes
-        assert note.startswith("1 of 1 mesh files are not there, first ")
+        assert note.startswith("1 of 1 mesh files are missing, first ")
         assert len(note) < 300

@@ -1,1 +1,1 @@
-"""MJCF, MuJoCo's own format: parsed and compiled by MuJoCo, and turned into the tree that a URDF becomes."""
+"""MJCF, MuJoCo's own format: parsed and compiled by MuJoCo, and turned into a tree like that of a URDF."""

@@ -1,7 +1,7 @@
-"""An MJCF file as MuJoCo compiles it: includes, classes, angles, orientations and inertias resolved by itself.
+"""The model that MuJoCo compiles from an MJCF file, which resolves includes, classes, angles and inertias.
 
-Looks never keep a robot from loading. Textures, height fields and skins are taken out before; a mesh is loaded only
-where a body's mass depends on it, which also makes a robot of many meshes load in milliseconds.
+Shapes never prevent a robot from loading. Textures, height fields and skins are removed first, and a mesh is loaded
+only if the mass of a body depends on it; so a robot with many meshes loads in milliseconds.
 """
 
 from __future__ import annotations
@@ -26,18 +26,15 @@ from nao_kin.robot.urdf.document import Packages
 from nao_kin.robot.urdf.mjcf.joints import origin, pose, translation
 from nao_kin.robot.urdf.tree import Box, Collision, Cylinder, Geometry, MeshFile, Rgba, Sphere, Visual
 
-# --- The files of an MJCF's meshes: where MuJoCo looks for them, and where else they may be.
+# --- The mesh files of an MJCF.
 
 
 @dataclass(frozen=True, eq=False)
 class MeshAsset:
-    """A mesh as the file has it.
+    """A mesh of a model: its file, None for a mesh without one, and scale factors (3,) along its axes.
 
-    Attributes:
-        path: its file; None where the mesh is not from a file.
-        scale: factors along its axes, shape (3,).
-        T_mesh_file: pose of the file's coordinates, scaled, in those of the mesh (refpos and refquat), shape (4, 4).
-        is_rigid: whether this is all; a mesh that is turned and then scaled unevenly is sheared.
+    `T_mesh_file` (4, 4) is the pose of the file's coordinates, scaled, in those of the mesh (refpos and refquat).
+    `is_rigid` is False for a mesh that is turned and then scaled unevenly, which shears it.
     """
 
     path: Path | None
@@ -47,13 +44,7 @@ class MeshAsset:
 
 
 def mesh_asset(mesh: Any, file: Path | None, home: Path) -> MeshAsset:
-    """A mesh of a `mujoco.MjSpec`.
-
-    Args:
-        mesh: the mesh.
-        file: its file, None where that is not there.
-        home: the folder of the MJCF.
-    """
+    """Return a mesh of a `mujoco.MjSpec`; `file` is its file if found, `home` the folder of the MJCF."""
     if file is None and mesh.file:
         file = home / mesh.file
     scale = np.array(mesh.scale, dtype=np.float64)
@@ -64,23 +55,16 @@ def mesh_asset(mesh: Any, file: Path | None, home: Path) -> MeshAsset:
 
 
 class MeshFiles:
-    """The search for the files of a model's meshes.
-
-    Args:
-        spec: the `mujoco.MjSpec`.
-        path: the MJCF.
-        content: what it holds.
-        folders: folders to search for what is not where the file says.
-    """
+    """The search for the mesh files of a `mujoco.MjSpec`; other folders are searched last."""
 
     def __init__(self, spec: Any, path: Path, content: bytes, folders: tuple[Path, ...]) -> None:
-        self._spec, self._home, self._folders = spec, path.absolute().parent, folders
+        self._spec, self._home, self._folders = spec, path.parent, folders
         self._packages = Packages(path, folders)
-        # Prefix of the names of its meshes → where an attached model has their files.
-        self._attached = sorted(_attached(path.absolute(), content), key=lambda found: -len(found[0]))
+        # Prefix of mesh names, folder and `meshdir` of the attached models, longest prefix first.
+        self._attached = sorted(_attached(path, content), key=lambda found: -len(found[0]))
 
     def find(self, mesh: Any) -> Path | None:
-        """The file of a mesh, None where there is none; MuJoCo is told of one that is found elsewhere than it looks."""
+        """Return the file of a mesh, or None; tell MuJoCo of a file that is not where it looks."""
         if not mesh.file:
             return None
         name = str(mesh.file)
@@ -94,14 +78,14 @@ class MeshFiles:
             if self._spec.strippath:
                 elsewhere = [folder / base for folder in (*self._where_mujoco_looks(mesh), *self._folders)]
             found = next((file for file in elsewhere if file is not None and file.is_file()), None)
-        except (OSError, ValueError):  # a name that no system takes
+        except (OSError, ValueError):  # an invalid name
             return None
         if found is not None:
             mesh.file = str(found.absolute())
         return found
 
     def _where_mujoco_looks(self, mesh: Any) -> Iterator[Path]:
-        """The folder of the file that has the mesh, with its `meshdir`: that of a model attached, or of this one."""
+        """Yield the folder of the file that has the mesh, with its `meshdir`: an attached model or this one."""
         own = getattr(mesh, "compiler", None)
         meshdirs = [str(getattr(where, "meshdir", "")) for where in (own, self._spec.compiler, self._spec) if where]
         for prefix, folder, meshdir in self._attached:
@@ -111,9 +95,9 @@ class MeshFiles:
         yield from (folder / meshdir for prefix, folder, meshdir in self._attached if not prefix)
 
 
-def _attached(path: Path, content: bytes) -> Iterator[tuple[str, Path, str]]:
-    """Prefix, folder and `meshdir` of the models that a file attaches, and of those that these attach."""
-    elements = list(_elements(path, content, path.parent))
+def _attached(path: Path, content: bytes | None = None) -> Iterator[tuple[str, Path, str]]:
+    """Yield prefix, folder and `meshdir` of the models that a file attaches, and of those that these attach."""
+    elements = list(_elements(path, path.parent, content))
     models = {
         model.get("name") or _model_name(path.parent / model.get("file", "")): model
         for model in elements
@@ -123,46 +107,36 @@ def _attached(path: Path, content: bytes) -> Iterator[tuple[str, Path, str]]:
         model = models.get(element.get("model", "")) if element.tag == "attach" else None
         if model is not None:
             prefix, file = element.get("prefix", ""), path.parent / model.get("file", "")
-            inside = _content(file)
-            compilers = [inner for inner in _elements(file, inside, file.parent) if inner.tag == "compiler"]
+            compilers = [inner for inner in _elements(file, file.parent) if inner.tag == "compiler"]
             meshdirs = [inner.get("meshdir", inner.get("assetdir", "")) for inner in compilers]
             yield prefix, file.parent, next(filter(None, meshdirs), "")
-            yield from ((prefix + inner, folder, meshdir) for inner, folder, meshdir in _attached(file, inside))
+            yield from ((prefix + inner, folder, meshdir) for inner, folder, meshdir in _attached(file))
 
 
 def _model_name(file: Path) -> str:
-    """The name that a file gives its model."""
-    return next((root.get("model", "") for root in _elements(file, _content(file), file.parent)), "")
+    """Return the name that a file gives its model."""
+    return next((root.get("model", "") for root in _elements(file, file.parent)), "")
 
 
-def _elements(path: Path, content: bytes, home: Path) -> Iterator[ET.Element]:
-    """The elements of a file and of those that it includes; none of one that MuJoCo takes and XML does not."""
+def _elements(path: Path, home: Path, content: bytes | None = None) -> Iterator[ET.Element]:
+    """Yield the elements of a file and of those that it includes; none of a file that is not readable XML."""
     try:
-        document = ET.fromstring(content)
-    except (ET.ParseError, ValueError):
+        document = ET.fromstring(path.read_bytes() if content is None else content)
+    except (OSError, ET.ParseError, ValueError):
         return
     for element in document.iter():
         yield element
         if element.tag == "include":
-            beside, name = path.parent, element.get("file", "")
-            inside = beside / name if (beside / name).is_file() else home / name
-            yield from _elements(inside, _content(inside), home)
+            name = element.get("file", "")
+            yield from _elements((path.parent if (path.parent / name).is_file() else home) / name, home)
 
 
-def _content(file: Path) -> bytes:
-    """What a file holds that MuJoCo has read; nothing where it cannot be read again."""
-    try:
-        return file.read_bytes()
-    except (OSError, ValueError):
-        return b""
+# --- The compiled model.
 
-
-# --- An MJCF file as MuJoCo compiles it: includes, classes, angles, orientations and inertias resolved by itself.
-
-# To MuJoCo a body that moves must have a mass. Where its meshes are not there, it gets this one, which is then dropped.
+# In MuJoCo a moving body must have a mass. A body whose meshes are missing gets this one, which is not used later.
 _NO_MASS = 1e-14
 _TINY = 1e-3
-# What must be finite of each kind of thing in a model; a range may have no end.
+# Arrays that must be finite for each kind of element; ranges may be infinite.
 _FINITE = {
     "body": ("pos", "quat", "ipos", "iquat", "mass", "inertia"),
     "joint": ("pos", "axis"),
@@ -180,28 +154,24 @@ class Compiled:
     Attributes:
         model: the `mujoco.MjModel`.
         name: its name, "" without one.
-        meshes: geom id → the mesh that it is.
-        loaded: geom ids whose meshes MuJoCo has loaded; it has moved them to their centres of mass.
-        specks: geom ids of which only the pose is known, not the shape.
+        meshes: geom id → its mesh.
+        loaded: geom ids whose meshes MuJoCo has loaded, and moved to their centres of mass.
+        shapeless: geom ids of which only the pose is known, not the shape.
     """
 
     model: Any
     name: str
     meshes: Mapping[int, MeshAsset]
     loaded: frozenset[int]
-    specks: frozenset[int]
+    shapeless: frozenset[int]
 
     def has_mass(self, body: int) -> bool:
-        """Whether a body's mass is known, and more than nothing."""
+        """Return whether a body's mass is known and positive."""
         return bool(self.model.body_mass[body] > 2.0 * _NO_MASS)
 
 
 def import_mujoco() -> ModuleType:
-    """MuJoCo.
-
-    Raises:
-        MissingExtra: it is not installed.
-    """
+    """Return the module MuJoCo."""
     need_extra("reading MJCF", "mujoco")
     import mujoco
 
@@ -210,23 +180,15 @@ def import_mujoco() -> ModuleType:
 
 
 def compile_mjcf(path: Path, content: bytes, package_dirs: tuple[Path, ...], notes: list[str]) -> Compiled:
-    """The file compiled.
+    """Return the compiled model of a file that contains `content`.
 
-    Args:
-        path: the file.
-        content: what it holds.
-        package_dirs: folders to search for meshes that are not where the file says.
-        notes: gets a line for what is not there, and for what MuJoCo warns of.
-
-    Raises:
-        MissingExtra: MuJoCo is not installed.
-        BadModel: MuJoCo refuses the file.
+    Notes are added on missing meshes and on MuJoCo's warnings. A file that MuJoCo refuses raises `BadModel`.
     """
     mujoco = import_mujoco()
     try:
         with mujoco_warnings(mujoco) as warned:
-            spec = _parsed(mujoco, path.absolute(), content)
-            shapes = _lightened(spec, path, content, package_dirs, notes)
+            spec = _parsed(mujoco, path, content)
+            shapes = _strip_shapes(spec, path, content, package_dirs, notes)
             model = _compiled(spec, shapes, notes)
     except (ValueError, mujoco.FatalError) as error:
         raise BadModel(f"{path}: MuJoCo refuses it: {abbreviated(error)}") from None
@@ -234,23 +196,23 @@ def compile_mjcf(path: Path, content: bytes, package_dirs: tuple[Path, ...], not
     notes += [f"MuJoCo says: {abbreviated(text)}" for text in dict.fromkeys(warned)]
     kind = int(mujoco.mjtGeom.mjGEOM_MESH)
     meshes = {int(shape.geom.id): shape.asset for shape in shapes if shape.asset is not None}
-    specks = frozenset(int(shape.geom.id) for shape in shapes if shape.asset is None)
+    shapeless = frozenset(int(shape.geom.id) for shape in shapes if shape.asset is None)
     loaded = frozenset(geom for geom in meshes if int(model.geom_type[geom]) == kind)
-    names = "" if spec.modelname == "MuJoCo Model" else str(spec.modelname)
-    return Compiled(model, names, meshes, loaded, specks)
+    name = "" if spec.modelname == "MuJoCo Model" else str(spec.modelname)
+    return Compiled(model, name, meshes, loaded, shapeless)
 
 
 def _parsed(mujoco: ModuleType, path: Path, content: bytes) -> Any:
-    """The `mujoco.MjSpec` of a file; since MuJoCo 4 it reads MJCF under the ending .xml only."""
+    """Return the `mujoco.MjSpec` of a file; from MuJoCo 4 on it reads MJCF only from files named .xml."""
     if path.suffix == ".xml" and path.is_file():
         return mujoco.MjSpec.from_file(str(path))
-    # Not under its own name: MuJoCo takes an attached file of that name, in any folder, for this one, and never ends.
+    # Not under its own name: MuJoCo confuses an attached file of that name, in any folder, with this one, and hangs.
     name = f"{path}.xml"
     return mujoco.MjSpec.from_file(name, include={name: content})
 
 
 def _compiled(spec: Any, shapes: list[_Shape], notes: list[str]) -> Any:
-    """The `mujoco.MjModel`; with massless bodies where masses were to come from meshes that are missing."""
+    """Return the `mujoco.MjModel`, with massless bodies if their masses depend on missing meshes."""
     try:
         return spec.compile()
     except ValueError:
@@ -258,26 +220,22 @@ def _compiled(spec: Any, shapes: list[_Shape], notes: list[str]) -> Any:
             raise
         for compiler in _compilers(spec):
             compiler.boundmass = compiler.boundinertia = _NO_MASS
-        # In MuJoCo 3.3 no bound reaches the bodies of a model that is attached.
+        # In MuJoCo 3.3 the bounds do not apply to the bodies of attached models.
         for body in (shape.body for shape in shapes if shape.is_missing):
             if not body.explicitinertial and all(geom.mass == 0.0 for geom in body.geoms):
                 body.explicitinertial, body.mass, body.inertia = True, _NO_MASS, [_NO_MASS] * 3
         model = spec.compile()
-        notes.append("bodies whose mass was to come from missing meshes are taken as massless")
+        notes.append("bodies whose masses depend on missing meshes are taken as massless")
         return model
 
 
 def _compilers(spec: Any) -> list[Any]:
-    """The settings of the compiler: those of the model, and those of the models that it attaches."""
+    """Return the compiler settings of the model and of the models that it attaches."""
     return [spec.compiler, *(body.compiler for body in spec.bodies if getattr(body, "compiler", None) is not None)]
 
 
 def _check_finite(model: Any, path: Path) -> None:
-    """Refuse poses and masses that are no numbers, which MuJoCo takes.
-
-    Raises:
-        BadModel: one is not finite.
-    """
+    """Refuse poses and masses that are not finite, which MuJoCo accepts."""
     for kind, parts in _FINITE.items():
         for part in parts:
             bad = np.argwhere(~np.isfinite(getattr(model, f"{_SHORT.get(kind, kind)}_{part}")))
@@ -288,7 +246,7 @@ def _check_finite(model: Any, path: Path) -> None:
 
 @dataclass(frozen=True, eq=False)
 class _Shape:
-    """A geom that is made of a mesh, or of which only the pose is kept: then without the mesh."""
+    """A geom with a mesh, or with only a pose: then without the mesh."""
 
     geom: Any
     body: Any
@@ -296,71 +254,66 @@ class _Shape:
     is_missing: bool
 
 
-def _lightened(spec: Any, path: Path, content: bytes, package_dirs: tuple[Path, ...], notes: list[str]) -> list[_Shape]:
-    """Take out of a model what only a picture needs; the geoms that are meshes."""
+def _strip_shapes(
+    spec: Any, path: Path, content: bytes, package_dirs: tuple[Path, ...], notes: list[str]
+) -> list[_Shape]:
+    """Remove from a model what only pictures need, and return the geoms that are meshes."""
     mujoco = import_mujoco()
     for compiler in _compilers(spec):
         compiler.discardvisual = compiler.fusestatic = False
-    for skin in list(spec.skins):
-        spec.delete(skin)
     for material in spec.materials:
         material.textures = [""] * len(material.textures)
     for light in spec.lights:
         if hasattr(light, "texture"):
             light.texture = ""
-    for texture in list(spec.textures):
-        spec.delete(texture)
-    used, found = set[str](), list[_Shape]()
-    kind = mujoco.mjtGeom.mjGEOM_HFIELD
-    fields = [(body, geom) for body in spec.bodies for geom in body.geoms if geom.type == kind]
+    geoms = [(body, geom) for body in spec.bodies for geom in body.geoms]
+    fields = [(body, geom) for body, geom in geoms if geom.type == mujoco.mjtGeom.mjGEOM_HFIELD]
     if fields:
         notes.append(f"height fields left out: {len(fields)}")
-    for body, geom in fields:
-        _make_speck(geom)
-        found.append(_Shape(geom, body, None, False))
-    for hfield in list(spec.hfields):
-        spec.delete(hfield)
+    for _, geom in fields:
+        _remove_shape(geom)
+    used, found = set[str](), [_Shape(geom, body, None, False) for body, geom in fields]
+    for element in (*spec.skins, *spec.textures, *spec.hfields):
+        spec.delete(element)
     meshes = {mesh.name: mesh for mesh in spec.meshes}
     search = MeshFiles(spec, path, content, package_dirs)
     files = {name: search.find(mesh) for name, mesh in meshes.items()}
-    for body in spec.bodies:
-        for geom in body.geoms:
-            name = geom.meshname
-            if name not in meshes:
-                continue
-            there = not meshes[name].file or files[name] is not None
-            is_mesh = geom.type == mujoco.mjtGeom.mjGEOM_MESH
-            if is_mesh or not there:
-                home = path.absolute().parent
-                asset = mesh_asset(meshes[name], files[name], home) if is_mesh else None
-                found.append(_Shape(geom, body, asset, not there))
-            if there and (not meshes[name].file or not is_mesh or _gives_mass(spec, body, geom)):
-                used.add(name)  # a primitive is fitted to its mesh
-            else:
-                _make_speck(geom)
+    for body, geom in geoms:
+        name = geom.meshname
+        if name not in meshes:
+            continue
+        available = not meshes[name].file or files[name] is not None
+        is_mesh = geom.type == mujoco.mjtGeom.mjGEOM_MESH
+        if is_mesh or not available:
+            asset = mesh_asset(meshes[name], files[name], path.parent) if is_mesh else None
+            found.append(_Shape(geom, body, asset, not available))
+        if available and (not meshes[name].file or not is_mesh or _gives_mass(spec, body, geom)):
+            used.add(name)  # a primitive is fitted to its mesh
+        else:
+            _remove_shape(geom)
     for site in spec.sites:
         if getattr(site, "meshname", "") in meshes:
             site.meshname, site.type = "", mujoco.mjtGeom.mjGEOM_SPHERE
-    # What is soft may be made of any mesh.
+    # Soft bodies may use any mesh.
     for name in () if len(spec.flexes) else meshes.keys() - used:
         if meshes[name].file:
             spec.delete(meshes[name])
     missing = sorted(meshes[name].file for name in meshes if meshes[name].file and files[name] is None)
     if missing:
         count = sum(bool(mesh.file) for mesh in meshes.values())
-        notes.append(f"{len(missing)} of {count} mesh files are not there, first {quoted(missing[0])}")
+        notes.append(f"{len(missing)} of {count} mesh files are missing, first {quoted(missing[0])}")
     return found
 
 
-def _make_speck(geom: Any) -> None:
-    """A geom without mass, so that its pose is compiled and nothing else of it."""
+def _remove_shape(geom: Any) -> None:
+    """Replace a geom by a tiny massless sphere, so that only its pose is compiled."""
     mujoco = import_mujoco()
     geom.type, geom.meshname, geom.hfieldname = mujoco.mjtGeom.mjGEOM_SPHERE, "", ""
     geom.size, geom.mass, geom.fromto = [_TINY] * 3, 0.0, [math.nan] * 6
 
 
 def _gives_mass(spec: Any, body: Any, geom: Any) -> bool:
-    """Whether the mass or the tensor of the body depends on the shape of the geom."""
+    """Return whether the mass or the tensor of the body depends on the shape of the geom."""
     compiler = getattr(body, "compiler", None) or spec.compiler
     if body.explicitinertial and int(compiler.inertiafromgeom) != 1:  # 1: always
         return False
@@ -369,36 +322,24 @@ def _gives_mass(spec: Any, body: Any, geom: Any) -> bool:
 
 # --- The geoms of MuJoCo as visuals and collision shapes of links.
 #
-# MJCF does not say which geoms are looks: MuJoCo shows the groups 0 to 2, and authors put collision shapes into 3 and
-# above. Here, too, those three groups are the visuals; all geoms are where they hold none. A geom that takes part in
-# contacts is a collision shape.
+# MJCF does not mark visuals: MuJoCo shows the groups 0 to 2, and authors put collision shapes into 3 and above. Here,
+# too, these three groups are the visuals, or all geoms if the groups are empty. A geom with contacts is a collision
+# shape.
 
 # Kinds of geoms, as `mujoco.mjtGeom` numbers them.
-_PLANE, _SPHERE, _CAPSULE, _ELLIPSOID, _CYLINDER, _BOX, _MESH = 0, 2, 3, 4, 5, 6, 7
+_SPHERE, _CAPSULE, _ELLIPSOID, _CYLINDER, _BOX, _MESH = range(2, 8)
 _LAST_VISIBLE_GROUP = 2
-# The colour of a geom that is given none.
+# The default colour of a geom.
 _DEFAULT = (0.5, 0.5, 0.5, 1.0)
 
 
 class Shapes:
-    """The geoms of the bodies of a robot.
-
-    Attributes:
-        visuals: what the links look like.
-        visual_notes: what of it cannot be shown, one line each.
-        collisions: the shapes that stand for the links in contacts.
-    """
+    """The geoms of a robot's bodies as `visuals`, `visual_notes` and `collisions` of links."""
 
     def __init__(self, compiled: Compiled, links: Mapping[int, str], path: Path) -> None:
-        """Read the geoms.
-
-        Args:
-            compiled: the model.
-            links: body → name of its link.
-            path: the file, beside which mesh files are named.
-        """
-        self._compiled, self._model, self._folder = compiled, compiled.model, path.absolute().parent
-        known = (geom for geom in range(int(self._model.ngeom)) if geom not in compiled.specks)
+        """Convert the geoms of the bodies in `links`, body → link; mesh files are named relative to `path`."""
+        self._compiled, self._model, self._folder = compiled, compiled.model, path.parent
+        known = (geom for geom in range(int(self._model.ngeom)) if geom not in compiled.shapeless)
         geoms = [geom for geom in known if int(self._model.geom_bodyid[geom]) in links]
         seen = [geom for geom in geoms if int(self._model.geom_group[geom]) <= _LAST_VISIBLE_GROUP] or geoms
         visuals, collisions = list[Visual](), list[Collision]()
@@ -414,7 +355,7 @@ class Shapes:
         self.visual_notes = tuple(self._notes(seen))
 
     def _parts(self, geom: int) -> Iterator[tuple[Floats, Geometry]]:
-        """The shapes, with their poses in the link, that make a geom."""
+        """Yield the shapes that make a geom, with their poses in the link."""
         model, kind = self._model, int(self._model.geom_type[geom])
         T_link_geom = pose(model.geom_pos[geom], model.geom_quat[geom])
         a, b, c = (float(size) for size in model.geom_size[geom])
@@ -452,7 +393,7 @@ class Shapes:
         return str(self._model.mat(material).name) if material >= 0 else ""
 
     def _colour(self, geom: int) -> Rgba | None:
-        """Its own colour, else that of its material."""
+        """Return the colour of the geom, or else that of its material."""
         r, g, b, a = (float(np.float32(value)) for value in self._model.geom_rgba[geom])
         if (r, g, b, a) != _DEFAULT:
             return r, g, b, a

@@ -1,14 +1,14 @@
-"""The joints of MuJoCo's bodies as joints of one coordinate each, one behind the other.
+"""The joints of MuJoCo's bodies as a series of joints with one coordinate each.
 
-A body of MuJoCo stands at its place in the body that carries it, moved by its joints in their order: about an axis
-through an anchor (hinge), along one (slide), or freely about the anchor (ball). A joint's value counts from `ref`.
+A body of MuJoCo has a pose in its parent body and is moved by its joints in their order: about an axis through an
+anchor (hinge), along an axis (slide), or freely about the anchor (ball). A joint's value is measured from `ref`.
 """
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -16,9 +16,9 @@ import numpy as np
 
 from nao_kin._core.arrays import Floats, join_poses
 from nao_kin._core.text import abbreviated, quoted
-from nao_kin.robot.semantics import Mimic, Posture, Semantics
+from nao_kin.robot.semantics import Mimic
 from nao_kin.robot.urdf.tree import Origin, UrdfJoint
-from nao_kin.rotations import euler_from_matrix, matrix_from_quat, rpy_from_matrix
+from nao_kin.rotations import matrix_from_quat, rpy_from_matrix
 
 FREE, BALL, SLIDE, HINGE = range(4)
 """The kinds of joints, as `mujoco.mjtJoint` numbers them."""
@@ -28,13 +28,13 @@ _AXES = (("x", (1.0, 0.0, 0.0)), ("y", (0.0, 1.0, 0.0)), ("z", (0.0, 0.0, 1.0)))
 _ON_JOINTS = (0, 1)
 
 
-class Motion(NamedTuple):
+class JointCoordinate(NamedTuple):
     """One coordinate of a MuJoCo joint.
 
     Attributes:
         id: the joint in MuJoCo.
-        part: 0, 1, 2 for the three turns of a ball joint about x, y, z; 0 else.
-        joint: what it is, between links that have no names yet; its own name is "" where the file gives none.
+        part: 0, 1, 2 for the three turns of a ball joint about x, y, z; otherwise 0.
+        joint: its description without names of links; its own name is "" if the file gives none.
         is_ball: whether it is part of a ball joint.
     """
 
@@ -44,13 +44,13 @@ class Motion(NamedTuple):
     is_ball: bool
 
 
-def motions(model: Any, body: int) -> tuple[list[Motion], Floats]:
-    """The coordinates that move a body, in order, and the pose (4, 4) of its frame in the last one's.
+def joint_coordinates(model: Any, body: int) -> tuple[list[JointCoordinate], Floats]:
+    """Return the coordinates that move a body, in order, and the pose (4, 4) of its frame in that of the last one.
 
-    A free joint is none of them: it is the base's.
+    A free joint is not included: it belongs to the base.
     """
     T = pose(model.body_pos[body], model.body_quat[body])
-    found: list[Motion] = []
+    found: list[JointCoordinate] = []
     first = int(model.body_jntadr[body])
     for joint in range(first, first + int(model.body_jntnum[body])):
         kind = int(model.jnt_type[joint])
@@ -63,7 +63,7 @@ def motions(model: Any, body: int) -> tuple[list[Motion], Floats]:
             for part, ((letter, axis), limit) in enumerate(zip(_AXES, limits, strict=True)):
                 label = f"{name}_{letter}" if name else ""
                 turn = UrdfJoint(label, "revolute", "", "", origin(T), axis, -limit, limit)
-                found.append(Motion(joint, part, turn, is_ball=True))
+                found.append(JointCoordinate(joint, part, turn, is_ball=True))
                 T = np.eye(4)
             T = translation(-anchor)
             continue
@@ -72,26 +72,32 @@ def motions(model: Any, body: int) -> tuple[list[Motion], Floats]:
         limited = bool(model.jnt_limited[joint])
         lower, upper = (float(value) for value in model.jnt_range[joint]) if limited else (-math.inf, math.inf)
         if math.isfinite(lower) and math.isfinite(upper) and math.isinf(upper - lower):
-            lower, upper = -math.inf, math.inf  # a range beyond all measure
+            lower, upper = -math.inf, math.inf  # a range that overflows
         moving, by = ("prismatic", np.zeros(3)) if kind == SLIDE else ("revolute", anchor)
         single = UrdfJoint(name, moving, "", "", Origin(), (x, y, z), lower, upper)
         place = origin(T @ translation(by) @ single.travel(-ref))
-        found.append(Motion(joint, 0, replace(single, origin=place), is_ball=False))
+        found.append(JointCoordinate(joint, 0, replace(single, origin=place), is_ball=False))
         T = translation(-by)
     return found, T
 
 
+def free_joint(model: Any, body: int) -> int | None:
+    """Return the free joint of a body, None without one."""
+    joint = int(model.body_jntadr[body])
+    return joint if joint >= 0 and int(model.jnt_type[joint]) == FREE else None
+
+
 def _ball_limits(model: Any, joint: int) -> tuple[float, float, float]:
-    """The largest turns about x, y and z: the box that holds every turn of at most the joint's largest angle."""
+    """Return limits of the turns about x, y and z: the smallest box with all turns up to the joint's largest angle."""
     if not model.jnt_limited[joint]:
         return math.inf, math.inf, math.inf
-    most = float(model.jnt_range[joint, 1])
-    # Up to a right angle, each of the three turns is at most the whole turn.
-    return (most, most, most) if most <= math.pi / 2 else (math.inf, math.pi / 2, math.inf)
+    largest = float(model.jnt_range[joint, 1])
+    # Up to a right angle, each of the three turns is at most the total turn.
+    return (largest, largest, largest) if largest <= math.pi / 2 else (math.inf, math.pi / 2, math.inf)
 
 
 def efforts(model: Any) -> dict[int, float]:
-    """Joint → the largest torque or force that its actuators exert; joints without such a bound are left out."""
+    """Return joint → the largest torque or force of its actuators, if the file limits it."""
     strongest: dict[int, float] = {}
     for actuator in range(len(model.actuator_trntype)):
         if int(model.actuator_trntype[actuator]) in _ON_JOINTS:
@@ -105,7 +111,7 @@ def efforts(model: Any) -> dict[int, float]:
 
 
 def _strongest(model: Any, actuator: int) -> float:
-    """The largest force of one actuator at its joint; infinite where the file bounds none."""
+    """Return the largest force of one actuator at its joint; infinite if the file does not limit it."""
     gear = abs(float(model.actuator_gear[actuator, 0]))
     if model.actuator_forcelimited[actuator]:
         return gear * float(np.abs(model.actuator_forcerange[actuator]).max())
@@ -119,18 +125,18 @@ def _strongest(model: Any, actuator: int) -> float:
 
 
 def pose(position: Any, quaternion: Any) -> Floats:
-    """A pose, shape (4, 4), from MuJoCo's position and quaternion (scalar first)."""
+    """Return a pose (4, 4) from MuJoCo's position and quaternion (scalar first)."""
     unit = np.array(quaternion, dtype=np.float64)
     return join_poses(matrix_from_quat(unit / np.linalg.norm(unit)), np.asarray(position))
 
 
 def translation(by: Floats) -> Floats:
-    """A pose, shape (4, 4), that moves and does not turn."""
+    """Return a pose (4, 4) without rotation."""
     return join_poses(np.eye(3), by)
 
 
 def origin(T: Floats) -> Origin:
-    """A pose as the tree keeps it."""
+    """Return a pose as the tree stores it."""
     x, y, z = _numbers(T[:3, 3])
     if np.array_equal(T[:3, :3], np.eye(3)):
         return Origin((x, y, z))
@@ -142,7 +148,7 @@ def _numbers(values: Any) -> Iterator[float]:
     return (float(value) + 0.0 for value in values)  # no −0
 
 
-# --- The equality constraints of MuJoCo between joints as couplings; those that no tree of joints has, as notes.
+# --- The equality constraints between joints as couplings; other constraints as notes.
 
 # Kinds of equality constraints, as `mujoco.mjtEq` numbers them.
 _JOINT = 2
@@ -151,18 +157,13 @@ _KINDS = {0: "connect", 1: "weld", 3: "tendon", 4: "flex"}
 
 @dataclass
 class Couplings:
-    """What holds between the joints.
-
-    Attributes:
-        mimics: joint → the joint that it follows, and how.
-        locked: joint → the value that it is held at.
-    """
+    """The couplings between joints: follower → its driver, and locked joint → its value."""
 
     mimics: dict[str, Mimic] = field(default_factory=dict)
     locked: dict[str, float] = field(default_factory=dict)
 
     def follow(self, name: str, mimic: Mimic) -> bool:
-        """Have a joint follow another one, or where it follows already, that one follow it; False where neither can."""
+        """Make a joint follow another one, or the reverse if it already follows; False if neither is possible."""
         if self._leads_to(mimic.joint, name):
             return False
         if name not in self.mimics and name not in self.locked:
@@ -174,31 +175,26 @@ class Couplings:
         return False
 
     def lock_followers(self, notes: list[str]) -> None:
-        """Hold the joints that follow one that is held, with a note for each."""
+        """Lock the joints that follow a locked one, with a note for each."""
         while held := [name for name, mimic in self.mimics.items() if mimic.joint in self.locked]:
             for name in held:
                 mimic = self.mimics.pop(name)
                 self.locked[name] = value = float(mimic.value(self.locked[mimic.joint]))
                 notes.append(
-                    f"joint {quoted(name)} follows {quoted(mimic.joint)}, which is held: taken as fixed at {value:.6g}"
+                    f"joint {quoted(name)} follows {quoted(mimic.joint)}, which is locked: fixed at {value:.6g}"
                 )
 
     def _leads_to(self, name: str, end: str) -> bool:
-        """Whether the chain of mimics that starts at a joint passes another one."""
+        """Return whether the chain of mimics that starts at a joint passes another one."""
         while name != end and name in self.mimics:
             name = self.mimics[name].joint
         return name == end
 
 
 def read_couplings(model: Any, names: Mapping[int, str], notes: list[str]) -> Couplings:
-    """The couplings of a model's joints.
+    """Return the couplings between joints, given by id → name; notes are added on constraints that are left out.
 
-    MuJoCo holds y − y₀ = a₀ + a₁ (x − x₀) + … + a₄ (x − x₀)⁴ for the values x and y of two joints and their `ref`.
-
-    Args:
-        model: the `mujoco.MjModel`.
-        names: joint → its name, of the hinges and slides of the robot.
-        notes: gets a line for what is left out.
+    MuJoCo constrains y − y₀ = a₀ + a₁ (x − x₀) + … + a₄ (x − x₀)⁴ for the values x and y of two joints and their `ref`.
     """
     couplings, left_out = Couplings(), Counter[str]()
     for row in range(int(model.neq)):
@@ -212,134 +208,31 @@ def read_couplings(model: Any, names: Mapping[int, str], notes: list[str]) -> Co
             if second in names or second < 0:
                 _couple(model, row, names[first], names.get(second, ""), couplings, notes)
             else:
-                notes.append(f"joint {quoted(names[first])} is coupled to one that is not the robot's: left out")
+                notes.append(f"joint {quoted(names[first])} is coupled to a joint outside the robot: left out")
     couplings.lock_followers(notes)
     if left_out:
         kinds = ", ".join(f"{count} {kind}" for kind, count in left_out.items())
-        notes.append(f"equality constraints left out, so that their joints move on their own: {kinds}")
+        notes.append(f"equality constraints left out, so that their joints move independently: {kinds}")
     return couplings
 
 
 def _couple(model: Any, row: int, name: str, driver: str, couplings: Couplings, notes: list[str]) -> None:
-    """Take over one constraint between two joints, or of one joint with itself."""
+    """Convert one constraint between two joints, or on a single joint."""
     constant, slope, *higher = (float(value) for value in model.eq_data[row, :5])
     y = float(model.qpos0[model.jnt_qposadr[model.eq_obj1id[row]]])
     if driver and any(higher):
         notes.append(
             f"joint {quoted(name)} follows {quoted(driver)} by a curve of degree "
-            f"{max(n for n, value in enumerate(higher, 2) if value)}: it moves on its own here"
+            f"{max(n for n, value in enumerate(higher, 2) if value)}: taken as independent"
         )
     elif driver and slope:
         x = float(model.qpos0[model.jnt_qposadr[model.eq_obj2id[row]]])
         if not couplings.follow(name, Mimic(driver, slope, y + constant - slope * x)):
-            notes.append(f"joint {abbreviated(name)} is coupled to {abbreviated(driver)} once more: left out")
+            notes.append(
+                f"joint {abbreviated(name)} is coupled to {abbreviated(driver)} by a second constraint: left out"
+            )
     elif name in couplings.mimics:
-        notes.append(f"joint {abbreviated(name)} is held at a value and follows another: it follows")
+        notes.append(f"joint {abbreviated(name)} is locked and follows another joint: the lock is left out")
     else:
         couplings.locked[name] = y + constant
-        notes.append(f"joint {quoted(name)} is held at {y + constant:.6g}: taken as fixed there")
-
-
-# --- What an MJCF says beyond links and joints: cameras, keyframes and sensors as semantics.
-
-R_CAMERA_FRAME = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [-1.0, 0.0, 0.0]])
-"""The axes of our cameras in those of MuJoCo's: ours look along x with z up, MuJoCo's along −z with y up."""
-
-# Of `mujoco.mjtSensor` and `mujoco.mjtObj`: the sensors that stand in a site.
-_SENSORS = {"mjSENS_ACCELEROMETER": "accelerometers", "mjSENS_GYRO": "gyrometers", "mjSENS_TOUCH": "force_sensors"}
-# A base that is turned by less than this stands upright [rad].
-_UPRIGHT = 1e-6
-
-
-def fields_of_view(model: Any, cameras: Mapping[int, str]) -> dict[str, tuple[float, float]]:
-    """Camera frame → horizontal and vertical field of view [rad], of the cameras whose picture has a known shape."""
-    found = {}
-    for camera, name in cameras.items():
-        width, height = (float(size) for size in model.cam_sensorsize[camera])
-        columns, rows = (int(count) for count in model.cam_resolution[camera])
-        vertical = math.radians(float(model.cam_fovy[camera]))
-        if width > 0.0 and height > 0.0:
-            focal = [float(length) for length in model.cam_intrinsic[camera, :2]]
-            fields = tuple(2.0 * math.atan2(size, 2.0 * f) for size, f in zip((width, height), focal, strict=True))
-        elif columns > 1 and rows > 1:
-            fields = (2.0 * math.atan(math.tan(vertical / 2.0) * columns / rows), vertical)
-        else:
-            continue
-        if all(0.0 < angle < math.pi for angle in fields):
-            found[name] = (fields[0], fields[1])
-    return found
-
-
-def sensor_frames(mujoco: Any, model: Any, sites: Mapping[int, str]) -> dict[str, Any]:
-    """Frames of accelerometers, gyrometers and sensors of pressing forces, under the names that the semantics have."""
-    kinds = {int(getattr(mujoco.mjtSensor, name)): part for name, part in _SENSORS.items()}
-    found: dict[str, list[str]] = {}
-    for sensor in range(int(model.nsensor)):
-        part, site = kinds.get(int(model.sensor_type[sensor])), int(model.sensor_objid[sensor])
-        if part and site in sites and sites[site] not in found.get(part, []):
-            found.setdefault(part, []).append(sites[site])
-    return {part: tuple(frames) for part, frames in found.items()}
-
-
-def value(model: Any, q: Floats, motion: Motion) -> float:
-    """The value of one coordinate in a configuration of MuJoCo."""
-    first = int(model.jnt_qposadr[motion.id])
-    if not motion.is_ball:
-        return float(q[first])
-    turns = euler_from_matrix(pose((0.0, 0.0, 0.0), q[first : first + 4])[:3, :3], "xyz", axes="moving").angles
-    return float(turns[motion.part])
-
-
-def free_joint(model: Any, body: int) -> int | None:
-    """The free joint of a body, None where it has none."""
-    joint = int(model.body_jntadr[body])
-    return joint if joint >= 0 and int(model.jnt_type[joint]) == FREE else None
-
-
-def _up(quaternion: Floats) -> tuple[float, float, float] | None:
-    """The vertical in the axes of a base; None where the base stands upright."""
-    x, y, z = (float(component) for component in pose((0.0, 0.0, 0.0), quaternion)[2, :3])
-    return None if math.hypot(x, y) < _UPRIGHT and z > 0.0 else (x, y, z)
-
-
-def semantics_of(
-    mujoco: Any,
-    model: Any,
-    *,
-    own: Sequence[Motion],
-    base: int | None,
-    cameras: Mapping[int, str],
-    sites: Mapping[int, str],
-    notes: list[str],
-) -> Semantics:
-    """The semantics: cameras with their fields of view, named keyframes as postures, sensors.
-
-    The first keyframe is the posture that is shown first.
-
-    Args:
-        mujoco: the module.
-        model: the `mujoco.MjModel`.
-        own: the motions with a coordinate of their own.
-        base: the free joint of the base, None without one.
-        cameras: id → name of the cameras that are frames.
-        sites: id → name of the sites that are frames.
-        notes: gets a line for what is left out.
-    """
-    postures: dict[str, Posture] = {}
-    for key in range(int(model.nkey)):
-        name, q = str(model.key(key).name), model.key_qpos[key]
-        if name:
-            angles = {motion.joint.name: value(model, q, motion) for motion in own}
-            if not all(map(math.isfinite, angles.values())):
-                raise ValueError(f"keyframe {quoted(name)} is not finite")
-            postures[name] = Posture(angles, None if base is None else _up(q[model.jnt_qposadr[base] :][3:7]))
-    unnamed = int(model.nkey) - len(postures)
-    if unnamed:
-        notes.append(f"keyframes without a name left out: {unnamed}")
-    return Semantics(
-        cameras=tuple(cameras.values()),
-        fields_of_view=fields_of_view(model, cameras),
-        postures=postures,
-        start=next(iter(postures), ""),
-        **sensor_frames(mujoco, model, sites),
-    )
+        notes.append(f"joint {quoted(name)} is locked at {y + constant:.6g}: taken as fixed")

@@ -1,9 +1,9 @@
-"""An MJCF as a tree: bodies as links, each coordinate of each joint as a joint, sites and cameras as fixed links."""
+"""The tree of an MJCF: bodies become links, coordinates become joints, sites and cameras become fixed links."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,42 +13,34 @@ import numpy as np
 from nao_kin._core.arrays import Floats
 from nao_kin._core.text import abbreviated, fresh_name, quoted
 from nao_kin.errors import BadModel
-from nao_kin.robot.semantics import Semantics
+from nao_kin.robot.semantics import Posture, Semantics
 from nao_kin.robot.urdf.couplings import Refused, drive_order, resolve_chains, share_limits
 from nao_kin.robot.urdf.document import checked_folders, file_content, root_tag
 from nao_kin.robot.urdf.mjcf.compiled import Compiled, Shapes, compile_mjcf, import_mujoco
 from nao_kin.robot.urdf.mjcf.joints import (
-    R_CAMERA_FRAME,
     Couplings,
-    Motion,
+    JointCoordinate,
     efforts,
     free_joint,
-    motions,
+    joint_coordinates,
     origin,
     pose,
     read_couplings,
-    semantics_of,
 )
-from nao_kin.robot.urdf.tree import Inertial, UrdfJoint, UrdfTree, names_apart
+from nao_kin.robot.urdf.tree import Inertial, UrdfJoint, UrdfTree, rename_links
+from nao_kin.rotations import euler_from_matrix
 
-# --- Which bodies of an MJCF are the robot: files hold floors, tables and things to grasp beside it.
+# --- The bodies of the robot: files also contain floors, tables and objects to grasp.
 
 WORLD = 0
 
 
 def robot_of(model: Any, notes: list[str]) -> tuple[int, list[int]]:
-    """The root body of the robot, and all its bodies in order, the root among them.
+    """Return the root body of the robot, and all its bodies in order, root included; a note names what is left out.
 
-    The robot is what moves most: the body of the world with most joints on it. Where that one floats (a free joint), or
-    stands still as the only one of the world, it is the root, as in a URDF. Else the world is, and with it come all
-    bodies that do not float.
-
-    Args:
-        model: the `mujoco.MjModel`.
-        notes: gets a line for what is left out.
-
-    Raises:
-        ValueError: there are no bodies.
+    The robot is the child of the world with the most joints. It is the root if it floats (a free joint), or if it is
+    fixed and alone in the world. Otherwise the world is the root, and all bodies that do not float belong to the robot.
+    A model without bodies raises `ValueError`.
     """
     if model.nbody < 2:
         raise ValueError("no bodies")
@@ -59,20 +51,20 @@ def robot_of(model: Any, notes: list[str]) -> tuple[int, list[int]]:
     mocap = {body for body in members if int(model.body_mocapid[body]) >= 0}
     candidates = {body: bodies for body, bodies in members.items() if body not in mocap} or members
     joints = {body: sum(int(model.body_jntnum[one]) for one in bodies) for body, bodies in candidates.items()}
-    standing = [body for body in candidates if free_joint(model, body) is None]
-    main = max(candidates, key=lambda body: (joints[body] - (body not in standing), len(candidates[body]), -body))
-    if main not in standing:
+    anchored = [body for body in candidates if free_joint(model, body) is None]
+    main = max(candidates, key=lambda body: (joints[body] - (body not in anchored), len(candidates[body]), -body))
+    if main not in anchored:
         chosen, root = [main], main
         notes.append(f"body {quoted(_name(model, main))} has a free joint: base='floating' gives it a free base")
-    elif standing == [main] and not int(model.body_jntnum[main]):
-        chosen, root = standing, main
+    elif anchored == [main] and not int(model.body_jntnum[main]):
+        chosen, root = anchored, main
         _note_place(model, main, notes)
     else:
-        chosen, root = standing, WORLD
+        chosen, root = anchored, WORLD
     left_out = [body for body in members if body not in chosen]
     if left_out:
         names = abbreviated(", ".join(_name(model, body) for body in left_out), 100)
-        notes.append(f"left out, for they are not the robot's: {names}")
+        notes.append(f"left out, not part of the robot: {names}")
     bodies = sorted(body for one in chosen for body in members[one])
     return root, bodies if root != WORLD else [WORLD, *bodies]
 
@@ -82,86 +74,79 @@ def _name(model: Any, body: int) -> str:
 
 
 def _note_place(model: Any, body: int, notes: list[str]) -> None:
-    """Say where a root stands in the world, which the tree does not keep."""
+    """Add a note on the pose of a root in the world, which the tree does not contain."""
     T = pose(model.body_pos[body], model.body_quat[body])
     if not np.allclose(T, np.eye(4), atol=1e-12):
         place = " ".join(f"{float(value):.4g}" for value in model.body_pos[body])
         turned = "" if np.allclose(T[:3, :3], np.eye(3), atol=1e-12) else ", turned,"
         notes.append(
-            f"{quoted(_name(model, body))} stands at {place}{turned} in the world; poses are given in its own frame"
+            f"{quoted(_name(model, body))} is at {place}{turned} in the world; poses are relative to its frame"
         )
 
 
-# --- An MJCF as a tree: bodies as links, each coordinate of each joint as a joint, sites and cameras as fixed links.
+# --- The tree.
 
 _FIXED_CAMERA = 0  # as `mujoco.mjtCamLight` numbers them
 
 
-def read_mjcf(path: Path | str, *, package_dirs: Iterable[Path | str] = ()) -> tuple[UrdfTree, Semantics]:
-    """Read an MJCF file through MuJoCo's own parser and compiler.
+def read_mjcf(
+    path: Path | str, *, package_dirs: Iterable[Path | str] = (), content: bytes | None = None
+) -> tuple[UrdfTree, Semantics]:
+    """Return the tree of an MJCF file, compiled by MuJoCo, and its cameras, keyframes and sensors as semantics.
 
-    Args:
-        path: the file.
-        package_dirs: folders to search for meshes that are not where the file says.
-
-    Returns:
-        The tree, and what the file says beyond it: cameras, keyframes as postures, sensors.
-
-    Raises:
-        MissingExtra: MuJoCo is not installed.
-        BadModel: the file cannot be read, is no MJCF, is refused by MuJoCo, or holds no body.
-        BadArgument: a folder that is not there.
+    `package_dirs` are searched for meshes that are not where the file says; `content` is what the file contains, if it
+    has been read already.
     """
-    return mjcf_tree(path, file_content(path), package_dirs)
-
-
-def mjcf_tree(path: Path | str, content: bytes, package_dirs: Iterable[Path | str]) -> tuple[UrdfTree, Semantics]:
-    """As `read_mjcf`, of a file that has been read."""
+    content, path = file_content(path) if content is None else content, Path(path).absolute()
     tag = root_tag(path, content)
     if tag != "mujoco":
         other = "; it is a URDF, which RobotModel.from_urdf reads" if tag == "robot" else ""
         raise BadModel(f"{path}: the root element is <{abbreviated(tag)}>, an MJCF has <mujoco>{other}")
     notes: list[str] = []
     folders = checked_folders(package_dirs)
-    compiled = compile_mjcf(Path(path), content, folders, notes)
+    compiled = compile_mjcf(path, content, folders, notes)
     try:
-        tree, semantics = _Reader(compiled, Path(path), notes).read()
+        tree, semantics = _MjcfReader(compiled, path, notes).read()
     except (Refused, ValueError) as error:
         raise BadModel(f"{path}: {error}") from None
     return replace(tree, package_dirs=folders), semantics
 
 
-class _Reader:
-    """One file on its way into a tree."""
+class _MjcfReader:
+    """The conversion of one file into a tree."""
 
     def __init__(self, compiled: Compiled, path: Path, notes: list[str]) -> None:
         self.compiled, self.model, self.path, self.notes = compiled, compiled.model, path, notes
         self.root, self.bodies = robot_of(self.model, notes)
         self.base = free_joint(self.model, self.root)
-        # Body → its motions, and its pose in the frame of the last one.
-        self.moves = {body: motions(self.model, body) for body in self.bodies if body != self.root}
+        # Body → its coordinates, and its pose in the frame of the last coordinate.
+        self.chains = {body: joint_coordinates(self.model, body) for body in self.bodies if body != self.root}
         self.taken = set[str]()
-        # Site that has its own name → its body, and its pose there.
+        # Site with an unchanged name → its body, and its pose there.
         self.placed: dict[str, tuple[int, Floats]] = {}
 
     def read(self) -> tuple[UrdfTree, Semantics]:
-        """The tree and the semantics."""
+        """Return the tree and the semantics."""
         model = self.model
         body_names = self._body_names()
-        self._name_motions(body_names)
-        motions = [motion for moves, _ in self.moves.values() for motion in moves]
-        shared = names_apart(body_names.values(), (motion.joint.name for motion in motions), self.notes)
+        self._name_coordinates(body_names)
+        coordinates = [coordinate for chain, _ in self.chains.values() for coordinate in chain]
+        shared = rename_links(body_names.values(), (coordinate.joint.name for coordinate in coordinates), self.notes)
         self.taken |= {*shared.values()}
         self.links = {body: shared.get(name, name) for body, name in body_names.items()}
-        scalar = {motion.id: motion.joint.name for motion in motions if not motion.is_ball}
+        scalar = {coordinate.id: coordinate.joint.name for coordinate in coordinates if not coordinate.is_ball}
         joints = self._moving_joints(read_couplings(model, scalar, self.notes))
         sites = self._frames("site", range(int(model.nsite)), joints)
         cameras = self._frames("camera", self._fixed_cameras(), joints)
         resolved = resolve_chains({joint.name: joint for joint in joints}, self.notes)
         root = self.links[self.root]
         ordered = share_limits(drive_order(resolved, root, self.notes), self.notes)
-        self._note_unlimited(ordered)
-        shapes = Shapes(self.compiled, self.links, self.path)
+        own = {joint.name: joint for joint in ordered if joint.kind != "fixed" and joint.mimic is None}
+        unlimited = [name for name, joint in own.items() if np.isinf(joint.upper - joint.lower)]
+        if unlimited:
+            self.notes.append(f"joints without limits: {abbreviated(', '.join(unlimited))}")
+        moving = [coordinate for coordinate in coordinates if coordinate.joint.name in own]
+        semantics, shapes = self._semantics(moving, cameras, sites), Shapes(self.compiled, self.links, self.path)
         tree = UrdfTree(
             path=self.path,
             name=self.compiled.name or self.path.stem,
@@ -173,69 +158,66 @@ class _Reader:
             joints=tuple(ordered),
             visuals=shapes.visuals,
             shared_names=shared,
-            notes=(),
+            notes=tuple(self.notes),
             visual_notes=shapes.visual_notes,
             collisions=shapes.collisions,
         )
-        own = {joint.name for joint in ordered if joint.kind != "fixed" and joint.mimic is None}
-        moving = [motion for motion in motions if motion.joint.name in own]
-        semantics = semantics_of(
-            import_mujoco(), model, own=moving, base=self.base, cameras=cameras, sites=sites, notes=self.notes
-        )
-        return replace(tree, notes=tuple(self.notes)), semantics
+        return tree, semantics
 
     def _body_names(self) -> dict[int, str]:
-        """Body → its name; bodies without one are numbered."""
+        """Return body → its name; bodies without a name are numbered."""
         given = {body: str(self.model.body(body).name) for body in self.bodies}
         self.taken |= {name for name in given.values() if name}
-        return {body: name or self._fresh(f"body_{body}", "") for body, name in given.items()}
+        return {body: name or self._unused_name(f"body_{body}", "") for body, name in given.items()}
 
-    def _name_motions(self, bodies: dict[int, str]) -> None:
-        """Give names to the motions without one, by the bodies they move, and to balls of a name that another has."""
-        every = [motion for moves, _ in self.moves.values() for motion in moves]
-        self.taken |= {motion.joint.name for motion in every if motion.joint.name}
-        single = {motion.joint.name for motion in every if not motion.is_ball}
-        for body, (moves, _) in self.moves.items():
-            for place, motion in enumerate(moves):
-                name = motion.joint.name or self._fresh(bodies[body], "_joint")
-                if motion.is_ball and name in single:
-                    name = self._fresh(name, "_ball")
-                moves[place] = motion._replace(joint=replace(motion.joint, name=name))
+    def _name_coordinates(self, bodies: dict[int, str]) -> None:
+        """Name the coordinates that have no name after their bodies, and rename balls that share a name."""
+        every = [coordinate for chain, _ in self.chains.values() for coordinate in chain]
+        self.taken |= {coordinate.joint.name for coordinate in every if coordinate.joint.name}
+        single = {coordinate.joint.name for coordinate in every if not coordinate.is_ball}
+        for body, (chain, _) in self.chains.items():
+            for place, coordinate in enumerate(chain):
+                name = coordinate.joint.name or self._unused_name(bodies[body], "_joint")
+                if coordinate.is_ball and name in single:
+                    name = self._unused_name(name, "_ball")
+                chain[place] = coordinate._replace(joint=replace(coordinate.joint, name=name))
 
     def _moving_joints(self, couplings: Couplings) -> list[UrdfJoint]:
-        """The joints, one behind the other, with links between the joints of one body."""
+        """Return the joints, with additional links between the joints of one body."""
         joints: list[UrdfJoint] = []
         strength = efforts(self.model)
-        for body, (moves, T_last_body) in self.moves.items():
+        for body, (chain, T_last_body) in self.chains.items():
             parent = self.links[int(self.model.body_parentid[body])]
-            ends_here = bool(moves) and np.array_equal(T_last_body, np.eye(4))
-            for count, motion in enumerate(moves, 1):
-                last = ends_here and count == len(moves)
-                child = self.links[body] if last else self._fresh(motion.joint.name, "_link")
-                joint = replace(motion.joint, parent=parent, child=child)
-                joints.append(self._joint(motion, joint, couplings, strength))
+            ends_here = bool(chain) and np.array_equal(T_last_body, np.eye(4))
+            for count, coordinate in enumerate(chain, 1):
+                last = ends_here and count == len(chain)
+                child = self.links[body] if last else self._unused_name(coordinate.joint.name, "_link")
+                joint = replace(coordinate.joint, parent=parent, child=child)
+                joints.append(self._joint(coordinate, joint, couplings, strength))
                 parent = child
             if not ends_here:
                 joints.append(self._fixed(parent, self.links[body], T_last_body))
-            self._note_ball(moves)
+            self._note_ball(chain)
         return joints
 
-    def _joint(self, motion: Motion, joint: UrdfJoint, couplings: Couplings, strength: dict[int, float]) -> UrdfJoint:
-        """The joint of a motion, which has its names already, as it is coupled, locked, driven and damped."""
+    def _joint(
+        self, coordinate: JointCoordinate, joint: UrdfJoint, couplings: Couplings, strength: dict[int, float]
+    ) -> UrdfJoint:
+        """Return the joint of a coordinate, with its coupling, lock, effort, damping and friction."""
         if joint.name in couplings.locked:
             T = joint.origin.matrix @ joint.travel(couplings.locked[joint.name])
             return UrdfJoint(joint.name, "fixed", joint.parent, joint.child, origin(T))
-        dof = int(self.model.jnt_dofadr[motion.id]) + motion.part
+        dof = int(self.model.jnt_dofadr[coordinate.id]) + coordinate.part
         return replace(
             joint,
-            effort=strength.get(motion.id, math.inf),
+            effort=strength.get(coordinate.id, math.inf),
             damping=float(self.model.dof_damping[dof]),
             friction=float(self.model.dof_frictionloss[dof]),
             mimic=couplings.mimics.get(joint.name),
         )
 
     def _frames(self, kind: str, ids: Any, joints: list[UrdfJoint]) -> dict[int, str]:
-        """Sites or cameras as links fixed to those of their bodies: id → name; those without a name are left out."""
+        """Add sites or cameras as fixed links, and return id → name of those that have a name."""
         prefix = "cam" if kind == "camera" else kind
         bodies = getattr(self.model, f"{prefix}_bodyid")
         found, renamed = dict[int, str](), list[str]()
@@ -245,14 +227,14 @@ class _Reader:
                 continue
             T = pose(getattr(self.model, f"{prefix}_pos")[index], getattr(self.model, f"{prefix}_quat")[index])
             if kind == "camera":
-                T[:3, :3] = T[:3, :3] @ R_CAMERA_FRAME
+                T[:3, :3] = T[:3, :3] @ _R_CAMERA_FRAME
             placed = self.placed.get(name)
             if placed is not None and placed[0] == body and np.allclose(placed[1], T, rtol=0.0, atol=1e-9):
-                found[index] = name  # a camera in a site of its name: one frame
+                found[index] = name  # a camera at a site of the same name: one frame
                 continue
             if name in self.taken:
                 renamed.append(name)
-                found[index] = self._fresh(name, f"_{kind}")
+                found[index] = self._unused_name(name, f"_{kind}")
             else:
                 self.taken.add(name)
                 self.placed[name] = body, T
@@ -260,42 +242,113 @@ class _Reader:
             joints.append(self._fixed(self.links[body], found[index], T))
         if renamed:
             names = abbreviated(", ".join(renamed), 100)
-            self.notes.append(f"{len(renamed)} {kind}s are called …_{kind}, for others have their names: {names}")
+            self.notes.append(f"{len(renamed)} {kind}s are renamed …_{kind}, because their names are taken: {names}")
         return found
 
     def _fixed_cameras(self) -> list[int]:
-        """The cameras that do not follow a body about."""
+        """Return the cameras that do not track a body."""
         modes = [int(mode) for mode in self.model.cam_mode]
         fixed = [camera for camera, mode in enumerate(modes) if mode == _FIXED_CAMERA]
         if len(fixed) < len(modes):
-            self.notes.append(f"cameras that turn by themselves left out: {len(modes) - len(fixed)}")
+            self.notes.append(f"tracking cameras left out: {len(modes) - len(fixed)}")
         return fixed
 
     def _fixed(self, parent: str, child: str, T: Floats) -> UrdfJoint:
-        return UrdfJoint(self._fresh(child, "_fixed"), "fixed", parent, child, origin(T))
+        return UrdfJoint(self._unused_name(child, "_fixed"), "fixed", parent, child, origin(T))
 
     def _inertial(self, body: int) -> Inertial:
         a, b, c = (float(moment) for moment in self.model.body_inertia[body])
         place = origin(pose(self.model.body_ipos[body], self.model.body_iquat[body]))
         return Inertial(float(self.model.body_mass[body]), place, (a, 0.0, 0.0, b, 0.0, c))
 
-    def _note_ball(self, moves: list[Motion]) -> None:
-        for place, motion in enumerate(moves):
-            if motion.part == 2:
-                three = ", ".join(quoted(turn.joint.name) for turn in moves[place - 2 : place + 1])
-                limit = "; its limit on the whole turn is one on each" if self.model.jnt_limited[motion.id] else ""
+    def _note_ball(self, chain: list[JointCoordinate]) -> None:
+        for place, coordinate in enumerate(chain):
+            if coordinate.part == 2:
+                three = ", ".join(quoted(turn.joint.name) for turn in chain[place - 2 : place + 1])
+                limit = "; its limit on the whole turn is one on each" if self.model.jnt_limited[coordinate.id] else ""
                 self.notes.append(
-                    f"ball joint {quoted(str(self.model.joint(motion.id).name))} made of three about x, y and z: "
+                    f"ball joint {quoted(str(self.model.joint(coordinate.id).name))} made of three about x, y and z: "
                     f"{three}{limit}"
                 )
 
-    def _note_unlimited(self, joints: list[UrdfJoint]) -> None:
-        own = (joint for joint in joints if joint.kind != "fixed" and joint.mimic is None)
-        names = [joint.name for joint in own if np.isinf(joint.upper - joint.lower)]
-        if names:
-            self.notes.append(f"joints without limits: {abbreviated(', '.join(names))}")
+    def _semantics(self, own: list[JointCoordinate], cameras: Mapping[int, str], sites: Mapping[int, str]) -> Semantics:
+        """Return cameras and sensors as frames, and named keyframes as postures; the first is shown first."""
+        model, base, postures = self.model, self.base, dict[str, Posture]()
+        for key in range(int(model.nkey)):
+            name, q = str(model.key(key).name), model.key_qpos[key]
+            if name:
+                angles = {coordinate.joint.name: _value(model, q, coordinate) for coordinate in own}
+                if not all(map(math.isfinite, angles.values())):
+                    raise ValueError(f"keyframe {quoted(name)} is not finite")
+                postures[name] = Posture(angles, None if base is None else _up(q[model.jnt_qposadr[base] :][3:7]))
+        unnamed = int(model.nkey) - len(postures)
+        if unnamed:
+            self.notes.append(f"keyframes without a name left out: {unnamed}")
+        return Semantics(
+            cameras=tuple(cameras.values()),
+            fields_of_view=_fields_of_view(model, cameras),
+            postures=postures,
+            start=next(iter(postures), ""),
+            **_sensor_frames(model, sites),
+        )
 
-    def _fresh(self, name: str, *endings: str) -> str:
+    def _unused_name(self, name: str, *endings: str) -> str:
         fresh = fresh_name(name, self.taken, *endings)
         self.taken.add(fresh)
         return fresh
+
+
+# --- Cameras, keyframes and sensors as semantics.
+
+_R_CAMERA_FRAME = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [-1.0, 0.0, 0.0]])
+"""Axes of our cameras in those of MuJoCo's: ours look along x with z up, MuJoCo's along −z with y up."""
+
+# Sensors at a site, by their names in `mujoco.mjtSensor`.
+_SENSORS = {"mjSENS_ACCELEROMETER": "accelerometers", "mjSENS_GYRO": "gyrometers", "mjSENS_TOUCH": "force_sensors"}
+# A base is upright if it is tilted by less than this [rad].
+_UPRIGHT = 1e-6
+
+
+def _fields_of_view(model: Any, cameras: Mapping[int, str]) -> dict[str, tuple[float, float]]:
+    """Return camera → horizontal and vertical field of view [rad], for cameras with a known aspect ratio."""
+    found = {}
+    for camera, name in cameras.items():
+        width, height = (float(size) for size in model.cam_sensorsize[camera])
+        columns, rows = (int(count) for count in model.cam_resolution[camera])
+        vertical = math.radians(float(model.cam_fovy[camera]))
+        if width > 0.0 and height > 0.0:
+            focal = [float(length) for length in model.cam_intrinsic[camera, :2]]
+            fields = tuple(2.0 * math.atan2(size, 2.0 * f) for size, f in zip((width, height), focal, strict=True))
+        elif columns > 1 and rows > 1:
+            fields = (2.0 * math.atan(math.tan(vertical / 2.0) * columns / rows), vertical)
+        else:
+            continue
+        if all(0.0 < angle < math.pi for angle in fields):
+            found[name] = (fields[0], fields[1])
+    return found
+
+
+def _sensor_frames(model: Any, sites: Mapping[int, str]) -> dict[str, Any]:
+    """Return the frames of accelerometers, gyrometers and force sensors, by the fields of `Semantics`."""
+    kinds = {int(getattr(import_mujoco().mjtSensor, name)): part for name, part in _SENSORS.items()}
+    found: dict[str, list[str]] = {}
+    for sensor in range(int(model.nsensor)):
+        part, site = kinds.get(int(model.sensor_type[sensor])), int(model.sensor_objid[sensor])
+        if part and site in sites and sites[site] not in found.get(part, []):
+            found.setdefault(part, []).append(sites[site])
+    return {part: tuple(frames) for part, frames in found.items()}
+
+
+def _value(model: Any, q: Floats, coordinate: JointCoordinate) -> float:
+    """Return the value of one coordinate in a configuration of MuJoCo."""
+    first = int(model.jnt_qposadr[coordinate.id])
+    if not coordinate.is_ball:
+        return float(q[first])
+    turns = euler_from_matrix(pose((0.0, 0.0, 0.0), q[first : first + 4])[:3, :3], "xyz", axes="moving").angles
+    return float(turns[coordinate.part])
+
+
+def _up(quaternion: Floats) -> tuple[float, float, float] | None:
+    """Return the vertical in the axes of a base; None if the base is upright."""
+    x, y, z = (float(component) for component in pose((0.0, 0.0, 0.0), quaternion)[2, :3])
+    return None if math.hypot(x, y) < _UPRIGHT and z > 0.0 else (x, y, z)
