@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats, decimal
+from nao_kin._core.arrays import Floats, finite_decimal
 from nao_kin._core.headings import TIME_UNITS, IsoTimes, is_decimal, is_index, is_iso_time, read_heading
 from nao_kin._core.text import MOST_SHOWN, quoted
 from nao_kin.errors import BadInputFile
@@ -340,11 +340,8 @@ class TableColumns:
 
 def _finite(field: str, mark: str) -> float:
     """The finite number of a field; what is wrong is said in words that follow the name of the column."""
-    try:
-        value = decimal(field if mark == "." else field.replace(mark, ".", "." not in field))
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
+    value = finite_decimal(field if mark == "." else field.replace(mark, ".", "." not in field))
+    if value is None:
         raise ValueError(f"is {quoted(field.strip(), MOST_SHOWN)}, expected a finite number")
     return value
 

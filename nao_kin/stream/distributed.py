@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from nao_kin._core.arrays import whole_number
+from nao_kin._core.arrays import float_dtype, whole_number
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadArgument, NaoKinError, WrongShape
@@ -357,7 +357,7 @@ def _mapped(
     check_robot(robot)
     q = _checked(q, robot.nq, "q")
     rates = tuple(_along(q, _checked(rate, robot.nv, name), name) for rate, name in zip(rates, "va", strict=False))
-    result_dtype = _float_dtype(q.dtype, dtype)
+    result_dtype = float_dtype(q.dtype if dtype is None and q.dtype == np.float32 else dtype)
     # Without configurations the method looks at its other arguments, and says what shape comes out.
     none = [np.empty((0, length)) for length in (robot.nq, *(robot.nv for _ in rates))]
     tail = _chunk(robot, none, method, arguments, result_dtype).shape[1:]
@@ -445,16 +445,3 @@ def _along(q: Array, rates: Array, name: str) -> Array:
     if rates.shape[:-1] != q.shape[:-1]:
         raise WrongShape(name, f"({', '.join(map(str, q.shape[:-1]))}, {rates.shape[-1]})", rates.shape)
     return rates.rechunk((*q.chunks[:-1], (rates.shape[-1],)))
-
-
-def _float_dtype(given: np.dtype[Any], asked: DTypeLike | None) -> np.dtype[Any]:
-    """The dtype of the results."""
-    if asked is None:
-        return given if given == np.float32 else np.dtype(np.float64)
-    try:
-        found = np.dtype(asked)
-        if found in (np.float32, np.float64):
-            return found
-    except TypeError:
-        pass  # no dtype at all
-    raise BadArgument(f"dtype must be float32 or float64, got {quoted(asked)}")

@@ -21,18 +21,18 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from nao_kin._core import __version__, files as atomic
-from nao_kin._core.arrays import Floats, choice
+from nao_kin._core.arrays import Floats, choice, float_dtype
 from nao_kin._core.headings import time_unit_of
 from nao_kin._core.process import usable_cores
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, BadInputFile, DegreesWarning, StartedOverWarning
-from nao_kin.robot import LimitPolicy, RobotModel, check_robot
+from nao_kin.robot import Hips, LimitPolicy, RobotModel, check_hips, check_robot
 from nao_kin.stream.parts import PartFolder, Progress
 from nao_kin.stream.results import MOST_LISTED, BadRow, StreamResult
 from nao_kin.stream.sinks import PoseColumns, PoseStyle, Sink, sink_class
 from nao_kin.stream.sources import Block, Configurations, Source, found_files, open_source
-from nao_kin.stream.tables import Hips, JointColumns, TableOptions, check_hips, times_in_seconds
+from nao_kin.stream.tables import JointColumns, TableOptions, times_in_seconds
 
 # --- How far a long run has come, for whoever sits in front of it: rows, rate, and the time that is left.
 
@@ -176,13 +176,14 @@ def fk(
     files = source if isinstance(source, Configurations) else _paths(source)
     sink = _path(sink, "sink")
     sink = "/dev/stdout" if sink == "-" else sink
-    check_hips(hips)
+    if hips is not None:
+        check_hips(hips)
     choice(on_error, get_args(ErrorPolicy), "policy for bad rows")
     names = robot.link_names if frames is None else (frames,) if isinstance(frames, str) else tuple(frames)
     if not names:
         raise BadArgument("no frames; expected at least one name, or None for all links")
     numbers = PoseColumns(as_, degrees)
-    kind = _dtype(dtype)
+    kind = float_dtype(dtype)
     atomic.check_writable(sink)
     shape = numbers.shape if isinstance(frames, str) else (len(names), *numbers.shape)
     sink_kind = sink_class(sink)
@@ -481,13 +482,3 @@ def _path(path: Path | str, what: str) -> str:
     if not isinstance(path, (str, os.PathLike)) or not os.fspath(path):
         raise BadArgument(f"{what} must be the name of a file, got {quoted(path)}")
     return str(path)
-
-
-def _dtype(dtype: DTypeLike) -> np.dtype[Any]:
-    try:
-        kind = np.dtype(dtype)
-    except TypeError:
-        kind = np.dtype(object)
-    if kind not in (np.float64, np.float32):
-        raise BadArgument(f"dtype must be float64 or float32, got {quoted(dtype)}")
-    return kind

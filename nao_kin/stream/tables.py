@@ -15,7 +15,7 @@ import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, get_args
+from typing import get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,20 +38,26 @@ from nao_kin.errors import (
     UnknownName,
     nearest_names,
 )
-from nao_kin.robot import COUPLING_TOLERANCE, UNIT_TOLERANCE, LimitPolicy, RobotModel, check_robot
+from nao_kin.robot import (
+    COUPLING_TOLERANCE,
+    UNIT_TOLERANCE,
+    Hips,
+    LimitPolicy,
+    RobotModel,
+    check_hips,
+    check_robot,
+    joints_by_motor,
+    motor_values,
+)
 from nao_kin.stream.results import Clamped, clamp
 
 __all__ = [
-    "Hips",
     "Log",
     "log_columns",
     "read_configurations",
     "read_log",
 ]
 
-
-# What two joints of one motor are made to where their values differ.
-Hips = Literal["average", "left", "right"]
 
 # As much of a file as tells what it holds.
 _BEGINNING = 1 << 16
@@ -158,7 +164,8 @@ def read_log(
         ([0.02], 0.0087)
     """
     check_robot(robot)
-    check_hips(hips)
+    if hips is not None:
+        check_hips(hips)
     name = str(path)
     if not name:
         raise BadArgument("no file name; expected a CSV or JSON file, or - for standard input")
@@ -202,12 +209,6 @@ def read_log(
 
 
 HIPS_ADVICE = '; hips="average" (--hips average) takes their mean'
-
-
-def check_hips(hips: str | None) -> None:
-    """Raise `UnknownName` for what is no rule for two joints of one motor."""
-    if hips is not None:
-        choice(hips, get_args(Hips), "rule for the hips")
 
 
 @dataclass(frozen=True)
@@ -335,37 +336,14 @@ def log_columns(
     return None if empty else table
 
 
-def shared_motors(robot: RobotModel, names: Sequence[str], values: Floats, hips: Hips | None) -> dict[str, Floats]:
-    """Return joint → values (n,), of joints that one motor drives one for all.
-
-    Args:
-        robot: whose joints.
-        names: the joint of every column.
-        values: shape (n, columns) [rad, m or ratio].
-        hips: "average", or "left" or "right" for the joint whose name begins with L or R; None leaves all as it is.
-    """
+def _shared(robot: RobotModel, names: Sequence[str], values: Floats, hips: Hips | None) -> dict[str, Floats]:
+    """Return joint → values (n,) of the columns (n, columns); with a rule `hips`, one value for each shared motor."""
     columns = dict(zip(names, values.T, strict=True))
-    motors: dict[str, list[str]] = {}
-    for name in names:
-        mimic = robot.mimics.get(name)
-        if mimic is None or mimic.multiplier != 0.0:
-            motors.setdefault(name if mimic is None else mimic.joint, []).append(name)
-    several = {motor: joints for motor, joints in motors.items() if len(joints) > 1}
-    if hips is None or not several:
+    if hips is None:
         return columns
-    found = {
-        name: column
-        for name, column in columns.items()
-        if name not in robot.mimics or robot.mimics[name].joint not in several
-    }
-    for motor, joints in several.items():
-        chosen = [name for name in joints if name[:1].lower() == hips[0]] if hips != "average" else []
-        driving = [
-            robot.mimics[name].driver_value(columns[name]) if name in robot.mimics else columns[name]
-            for name in chosen or joints
-        ]
-        found[motor] = np.mean(driving, axis=0)
-    return found
+    several = [name for joints in joints_by_motor(robot, names).values() if len(joints) > 1 for name in joints]
+    shared = {name: columns.pop(name) for name in several}
+    return columns | motor_values(robot, shared, hips)
 
 
 def times_in_seconds(times: Floats, unit: str | None) -> tuple[Floats, str]:
@@ -397,7 +375,7 @@ def limits_advice(robot: RobotModel, table: TableColumns, row: Floats) -> str:
     if not large.size or large.mean() < 0.5:
         return advice
     values = np.where(turning, np.radians(row), in_si_units(row[None], table.units)[0])
-    q = robot.configuration(shared_motors(robot, table.names, values[None], "average"), limits="ignore")
+    q = robot.configuration(_shared(robot, table.names, values[None], "average"), limits="ignore")
     fits = bool(np.all(robot.within_limits(q)))
     return f"{advice}; are these degrees (degrees=True, --deg)?" if fits else advice
 
@@ -527,7 +505,7 @@ class JointColumns:
     def values(self, values: Floats) -> dict[str, Floats]:
         """Joint → values (n,) of rows (n, columns) [rad, m or ratio]."""
         table = self.table
-        return shared_motors(self.robot, table.names, in_si_units(values[:, self.base :], table.units), self.hips)
+        return _shared(self.robot, table.names, in_si_units(values[:, self.base :], table.units), self.hips)
 
     def _assembled(self, values: Floats) -> tuple[Floats, NDArray[np.bool_]]:
         """Configurations (n, nq) of finite rows, and in which of them the joints of one motor agree."""

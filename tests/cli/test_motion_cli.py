@@ -165,16 +165,16 @@ def test_check_lists_every_stretch_if_asked_to(capsys: pytest.CaptureFixture, tm
     assert run(["motion", "check", path]) == 1
     out = capsys.readouterr().out
     assert "1.5" in out
-    assert "and 1 more stretches of these joints (--all lists them)" in out
+    assert "and 1 more intervals of these joints (--all lists them)" in out
     assert run(["motion", "check", path, "--all"]) == 1
     out = capsys.readouterr().out
     assert "1.2" in out
-    assert "more stretches" not in out
+    assert "more intervals" not in out
 
 
 def test_check_is_content_with_a_good_motion(capsys: pytest.CaptureFixture, nod: str) -> None:
     assert run(["motion", "check", nod]) == 0
-    assert capsys.readouterr().out == "nao_v6 can move so: 2 joints, 0 to 1 s\n"
+    assert capsys.readouterr().out == "nao_v6 can perform the motion: 2 joints, 0 to 1 s\n"
     assert _json(capsys, "motion", "check", nod, "--json")["ok"]
 
 

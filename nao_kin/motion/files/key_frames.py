@@ -11,7 +11,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats, decimal
+from nao_kin._core.arrays import Floats, finite_decimal
 from nao_kin._core.text import MOST_SHOWN, quoted
 from nao_kin.motion.files.source import Place, Source
 from nao_kin.motion.files.tracks import Track, check_times, motion_of
@@ -237,17 +237,13 @@ class ConfigStream:
         """A finite number, angles in radians; one without a unit is in the unit `plain`, or in none ("")."""
         match = _NUMBER.fullmatch(value.text) if isinstance(value, Word) else None
         units: dict[str, float] = _ANGLES if plain else {"": 1.0}
-        try:
-            if match is None or (match[2] and match[2] not in units):
-                raise ValueError
-            number = decimal(match[1]) * units[match[2] or plain]
-        except ValueError:
-            number = math.inf
-        if not math.isfinite(number):
+        known = match is not None and (not match[2] or match[2] in units)
+        number = finite_decimal(match[1]) if match is not None and known else None
+        if match is None or number is None:
             got = quoted(value.text, MOST_SHOWN) if isinstance(value, Word) else _kind(value)
             unit = f" in {' or '.join(_ANGLES)}" if plain else ""
             raise self.error(f"{what} is {got}, expected a number{unit}", value)
-        return number
+        return number * units[match[2] or plain]
 
     def _place(self, at: int) -> Place:
         before = self._source.text[:at]

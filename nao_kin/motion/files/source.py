@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, decimal
+from nao_kin._core.arrays import Floats, finite_decimal
 from nao_kin._core.csv_numbers import plain_floats
 from nao_kin._core.files import described, is_finite_number, read_json
 from nao_kin._core.text import MOST_SHOWN, abbreviated, quoted
@@ -203,13 +203,11 @@ class Source:
             return numbers
         numbers = []
         for index, (name, text) in enumerate(zip(names, map(str.strip, fields), strict=True)):
-            try:
-                numbers.append(math.nan if text == hold else decimal(text))
-            except ValueError:
-                numbers.append(math.inf)
-            if math.isinf(numbers[-1]):
+            number = math.nan if text == hold else finite_decimal(text)
+            if number is None:
                 reason = f"{name} is {quoted(text, MOST_SHOWN)}, expected a finite number"
                 raise self.error(reason if hold is None else f"{reason} or {hold}", place(index))
+            numbers.append(number)
         return numbers
 
     @cached_property
