@@ -246,11 +246,9 @@ class SharedTimes:
             segment = segment_of(self._times, t[part])
             rows = result[part]
             np.take(self._coefficients[-1], segment, axis=0, out=rows)
-            yield rows, segment, self._share(segment, t[part])[:, None]
-
-    def _share(self, segment: NDArray[np.intp], t: Floats) -> Floats:
-        start = self._times[segment]
-        return np.asarray(np.clip((t - start) / (self._times[segment + 1] - start), 0.0, 1.0))
+            start_time = self._times[segment]
+            share = np.clip((t[part] - start_time) / (self._times[segment + 1] - start_time), 0.0, 1.0)
+            yield rows, segment, share[:, None]
 
 
 # --- The motion itself.

@@ -298,8 +298,7 @@ class ParquetSource(TableSource):
         except ArrowException as error:
             raise BadInputFile(path, f"not a Parquet file: {abbreviated(error)}") from None
         self.size = sum(self._groups)
-        self.table = _table_of(schema, path, robot, options)
-        self._columns = [schema.names[place] for place in self.table.places]
+        self.table, self._columns = _table_of(schema, path, robot, options)
 
     def blocks(self, start: Position) -> Iterator[Block]:
         """As `TableSource`; earlier row groups are not read."""
@@ -343,8 +342,7 @@ class ArrowSource(TableSource):
         except pa.ArrowException as error:
             raise BadInputFile(path, f"not an Arrow IPC file: {abbreviated(error)}") from None
         self.size = int(batches)
-        self.table = _table_of(schema, path, robot, options)
-        self._columns = [schema.names[place] for place in self.table.places]
+        self.table, self._columns = _table_of(schema, path, robot, options)
 
     def blocks(self, start: Position) -> Iterator[Block]:
         """As `TableSource`; the file is mapped again for each batch, so that memory is released."""
@@ -365,8 +363,8 @@ class ArrowSource(TableSource):
             offset = 0
 
 
-def _table_of(schema: Any, path: str, robot: RobotModel, options: TableOptions) -> TableColumns:
-    """Return the columns of a table, which must hold numbers; times may be timestamps of Arrow."""
+def _table_of(schema: Any, path: str, robot: RobotModel, options: TableOptions) -> tuple[TableColumns, list[str]]:
+    """Return the columns of a table, which must hold numbers or times, and their names in the file."""
     import pyarrow as pa
 
     table = options.table(path, schema.names, robot)
@@ -377,7 +375,7 @@ def _table_of(schema: Any, path: str, robot: RobotModel, options: TableOptions) 
             table = replace(table, time_unit=kind.unit)
         elif not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_decimal(kind)):
             raise BadInputFile(path, f"column {quoted(entry.name)} holds {abbreviated(kind)}, expected numbers")
-    return table
+    return table, [schema.names[place] for place in table.places]
 
 
 def _block_of(rows: Any, table: TableColumns, columns: Sequence[str], end: Position, *, last: bool) -> Block:

@@ -465,7 +465,7 @@ def test_two_hips_of_sensors_are_settled_as_asked(
     # With times it was always read so, as a motion.
     source.write_text(_text({"time": TIMES, **table}))
     expected[:, nao.joint_names.index("LHipYawPitch")] -= 0.001
-    for options in (["-o", str(tmp_path / "poses.csv")], ["--csv"]):
+    for options in (["-o", str(tmp_path / "poses.csv"), "--force"], ["--csv"]):
         capsys.readouterr()
         assert run(["fk", str(source), "--frame", "LLeg", "--as", "matrix", "--ignore-limits", *options]) == 0
         text = capsys.readouterr().out if "--csv" in options else (tmp_path / "poses.csv").read_text()
@@ -554,7 +554,7 @@ def test_clamping_says_how_many_rows_it_moved_and_how_far(
         assert (result.clamped.rows, result.clamped.joint) == (1, "HeadYaw")
         assert result.clamped.most == pytest.approx(0.25)
         assert result.as_dict()["clamped"]["rows"] == 1
-        for options in (["-o", str(tmp_path / "poses.csv")], ["--csv"], ["--csv", "--rate", "50"]):
+        for options in (["-o", str(tmp_path / "poses.csv"), "--force"], ["--csv"], ["--csv", "--rate", "50"]):
             if "--rate" in options and name == "log.csv":
                 continue
             capsys.readouterr()

@@ -50,7 +50,7 @@ from nao_kin.motion.files.key_frames import (
     motion_of_frames,
     warn_of_sensors,
 )
-from nao_kin.motion.files.source import Format, MotionSource, chosen
+from nao_kin.motion.files.source import Format, MotionSource, chosen, has_line
 from nao_kin.motion.motion import Motion
 
 _BEGINS = re.compile(r"^\s*(?:keyframeBlock|mofs)\s*=\s*[\[{]", re.MULTILINE)
@@ -65,11 +65,6 @@ _EASES: dict[str, Ease | None] = {
 }
 # Actions that depend on the robot's sensors.
 _BY_SENSORS = ("keyframeBranches", "waitConditions", "jointCompensation", "startAsNextPhaseMotion")
-
-
-def _recognises_bhuman(source: MotionSource) -> bool:
-    """Whether some line begins with keyframeBlock = or mofs = ."""
-    return _BEGINS.search(source.text) is not None
 
 
 def _read_bhuman(source: MotionSource) -> Motion:
@@ -144,7 +139,7 @@ def _frames(stream: ConfigStream, block: Fields, rows: str, left_out: set[str], 
     return frames
 
 
-BHUMAN = Format("bhuman", (".cfg",), "B-Human's key frames", _recognises_bhuman, _read_bhuman)
+BHUMAN = Format("bhuman", (".cfg",), "B-Human's key frames", has_line(_BEGINS), _read_bhuman)
 
 
 # --- NaoDevils' key frames (.kfm).
@@ -175,11 +170,6 @@ _KFM_ORDER = np.array([*range(8), *range(14, 26), *range(8, 14)])
 _KFM_EASES: dict[str, Ease | None] = {"linear": "linear", "sine": "cosine"}
 
 
-def _recognises_kfm(source: MotionSource) -> bool:
-    """Whether some line begins with keyFrames = [ or, in a kick, phaseParameters = [."""
-    return _KFM_BEGINS.search(source.text) is not None
-
-
 def _read_kfm(source: MotionSource) -> Motion:
     """Read the motion in a .kfm file; a .kmc file, which holds no joint values, is refused."""
     stream = ConfigStream(source)
@@ -198,4 +188,4 @@ def _read_kfm(source: MotionSource) -> Motion:
     return motion_of_frames(source, frames)
 
 
-NAODEVILS = Format("naodevils", (".kfm", ".kmc"), "NaoDevils' key frames", _recognises_kfm, _read_kfm)
+NAODEVILS = Format("naodevils", (".kfm", ".kmc"), "NaoDevils' key frames", has_line(_KFM_BEGINS), _read_kfm)

@@ -25,7 +25,7 @@ from nao_kin._core.text import abbreviated
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument
 from nao_kin.motion.files.key_frames import COSINE_ERROR, eased, warn_of_sensors
-from nao_kin.motion.files.source import Format, JsonPath, MotionFileWarning, MotionSource, Place, in_json
+from nao_kin.motion.files.source import Format, JsonPath, MotionFileWarning, MotionSource, Place, has_field, in_json
 from nao_kin.motion.files.tracks import Track, check_times, milliseconds, motion_of, nao_columns, straight_rows
 from nao_kin.motion.motion import Motion
 from nao_kin.robot.nao import BODY_ORDER
@@ -39,12 +39,6 @@ _JOINTS = dict(zip(_PLACES, BODY_ORDER, strict=True))
 _MODES = ("linear", "cosine")
 _POSITIONS, _STIFFNESSES = "positions", "stiffnesses"
 _CONDITIONS = ("entry_condition", "enable", "exit_condition", "interrupt_conditions")
-
-
-def _recognises_hulks(source: MotionSource) -> bool:
-    """Whether it is a JSON object with initial_positions."""
-    value = source.json
-    return isinstance(value, dict) and "initial_positions" in value
 
 
 def _read_hulks(source: MotionSource) -> Motion:
@@ -160,7 +154,7 @@ def _object(row: Floats) -> str:
     return json.dumps(positions)
 
 
-HULKS = Format("hulks", (".json",), "HULKs' key frames", _recognises_hulks, _read_hulks, _write_hulks)
+HULKS = Format("hulks", (".json",), "HULKs' key frames", has_field("initial_positions"), _read_hulks, _write_hulks)
 
 
 # --- HULKs' older .motion2: JSON with lists of positions, whose times are shares of the total.

@@ -22,7 +22,7 @@ import numpy as np
 from nao_kin._core.arrays import Floats
 from nao_kin._core.files import described
 from nao_kin._core.text import MOST_SHOWN, quoted
-from nao_kin.motion.files.source import Format, MotionSource, Place, PlaceOf, in_json
+from nao_kin.motion.files.source import Format, MotionSource, Place, in_json
 from nao_kin.motion.files.tracks import Track, is_hand, motion_of, sampled
 from nao_kin.motion.interpolation import INTERPOLATIONS, Interpolation
 from nao_kin.motion.motion import Motion
@@ -118,13 +118,12 @@ def _handles(source: MotionSource, columns: list[Floats]) -> list[Floats | None]
                 reason = f"expected [[seconds, value], [seconds, value]], got {described(pair)}"
                 raise source.error(reason, place.entry(key))
         flat = [number for pair in own for side in pair for number in side]
-        numbers = source.floats(flat, "offset", _offset_of(place))
-        result.append(numbers.reshape(-1, 2, 2))
+
+        def offset(at: int, place: Place = place) -> Place:
+            return place.entry(at // 4).entry(at // 2 % 2).entry(at % 2)
+
+        result.append(source.floats(flat, "offset", offset).reshape(-1, 2, 2))
     return result
-
-
-def _offset_of(place: Place) -> PlaceOf:
-    return lambda at: place.entry(at // 4).entry(at // 2 % 2).entry(at % 2)
 
 
 def _interpolation(source: MotionSource) -> Interpolation:

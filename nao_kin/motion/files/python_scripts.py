@@ -17,7 +17,7 @@ from nao_kin._core.files import described
 from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadInputFile
 from nao_kin.motion.files.choregraphe import control_points, plain_keys, points
-from nao_kin.motion.files.source import Format, MotionSource, Place, PlaceOf, chosen, in_json
+from nao_kin.motion.files.source import Format, MotionSource, Place, PlaceOf, chosen, has_line, in_json
 from nao_kin.motion.files.tracks import Track, is_hand, motion_of, sampled
 from nao_kin.motion.motion import Motion
 from nao_kin.robot.nao import BODY_ORDER, CHAINS
@@ -145,11 +145,6 @@ class _PythonExport:
     function: str
     error: BadInputFile | None = None
     lists: dict[str, list[tuple[Any, Place]]] = field(default_factory=lambda: {name: [] for name in _LISTS})
-
-
-def _recognises_python(source: MotionSource) -> bool:
-    """Whether some line begins with names = or names.append(."""
-    return _MENTION.search(source.text) is not None
 
 
 def _read_python(source: MotionSource) -> Motion:
@@ -313,7 +308,7 @@ def _write_python(motion: Motion, rate: float | None) -> bytes:
     return ("\n".join(lines) + "\n").encode()
 
 
-PYTHON = Format("python", (".py",), "Choregraphe's Python export", _recognises_python, _read_python, _write_python)
+PYTHON = Format("python", (".py",), "Choregraphe's Python export", has_line(_MENTION), _read_python, _write_python)
 
 
 # --- The arguments of NAOqi's angleInterpolation and angleInterpolationBezier, as JSON.

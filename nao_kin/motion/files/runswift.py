@@ -18,7 +18,7 @@ import re
 import numpy as np
 
 from nao_kin._core.text import MOST_SHOWN, quoted
-from nao_kin.motion.files.source import Format, MotionSource, Place
+from nao_kin.motion.files.source import Format, MotionSource, Place, has_line
 from nao_kin.motion.files.tracks import Track, check_times, milliseconds, motion_of, nao_columns, straight_rows
 from nao_kin.motion.motion import Motion
 
@@ -53,11 +53,6 @@ _DURATION = "DUR"
 _POSE = re.compile(r"^![ \t]*[-+.\d]", re.MULTILINE | re.ASCII)
 _WORD = re.compile(r"[^\s!$]+")
 _WIDTH = 6
-
-
-def recognises(source: MotionSource) -> bool:
-    """Whether some line begins with ! and a number."""
-    return _POSE.search(source.text) is not None
 
 
 def read(source: MotionSource) -> Motion:
@@ -135,4 +130,4 @@ def _line(mark: str, words: list[str]) -> str:
     return f"{mark} {' '.join(word.ljust(_WIDTH - 1) for word in words)}".rstrip()
 
 
-RUNSWIFT = Format("runswift", (".pos",), "rUNSWift's poses", recognises, read, write)
+RUNSWIFT = Format("runswift", (".pos",), "rUNSWift's poses", has_line(_POSE), read, write)

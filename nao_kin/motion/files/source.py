@@ -238,6 +238,16 @@ class Format:
     write: Callable[[Motion, float | None], bytes] | None = field(repr=False, default=None)
 
 
+def has_line(pattern: re.Pattern[str]) -> Callable[[MotionSource], bool]:
+    """Return a test of whether a pattern matches somewhere in the text."""
+    return lambda source: pattern.search(source.text) is not None
+
+
+def has_field(*names: str) -> Callable[[MotionSource], bool]:
+    """Return a test of whether the text is a JSON object with one of these fields."""
+    return lambda source: isinstance(source.json, dict) and any(name in source.json for name in names)
+
+
 # --- One of several motions in a file.
 
 _MAX_LISTED = 12
