@@ -1,4 +1,4 @@
-"""Trajectories: joints with keys of their own, interpolated, checked, mended and edited; and files of many kinds."""
+"""Trajectories with keys for each joint: interpolated, checked, mended and edited; and motion files."""
 
 from __future__ import annotations
 

@@ -232,29 +232,22 @@ def check(robot: RobotModel, motion: Motion, *, fill: str | ArrayLike = HOLD, ra
     )
 
 
-def joint_range(robot: RobotModel, joint: str) -> tuple[float, float]:
-    """Return the smallest and largest value of a joint, also of a mimic joint."""
+def joint_bounds(robot: RobotModel, joint: str) -> tuple[float, float, float]:
+    """Return the smallest and largest value of a joint and its speed limit, also of a mimic joint."""
     mimic = robot.mimics.get(joint)
     column = robot.joint_names.index(joint if mimic is None else mimic.joint)
-    box = float(robot.lower[column]), float(robot.upper[column])
-    return box if mimic is None else mimic.range(*box)
-
-
-def largest_speed(robot: RobotModel, joint: str) -> float:
-    """Return the speed limit of a joint, also of a mimic joint."""
-    mimic = robot.mimics.get(joint)
-    column = robot.joint_names.index(joint if mimic is None else mimic.joint)
-    return float(robot.velocity_limits[column]) * (1.0 if mimic is None else abs(mimic.multiplier))
+    lower, upper, speed = (float(row[column]) for row in (robot.lower, robot.upper, robot.velocity_limits))
+    return (lower, upper, speed) if mimic is None else (*mimic.range(lower, upper), abs(mimic.multiplier) * speed)
 
 
 def _limits(robot: RobotModel, joint: str, curve: Segments) -> _Found:
-    lower, upper = joint_range(robot, joint)
+    lower, upper, _ = joint_bounds(robot, joint)
     found = _both_sides(curve, "value", lower, upper, LIMIT_TOLERANCE)
     return _violations("limit", joint, found, lower, upper, robot.unit(joint))
 
 
 def _speeds(robot: RobotModel, joint: str, curve: Segments) -> _Found:
-    limit = largest_speed(robot, joint)
+    *_, limit = joint_bounds(robot, joint)
     found = _both_sides(curve, "speed", -limit, limit, SPEED_TOLERANCE * limit)
     return _violations("speed", joint, found, -limit, limit, f"{robot.unit(joint)}/s")
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, choice
 from nao_kin.errors import BadArgument
-from nao_kin.motion.checking import bends, check, joint_range, largest_speed
+from nao_kin.motion.checking import bends, check, joint_bounds
 from nao_kin.motion.configurations import HOLD, interval, sampling_times
 from nao_kin.motion.curves import JointCurves, pieces_of
 from nao_kin.motion.editing import cut, resample, time_warp
@@ -202,14 +202,12 @@ def share_motors(robot: RobotModel, motion: Motion, hips: Hips = "average") -> M
         knots = np.unique(np.concatenate([mended.times[column] for column in sources]))
         values = dict(zip(mended.joint_names, mended.sample(knots).T, strict=True))
         ((_, motor),) = motor_values(robot, {name: values[name] for name in joints}, hips).items()
+        moves = {joint: robot.mimics[joint].multiplier if joint in robot.mimics else 1.0 for joint in joints}
         for joint in joints:
             column, mimic = mended.joint_names.index(joint), robot.mimics.get(joint)
             times[column], keys[column] = knots, motor if mimic is None else mimic.value(motor)
-            if handles:
-                offsets = [
-                    mended.handles[source] * (1.0, _scale(robot, mended.joint_names[source], joint))  # type: ignore[index]
-                    for source in sources
-                ]
+            if mended.handles is not None:
+                offsets = [mended.handles[s] * (1.0, moves[joint] / moves[mended.joint_names[s]]) for s in sources]
                 handles[column] = np.mean(offsets, axis=0)
             miss = keys[column] - values[joint]
             changes += changes_of("one motor", joint, knots, miss, robot.unit(joint))
@@ -227,18 +225,12 @@ def _same_times(motion: Motion, joints: list[str]) -> bool:
     )
 
 
-def _scale(robot: RobotModel, source: str, joint: str) -> float:
-    """Return the change of a joint per unit of another joint of its motor."""
-    moves = [robot.mimics[name].multiplier if name in robot.mimics else 1.0 for name in (joint, source)]
-    return moves[0] / moves[1]
-
-
 def _into_ranges(robot: RobotModel, motion: Motion) -> tuple[Motion, list[Change]]:
     """Return the motion with keys and handles moved into the joints' own ranges, and the changes."""
     keys, handles = list[Floats](), list[Floats]()
     changes = list[Change]()
     for column, joint in enumerate(motion.joint_names):
-        lower, upper = joint_range(robot, joint)
+        lower, upper, _ = joint_bounds(robot, joint)
         given = motion.keys[column]
         outside = (given < lower - LIMIT_TOLERANCE) | (given > upper + LIMIT_TOLERANCE)
         clipped = np.where(outside, np.clip(given, lower, upper), given)
@@ -361,7 +353,7 @@ def _stretch_factors(robot: RobotModel, motion: Motion) -> tuple[Floats, Floats]
         pieces = pieces_of(curve, "speed", np.arange(len(curve.start)))
         fastest = np.zeros(len(curve.start))
         np.maximum.at(fastest, pieces.segment, np.abs(pieces.values).max(axis=1))
-        limit, own = largest_speed(robot, joint), motion.times[column]
+        (*_, limit), own = joint_bounds(robot, joint), motion.times[column]
         if not np.isfinite(fastest).all():
             place = int(np.argmin(np.isfinite(fastest)))
             raise BadArgument(

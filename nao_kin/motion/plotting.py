@@ -10,7 +10,7 @@ import numpy as np
 
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import UnknownName
-from nao_kin.motion.checking import check, joint_range, largest_speed
+from nao_kin.motion.checking import check, joint_bounds
 from nao_kin.motion.motion import Motion, check_both, checked_names
 from nao_kin.robot import RobotModel
 
@@ -68,8 +68,8 @@ def plot(robot: RobotModel, motion: Motion, *, joints: Sequence[str] | None = No
         column = motion.joint_names.index(name)
         kinds = ("speed",) if speed else ("limit", "coupled limit", "motor")
         bad = [row for row in violations if row.joint == name and row.kind in kinds]
-        limit = largest_speed(robot, name)
-        bounds = (-limit, limit) if speed else joint_range(robot, name)
+        lower, upper, limit = joint_bounds(robot, name)
+        bounds = (-limit, limit) if speed else (lower, upper)
         _draw(axes, t, values[:, column] * scale, [bound * scale for bound in bounds], bad)
         if not speed and len(motion.keys[column]) <= _MAX_DOTS:
             axes.plot(motion.times[column], motion.keys[column] * scale, ".", color=_LINE, markersize=5)

@@ -11,6 +11,7 @@ from nao_kin._core.arrays import choice
 from nao_kin._core.files import check_replaceable, read_bytes, write_bytes
 from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadArgument, BadInputFile
+from nao_kin.motion.editing import resample
 from nao_kin.motion.files.bhuman import BHUMAN, NAODEVILS
 from nao_kin.motion.files.choregraphe import XAR
 from nao_kin.motion.files.csv_table import CSV, NPZ
@@ -164,7 +165,7 @@ def write_motion(
     if chosen.write is None:
         raise BadArgument(f"{chosen.name} files are only read; write one of: {described_formats(written=True)}")
     check_replaceable(path, overwrite=overwrite)
-    write_bytes(path, chosen.write(motion, rate))
+    write_bytes(path, chosen.write(motion if rate is None else resample(motion, rate)))
 
 
 # --- Files with a motion, or with configurations without times.

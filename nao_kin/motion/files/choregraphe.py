@@ -34,7 +34,7 @@ from nao_kin._core.files import described
 from nao_kin._core.text import MOST_SHOWN, abbreviated, quoted
 from nao_kin._core.warn import warn_caller
 from nao_kin.motion.files.source import Format, MotionFileWarning, MotionSource, Place, PlaceOf, chosen
-from nao_kin.motion.files.tracks import Track, is_hand, milliseconds, motion_of, sampled
+from nao_kin.motion.files.tracks import Track, is_hand, milliseconds, motion_of
 from nao_kin.motion.interpolation import handles_along
 from nao_kin.motion.motion import Motion
 
@@ -347,9 +347,8 @@ def automatic_handles(frames: Floats, values: Floats) -> Floats:
     return handles_along(frames, slopes, slopes)
 
 
-def write(motion: Motion, rate: float | None) -> bytes:
+def write(motion: Motion) -> bytes:
     """Write a behaviour with one timeline, in degrees and ratios, at 25, 50, 100 or 1000 frames a second."""
-    motion = sampled(motion, rate)
     fps, frames = _frames(motion)
     curves = motion.as_bezier()
     assert curves.handles is not None
@@ -389,9 +388,8 @@ def _frames(motion: Motion) -> tuple[int, list[Floats]]:
     """Return the frames a second, and the frame of each key of each joint; warn about keys that move."""
     milliseconds(motion.key_times, "xar")
     times = motion.key_times
-    for fps in _RATES:
-        if np.abs(np.rint(times * fps) / fps - times).max() <= _NOTICED:
-            break
+    fits = (fps for fps in _RATES if np.abs(np.rint(times * fps) / fps - times).max() <= _NOTICED)
+    fps = next(fits, _RATES[-1])
     return fps, [np.rint(own * fps) for own in motion.times]
 
 

@@ -30,7 +30,7 @@ from nao_kin._core.headings import JOINT_UNITS, in_si_units, read_heading, secon
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile
 from nao_kin.motion.files.source import Format, MotionSource, Place
-from nao_kin.motion.files.tracks import Track, check_times, is_hand, motion_of, sampled, warn_of_curves
+from nao_kin.motion.files.tracks import Track, check_times, is_hand, motion_of, warn_of_curves
 from nao_kin.motion.interpolation import INTERPOLATIONS
 from nao_kin.motion.motion import Motion
 
@@ -86,9 +86,8 @@ def _read_csv(source: MotionSource) -> Motion:
     return motion_of(source, tracks, negative=True)
 
 
-def _write_csv(motion: Motion, rate: float | None) -> bytes:
+def _write_csv(motion: Motion) -> bytes:
     """Write CSV in seconds and radians, hands as ratios; a cell is empty where a joint has no key."""
-    motion = sampled(motion, rate)
     warn_of_curves(motion, "CSV")
     times = motion.key_times
     table = np.full((len(times), len(motion.keys)), math.nan)
@@ -185,9 +184,8 @@ def _arrays(source: MotionSource) -> dict[str, NDArray[Any]]:
         raise source.error(f"no npz file of a motion: {abbreviated(error)}") from None
 
 
-def _write_npz(motion: Motion, rate: float | None) -> bytes:
-    """Write an npz file that gives back the same motion, or its samples at a rate."""
-    motion = sampled(motion, rate)
+def _write_npz(motion: Motion) -> bytes:
+    """Write an npz file that gives back the same motion."""
     arrays: dict[str, Any] = {
         "joint_names": np.array(motion.joint_names),
         "counts": np.array([len(keys) for keys in motion.keys]),

@@ -119,9 +119,9 @@ def _positions(source: MotionSource, path: JsonPath) -> tuple[JsonPath, dict[str
     return path, found
 
 
-def _write_hulks(motion: Motion, rate: float | None) -> bytes:
-    """Write a HULKs file of the newest generation with a key frame at each key time, or at a rate."""
-    times, values = straight_rows(motion, rate, "HULKs motion")
+def _write_hulks(motion: Motion) -> bytes:
+    """Write a HULKs file of the newest generation with a key frame at each key time."""
+    times, values = straight_rows(motion, "HULKs motion")
     table = nao_columns(motion, values, BODY_ORDER, "HULKs motion", one_hip=False)
     if times[0] < 0.0:
         raise BadArgument(f"HULKs motion files begin at 0 s, the motion at {times[0]:g} s")
@@ -223,9 +223,9 @@ def _read_motion2(source: MotionSource) -> Motion:
     )
 
 
-def _write_motion2(motion: Motion, rate: float | None) -> bytes:
-    """Write a .motion2 file at full stiffness with a position at each key time, or at a rate."""
-    times, values = straight_rows(motion, rate, "motion2")
+def _write_motion2(motion: Motion) -> bytes:
+    """Write a .motion2 file at full stiffness with a position at each key time."""
+    times, values = straight_rows(motion, "motion2")
     named = [joint for joint in BODY_ORDER if joint in motion.joint_names]
     table = nao_columns(motion, values, named or BODY_ORDER, "motion2", one_hip=False)
     stamps = milliseconds(times, "motion2")

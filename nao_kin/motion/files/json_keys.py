@@ -23,7 +23,7 @@ from nao_kin._core.arrays import Floats
 from nao_kin._core.files import described
 from nao_kin._core.text import MOST_SHOWN, quoted
 from nao_kin.motion.files.source import Format, MotionSource, Place, in_json
-from nao_kin.motion.files.tracks import Track, is_hand, motion_of, sampled
+from nao_kin.motion.files.tracks import Track, is_hand, motion_of
 from nao_kin.motion.interpolation import INTERPOLATIONS, Interpolation
 from nao_kin.motion.motion import Motion
 
@@ -155,9 +155,8 @@ def _is_nested(times: list[Any]) -> bool:
     return bool(times) and isinstance(times[0], list)
 
 
-def write(motion: Motion, rate: float | None) -> bytes:
-    """Write a JSON file that gives back the same motion, or its samples at a rate."""
-    motion = sampled(motion, rate)
+def write(motion: Motion) -> bytes:
+    """Write a JSON file that gives back the same motion."""
     fields: dict[str, Any] = {
         "times": [times.tolist() for times in motion.times],
         "keys": [keys.tolist() for keys in motion.keys],

@@ -18,7 +18,7 @@ from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadInputFile
 from nao_kin.motion.files.choregraphe import control_points, plain_keys, points
 from nao_kin.motion.files.source import Format, MotionSource, Place, PlaceOf, chosen, has_line, in_json
-from nao_kin.motion.files.tracks import Track, is_hand, motion_of, sampled
+from nao_kin.motion.files.tracks import Track, is_hand, motion_of
 from nao_kin.motion.motion import Motion
 from nao_kin.robot.nao import BODY_ORDER, CHAINS
 
@@ -292,9 +292,8 @@ def _number(source: MotionSource, node: ast.expr, place: Place) -> float:
     return float(value)
 
 
-def _write_python(motion: Motion, rate: float | None) -> bytes:
+def _write_python(motion: Motion) -> bytes:
     """Write an export: plain keys of a linear motion, else Bezier control points."""
-    motion = sampled(motion, rate)
     kind = "simplified" if motion.interpolation == "linear" else "bezier"
     call = (
         "angleInterpolation(names, keys, times, True)"
@@ -418,9 +417,8 @@ def _is_points(rows: list[Any]) -> bool:
     return isinstance(rows[0], list) and bool(rows[0]) and not isinstance(rows[0][0], list) and len(rows[0]) == 3
 
 
-def _write_naoqi(motion: Motion, rate: float | None) -> bytes:
+def _write_naoqi(motion: Motion) -> bytes:
     """Write the arguments of angleInterpolation for a linear motion, else of angleInterpolationBezier."""
-    motion = sampled(motion, rate)
     names = json.dumps(list(motion.joint_names), ensure_ascii=False)
     stamps, keys = ([row.tolist() for row in motion.times], points(motion))
     rows = [_rows(stamps), _rows(keys)] if motion.interpolation != "linear" else [_rows(keys), _rows(stamps), "true"]

@@ -115,9 +115,9 @@ def _numbers(source: MotionSource, line: str, number: int, names: list[str]) -> 
     return source.decimals([word[0] for word in words], names, lambda at: Place(number, words[at].start() + 1))
 
 
-def write(motion: Motion, rate: float | None) -> bytes:
-    """Write a .pos file with a pose at each key time, or at a rate."""
-    times, values = straight_rows(motion, rate, "rUNSWift pos")
+def write(motion: Motion) -> bytes:
+    """Write a .pos file with a pose at each key time."""
+    times, values = straight_rows(motion, "rUNSWift pos")
     table = np.degrees(nao_columns(motion, values, list(SHORT_NAMES.values()), "rUNSWift pos", one_hip=True))
     stamps = milliseconds(times, "rUNSWift pos")
     lines = [_line(" ", [*SHORT_NAMES, _DURATION])]

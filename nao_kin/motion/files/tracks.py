@@ -11,7 +11,6 @@ from nao_kin._core.arrays import Floats
 from nao_kin._core.text import MOST_SHOWN, abbreviated
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, NaoKinError
-from nao_kin.motion.editing import resample
 from nao_kin.motion.files.source import NOWHERE, MotionFileWarning, MotionSource, Place, PlaceOf
 from nao_kin.motion.interpolation import Interpolation
 from nao_kin.motion.motion import Motion, out_of_order
@@ -140,14 +139,8 @@ def is_hand(joint: str) -> bool:
     return joint in ("LHand", "RHand")
 
 
-def sampled(motion: Motion, rate: float | None) -> Motion:
-    """Return the motion, or its samples at a rate."""
-    return motion if rate is None else resample(motion, rate)
-
-
-def straight_rows(motion: Motion, rate: float | None, what: str) -> tuple[Floats, Floats]:
-    """Return times (n,) [s] and values (n, joints) for a linear format, at all key times or at a rate."""
-    motion = sampled(motion, rate)
+def straight_rows(motion: Motion, what: str) -> tuple[Floats, Floats]:
+    """Return times (n,) [s] and values (n, joints) at all key times, for a linear format."""
     warn_of_curves(motion, what)
     return motion.key_times, motion.sample(motion.key_times)
 

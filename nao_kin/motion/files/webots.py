@@ -141,9 +141,9 @@ def _seconds(source: MotionSource, field: str, line: int) -> float:
     return (minutes * 60000 + seconds * 1000 + thousandths) / 1000
 
 
-def write(motion: Motion, rate: float | None) -> bytes:
-    """Write a pose at each key time, or at a rate; a joint has * before its first and after its last key."""
-    times, values = straight_rows(motion, rate, "Webots motion")
+def write(motion: Motion) -> bytes:
+    """Write a pose at each key time; a joint has * before its first and after its last key."""
+    times, values = straight_rows(motion, "Webots motion")
     stamps = milliseconds(times, "Webots motion")
     for joint in motion.joint_names:
         if not re.fullmatch(r"[^,\r\n]+", joint) or joint != joint.strip():
