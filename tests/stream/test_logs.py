@@ -563,7 +563,7 @@ def test_clamping_says_how_many_rows_it_moved_and_how_far(
             assert re.search(
                 rf"--clamp moved \d+ of {ROWS} rows to the limits, by at most 0\.25 rad \(HeadYaw\)", said
             ), said
-    nk.stream.fk(nao, tmp_path / "log.csv", "Head", tmp_path / "poses.npy", limits="clamp")
+    nk.stream.fk(nao, tmp_path / "log.csv", "Head", tmp_path / "poses.npy", limits="clamp", overwrite=True)
     assert np.allclose(_poses(tmp_path / "poses.npy"), nao.fk(nao.clamp(q), "Head"), rtol=0, atol=1e-12)
 
 
