@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from typing import Any, SupportsIndex
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, NotFinite, UnknownName, WrongShape, ZeroNorm, at_index
@@ -189,6 +189,26 @@ def decimal(text: str) -> float:
     if not _DECIMAL.fullmatch(stripped):
         raise ValueError(f"not a decimal number: {quoted(text)}")
     return float(stripped)
+
+
+def finite_decimal(text: str) -> float | None:
+    """The finite number that `text` writes in decimal digits; None without one."""
+    try:
+        number = decimal(text)
+    except ValueError:
+        return None
+    return number if math.isfinite(number) else None
+
+
+def float_dtype(dtype: DTypeLike | None) -> np.dtype[Any]:
+    """The dtype, which must be float64 or float32."""
+    try:
+        kind = np.dtype(dtype)
+    except TypeError:
+        kind = np.dtype(object)
+    if kind not in (np.float64, np.float32):
+        raise BadArgument(f"dtype must be float64 or float32, got {quoted(dtype)}")
+    return kind
 
 
 def finite_or_none(value: float) -> float | None:

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats, decimal
+from nao_kin._core.arrays import Floats, finite_decimal
 from nao_kin._core.headings import TIME_UNITS, IsoTimes, is_decimal, is_index, is_iso_time, read_heading
 from nao_kin._core.text import MAX_SHOWN, quoted
 from nao_kin.errors import BadInputFile
@@ -321,12 +321,9 @@ class TableColumns:
 
 
 def _finite(field: str, mark: str) -> float:
-    """Return the finite number of a field; the text of a ValueError follows the name of the column."""
-    try:
-        value = decimal(field if mark == "." else field.replace(mark, ".", "." not in field))
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
+    """The finite number of a field; what is wrong is said in words that follow the name of the column."""
+    value = finite_decimal(field if mark == "." else field.replace(mark, ".", "." not in field))
+    if value is None:
         raise ValueError(f"is {quoted(field.strip(), MAX_SHOWN)}, expected a finite number")
     return value
 

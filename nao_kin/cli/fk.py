@@ -139,6 +139,7 @@ class StreamOptions:
     )
     on_error: Literal["stop", "skip", "nan"] | None = option(None, "With -o: what to do with a bad row. Default: stop.")
     dtype: Literal["float32", "float64"] | None = option(None, "With -o: size of the numbers. Default: float64.")
+    force: bool = flag("With -o: replace FILE if it exists.")
 
     def check(self, files: list[str], json: bool) -> None:
         """Refuse what does not go together, and a file that could not be written, before anything is loaded."""
@@ -229,6 +230,7 @@ def fk(
             ignore_other=given.ignore_other,
             hips=rule if rows is None else None,
             progress=True,
+            overwrite=written.force,
         )
         _report(model, result, json)
         return

@@ -214,7 +214,7 @@ def _print_report(report: MotionReport, *, deg: bool, every: bool) -> None:
         print_table(columns, [_report_cells(row, deg) for row in rows], numbers=(*columns[2:6], columns[7]))
         more = len(report.violations) - len(rows)
         if more:
-            print(f"and {more} more stretches of these joints (--all lists them)")
+            print(f"and {more} more intervals of these joints (--all lists them)")
     lines = report.describe(degrees=deg).splitlines()
     print(lines[0])
     if report.sampled is not None and not report.ok:

@@ -8,7 +8,7 @@ import sys
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from nao_kin._core.arrays import Floats, decimal
+from nao_kin._core.arrays import Floats, finite_decimal
 from nao_kin._core.files import read_bounded
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.cli.options import argument, flag, option
@@ -57,11 +57,8 @@ class JointOptions:
         for setting in self.joint or ():
             name, _, text = setting.partition("=")
             name = name.strip()
-            try:
-                value = decimal(text)
-            except ValueError:
-                value = math.nan
-            if not math.isfinite(value):
+            value = finite_decimal(text)
+            if value is None:
                 raise BadArgument(f"--joint {quoted(setting)}: expected NAME=VALUE with a number, as in HeadYaw=0.3")
             if name in values:
                 raise BadArgument(f"--joint names {abbreviated(name)} twice")

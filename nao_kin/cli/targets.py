@@ -18,7 +18,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, decimal, join_poses
+from nao_kin._core.arrays import Floats, finite_decimal, join_poses
 from nao_kin._core.csv_numbers import Records, TableColumns, delimiter_of
 from nao_kin._core.files import described, is_finite_number, read_json, read_text
 from nao_kin._core.text import abbreviated, quoted
@@ -100,11 +100,8 @@ def numbers_of(text: str, option: str) -> list[float]:
     words = text.replace(",", " ").split()
     numbers = []
     for word in words:
-        try:
-            number = decimal(word)
-        except ValueError:
-            number = math.nan
-        if not math.isfinite(number):
+        number = finite_decimal(word)
+        if number is None:
             raise BadArgument(f"{option} {quoted(text)}: {quoted(word)} is no finite number")
         numbers.append(number)
     return numbers

@@ -1,9 +1,9 @@
-"""Trajectories: joints with keys of their own, interpolated, checked, mended and edited; and files of many kinds."""
+"""Trajectories with keys for each joint: interpolated, checked, mended and edited; and motion files."""
 
 from __future__ import annotations
 
 from nao_kin.motion.checking import MotionReport, MotionViolation, check
-from nao_kin.motion.configurations import HOLD as HOLD, Hips, Trajectory
+from nao_kin.motion.configurations import HOLD as HOLD, Trajectory
 from nao_kin.motion.editing import (
     complete,
     concatenate,
@@ -17,16 +17,17 @@ from nao_kin.motion.editing import (
 from nao_kin.motion.files import FORMATS, is_motion_file as is_motion_file, read_motion, write_motion
 from nao_kin.motion.files.source import MotionFileWarning
 from nao_kin.motion.interpolation import Interpolation
-from nao_kin.motion.mending import Change, Mended, clamp, share_motors, slow_down
+from nao_kin.motion.mending import Change, MendedMotion, clamp, share_motors, slow_down
 from nao_kin.motion.motion import Motion
 from nao_kin.motion.plotting import plot
+from nao_kin.robot import Hips
 
 __all__ = [
     "FORMATS",
     "Change",
     "Hips",
     "Interpolation",
-    "Mended",
+    "MendedMotion",
     "Motion",
     "MotionFileWarning",
     "MotionReport",

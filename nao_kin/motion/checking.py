@@ -1,4 +1,4 @@
-"""Whether a robot can move so: limits, coupled limits, speed limits, and joints that share a motor."""
+"""Checks of a motion on a robot: limits, coupled limits, speed limits, and joints that share a motor."""
 
 from __future__ import annotations
 
@@ -12,44 +12,37 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, finite_or_none
-from nao_kin.motion.configurations import HOLD, checked_rate
+from nao_kin.motion.configurations import HOLD, checked_rate, interval
 from nao_kin.motion.curves import Excesses, JointCurves, Quantity, combination, excesses, pieces_of
 from nao_kin.motion.interpolation import Segments
 from nao_kin.motion.motion import Motion, check_both
-from nao_kin.robot import COUPLING_TOLERANCE, LIMIT_TOLERANCE, RobotModel
+from nao_kin.robot import COUPLING_TOLERANCE, LIMIT_TOLERANCE, RobotModel, joints_by_motor
 from nao_kin.robot.semantics import CoupledLimit
 
-# --- What a check of a motion finds: stretches of time in which a joint may not do what it is to do.
+# --- The violations that a check finds.
 
 Kind = Literal["limit", "coupled limit", "speed", "motor"]
-# A message lists the worst this many stretches of a joint and kind.
-_LISTED = 3
+# A message lists so many intervals of a joint and kind, the worst ones.
+_MAX_LISTED = 3
 
 
 @dataclass(frozen=True)
 class MotionViolation:
-    """A stretch of time in which a joint is outside one bound.
+    """A time interval in which a joint is outside one bound.
 
     Attributes:
-        kind: "limit": its own range. "coupled limit": the range that another joint leaves it. "speed": its largest
-            speed. "motor": what its motor does, which is said otherwise by another joint of that motor.
-        joint: its name.
-        start: from when [s].
-        end: until when [s].
-        time: when it is worst [s].
-        value: value then, or speed for "speed".
+        kind: "limit": its own range. "coupled limit": the range that depends on another joint. "speed": its largest
+            speed. "motor": the value that follows from another joint of its motor.
+        joint: name of the joint.
+        start: beginning of the interval [s].
+        end: end of the interval [s].
+        time: time of the largest excess [s].
+        value: value at that time, or speed for "speed".
         lower: smallest value allowed then.
         upper: largest value allowed then.
-        unit: unit of these three.
-        of: the other joint, for a coupled limit and a motor; None for none.
-        of_value: its value then.
-
-    Examples:
-        >>> nao = nk.load_nao()
-        >>> turn = nk.Motion([0.0, 0.1], ["HeadYaw"], [[0.0], [1.5]])
-        >>> violation = nk.motion.check(nao, turn).violations[0]
-        >>> violation.joint, round(violation.value, 3), round(violation.upper, 3)
-        ('HeadYaw', 15.0, 8.268)
+        unit: unit of value, lower and upper.
+        of: the other joint, for a coupled limit and a motor; else None.
+        of_value: its value at that time.
     """
 
     kind: Kind
@@ -66,11 +59,11 @@ class MotionViolation:
 
     @property
     def excess(self) -> float:
-        """How far outside it is where it is worst."""
+        """Distance from the bound at `time`."""
         return max(self.lower - self.value, self.value - self.upper)
 
     def describe(self, *, degrees: bool = False) -> str:
-        """The stretch in words, with angles in degrees if wanted.
+        """Return one line of text, with angles in degrees if wanted.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -84,7 +77,6 @@ class MotionViolation:
         value, lower, upper, excess, of_value = (
             number * scale for number in (self.value, self.lower, self.upper, self.excess, self.of_value)
         )
-        when = f"{self.start:.6g} s" if self.start == self.end else f"{self.start:.6g} to {self.end:.6g} s"
         what = " moves at" if self.kind == "speed" else " ="
         text = f"{self.joint}{what} {value:.6g} at {self.time:.6g} s, "
         if self.kind == "motor":
@@ -92,17 +84,10 @@ class MotionViolation:
         else:
             text += f"{excess:.3g}{unit} outside [{lower:.6g}, {upper:.6g}]{unit}"
             text += f" at {self.of} = {of_value:.6g}" if self.of is not None else ""
-        return f"{text} ({when})"
+        return f"{text} ({interval(self.start, self.end)})"
 
     def as_dict(self) -> dict[str, Any]:
-        """For JSON: what is infinite is None.
-
-        Examples:
-            >>> nao = nk.load_nao()
-            >>> turn = nk.Motion([0.0, 0.1], ["HeadYaw"], [[0.0], [1.5]])
-            >>> nk.motion.check(nao, turn).violations[0].as_dict()["joint"]
-            'HeadYaw'
-        """
+        """Return the fields for JSON; an infinite bound is None."""
         numbers = ("start", "end", "time", "value", "lower", "upper", "excess")
         found: dict[str, Any] = {"kind": self.kind, "joint": self.joint, "unit": self.unit}
         found |= {name: finite_or_none(float(getattr(self, name))) for name in numbers}
@@ -111,24 +96,17 @@ class MotionViolation:
 
 @dataclass(frozen=True)
 class MotionReport:
-    """What is wrong with a motion.
+    """The violations of a motion.
 
     Attributes:
         robot: name of the robot.
-        joints: those that the motion names.
-        start: its first key [s].
-        end: its last key [s].
-        violations: by kind, joint and time; of one bound of one joint not more than the 1 000 worst.
-        left_out: how many more there are.
-        sampled: samples per second between which something of coupled limits or shared motors could hide; None where
-            everything was found in closed form.
-
-    Examples:
-        >>> nao = nk.load_nao()
-        >>> turn = nk.Motion([0.0, 0.1], ["HeadYaw"], [[0.0], [1.5]])
-        >>> report = nk.motion.check(nao, turn)
-        >>> report.ok, report.violations[0].kind
-        (False, 'speed')
+        joints: joints that the motion names.
+        start: time of the first key [s].
+        end: time of the last key [s].
+        violations: by kind, joint and time; for one bound of one joint at most the 1 000 worst.
+        left_out: number of the others.
+        sampled: samples per second of coupled limits and shared motors, if they were sampled; None if all was found in
+            closed form.
     """
 
     robot: str
@@ -141,12 +119,12 @@ class MotionReport:
 
     @property
     def ok(self) -> bool:
-        """Whether the robot can move so."""
+        """Whether there are no violations."""
         return not self.violations
 
     @property
     def worst(self) -> tuple[MotionViolation, ...]:
-        """Of every kind and joint the stretch with the largest excess, in the order of `violations`."""
+        """For each kind and joint the violation with the largest excess, in the order of `violations`."""
         found: dict[tuple[str, str], MotionViolation] = {}
         for violation in self.violations:
             key = violation.kind, violation.joint
@@ -155,47 +133,37 @@ class MotionReport:
         return tuple(found.values())
 
     def describe(self, *, degrees: bool = False) -> str:
-        """One line for each stretch, the longest lists shortened; one line if all is well.
+        """Return one line for each violation, long lists shortened, or one line without violations.
 
         Examples:
             >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
             >>> nk.motion.check(nk.load_nao(), nod).describe()
-            'nao_v6 can move so: 1 joints, 0 to 1 s'
+            'nao_v6 can perform the motion: 1 joints, 0 to 1 s'
         """
         span = f"{len(self.joints)} joints, {self.start:g} to {self.end:g} s"
         if self.ok:
-            return f"{self.robot} can move so: {span}"
-        lines = [f"{self.robot} cannot move so: {span}, {_counted(self.violations)}"]
+            return f"{self.robot} can perform the motion: {span}"
+        lines = [f"{self.robot} cannot perform the motion: {span}, {_counted(self.violations)}"]
         groups: dict[tuple[str, str], list[MotionViolation]] = {}
         for violation in self.violations:
             groups.setdefault((violation.kind, violation.joint), []).append(violation)
         for (kind, _), group in groups.items():
             group.sort(key=lambda violation: -violation.excess)
-            lines += [f"{kind}: {violation.describe(degrees=degrees)}" for violation in group[:_LISTED]]
-            if len(group) > _LISTED:
-                lines.append(f"{kind}: {group[0].joint}: and {len(group) - _LISTED} more stretches")
+            lines += [f"{kind}: {violation.describe(degrees=degrees)}" for violation in group[:_MAX_LISTED]]
+            if len(group) > _MAX_LISTED:
+                lines.append(f"{kind}: {group[0].joint}: and {len(group) - _MAX_LISTED} more intervals")
         if self.left_out:
             lines.append(f"and {self.left_out} smaller ones")
         if self.sampled is not None:
-            lines.append(f"coupled limits and shared motors were looked at {self.sampled:g} times per second")
+            lines.append(f"coupled limits and shared motors were sampled {self.sampled:g} times per second")
         return "\n".join(lines)
 
     def as_dict(self) -> dict[str, Any]:
-        """For JSON, in seconds, radians, metres and ratios.
-
-        Examples:
-            >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
-            >>> nk.motion.check(nk.load_nao(), nod).as_dict()["violations"]
-            []
-        """
+        """Return the report for JSON, in seconds, radians, metres and ratios."""
         return {
-            "robot": self.robot,
+            **self.__dict__,
             "ok": self.ok,
             "joints": list(self.joints),
-            "start": self.start,
-            "end": self.end,
-            "sampled": self.sampled,
-            "left_out": self.left_out,
             "violations": [violation.as_dict() for violation in self.violations],
         }
 
@@ -205,41 +173,35 @@ class MotionReport:
 
 def _counted(violations: Iterable[MotionViolation]) -> str:
     counts = Counter(violation.kind for violation in violations)
-    words = {"limit": "stretches outside limits", "coupled limit": "outside coupled limits"}
+    words = {"limit": "outside limits", "coupled limit": "outside coupled limits"}
     words |= {"speed": "too fast", "motor": "of disagreeing joints"}
     return ", ".join(f"{count} {words[kind]}" for kind, count in counts.items())
 
 
-# --- Whether a robot can move so: limits, coupled limits, speed limits, and joints that share a motor.
+# --- The check.
 
-# Of a speed limit, as a share of it: times are differences of rounded numbers.
+# As a share of a speed limit: times are differences of rounded numbers.
 SPEED_TOLERANCE = 1e-9
 _RATE = 1000.0
 
-# Stretches, and how many more there are.
+# Violations, and the number of those left out.
 _Found = tuple[list[MotionViolation], int]
 
 
 def check(robot: RobotModel, motion: Motion, *, fill: str | ArrayLike = HOLD, rate: float = _RATE) -> MotionReport:
-    """Whether a robot can move so, between the keys too.
+    """Return the violations of a robot's limits by a motion, also between its keys.
 
-    The largest and smallest value and speed of every joint are found in closed form, whatever the interpolation, and so
-    are the distances to coupled limits and between the joints of one motor of linear and smooth motions. For Bezier
-    motions these two are sampled, with a cubic between two samples.
+    The extreme values and speeds of every joint are found in closed form for each interpolation, and so are the
+    distances to coupled limits and between the joints of one motor for linear and smooth motions. For Bezier motions
+    these two are sampled, with a cubic between two samples. Two joints of one motor, such as the two HipYawPitch, must
+    agree to 1e-6.
 
     Args:
-        robot: which has all the joints named.
-        motion: what it is to do.
-        fill: where joints are that the motion does not name, as in `Motion.configurations`; coupled limits need it.
-        rate: samples per second of what is sampled.
-
-    Returns:
-        The stretches of time in which a joint is outside a bound. Two joints of one motor, such as the two HipYawPitch,
-        must agree to 1e-6.
-
-    Raises:
-        UnknownName: the robot has no such joint or posture.
-        BadArgument: no positive rate.
+        robot: has all the joints named.
+        motion: the motion to check.
+        fill: values of the joints that the motion does not name, as in `Motion.configurations`; coupled limits need
+            them.
+        rate: samples per second.
 
     Examples:
         >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
@@ -255,7 +217,7 @@ def check(robot: RobotModel, motion: Motion, *, fill: str | ArrayLike = HOLD, ra
         *(_speeds(robot, joint, curves[joint]) for joint in motion.joint_names),
         *(
             _disagreement(robot, first, joint, curves)
-            for first, *others in shared_motors(robot, motion).values()
+            for first, *others in joints_by_motor(robot, motion.joint_names).values()
             for joint in others
         ),
     ]
@@ -270,29 +232,22 @@ def check(robot: RobotModel, motion: Motion, *, fill: str | ArrayLike = HOLD, ra
     )
 
 
-def joint_range(robot: RobotModel, joint: str) -> tuple[float, float]:
-    """Smallest and largest value of a joint, one that follows another included."""
+def joint_bounds(robot: RobotModel, joint: str) -> tuple[float, float, float]:
+    """Return the smallest and largest value of a joint and its speed limit, also of a mimic joint."""
     mimic = robot.mimics.get(joint)
     column = robot.joint_names.index(joint if mimic is None else mimic.joint)
-    box = float(robot.lower[column]), float(robot.upper[column])
-    return box if mimic is None else mimic.range(*box)
-
-
-def largest_speed(robot: RobotModel, joint: str) -> float:
-    """Speed limit of a joint, one that follows another included."""
-    mimic = robot.mimics.get(joint)
-    column = robot.joint_names.index(joint if mimic is None else mimic.joint)
-    return float(robot.velocity_limits[column]) * (1.0 if mimic is None else abs(mimic.multiplier))
+    lower, upper, speed = (float(row[column]) for row in (robot.lower, robot.upper, robot.velocity_limits))
+    return (lower, upper, speed) if mimic is None else (*mimic.range(lower, upper), abs(mimic.multiplier) * speed)
 
 
 def _limits(robot: RobotModel, joint: str, curve: Segments) -> _Found:
-    lower, upper = joint_range(robot, joint)
+    lower, upper, _ = joint_bounds(robot, joint)
     found = _both_sides(curve, "value", lower, upper, LIMIT_TOLERANCE)
     return _violations("limit", joint, found, lower, upper, robot.unit(joint))
 
 
 def _speeds(robot: RobotModel, joint: str, curve: Segments) -> _Found:
-    limit = largest_speed(robot, joint)
+    *_, limit = joint_bounds(robot, joint)
     found = _both_sides(curve, "speed", -limit, limit, SPEED_TOLERANCE * limit)
     return _violations("speed", joint, found, -limit, limit, f"{robot.unit(joint)}/s")
 
@@ -303,7 +258,7 @@ def _violations(kind: Kind, joint: str, found: Excesses, lower: float, upper: fl
 
 
 def _coupled(robot: RobotModel, motion: Motion, table: CoupledLimit, curves: JointCurves) -> _Found:
-    """Where a joint is outside the range that another one leaves it."""
+    """Return where a joint is outside the range that depends on another joint."""
     if table.joint not in motion.joint_names and table.of not in motion.joint_names:
         return [], 0
     joint, of = curves[table.joint], curves[table.of]
@@ -312,7 +267,7 @@ def _coupled(robot: RobotModel, motion: Motion, table: CoupledLimit, curves: Joi
     rows, left_out = list[MotionViolation](), 0
     for bound, sign in ((table.upper, 1.0), (table.lower, -1.0)):
         slopes = np.concatenate([[0.0], np.diff(bound) / np.diff(table.at), [0.0]])
-        # On each interval the bound is one straight line over the other joint's value.
+        # On each interval the bound is linear in the other joint's value.
         middle = curves.values(table.of, 0.5 * (times[:-1] + times[1:]))
         slope = slopes[np.searchsorted(table.at, middle)]
         at_ends = np.interp(curves.values(table.of, times), table.at, bound)
@@ -328,44 +283,29 @@ def _coupled(robot: RobotModel, motion: Motion, table: CoupledLimit, curves: Joi
 
 
 def bends(of: Segments, table: CoupledLimit) -> Floats:
-    """When a joint passes a value at which the range of the other one bends [s]."""
+    """Return the times at which a joint crosses a bend of the other joint's range [s]."""
     pieces = pieces_of(of, "value", np.arange(len(of.start)))
     low, high = pieces.values.min(axis=1), pieces.values.max(axis=1)
-    found = [np.zeros(0)]
-    for level in table.at:
-        passed = np.flatnonzero((low < level) & (level < high))
-        found.append(pieces.crossings(passed, level))
-    return np.concatenate(found)
+    times = [pieces.crossings(np.flatnonzero((low < level) & (level < high)), level) for level in table.at]
+    return np.concatenate([np.zeros(0), *times])
 
 
 def _disagreement(robot: RobotModel, first: str, joint: str, curves: JointCurves) -> _Found:
-    """Where a joint does not do what another one of its motor makes of it."""
+    """Return where a joint differs from the value that follows from another joint of its motor."""
     mimic, reference = robot.mimics[joint], robot.mimics.get(first)
     follows = mimic if reference is None else mimic.through(reference.inverted(first))
     factor = follows.multiplier
     times = curves.common_times(first, joint)
     miss = curves.values(joint, times) - follows.value(curves.values(first, times))
-    apart = combination(curves[joint], curves[first], times, np.full(len(times) - 1, factor), miss)
-    found = _both_sides(apart, "value", 0.0, 0.0, COUPLING_TOLERANCE)
+    difference = combination(curves[joint], curves[first], times, np.full(len(times) - 1, factor), miss)
+    found = _both_sides(difference, "value", 0.0, 0.0, COUPLING_TOLERANCE)
     rows = []
     for row in found.rows:
         value, other = curves.values_at(row.time, joint, first)
-        wanted = float(follows.value(other))
-        numbers = row.start, row.end, row.time, value, wanted, wanted
+        expected = float(follows.value(other))
+        numbers = row.start, row.end, row.time, value, expected, expected
         rows.append(MotionViolation("motor", joint, *numbers, robot.unit(joint), first, other))
     return rows, found.left_out
-
-
-def shared_motors(robot: RobotModel, motion: Motion) -> dict[str, list[str]]:
-    """Driving joint → those joints of a motion that its motor moves, itself first, where they are several."""
-    found: dict[str, list[str]] = {}
-    for joint in motion.joint_names:
-        mimic = robot.mimics.get(joint)
-        if mimic is None:
-            found.setdefault(joint, []).insert(0, joint)
-        elif mimic.multiplier != 0.0:
-            found.setdefault(mimic.joint, []).append(joint)
-    return {driver: joints for driver, joints in found.items() if len(joints) > 1}
 
 
 def _both_sides(curve: Segments, quantity: Quantity, lower: float, upper: float, tolerance: float) -> Excesses:

@@ -1,4 +1,4 @@
-"""The curves of a motion's joints over the whole of its time, and of what becomes of two of them together."""
+"""The curves of a motion's joints over its whole duration, combinations of two of them, and the times above a bound."""
 
 from __future__ import annotations
 
@@ -10,58 +10,46 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats
 from nao_kin.errors import BadArgument
-from nao_kin.motion.configurations import MOST_SAMPLES, filled
+from nao_kin.motion.configurations import MAX_SAMPLES, filled
 from nao_kin.motion.interpolation import Segments, segments
 from nao_kin.motion.motion import Motion
 from nao_kin.robot import RobotModel
 
 
 class JointCurves:
-    """The curve of every joint of a robot while a motion lasts; joints not named stand still.
+    """The curve of every joint of a robot during a motion; joints not named stand still.
 
     Attributes:
-        sampled: whether times of samples were asked for.
+        sampled: whether common times of Bezier curves were asked for, which are sampled.
     """
 
     def __init__(self, motion: Motion, fill: str | ArrayLike, robot: RobotModel, rate: float) -> None:
-        """Prepare the curves.
-
-        Args:
-            motion: what is to be done.
-            fill: where joints are that the motion does not name, as in `Motion.configurations`.
-            robot: whose joints.
-            rate: samples per second, where they are needed.
-        """
+        """Prepare the curves; `fill` is that of `Motion.configurations`, `rate` in samples per second."""
         self._motion, self._robot, self._rate = motion, robot, rate
         self._fill = filled(robot, fill)[robot.nq - len(robot.joint_names) :]
-        self._kept: dict[str, Segments] = {}
+        self._cache: dict[str, Segments] = {}
         self.sampled = False
 
     def __getitem__(self, joint: str) -> Segments:
         """The curve of a joint, from the first key of the motion to the last."""
-        if joint not in self._kept:
-            # Few are asked for twice, and those of long motions are large.
-            self._kept = dict(list(self._kept.items())[-1:])
-            self._kept[joint] = self._curve(joint)
-        return self._kept[joint]
+        if joint not in self._cache:
+            # Few curves are asked for twice, and those of long motions are large.
+            self._cache = dict(list(self._cache.items())[-1:])
+            self._cache[joint] = self._curve(joint)
+        return self._cache[joint]
 
     def values(self, joint: str, times: Floats) -> Floats:
-        """Values of a joint, shape (n,)."""
+        """Return values (n,) of a joint at times (n,)."""
         curve = self[joint]
         segment = np.clip(np.searchsorted(curve.start, times, side="right") - 1, 0, None)
         return curve.value(segment, curve.parameter(segment, times))
 
     def values_at(self, time: float, *joints: str) -> list[float]:
-        """Values of joints at one time."""
+        """Return the values of joints at one time."""
         return [float(self.values(joint, np.array([time]))[0]) for joint in joints]
 
     def common_times(self, *joints: str, bends: Floats | None = None) -> Floats:
-        """Times between which the curves of some joints are each one cubic; of Bezier curves, also those of samples.
-
-        Args:
-            joints: which.
-            bends: further times.
-        """
+        """Return times, also `bends`, between which the curve of each joint is one cubic; Bezier curves are sampled."""
         motion = self._motion
         times = [np.array([motion.start, motion.end])]
         times += [motion.times[motion.joint_names.index(joint)] for joint in joints if joint in motion.joint_names]
@@ -69,7 +57,7 @@ class JointCurves:
         if motion.handles is not None:
             self.sampled = True
             steps = motion.duration * self._rate
-            if steps > MOST_SAMPLES:
+            if steps > MAX_SAMPLES:
                 raise BadArgument(
                     f"{motion.duration:g} s at {self._rate:g} samples per second are too many; lower rate"
                 )
@@ -91,17 +79,7 @@ class JointCurves:
 
 
 def held(curve: Segments, times: Floats, keys: Floats, start: float, end: float) -> Segments:
-    """The segments between keys, and before and after them one each in which the joint stands still.
-
-    There is always one, if of no width.
-
-    Args:
-        curve: the segments.
-        times: of the keys, shape (k,) [s].
-        keys: values there, shape (k,).
-        start: when the first one begins [s].
-        end: when the last one ends [s].
-    """
+    """Return at least one segment: those between keys, and one before and after in which the joint stands still."""
     before, after = times[0] - start, end - times[-1]
     first = before > 0.0 or (len(keys) == 1 and after <= 0.0)
     if not first and after <= 0.0:
@@ -118,16 +96,9 @@ def held(curve: Segments, times: Floats, keys: Floats, start: float, end: float)
 
 
 def combination(one: Segments, other: Segments, times: Floats, slope: Floats, values: Floats) -> Segments:
-    """The curve one − slope · other − constant between times: the cubic with its values and speeds at both ends.
+    """Return one − slope · other − constant as cubics, from its values (m + 1,) at times (m + 1,) and the slope (m,).
 
-    It is exact where both are cubics in time there.
-
-    Args:
-        one: the one curve.
-        other: the other one.
-        times: ascending, shape (m + 1,) [s].
-        slope: on each interval, shape (m,).
-        values: of the combination at the times, shape (m + 1,).
+    Exact where both curves are cubics in time between the times.
     """
     width, rise = np.diff(times), np.diff(values)
     middle = times[:-1] + 0.5 * width
@@ -135,36 +106,36 @@ def combination(one: Segments, other: Segments, times: Floats, slope: Floats, va
     for end in (times[:-1], times[1:]):
         with np.errstate(invalid="ignore"):
             speed = _speed_within(one, middle, end) - slope * _speed_within(other, middle, end)
-        # A speed without bound, and the straight line instead.
+        # Where the speed is infinite, a straight line.
         inner.append(np.where(np.isfinite(speed), speed * width, rise) / 3.0)
     return Segments(times[:-1], width, values[:-1], np.stack([inner[0], rise - inner[1], rise], axis=-1))
 
 
 def _speed_within(curve: Segments, middle: Floats, end: Floats) -> Floats:
-    """Speed at one end of intervals, in the segment that the interval is part of."""
+    """Return the speed at one end of intervals, in the segment that holds their middle."""
     segment: NDArray[np.intp] = np.clip(np.searchsorted(curve.start, middle, side="right") - 1, 0, None)
     return curve.speed(segment, curve.parameter(segment, end))
 
 
-# --- Where a curve of cubic segments is above a bound: found exactly, from pieces on which it only rises or only falls.
+# --- Times at which a curve of cubic segments is above a bound: found exactly, from monotone pieces.
 
-# Halvings of a piece, after which a crossing is known to rounding.
+# Halvings of a piece, which locate a crossing up to rounding.
 _HALVINGS = 54
 
-# A motion that leaves its limits more often is not mended by reading a longer list.
-MOST_STRETCHES = 1000
+# Longer lists help no reader.
+_MAX_INTERVALS = 1000
 
 Quantity = Literal["value", "speed"]
 
 
 @dataclass(frozen=True, eq=False)
 class Pieces:
-    """Pieces of a curve, in order of time, on each of which a quantity rises, falls or stands still.
+    """Monotone pieces of a curve, in order of time.
 
     Attributes:
-        curve: the segments of which they are pieces.
+        curve: the segments that were divided.
         quantity: "value" or "speed".
-        segment: which segment each piece is of, shape (n,).
+        segment: segment of each piece, shape (n,).
         ends: parameters u of its two ends, shape (n, 2).
         times: of its two ends, shape (n, 2) [s].
         values: of the quantity at its two ends, shape (n, 2).
@@ -178,7 +149,7 @@ class Pieces:
     values: Floats
 
     def crossings(self, pieces: NDArray[Any], level: Floats | float) -> Floats:
-        """When each of some pieces, whose ends lie on both sides of `level`, passes it [s]."""
+        """Return the times at which some pieces, with ends on both sides of `level`, cross it [s]."""
         low, high = self.ends[pieces].T
         rises = self.values[pieces, 1] > self.values[pieces, 0]
         segment = self.segment[pieces]
@@ -191,13 +162,13 @@ class Pieces:
 
 @dataclass(frozen=True)
 class Excess:
-    """A stretch of time in which a quantity is above a bound.
+    """A time interval in which a quantity is above a bound.
 
     Attributes:
-        start: when it begins [s].
-        end: when it ends [s].
+        start: beginning [s].
+        end: end [s].
         time: when the quantity is greatest [s].
-        value: what it is then.
+        value: the quantity at that time.
     """
 
     start: float
@@ -208,11 +179,11 @@ class Excess:
 
 @dataclass(frozen=True)
 class Excesses:
-    """The stretches of time in which a quantity is above a bound.
+    """The time intervals in which a quantity is above a bound.
 
     Attributes:
-        rows: in order of time; of more than `MOST_STRETCHES`, the worst.
-        left_out: how many more there are.
+        rows: in order of time; the worst if there are more than 1 000.
+        left_out: number of the others.
     """
 
     rows: list[Excess]
@@ -220,7 +191,7 @@ class Excesses:
 
 
 def pieces_of(curve: Segments, quantity: Quantity, chosen: NDArray[Any]) -> Pieces:
-    """The pieces of some segments, given in ascending order.
+    """Return the monotone pieces of some segments, given in ascending order.
 
     The value turns where its derivative by u, a quadratic, is zero. So does the speed value′ / x′: of value″ x′ −
     value′ x″ the cubic term cancels.
@@ -230,10 +201,10 @@ def pieces_of(curve: Segments, quantity: Quantity, chosen: NDArray[Any]) -> Piec
     if quantity == "speed":
         a1, b1, c1 = time[0] - 2.0 * time[1] + time[2], time[1] - time[0], time[0]
         a, b, c = a * b1 - b * a1, 0.5 * (a * c1 - c * a1), b * c1 - c * b1
-    # Where a root is missing, or outside, a piece of no length stands for it.
+    # A missing root, or one outside, gives a piece of no length.
     turns = np.sort(np.clip(_roots(a, b, c), 0.0, 1.0), axis=0)
     if quantity == "speed":
-        # And where the time stands still for a moment, beside which the speed has no bound.
+        # The speed is also unbounded next to the parameter with x′ = 0.
         turns = np.sort(np.concatenate([turns, slowest(time)[None]]), axis=0)
     bounds = np.concatenate([np.zeros((1, len(chosen))), turns, np.ones((1, len(chosen)))])
     ends = np.stack([bounds[:-1], bounds[1:]], axis=-1)
@@ -246,15 +217,7 @@ def pieces_of(curve: Segments, quantity: Quantity, chosen: NDArray[Any]) -> Piec
 
 
 def excesses(curve: Segments, quantity: Quantity, bound: float, sign: float, tolerance: float) -> Excesses:
-    """The stretches of time in which sign · quantity > sign · bound, by more than a tolerance.
-
-    Args:
-        curve: segments in order of time.
-        quantity: "value" or "speed".
-        bound: what may not be passed.
-        sign: 1 for a greatest value, −1 for a least one.
-        tolerance: what is passed by no more is not passed.
-    """
+    """Return the time intervals with sign · quantity > sign · bound + tolerance, in segments in order of time."""
     if not np.isfinite(bound):
         return Excesses([], 0)
     chosen = np.flatnonzero(_may_exceed(curve, quantity, bound, sign, tolerance))
@@ -265,15 +228,15 @@ def excesses(curve: Segments, quantity: Quantity, bound: float, sign: float, tol
     if not len(touched):
         return Excesses([], 0)
     over, outside = over[touched], outside[touched]
-    # A stretch goes on from a piece to the next one where both are outside where they meet.
+    # An interval continues in the next piece if both are outside at their common end.
     neighbours = (np.diff(touched) == 1) & (np.diff(pieces.segment[touched]) <= 1)
-    goes_on = outside[:-1, 1] & outside[1:, 0] & neighbours
-    first = np.flatnonzero(np.concatenate([[True], ~goes_on]))
+    continues = outside[:-1, 1] & outside[1:, 0] & neighbours
+    first = np.flatnonzero(np.concatenate([[True], ~continues]))
     last = np.concatenate([first[1:], [len(touched)]]) - 1
     peaks = over.max(axis=1)
     worst = np.maximum.reduceat(peaks, first)
-    kept = np.sort(np.argsort(-worst, kind="stable")[:MOST_STRETCHES])
-    first, last = first[kept], last[kept]
+    largest = np.sort(np.argsort(-worst, kind="stable")[:_MAX_INTERVALS])
+    first, last = first[largest], last[largest]
     times = pieces.times[touched]
     start, end = times[first, 0], times[last, 1]
     for moments, piece, side in ((start, first, 0), (end, last, 1)):
@@ -293,7 +256,7 @@ def _quantity(curve: Segments, quantity: Quantity, segment: NDArray[Any], u: Flo
 
 
 def _may_exceed(curve: Segments, quantity: Quantity, bound: float, sign: float, tolerance: float) -> NDArray[np.bool_]:
-    """Segments whose control points do not already show that they are inside."""
+    """Return which segments may exceed a bound, by their control points."""
     if quantity == "value":
         reach = sign * curve.first + np.maximum((sign * curve.controls).max(axis=1), 0.0)
         return np.asarray(reach > sign * bound + tolerance)
@@ -305,7 +268,7 @@ def _may_exceed(curve: Segments, quantity: Quantity, bound: float, sign: float, 
 
 
 def _roots(a: Floats, b: Floats, c: Floats) -> Floats:
-    """Both solutions of a u² + 2 b u + c = 0, shape (2, n); 0 for one that is not real."""
+    """Return both solutions of a u² + 2 b u + c = 0, shape (2, n); 0 for one that is not real."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         # The sum of equal signs first: no digits cancel.
         sum_ = -(b + np.copysign(np.sqrt(b * b - a * c), b))
@@ -314,7 +277,7 @@ def _roots(a: Floats, b: Floats, c: Floats) -> Floats:
 
 
 def slowest(time: Floats) -> Floats:
-    """Where the derivative of x by u, of Bernstein coefficients (3, n), is least; 0 where that is at an end."""
+    """Return the u of the least dx/du, given its Bernstein coefficients (3, n); 0 if it is least at an end."""
     bend = time[0] - 2.0 * time[1] + time[2]
     with np.errstate(divide="ignore", invalid="ignore"):
         u = (time[0] - time[1]) / bend

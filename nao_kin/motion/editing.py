@@ -1,4 +1,4 @@
-"""Motions made of motions: joined, mirrored, reversed, resampled, warped in time, repeated."""
+"""Motions joined, mirrored, reversed, resampled, warped in time and repeated."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin._core.arrays import Floats, as_floats, whole_number
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
-from nao_kin.motion.configurations import HOLD, MOST_SAMPLES, filled, other_side, sampling_times
+from nao_kin.motion.configurations import HOLD, MAX_SAMPLES, filled, sampling_times
 from nao_kin.motion.curves import slowest
 from nao_kin.motion.interpolation import Segments, segment_of
 from nao_kin.motion.motion import Motion, check_both, check_motion
-from nao_kin.robot import RobotModel, check_robot
+from nao_kin.robot import RobotModel, check_robot, other_side
 
-# Values that meet without a gap in time may differ by this.
-_MEETS = 1e-9
+# Tolerance of values that must be equal without a gap in time.
+_JUMP = 1e-9
 _BLEND_RATE = 100.0
 
 
 def reverse(motion: Motion) -> Motion:
-    """The motion run backwards within the same span of time: t becomes start + end − t.
+    """Return the motion run backwards in the same time interval: t becomes start + end − t.
 
     Examples:
         >>> turn = nk.Motion([0.0, 1.0], ["HeadYaw"], [[0.0], [0.5]])
@@ -32,13 +32,13 @@ def reverse(motion: Motion) -> Motion:
     check_motion(motion)
     times = _each(motion.times, lambda column: (motion.start + motion.end) - column[::-1])
     keys = [column[::-1] for column in motion.keys]
-    # What was before a key is after it, and offsets in time change their sign.
+    # Handles before and after a key are exchanged, and offsets in time change their sign.
     handles = [offsets[::-1, ::-1] * (-1.0, 1.0) for offsets in motion.handles or ()]
     return Motion(times, motion.joint_names, keys, motion.interpolation, handles or None)
 
 
 def resample(motion: Motion, rate: float | None = None, *, times: ArrayLike | None = None) -> Motion:
-    """A linear motion with keys at given times, the same for all joints, and the values of the motion there.
+    """Return a linear motion with keys at given times, the same for all joints, and the values of the motion there.
 
     Args:
         motion: of any interpolation.
@@ -46,8 +46,7 @@ def resample(motion: Motion, rate: float | None = None, *, times: ArrayLike | No
         times: instead, the times, ascending, shape (n,) [s].
 
     Raises:
-        BadArgument: neither or both, no positive rate, times that do not ascend, more than 4 million keys.
-        WrongShape, NotFinite: no list of finite times.
+        BadArgument: neither or both, times that do not ascend, more than 4 million keys.
 
     Examples:
         >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
@@ -62,17 +61,16 @@ def resample(motion: Motion, rate: float | None = None, *, times: ArrayLike | No
 
 
 def time_warp(motion: Motion, warp: float | Callable[[Floats], ArrayLike]) -> Motion:
-    """The motion with its keys at other times.
+    """Return the motion with its keys at other times.
 
     Args:
-        motion: which.
-        warp: a factor above zero by which all takes longer, the first key staying where it is; or a function that gives
-            new times [s] for times, both of shape (n,), and rises. Keys and the ends of handles move; what lies between
-            is interpolated in the new time. To bend the curve itself, `resample` it first.
+        motion: the motion to change.
+        warp: a factor above zero by which the motion takes longer, with the first key in place; or an increasing
+            function from times to new times [s], both of shape (n,). Keys and the ends of handles move; the curve
+            between them is interpolated in the new time. To warp the curve itself, `resample` it first.
 
     Raises:
-        BadArgument: no positive factor, or a function that does not rise where keys are.
-        WrongShape, NotFinite: a function that gives no such times.
+        BadArgument: a factor that is not positive, or a function that does not increase from key to key.
 
     Examples:
         >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
@@ -94,7 +92,7 @@ def time_warp(motion: Motion, warp: float | Callable[[Floats], ArrayLike]) -> Mo
     times = _each(motion.times, moved)
     handles = [np.array(offsets) for offsets in motion.handles or ()]
     for column, new, offsets in zip(motion.times, times, handles, strict=False):
-        # The outermost handles bend nothing; beyond the keys the function need not be defined.
+        # The outermost handles have no effect, and beyond the keys the function may be undefined.
         offsets[0, 0, 0] = offsets[-1, 1, 0] = 0.0
         offsets[1:, 0, 0] = np.minimum(moved(column[1:] + offsets[1:, 0, 0]) - new[1:], 0.0)
         offsets[:-1, 1, 0] = np.maximum(moved(column[:-1] + offsets[:-1, 1, 0]) - new[:-1], 0.0)
@@ -102,22 +100,22 @@ def time_warp(motion: Motion, warp: float | Callable[[Floats], ArrayLike]) -> Mo
 
 
 def concatenate(motions: Sequence[Motion], *, gap: float = 0.0, blend: float = 0.0) -> Motion:
-    """Motions one after another, the first at its own times.
+    """Return motions one after another, the first at its own times.
 
-    Each keeps its curves. In a gap every joint moves from where the one motion leaves it to where the next one begins:
-    straight between linear motions, else from rest to rest. A joint that a motion does not name stands still in it,
-    where it was before, or where it is to begin. Motions of different or of smooth interpolation become a Bezier one.
+    Each keeps its curves. In a gap every joint moves from its last value to its next one: straight between linear
+    motions, else from rest to rest. A joint that a motion does not name stands still in it, at its last value or at its
+    first one later. Motions of different or of smooth interpolation become a Bezier one.
 
     Args:
         motions: at least one.
-        gap: time between the end of one and the beginning of the next [s]. Without one they must meet: no joint jumps.
-        blend: instead, time for which the end of one and the beginning of the next overlap [s]; the result passes from
-            the one to the other with weights 1 − w and w, w = 3 s² − 2 s³ over the share s of that time. It is linear,
-            with keys where the two have some and 100 a second, in all of it where one of the two is not linear.
+        gap: time between the end of one motion and the beginning of the next [s]; with 0 no joint may jump.
+        blend: instead, time for which the end of one motion and the beginning of the next overlap [s]; the result
+            passes from one to the other with weights 1 − w and w, w = 3 s² − 2 s³ over the share s of that time. It is
+            linear, with the keys of both and 100 a second, everywhere if one of the two is not linear.
 
     Raises:
-        BadArgument: no motions, no time ≥ 0, both a gap and a blend, a blend longer than one of them, or a joint that
-            would jump.
+        BadArgument: no motions, both a gap and a blend, a blend longer than one of the motions, or a joint that would
+            jump.
 
     Examples:
         >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
@@ -137,15 +135,15 @@ def concatenate(motions: Sequence[Motion], *, gap: float = 0.0, blend: float = 0
 
 
 def loop(motion: Motion, n: int, *, gap: float = 0.0) -> Motion:
-    """The motion n times, with a gap between one time and the next.
+    """Return the motion repeated n times, with a gap between the repetitions.
 
     Args:
-        motion: which.
-        n: how often, at least once, and at most so often that a joint has 4 million keys.
+        motion: the motion to repeat.
+        n: number of repetitions, at least 1, with at most 4 million keys of a joint in all.
         gap: time from the end back to the beginning [s]; 0 needs a motion that ends where it begins.
 
     Raises:
-        BadArgument: no such number or time, or without a gap a joint that would jump.
+        BadArgument: no such number, or a joint that would jump without a gap.
 
     Examples:
         >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
@@ -153,8 +151,8 @@ def loop(motion: Motion, n: int, *, gap: float = 0.0) -> Motion:
         3.0
     """
     check_motion(motion)
-    count = whole_number(n, "n", 1, most=max(1, MOST_SAMPLES // max(map(len, motion.keys))))
-    # Doubled again and again: each joining copies all keys.
+    count = whole_number(n, "n", 1, most=max(1, MAX_SAMPLES // max(map(len, motion.keys))))
+    # Repeated doubling, because each concatenation copies all keys.
     result, power = None, motion
     while count:
         if count & 1:
@@ -166,16 +164,12 @@ def loop(motion: Motion, n: int, *, gap: float = 0.0) -> Motion:
 
 
 def complete(robot: RobotModel, motion: Motion, fill: str | ArrayLike = HOLD) -> Motion:
-    """The motion with one key for each joint of a robot that it does not name, which stands still there.
+    """Return the motion with one key for each joint of a robot that it does not name, which stands still.
 
     Args:
-        robot: whose joints with a motor of their own are added, in its order.
-        motion: which.
-        fill: where they stand, as in `Motion.configurations`.
-
-    Raises:
-        UnknownName: the robot has no such joint or posture.
-        WrongShape, NotFinite, BadArgument: `fill` is no configuration.
+        robot: its joints with their own motor are added, in its order.
+        motion: the motion to complete.
+        fill: values of these joints, as in `Motion.configurations`.
 
     Examples:
         >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
@@ -211,11 +205,11 @@ def _joined(one: Motion, two: Motion, gap: float) -> Motion:
             parts.append(_held(two, name, shift, since=two.start if parts else None))
         if len(parts) == 2 and gap == 0.0:
             first, second = float(parts[0][1][-1]), float(parts[1][1][0])
-            if abs(second - first) > _MEETS:
+            if abs(second - first) > _JUMP:
                 raise BadArgument(
                     f"{name} would jump from {first:.6g} to {second:.6g} at {one.end:.6g} s; give a gap or a blend"
                 )
-            # The first key of what follows takes the place of the last one, and the handle before it.
+            # The first key of the second motion replaces the last one, and takes the handle before that.
             parts[1][2][0, 0] = parts[0][2][-1, 0]
             parts[0] = parts[0][0][:-1], parts[0][1][:-1], parts[0][2][:-1]
         elif len(parts) == 2:
@@ -231,11 +225,11 @@ def _joined(one: Motion, two: Motion, gap: float) -> Motion:
 def _held(
     motion: Motion, name: str, shift: float, *, until: float | None = None, since: float | None = None
 ) -> tuple[Floats, Floats, Floats]:
-    """Times, keys and handles of a joint, with a further key where it stands still until or since a time."""
+    """Return times, keys and handles of a joint, with another key where it stands still until or since a time."""
     column = motion.joint_names.index(name)
     times, keys = motion.times[column], motion.keys[column]
     handles = np.zeros((len(keys), 2, 2)) if motion.handles is None else np.array(motion.handles[column])
-    # What the outermost handles say of the time outside is nothing: between two motions all is at rest.
+    # The outermost handles have no effect: between two motions the joints are at rest.
     handles[0, 0] = handles[-1, 1] = 0.0
     if until is not None and times[-1] < until:
         times, keys = np.append(times, until), np.append(keys, keys[-1])
@@ -255,9 +249,9 @@ def _blended(one: Motion, two: Motion, blend: float) -> Motion:
     begin, end = one.end - blend, one.end
     linear = one.interpolation == two.interpolation == "linear"
     dense = (begin, end) if linear else (one.start, second.end)
-    if not (dense[1] - dense[0]) * _BLEND_RATE < MOST_SAMPLES:
+    if not (dense[1] - dense[0]) * _BLEND_RATE < MAX_SAMPLES:
         raise BadArgument(
-            f"a blend over {dense[1] - dense[0]:g} s with {_BLEND_RATE:g} keys per second has more than {MOST_SAMPLES}"
+            f"a blend over {dense[1] - dense[0]:g} s with {_BLEND_RATE:g} keys per second has more than {MAX_SAMPLES}"
         )
     count = max(1, int(np.ceil((dense[1] - dense[0]) * _BLEND_RATE)))
     grid = np.unique(np.concatenate([one.key_times, second.key_times, [begin], np.linspace(*dense, count + 1)]))
@@ -276,7 +270,7 @@ def _blended(one: Motion, two: Motion, blend: float) -> Motion:
 
 
 def _each(columns: Sequence[Floats], change: Callable[[Floats], Floats]) -> list[Floats]:
-    """The changed columns; joints that share one still do."""
+    """Return the changed columns; joints that share one still do."""
     changed: list[Floats] = []
     for index, column in enumerate(columns):
         changed.append(changed[-1] if index and column is columns[index - 1] else change(column))
@@ -290,16 +284,11 @@ def _number(value: object, what: str) -> float:
     return float(array)
 
 
-# --- Further keys on curves that stay as they are.
+# --- More keys on the same curves.
 
 
 def cut(motion: Motion, times: Floats) -> Motion:
-    """The same curves with a key of every joint at each time that lies within its keys; a smooth motion becomes Bezier.
-
-    Args:
-        motion: which.
-        times: of the new keys, shape (n,) [s].
-    """
+    """Return the same curves with a key of every joint at each time within its keys; a smooth motion becomes Bezier."""
     if motion.interpolation == "linear":
         columns = [_with(own, times) for own in motion.times]
         rows = zip(columns, motion.times, motion.keys, strict=True)
@@ -310,28 +299,28 @@ def cut(motion: Motion, times: Floats) -> Motion:
     for own, keys, handles, curve in zip(curves.times, curves.keys, curves.handles, curves.segments, strict=True):
         new = _with(own, times)
         new = _with(new, _slow_times(curve, own, new))
-        kept = np.isin(new, own)
+        given = np.isin(new, own)
         columns.append(new)
         values.append(np.empty(len(new)))
-        values[-1][kept] = keys
+        values[-1][given] = keys
         offsets.append(np.zeros((len(new), 2, 2)))
-        offsets[-1][kept] = handles
-        if not kept.all():
-            _cut_curve(curve, own, new, ~kept, values[-1], offsets[-1])
+        offsets[-1][given] = handles
+        if not given.all():
+            _cut_curve(curve, own, new, ~given, values[-1], offsets[-1])
     return Motion(columns, motion.joint_names, values, "bezier", offsets)
 
 
 def _with(own: Floats, times: Floats) -> Floats:
-    """The times of a joint's keys and those between them."""
+    """Return the times of a joint's keys and those given between them."""
     return np.union1d(own, times[(times > own[0]) & (times < own[-1])])
 
 
 def _slow_times(curve: Segments, own: Floats, new: Floats) -> Floats:
-    """Where segments that are cut also must be, for handles to end within the pieces.
+    """Return the times at which segments must be cut too, so that handles end within the pieces.
 
-    The time x of a segment whose handles a and b are longer than itself runs slower and then faster again, and a piece
-    with both may begin or end more than three times as fast as it is on average. Where x only becomes slower, or only
-    faster, none does.
+    The time x of a segment with handles a and b longer than itself runs slower and then faster again, and a piece with
+    both may begin or end more than three times as fast as its average. If x only slows down, or only speeds up, no
+    piece does.
     """
     if curve.lengths is None:
         return np.zeros(0)
@@ -343,10 +332,10 @@ def _slow_times(curve: Segments, own: Floats, new: Floats) -> Floats:
 def _cut_curve(
     curve: Segments, own: Floats, new: Floats, added: NDArray[np.bool_], values: Floats, offsets: Floats
 ) -> None:
-    """Fill in the values of added keys, and all handles beside them.
+    """Fill in the values of added keys, and the handles next to them.
 
-    With its polar form f, a cubic has between the parameters u and v the control points f(u, u, u), f(u, u, v),
-    f(u, v, v) and f(v, v, v).
+    With its polar form f, a cubic has between the parameters u and v the control points f(u, u, u), f(u, u, v), f(u, v,
+    v) and f(v, v, v).
 
     Source: L. Ramshaw, Blossoming: A Connect-the-Dots Approach to Splines, DEC SRC report 19 (1987).
     """
@@ -355,46 +344,47 @@ def _cut_curve(
     u, v = curve.parameter(segment, new[pieces]), curve.parameter(segment, new[pieces + 1])
     a, b = np.full((2, len(pieces)), 1.0 / 3.0) if curve.lengths is None else curve.lengths[segment].T
     width = curve.width[segment]
-    room = new[pieces + 1] - new[pieces]
+    length = new[pieces + 1] - new[pieces]
     for axis, controls in enumerate(((a * width, (1.0 - b) * width, width), curve.controls[segment].T)):
         ends = _polar(controls, u, u, u), _polar(controls, v, v, v)
         after, before = _polar(controls, u, u, v) - ends[0], _polar(controls, u, v, v) - ends[1]
         if axis == 0:
-            after, before = np.clip(after, 0.0, room), np.clip(before, -room, 0.0)
+            after, before = np.clip(after, 0.0, length), np.clip(before, -length, 0.0)
         offsets[pieces, 1, axis], offsets[pieces + 1, 0, axis] = after, before
     starts = added[pieces]
     values[pieces[starts]] = curve.value(segment[starts], u[starts])
 
 
 def _polar(controls: tuple[Floats, Floats, Floats] | Floats, r: Floats, s: Floats, t: Floats) -> Floats:
-    """The polar form of a cubic with the Bernstein coefficients 0, p, q and d."""
+    """Return the polar form of a cubic with the Bernstein coefficients 0, p, q and d."""
     p, q, d = controls
     once = r * (1.0 - s) * (1.0 - t) + s * (1.0 - r) * (1.0 - t) + t * (1.0 - r) * (1.0 - s)
     twice = r * s * (1.0 - t) + r * t * (1.0 - s) + s * t * (1.0 - r)
     return np.asarray(p * once + q * twice + d * r * s * t)
 
 
-# --- A motion, or a configuration, seen in a mirror: what the left did the right does.
+# --- Motions and configurations mirrored: left and right exchanged.
 
-# Axes of two sides, mirrored onto each other, must be parallel to this sine.
+# Largest sine between an axis and the mirror image of that of the other side.
 _PARALLEL = 1e-3
 _MIRROR = np.array([1.0, -1.0, 1.0])
 
 
 def mirror(robot: RobotModel, motion: Motion) -> Motion:
-    """The motion mirrored at the plane between left and right, y = 0.
+    """Return the motion mirrored at the plane between left and right, y = 0.
 
-    What LShoulderPitch did RShoulderPitch does; mirrored twice a motion is itself again. A joint that turns about the
-    axis a, seen in the mirror M = diag(1, −1, 1), turns about −M a: its value changes sign where that is the opposite
-    of the axis of the joint on the other side. A sliding joint slides along M a; ratios, such as a hand's, stay.
+    RShoulderPitch gets the movement of LShoulderPitch; a motion mirrored twice is the original. The mirror image of a
+    joint that turns about the axis a turns about −M a, with M = diag(1, −1, 1): its value changes sign if that is
+    opposite to the axis of the joint on the other side. A sliding joint slides along M a; ratios, such as a hand's,
+    stay.
 
     Args:
-        robot: whose axes say what changes sign.
-        motion: which; names say left and right as in LHand, l_hand, hand_l or left_hand.
+        robot: its axes determine the signs.
+        motion: the motion to mirror; names have left and right as in LHand, l_hand, hand_l or left_hand.
 
     Raises:
-        UnknownName: the robot has no such joint.
-        BadArgument: a joint has no other side, or one that is not its mirror image.
+        UnknownName: a joint has no other side.
+        BadArgument: the joint on the other side is not its mirror image.
 
     Examples:
         >>> wave = nk.Motion([0.0, 1.0], ["LShoulderRoll"], [[0.0], [0.5]])
@@ -412,29 +402,20 @@ def mirror(robot: RobotModel, motion: Motion) -> Motion:
 
 
 def mirrored_joints(robot: RobotModel) -> dict[str, tuple[str, float]]:
-    """What shows a configuration of a robot in a mirror, at the plane between left and right, y = 0.
+    """Return joint → (the joint on the other side, sign): the mirror image has the sign times that joint's value.
 
-    Args:
-        robot: whose joints; those that follow another one are named as the other side of one, never by themselves.
-
-    Returns:
-        Joint → (the joint on the other side, sign): the mirror image has the sign times the other joint's value. A
-        joint on neither side is its own other.
-
-    Raises:
-        UnknownName: a joint has no other side.
-        BadArgument: one that is not its mirror image.
+    A joint on neither side is its own other side. Mimic joints are not keys. Refuses joints without a mirror image.
     """
     check_robot(robot)
     return {name: (other, _sign(robot, name, other)) for name in robot.joint_names for other in (other_side(name),)}
 
 
 def _sign(robot: RobotModel, name: str, other: str) -> float:
-    """What the value of a joint is multiplied with to be that of its mirror image."""
+    """Return the factor from the value of a joint to that of its mirror image."""
     if other not in robot.joint_names and other not in robot.mimics:
         raise UnknownName("joint", other, (*robot.joint_names, *robot.mimics), f"the other side of {name}")
     if robot.unit(name) != robot.unit(other):
-        raise BadArgument(f"{name} and {other} are no mirror images: one is in {robot.unit(name)}, the other is not")
+        raise BadArgument(f"{name} and {other} are not mirror images: one is in {robot.unit(name)}, the other is not")
     if robot.unit(name) == "1":
         return 1.0
     kinds = {joint.name: joint for joint in robot.tree.moving_joints}
@@ -445,5 +426,5 @@ def _sign(robot: RobotModel, name: str, other: str) -> float:
         axes.append(axis / np.linalg.norm(axis))
     image = _MIRROR * axes[0] * (1.0 if kinds[name].kind == "prismatic" else -1.0)
     if np.linalg.norm(np.cross(image, axes[1])) > _PARALLEL:
-        raise BadArgument(f"{name} and {other} are no mirror images: their axes are not")
+        raise BadArgument(f"{name} and {other} are not mirror images: their axes are not")
     return float(np.sign(image @ axes[1]))

@@ -1,12 +1,12 @@
 """Curves through the keys of one joint: straight, smooth (monotone cubic) and Bezier.
 
-Every segment between two keys, whatever its kind, is one cubic in a parameter u from 0 to 1:
+Every segment between two keys is one cubic in a parameter u from 0 to 1:
 
     value(u) = key₀ + 3 u (1 − u)² P + 3 u² (1 − u) Q + u³ D        D = key₁ − key₀
     x(u)     =        3 u (1 − u)² a + 3 u² (1 − u) (1 − b) + u³    x = (time − time₀) / (time₁ − time₀)
 
 P is the value of the handle after the first key, Q − D that of the handle before the second; a and b are the lengths of
-the two handles as shares of the segment. For straight and smooth segments a = b = ⅓, and then x = u.
+the two handles as shares of the segment. For straight and smooth segments a = b = ⅓, so x = u.
 """
 
 from __future__ import annotations
@@ -24,27 +24,21 @@ Interpolation = Literal["linear", "bezier", "smooth"]
 INTERPOLATIONS: tuple[Interpolation, ...] = ("linear", "bezier", "smooth")
 
 _THIRD = 1.0 / 3.0
-# Newton's method needs five steps; where time stands still for a moment it converges as slowly as bisection.
-_MOST_STEPS = 80
-# How far u may be from the root.
-_ENOUGH = 1e-15
+# Newton's method needs five steps; where dx/du = 0 it converges as slowly as bisection.
+_MAX_STEPS = 80
+# Accuracy of u.
+_ACCURACY = 1e-15
 
 
 def smooth_slopes(times: Floats, keys: Floats) -> Floats:
-    """Slopes of the monotone cubic at the keys, shape (k,).
+    """Return the slopes of the monotone cubic at the keys, shape (k,).
 
-    With widths h and slopes d of the two straight lines beside a key, the slope is zero where they differ in sign, else
-    their weighted harmonic mean (w₁ + w₂) / (w₁ / d₁ + w₂ / d₂) with w₁ = h₁ + 2 h₂ and w₂ = 2 h₁ + h₂. At the first
-    and the last key it is zero: the robot starts and ends at rest. Between two keys the curve never leaves their range.
+    With widths h and slopes d of the straight lines before and after a key, the slope is zero if these differ in sign,
+    else their weighted harmonic mean (w₁ + w₂) / (w₁ / d₁ + w₂ / d₂) with w₁ = h₁ + 2 h₂ and w₂ = 2 h₁ + h₂. At the
+    first and the last key it is zero: the robot starts and ends at rest. Between two keys the curve never leaves their
+    range.
 
     Source: F. N. Fritsch and J. Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300–304.
-
-    Args:
-        times: of the keys, ascending, shape (k,).
-        keys: values there, shape (k,).
-
-    Raises:
-        WrongShape, NotFinite, BadArgument: no finite numbers, times that do not ascend, or not one key for each.
     """
     times, keys = as_floats(times, (), "times"), as_floats(keys, (), "keys")
     if times.ndim != 1 or keys.shape != times.shape:
@@ -65,15 +59,9 @@ def smooth_slopes(times: Floats, keys: Floats) -> Floats:
 
 
 def handles_along(times: Floats, slopes_before: Floats, slopes_after: Floats) -> Floats:
-    """Bezier handles of a third of the segment beside them, along slopes.
+    """Return Bezier handles (k, 2, 2), a third of their segment long, along the slopes before and after each key (k,).
 
-    Args:
-        times: of the keys, shape (k,).
-        slopes_before: slope at each key of the segment before it, shape (k,).
-        slopes_after: slope at each key of the segment after it, shape (k,).
-
-    Returns:
-        Shape (k, 2, 2): key, before or after, time or value. Those outside the first and the last key are zero.
+    The axes are key, before or after it, time or value. The handles before the first and after the last key are zero.
     """
     handles = np.zeros((len(times), 2, 2))
     thirds = np.diff(times) * _THIRD
@@ -83,7 +71,7 @@ def handles_along(times: Floats, slopes_before: Floats, slopes_after: Floats) ->
 
 
 def bezier_handles(interpolation: Interpolation, times: Floats, keys: Floats) -> Floats:
-    """Handles with which a Bezier curve is the straight or the smooth one, shape (k, 2, 2)."""
+    """Return the handles (k, 2, 2) with which a Bezier curve is the straight or the smooth one."""
     if interpolation == "linear":
         straight = np.diff(keys) / np.diff(times)
         return handles_along(times, np.concatenate([[0.0], straight]), np.concatenate([straight, [0.0]]))
@@ -92,27 +80,26 @@ def bezier_handles(interpolation: Interpolation, times: Floats, keys: Floats) ->
 
 
 def bezier_parameter(a: Floats, b: Floats, x: Floats) -> Floats:
-    """The u in [0, 1] with x(u) = x, for handles of lengths a and b in [0, 1]; shapes (n,).
+    """Return the u in [0, 1] with x(u) = x, for handles of lengths a and b in [0, 1]; shapes (n,).
 
-    x(u) never falls there. Newton's method, held between the bounds found so far: a step that would leave them is
-    replaced by a bisection.
+    x(u) never decreases. A step of Newton's method that would leave the bracket found so far is replaced by bisection.
     """
     found = np.array(x)
     todo = np.arange(len(x))
     u, low, high = np.array(x), np.zeros(len(x)), np.ones(len(x))
-    for _ in range(_MOST_STEPS):
+    for _ in range(_MAX_STEPS):
         miss = _cubic(u, a, 1.0 - b, 1.0) - x
         low, high = np.where(miss <= 0.0, u, low), np.where(miss >= 0.0, u, high)
         slope = 3.0 * _quadratic(u, a, 1.0 - a - b, b)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             step = u - miss / slope
-        following = np.where((step > low) & (step < high), step, 0.5 * (low + high))
-        following = np.where(miss == 0.0, u, following)
-        found[todo] = following
-        left = np.abs(following - u) > _ENOUGH
+        new = np.where((step > low) & (step < high), step, 0.5 * (low + high))
+        new = np.where(miss == 0.0, u, new)
+        found[todo] = new
+        left = np.abs(new - u) > _ACCURACY
         if not left.any():
             break
-        todo, u, low, high = todo[left], following[left], low[left], high[left]
+        todo, u, low, high = todo[left], new[left], low[left], high[left]
         a, b, x = a[left], b[left], x[left]
     return found
 
@@ -126,7 +113,7 @@ class Segments:
         width: how long they last, shape (m,) [s]; zero only for a joint that stands still for no time.
         first: values at which they begin, shape (m,).
         controls: P, Q and D of the value, shape (m, 3).
-        lengths: a and b of the time, shape (m, 2); None where both are a third everywhere.
+        lengths: a and b of the time, shape (m, 2); None if all are a third.
     """
 
     start: Floats
@@ -136,7 +123,7 @@ class Segments:
     lengths: Floats | None = None
 
     def parameter(self, segment: NDArray[Any], t: Floats) -> Floats:
-        """Parameters u at times within the segments, both of shape (n,); times outside are taken to the nearest end."""
+        """Return parameters u (n,) at times (n,) in segments (n,); times outside count as the nearest end."""
         width = self.width[segment]
         x: Floats = np.clip((t - self.start[segment]) / np.where(width > 0.0, width, 1.0), 0.0, 1.0)
         if self.lengths is None:
@@ -144,39 +131,39 @@ class Segments:
         return bezier_parameter(self.lengths[segment, 0], self.lengths[segment, 1], x)
 
     def time(self, segment: NDArray[Any], u: Floats) -> Floats:
-        """Times at parameters u [s]."""
+        """Return times at parameters u [s]."""
         if self.lengths is None:
             return np.asarray(self.start[segment] + u * self.width[segment])
         a, b = self.lengths[segment].T
         return np.asarray(self.start[segment] + self.width[segment] * _cubic(u, a, 1.0 - b, 1.0))
 
     def value(self, segment: NDArray[Any], u: Floats) -> Floats:
-        """Values at parameters u; at 0 and 1 those of the keys, without rounding where they are equal."""
+        """Return values at parameters u; at 0 and 1 those of the keys, without rounding where they are equal."""
         return np.asarray(self.first[segment] + _cubic(u, *self.controls[segment].T))
 
     def speed(self, segment: NDArray[Any], u: Floats) -> Floats:
-        """Change of the value per second at parameters u; infinite where time stands still and the value does not."""
+        """Return the change of the value per second at parameters u; infinite where the curve is vertical."""
         value, time = self.slopes(segment), self.time_slopes(segment)
         over, under = _quadratic(u, *value), _quadratic(u, *time)
-        stands = under <= 0.0
-        if stands.any():
-            # The limit, where both stand still: the ratio of the second derivatives, then that of the third.
+        vertical = under <= 0.0
+        if vertical.any():
+            # The limit of 0 / 0: the ratio of the second derivatives, then that of the third.
             for order in (_quadratic_slope, _quadratic_bend):
-                still = stands & (over == 0.0) & (under == 0.0)
+                still = vertical & (over == 0.0) & (under == 0.0)
                 over = np.where(still, order(u, *value), over)
                 under = np.where(still, order(u, *time), under)
         with np.errstate(divide="ignore", invalid="ignore"):
-            ratio = np.where(over == 0.0, 0.0, over / np.where(stands & (under == 0.0), 0.0, under))
+            ratio = np.where(over == 0.0, 0.0, over / np.where(vertical & (under == 0.0), 0.0, under))
         width = self.width[segment]
         return np.asarray(ratio / np.where(width > 0.0, width, 1.0))
 
     def slopes(self, segment: NDArray[Any]) -> Floats:
-        """Bernstein coefficients of a third of the value's derivative by u, shape (3, n)."""
+        """Return the Bernstein coefficients of a third of the value's derivative by u, shape (3, n)."""
         p, q, d = self.controls[segment].T
         return np.stack([p, q - p, d - q])
 
     def time_slopes(self, segment: NDArray[Any]) -> Floats:
-        """Bernstein coefficients of a third of the derivative of x by u, shape (3, n)."""
+        """Return the Bernstein coefficients of a third of the derivative of x by u, shape (3, n)."""
         if self.lengths is None:
             return np.full((3, len(segment)), _THIRD)
         a, b = self.lengths[segment].T
@@ -184,7 +171,7 @@ class Segments:
 
 
 def segments(interpolation: Interpolation, times: Floats, keys: Floats, handles: Floats | None) -> Segments:
-    """The segments between the keys of one joint: none for a single key."""
+    """Return the segments between the keys of one joint; a single key has none."""
     width, rise = np.diff(times), np.diff(keys)
     lengths = None
     if handles is not None:
@@ -202,7 +189,7 @@ def segments(interpolation: Interpolation, times: Floats, keys: Floats, handles:
 
 
 def segment_of(times: Floats, t: Floats) -> NDArray[np.intp]:
-    """Which segment each time is in; a key belongs to the segment that begins with it, the last to the one before."""
+    """Return the segment of each time: at a key the one that begins there, at the last key the one before."""
     return np.asarray(np.clip(np.searchsorted(times, t, side="right") - 1, 0, max(len(times) - 2, 0)))
 
 

@@ -1,4 +1,4 @@
-"""`Motion`: joints with keys of their own, and a curve through the keys of each."""
+"""`Motion`: joints with their own keys, and a curve through the keys of each joint."""
 
 from __future__ import annotations
 
@@ -13,27 +13,23 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin._core.arrays import Floats, all_finite, as_floats, as_numbers, choice
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, NotFinite, UnknownName, WrongShape
-from nao_kin.motion.configurations import HOLD, Hips, Trajectory, check_hips, filled, motor_values, sampling_times
+from nao_kin.motion.configurations import HOLD, Trajectory, filled, sampling_times
 from nao_kin.motion.interpolation import INTERPOLATIONS, Interpolation, Segments, bezier_handles, segment_of, segments
-from nao_kin.robot import RobotModel, check_robot
+from nao_kin.robot import Hips, RobotModel, check_hips, check_robot, motor_values
 
-# --- Names, times, keys and handles as they are given to a motion, made into columns or refused.
+# --- Conversion and checks of the names, times, keys and handles of a motion.
 
-# A handle that leaves its segment by no more than rounding, or by what single precision makes of it.
+# By this share of its segment a handle may leave it: rounding, also of single precision.
 _HANDLE_ROUNDING = 1e-6
 
-# No joint is there, and products of three such numbers are still numbers.
+# Beyond any joint, and the product of three such numbers is still finite.
 _LARGEST = 1e100
 
 Columns = tuple[Floats, ...]
 
 
 def checked_names(names: Any) -> tuple[str, ...]:
-    """The joint names of a motion.
-
-    Raises:
-        BadArgument: none, one that is no text, or one twice.
-    """
+    """Return the joint names of a motion as texts, each given once."""
     if isinstance(names, str) or not isinstance(names, Iterable):
         raise BadArgument(f"joint_names must be a list of names, got {quoted(names)}")
     found = tuple(names)
@@ -50,12 +46,7 @@ def checked_names(names: Any) -> tuple[str, ...]:
 
 
 def checked_times(times: Any, names: tuple[str, ...]) -> tuple[Columns, bool]:
-    """The times of each joint, and whether one list was given for all.
-
-    Raises:
-        BadArgument: none, or not ascending.
-        WrongShape, NotFinite: no finite numbers of the right shape.
-    """
+    """Return the ascending times of each joint, and whether all joints share one list."""
     rows = _rows(times, "times")
     if _is_single(rows[0]):
         column = _checked_column(times if isinstance(times, np.ndarray) else rows, "times")
@@ -76,17 +67,7 @@ def checked_times(times: Any, names: tuple[str, ...]) -> tuple[Columns, bool]:
 
 
 def checked_keys(keys: Any, names: tuple[str, ...], times: Columns, *, shared: bool) -> Columns:
-    """The keys of each joint.
-
-    Args:
-        keys: a row for each time where times are `shared`, else a list for each joint.
-        names: the joints.
-        times: of each joint.
-        shared: one list of times was given for all.
-
-    Raises:
-        BadArgument, WrongShape, NotFinite: no finite numbers, or not one for each time.
-    """
+    """Return the keys of each joint; `shared` times take a row for each time, else there is a list for each joint."""
     if shared:
         array = as_numbers(keys, "keys")
         if array.ndim == 1 and len(names) == 1:
@@ -114,12 +95,7 @@ def checked_keys(keys: Any, names: tuple[str, ...], times: Columns, *, shared: b
 
 
 def checked_handles(handles: Any, names: tuple[str, ...], times: Columns, interpolation: str) -> Columns:
-    """The handles of each joint, shape (k, 2, 2).
-
-    Raises:
-        BadArgument: with another interpolation, for other joints, or leaving their segment in time.
-        WrongShape, NotFinite: no finite numbers of that shape.
-    """
+    """Return the handles of each joint, shape (k, 2, 2), within their segments in time."""
     if interpolation != "bezier":
         raise BadArgument(f"handles belong to bezier interpolation, got {interpolation}")
     rows = _rows(handles, "handles")
@@ -137,25 +113,25 @@ def checked_handles(handles: Any, names: tuple[str, ...], times: Columns, interp
 
 
 def _check_within(handles: Floats, times: Floats, name: str) -> None:
-    """Refuse handles that leave the segment beside their key in time; the outermost may have any length."""
+    """Refuse handles that leave their segment in time; the outermost handles may have any length."""
     widths = np.diff(times)
-    room = [np.concatenate([[np.inf], widths]), np.concatenate([widths, [np.inf]])]
+    limits = [np.concatenate([[np.inf], widths]), np.concatenate([widths, [np.inf]])]
     for side, (word, sign) in enumerate((("before", -1.0), ("after", 1.0))):
         length = sign * handles[:, side, 0]
-        slack = _HANDLE_ROUNDING * np.where(np.isfinite(room[side]), room[side], 1.0)
-        wrong = (length < -slack) | (length > room[side] + slack)
+        slack = _HANDLE_ROUNDING * np.where(np.isfinite(limits[side]), limits[side], 1.0)
+        wrong = (length < -slack) | (length > limits[side] + slack)
         if wrong.any():
             key = int(np.argmax(wrong))
             offset = float(handles[key, side, 0])
-            least, most = (-room[side][key], 0.0) if side == 0 else (0.0, room[side][key])
+            lower, upper = (-limits[side][key], 0.0) if side == 0 else (0.0, limits[side][key])
             raise BadArgument(
-                f"{name}: the handle {word} key {key} is {offset:.9g} s from it, expected between {least:.9g} and "
-                f"{most:.9g} s: within the segment"
+                f"{name}: the handle {word} key {key} is {offset:.9g} s from it, expected between {lower:.9g} and "
+                f"{upper:.9g} s: within the segment"
             )
 
 
 def check_speeds(names: tuple[str, ...], times: Columns, keys: Columns) -> None:
-    """Refuse keys so far apart, or times so near, that the speed between them is no floating-point number."""
+    """Refuse keys whose speed between two times is not finite."""
     for name, column, values in zip(names, times, keys, strict=True):
         with np.errstate(over="ignore"):
             fine = np.isfinite(np.diff(values) / np.diff(column))
@@ -169,7 +145,7 @@ def check_speeds(names: tuple[str, ...], times: Columns, keys: Columns) -> None:
 
 
 def out_of_order(times: Floats) -> tuple[int, str] | None:
-    """The first of some times that does not come after the one before it, and how it stands to that; None for none."""
+    """Return the index of the first time that does not ascend, and how it compares with the one before it, or None."""
     ascends = np.diff(times) > 0.0
     if ascends.all():
         return None
@@ -197,14 +173,14 @@ def _checked_column(values: Any, what: str) -> Floats:
 
 
 def _check_size(values: Floats, what: str) -> None:
-    """Refuse numbers with which floating point cannot compute."""
+    """Refuse numbers too large to compute with."""
     far = np.abs(values) > _LARGEST
     if far.any():
         raise BadArgument(f"{what} must be at most {_LARGEST:g} in size, got {float(values[far][0]):g}")
 
 
 def _rows(values: Any, what: str) -> list[Any]:
-    """The entries of a list; of one array of numbers, only the first."""
+    """Return the entries of a list; of a 1-D array of numbers, only the first."""
     if isinstance(values, (str, bytes)) or not isinstance(values, Iterable):
         raise BadArgument(f"{what} must be a list, got {quoted(values)}")
     array = values if isinstance(values, np.ndarray) and values.ndim < 2 else None
@@ -220,37 +196,30 @@ def _is_single(value: Any) -> bool:
     return isinstance(value, (str, bytes)) or not isinstance(value, Iterable)
 
 
-# --- Joints with keys at the same times, sampled together: a row of all at once instead of one joint after another.
+# --- Joints with keys at the same times, sampled together, row by row instead of joint by joint.
 
-# Times at once, so that what is between two steps stays in the cache.
-_AT_ONCE = 1024
-# Coefficients that may be kept: 64 MB.
-MOST_KEPT = 8_000_000
+# Times of a chunk, small enough for the processor's cache.
+_CHUNK = 1024
+# Coefficients that may be stored: 64 MB.
+_MAX_COEFFICIENTS = 8_000_000
 
 
 class SharedTimes:
     """The curves of all joints as polynomials c₀ + x (c₁ + x (c₂ + x c₃)) in the share x of a segment's time."""
 
     def __init__(self, times: Floats, keys: Sequence[Floats], segments: Sequence[Segments], *, straight: bool) -> None:
-        """Prepare the coefficients.
-
-        Args:
-            times: of the keys, shape (k,), k ≥ 2.
-            keys: of each joint, shape (k,).
-            segments: of each joint, polynomials in time.
-            straight: all are straight lines.
-        """
+        """Compute the coefficients from key times (k,), k ≥ 2, and the keys (k,) and segments of each joint."""
         self._times, self._last = times, np.array([column[-1] for column in keys])
         first = np.stack([curve.first for curve in segments], axis=-1)
         p, q, d = np.moveaxis(np.stack([curve.controls for curve in segments], axis=-1), 1, 0)
-        # A row of coefficients of all joints for each segment.
+        # For each segment a row with the coefficients of all joints.
         rows = [first, d] if straight else [first, 3.0 * p, 3.0 * (q - 2.0 * p), d - 3.0 * (q - p)]
         self._coefficients = [np.ascontiguousarray(row) for row in rows]
 
     def sample(self, t: Floats) -> Floats:
-        """Values at times (n,), shape (n, joints)."""
+        """Return values (n, joints) at times (n,)."""
         result = np.empty((len(t), len(self._last)))
-        for rows, segment, x in self._begun(t, result):
+        for rows, segment, x in self._chunks(t, result):
             for coefficients in self._coefficients[-2::-1]:
                 rows *= x
                 rows += coefficients[segment]
@@ -259,9 +228,9 @@ class SharedTimes:
         return result
 
     def speed(self, t: Floats) -> Floats:
-        """Speeds at times (n,), shape (n, joints)."""
+        """Return speeds (n, joints) at times (n,)."""
         result = np.empty((len(t), len(self._last)))
-        for rows, segment, x in self._begun(t, result):
+        for rows, segment, x in self._chunks(t, result):
             rows *= len(self._coefficients) - 1
             for power in range(len(self._coefficients) - 2, 0, -1):
                 rows *= x
@@ -270,40 +239,37 @@ class SharedTimes:
         result[(t < self._times[0]) | (t > self._times[-1])] = 0.0
         return result
 
-    def _begun(self, t: Floats, result: Floats) -> Iterator[tuple[Floats, NDArray[np.intp], Floats]]:
-        """Parts of the result with their last coefficients in them, their segments, and where in these they are."""
-        for start in range(0, len(t), _AT_ONCE):
-            part = slice(start, start + _AT_ONCE)
+    def _chunks(self, t: Floats, result: Floats) -> Iterator[tuple[Floats, NDArray[np.intp], Floats]]:
+        """Yield rows of the result, filled with the last coefficients, their segments, and the shares x of these."""
+        for start in range(0, len(t), _CHUNK):
+            part = slice(start, start + _CHUNK)
             segment = segment_of(self._times, t[part])
             rows = result[part]
             np.take(self._coefficients[-1], segment, axis=0, out=rows)
-            yield rows, segment, self._share(segment, t[part])[:, None]
-
-    def _share(self, segment: NDArray[np.intp], t: Floats) -> Floats:
-        start = self._times[segment]
-        return np.asarray(np.clip((t - start) / (self._times[segment + 1] - start), 0.0, 1.0))
+            start_time = self._times[segment]
+            share = np.clip((t[part] - start_time) / (self._times[segment + 1] - start_time), 0.0, 1.0)
+            yield rows, segment, share[:, None]
 
 
-# --- `Motion`: joints with keys of their own, and a curve through the keys of each.
+# --- The motion itself.
 
 
 @dataclass(frozen=True, init=False, eq=False, repr=False)
 class Motion:
-    """Joints that move through keys, each at times of its own.
+    """Joints that move through keys, each at its own times.
 
-    Before its first and after its last key a joint stands still. A motion names only the joints that it moves; what the
-    others do is said where configurations are made of it.
+    Before its first and after its last key a joint stands still. A motion names only the joints that it moves; the
+    others get their values where configurations are made of it.
 
     Attributes:
         times: for each joint the times of its keys, strictly ascending, shape (k,) [s].
-        joint_names: the joints, by their names in the URDF; RHipYawPitch may stand beside LHipYawPitch.
-        keys: for each joint its values there, shape (k,) [rad, m or ratio; a hand is 0 closed to 1 open].
-        interpolation: what lies between two keys of a joint. "linear": a straight line. "smooth": a monotone cubic
-            (Fritsch–Butland), at rest at the first and the last key. "bezier": a cubic in time and value with the
-            handles below.
+        joint_names: the joints, by their names in the URDF; RHipYawPitch may be named as well as LHipYawPitch.
+        keys: for each joint its values at these times, shape (k,) [rad, m or ratio; a hand is 0 closed to 1 open].
+        interpolation: the curve between two keys of a joint. "linear": a straight line. "smooth": a monotone cubic
+            (Fritsch–Butland), at rest at the first and the last key. "bezier": a cubic in time and value with handles.
         handles: for "bezier", for each joint shape (k, 2, 2): key, before or after it, offset in time [s] and in value,
-            NAOqi's form; else None. Where none are given they are a third of the segment beside them long, along the
-            slope of "smooth". Offsets in time are ≤ 0 before and ≥ 0 after a key, and end within the segment.
+            as in NAOqi; else None. By default they are a third of their segment long, along the slope of "smooth".
+            Offsets in time are ≤ 0 before and ≥ 0 after a key, and end within the segment.
 
     The arrays are read-only copies.
 
@@ -327,20 +293,19 @@ class Motion:
         interpolation: Interpolation = "linear",
         handles: Sequence[ArrayLike] | None = None,
     ) -> None:
-        """A motion from its keys.
+        """Make a motion from its keys.
 
         Args:
-            times: one list for all joints, (n,), or a list of one for each joint.
-            joint_names: which joints.
-            keys: with one list of times a row for each time, (n, joints); with a list for each joint, a list for each.
+            times: one list for all joints, (n,), or a list of lists, one for each joint.
+            joint_names: the joints.
+            keys: for one list of times a row for each time, (n, joints); else a list for each joint.
             interpolation: "linear", "smooth" or "bezier".
             handles: for "bezier", one array (k, 2, 2) for each joint.
 
         Raises:
             BadArgument: no joints or keys, a joint named twice, times that do not ascend, handles that leave their
                 segment or belong to no Bezier curve.
-            WrongShape, NotFinite: times, keys and handles that do not fit, or are no finite numbers; names the joint.
-            UnknownName: no such interpolation.
+            WrongShape: times, keys and handles that do not fit together.
         """
         names = checked_names(joint_names)
         choice(interpolation, INTERPOLATIONS, "interpolation")
@@ -359,17 +324,17 @@ class Motion:
 
     @property
     def start(self) -> float:
-        """Time of the first key of all [s]."""
+        """Time of the first key of all joints [s]."""
         return float(min(times[0] for times in self.times))
 
     @property
     def end(self) -> float:
-        """Time of the last key of all [s]."""
+        """Time of the last key of all joints [s]."""
         return float(max(times[-1] for times in self.times))
 
     @property
     def duration(self) -> float:
-        """From the first key to the last [s]."""
+        """Time from the first key to the last [s]."""
         return self.end - self.start
 
     @property
@@ -379,16 +344,13 @@ class Motion:
         return np.unique(np.concatenate(list(distinct.values())))
 
     def sample(self, t: ArrayLike) -> Floats:
-        """Joint values at times.
+        """Return joint values at times.
 
         Args:
-            t: shape (...) [s].
+            t: times, shape (...) [s].
 
         Returns:
             Shape (..., joints), in the order of `joint_names` [rad, m or ratio].
-
-        Raises:
-            NotFinite, BadArgument: t is no finite numbers.
 
         Examples:
             >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
@@ -398,19 +360,16 @@ class Motion:
         return self._evaluated(t, speed=False)
 
     def speed(self, t: ArrayLike) -> Floats:
-        """Joint speeds at times: the derivative of `sample`.
+        """Return joint speeds at times: the derivative of `sample`.
 
-        At a key it is that of the segment that begins there, at a joint's last key that of the one that ends there;
-        outside of its keys a joint does not move. Infinite where a Bezier curve is vertical.
+        At a key the speed is that of the segment that begins there, at a joint's last key that of the segment that ends
+        there; before and after its keys a joint does not move. A vertical Bezier curve has infinite speed.
 
         Args:
-            t: shape (...) [s].
+            t: times, shape (...) [s].
 
         Returns:
             Shape (..., joints) [unit of the joint per s].
-
-        Raises:
-            NotFinite, BadArgument: t is no finite numbers.
 
         Examples:
             >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
@@ -428,26 +387,24 @@ class Motion:
         fill: str | ArrayLike = HOLD,
         hips: Hips = "average",
     ) -> Trajectory:
-        """The configurations of a robot that moves so.
+        """Return the configurations of a robot that performs the motion, whose limits are not checked.
 
         Args:
-            robot: which has all the joints named.
-            rate: configurations per second, from the first key on; the last is at the last key, which may be less than
-                a step after the one before. With neither `rate` nor `times`, one at the time of every key.
-            times: when, shape (n,) [s].
-            fill: where the joints are that are not named, and a floating base: the name of a posture, a configuration
-                (nq,), or "hold": the robot's start posture (StandInit for a NAO), for robots without one all joints at
-                zero or at the limit nearest to it.
-            hips: what one motor does that is named twice, as by LHipYawPitch and RHipYawPitch with values of their own:
-                the "average", or the "left" or "right" one. It holds for any joint that follows another one; where
-                their names say no side, for the average.
+            robot: has all the joints named.
+            rate: configurations per second, from the first key on; the last is at the last key, possibly after a
+                shorter step. Without `rate` and `times` there is one for each key time.
+            times: times of the configurations, shape (n,) [s].
+            fill: values of the joints not named, and of a floating base: the name of a posture, a configuration (nq,),
+                or "hold": the robot's start posture (StandInit for a NAO), or else zero, moved to the nearest limit.
+            hips: value of a motor that the motion names twice, such as LHipYawPitch and RHipYawPitch: the "average", or
+                the "left" or "right" one. It holds for all mimic joints; without sides in their names the average is
+                taken.
 
         Returns:
-            Times (n,) and q (n, nq); limits are not looked at (`nao_kin.motion.check` does).
+            Times (n,) and q (n, nq).
 
         Raises:
-            UnknownName: the robot has no such joint or posture, or there is no such rule.
-            BadArgument, WrongShape, NotFinite: no rate, times or configuration; more than 4 million configurations.
+            BadArgument: more than 4 million configurations.
 
         Examples:
             >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
@@ -466,7 +423,7 @@ class Motion:
         return Trajectory(at, q)
 
     def as_bezier(self) -> Motion:
-        """The same curves, to rounding, with handles: linear and smooth motions are Bezier ones too.
+        """Return the same curves, up to rounding, as Bezier curves with handles.
 
         Examples:
             >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
@@ -482,28 +439,30 @@ class Motion:
 
     @cached_property
     def segments(self) -> tuple[Segments, ...]:
-        """For each joint, what lies between its keys as cubics."""
+        """The cubics between the keys of each joint."""
         handles = self.handles or (None,) * len(self.keys)
         return tuple(map(partial(segments, self.interpolation), self.times, self.keys, handles))
 
     @cached_property
-    def _together(self) -> SharedTimes | None:
-        """All joints at once, where they have their keys at the same times and are polynomials in time."""
+    def _shared(self) -> SharedTimes | None:
+        """All joints together, if they share their key times and are polynomials in time; else None."""
         times = self.times[0]
         if len(times) < 2 or len(self.keys) < 2 or any(column is not times for column in self.times[1:]):
             return None
-        if 4 * sum(map(len, self.keys)) > MOST_KEPT or any(curve.lengths is not None for curve in self.segments):
+        if 4 * sum(map(len, self.keys)) > _MAX_COEFFICIENTS:
+            return None
+        if any(curve.lengths is not None for curve in self.segments):
             return None
         return SharedTimes(times, self.keys, self.segments, straight=self.interpolation == "linear")
 
     def _evaluated(self, t: ArrayLike, *, speed: bool) -> Floats:
         wanted = as_floats(t, (), "t")
         flat = wanted.reshape(-1)
-        together = self._together
-        if together is not None:
-            rows = together.speed(flat) if speed else together.sample(flat)
+        shared = self._shared
+        if shared is not None:
+            rows = shared.speed(flat) if speed else shared.sample(flat)
             return rows.reshape(*wanted.shape, len(self.keys))
-        # Column by column in memory, as it is filled.
+        # Joint by joint in memory, as it is filled.
         result = np.empty((len(self.keys), len(flat)))
         found, place = None, np.zeros(0, dtype=np.intp)
         for column, (times, keys) in enumerate(zip(self.times, self.keys, strict=True)):
@@ -524,7 +483,7 @@ class Motion:
         return np.ascontiguousarray(result.T).reshape(*wanted.shape, len(self.keys))
 
     def __eq__(self, other: object) -> bool:
-        """Whether names, times, keys, interpolation and handles are all equal, to the last bit."""
+        """Whether names, times, keys, interpolation and handles are equal, to the last bit."""
         if not isinstance(other, Motion):
             return NotImplemented
         if self.joint_names != other.joint_names or self.interpolation != other.interpolation:
@@ -551,18 +510,13 @@ class Motion:
 
 
 def check_motion(motion: object) -> None:
-    """Raise `BadArgument` for what is no motion."""
+    """Raise `BadArgument` unless it is a motion."""
     if not isinstance(motion, Motion):
         raise BadArgument(f"motion must be a Motion, got {type(motion).__name__}; read_motion makes one of a file")
 
 
 def check_both(robot: RobotModel, motion: Motion) -> None:
-    """Refuse what is no robot or no motion, and a motion of joints that the robot does not have.
-
-    Raises:
-        BadArgument: no robot, or no motion.
-        UnknownName: with the first such joint.
-    """
+    """Refuse a motion with joints that the robot does not have, or arguments of the wrong kind."""
     check_robot(robot)
     check_motion(motion)
     for name in motion.joint_names:

@@ -1,4 +1,4 @@
-"""Motions as diagrams: every joint over time, between its limits."""
+"""Diagrams of motions: every joint over time, between its limits."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import UnknownName
-from nao_kin.motion.checking import check, joint_range, largest_speed
+from nao_kin.motion.checking import check, joint_bounds
 from nao_kin.motion.motion import Motion, check_both, checked_names
 from nao_kin.robot import RobotModel
 
@@ -19,20 +19,20 @@ if TYPE_CHECKING:
 
 
 _SAMPLES = 2000
-# More keys than this are a line by themselves.
-_MOST_DOTS = 60
+# Keys drawn as dots; more of them would look like a line.
+_MAX_DOTS = 60
 _COLUMNS = 3
 _SIZE = (4.2, 2.0)
 _LINE, _LIMIT, _OUTSIDE = "#1f6fb4", "#888888", "#d62728"
 
 
 def plot(robot: RobotModel, motion: Motion, *, joints: Sequence[str] | None = None, speed: bool = False) -> Figure:
-    """A diagram for each joint: its values over time, its limits dashed, and what `check` finds outside them in red.
+    """Draw a diagram for each joint: its values over time, its limits dashed, and violations of them in red.
 
     Args:
-        robot: which has all the joints named.
-        motion: what is drawn.
-        joints: draw these only; None for all.
+        robot: has all the joints named.
+        motion: the motion to draw.
+        joints: names of the joints to draw; None for all.
         speed: draw speeds and their limits instead.
 
     Returns:
@@ -40,8 +40,6 @@ def plot(robot: RobotModel, motion: Motion, *, joints: Sequence[str] | None = No
 
     Raises:
         MissingExtra: matplotlib is not installed.
-        UnknownName: the robot or the motion has no such joint.
-        BadArgument: no joints to draw, or one twice.
 
     Examples:
         >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
@@ -57,7 +55,7 @@ def plot(robot: RobotModel, motion: Motion, *, joints: Sequence[str] | None = No
     for name in names:
         if name not in motion.joint_names:
             raise UnknownName("joint of the motion", name, motion.joint_names)
-    outside = check(robot, motion).violations
+    violations = check(robot, motion).violations
     columns = min(_COLUMNS, len(names))
     rows = math.ceil(len(names) / columns)
     figure = Figure(figsize=(_SIZE[0] * columns, _SIZE[1] * rows + 0.4), layout="constrained")
@@ -69,11 +67,11 @@ def plot(robot: RobotModel, motion: Motion, *, joints: Sequence[str] | None = No
         scale = math.degrees(1.0) if turns else 1.0
         column = motion.joint_names.index(name)
         kinds = ("speed",) if speed else ("limit", "coupled limit", "motor")
-        bad = [row for row in outside if row.joint == name and row.kind in kinds]
-        limit = largest_speed(robot, name)
-        bounds = (-limit, limit) if speed else joint_range(robot, name)
+        bad = [row for row in violations if row.joint == name and row.kind in kinds]
+        lower, upper, limit = joint_bounds(robot, name)
+        bounds = (-limit, limit) if speed else (lower, upper)
         _draw(axes, t, values[:, column] * scale, [bound * scale for bound in bounds], bad)
-        if not speed and len(motion.keys[column]) <= _MOST_DOTS:
+        if not speed and len(motion.keys[column]) <= _MAX_DOTS:
             axes.plot(motion.times[column], motion.keys[column] * scale, ".", color=_LINE, markersize=5)
         unit = "°" if turns else "" if robot.unit(name) == "1" else robot.unit(name)
         unit += "/s" if speed else ""
@@ -90,7 +88,7 @@ def plot(robot: RobotModel, motion: Motion, *, joints: Sequence[str] | None = No
 def _draw(axes: Any, t: Any, values: Any, bounds: Sequence[float], bad: Sequence[Any]) -> None:
     finite = np.where(np.isfinite(values), values, np.nan)
     axes.plot(t, finite, color=_LINE, linewidth=1.2)
-    # The limits are drawn where they are near; a joint that hardly moves is not squeezed between far ones.
+    # Only limits near the curve are drawn, so that a joint that hardly moves still shows its movement.
     low, high = float(np.nanmin(finite)), float(np.nanmax(finite))
     room = max(high - low, 1e-3)
     for bound in bounds:

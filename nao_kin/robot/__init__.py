@@ -27,6 +27,14 @@ from nao_kin.robot.kinematics import (
 from nao_kin.robot.library import load_robot, robot_names
 from nao_kin.robot.limits import LIMIT_TOLERANCE as LIMIT_TOLERANCE, LimitPolicy, LimitViolation
 from nao_kin.robot.model import RobotModel, check_robot as check_robot
+from nao_kin.robot.motors import (
+    Hips as Hips,
+    check_hips as check_hips,
+    joints_by_motor as joints_by_motor,
+    joints_of_side as joints_of_side,
+    motor_values as motor_values,
+    other_side as other_side,
+)
 from nao_kin.robot.nao.model import NaoModel, load_nao
 from nao_kin.robot.offsets import read_offsets as read_offsets
 from nao_kin.robot.support_polygon import SupportPolygon, polygon_below as polygon_below, sole_corners as sole_corners

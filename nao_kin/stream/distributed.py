@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from nao_kin._core.arrays import whole_number
+from nao_kin._core.arrays import float_dtype, whole_number
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadArgument, NaoKinError, WrongShape
@@ -48,29 +48,28 @@ __all__ = [
 def connect(
     address: str | None = None, *, workers: int | None = None, threads_per_worker: int = 1, timeout: float = 30.0
 ) -> Client:
-    """A client of the scheduler at an address, or of worker processes on this machine.
+    """Return a client of the scheduler at an address, or of new worker processes on this machine.
 
-    From then on whatever dask computes runs there, lazy arrays of `nk.distributed` and all others, until the
-    client is closed; with it end the workers that were started here. Any other way to make a `distributed.Client` is
-    as good. nao_kin must be installed wherever there is a scheduler or a worker, in the same version.
+    From then on dask computes there, lazy arrays of `nk.distributed` and all others, until the client is closed, which
+    also ends the new workers. Any other `distributed.Client` works as well. nao_kin must be installed in the same
+    version on all machines.
 
         with nk.distributed.connect("tcp://10.0.0.7:8786"):  # or connect() for this machine
             poses = nk.distributed.fk(nao, q, "LArm").compute()
 
-    A program that starts workers must do so under `if __name__ == "__main__":`, for they import it.
+    A program that starts workers must do so under `if __name__ == "__main__":`, because they import it.
 
     Args:
-        address: of a scheduler, as `dask scheduler` prints it; None to start workers here, which nobody reaches from
-            elsewhere.
-        workers: how many to start; None for one for each core.
-        threads_per_worker: threads of each worker that is started.
-        timeout: how long to wait for the scheduler [s].
+        address: of a scheduler, as `dask scheduler` prints it; None starts workers that only this machine can reach.
+        workers: number of workers to start; None for one for each core.
+        threads_per_worker: threads of each new worker.
+        timeout: longest time to wait for the scheduler [s].
 
     Returns:
         The `distributed.Client`, which is a context manager.
 
     Raises:
-        BadArgument: no scheduler answers at the address; workers for a scheduler that has its own; no such numbers.
+        BadArgument: no scheduler answers at the address; both an address and workers.
         MissingExtra: dask is not installed.
     """
     need_extra("nao_kin.distributed", "dask")
@@ -94,22 +93,22 @@ def connect(
         raise BadArgument(f"no dask scheduler answers at {quoted(address)}: {abbreviated(error)}") from None
 
 
-# --- A robot on its way to other processes: its bytes travel once in a graph, and are loaded once in each process.
+# --- A robot for other processes: its bytes are sent once in a graph, and loaded once in each process.
 
-# Robots that a process keeps loaded: one takes milliseconds to load and a few megabytes to keep.
-_MOST_KEPT = 8
+# Robots in the cache of a process: one takes milliseconds to load and a few megabytes.
+_MAX_LOADED = 8
 _LOADING = threading.Lock()
 
 
 @dataclass(frozen=True)
 class PickledRobot:
-    """A robot as it was when this was made; two are equal when their robots have equal numbers.
+    """A copy of a robot; two are equal if their robots have equal numbers.
 
-    Loading builds a Pinocchio model, so that a process does it once, whatever the number of chunks, and a scheduler,
-    which only passes this on, never.
+    Loading builds a Pinocchio model: a process does it once, however many chunks it gets, and a scheduler, which only
+    passes the bytes on, never.
 
     Attributes:
-        token: what tells the robot from others, the same in every process.
+        token: identifies the robot, the same in every process.
         data: its pickle.
     """
 
@@ -118,29 +117,28 @@ class PickledRobot:
 
     @classmethod
     def of(cls, robot: RobotModel) -> PickledRobot:
-        """The robot as it is now."""
+        """Pickle a robot."""
         return cls(_token(robot), pickle.dumps(robot, pickle.HIGHEST_PROTOCOL))
 
     def load(self) -> RobotModel:
-        """The robot; one for all threads of a process, which may use it at the same time."""
-        with _LOADING:  # else all threads of a worker would load it for their first chunks
+        """Return the robot, which all threads of a process may use at the same time."""
+        with _LOADING:  # otherwise each thread of a worker would load it for its first chunk
             return _loaded(self)
 
     def __dask_tokenize__(self) -> tuple[str, str]:
         return "nao_kin.PickledRobot", self.token
 
 
-@functools.lru_cache(_MOST_KEPT)
+@functools.lru_cache(_MAX_LOADED)
 def _loaded(pickled: PickledRobot) -> RobotModel:
     robot: RobotModel = pickle.loads(pickled.data)
     return robot
 
 
 def _token(robot: RobotModel) -> str:
-    """A digest of all that is pickled of a robot, and of nothing else: not of what its parts share in memory.
+    """Return a digest of the pickled values of a robot, independent of objects shared in memory.
 
-    dask's own `tokenize` is ten times slower here, and before 2025 puts dictionaries into an order that depends on the
-    seed of their hashes.
+    dask's `tokenize` is ten times slower here, and before 2025 orders dictionaries by the seed of their hashes.
     """
     written = io.BytesIO()
     pickler = pickle.Pickler(written, protocol=4)
@@ -149,7 +147,7 @@ def _token(robot: RobotModel) -> str:
     return hashlib.sha256(written.getvalue()).hexdigest()[:32]
 
 
-# --- The robot's methods as functions of dask arrays: chunk by chunk, computed when asked for.
+# --- The robot's methods as lazy functions of dask arrays, chunk by chunk.
 
 Frames = str | Sequence[str] | None
 
@@ -163,29 +161,27 @@ def fk(
     as_: PoseForm = "matrix",
     dtype: DTypeLike | None = None,
 ) -> Array:
-    """Poses of frames, lazily: `robot.fk(q, frame, reference=reference)` of every chunk of q.
+    """Return poses of frames, lazily: `robot.fk(q, frame, reference=reference)` of every chunk of q.
 
-    Names are looked up now, configurations are looked at when they are computed. The robot is taken as it is now. The
-    entries are those that a single process computes, bit for bit, however q is cut into chunks.
+    Names are checked now, configurations when they are computed. Later changes of the robot have no effect. The entries
+    are those of a single process, bit for bit, however q is cut into chunks.
 
     Args:
         robot: any robot.
-        q: configurations, a dask array of shape (..., nq) and any chunks; those of the last axis are joined. The
-            lengths of the other chunks may be unknown.
+        q: configurations, a dask array of shape (..., nq) and any chunks, also of unknown length; those of the last
+            axis are joined.
         frame: a frame name, several, or None for all links in the order of `link_names`.
-        reference: the frame to express the poses in, as `RobotModel.fk` has it.
-        as_: "matrix", "position_quaternion" or "position6d", as `RobotModel.fk` has it.
-        dtype: float32 or float64; None for that of q, float64 where q is neither.
+        reference: the frame to express the poses in, as in `RobotModel.fk`.
+        as_: "matrix", "position_quaternion" or "position6d", as in `RobotModel.fk`.
+        dtype: float32 or float64; None for that of q, or float64 if q is neither.
 
     Returns:
-        A dask array of shape (..., 4, 4) for one name, (..., n, 4, 4) for several, or with 7 or 6 numbers instead of
-        4 × 4; with the chunks of q [m].
+        A dask array of shape (..., 4, 4) for one name, (..., n, 4, 4) for several, or with 7 or 6 numbers instead of 4
+        × 4; with the chunks of q [m].
 
     Raises:
-        UnknownName: no such frame or form.
-        WrongShape, BadArgument: q is no dask array of numbers of shape (..., nq); another dtype.
         MissingExtra: dask is not installed.
-        NotFinite: when computed; the message says in which block of q.
+        NotFinite: when computed; the message names the block of q.
 
     Examples:
         >>> import dask.array as da
@@ -201,7 +197,7 @@ def fk(
 def rotation(
     robot: RobotModel, q: Array, frame: Frames = None, *, reference: str | None = None, dtype: DTypeLike | None = None
 ) -> Array:
-    """Rotations of frames, lazily; arguments and errors as in `fk`, shape (..., 3, 3) or (..., n, 3, 3).
+    """Return rotations of frames, lazily, shape (..., 3, 3) or (..., n, 3, 3); the arguments are those of `fk`.
 
     Examples:
         >>> import dask.array as da
@@ -216,7 +212,7 @@ def rotation(
 def position(
     robot: RobotModel, q: Array, frame: Frames = None, *, reference: str | None = None, dtype: DTypeLike | None = None
 ) -> Array:
-    """Positions of frame origins, lazily; arguments and errors as in `fk`, shape (..., 3) or (..., n, 3) [m].
+    """Return positions of frame origins, lazily, shape (..., 3) or (..., n, 3) [m]; the arguments are those of `fk`.
 
     Examples:
         >>> import dask.array as da
@@ -231,21 +227,9 @@ def position(
 def jacobian(
     robot: RobotModel, q: Array, frame: str, expressed_in: Expression = "mixed", *, dtype: DTypeLike | None = None
 ) -> Array:
-    """Geometric Jacobians of a frame, lazily: `RobotModel.jacobian` of every chunk of q.
+    """Return geometric Jacobians of a frame, lazily, shape (..., 6, nv), linear rows first.
 
-    Args:
-        robot: any robot.
-        q: configurations, as in `fk`.
-        frame: a frame name.
-        expressed_in: "frame", "root" or "mixed", as `RobotModel.jacobian` has it.
-        dtype: as in `fk`.
-
-    Returns:
-        A dask array of shape (..., 6, nv), linear rows first.
-
-    Raises:
-        UnknownName: no such frame or expression.
-        WrongShape, BadArgument, MissingExtra, NotFinite: as in `fk`.
+    The arguments are those of `fk`, and `expressed_in` of `RobotModel.jacobian`: "frame", "root" or "mixed".
 
     Examples:
         >>> import dask.array as da
@@ -266,22 +250,18 @@ def velocity(
     *,
     dtype: DTypeLike | None = None,
 ) -> Array:
-    """Twists of frames, lazily: `RobotModel.velocity` of every chunk.
+    """Return twists of frames, lazily: `RobotModel.velocity` of every chunk.
 
     Args:
         robot: any robot.
         q: configurations, as in `fk`.
         v: velocities, a dask array of shape (..., nv) with the leading axes of q, in any chunks.
         frame: a frame name, or several.
-        expressed_in: "frame", "root" or "mixed", as `RobotModel.velocity` has it.
+        expressed_in: "frame", "root" or "mixed", as in `RobotModel.velocity`.
         dtype: as in `fk`.
 
     Returns:
         A dask array of shape (..., 6) for one name, (..., n, 6) for several.
-
-    Raises:
-        UnknownName: no such frame or expression.
-        WrongShape, BadArgument, MissingExtra, NotFinite: as in `fk`.
 
     Examples:
         >>> import dask.array as da
@@ -303,7 +283,7 @@ def acceleration(
     *,
     dtype: DTypeLike | None = None,
 ) -> Array:
-    """The derivatives of `velocity`, lazily: `RobotModel.acceleration` of every chunk; arguments as there.
+    """Return the derivatives of `velocity`, lazily: `RobotModel.acceleration` of every chunk, with the same arguments.
 
     Examples:
         >>> import dask.array as da
@@ -316,9 +296,7 @@ def acceleration(
 
 
 def com(robot: RobotModel, q: Array, *, reference: str | None = None, dtype: DTypeLike | None = None) -> Array:
-    """Centres of mass of the whole robot, lazily: `RobotModel.com` of every chunk of q, shape (..., 3) [m].
-
-    Arguments and errors as in `fk`; BadArgument also where the robot has no mass.
+    """Return centres of mass of the whole robot, lazily, shape (..., 3) [m]; the arguments are those of `fk`.
 
     Examples:
         >>> import dask.array as da
@@ -331,9 +309,7 @@ def com(robot: RobotModel, q: Array, *, reference: str | None = None, dtype: DTy
 
 
 def com_jacobian(robot: RobotModel, q: Array, *, dtype: DTypeLike | None = None) -> Array:
-    """Jacobians of the centre of mass, lazily: `RobotModel.com_jacobian` of every chunk of q, shape (..., 3, nv).
-
-    Arguments and errors as in `com`.
+    """Return Jacobians of the centre of mass, lazily, shape (..., 3, nv); the arguments are those of `fk`.
 
     Examples:
         >>> import dask.array as da
@@ -348,7 +324,7 @@ def com_jacobian(robot: RobotModel, q: Array, *, dtype: DTypeLike | None = None)
 def _mapped(
     robot: RobotModel, method: str, q: Array, *rates: Array, dtype: DTypeLike | None, **arguments: Any
 ) -> Array:
-    """The dask array of a method's results, one task for each chunk of q and of what else it takes."""
+    """Return the dask array of a method's results, with one task for each chunk of q and of the rates."""
     need_extra("nao_kin.distributed", "dask", "dask.array")
     from dask.array import map_blocks
     from dask.delayed import delayed
@@ -357,18 +333,18 @@ def _mapped(
     check_robot(robot)
     q = _checked(q, robot.nq, "q")
     rates = tuple(_along(q, _checked(rate, robot.nv, name), name) for rate, name in zip(rates, "va", strict=False))
-    result_dtype = _float_dtype(q.dtype, dtype)
-    # Without configurations the method looks at its other arguments, and says what shape comes out.
+    result_dtype = float_dtype(q.dtype if dtype is None and q.dtype == np.float32 else dtype)
+    # A call without configurations checks the other arguments, and shows the shape of the result.
     none = [np.empty((0, length)) for length in (robot.nq, *(robot.nv for _ in rates))]
     tail = _chunk(robot, none, method, arguments, result_dtype).shape[1:]
     batch = q.ndim - 1
     pickled = PickledRobot.of(robot)
-    # Several names as a tuple, which nobody can change before they are looked at again.
+    # Several names as a tuple, which cannot change until they are used.
     settled = tuple(
         (name, value if isinstance(value, str) or not isinstance(value, Sequence) else tuple(value))
         for name, value in sorted(arguments.items())
     )
-    # A key of its own in the graph: inside the tasks, the robot would travel with each of them.
+    # A separate key in the graph: otherwise every task would carry the robot.
     shared = delayed(pickled, name=f"nao_kin-robot-{pickled.token}", traverse=False)
     return map_blocks(
         _block,
@@ -396,7 +372,7 @@ def _block(
     *rates: NDArray[Any],
     block_id: tuple[int, ...],
 ) -> NDArray[Any]:
-    """The task of one chunk, in whatever process it runs."""
+    """Compute one chunk, in any process."""
     try:
         return _chunk(pickled.load(), (q, *rates), method, dict(arguments), dtype)
     except NaoKinError as error:
@@ -411,8 +387,8 @@ def _chunk(
     arguments: Mapping[str, Any],
     dtype: np.dtype[Any],
 ) -> NDArray[Any]:
-    """What a method makes of one chunk; every chunk goes through here."""
-    # The kernels give a configuration the same bits in every chunk; the threads are dask's. No rows, no kernels.
+    """Return the result of a method for one chunk."""
+    # With kernels a configuration has the same bits in every chunk; without rows they are not loaded.
     answer: NDArray[Any] = getattr(robot, method)(
         *inputs, **arguments, dtype=dtype, threads=1 if inputs[0].size else None
     )
@@ -420,7 +396,7 @@ def _chunk(
 
 
 def _checked(values: Array, length: int, name: str) -> Array:
-    """A dask array with all numbers of a row in one chunk."""
+    """Return a dask array with all numbers of a row in one chunk."""
     import dask.array as da
 
     if not isinstance(values, da.Array):
@@ -439,22 +415,9 @@ def _checked(values: Array, length: int, name: str) -> Array:
 
 
 def _along(q: Array, rates: Array, name: str) -> Array:
-    """Velocities or accelerations cut like the configurations."""
+    """Return velocities or accelerations with the chunks of the configurations."""
     if rates.chunks[:-1] == q.chunks[:-1]:
         return rates
     if rates.shape[:-1] != q.shape[:-1]:
         raise WrongShape(name, f"({', '.join(map(str, q.shape[:-1]))}, {rates.shape[-1]})", rates.shape)
     return rates.rechunk((*q.chunks[:-1], (rates.shape[-1],)))
-
-
-def _float_dtype(given: np.dtype[Any], asked: DTypeLike | None) -> np.dtype[Any]:
-    """The dtype of the results."""
-    if asked is None:
-        return given if given == np.float32 else np.dtype(np.float64)
-    try:
-        found = np.dtype(asked)
-        if found in (np.float32, np.float64):
-            return found
-    except TypeError:
-        pass  # no dtype at all
-    raise BadArgument(f"dtype must be float32 or float64, got {quoted(asked)}")

@@ -1,13 +1,13 @@
-"""The folder beside an output in which its parts are finished one by one, so that a run that was ended can go on.
+"""The folder next to an output that holds its finished parts, so that an interrupted run can be resumed.
 
     poses.parquet.parts/
-        run.json           what the parts are made from: source, robot, arguments, version
+        run.json           inputs of the parts: source, robot, arguments, version
         part-000000        rows of the first part, in a form that is quickly joined
-        part-000000.json   where the part ends in the source, and what was counted so far; a part without it is none
-        unfinished         what is being written
+        part-000000.json   end of the part in the source, and counts so far; without it a part is not valid
+        unfinished         the file being written
         lock               held by the process that writes here
 
-Everything is written under the name "unfinished" and renamed: a file under any other name is whole.
+Every file is written under the name "unfinished" and renamed: a file under any other name is complete.
 """
 
 from __future__ import annotations
@@ -34,15 +34,15 @@ _RUN, _LOCK, _UNFINISHED = "run.json", "lock", "unfinished"
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a run has come.
+    """Progress of a run.
 
     Attributes:
         end: where the next block begins in the source.
         rows_read: rows so far, bad ones included.
         rows_written: rows of the parts so far.
-        bad_rows: rows so far from which no configuration could be made.
+        bad_rows: rows so far without a valid configuration.
         first_bad_rows: the first of them.
-        clamped: what clamping has changed so far.
+        clamped: changes by clamping so far.
         size: bytes of the last part.
     """
 
@@ -61,22 +61,14 @@ class PartFolder:
     Attributes:
         path: the folder.
         parts: the finished parts.
-        last: how far they reach; None before the first.
-        kept: they are of use to a later run.
-        busy: held while a part is written, so that a signal finds it finished or not.
+        last: progress at their end; None before the first.
+        resumable: a later run may use them.
+        busy: held while a part is written, so that a signal never finds half of one.
     """
 
     def __init__(self, output: Path | None) -> None:
-        """Open the folder of an output, and lock it.
-
-        Args:
-            output: the file that the parts are for; None for a device or a pipe, which has no folder beside it.
-
-        Raises:
-            BadArgument: another process is writing there, or something else has that name.
-            OSError: the folder cannot be made.
-        """
-        self.kept = output is not None
+        """Open and lock the folder of an output file; a device or a pipe (None) gets a temporary folder."""
+        self.resumable = output is not None
         self.busy = threading.RLock()
         self.parts: list[Path] = []
         self.last: Progress | None = None
@@ -96,19 +88,12 @@ class PartFolder:
 
     @property
     def unfinished(self) -> Path:
-        """Where to write what is not finished yet."""
+        """The file to write first."""
         return self.path / _UNFINISHED
 
     def resume(self, run: Mapping[str, Any] | None) -> str:
-        """Find the parts that an earlier run has finished.
-
-        Args:
-            run: what the parts are made from; None for what cannot be read twice, and has no earlier run.
-
-        Returns:
-            What has changed since the earlier run, whose parts are then deleted; "" for nothing, or no earlier run.
-        """
-        self.kept = self.kept and run is not None
+        """Find the parts of an earlier run of the same inputs; else delete them and return which inputs changed."""
+        self.resumable = self.resumable and run is not None
         before = _read_json(self.path / _RUN)
         run = run or {}
         changed = ", ".join(key for key in run if before and before.get(key) != run[key])
@@ -119,7 +104,7 @@ class PartFolder:
         return changed
 
     def add(self, file: BinaryIO, progress: Progress) -> None:
-        """Take what was written to `file`, which is "unfinished", as the next part."""
+        """Make the next part of `file`, which is the one named "unfinished"."""
         file.close()
         part = self.path / f"part-{len(self.parts):06d}"
         size = self.unfinished.stat().st_size
@@ -130,8 +115,8 @@ class PartFolder:
         self.last = progress
 
     def leave(self) -> None:
-        """Leave what a later run can go on with, and nothing else."""
-        if self.kept and self.parts:
+        """Leave only the files that a later run can use."""
+        if self.resumable and self.parts:
             with suppress(OSError):
                 self.unfinished.unlink()
             return
@@ -143,18 +128,18 @@ class PartFolder:
             self.path.rmdir()
 
     def _end(self) -> None:
-        """Leave for good: whoever else writes does not come to it any more."""
+        """Leave for good, and keep the lock on writing."""
         self.busy.acquire()
         self.leave()
 
     def close(self) -> None:
-        """Leave, and let others in."""
+        """Leave, and release the locks."""
         self.leave()
         self._registered.close()
         self._lock.close()
 
     def _check_ours(self) -> None:
-        """Refuse a folder, or a file, that was there before any run."""
+        """Refuse a file or folder of that name that is not from an earlier run."""
         with suppress(FileNotFoundError):
             names = set(os.listdir(self.path))
             if names and not names <= {_LOCK, _UNFINISHED} and not (self.path / _RUN).is_file():

@@ -1,4 +1,4 @@
-"""What a run over a large file reports when it is done."""
+"""Results of a run over a large file."""
 
 from __future__ import annotations
 
@@ -10,25 +10,20 @@ import numpy as np
 from nao_kin._core.arrays import Floats
 from nao_kin.robot import LIMIT_TOLERANCE, RobotModel, check_robot
 
-# Bad rows that are kept to be shown; the others are counted.
-MOST_LISTED = 20
+# Bad rows that are listed; the others are only counted.
+MAX_LISTED = 20
 
 
 @dataclass(frozen=True)
 class BadRow:
-    """A row from which no configuration could be made.
+    """A row without a valid configuration.
 
     Attributes:
-        row: its number among the rows of the source, from 0, as in the column "row" of the sink.
-        line: its line in a CSV file, from 1; 0 in other files, which have none.
-        column: its column in a CSV file that is to blame, from 1; 0 for none.
-        reason: what is wrong with it.
-        file: which of several files it is from; "" where there is one.
-
-    Examples:
-        >>> bad = nk.stream.BadRow(row=7, line=9, column=3, reason="no finite number: 'x'")
-        >>> bad.line, bad.reason
-        (9, "no finite number: 'x'")
+        row: its index among the rows of the source, from 0, as in the column "row" of the output.
+        line: its line in a CSV file, from 1; 0 in other files.
+        column: the wrong column in a CSV file, from 1; 0 for none.
+        reason: description of the error.
+        file: its file, if there are several; else "".
     """
 
     row: int
@@ -45,18 +40,12 @@ class BadRow:
 
 @dataclass(frozen=True)
 class Clamped:
-    """What moving joints to their limits has changed.
+    """The changes made by moving joints to their limits.
 
     Attributes:
-        rows: how many configurations.
-        most: by how much a joint at most [rad, m or ratio].
-        joint: which one that was; "" for none.
-
-    Examples:
-        >>> nao = nk.load_nao()
-        >>> _, clamped = nk.stream.clamp(nao, nao.configuration({"HeadYaw": [0.0, 3.0]}, limits="ignore"))
-        >>> clamped.rows, clamped.joint, round(clamped.most, 3)
-        (2, 'HeadYaw', 0.914)
+        rows: number of changed configurations.
+        most: largest change of a joint [rad, m or ratio].
+        joint: that joint; "" for none.
     """
 
     rows: int = 0
@@ -64,12 +53,7 @@ class Clamped:
     joint: str = ""
 
     def and_then(self, other: Clamped) -> Clamped:
-        """Return the sum of both rows, with the larger amount and its joint.
-
-        Examples:
-            >>> nk.stream.Clamped(2, 0.1, "HeadYaw").and_then(nk.stream.Clamped(1, 0.3, "LHand"))
-            Clamped(rows=3, most=0.3, joint='LHand')
-        """
+        """Return the sum of both row counts, with the larger change and its joint."""
         larger = self if self.most >= other.most else other
         return Clamped(self.rows + other.rows, larger.most, larger.joint)
 
@@ -78,10 +62,10 @@ NOT_CLAMPED = Clamped()
 
 
 def clamp(robot: RobotModel, q: Floats) -> tuple[Floats, Clamped]:
-    """Return `robot.clamp(q)` and what it has changed by more than the tolerance of limits.
+    """Return `robot.clamp(q)` and the changes that exceed the tolerance of limits.
 
     Args:
-        robot: whose limits.
+        robot: its limits apply.
         q: configurations, shape (n, nq).
 
     Examples:
@@ -102,28 +86,19 @@ def clamp(robot: RobotModel, q: Floats) -> tuple[Floats, Clamped]:
 
 @dataclass(frozen=True)
 class StreamResult:
-    """What was read and written.
+    """Summary of a run.
 
     Attributes:
         sink: the file that was written.
-        frames: the frames whose poses are in it.
+        frames: the frames with poses in it.
         columns: names of the numbers of a pose.
         rows_read: rows of the source, bad ones included.
-        rows_written: rows of the sink, each with one pose per frame.
-        rows_resumed: rows that an earlier run had done already, of those read.
-        bad_rows: rows from which no configuration could be made: left out, or written as NaN.
+        rows_written: rows of the output, each with one pose per frame.
+        rows_resumed: rows that an earlier run had finished, of those read.
+        bad_rows: rows without a valid configuration: left out, or written as NaN.
         first_bad_rows: the first of them.
-        clamped: what limits="clamp" has changed.
-        notes: what was understood of the source that it does not say.
-
-    Examples:
-        >>> from pathlib import Path
-        >>> nao = nk.load_nao()
-        >>> lines = nao.joint_names, map(str, nao.posture("Stand"))
-        >>> _ = Path("q.csv").write_text(chr(10).join(map(",".join, lines)))
-        >>> result = nk.stream.fk(nao, "q.csv", "LArm", "poses.npy")
-        >>> result.rows_read, result.rows_written, result.bad_rows
-        (1, 1, 0)
+        clamped: the changes by limits="clamp".
+        notes: assumptions about the source.
     """
 
     sink: str
@@ -138,16 +113,7 @@ class StreamResult:
     notes: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
-        """The same for JSON.
-
-        Examples:
-            >>> from pathlib import Path
-            >>> nao = nk.load_nao()
-            >>> lines = nao.joint_names, map(str, nao.posture("Stand"))
-            >>> _ = Path("q.csv").write_text(chr(10).join(map(",".join, lines)))
-            >>> nk.stream.fk(nao, "q.csv", "LArm", "poses.npy").as_dict()["rows_written"]
-            1
-        """
+        """Return the fields for JSON."""
         found = {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(self).items()}
         for row in found["first_bad_rows"]:
             if not row["file"]:

@@ -1,4 +1,4 @@
-"""Where poses go: their columns, their lines of CSV, and parts that are joined to one file."""
+"""Output files: columns of poses, lines of CSV, and parts that are joined to one file."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.robot import CROSSOVER, RobotModel
 from nao_kin.stream.sources import ARROW, CSV, NPY, PARQUET, kind_of
 
-# --- The numbers that a pose is written as, and their names: the same on the screen and in every kind of file.
+# --- The numbers of a pose and their names, the same on the screen and in every file format.
 
 PoseStyle = Literal["matrix", "position_quaternion", "position6d", "rpy"]
 
@@ -36,20 +36,20 @@ _ORIENTATION: dict[str, tuple[str, ...]] = {
 }
 
 
-# Rows that Pinocchio answers before the batch kernels are loaded: a file of no more is left to it, in small pieces.
+# So many rows are computed by Pinocchio, in small pieces, without loading the batch kernels.
 FEW_ROWS = 10_000
 
 
 @dataclass(frozen=True)
 class PoseColumns:
-    """How a pose is written as a row of numbers.
+    """The form of a pose as a row of numbers.
 
     Attributes:
         style: "matrix": the 16 entries of the homogeneous matrix, row by row, t11 … t44.
             "position_quaternion": x, y, z and the unit quaternion r0, r1, r2, r3, scalar first.
-            "position6d": x, y, z, wx, wy, wz with R = Rz(wz) Ry(wy) Rx(wx), named as NAOqi names them.
+            "position6d": x, y, z, wx, wy, wz with R = Rz(wz) Ry(wy) Rx(wx), named as in NAOqi.
             "rpy": the same numbers as x, y, z, roll, pitch, yaw.
-        degrees: angles in degrees; their names then end in _deg.
+        degrees: angles in degrees, whose names then end in _deg.
     """
 
     style: PoseStyle = "matrix"
@@ -60,7 +60,7 @@ class PoseColumns:
 
     @property
     def orientation(self) -> tuple[str, ...]:
-        """Names of the numbers behind the position; none for a matrix."""
+        """Names of the numbers after the position; none for a matrix."""
         suffix = "_deg" if self.degrees and self.style != "position_quaternion" else ""
         return tuple(name + suffix for name in _ORIENTATION.get(self.style, ()))
 
@@ -83,12 +83,9 @@ class PoseColumns:
         dtype: DTypeLike = np.float64,
         threads: int | None = None,
     ) -> NDArray[Any]:
-        """Poses of frames at configurations (n, nq) as rows of numbers (n, frames, k), in the order of `names`.
-
-        The arguments are those of `RobotModel.fk`.
-        """
+        """Return poses (n, frames, k) as numbers; the arguments are those of `RobotModel.fk`."""
         form = "position6d" if self.style == "rpy" else self.style
-        # Batches below the crossover are left to Pinocchio.
+        # Pinocchio computes batches below the crossover.
         step = len(q) if threads is not None or len(q) > FEW_ROWS else CROSSOVER - 1
         starts = range(0, len(q), max(step, 1))
         parts = [
@@ -101,31 +98,23 @@ class PoseColumns:
         return numbers.reshape(*numbers.shape[:2], len(self.names))
 
 
-# --- Poses as lines of CSV: row, time, frame, and the numbers with as many digits as give them back.
+# --- Poses as lines of CSV: row, time, frame, and the numbers with all their digits.
 
-# Loading pyarrow takes as long as Python takes to write this many numbers.
+# Python writes so many numbers in the time that loading pyarrow takes.
 _FEW = 20_000
 
 
 def csv_header(columns: Sequence[str], *, timed: bool = False) -> str:
-    """The first line; `timed` where the rows have times.
-
-    Raises:
-        BadArgument: no list of texts, or neither True nor False.
-    """
+    """Return the first line, with a time column if `timed`."""
     return ",".join(("row", *(("time",) if flag(timed, "timed") else ()), "frame", *texts(columns, "columns"))) + "\n"
 
 
 def pose_lines(
     rows: NDArray[np.int64], frames: Sequence[str], numbers: NDArray[Any], times: Floats | None = None
 ) -> bytes:
-    """One line for each of `rows` (n,) and each frame, of numbers (n, frames, k) and maybe times (n,), in UTF-8.
+    """Return a line for each of `rows` (n,) and each frame, of numbers (n, frames, k) and perhaps times (n,), in UTF-8.
 
-    The lines are the same whether pyarrow writes them, or Python, which takes longer.
-
-    Raises:
-        BadArgument: no arrays of numbers, or no list of texts.
-        WrongShape: rows, frames, numbers and times do not fit together.
+    Without pyarrow the lines are the same, and take longer.
     """
     names = [_field(name) for name in texts(frames, "frames")]
     for what, array, kinds in (("rows", rows, "iu"), ("numbers", numbers, "f"), ("times", times, "f")):
@@ -156,37 +145,37 @@ def _by_pyarrow(rows: NDArray[np.int64], times: Floats | None, frames: list[str]
         starts.append(float_texts(np.ascontiguousarray(times)))
     places = pa.array(np.repeat(np.arange(len(rows)), len(frames)))
     starts = [start.take(places) for start in starts]
-    # The last field is empty and its delimiter the end of the line.
+    # The last field is empty, and its delimiter is the end of the line.
     lines = compute.binary_join_element_wise(*starts, pa.array(frames * len(rows), pa.string()), *columns, ",")
     lines = compute.binary_join_element_wise(lines, "", "\n")
-    # The texts of an array stand one behind the other.
+    # The texts of an array are contiguous.
     offsets = np.frombuffer(lines.buffers()[1], np.int32)
     return memoryview(lines.buffers()[2])[offsets[lines.offset] : offsets[lines.offset + len(lines)]].tobytes()
 
 
 def _field(name: str) -> str:
-    """A name as a field of CSV, quoted where it must be."""
+    """Return a name as a field of CSV, quoted if necessary."""
     text = io.StringIO()
     csv.writer(text, lineterminator="").writerow([name])
     return text.getvalue()
 
 
-# --- Where poses go: parts, each written from its beginning to its end, that are joined to one file.
+# --- Formats of output files: parts are written in turn and then joined to one file.
 
-_COPIED_AT_ONCE = 1 << 22
-# Rows of a group of a Parquet file: enough to be read quickly, and few enough to be held in memory.
+_COPY_BYTES = 1 << 22
+# Rows of a group of a Parquet file: large for fast reading, small enough for memory.
 _ROWS_OF_GROUP = 1 << 17
 
 
 @dataclass(frozen=True)
 class Sink(ABC):
-    """A kind of file that poses are written to.
+    """A format of output files.
 
     Attributes:
         frames: names of the frames.
         columns: names of the numbers of a pose.
         shape: shape of the numbers of one row.
-        dtype: their kind.
+        dtype: their type.
         timed: the rows have times.
     """
 
@@ -198,11 +187,11 @@ class Sink(ABC):
 
     @abstractmethod
     def write(self, file: BinaryIO, rows: NDArray[np.int64], numbers: NDArray[Any], times: Floats | None) -> None:
-        """Append poses (n, frames, k) of `rows` (n,), with times (n,) if there are any, to a part."""
+        """Append poses (n, frames, k) of `rows` (n,), perhaps with times (n,), to a part."""
 
     @abstractmethod
     def join(self, parts: Iterable[Path], file: BinaryIO, rows: int) -> None:
-        """Write the whole file from its parts, which hold so many rows."""
+        """Write the whole file from its parts with so many rows in all."""
 
 
 class CsvSink(Sink):
@@ -237,7 +226,7 @@ class ArrowSink(Sink):
     """An Arrow IPC file: one record for each row and frame."""
 
     def write(self, file: BinaryIO, rows: NDArray[np.int64], numbers: NDArray[Any], times: Floats | None) -> None:
-        """As `Sink`; a part is a number of streams of one batch."""
+        """As `Sink`; a part is a sequence of streams of one batch."""
         import pyarrow as pa
 
         with pa.ipc.new_stream(file, self._schema()) as writer:
@@ -273,11 +262,11 @@ class ParquetSink(ArrowSink):
     """A Parquet file: one record for each row and frame."""
 
     def join(self, parts: Iterable[Path], file: BinaryIO, rows: int) -> None:
-        """As `Sink`; groups of one length, wherever a part ends."""
+        """As `Sink`; all groups have the same length, independent of the parts."""
         import pyarrow as pa
         from pyarrow import parquet
 
-        # The numbers do not repeat: a dictionary of them would only take time.
+        # The numbers do not repeat, so a dictionary of them is useless.
         options = {"compression": "zstd", "use_dictionary": ["frame"]}
         schema = self._schema()
         with parquet.ParquetWriter(file, schema, **options) as writer:
@@ -299,12 +288,7 @@ _ENDINGS = ".parquet, .arrow, .feather, .npy or .csv"
 
 
 def sink_class(path: str) -> type[Sink]:
-    """The kind of file that the ending of a name promises; CSV for a device, a pipe or a descriptor without one.
-
-    Raises:
-        BadArgument: another ending, or none, or a place that cannot be written to.
-        MissingExtra: pyarrow is needed and not installed.
-    """
+    """Return the format for the suffix of a name; CSV for a device, a pipe or a descriptor without one."""
     ending = Path(path).suffix.lower()
     kind = kind_of(path) if ending not in (".tsv", ".txt", ".gz") else None
     if kind is None:
@@ -319,11 +303,11 @@ def sink_class(path: str) -> type[Sink]:
 def _append(parts: Iterable[Path], file: BinaryIO) -> None:
     for path in parts:
         with path.open("rb") as part:
-            shutil.copyfileobj(part, file, _COPIED_AT_ONCE)
+            shutil.copyfileobj(part, file, _COPY_BYTES)
 
 
 def _batches(parts: Iterable[Path]) -> Iterator[Any]:
-    """The record batches of streams that stand one behind the other."""
+    """Yield the record batches of the streams in the parts."""
     import pyarrow as pa
 
     for path in parts:

@@ -1,4 +1,4 @@
-"""Where configurations come from: CSV, NumPy, Parquet and Arrow files, read block by block."""
+"""Sources of configurations: CSV, NumPy, Parquet and Arrow files, read block by block."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from nao_kin.errors import BadInputFile, WrongShape
 from nao_kin.robot import RobotModel
 from nao_kin.stream.tables import TableOptions
 
-# --- Tables of joint values, read block by block from any place that a block begins at.
+# --- Tables of joint values, read block by block from the beginning of any block.
 
-# Where a block begins: bytes, lines and rows before it, as far as the kind of file needs them.
+# Beginning of a block: bytes, lines or rows before it, depending on the format.
 Position = tuple[int, ...]
-# Column, from 1 and 0 for none, and reason of rows that could not be read, by their place in a block.
+# For rows that could not be read, by their index in a block: column, from 1 or 0 for none, and reason.
 Problems = dict[int, tuple[int, str]]
 
 
@@ -36,12 +36,12 @@ class Block:
 
     Attributes:
         values: shape (n, columns); NaN in rows that could not be read.
-        end: where the next block begins.
-        times: shape (n,), in the unit of the file; None where it has none.
+        end: beginning of the next block.
+        times: shape (n,), in the unit of the file; None without times.
         problems: rows that could not be read.
-        last: no block follows.
-        lines: of every row of the block, found when one is asked for; None where there are no lines.
-        file: which of several files it is from.
+        last: whether no block follows.
+        lines: line of each row, found on demand; None in files without lines.
+        file: index of the file, if there are several.
     """
 
     values: Floats
@@ -53,15 +53,15 @@ class Block:
     file: int = 0
 
 
-class Source(ABC):
+class TableSource(ABC):
     """A table of joint values in a file.
 
     Attributes:
         path: the file.
-        table: which columns are joints and times, and their units.
-        whole: the columns are those of q itself, a floating base included.
-        start: where the first block begins.
-        size: how long it is, None where that is not known; in what the number `counted` of a place counts.
+        table: the columns of joints and times, and their units.
+        whole: the columns are those of q, a floating base included.
+        start: beginning of the first block.
+        size: length of the file, as counted by the number `counted` of a position; None if unknown.
     """
 
     path: str
@@ -72,46 +72,43 @@ class Source(ABC):
     counted: int = 0
 
     @property
-    def files(self) -> tuple[Source, ...]:
+    def files(self) -> tuple[TableSource, ...]:
         """The source itself, or the sources that it joins."""
         return (self,)
 
     @abstractmethod
     def blocks(self, start: Position) -> Iterator[Block]:
-        """The blocks from a place on; the same ones whatever came before."""
+        """Yield the blocks from a position on, which do not depend on earlier ones."""
 
     def fraction(self, place: Position) -> float | None:
-        """How much of the file lies before a place; None where its length is not known."""
+        """Return the share of the file before a position; None if its length is unknown."""
         return None if self.size is None else place[self.counted] / max(1, self.size)
 
     def close(self) -> None:
-        """Nothing more is read."""
+        """Close the file."""
         return
 
 
 # --- A CSV file of joint values, in blocks of whole records.
 #
-# The file is cut by us and the numbers are read by pyarrow, one block at a time: its own streaming reader can neither
-# begin in the middle of a file nor say on which line a row stood. A block that it refuses is halved until what is
-# left is small, and that is read exactly: good rows beside a bad one cost nothing more.
+# pyarrow parses one block of lines at a time: its streaming reader can neither begin in the middle of a file nor tell
+# the line of a row. A block that it refuses is halved until the rest is small, and that is read field by field: one bad
+# row does not slow down the good ones.
 
 BYTES_AT_ONCE = 1 << 22
 _LONGEST_LINE = 1 << 24
-# Read exactly where the quick way refuses it.
+# Blocks of this size that pyarrow refuses are read field by field.
 _SMALL = 1 << 14
 _BOM = b"\xef\xbb\xbf"
 
 
-class CsvSource(Source):
-    """Joint names in the header, in any order, and one configuration a line, as `read_log` reads them.
-
-    A file whose name ends in .gz is unpacked; a place in it is one of what is unpacked.
-    """
+class CsvSource(TableSource):
+    """A CSV file as in `read_log`; positions in a .gz file are those of the unpacked text."""
 
     def __init__(self, path: str, robot: RobotModel, options: TableOptions) -> None:
         self.path = path
         self._file = opened(path)
-        # What has been read and not yet been given out: at the start, and behind the last whole line.
+        # Bytes read in advance: after the header, and after the last whole line.
         self._rest, self._behind = b"", b""
         packed = path == "-" or path.lower().endswith(".gz") or not Path(path).is_file()
         self.size = None if packed else Path(path).stat().st_size
@@ -122,7 +119,7 @@ class CsvSource(Source):
             raise
 
     def blocks(self, start: Position) -> Iterator[Block]:
-        """As `Source`; of a pipe, only from its start."""
+        """As `TableSource`; a pipe is read only from its start."""
         offset, line = start
         rest = self._rest
         if start != self.start:
@@ -148,7 +145,7 @@ class CsvSource(Source):
             raise BadInputFile(self.path, "a header and no configurations")
 
     def close(self) -> None:
-        """As `Source`."""
+        """As `TableSource`."""
         if self.path != "-":
             self._file.close()
 
@@ -168,7 +165,7 @@ class CsvSource(Source):
         self.table = table.of_csv(beginning, self._rest)
 
     def _next_lines(self, rest: bytes, line: int) -> tuple[bytes, bool]:
-        """Whole lines, of about `BYTES_AT_ONCE`, and whether the file ends with them; what is behind is kept."""
+        """Return whole lines, of about `BYTES_AT_ONCE`, and whether the file ends with them."""
         block, wanted = rest, max(0, BYTES_AT_ONCE - len(rest))
         while True:
             more = self._file.read(wanted)
@@ -182,7 +179,7 @@ class CsvSource(Source):
                 raise BadInputFile(self.path, f"a line of more than {_LONGEST_LINE >> 20} MiB", line + 1)
 
     def _read(self, block: bytes, *, at_end: bool) -> tuple[int, Floats, Problems]:
-        """How much of a block whole records are, their rows, NaN where they could not be read, and why not."""
+        """Return the length of the whole records in a block, their rows, NaN if unreadable, and the problems."""
         if b'"' in block:
             return self._read_exactly(block, at_end=at_end)
         numbers = quick_numbers(block, self.table)
@@ -197,7 +194,7 @@ class CsvSource(Source):
         return len(block), np.concatenate([first, second]), problems
 
     def _read_exactly(self, block: bytes, *, at_end: bool) -> tuple[int, Floats, Problems]:
-        """The same, field by field."""
+        """Do the same field by field."""
         records = Records(block, self.table.delimiter, at_end=at_end)
         values: list[list[float]] = []
         problems: Problems = {}
@@ -209,18 +206,18 @@ class CsvSource(Source):
         return records.consumed, np.array(values).reshape(len(values), len(nothing)), problems
 
 
-# --- Tables of joint values in the binary formats: NumPy's, Parquet, Arrow IPC.
+# --- Tables of joint values in binary formats: NumPy, Parquet, Arrow IPC.
 
 ROWS_AT_ONCE = 8192
 _BUFFER = 1 << 18
 
 
 def _table_of_q(robot: RobotModel, degrees: bool = False) -> TableColumns:
-    """What the columns of an array of configurations are, behind those of a floating base."""
+    """Return the columns of an array of configurations, without those of a floating base."""
     return TableOptions(degrees).table("", robot.joint_names, robot)
 
 
-class NpySource(Source):
+class NpySource(TableSource):
     """A NumPy file of configurations (N, nq)."""
 
     whole = True
@@ -238,7 +235,7 @@ class NpySource(Source):
         self.size = len(rows)
 
     def blocks(self, start: Position) -> Iterator[Block]:
-        """As `Source`; mapped anew for each block, so that what has been read leaves the memory."""
+        """As `TableSource`; the file is mapped again for each block, so that memory is released."""
         for first in range(start[0], self.size, ROWS_AT_ONCE):
             values = np.array(self._rows()[first : first + ROWS_AT_ONCE], dtype=np.float64)
             end = first + len(values)
@@ -257,18 +254,12 @@ class NpySource(Source):
 
 @dataclass(frozen=True, eq=False)
 class Configurations:
-    """Configurations in memory, for `fk` to take in place of a file.
+    """Configurations in memory, for `fk` to read instead of a file.
 
     Attributes:
         q: shape (n, nq) [rad, m or ratio], whatever the unit of the poses.
         times: of the rows, shape (n,) [s]; None for none.
-        name: where they are from, for messages.
-
-    Examples:
-        >>> nao = nk.load_nao()
-        >>> rows = nk.stream.Configurations(nao.random(rng=0, n=3), name="three random ones")
-        >>> nk.stream.fk(nao, rows, "LArm", "poses.npy").rows_read
-        3
+        name: their origin, for messages.
     """
 
     q: Floats
@@ -277,7 +268,7 @@ class Configurations:
 
 
 class ArraySource(NpySource):
-    """Configurations in memory, as if they were in a NumPy file, and maybe with times."""
+    """Configurations in memory, perhaps with times, read as a NumPy file."""
 
     def __init__(self, given: Configurations, robot: RobotModel) -> None:
         self._q = as_floats(given.q, (robot.nq,), "q")
@@ -293,7 +284,7 @@ class ArraySource(NpySource):
         return self._q
 
 
-class ParquetSource(Source):
+class ParquetSource(TableSource):
     """A Parquet file with one column per joint."""
 
     def __init__(self, path: str, robot: RobotModel, options: TableOptions) -> None:
@@ -307,11 +298,10 @@ class ParquetSource(Source):
         except ArrowException as error:
             raise BadInputFile(path, f"not a Parquet file: {abbreviated(error)}") from None
         self.size = sum(self._groups)
-        self.table = _table_of(schema, path, robot, options)
-        self._columns = [schema.names[place] for place in self.table.places]
+        self.table, self._columns = _table_of(schema, path, robot, options)
 
     def blocks(self, start: Position) -> Iterator[Block]:
-        """As `Source`; groups of rows that lie before it are not read."""
+        """As `TableSource`; earlier row groups are not read."""
         from pyarrow import ArrowException, parquet
 
         skipped, left_out = 0, start[0]
@@ -320,7 +310,7 @@ class ParquetSource(Source):
             skipped += 1
         row = start[0]
         try:
-            # A buffer of its own for each column: without one, whole columns of a group are read.
+            # Without buffers, whole columns of a group are read.
             with parquet.ParquetFile(self.path, buffer_size=_BUFFER) as file:
                 for group in range(skipped, len(self._groups)):
                     for batch in file.iter_batches(ROWS_AT_ONCE, row_groups=[group], columns=self._columns):
@@ -333,10 +323,10 @@ class ParquetSource(Source):
             raise BadInputFile(self.path, f"cannot be read to its end: {abbreviated(error)}") from None
 
 
-class ArrowSource(Source):
+class ArrowSource(TableSource):
     """An Arrow IPC file, which is also a Feather file, with one column per joint.
 
-    A place in it is a number of rows, the batch they end in, and the rows of that batch.
+    A position is a number of rows, the batch with the next row, and the rows before it in that batch.
     """
 
     size: int
@@ -352,11 +342,10 @@ class ArrowSource(Source):
         except pa.ArrowException as error:
             raise BadInputFile(path, f"not an Arrow IPC file: {abbreviated(error)}") from None
         self.size = int(batches)
-        self.table = _table_of(schema, path, robot, options)
-        self._columns = [schema.names[place] for place in self.table.places]
+        self.table, self._columns = _table_of(schema, path, robot, options)
 
     def blocks(self, start: Position) -> Iterator[Block]:
-        """As `Source`; mapped anew for each batch, so that what has been read leaves the memory."""
+        """As `TableSource`; the file is mapped again for each batch, so that memory is released."""
         import pyarrow as pa
 
         row, first, offset = start
@@ -374,8 +363,8 @@ class ArrowSource(Source):
             offset = 0
 
 
-def _table_of(schema: Any, path: str, robot: RobotModel, options: TableOptions) -> TableColumns:
-    """What the columns of a table are, when they hold numbers; times may be those of Arrow."""
+def _table_of(schema: Any, path: str, robot: RobotModel, options: TableOptions) -> tuple[TableColumns, list[str]]:
+    """Return the columns of a table, which must hold numbers or times, and their names in the file."""
     import pyarrow as pa
 
     table = options.table(path, schema.names, robot)
@@ -386,11 +375,11 @@ def _table_of(schema: Any, path: str, robot: RobotModel, options: TableOptions) 
             table = replace(table, time_unit=kind.unit)
         elif not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_decimal(kind)):
             raise BadInputFile(path, f"column {quoted(entry.name)} holds {abbreviated(kind)}, expected numbers")
-    return table
+    return table, [schema.names[place] for place in table.places]
 
 
 def _block_of(rows: Any, table: TableColumns, columns: Sequence[str], end: Position, *, last: bool) -> Block:
-    """The rows of a record batch."""
+    """Return the rows of a record batch."""
     import pyarrow as pa
 
     values = np.empty((rows.num_rows, len(columns)))
@@ -408,7 +397,7 @@ def _block_of(rows: Any, table: TableColumns, columns: Sequence[str], end: Posit
     return Block(numbers, end, times, problems, last)
 
 
-# --- Where configurations come from: the kind of a file, by the ending of its name, and several files as one.
+# --- The format of a file, by its suffix, and several files as one source.
 
 CSV, NPY, PARQUET, ARROW = "csv", "npy", "parquet", "arrow"
 KINDS = {
@@ -424,7 +413,7 @@ KINDS = {
 }
 
 
-_SOURCES: dict[str | None, Callable[[str, RobotModel, TableOptions], Source]] = {
+_SOURCES: dict[str | None, Callable[[str, RobotModel, TableOptions], TableSource]] = {
     NPY: NpySource,
     PARQUET: ParquetSource,
     ARROW: ArrowSource,
@@ -432,32 +421,24 @@ _SOURCES: dict[str | None, Callable[[str, RobotModel, TableOptions], Source]] = 
 
 
 def kind_of(path: str) -> str | None:
-    """The kind of file that the ending of a name promises."""
+    """Return the format for the suffix of a name."""
     name = Path(path)
     unpacked = name.with_suffix("") if name.suffix.lower() == ".gz" else name
     return KINDS.get(unpacked.suffix.lower())
 
 
 def found_files(path: str) -> list[str]:
-    """The file of a name, or the files that a pattern with * or ? or [ ] stands for, sorted.
-
-    Raises:
-        BadInputFile: a pattern stands for no file.
-    """
+    """Return the file of a name, or the files that match a pattern with * or ? or [ ], sorted."""
     if not glob.has_magic(path) or Path(path).exists():
         return [path]
     found = sorted(name for name in glob.glob(path, recursive=True) if Path(name).is_file())
     if not found:
-        raise BadInputFile(path, "no file has such a name")
+        raise BadInputFile(path, "no file matches this pattern")
     return found
 
 
-def open_source(paths: Sequence[str] | Configurations, robot: RobotModel, options: TableOptions) -> Source:
-    """The table in one file or several.
-
-    Raises:
-        BadInputFile, MissingExtra: as `_opened`; some files have times and others none.
-    """
+def open_source(paths: Sequence[str] | Configurations, robot: RobotModel, options: TableOptions) -> TableSource:
+    """Return the table in one file or several, or in memory."""
     if isinstance(paths, Configurations):
         return ArraySource(paths, robot)
     if len(paths) == 1:
@@ -465,8 +446,8 @@ def open_source(paths: Sequence[str] | Configurations, robot: RobotModel, option
     return JoinedSource(paths, robot, options)
 
 
-class JoinedSource(Source):
-    """Several files, one behind the other. A place is the number of a file and a place in it."""
+class JoinedSource(TableSource):
+    """Several files in turn; a position is the index of a file and a position in it."""
 
     def __init__(self, paths: Sequence[str], robot: RobotModel, options: TableOptions) -> None:
         self._robot, self._options = robot, options
@@ -485,27 +466,27 @@ class JoinedSource(Source):
         self.path, self.table, self.start = first.path, first.table, (0, *first.start)
 
     @property
-    def files(self) -> tuple[Source, ...]:
-        """As `Source`."""
+    def files(self) -> tuple[TableSource, ...]:
+        """As `TableSource`."""
         return tuple(self._files)
 
     def blocks(self, start: Position) -> Iterator[Block]:
-        """As `Source`."""
+        """As `TableSource`."""
         for index in range(start[0], len(self._files)):
             with closing(_opened(self._files[index].path, self._robot, self._options)) as file:
-                # Times of ISO 8601 count from the first row of all.
+                # Times of ISO 8601 count from the first row of the first file.
                 file.table = replace(file.table, iso_times=self.table.iso_times)
                 for block in file.blocks(start[1:] if index == start[0] else file.start):
                     last = block.last and index + 1 == len(self._files)
                     yield replace(block, end=(index, *block.end), last=last, file=index)
 
     def fraction(self, place: Position) -> float:
-        """As `Source`."""
+        """As `TableSource`."""
         return (place[0] + (self._files[place[0]].fraction(place[1:]) or 0.0)) / len(self._files)
 
 
-def _check_times_alike(file: Source, first: Source) -> None:
-    """Refuse times that cannot be counted on from those of the first file."""
+def _check_times_alike(file: TableSource, first: TableSource) -> None:
+    """Refuse times that cannot continue those of the first file."""
     times, before = file.table.iso_times, first.table.iso_times
     other = abbreviated(first.path)
     if (times is None) != (before is None):
@@ -517,13 +498,8 @@ def _check_times_alike(file: Source, first: Source) -> None:
         raise BadInputFile(file.path, f"its times have {given} time zone, those of {other} have {expected}")
 
 
-def _opened(path: str, robot: RobotModel, options: TableOptions) -> Source:
-    """The table in a file, whose kind its ending names; without an ending of ours, it is CSV.
-
-    Raises:
-        BadInputFile: it cannot be read, or its columns are not the joints of the robot.
-        MissingExtra: pyarrow is needed and not installed.
-    """
+def _opened(path: str, robot: RobotModel, options: TableOptions) -> TableSource:
+    """Return the table in a file, whose suffix is its format; other suffixes are CSV."""
     if Path(path).suffix.lower() == ".json":
         raise BadInputFile(path, "JSON is read whole, not as a stream; expected CSV, npy, Parquet or Arrow")
     kind = kind_of(path)

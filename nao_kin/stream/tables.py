@@ -1,10 +1,9 @@
-"""Configurations from CSV and JSON files, and what the columns of any table of joint values are.
+"""Configurations in CSV and JSON files, and the columns of tables of joint values.
 
-A file names every joint once, in any order: the robot's own joints, or beside them joints that follow another one, as
-NAOqi's 26 Body names do. Names may be followed by a unit in brackets, and be keys of NAOqi's devices; a column of times
-is read beside them. CSV has the names in its header and one configuration a line, separated by commas, semicolons or
-tabs; lines above the header that begin with # are passed over. JSON holds one object name → value, or a list of such
-objects.
+A file names every joint once, in any order: the robot's independent joints, and perhaps mimic joints, as in NAOqi's 26
+Body names. Names may be followed by a unit in brackets, or be keys of NAOqi's devices; there may be a column of times.
+CSV has the names in its header and one configuration a line, separated by commas, semicolons or tabs; lines above the
+header that begin with # are skipped. JSON holds one object name → value, or a list of such objects.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, get_args
+from typing import get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,11 +37,20 @@ from nao_kin.errors import (
     UnknownName,
     nearest_names,
 )
-from nao_kin.robot import COUPLING_TOLERANCE, UNIT_TOLERANCE, LimitPolicy, RobotModel, check_robot
+from nao_kin.robot import (
+    COUPLING_TOLERANCE,
+    UNIT_TOLERANCE,
+    Hips,
+    LimitPolicy,
+    RobotModel,
+    check_hips,
+    check_robot,
+    joints_by_motor,
+    motor_values,
+)
 from nao_kin.stream.results import Clamped, clamp
 
 __all__ = [
-    "Hips",
     "Log",
     "log_columns",
     "read_configurations",
@@ -50,32 +58,20 @@ __all__ = [
 ]
 
 
-# What two joints of one motor are made to where their values differ.
-Hips = Literal["average", "left", "right"]
-
-# As much of a file as tells what it holds.
+# Bytes of a file to look at.
 _BEGINNING = 1 << 16
 _TURN = 2.0 * math.pi
 
 
 @dataclass(frozen=True, eq=False)
 class Log:
-    """Configurations of a file, and their times.
+    """Configurations in a file, and their times.
 
     Attributes:
         q: configurations, shape (n, nq).
-        times: of the rows, shape (n,) [s]; None where the file has none. Dates and times count from the first row.
+        times: of the rows, shape (n,) [s]; None without times. Dates and times count from the first row.
         many: whether the file holds a list; False for one JSON object.
-        notes: what was understood of the file that it does not say.
-
-    Examples:
-        >>> from pathlib import Path
-        >>> nao = nk.load_nao()
-        >>> lines = ("time", *nao.joint_names), map(str, (0.5, *nao.posture("Stand")))
-        >>> _ = Path("log.csv").write_text(chr(10).join(map(",".join, lines)))
-        >>> log = nk.stream.read_log(nao, "log.csv")
-        >>> log.q.shape, log.times.tolist()
-        ((1, 25), [0.5])
+        notes: assumptions about the file.
     """
 
     q: Floats
@@ -87,19 +83,19 @@ class Log:
 def read_configurations(
     robot: RobotModel, path: Path | str, *, limits: LimitPolicy = "raise", degrees: bool = False
 ) -> tuple[Floats, bool]:
-    """Return the configurations in a file, without the times that `read_log` gives beside them.
+    """Return the configurations in a file, without the times that `read_log` also returns.
 
     Args:
-        robot: whose joints the file names.
+        robot: its joints are named in the file.
         path: a CSV or JSON file, or "-" for standard input.
-        limits: what to do with joints outside their limits: "raise", "clamp" or "ignore".
-        degrees: turning joints are given in degrees where the file does not say their unit.
+        limits: "raise", "clamp" or "ignore" joints outside their limits.
+        degrees: turning joints are in degrees if the file does not give their unit.
 
     Returns:
         q, shape (n, nq), and whether the file holds a list: False for one JSON object.
 
     Raises:
-        BadArgument, BadInputFile: as `read_log`.
+        BadInputFile: as in `read_log`.
 
     Examples:
         >>> import json
@@ -124,29 +120,29 @@ def read_log(
     ignore_other: bool = False,
     hips: Hips | None = None,
 ) -> Log:
-    """Read the configurations in a file, and their times where it has a column of them.
+    """Return the configurations in a file, and their times if it has a column of them.
 
     Args:
-        robot: whose joints the file names.
+        robot: its joints are named in the file.
         path: a CSV file (also packed, .csv.gz) or a JSON file, or "-" for standard input.
-        limits: what to do with joints outside their limits: "raise", "clamp" or "ignore".
-        degrees: turning joints are given in degrees where the file does not say their unit.
-        columns: what to read columns as that have other names: name in the file → heading, such as "HeadYaw",
-            "HeadYaw [deg]" or "time [ms]"; None leaves the column out.
+        limits: "raise", "clamp" or "ignore" joints outside their limits.
+        degrees: turning joints are in degrees if the file does not give their unit.
+        columns: headings of columns with other names: name in the file → heading, such as "HeadYaw", "HeadYaw [deg]" or
+            "time [ms]"; None leaves the column out.
         ignore_other: leave out columns that name no joint and no time.
-        hips: how to settle two joints of one motor whose values differ: "average", or "left" or "right" for the joint
-            of that side; None refuses them.
+        hips: value of a motor whose two joints differ: "average", or "left" or "right" for the joint of that side; None
+            refuses them.
 
     Returns:
-        Configurations and times. Times without a unit are seconds, or what their size says of times since 1970. Dates
-        and times as in ISO 8601, such as 2026-03-01T12:00:00.5Z or 2026-03-01 12:00:00.5, are seconds from the first
-        row.
+        Configurations and times. Times without a unit are seconds, or in the unit that fits the size of times since
+        1970. Dates and times as in ISO 8601, such as 2026-03-01T12:00:00.5Z or 2026-03-01 12:00:00.5, are seconds from
+        the first row.
 
     Raises:
         BadArgument: no file name, or `columns` that the file does not have.
-        BadInputFile: with line and column where there is one to blame: unreadable, empty, malformed, a joint unknown,
-            missing or named twice, a value that is no finite number, times with and without a zone, two joints of one
-            motor that disagree, a joint outside its limits.
+        BadInputFile: with line and column if there is one: unreadable, empty, malformed, a joint unknown, missing or
+            named twice, a value that is no finite number, times with and without a zone, two joints of one motor that
+            disagree, a joint outside its limits.
 
     Examples:
         >>> from pathlib import Path
@@ -158,7 +154,8 @@ def read_log(
         ([0.02], 0.0087)
     """
     check_robot(robot)
-    check_hips(hips)
+    if hips is not None:
+        check_hips(hips)
     name = str(path)
     if not name:
         raise BadArgument("no file name; expected a CSV or JSON file, or - for standard input")
@@ -187,11 +184,11 @@ def read_log(
         q = robot.configuration(values, limits=limits)
     except CouplingViolated as error:
         row = int(np.argmax(values[error.mimic] == error.mimic_value))
-        column, reason = joints.told(error)
+        column, reason = joints.located(error)
         raise BadInputFile(name, reason + HIPS_ADVICE, *table.place(lines[row], column)) from None
     except OutsideLimits as error:
         row = error.violations[0].index[0]
-        column, reason = joints.told(error)
+        column, reason = joints.located(error)
         where = f"configuration {row}: " if many and not lines[row] else ""
         reason = f"{where}{reason}{limits_advice(robot, table, raw[row])}"
         raise BadInputFile(name, reason, *table.place(lines[row], column)) from None
@@ -204,19 +201,13 @@ def read_log(
 HIPS_ADVICE = '; hips="average" (--hips average) takes their mean'
 
 
-def check_hips(hips: str | None) -> None:
-    """Raise `UnknownName` for what is no rule for two joints of one motor."""
-    if hips is not None:
-        choice(hips, get_args(Hips), "rule for the hips")
-
-
 @dataclass(frozen=True)
 class TableOptions:
-    """How the columns of a file are understood.
+    """Options for the columns of a file.
 
     Attributes:
         degrees: turning joints without a unit are in degrees.
-        columns: heading in the file → what to read it as; None leaves it out.
+        columns: heading in the file → heading to read it as; None leaves it out.
         ignore_other: leave out columns of other names.
     """
 
@@ -234,22 +225,11 @@ class TableOptions:
     def table(
         self, name: str, headings: Sequence[str], robot: RobotModel, line: int = 0, where: str = ""
     ) -> TableColumns:
-        """Return what the columns of a table are, which must name every joint of a robot once.
+        """Return the columns of a table, which must name every joint of a robot once; `where` begins its messages.
 
         A heading is time, timestamp, t, stamp, the name of a joint, or NAOqi's key of its position, such as
-        Device/SubDeviceList/HeadYaw/Position/Sensor/Value; a unit may stand in brackets behind it. A first column
-        without a name is an index, and left out.
-
-        Args:
-            name: the file, for the message.
-            headings: of all its columns.
-            robot: whose joints they should be; one that follows another may stand for it or beside it.
-            line: where they stand in a CSV file, 0 elsewhere.
-            where: what the message begins with.
-
-        Raises:
-            BadArgument: `columns` names a heading that is not there.
-            BadInputFile: an unknown joint, a unit that is none of its kind, a joint named twice, or joints missing.
+        Device/SubDeviceList/HeadYaw/Position/Sensor/Value; a unit may follow in brackets. A first column without a name
+        is an index, and left out. `line` is that of the headings in a CSV file, else 0.
         """
         known = {*robot.joint_names, *robot.mimics}
         given, renamed = [heading.strip() for heading in headings], self.columns or {}
@@ -280,13 +260,13 @@ class TableOptions:
 
 
 def _unknown(robot: RobotModel, text: str) -> str:
-    """What is wrong with a heading that names no joint."""
+    """Return the error of a heading that names no joint."""
     if not text.strip():
         return "a column without a name"
     near = ", ".join(nearest_names(text, [*robot.joint_names, *robot.mimics]))
     advice = f"nearest: {near}" if near else f"expected the robot's {len(robot.joint_names)} joints"
     return (
-        f"unknown joint {quoted(text, MAX_SHOWN)} ({advice}); columns= (--columns) says what it is, "
+        f"unknown joint {quoted(text, MAX_SHOWN)} ({advice}); columns= (--columns) renames it, "
         "ignore_other=True (--ignore-other) leaves it out"
     )
 
@@ -298,16 +278,10 @@ def log_columns(
     columns: Mapping[str, str | None] | None = None,
     data: bytes | None = None,
 ) -> TableColumns | None:
-    """Return the columns of a CSV table whose rows, by its beginning, are whole configurations of a robot.
+    """Return the columns of a CSV table whose rows, by its beginning, are whole configurations of a robot, or None.
 
-    The answer is None for a table of times and some joints, or with empty cells, which is a motion; for what is no such
-    table, cannot be read, or is a pipe.
-
-    Args:
-        robot: whose joints.
-        path: the file.
-        columns: as in `read_log`.
-        data: its content, where that has been read.
+    None is also the answer for a table of times and some joints, or with empty cells, which is a motion, and for files
+    that cannot be read, and pipes. `data` is the content, if it has been read; `columns` are those of `read_log`.
     """
     check_robot(robot)
     if not isinstance(path, (str, os.PathLike)):
@@ -335,46 +309,21 @@ def log_columns(
     return None if empty else table
 
 
-def shared_motors(robot: RobotModel, names: Sequence[str], values: Floats, hips: Hips | None) -> dict[str, Floats]:
-    """Return joint → values (n,), of joints that one motor drives one for all.
-
-    Args:
-        robot: whose joints.
-        names: the joint of every column.
-        values: shape (n, columns) [rad, m or ratio].
-        hips: "average", or "left" or "right" for the joint whose name begins with L or R; None leaves all as it is.
-    """
+def _shared(robot: RobotModel, names: Sequence[str], values: Floats, hips: Hips | None) -> dict[str, Floats]:
+    """Return joint → values (n,) of the columns (n, columns); with a rule `hips`, one value for each shared motor."""
     columns = dict(zip(names, values.T, strict=True))
-    motors: dict[str, list[str]] = {}
-    for name in names:
-        mimic = robot.mimics.get(name)
-        if mimic is None or mimic.multiplier != 0.0:
-            motors.setdefault(name if mimic is None else mimic.joint, []).append(name)
-    several = {motor: joints for motor, joints in motors.items() if len(joints) > 1}
-    if hips is None or not several:
+    if hips is None:
         return columns
-    found = {
-        name: column
-        for name, column in columns.items()
-        if name not in robot.mimics or robot.mimics[name].joint not in several
-    }
-    for motor, joints in several.items():
-        chosen = [name for name in joints if name[:1].lower() == hips[0]] if hips != "average" else []
-        driving = [
-            robot.mimics[name].driver_value(columns[name]) if name in robot.mimics else columns[name]
-            for name in chosen or joints
-        ]
-        found[motor] = np.mean(driving, axis=0)
-    return found
+    several = [name for joints in joints_by_motor(robot, names).values() if len(joints) > 1 for name in joints]
+    shared = {name: columns.pop(name) for name in several}
+    return columns | motor_values(robot, shared, hips)
 
 
 def times_in_seconds(times: Floats, unit: str | None) -> tuple[Floats, str]:
-    """Return times in seconds, and a note where their size told the unit.
+    """Return times (n,) in seconds, and a note if their size determined the unit.
 
-    Args:
-        times: shape (n,).
-        unit: "s", "ms", "us", "µs" or "ns"; None where the file does not say it: "s", but for times since 1970 the one
-            that their size fits.
+    Without a `unit`, which is "s", "ms", "us", "µs" or "ns", they are seconds, or in the unit that fits times since
+    1970.
     """
     if unit is not None:
         return seconds(times, unit), ""
@@ -384,20 +333,14 @@ def times_in_seconds(times: Floats, unit: str | None) -> tuple[Floats, str]:
 
 
 def limits_advice(robot: RobotModel, table: TableColumns, row: Floats) -> str:
-    """Return what a message about a row outside the limits ends with: the options that take it.
-
-    Args:
-        robot: whose joints.
-        table: what the columns are.
-        row: the values as they stand in the file, shape (joints,).
-    """
+    """Return the end of a message about a row (joints,) of a file outside the limits: the options that accept it."""
     advice = '; limits="clamp" (--clamp) or "ignore" (--ignore-limits) takes it'
     turning = np.array(table.units) == "rad"
     large = np.abs(row[turning][row[turning] != 0.0]) > _TURN
     if not large.size or large.mean() < 0.5:
         return advice
     values = np.where(turning, np.radians(row), in_si_units(row[None], table.units)[0])
-    q = robot.configuration(shared_motors(robot, table.names, values[None], "average"), limits="ignore")
+    q = robot.configuration(_shared(robot, table.names, values[None], "average"), limits="ignore")
     fits = bool(np.all(robot.within_limits(q)))
     return f"{advice}; are these degrees (degrees=True, --deg)?" if fits else advice
 
@@ -444,21 +387,21 @@ def _from_json(name: str, text: str, robot: RobotModel, options: TableOptions) -
     return table, np.array(rows, dtype=np.float64), many
 
 
-# --- Rows of joint values, in any order of the joints, as configurations; and what is wrong with those that are none.
+# --- Rows of joint values as configurations, and the errors of bad rows.
 
 _OUTSIDE = "outside the joint limits: "
 
 
 @dataclass(frozen=True)
 class JointColumns:
-    """What the columns of a table of joint values stand for.
+    """The meaning of the columns of a table of joint values.
 
     Attributes:
-        robot: whose joints they are.
-        table: joint and unit of every column; with `whole`, of those behind the seven of a floating base.
-        limits: what to do with joints outside their limits: "raise", which makes the row a bad one, "clamp", "ignore".
-        hips: how to settle two joints of one motor; None makes a row where they differ a bad one.
-        whole: the columns are those of q itself.
+        robot: the robot.
+        table: joint and unit of every column; with `whole`, of those after the seven of a floating base.
+        limits: joints outside their limits: "raise" makes the row a bad one; "clamp"; "ignore".
+        hips: value of a motor whose two joints differ; None makes the row a bad one.
+        whole: the columns are those of q.
     """
 
     robot: RobotModel
@@ -472,17 +415,17 @@ class JointColumns:
 
     @property
     def base(self) -> int:
-        """Columns of a floating base, which stand before the joints."""
+        """Number of columns of a floating base, before the joints."""
         return self.robot.nq - len(self.robot.joint_names) if self.whole else 0
 
     def configurations(self, values: Floats) -> tuple[Floats, NDArray[np.bool_], Clamped]:
-        """Configurations (m, nq) of the good rows of `values` (n, columns), which rows are good, what was clamped."""
+        """Return configurations (m, nq) of the good rows of `values` (n, columns), which rows are good, and changes."""
         good: NDArray[np.bool_] = np.asarray(np.isfinite(values).all(axis=1))
-        kept = values if good.all() else values[good]
+        rows = values if good.all() else values[good]
         if self.base:
-            unit = np.abs(np.linalg.norm(kept[:, 3:7], axis=1) - 1.0) <= UNIT_TOLERANCE
-            kept = _narrow(good, unit, kept)
-        q, agreeing = self._assembled(kept)
+            unit = np.abs(np.linalg.norm(rows[:, 3:7], axis=1) - 1.0) <= UNIT_TOLERANCE
+            rows = _narrow(good, unit, rows)
+        q, agreeing = self._assembled(rows)
         q = _narrow(good, agreeing, q)
         if self.limits == "raise":
             q = _narrow(good, self.robot.within_limits(q), q)
@@ -492,14 +435,14 @@ class JointColumns:
         return q, good, Clamped()
 
     def advice(self, row: Floats) -> str:
-        """What may be done about a row (columns,) that is outside the limits, or whose joints disagree; else ""."""
+        """Return the options that accept a row (columns,) outside the limits, or with joints that disagree; else ""."""
         reason = self.problem(row)[1]
         if reason.startswith(_OUTSIDE):
             return limits_advice(self.robot, self.table, row[self.base :])
         return HIPS_ADVICE if " drives " in reason else ""
 
     def problem(self, row: Floats) -> tuple[int, str]:
-        """Column, from 0 and -1 for none, and reason why a row (columns,) is no configuration."""
+        """Return column, from 0 or -1 for none, and reason why a row (columns,) is no valid configuration."""
         for column in np.flatnonzero(~np.isfinite(row)).tolist():
             name = self.table.names[column - self.base] if column >= self.base else f"number {column + 1} of the base"
             return column, f"{name} is {float(row[column])}, expected a finite number"
@@ -508,29 +451,29 @@ class JointColumns:
         try:
             self.robot.configuration(self.values(row[None]), limits=self.limits)
         except (CouplingViolated, OutsideLimits) as error:
-            column, reason = self.told(error)
+            column, reason = self.located(error)
             return column + self.base if column >= 0 else column, reason
         return -1, "no configuration"
 
-    def told(self, error: CouplingViolated | OutsideLimits) -> tuple[int, str]:
-        """Column of the joint that an error is about, from 0 behind the base and -1 for none, and what is wrong."""
+    def located(self, error: CouplingViolated | OutsideLimits) -> tuple[int, str]:
+        """Return the column of the joint of an error, from 0 after the base or -1 for none, and the reason."""
         robot, table = self.robot, self.table
         if isinstance(error, CouplingViolated):
             both_turn = robot.unit(error.mimic) == robot.unit(error.primary) == "rad"
             return table.names.index(error.mimic), error.describe(degrees=table.in_degrees and both_turn)
         first = error.violations[0]
         more = f" (and {error.count - 1} more)" if error.count > 1 else ""
-        # A joint that the file names only through one that follows it has no column of its own.
+        # A joint that the file gives only through its mimic joint has no column.
         column = table.names.index(first.joint) if first.joint in table.names else -1
         return column, f"{_OUTSIDE}{first.describe(degrees=table.in_degrees, index=False)}{more}"
 
     def values(self, values: Floats) -> dict[str, Floats]:
-        """Joint → values (n,) of rows (n, columns) [rad, m or ratio]."""
+        """Return joint → values (n,) of rows (n, columns) [rad, m or ratio]."""
         table = self.table
-        return shared_motors(self.robot, table.names, in_si_units(values[:, self.base :], table.units), self.hips)
+        return _shared(self.robot, table.names, in_si_units(values[:, self.base :], table.units), self.hips)
 
     def _assembled(self, values: Floats) -> tuple[Floats, NDArray[np.bool_]]:
-        """Configurations (n, nq) of finite rows, and in which of them the joints of one motor agree."""
+        """Return configurations (n, nq) of finite rows, and in which of them the joints of one motor agree."""
         robot = self.robot
         q = np.empty((len(values), robot.nq))
         q[:] = robot.neutral()
@@ -554,7 +497,7 @@ class JointColumns:
 
 
 def _narrow(good: NDArray[np.bool_], still: NDArray[np.bool_], rows: Floats) -> Floats:
-    """Take off `good` what is not `still` good among the rows that were, and give the rows that stay."""
+    """Clear `good` where the good rows are not `still` good, and return the rows that remain."""
     if still.all():
         return rows
     good[np.flatnonzero(good)[~still]] = False

@@ -110,7 +110,7 @@ def test_columns_that_name_no_joint_are_left_out_when_asked(capsys: pytest.Captu
         assert run(["motion", command, str(log), *more, "--ignore-other", "--json"]) == 0
         out, err = capsys.readouterr()
         assert json.loads(out)["joints"] == ["HeadYaw"]
-        assert "left out what is no joint: Battery" in err
+        assert "left out names that are no joints: Battery" in err
 
 
 def test_fk_and_view_leave_out_columns_of_a_motion_that_name_no_joint(
@@ -126,11 +126,11 @@ def test_fk_and_view_leave_out_columns_of_a_motion_that_name_no_joint(
         assert run(["fk", str(motion), "--frame", "Head", *options, "--ignore-other"]) == 0
         out, err = capsys.readouterr()
         assert out == expected
-        assert "left out what is no joint: state" in err
+        assert "left out names that are no joints: state" in err
     page = str(tmp_path / "page.html")
     assert "--ignore-other" in _refused(capsys, "view", str(motion), "--html", page)
     assert run(["view", str(motion), "--html", page, "--ignore-other"]) == 0
-    assert "left out what is no joint: state" in capsys.readouterr().err
+    assert "left out names that are no joints: state" in capsys.readouterr().err
     assert "--columns is for whole" in _refused(capsys, "fk", str(motion), "--columns", "state=", "--frame", "Head")
 
 
@@ -165,16 +165,16 @@ def test_check_lists_every_stretch_if_asked_to(capsys: pytest.CaptureFixture, tm
     assert run(["motion", "check", path]) == 1
     out = capsys.readouterr().out
     assert "1.5" in out
-    assert "and 1 more stretches of these joints (--all lists them)" in out
+    assert "and 1 more intervals of these joints (--all lists them)" in out
     assert run(["motion", "check", path, "--all"]) == 1
     out = capsys.readouterr().out
     assert "1.2" in out
-    assert "more stretches" not in out
+    assert "more intervals" not in out
 
 
 def test_check_is_content_with_a_good_motion(capsys: pytest.CaptureFixture, nod: str) -> None:
     assert run(["motion", "check", nod]) == 0
-    assert capsys.readouterr().out == "nao_v6 can move so: 2 joints, 0 to 1 s\n"
+    assert capsys.readouterr().out == "nao_v6 can perform the motion: 2 joints, 0 to 1 s\n"
     assert _json(capsys, "motion", "check", nod, "--json")["ok"]
 
 

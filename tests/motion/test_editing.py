@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ from test_motion import random_motion
 
 import nao_kin as nk
 from nao_kin.motion import (
-    Mended,
+    MendedMotion,
     check,
     clamp,
     complete,
@@ -29,7 +29,6 @@ from nao_kin.motion import (
     slow_down,
     time_warp,
 )
-from nao_kin.motion.configurations import HIPS
 from nao_kin.motion.editing import mirrored_joints
 from nao_kin.motion.interpolation import INTERPOLATIONS
 
@@ -412,7 +411,7 @@ def test_slowed_motions_keep_every_speed_limit(nao: nk.NaoModel, kind: str, how:
     assert sum(change.amount > 1.0 for change in mended.changes) == len(mended.changes) > 0
 
 
-def _slowed(mended: Mended, t: Any) -> Any:
+def _slowed(mended: MendedMotion, t: Any) -> Any:
     """When a slowed motion is where it was at times t."""
     longer = [(row.amount - 1.0) * np.clip(t - row.start, 0.0, row.end - row.start) for row in mended.changes]
     return t + sum(longer)
@@ -484,7 +483,7 @@ def test_what_no_time_is_long_enough_for_is_refused(nao: nk.NaoModel, how: Any) 
         slow_down(nao, nk.Motion([0.0], ["LHand"], [[0.0]]), how="fast")  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("rule", HIPS)
+@pytest.mark.parametrize("rule", get_args(nk.motion.Hips))
 @pytest.mark.parametrize("kind", INTERPOLATIONS)
 @pytest.mark.parametrize("seed", range(3))
 def test_hips_that_share_a_motor_agree_as_the_rule_says(nao: nk.NaoModel, kind: str, seed: int, rule: Any) -> None:
@@ -529,7 +528,7 @@ def test_the_average_of_bezier_curves_has_the_handles_of_both(nao: nk.NaoModel) 
 
 
 @pytest.mark.parametrize("multiplier", [-2.0, 0.5])
-@pytest.mark.parametrize("rule", HIPS)
+@pytest.mark.parametrize("rule", get_args(nk.motion.Hips))
 def test_the_handles_of_a_follower_are_scaled_as_its_values(tmp_path: Path, multiplier: float, rule: Any) -> None:
     robot = made_up(tmp_path, J("left_drive"), J("right_follow", follows=("left_drive", multiplier, 0.1)))
     rises = np.array([[0.0, 0.1], [-0.1, 0.05], [0.02, 0.0]])
@@ -598,5 +597,5 @@ def test_the_mirror_reads_the_axes_of_any_robot(tmp_path: Path) -> None:
     # The links' frames are not mirrored onto each other, but their origins are.
     for frame, other in (("left_turn", "right_turn"), ("right_turn", "left_turn"), ("left_lift", "right_lift")):
         assert _close(robot.position(images, other), robot.position(q, frame) * (1.0, -1.0, 1.0), 1e-12), frame
-    with pytest.raises(nk.errors.BadArgument, match="left_odd and right_odd are no mirror images"):
+    with pytest.raises(nk.errors.BadArgument, match="left_odd and right_odd are not mirror images"):
         mirror(robot, nk.Motion([0.0], ["left_odd"], [[0.1]]))

@@ -195,7 +195,7 @@ WRONG: list[tuple[str, str, str, tuple[int, int]]] = [
     (
         "a.json",
         '{"joint_names": ["HeadYaw"], "times": [[]], "keys": [[]]}',
-        "keys[0]: HeadYaw has no keys",
+        "joint_names[0]: HeadYaw has no keys",
         (0, 0),
     ),
     (
@@ -385,7 +385,7 @@ WRONG: list[tuple[str, str, str, tuple[int, int]]] = [
     (
         "a.py",
         "names = ['HeadYaw']\ntimes = [[1]]\nkeys = [[0]]\nif 1:\n  keys[0] *= 2\n",
-        "'keys[0] *= 2' changes a list in a way that is not known",
+        "'keys[0] *= 2' changes a list in an unknown way",
         (5, 3),
     ),
     (
@@ -498,7 +498,12 @@ WRONG: list[tuple[str, str, str, tuple[int, int]]] = [
     ("a.kfm", "keyFrames = [];", "no key frames", (0, 0)),
     ("a.kfm", "a = 1; a = 2; keyFrames = [];", "'a' is given twice", (1, 8)),
     ("a.kfm", "keyFrames = [", "the end of the file, expected a word or { or [", (1, 14)),
-    ("kick.kmc", "kpx = 1;\nphaseParameters = [{duration = 5;}];", "joint values come of the running robot's", (0, 0)),
+    (
+        "kick.kmc",
+        "kpx = 1;\nphaseParameters = [{duration = 5;}];",
+        "joint values depend on the running",
+        (0, 0),
+    ),
     ("a.cfg", "motions = {up = {keyframes = [a];};};\nkeyframeBlock = {b = {};};", "no block 'a' of key", (1, 31)),
     ("a.cfg", "keyframeBlock = {b = {keyframes = [];};};", "no key frames", (0, 0)),
 ]

@@ -250,7 +250,7 @@ def test_runswift_has_one_hip(whole_body: Motion, tmp_path: Path) -> None:
 def test_nothing_is_overwritten_unasked(whole_body: Motion, tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     path.write_text("precious")
-    with pytest.raises(BadArgument, match=r"exists; overwrite=True"):
+    with pytest.raises(BadArgument, match=r"is there already; overwrite=True"):
         write_motion(whole_body, path)
     assert path.read_text() == "precious"
     write_motion(whole_body, path, overwrite=True)

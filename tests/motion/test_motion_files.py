@@ -198,7 +198,7 @@ def test_what_names_no_joint_is_left_out_when_asked(tmp_path: Path, name: str, t
         BadInputFile, match="ignore_other=True, or --ignore-other of nao-kin motion, fk and view, leaves it out"
     ):
         read_motion(path)
-    with pytest.warns(MotionFileWarning, match="left out what is no joint: (Battery|Wheel)"):
+    with pytest.warns(MotionFileWarning, match="left out names that are no joints: (Battery|Wheel)"):
         motion = read_motion(path, ignore_other=True)
     assert motion == Motion([0.0, 1.0], ["HeadYaw", "HeadPitch"], [[0.1, 0.0], [0.2, 0.5]])
     path.write_text(text.replace("HeadYaw", "A").replace("HeadPitch", "B"), encoding="utf-8")
@@ -210,7 +210,7 @@ def test_what_names_no_joint_is_left_out_when_asked(tmp_path: Path, name: str, t
 def test_a_file_of_a_pepper_is_told_by_its_joints(tmp_path: Path, joint: str) -> None:
     path = tmp_path / "a.csv"
     path.write_text(f"time,HeadYaw,{joint}\n0,0.1,0.2\n", encoding="utf-8")
-    with pytest.raises(BadInputFile, match=rf"unknown joint '{joint}' \(this is a Pepper's\)"):
+    with pytest.raises(BadInputFile, match=rf"unknown joint '{joint}' \(a joint of Pepper\)"):
         read_motion(path)
 
 
@@ -233,7 +233,7 @@ def test_naodevils_frames_move_what_they_command_and_hold_the_rest() -> None:
 
 
 def test_bhuman_motions_are_blocks_one_after_another() -> None:
-    with pytest.warns(MotionFileWarning, match="sensors is left out: keyframeBranches"):
+    with pytest.warns(MotionFileWarning, match="sensors are left out: keyframeBranches"):
         motion = read_motion(DATA / "blocks.cfg", timeline="wave")
     assert _column(motion, "HeadYaw") == ([0.5, 1.5, 2.3], [0.0, math.radians(20.0), 0.0])
     assert _column(motion, "RElbowRoll") == ([1.5, 2.3], np.radians([3.0, 3.0]).tolist())

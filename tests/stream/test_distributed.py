@@ -188,7 +188,7 @@ def test_what_is_no_robot_and_no_dtype_is_refused(nao: nk.NaoModel) -> None:
     with pytest.raises(BadArgument, match="robot must be a RobotModel, got str"):
         distributed.fk("nao", q)  # type: ignore[arg-type]
     for dtype in (np.float16, int, "flaot32", complex):
-        with pytest.raises(BadArgument, match="dtype must be float32 or float64"):
+        with pytest.raises(BadArgument, match="dtype must be float64 or float32"):
             distributed.com(nao, q, dtype=dtype)
 
 

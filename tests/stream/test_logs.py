@@ -88,7 +88,7 @@ def test_a_log_is_read_in_every_form_with_its_times(
         log = read_log(nao, path)
         assert np.allclose(log.q, q, rtol=0, atol=1e-12)
         assert np.array_equal(read_configurations(nao, path)[0], log.q)
-        result = nk.stream.fk(nao, path, ["LArm", "RLeg"], tmp_path / "poses.parquet")
+        result = nk.stream.fk(nao, path, ["LArm", "RLeg"], tmp_path / "poses.parquet", overwrite=True)
         got = pyarrow.parquet.read_table(tmp_path / "poses.parquet").to_pydict()
         poses = np.stack([got[name] for name in result.columns], axis=-1).reshape(ROWS, 2, 4, 4)
         assert np.allclose(poses, nao.fk(q, ["LArm", "RLeg"]), rtol=0, atol=1e-12)
@@ -203,7 +203,7 @@ def test_dates_and_times_are_seconds_from_the_first_row(
         motion = nk.motion.read_motion(source, robot=nao)
         assert np.array_equal(motion.key_times, log.times)
         assert np.array_equal(motion.configurations(nao).q, q)
-        nk.stream.fk(nao, source, "Head", tmp_path / "poses.parquet")
+        nk.stream.fk(nao, source, "Head", tmp_path / "poses.parquet", overwrite=True)
         poses = pyarrow.parquet.read_table(tmp_path / "poses.parquet")
         assert np.array_equal(poses["time"].to_numpy(), log.times)
     objects = [nao.angles(row) | {"time": _iso(time, form)} for time, row in zip(TIMES, q, strict=True)]
@@ -348,7 +348,7 @@ def test_other_columns_are_named_left_out_or_refused(
     columns = {"yaw_deg": "HeadYaw [deg]", "ms": "time [ms]"}
     nk.stream.fk(nao, source, "Head", out, columns=columns, ignore_other=True)
     assert np.allclose(_poses(out), nao.fk(q, "Head"), rtol=0, atol=1e-12)
-    nk.stream.fk(nao, source, "Head", out, columns={**columns, "state": None, "battery": None})
+    nk.stream.fk(nao, source, "Head", out, columns={**columns, "state": None, "battery": None}, overwrite=True)
     assert np.allclose(_poses(out), nao.fk(q, "Head"), rtol=0, atol=1e-12)
     options = [
         "--columns",
@@ -411,7 +411,7 @@ def test_several_files_and_patterns_go_into_one_output(
     pyarrow.parquet.write_table(pa.table(rest), tmp_path / "log 2.parquet")
     expected = nao.fk(q, "Head")
     for source in ([tmp_path / "log 1.csv", str(tmp_path / "log 2.parquet")], str(tmp_path / "log*")):
-        result = nk.stream.fk(nao, source, "Head", tmp_path / "poses.npy")
+        result = nk.stream.fk(nao, source, "Head", tmp_path / "poses.npy", overwrite=True)
         assert (result.rows_read, result.rows_written) == (ROWS, ROWS)
         assert np.allclose(_poses(tmp_path / "poses.npy"), expected, rtol=0, atol=1e-12)
     out = tmp_path / "poses.csv"
@@ -425,18 +425,20 @@ def test_several_files_and_patterns_go_into_one_output(
     lines = _text(rest).splitlines()
     lines[3] = lines[3].replace(lines[3].split(",")[0], "x", 1)
     (tmp_path / "log 2.csv").write_text("\n".join(lines))
-    result = nk.stream.fk(nao, str(tmp_path / "log*.csv"), "Head", tmp_path / "poses.npy", on_error="skip")
+    result = nk.stream.fk(
+        nao, str(tmp_path / "log*.csv"), "Head", tmp_path / "poses.npy", on_error="skip", overwrite=True
+    )
     assert (result.rows_read, result.bad_rows) == (ROWS, 1)
     bad = result.first_bad_rows[0]
     assert (bad.row, bad.line, bad.file) == (17, 4, str(tmp_path / "log 2.csv"))
     assert str(bad).startswith(f"{tmp_path / 'log 2.csv'}, line 4, column ")
     with pytest.raises(BadInputFile, match=r"log 2.csv, line 4, column \d+: "):
-        nk.stream.fk(nao, str(tmp_path / "log*.csv"), "Head", tmp_path / "poses.npy")
-    with pytest.raises(BadInputFile, match="no file has such a name"):
+        nk.stream.fk(nao, str(tmp_path / "log*.csv"), "Head", tmp_path / "poses.npy", overwrite=True)
+    with pytest.raises(BadInputFile, match="no file matches this pattern"):
         nk.stream.fk(nao, str(tmp_path / "lag*.csv"), "Head", tmp_path / "poses.npy")
     (tmp_path / "log 2.csv").write_text(_text(_table(nao, q)))
     with pytest.raises(BadInputFile, match=r"log 2.csv: no column of times, which .*log 1.csv has"):
-        nk.stream.fk(nao, str(tmp_path / "log*.csv"), "Head", tmp_path / "poses.npy")
+        nk.stream.fk(nao, str(tmp_path / "log*.csv"), "Head", tmp_path / "poses.npy", overwrite=True)
     capsys.readouterr()
     assert run(["fk", str(tmp_path / "log 1.csv"), str(tmp_path / "log 2.csv")]) == 2
     assert "2 files; several go into one --output" in capsys.readouterr().err
@@ -458,12 +460,12 @@ def test_two_hips_of_sensors_are_settled_as_asked(
         expected = q.copy()
         expected[:, nao.joint_names.index("LHipYawPitch")] += off
         assert np.allclose(read_log(nao, source, hips=hips, limits="ignore").q, expected, rtol=0, atol=1e-15)
-        nk.stream.fk(nao, source, "LLeg", tmp_path / "poses.npy", hips=hips, limits="ignore")
+        nk.stream.fk(nao, source, "LLeg", tmp_path / "poses.npy", hips=hips, limits="ignore", overwrite=True)
         assert np.allclose(_poses(tmp_path / "poses.npy"), nao.fk(expected, "LLeg"), rtol=0, atol=1e-12)
     # With times it was always read so, as a motion.
     source.write_text(_text({"time": TIMES, **table}))
     expected[:, nao.joint_names.index("LHipYawPitch")] -= 0.001
-    for options in (["-o", str(tmp_path / "poses.csv")], ["--csv"]):
+    for options in (["-o", str(tmp_path / "poses.csv"), "--force"], ["--csv"]):
         capsys.readouterr()
         assert run(["fk", str(source), "--frame", "LLeg", "--as", "matrix", "--ignore-limits", *options]) == 0
         text = capsys.readouterr().out if "--csv" in options else (tmp_path / "poses.csv").read_text()
@@ -548,11 +550,11 @@ def test_clamping_says_how_many_rows_it_moved_and_how_far(
     q[11, 0], q[30, 5] = nao.upper[0] + 0.25, nao.lower[5] - 5e-7
     for name, text in (("log.csv", _text(_table(nao, q))), ("timed.csv", _text({"time": TIMES, **_table(nao, q)}))):
         (tmp_path / name).write_text(text)
-        result = nk.stream.fk(nao, tmp_path / name, "Head", tmp_path / "poses.npy", limits="clamp")
+        result = nk.stream.fk(nao, tmp_path / name, "Head", tmp_path / "poses.npy", limits="clamp", overwrite=True)
         assert (result.clamped.rows, result.clamped.joint) == (1, "HeadYaw")
         assert result.clamped.most == pytest.approx(0.25)
         assert result.as_dict()["clamped"]["rows"] == 1
-        for options in (["-o", str(tmp_path / "poses.csv")], ["--csv"], ["--csv", "--rate", "50"]):
+        for options in (["-o", str(tmp_path / "poses.csv"), "--force"], ["--csv"], ["--csv", "--rate", "50"]):
             if "--rate" in options and name == "log.csv":
                 continue
             capsys.readouterr()
@@ -561,7 +563,7 @@ def test_clamping_says_how_many_rows_it_moved_and_how_far(
             assert re.search(
                 rf"--clamp moved \d+ of {ROWS} rows to the limits, by at most 0\.25 rad \(HeadYaw\)", said
             ), said
-    nk.stream.fk(nao, tmp_path / "log.csv", "Head", tmp_path / "poses.npy", limits="clamp")
+    nk.stream.fk(nao, tmp_path / "log.csv", "Head", tmp_path / "poses.npy", limits="clamp", overwrite=True)
     assert np.allclose(_poses(tmp_path / "poses.npy"), nao.fk(nao.clamp(q), "Head"), rtol=0, atol=1e-12)
 
 

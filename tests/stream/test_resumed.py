@@ -387,13 +387,13 @@ def test_an_old_file_keeps_its_mode_and_a_link_stays(nao: nk.NaoModel, walk: Pat
     target.write_bytes(b"old")
     target.chmod(0o640)
     link.symlink_to(target)
-    nk.stream.fk(nao, walk, "Head", link)
+    nk.stream.fk(nao, walk, "Head", link, overwrite=True)
     assert link.is_symlink()
     assert stat.S_IMODE(target.stat().st_mode) == 0o640
     assert np.allclose(np.load(target), nao.fk(nao.random(0, 500), "Head"), rtol=0.0, atol=1e-12)
     target.chmod(0o444)
     with pytest.raises(BadArgument, match="read-only"):
-        nk.stream.fk(nao, walk, "Head", link)
+        nk.stream.fk(nao, walk, "Head", link, overwrite=True)
     assert [path.name for path in target.parent.iterdir()] == ["poses"]
 
 

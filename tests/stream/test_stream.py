@@ -154,7 +154,7 @@ def test_degrees_are_for_turning_joints_and_for_the_angles_of_poses(
     turning = np.array([unit == "rad" for unit in nao.joint_units])
     for ending in ("npy", "csv"):
         source = _write(nao, np.where(turning, np.degrees(q), q), tmp_path / f"q.{ending}")
-        result = nk.stream.fk(nao, source, "LArm", tmp_path / "poses.npy", as_="rpy", degrees=True)
+        result = nk.stream.fk(nao, source, "LArm", tmp_path / "poses.npy", as_="rpy", degrees=True, overwrite=True)
         angles = np.radians(np.load(tmp_path / "poses.npy")[:, 3:])
         assert np.allclose(Rotation.from_euler("xyz", angles).as_matrix(), nao.fk(q, "LArm")[:, :3, :3], atol=1e-13)
         assert result.columns[3:] == ("roll_deg", "pitch_deg", "yaw_deg")
@@ -167,6 +167,16 @@ def test_degrees_leave_lengths_alone(tmp_path: Path) -> None:
     assert _same(np.load(tmp_path / "poses.npy")[0], robot.fk([math.radians(90.0), 0.5], "slide_l"))
 
 
+def test_an_existing_output_is_replaced_only_if_asked(nao: nk.NaoModel, q: np.ndarray, tmp_path: Path) -> None:
+    source, sink = _write(nao, q, tmp_path / "q.npy"), tmp_path / "poses.npy"
+    sink.write_bytes(b"old")
+    with pytest.raises(BadArgument, match=r"poses\.npy is there already; overwrite=True \(--force\) replaces it"):
+        nk.stream.fk(nao, source, "Head", sink)
+    assert sink.read_bytes() == b"old"
+    nk.stream.fk(nao, source, "Head", sink, overwrite=True)
+    assert np.load(sink).shape == (len(q), 4, 4)
+
+
 def test_limits_are_raised_clamped_or_ignored(nao: nk.NaoModel, q: np.ndarray, tmp_path: Path) -> None:
     q[17, 0] = 3.0
     source = _write(nao, q, tmp_path / "q.npy")
@@ -176,7 +186,7 @@ def test_limits_are_raised_clamped_or_ignored(nao: nk.NaoModel, q: np.ndarray, t
     assert not out.exists()
     nk.stream.fk(nao, source, "Head", out, limits="clamp")
     assert _same(np.load(out), nao.fk(nao.clamp(q), "Head"))
-    nk.stream.fk(nao, source, "Head", out, limits="ignore")
+    nk.stream.fk(nao, source, "Head", out, limits="ignore", overwrite=True)
     assert _same(np.load(out), nao.fk(q, "Head"))
 
 
@@ -194,14 +204,14 @@ def test_naoqis_26_names_are_taken_when_the_hips_agree(
     only_right = table.drop_columns(["LHipYawPitch"])
     for columns in (table, only_right):
         pyarrow.parquet.write_table(columns, tmp_path / "q.parquet")
-        nk.stream.fk(nao, tmp_path / "q.parquet", FEET, tmp_path / "poses.npy")
+        nk.stream.fk(nao, tmp_path / "q.parquet", FEET, tmp_path / "poses.npy", overwrite=True)
         assert _same(np.load(tmp_path / "poses.npy"), nao.fk(q, FEET))
     apart = table.set_column(
         table.num_columns - 1, "RHipYawPitch", pa.array(np.where(np.arange(ROWS) == 31, 0.0, table["RHipYawPitch"]))
     )
     pyarrow.parquet.write_table(apart, tmp_path / "q.parquet")
     with pytest.raises(BadInputFile, match="row 31: LHipYawPitch = .* drives RHipYawPitch, which must then be"):
-        nk.stream.fk(nao, tmp_path / "q.parquet", FEET, tmp_path / "poses.npy")
+        nk.stream.fk(nao, tmp_path / "q.parquet", FEET, tmp_path / "poses.npy", overwrite=True)
 
 
 def test_followers_with_a_ratio_and_an_offset_stand_for_their_driver(tmp_path: Path) -> None:
@@ -224,7 +234,7 @@ def test_a_floating_base_is_read_from_arrays_of_q(tmp_path: Path) -> None:
     q[4, 3:7] *= 1.1
     q[6, 2] = math.inf
     np.save(tmp_path / "q.npy", q)
-    result = nk.stream.fk(robot, tmp_path / "q.npy", "b_l", tmp_path / "poses.npy", on_error="skip")
+    result = nk.stream.fk(robot, tmp_path / "q.npy", "b_l", tmp_path / "poses.npy", on_error="skip", overwrite=True)
     assert [str(bad) for bad in result.first_bad_rows] == [
         "row 4: the base's quaternion has norm 1.1, expected 1",
         "row 6: number 3 of the base is inf, expected a finite number",
@@ -513,7 +523,7 @@ def test_no_rows_give_no_poses_where_a_file_may_be_empty(nao: nk.NaoModel, tmp_p
     for ending in ("npy", "parquet", "arrow"):
         source = _write(nao, np.zeros((0, 25)), tmp_path / f"q.{ending}")
         for sink in SINKS:
-            result = nk.stream.fk(nao, source, FEET, tmp_path / f"poses.{sink}", as_="rpy")
+            result = nk.stream.fk(nao, source, FEET, tmp_path / f"poses.{sink}", as_="rpy", overwrite=True)
             assert (result.rows_read, result.rows_written) == (0, 0)
             assert _read(tmp_path / f"poses.{sink}", 2, 6)[2].size == 0
 

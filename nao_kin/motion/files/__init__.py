@@ -1,4 +1,4 @@
-"""Motion files of many kinds: which there are, which one a file is, reading and writing."""
+"""Motion files of many formats, recognised, read and written."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from pathlib import Path
 from types import MappingProxyType
 
 from nao_kin._core.arrays import choice
-from nao_kin._core.files import check_writable, read_bytes, replaced_file, write_bytes
+from nao_kin._core.files import check_replaceable, read_bytes, write_bytes
 from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadArgument, BadInputFile
+from nao_kin.motion.editing import resample
 from nao_kin.motion.files.bhuman import BHUMAN, NAODEVILS
 from nao_kin.motion.files.choregraphe import XAR
 from nao_kin.motion.files.csv_table import CSV, NPZ
@@ -18,7 +19,7 @@ from nao_kin.motion.files.hulks import HULKS, MOTION2
 from nao_kin.motion.files.json_keys import JSON
 from nao_kin.motion.files.python_scripts import NAOQI, PYTHON
 from nao_kin.motion.files.runswift import RUNSWIFT
-from nao_kin.motion.files.source import Format, MotionFileWarning, Source, file_name
+from nao_kin.motion.files.source import Format, MotionFileWarning, MotionSource, file_name
 from nao_kin.motion.files.webots import WEBOTS
 from nao_kin.motion.motion import Motion, check_motion
 from nao_kin.robot import RobotModel, check_robot
@@ -32,7 +33,7 @@ __all__ = [
 ]
 
 
-# --- Reading motions: which format a file has, told by its content first, then by its suffix.
+# --- Reading: the format is recognised by the content, then by the suffix.
 
 _FORMATS = (CSV, JSON, NPZ, WEBOTS, RUNSWIFT, HULKS, MOTION2, NAODEVILS, BHUMAN, PYTHON, XAR, NAOQI)
 FORMATS: Mapping[str, Format] = MappingProxyType({known.name: known for known in _FORMATS})
@@ -47,23 +48,21 @@ def read_motion(
     robot: RobotModel | None = None,
     ignore_other: bool = False,
 ) -> Motion:
-    """The motion in a file.
+    """Read the motion in a file.
 
     Args:
         path: the file, or "-" for standard input.
-        format: one of `FORMATS`; None finds out by the content, and by the suffix where the content does not say.
-        degrees: turning joints are in degrees where neither the file nor its format says so: "csv" without units,
-            "json" without "units", "naoqi" and "python". Elsewhere it changes nothing.
-        timeline: which of several motions of a "xar", "python" or "bhuman" file: its name, or its number from 1.
-        robot: whose joints may occur; None for the NAO.
-        ignore_other: leave out what names no joint of the robot, with a `MotionFileWarning`.
+        format: one of `FORMATS`; None recognises it by the content, and by the suffix if the content is ambiguous.
+        degrees: turning joints are in degrees if neither the file nor its format says otherwise: "csv" without units,
+            "json" without "units", "naoqi" and "python".
+        timeline: one of several motions of a "xar", "python" or "bhuman" file: its name, or its number from 1.
+        robot: its joints are the known ones; None for the NAO.
+        ignore_other: leave out names that are no joints of the robot, with a `MotionFileWarning`.
 
     Raises:
-        BadArgument: no file name.
-        BadInputFile: one line that names the file and, where the format has them, line and column: unreadable, of
-            unknown format, malformed, a joint unknown or given twice, a value that is no finite number, times that do
-            not ascend, several motions and none chosen.
-        UnknownName: no such format.
+        BadInputFile: one line that names the file and, if possible, line and column: unreadable, of unknown format,
+            malformed, a joint unknown or given twice, a value that is no finite number, times that do not ascend,
+            several motions and none chosen.
 
     Examples:
         >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
@@ -76,7 +75,7 @@ def read_motion(
         check_robot(robot)
     joints = BODY_ORDER if robot is None else (*robot.joint_names, *robot.mimics)
     which = None if timeline is None else str(timeline)
-    source = Source(name, read_bytes(name, unpack=False), joints, degrees, which, ignore_other)
+    source = MotionSource(name, read_bytes(name, unpack=False), joints, degrees, which, ignore_other)
     if format is not None:
         return FORMATS[choice(format, FORMATS, "motion format")].read(source)
     if not source.data or source.data.isspace():
@@ -85,23 +84,19 @@ def read_motion(
 
 
 def formats_of_suffix(name: str) -> list[Format]:
-    """The formats whose files end as a name does."""
+    """Return the formats with the suffix of a name."""
     suffix = Path(name).suffix.lower()
     return [known for known in FORMATS.values() if suffix in known.suffixes]
 
 
 def described_formats(*, written: bool = False) -> str:
-    """All formats, or only those that are written, and their suffixes, for messages."""
+    """Return all formats, or only those that are written, with their suffixes, for messages."""
     chosen = [known for known in FORMATS.values() if known.write is not None or not written]
     return ", ".join(f"{known.name} ({' '.join(known.suffixes)})" for known in chosen)
 
 
-def _recognised(source: Source) -> Format:
-    """The format of a file.
-
-    Raises:
-        BadInputFile: none or several of them.
-    """
+def _recognised(source: MotionSource) -> Format:
+    """Return the format of a file."""
     by_suffix = formats_of_suffix(source.name)
     fitting = [known for known in FORMATS.values() if looks_like(known, source)]
     if len(fitting) > 1:
@@ -114,11 +109,11 @@ def _recognised(source: Source) -> Format:
     if len(by_suffix) == 1:
         return by_suffix[0]
     if by_suffix or source.data.lstrip()[:1] in (b"{", b"["):
-        _ = source.json  # malformed JSON is the more helpful news
+        _ = source.json  # raises the more helpful error for malformed JSON
     raise source.error(f"no motion file of a known format; expected {abbreviated(described_formats(), 400)}")
 
 
-def looks_like(known: Format, source: Source) -> bool:
+def looks_like(known: Format, source: MotionSource) -> bool:
     """Whether a file has the content of a format."""
     try:
         return known.recognises(source)
@@ -126,7 +121,7 @@ def looks_like(known: Format, source: Source) -> bool:
         return False
 
 
-# --- Writing motions: the format by its name or suffix, nothing overwritten unasked, all of a file or none of it.
+# --- Writing: the format is that of the name or the suffix; a file is written whole or not at all.
 
 
 def write_motion(
@@ -139,20 +134,18 @@ def write_motion(
 ) -> None:
     """Write a motion to a file.
 
-    What a format cannot hold is an error where the file would be of no use, as joints that it has no place for, and
-    else a `MotionFileWarning`, as curves in a format that knows straight lines only.
+    Joints that a format has no place for are an error; curves that a linear format loses are a `MotionFileWarning`.
 
     Args:
-        motion: what is written.
+        motion: the motion to write.
         path: the file.
-        format: one of `FORMATS`, of which "bhuman" and "naodevils" are only read; None for the one that the suffix
-            names, ".json" being "json".
-        rate: write samples, so many a second, in the place of the keys.
-        overwrite: an existing file may be replaced.
+        format: one of `FORMATS` except "bhuman" and "naodevils", which are only read; None for that of the suffix,
+            where ".json" is "json".
+        rate: write samples, so many a second, instead of the keys.
+        overwrite: replace an existing file.
 
     Raises:
         BadArgument: no format, a file that exists or cannot be written, a motion that the format cannot hold.
-        UnknownName: no such format.
 
     Examples:
         >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
@@ -171,36 +164,27 @@ def write_motion(
     chosen = known[0]
     if chosen.write is None:
         raise BadArgument(f"{chosen.name} files are only read; write one of: {described_formats(written=True)}")
-    check_writable(path)
-    target = replaced_file(path)
-    if not overwrite and target is not None and target.exists():
-        raise BadArgument(f"{abbreviated(path)} exists; overwrite=True replaces it")
-    write_bytes(path, chosen.write(motion, rate))
+    check_replaceable(path, overwrite=overwrite)
+    write_bytes(path, chosen.write(motion if rate is None else resample(motion, rate)))
 
 
-# --- Whether a file holds a motion, or configurations without times.
+# --- Files with a motion, or with configurations without times.
 
-# Configurations have these endings too; of a file with another one the ending tells.
+# Suffixes of configurations too; any other suffix is unambiguous.
 _SHARED = (".csv", ".tsv", ".txt", ".json", "")
-# A table may be larger than memory: its beginning tells.
+# Bytes of a table to look at, which may be larger than memory.
 _HEAD = 1 << 16
 _JSON = re.compile(rb"(?:\xef\xbb\xbf)?\s*[\[{]")
-# Long lists of configurations need not be read to the end.
+# The beginning of a list of configurations, which is not read to its end.
 _CONFIGURATIONS = re.compile(rb"(?:\xef\xbb\xbf)?\s*\[\s*\{")
 
 
 def is_motion_file(path: Path | str, data: bytes | None = None) -> bool:
-    """Whether a file is a motion file by its content, or by an ending that nothing else has.
+    """Whether a file is a motion file, by its content or by an unambiguous suffix.
 
-    A table of joint values without a time column, and JSON objects of joint values, are none: they are what
-    `nao_kin.stream.tables` reads. Nor is a file that cannot be read, or a pipe, which can be read only once.
-
-    Args:
-        path: the file.
-        data: its content, where that has been read.
-
-    Raises:
-        BadArgument: path is no text and no Path.
+    A table of joint values without a time column, and JSON objects of joint values, are not: `nao_kin.stream` reads
+    them. Unreadable files and pipes, which can be read only once, are not either. `data` is the content, if it has been
+    read.
     """
     if isinstance(path, str) and not path:
         return False
@@ -213,12 +197,12 @@ def is_motion_file(path: Path | str, data: bytes | None = None) -> bool:
         return False
     if not beginning or _CONFIGURATIONS.match(beginning):
         return False
-    source = Source(str(path), beginning, ())
+    source = MotionSource(str(path), beginning, ())
     return any(looks_like(known, source) for known in FORMATS.values())
 
 
 def _beginning(path: Path | str) -> bytes:
-    """As much of a file as tells what it is: of JSON all, of anything else whole lines at its beginning."""
+    """Return the beginning of a file that shows its format: all of JSON, whole lines of anything else."""
     if not Path(path).is_file():
         return b""
     with Path(path).open("rb") as file:

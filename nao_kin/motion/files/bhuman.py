@@ -1,4 +1,4 @@
-"""B-Human's key frames: blocks of them, and motions made of blocks; and those of NaoDevils.
+"""B-Human's key frames, in blocks of which motions are made; and those of NaoDevils.
 
     motions = {
       sit = {keyframes = [sit, sitDown]; …};
@@ -21,10 +21,10 @@
     };
 
 Source: bhuman/BHumanCodeRelease, keyframeMotionEngine.cfg and KeyframePhaseBase. Durations are milliseconds, numbers
-without a unit radians, 10000 and 20000 no angles; hands are radians from 0 closed to 1 open. The ways to a key frame
-are Linear, SinusMinToMax (½ − ½ cos π s) and SinusZeroToMax (sin ½ π s); Default is that of the block. Up to 2021, and
-in getUpEngine.cfg, mofs = {front = {lines = […]}} stands in their place, in degrees, and a line has head, leftArm and
-so on directly.
+without a unit radians, 10000 and 20000 no angles; hands are radians from 0 closed to 1 open. Interpolations to a
+key frame are Linear, SinusMinToMax (½ − ½ cos π s) and SinusZeroToMax (sin ½ π s); Default is that of the block. Up to
+2021, and in getUpEngine.cfg, the file has mofs = {front = {lines = […]}} instead, in degrees, and a line has head,
+leftArm and so on directly.
 """
 
 from __future__ import annotations
@@ -36,8 +36,7 @@ from typing import cast
 
 import numpy as np
 
-from nao_kin._core.text import MAX_SHOWN, abbreviated, quoted
-from nao_kin._core.warn import warn_caller
+from nao_kin._core.text import MAX_SHOWN, quoted
 from nao_kin.errors import nearest_names
 from nao_kin.motion.files.key_frames import (
     ConfigStream,
@@ -49,35 +48,27 @@ from nao_kin.motion.files.key_frames import (
     ease_of,
     key_frame,
     motion_of_frames,
+    warn_of_sensors,
 )
-from nao_kin.motion.files.source import Format, MotionFileWarning, Source, chosen
+from nao_kin.motion.files.source import Format, MotionSource, chosen, has_line
 from nao_kin.motion.motion import Motion
 
 _BEGINS = re.compile(r"^\s*(?:keyframeBlock|mofs)\s*=\s*[\[{]", re.MULTILINE)
 _BLOCKS, _OLD = "keyframeBlock", "mofs"
 _LIMBS = ("leftArm", "leftLeg", "rightLeg", "rightArm")
-# The default of a key frame is what its block says, and of a block straight.
+# The default of a key frame is that of its block, and of a block linear.
 _EASES: dict[str, Ease | None] = {
     "Default": None,
     "Linear": "linear",
     "SinusMinToMax": "cosine",
     "SinusZeroToMax": "sine",
 }
-# What a running robot does besides, by what its sensors say.
+# Actions that depend on the robot's sensors.
 _BY_SENSORS = ("keyframeBranches", "waitConditions", "jointCompensation", "startAsNextPhaseMotion")
 
 
-def _recognises_bhuman(source: Source) -> bool:
-    """Whether some line begins with keyframeBlock = or mofs = ."""
-    return _BEGINS.search(source.text) is not None
-
-
-def _read_bhuman(source: Source) -> Motion:
-    """The motion that `timeline` names: one of the motions, or a block as keyframeBlock/name.
-
-    Raises:
-        BadInputFile: with line and column; several motions and none or an unknown one is chosen.
-    """
+def _read_bhuman(source: MotionSource) -> Motion:
+    """Read the motion that `timeline` chooses: one of the motions, or a block as keyframeBlock/name."""
     stream = ConfigStream(source)
     old = _OLD in stream.fields
     blocks = _blocks(stream, _OLD if old else _BLOCKS)
@@ -100,19 +91,14 @@ def _read_bhuman(source: Source) -> Motion:
     for block in full[name]:
         frames += _frames(stream, blocks[block], rows, left_out, old=old)
     left_out |= _given(motions.get(name, Fields()), ("startAsNextPhaseMotion",))
-    if left_out:
-        warn_caller(
-            f"{abbreviated(source.name)}: what waits for the robot's sensors is left out: "
-            f"{', '.join(sorted(left_out))}",
-            MotionFileWarning,
-        )
+    warn_of_sensors(source, left_out)
     if not frames:
         raise source.error(f"all key frames of {quoted(name, MAX_SHOWN)} wait for the robot's sensors")
     return motion_of_frames(source, frames)
 
 
 def _blocks(stream: ConfigStream, name: str) -> Fields:
-    """The blocks by name; before 2015 they were a list, each with its name in it."""
+    """Return the blocks by name; before 2015 they were a list, each with its name in it."""
     given = stream.fields.get(name)
     if not isinstance(given, Items):
         return cast(Fields, stream.get(stream.fields, name, Fields))
@@ -133,12 +119,12 @@ def _block_name(stream: ConfigStream, blocks: Fields, word: object) -> str:
 
 
 def _given(fields: Fields, names: Iterable[str]) -> set[str]:
-    """Which of some lists are there and not empty."""
+    """Return the names of the lists that are not empty."""
     return {name for name in names if fields.get(name)}
 
 
 def _frames(stream: ConfigStream, block: Fields, rows: str, left_out: set[str], *, old: bool) -> list[KeyFrame]:
-    """The key frames of a block; `left_out` gets the names of what of them is not taken."""
+    """Return the key frames of a block, and add the names of ignored parts to `left_out`."""
     frames = []
     for row in stream.objects(stream.get(block, rows, Items), " for a key frame"):
         left_out |= _given(row, _BY_SENSORS)
@@ -153,7 +139,7 @@ def _frames(stream: ConfigStream, block: Fields, rows: str, left_out: set[str], 
     return frames
 
 
-BHUMAN = Format("bhuman", (".cfg",), "B-Human's key frames", _recognises_bhuman, _read_bhuman)
+BHUMAN = Format("bhuman", (".cfg",), "B-Human's key frames", has_line(_BEGINS), _read_bhuman)
 
 
 # --- NaoDevils' key frames (.kfm).
@@ -172,34 +158,25 @@ BHUMAN = Format("bhuman", (".cfg",), "B-Human's key frames", _recognises_bhuman,
 #
 # Source: NaoDevils/CodeRelease, KeyFrameEngine: arms and legs are the left one and then the right one, durations
 # milliseconds, numbers without a unit radians, 10000 and 20000 no angles; a step is linear or sine (½ − ½ cos π s).
-# Stiffnesses, and what the robot does by its sensors, are left out.
+# Stiffnesses, and actions that depend on the robot's sensors, are left out.
 #
-# Their .kmc files, as B-Human's, are none of joints: they move feet, elbows and the centre of mass through space, and
-# what the joints do comes of the running robot's balance.
+# Their .kmc files, as B-Human's, hold no joint values: they move feet, elbows and the centre of mass through space, and
+# the running robot's balance determines the joints.
 
 _KFM_BEGINS = re.compile(r"^\s*(?:keyFrames|phaseParameters)\s*=\s*\[", re.MULTILINE)
 _KFM_LISTS = {"headAngles": 2, "armsAngles": 12, "legsAngles": 12}
-# NAOqi's order has the right arm behind the legs.
+# NAOqi's order has the right arm after the legs.
 _KFM_ORDER = np.array([*range(8), *range(14, 26), *range(8, 14)])
 _KFM_EASES: dict[str, Ease | None] = {"linear": "linear", "sine": "cosine"}
 
 
-def _recognises_kfm(source: Source) -> bool:
-    """Whether some line begins with keyFrames = [ or, in a kick, phaseParameters = [."""
-    return _KFM_BEGINS.search(source.text) is not None
-
-
-def _read_kfm(source: Source) -> Motion:
-    """The motion in a .kfm file.
-
-    Raises:
-        BadInputFile: with line and column; a .kmc file, which holds no joint values.
-    """
+def _read_kfm(source: MotionSource) -> Motion:
+    """Read the motion in a .kfm file; a .kmc file, which holds no joint values, is refused."""
     stream = ConfigStream(source)
     if "phaseParameters" in stream.fields:
         raise source.error(
-            "a kick of feet, arms and centre of mass (.kmc): its joint values come of the running robot's balance and "
-            "are not in the file; expected key frames (.kfm)"
+            "a kick of feet, arms and centre of mass (.kmc): its joint values depend on the running robot's balance "
+            "and are not in the file; expected key frames (.kfm)"
         )
     frames = []
     for row in stream.objects(stream.get(stream.fields, "keyFrames", Items), " for a key frame"):
@@ -211,4 +188,4 @@ def _read_kfm(source: Source) -> Motion:
     return motion_of_frames(source, frames)
 
 
-NAODEVILS = Format("naodevils", (".kfm", ".kmc"), "NaoDevils' key frames", _recognises_kfm, _read_kfm)
+NAODEVILS = Format("naodevils", (".kfm", ".kmc"), "NaoDevils' key frames", has_line(_KFM_BEGINS), _read_kfm)

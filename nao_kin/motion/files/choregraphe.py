@@ -11,12 +11,12 @@
     </Timeline></Box></ChoregrapheProject>
 
 Source: Aldebaran's qicore, timeline.cpp, actuatorcurvemodel.cpp and tangentmodel.cpp: a key is played at (frame −
-start_frame) / fps; values are degrees for unit 0, ratios from 0 to 1 for unit 1 (percent), and where there is no unit
-ratios for the hands and degrees for all else; tangents are offsets in frames and in the unit of the value, automatic
-where there is none; muted curves are not played.
+start_frame) / fps; values are degrees for unit 0, ratios from 0 to 1 for unit 1 (percent), and without a unit ratios
+for hands and degrees for all other joints; tangents are offsets in frames and in the unit of the value, automatic if
+absent; muted curves are not played.
 
-The file is untrusted XML: it is read by expat; a document type, and with it every entity, is refused; nothing outside
-of the file is opened.
+The file is untrusted XML, read by expat: a document type, and with it every entity, is refused, and nothing outside the
+file is opened.
 """
 
 from __future__ import annotations
@@ -33,17 +33,14 @@ from nao_kin._core.arrays import Floats
 from nao_kin._core.files import described
 from nao_kin._core.text import MAX_SHOWN, abbreviated, quoted
 from nao_kin._core.warn import warn_caller
-from nao_kin.motion.files.source import Format, MotionFileWarning, Place, PlaceOf, Source, chosen
-from nao_kin.motion.files.tracks import Track, is_hand, milliseconds, motion_of, sampled
+from nao_kin.motion.files.source import Format, MotionFileWarning, MotionSource, Place, PlaceOf, chosen
+from nao_kin.motion.files.tracks import Track, is_hand, milliseconds, motion_of
 from nao_kin.motion.interpolation import handles_along
 from nao_kin.motion.motion import Motion
 
-# --- The timelines of a Choregraphe behaviour, as its XML has them: frames, values and tangents.
-#
-# The file is untrusted XML: it is read by expat; a document type, and with it every entity, is refused; nothing
-# outside of the file is opened.
+# --- The timelines in the XML of a behaviour: frames, values and tangents.
 
-# Kinds of tangents, by their place among these.
+# Kinds of tangents, by their index.
 KINDS = ("bezier_auto", "bezier", "linear")
 AUTOMATIC, BEZIER, LINEAR = range(3)
 SIDES = {"left": 0, "right": 1}
@@ -52,11 +49,11 @@ _DEEPEST = 200
 
 @dataclass
 class Curve:
-    """The keys of one actuator, in flat lists: a million small objects would cost more than the reading.
+    """The keys of one actuator, in flat lists, which are faster than a million small objects.
 
     Attributes:
         keys: frame, value, line and column of each key.
-        tangents: of each key, left and then right, the kind, and offsets in frames and in the unit of the value.
+        tangents: for each key, left and then right, the kind, and offsets in frames and in the unit of the value.
     """
 
     joint: str
@@ -78,10 +75,10 @@ class Timeline:
     curves: list[Curve] = field(default_factory=list)
 
 
-class TimelineReader:
-    """What expat tells, kept: boxes that are open, timelines that are open, all timelines."""
+class _TimelineReader:
+    """A reader of the timelines of a file, driven by the events of expat."""
 
-    def __init__(self, source: Source) -> None:
+    def __init__(self, source: MotionSource) -> None:
         self.timelines: list[Timeline] = []
         self._source = source
         self._boxes: list[str] = []
@@ -96,13 +93,13 @@ class TimelineReader:
         parser.ExternalEntityRefHandler = self._refuse
 
     def read(self) -> None:
-        """Read all of the file."""
+        """Read the whole file."""
         try:
             self._parser.Parse(self._source.data, True)
         except expat.ExpatError as error:
             reason = expat.ErrorString(error.code)
             raise self._source.error(f"malformed XML: {reason}", Place(error.lineno, error.offset + 1)) from None
-        except (ValueError, LookupError) as error:  # an encoding that Python does not know or that is no single byte
+        except (ValueError, LookupError) as error:  # an encoding that Python or expat does not know
             raise self._source.error(f"malformed XML: {abbreviated(error)}") from None
 
     def _place(self) -> Place:
@@ -181,7 +178,7 @@ class TimelineReader:
             return missing
         text = attributes[name]
         try:
-            # Python reads more than decimal digits, but not in plain text without underscores.
+            # `float` reads only decimal digits in plain text without underscores.
             value = float(text) if text.isascii() and "_" not in text else math.inf
         except ValueError:
             value = math.inf
@@ -193,8 +190,8 @@ class TimelineReader:
 
 # --- NAOqi's control points: [value, [type, time, value] before, [type, time, value] after], offsets from the key.
 #
-# Types, as Aldebaran's qicore has them: 0 constant, 1 linear, 2 Bezier, 3 Bezier with automatic handles, which the
-# points hold too.
+# Types in Aldebaran's qicore: 0 constant, 1 linear, 2 Bezier, 3 Bezier with automatic handles, which the points hold
+# too.
 
 CONSTANT_CODE, LINEAR_CODE, BEZIER_CODE, AUTOMATIC_CODE = range(4)
 _EXPECTED = "[value, [type, time, value], [type, time, value]]"
@@ -205,12 +202,8 @@ def plain_keys(rows: list[Any]) -> bool:
     return not any(isinstance(row, list) for row in rows)
 
 
-def control_points(source: Source, rows: list[Any], times: Floats, place: PlaceOf) -> tuple[Floats, Floats]:
-    """Values (k,) and handles (k, 2, 2) of the control points of one joint.
-
-    Raises:
-        BadInputFile: no control point, or one that jumps.
-    """
+def control_points(source: MotionSource, rows: list[Any], times: Floats, place: PlaceOf) -> tuple[Floats, Floats]:
+    """Return values (k,) and handles (k, 2, 2) of the control points of one joint."""
     for key, row in enumerate(rows):
         if not (
             type(row) is list
@@ -229,21 +222,21 @@ def control_points(source: Source, rows: list[Any], times: Floats, place: PlaceO
         key = int(np.argmin(known.all(axis=1)))
         kind = types[key][~known[key]][0]
         what = "constant, and so jumps to the next key" if kind == CONSTANT_CODE else f"of type {kind:g}"
-        raise source.error(f"the curve beside this key is {what}; expected type 1, 2 or 3", place(key))
+        raise source.error(f"the curve at this key is {what}; expected type 1, 2 or 3", place(key))
     handles = table[:, [[2, 3], [5, 6]]]
-    straight(times, table[:, 0], handles, types == LINEAR_CODE)
+    make_straight(times, table[:, 0], handles, types == LINEAR_CODE)
     return table[:, 0].copy(), handles
 
 
-def straight(times: Floats, keys: Floats, handles: Floats, linear: Any) -> None:
-    """Lay the handles that are marked as linear along the straight line to the next key, a third of it long."""
+def make_straight(times: Floats, keys: Floats, handles: Floats, linear: Any) -> None:
+    """Change the handles marked as linear to a third of the straight line to the next key."""
     chords = np.stack([np.diff(times), np.diff(keys)], axis=-1) / 3.0
     handles[1:, 0][linear[1:, 0]] = -chords[linear[1:, 0]]
     handles[:-1, 1][linear[:-1, 1]] = chords[linear[:-1, 1]]
 
 
 def points(motion: Motion) -> list[list[Any]]:
-    """The keys of each joint as NAOqi takes them: plain for a linear motion, else control points."""
+    """Return the keys of each joint as in NAOqi: plain for a linear motion, else control points."""
     if motion.interpolation == "linear":
         return [keys.tolist() for keys in motion.keys]
     curves = motion.as_bezier()
@@ -266,22 +259,19 @@ _NOTICED = 1e-6
 _FIRST_FRAME = 1
 
 
-def recognises(source: Source) -> bool:
-    """Whether it is XML that says Choregraphe or has a timeline near its beginning."""
+def recognises(source: MotionSource) -> bool:
+    """Whether it is XML with Choregraphe, a timeline or an XML declaration near its beginning."""
     head = source.data[:4096].replace(b"\x00", b"")
     start = head.removeprefix(b"\xef\xbb\xbf").removeprefix(b"\xff\xfe").removeprefix(b"\xfe\xff").lstrip()
     return start[:1] == b"<" and (b"Choregraphe" in head or b"<Timeline" in head or b"<?xml" in head)
 
 
-def read(source: Source) -> Motion:
-    """The motion of the only timeline with keys, or of the one that `timeline` names.
+def read(source: MotionSource) -> Motion:
+    """Read the motion of the only timeline with keys, or of the one that `timeline` chooses.
 
     Timelines are named by their boxes, from the outermost inside the root: "Dance/wave".
-
-    Raises:
-        BadInputFile: with line and column.
     """
-    reader = TimelineReader(source)
+    reader = _TimelineReader(source)
     reader.read()
     full = [timeline for timeline in reader.timelines if any(curve.keys for curve in timeline.curves)]
     if not full:
@@ -304,8 +294,8 @@ def read(source: Source) -> Motion:
     return motion_of(source, tracks, "bezier" if curved else "linear")
 
 
-def _track(source: Source, timeline: Timeline, curve: Curve) -> tuple[Track, bool]:
-    """The keys of a curve that are played, and whether it is more than straight lines."""
+def _track(source: MotionSource, timeline: Timeline, curve: Curve) -> tuple[Track, bool]:
+    """Return the keys of a curve that are played, and whether it has more than straight lines."""
     if curve.unit not in (None, "-1", _DEGREE, _PERCENT):
         shown = quoted(curve.unit, MAX_SHOWN)
         raise source.error(f"unit {shown}, expected {_DEGREE} (degrees) or {_PERCENT} (percent)", curve.place)
@@ -315,7 +305,7 @@ def _track(source: Source, timeline: Timeline, curve: Curve) -> tuple[Track, boo
     tangents = np.array(curve.tangents).reshape(-1, 2, 3)
     kinds, handles = tangents[..., 0], tangents[..., 1:]
     played = (frames >= timeline.first) & ((frames <= timeline.last) | (timeline.last < 1.0))
-    kept = np.flatnonzero(played)
+    indices = np.flatnonzero(played)
 
     def place_of(key: int) -> Place:
         return Place(int(lines[key]), int(columns[key]))
@@ -325,11 +315,11 @@ def _track(source: Source, timeline: Timeline, curve: Curve) -> tuple[Track, boo
         raise source.error(f"frame {frames[key]:g} does not come after frame {frames[key - 1]:g}", place_of(key))
     automatic = kinds == AUTOMATIC
     handles[automatic] = automatic_handles(frames, values)[automatic]
-    straight(frames, values, handles, kinds == LINEAR)
+    make_straight(frames, values, handles, kinds == LINEAR)
     inner = np.concatenate([kinds[1:, 0], kinds[:-1, 1]])
 
     def place(key: int) -> Place:
-        return place_of(kept[key])
+        return place_of(indices[key])
 
     times = (frames[played] - timeline.first) / timeline.fps
     scaled = handles[played] * [1.0 / timeline.fps, scale]
@@ -338,11 +328,11 @@ def _track(source: Source, timeline: Timeline, curve: Curve) -> tuple[Track, boo
 
 
 def automatic_handles(frames: Floats, values: Floats) -> Floats:
-    """Choregraphe's automatic handles, shape (k, 2, 2), in frames and values.
+    """Return Choregraphe's automatic handles, shape (k, 2, 2), in frames and values.
 
-    They are a third of the segment beside them long. Their slope β is zero at the first and the last key and where the
-    value is not strictly between its neighbours; else β = (v₊ − v₋) / (f₊ − f₋), made smaller where a handle would end
-    beyond the value of its neighbour.
+    They are a third of their segment long. Their slope β is zero at the first and the last key and where the value is
+    not strictly between its neighbours; else β = (v₊ − v₋) / (f₊ − f₋), reduced where a handle would end beyond the
+    value of its neighbour.
     """
     slopes = np.zeros_like(values)
     if len(values) > 2:
@@ -357,13 +347,8 @@ def automatic_handles(frames: Floats, values: Floats) -> Floats:
     return handles_along(frames, slopes, slopes)
 
 
-def write(motion: Motion, rate: float | None) -> bytes:
-    """A behaviour with one timeline, in degrees and ratios, at 25, 50, 100 or 1000 frames a second.
-
-    Raises:
-        BadArgument: times before 0 or nearer than a millisecond.
-    """
-    motion = sampled(motion, rate)
+def write(motion: Motion) -> bytes:
+    """Write a behaviour with one timeline, in degrees and ratios, at 25, 50, 100 or 1000 frames a second."""
     fps, frames = _frames(motion)
     curves = motion.as_bezier()
     assert curves.handles is not None
@@ -384,7 +369,7 @@ def write(motion: Motion, rate: float | None) -> bytes:
             f'unit="{_PERCENT if hand else _DEGREE}">'
         )
         offsets = handles * [fps, scale]
-        # Where frames are rounded, handles must not leave their segment.
+        # Rounded frames must not let handles leave their segment.
         offsets[1:, 0, 0] = np.maximum(offsets[1:, 0, 0], -np.diff(own))
         offsets[:-1, 1, 0] = np.minimum(offsets[:-1, 1, 0], np.diff(own))
         for frame, value, pair in zip(own.tolist(), (keys * scale).tolist(), offsets.tolist(), strict=True):
@@ -400,12 +385,11 @@ def write(motion: Motion, rate: float | None) -> bytes:
 
 
 def _frames(motion: Motion) -> tuple[int, list[Floats]]:
-    """Frames a second, and the frame of each key of each joint; with a warning where keys had to move."""
+    """Return the frames a second, and the frame of each key of each joint; warn about keys that move."""
     milliseconds(motion.key_times, "xar")
     times = motion.key_times
-    for fps in _RATES:
-        if np.abs(np.rint(times * fps) / fps - times).max() <= _NOTICED:
-            break
+    fits = (fps for fps in _RATES if np.abs(np.rint(times * fps) / fps - times).max() <= _NOTICED)
+    fps = next(fits, _RATES[-1])
     return fps, [np.rint(own * fps) for own in motion.times]
 
 

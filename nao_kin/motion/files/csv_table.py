@@ -1,9 +1,9 @@
 """Motions as tables: CSV with a header of units, and NumPy's npz.
 
-A table has a header with units, a column of times and a column for each joint; an empty cell is no key.
+A table has a header with units, a column of times and a column for each joint; a joint has no key in an empty cell.
 
-The delimiter is a comma, a semicolon or a tab; straight lines lie between the keys. Headings, comment lines above them,
-decimal commas, and dates and times of ISO 8601 are read as those of logs are.
+The delimiter is a comma, a semicolon or a tab; keys are joined by straight lines. Headings, comment lines above them,
+decimal commas, and dates and times of ISO 8601 are read as in logs.
 
     time [s], HeadYaw [deg], LHand [%]
     0.0, 0, 40
@@ -29,33 +29,29 @@ from nao_kin._core.csv_numbers import CsvHead, TableColumns, csv_head, read_csv
 from nao_kin._core.headings import JOINT_UNITS, in_si_units, read_heading, seconds, time_unit_of
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile
-from nao_kin.motion.files.source import Format, Place, Source
-from nao_kin.motion.files.tracks import Track, check_times, is_hand, motion_of, sampled, warn_of_curves
+from nao_kin.motion.files.source import Format, MotionSource, Place
+from nao_kin.motion.files.tracks import Track, check_times, is_hand, motion_of, warn_of_curves
 from nao_kin.motion.interpolation import INTERPOLATIONS
 from nao_kin.motion.motion import Motion
 
 
-def _recognises_csv(source: Source) -> bool:
+def _recognises_csv(source: MotionSource) -> bool:
     """Whether the header names a time column."""
     head = csv_head(source.name, _encoded(source), "a header")
     return any(read_heading(field).is_time for field in head.fields)
 
 
-def _encoded(source: Source) -> bytes:
+def _encoded(source: MotionSource) -> bytes:
     return source.text.encode("utf-8", "replace")
 
 
-def _read_csv(source: Source) -> Motion:
-    """The motion in a CSV file.
-
-    Raises:
-        BadInputFile: with line and column.
-    """
+def _read_csv(source: MotionSource) -> Motion:
+    """Read the motion in a CSV file."""
     tracks: list[Track] = []
     first = Place()
 
     def understood(head: CsvHead) -> TableColumns:
-        """The columns that are read, times and joints each once; those left out become tracks without keys."""
+        """Return the columns to read, joints once each; those left out become tracks without keys."""
         nonlocal first
         first = Place(head.line, 1)
 
@@ -90,13 +86,8 @@ def _read_csv(source: Source) -> Motion:
     return motion_of(source, tracks, negative=True)
 
 
-def _write_csv(motion: Motion, rate: float | None) -> bytes:
-    """A CSV file: seconds and radians, hands as ratios; a cell is empty where a joint has no key.
-
-    Raises:
-        BadArgument: a name that a header cannot hold.
-    """
-    motion = sampled(motion, rate)
+def _write_csv(motion: Motion) -> bytes:
+    """Write CSV in seconds and radians, hands as ratios; a cell is empty where a joint has no key."""
     warn_of_curves(motion, "CSV")
     times = motion.key_times
     table = np.full((len(times), len(motion.keys)), math.nan)
@@ -117,14 +108,14 @@ CSV = Format(
 )
 
 
-# --- NumPy's npz: every motion as it is, without loss, fast to load.
+# --- NumPy's npz: every motion without loss, fast to load.
 #
-# Arrays: joint_names (joints,) text; counts (joints,) the number of keys of each; times and keys (sum of counts,) one
-# joint after the other [s; rad, m or ratio]; interpolation () text; for "bezier", handles (sum of counts, 2, 2).
+# Arrays: joint_names (joints,) text; counts (joints,) the number of keys of each; times and keys (sum of counts,) joint
+# after joint [s; rad, m or ratio]; interpolation () text; for "bezier", handles (sum of counts, 2, 2).
 
-# A motion of 10⁷ keys has a fifth of it.
-_MOST_BYTES = 1 << 31
-# What zip files and arrays that are broken make zipfile and NumPy raise.
+# A motion of 10⁷ keys has a fifth of that.
+_MAX_BYTES = 1 << 31
+# Errors of zipfile and NumPy for broken files.
 _BROKEN = (
     *(ValueError, EOFError, OSError, KeyError, MemoryError, OverflowError, RuntimeError, SyntaxError, TypeError),
     *(zipfile.BadZipFile, zlib.error, tokenize.TokenError),
@@ -132,17 +123,13 @@ _BROKEN = (
 _REQUIRED = ("joint_names", "counts", "times", "keys", "interpolation")
 
 
-def _recognises_npz(source: Source) -> bool:
+def _recognises_npz(source: MotionSource) -> bool:
     """Whether it begins as a zip file does."""
     return source.data[:4] == b"PK\x03\x04"
 
 
-def _read_npz(source: Source) -> Motion:
-    """The motion in an npz file; nothing in it is ever unpickled.
-
-    Raises:
-        BadInputFile: names the array.
-    """
+def _read_npz(source: MotionSource) -> Motion:
+    """Read the motion in an npz file, without unpickling anything."""
     arrays = _arrays(source)
     for name in _REQUIRED:
         if name not in arrays:
@@ -184,22 +171,21 @@ def _read_npz(source: Source) -> Motion:
     return motion_of(source, tracks, interpolation, negative=True)
 
 
-def _arrays(source: Source) -> dict[str, NDArray[Any]]:
-    """All arrays of the file."""
+def _arrays(source: MotionSource) -> dict[str, NDArray[Any]]:
+    """Return the known arrays of the file."""
     try:
         with zipfile.ZipFile(io.BytesIO(source.data)) as archive:
             size = sum(entry.file_size for entry in archive.infolist())
-        if size > _MOST_BYTES:
-            raise source.error(f"unpacked it is {size} bytes, more than {_MOST_BYTES}")
+        if size > _MAX_BYTES:
+            raise source.error(f"unpacked it is {size} bytes, more than {_MAX_BYTES}")
         with np.load(io.BytesIO(source.data), allow_pickle=False) as archive:
             return {name: archive[name] for name in archive.files if name in (*_REQUIRED, "handles")}
     except _BROKEN as error:
         raise source.error(f"no npz file of a motion: {abbreviated(error)}") from None
 
 
-def _write_npz(motion: Motion, rate: float | None) -> bytes:
-    """An npz file that gives back the same motion; with a rate, its samples."""
-    motion = sampled(motion, rate)
+def _write_npz(motion: Motion) -> bytes:
+    """Write an npz file that gives back the same motion."""
     arrays: dict[str, Any] = {
         "joint_names": np.array(motion.joint_names),
         "counts": np.array([len(keys) for keys in motion.keys]),

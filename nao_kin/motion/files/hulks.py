@@ -1,14 +1,14 @@
 """HULKs' motions: JSON with key frames, and the older .motion2.
 
-Positions to begin with, then key frames that take a duration each:
+Initial positions, then key frames with a duration each:
 
     {"initial_positions": {"head": {"yaw": 0.0, "pitch": 0.0}, "left_arm": {…}, …},
      "interpolation_mode": "linear",
      "motion": [{"keyframes": [{"duration": 0.5, "positions": {…}}], "exit_condition": {…}}]}
 
-Source: HULKs/hulk, crates/motionfile: seconds and radians, hands as ratios; "interpolation_mode" is "linear" where it
-is missing. An older generation has "frames" in the place of "motion", a list of key frames and conditions. Motions of
-whole motor commands have {"positions": {…}, "stiffnesses": {…}} in the place of positions. Stiffnesses are left out.
+Source: HULKs/hulk, crates/motionfile: seconds and radians, hands as ratios; "interpolation_mode" is "linear" by
+default. An older generation has "frames" instead of "motion", a list of key frames and conditions. Motions of whole
+motor commands have {"positions": {…}, "stiffnesses": {…}} instead of positions. Stiffnesses are left out.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from nao_kin._core.files import described
 from nao_kin._core.text import abbreviated
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument
-from nao_kin.motion.files.key_frames import COSINE_ERROR, eased
-from nao_kin.motion.files.source import Format, MotionFileWarning, Path, Place, Source, in_json
+from nao_kin.motion.files.key_frames import COSINE_ERROR, eased, warn_of_sensors
+from nao_kin.motion.files.source import Format, JsonPath, MotionFileWarning, MotionSource, Place, has_field, in_json
 from nao_kin.motion.files.tracks import Track, check_times, milliseconds, motion_of, nao_columns, straight_rows
 from nao_kin.motion.motion import Motion
 from nao_kin.robot.nao import BODY_ORDER
@@ -33,7 +33,7 @@ from nao_kin.robot.nao import BODY_ORDER
 _ARM = ("shoulder_pitch", "shoulder_roll", "elbow_yaw", "elbow_roll", "wrist_yaw", "hand")
 _LEG = ("hip_yaw_pitch", "hip_roll", "hip_pitch", "knee_pitch", "ankle_pitch", "ankle_roll")
 PARTS = {"head": ("yaw", "pitch"), "left_arm": _ARM, "left_leg": _LEG, "right_leg": _LEG, "right_arm": _ARM}
-# In the order of NAOqi's Body, as parts and their joints are listed above.
+# In the order of NAOqi's Body, as above.
 _PLACES = [(part, joint) for part, joints in PARTS.items() for joint in joints]
 _JOINTS = dict(zip(_PLACES, BODY_ORDER, strict=True))
 _MODES = ("linear", "cosine")
@@ -41,18 +41,8 @@ _POSITIONS, _STIFFNESSES = "positions", "stiffnesses"
 _CONDITIONS = ("entry_condition", "enable", "exit_condition", "interrupt_conditions")
 
 
-def _recognises_hulks(source: Source) -> bool:
-    """Whether it is a JSON object with initial_positions."""
-    value = source.json
-    return isinstance(value, dict) and "initial_positions" in value
-
-
-def _read_hulks(source: Source) -> Motion:
-    """The motion in a HULKs file, whose first key is at 0 s.
-
-    Raises:
-        BadInputFile: with the path to the value.
-    """
+def _read_hulks(source: MotionSource) -> Motion:
+    """Read the motion in a HULKs file, whose first key is at 0 s."""
     document = source.json
     if not isinstance(document, dict):
         raise source.error(f"expected an object with initial_positions, got {described(document)}")
@@ -62,7 +52,7 @@ def _read_hulks(source: Source) -> Motion:
         raise source.error(reason, in_json("interpolation_mode"))
     start, first = _positions(source, ["initial_positions"])
     rows, paths = [[*first.values()]], [start]
-    durations, frames = list[Any](), list[Path]()
+    durations, frames = list[Any](), list[JsonPath]()
     for path, frame in _frames(source):
         if "duration" not in frame:
             raise source.error("a key frame without a duration", in_json(*path))
@@ -96,8 +86,8 @@ def _read_hulks(source: Source) -> Motion:
     return motion_of(source, tracks, "bezier")
 
 
-def _frames(source: Source) -> Iterator[tuple[Path, dict[str, Any]]]:
-    """The key frames of all generations, each with its path."""
+def _frames(source: MotionSource) -> Iterator[tuple[JsonPath, dict[str, Any]]]:
+    """Yield the key frames of all generations, each with its path."""
     document = source.json
     if ("motion" in document) == ("frames" in document):
         raise source.error("expected either motion or frames")
@@ -111,15 +101,11 @@ def _frames(source: Source) -> Iterator[tuple[Path, dict[str, Any]]]:
             yield path, entry
         else:
             waits |= set(map(abbreviated, list(entry)[:1]))
-    if waits:
-        warn_caller(
-            f"{abbreviated(source.name)}: what waits for the robot's sensors is left out: {', '.join(sorted(waits))}",
-            MotionFileWarning,
-        )
+    warn_of_sensors(source, waits)
 
 
-def _positions(source: Source, path: Path) -> tuple[Path, dict[str, Any]]:
-    """The path to a set of positions, and what they give for each joint, by NAOqi's names."""
+def _positions(source: MotionSource, path: JsonPath) -> tuple[JsonPath, dict[str, Any]]:
+    """Return the path to a set of positions, and the value of each joint in them, by NAOqi's names."""
     value = source.at(*path)
     if isinstance(value, dict) and _POSITIONS in value:
         path, value = [*path, _POSITIONS], value[_POSITIONS]
@@ -133,13 +119,9 @@ def _positions(source: Source, path: Path) -> tuple[Path, dict[str, Any]]:
     return path, found
 
 
-def _write_hulks(motion: Motion, rate: float | None) -> bytes:
-    """A HULKs file of the newest generation: a key frame wherever some joint has a key, or at a rate.
-
-    Raises:
-        BadArgument: joints that are missing or that the format does not know, times before 0.
-    """
-    times, values = straight_rows(motion, rate, "HULKs motion")
+def _write_hulks(motion: Motion) -> bytes:
+    """Write a HULKs file of the newest generation with a key frame at each key time."""
+    times, values = straight_rows(motion, "HULKs motion")
     table = nao_columns(motion, values, BODY_ORDER, "HULKs motion", one_hip=False)
     if times[0] < 0.0:
         raise BadArgument(f"HULKs motion files begin at 0 s, the motion at {times[0]:g} s")
@@ -157,7 +139,7 @@ def _write_hulks(motion: Motion, rate: float | None) -> bytes:
 
 
 def _durations(times: Floats) -> list[float]:
-    """Steps that add up to the times again, as nearly as sums of floating-point numbers can."""
+    """Return steps that add up to the times as nearly as sums of floating-point numbers can."""
     steps, reached = [], 0.0
     for time in times[1:].tolist():
         steps.append(round(time - reached, 12))
@@ -172,10 +154,10 @@ def _object(row: Floats) -> str:
     return json.dumps(positions)
 
 
-HULKS = Format("hulks", (".json",), "HULKs' key frames", _recognises_hulks, _read_hulks, _write_hulks)
+HULKS = Format("hulks", (".json",), "HULKs' key frames", has_field("initial_positions"), _read_hulks, _write_hulks)
 
 
-# --- HULKs' older .motion2: JSON with lists of positions, whose times are shares of the whole.
+# --- HULKs' older .motion2: JSON with lists of positions, whose times are shares of the total.
 #
 #     {"header": {"version": "2.0", "title": "nod", "time": 1000, "joints": [0, 1]},
 #      "position": [{"time": 1, "parameters": [0.0, 0.2]}, {"time": 3, "parameters": [0.0, 0.0]}],
@@ -183,55 +165,49 @@ HULKS = Format("hulks", (".json",), "HULKs' key frames", _recognises_hulks, _rea
 #
 # Source: HULKs' code releases, MotionFile.cpp and MotionFilePlayer.cpp: joints are numbers in the order of NAOqi's
 # Body, angles radians, header.time whole milliseconds; the times of the positions are scaled so that their sum is
-# header.time. The first position is reached from wherever the robot is, on a straight line, as are the others.
+# header.time. Straight lines lead from the robot's current pose to the first position and on to the others.
 
 _VERSION = "2.0"
 
 
-def _recognises_motion2(source: Source) -> bool:
+def _recognises_motion2(source: MotionSource) -> bool:
     """Whether it is a JSON object with header and position."""
     value = source.json
     return isinstance(value, dict) and "header" in value and ("position" in value or "commands" in value)
 
 
-def _read_motion2(source: Source) -> Motion:
-    """The motion in a .motion2 file; stiffnesses are left out.
-
-    Raises:
-        BadInputFile: with the path to the value.
-    """
+def _read_motion2(source: MotionSource) -> Motion:
+    """Read the motion in a .motion2 file; stiffnesses are left out."""
     document = source.json
     if not isinstance(document, dict) or not isinstance(document.get("header"), dict):
         raise source.error("expected an object with header and position")
     header = document["header"]
     if header.get("version") != _VERSION:
         raise source.error(f"version {described(header.get('version'))}, expected {_VERSION!r}", in_json("header"))
-    joints = header.get("joints")
-    if not isinstance(joints, list) or not joints:
-        raise source.error("expected a list of numbers of joints under joints", in_json("header"))
+    joints = source.list_at("header", "joints")
+    if not joints:
+        raise source.error("no joints", in_json("header", "joints"))
     for index, joint in enumerate(joints):
         place = in_json("header", "joints", index)
         if type(joint) is not int or not 0 <= joint < len(BODY_ORDER):
             raise source.error(f"{described(joint)}, expected the number of a joint, 0 to {len(BODY_ORDER) - 1}", place)
         if joint in joints[:index]:
             raise source.error(f"joint {joint} ({BODY_ORDER[joint]}) is given twice", place)
-    total = float(source.floats([header.get("time")], "time", lambda _: in_json("header"))[0])
-    positions = document.get("position")
-    if not isinstance(positions, list) or not positions:
-        raise source.error("no list of positions under position")
-    rows = []
-    for index, entry in enumerate(positions):
-        if not isinstance(entry, dict) or not isinstance(entry.get("parameters"), list) or "time" not in entry:
-            raise source.error("expected an object with time and parameters", in_json("position", index))
-        if len(entry["parameters"]) != len(joints):
-            reason = f"{len(entry['parameters'])} values for {len(joints)} joints"
-            raise source.error(reason, in_json("position", index, "parameters"))
-        rows += entry["parameters"]
+    total = float(source.floats([source.at("header", "time")], "time", lambda _: in_json("header", "time"))[0])
+    rows, steps = list[Any](), list[Any]()
+    for path, _ in source.objects_at("position"):
+        values = source.list_at(*path, "parameters")
+        if len(values) != len(joints):
+            raise source.error(f"{len(values)} values for {len(joints)} joints", in_json(*path, "parameters"))
+        rows += values
+        steps.append(source.at(*path, "time"))
+    if not steps:
+        raise source.error("no positions", in_json("position"))
 
     def time_of(index: int) -> Place:
         return in_json("position", index, "time")
 
-    shares = source.floats([entry["time"] for entry in positions], "time", time_of)
+    shares = source.floats(steps, "time", time_of)
     if total < 0.0 or (shares < 0.0).any():
         place = in_json("header", "time") if total < 0.0 else time_of(int(np.argmax(shares < 0.0)))
         raise source.error("a negative time", place)
@@ -247,13 +223,9 @@ def _read_motion2(source: Source) -> Motion:
     )
 
 
-def _write_motion2(motion: Motion, rate: float | None) -> bytes:
-    """A .motion2 file at full stiffness: a position wherever some joint has a key, or at a rate.
-
-    Raises:
-        BadArgument: joints that the format does not know, times before 0 or nearer than 1 ms.
-    """
-    times, values = straight_rows(motion, rate, "motion2")
+def _write_motion2(motion: Motion) -> bytes:
+    """Write a .motion2 file at full stiffness with a position at each key time."""
+    times, values = straight_rows(motion, "motion2")
     named = [joint for joint in BODY_ORDER if joint in motion.joint_names]
     table = nao_columns(motion, values, named or BODY_ORDER, "motion2", one_hip=False)
     stamps = milliseconds(times, "motion2")

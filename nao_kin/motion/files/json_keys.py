@@ -1,4 +1,4 @@
-"""JSON: every motion as it is, without loss.
+"""JSON: every motion without loss.
 
     {"format": "nao_kin motion",
      "units": {"time": "s", "angle": "rad"},
@@ -7,7 +7,7 @@
      "times": [[0.0, 0.5], [0.0]],
      "keys": [[0.0, 0.3], [0.4]]}
 
-One list of times may stand for all joints; then "keys" has a row for each time. For "bezier", "handles" holds for each
+All joints may share one list of times; then "keys" has a row for each time. For "bezier", "handles" holds for each
 joint and key [[seconds, value] before, [seconds, value] after], offsets from the key.
 """
 
@@ -22,8 +22,8 @@ import numpy as np
 from nao_kin._core.arrays import Floats
 from nao_kin._core.files import described
 from nao_kin._core.text import MAX_SHOWN, quoted
-from nao_kin.motion.files.source import Format, Place, PlaceOf, Source, in_json
-from nao_kin.motion.files.tracks import Track, is_hand, motion_of, sampled
+from nao_kin.motion.files.source import Format, MotionSource, Place, in_json
+from nao_kin.motion.files.tracks import Track, is_hand, motion_of
 from nao_kin.motion.interpolation import INTERPOLATIONS, Interpolation
 from nao_kin.motion.motion import Motion
 
@@ -32,18 +32,14 @@ _FIELDS = ("format", "units", "interpolation", "joint_names", "times", "keys", "
 _UNITS = {"time": {"s": 1.0, "ms": 1e-3}, "angle": {"rad": 1.0, "deg": math.pi / 180.0}}
 
 
-def recognises(source: Source) -> bool:
-    """Whether it is a JSON object with joint_names and keys."""
+def recognises(source: MotionSource) -> bool:
+    """Whether it is a JSON object with joint_names or the title of this format."""
     value = source.json
     return isinstance(value, dict) and ("joint_names" in value or value.get("format") == TITLE)
 
 
-def read(source: Source) -> Motion:
-    """The motion in a JSON file.
-
-    Raises:
-        BadInputFile: with the path to the value, such as keys[3][2].
-    """
+def read(source: MotionSource) -> Motion:
+    """Read the motion in a JSON file."""
     document = source.json
     if not isinstance(document, dict):
         raise source.error(f"expected an object with joint_names, times and keys, got {described(document)}")
@@ -53,15 +49,11 @@ def read(source: Source) -> Motion:
     for name in ("joint_names", "times", "keys"):
         if name not in document:
             raise source.error(f"no {name!r}; expected joint_names, times and keys")
-    names = source.list_at("joint_names")
-    if not names:
+    joints = source.list_at("joint_names")
+    if not joints:
         raise source.error("no joints", in_json("joint_names"))
-    joints: list[str] = []
-    for row, name in enumerate(names):
-        joint = source.check_joint(name, in_json("joint_names", row))
-        if joint in joints:
-            raise source.error(f"joint {joint} is given twice", in_json("joint_names", row))
-        joints.append(joint)
+    for row, joint in enumerate(joints):
+        source.check_joint(joint, in_json("joint_names", row))
     seconds, angle = _scale(source, "time"), _scale(source, "angle")
     interpolation = _interpolation(source)
     times, columns = _times_and_keys(source, joints)
@@ -80,7 +72,7 @@ def read(source: Source) -> Motion:
                 own * seconds,
                 keys * scale,
                 None if offsets is None else offsets * [seconds, scale],
-                Place(where=joint),
+                in_json("joint_names", row),
                 time_of.entry,
                 in_json("handles", row).entry,
             )
@@ -88,8 +80,8 @@ def read(source: Source) -> Motion:
     return motion_of(source, tracks, interpolation, negative=True)
 
 
-def _times_and_keys(source: Source, joints: list[str]) -> tuple[list[Floats], list[Floats]]:
-    """Times and keys of each joint; joints that share a list of times share the array."""
+def _times_and_keys(source: MotionSource, joints: list[str]) -> tuple[list[Floats], list[Floats]]:
+    """Return times and keys of each joint; a shared list of times gives a shared array."""
     times, keys = source.list_at("times"), source.list_at("keys")
     if _is_nested(times):
         for name, rows in (("times", times), ("keys", keys)):
@@ -97,11 +89,6 @@ def _times_and_keys(source: Source, joints: list[str]) -> tuple[list[Floats], li
                 raise source.error(f"{len(rows)} lists for {len(joints)} joints", in_json(name))
         own = [source.floats_at("time", "times", row) for row in range(len(joints))]
         columns = [source.floats_at("key", "keys", row) for row in range(len(joints))]
-        for row, (one, two) in enumerate(zip(own, columns, strict=True)):
-            if len(one) != len(two):
-                raise source.error(f"{joints[row]} has {len(one)} times and {len(two)} keys", in_json("keys", row))
-            if not len(one):
-                raise source.error(f"{joints[row]} has no keys", in_json("keys", row))
         return own, columns
     shared = source.floats_at("time", "times")
     if not len(shared):
@@ -117,7 +104,7 @@ def _times_and_keys(source: Source, joints: list[str]) -> tuple[list[Floats], li
     return [shared] * len(joints), list(table.T)
 
 
-def _handles(source: Source, columns: list[Floats]) -> list[Floats | None]:
+def _handles(source: MotionSource, columns: list[Floats]) -> list[Floats | None]:
     rows = source.list_at("handles")
     if len(rows) != len(columns):
         raise source.error(f"{len(rows)} lists for {len(columns)} joints", in_json("handles"))
@@ -131,16 +118,15 @@ def _handles(source: Source, columns: list[Floats]) -> list[Floats | None]:
                 reason = f"expected [[seconds, value], [seconds, value]], got {described(pair)}"
                 raise source.error(reason, place.entry(key))
         flat = [number for pair in own for side in pair for number in side]
-        numbers = source.floats(flat, "offset", _offset_of(place))
-        result.append(numbers.reshape(-1, 2, 2))
+
+        def offset(at: int, place: Place = place) -> Place:
+            return place.entry(at // 4).entry(at // 2 % 2).entry(at % 2)
+
+        result.append(source.floats(flat, "offset", offset).reshape(-1, 2, 2))
     return result
 
 
-def _offset_of(place: Place) -> PlaceOf:
-    return lambda at: place.entry(at // 4).entry(at // 2 % 2).entry(at % 2)
-
-
-def _interpolation(source: Source) -> Interpolation:
+def _interpolation(source: MotionSource) -> Interpolation:
     given = source.json.get("interpolation", "linear")
     for known in INTERPOLATIONS:
         if given == known:
@@ -149,7 +135,7 @@ def _interpolation(source: Source) -> Interpolation:
     raise source.error(reason, in_json("interpolation"))
 
 
-def _scale(source: Source, quantity: str) -> float:
+def _scale(source: MotionSource, quantity: str) -> float:
     units = source.json.get("units", {})
     if not isinstance(units, dict):
         raise source.error(f"expected an object, got {described(units)}", in_json("units"))
@@ -169,9 +155,8 @@ def _is_nested(times: list[Any]) -> bool:
     return bool(times) and isinstance(times[0], list)
 
 
-def write(motion: Motion, rate: float | None) -> bytes:
-    """A JSON file that gives back the same motion; with a rate, its samples."""
-    motion = sampled(motion, rate)
+def write(motion: Motion) -> bytes:
+    """Write a JSON file that gives back the same motion."""
     fields: dict[str, Any] = {
         "times": [times.tolist() for times in motion.times],
         "keys": [keys.tolist() for keys in motion.keys],

@@ -1,4 +1,4 @@
-"""Key frames with a duration each as a motion, and the configuration streams of B-Human in which they are written."""
+"""Key frames with a duration each as a motion, and the configuration streams of B-Human that hold them."""
 
 from __future__ import annotations
 
@@ -11,18 +11,19 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats, decimal
-from nao_kin._core.text import MAX_SHOWN, quoted
-from nao_kin.motion.files.source import Place, Source
+from nao_kin._core.arrays import Floats, finite_decimal
+from nao_kin._core.text import MAX_SHOWN, abbreviated, quoted
+from nao_kin._core.warn import warn_caller
+from nao_kin.motion.files.source import MotionFileWarning, MotionSource, Place
 from nao_kin.motion.files.tracks import Track, check_times, motion_of
 from nao_kin.motion.motion import Motion
 from nao_kin.robot.nao import BODY_ORDER
 
-# Time of the handles, as a share of the step, with which a cubic is nearest to half a wave of the cosine.
+# Time of the handles, as a share of the step, of the cubic nearest to half a wave of the cosine.
 _COSINE = 0.36434
-# What such a cubic differs from the cosine by, as a share of the step.
+# Difference between such a cubic and the cosine, as a share of the step.
 COSINE_ERROR = 0.0002
-# Values from here on are no angles: 10000 switches a joint off, 20000 leaves it as it is.
+# Values this large are no angles: 10000 switches a joint off, 20000 leaves it unchanged.
 _NO_ANGLE = 10000.0
 
 Ease = Literal["linear", "cosine", "sine"]
@@ -30,13 +31,13 @@ Ease = Literal["linear", "cosine", "sine"]
 
 @dataclass(frozen=True)
 class KeyFrame:
-    """Joint values and the way there.
+    """Joint values, and the interpolation to them.
 
     Attributes:
-        duration: how long it takes [ms].
-        ease: how far of the way at the share s of the duration: "linear" s, "cosine" ½ − ½ cos π s, "sine" sin ½ π s.
+        duration: time of the step [ms].
+        ease: share of the way at the share s of the duration: "linear" s, "cosine" ½ − ½ cos π s, "sine" sin ½ π s.
         values: of all joints, NaN for those that are not commanded [rad, for hands 1 for open], shape (26,).
-        place: where the duration stands.
+        place: place of the duration.
     """
 
     duration: float
@@ -52,14 +53,9 @@ def key_frame(
     lists: Sequence[tuple[Fields, str, int]],
     plain: Literal["rad", "deg"] = "rad",
 ) -> KeyFrame:
-    """The key frame that an object describes.
+    """Return the key frame that an object describes, with numbers without a unit in the unit `plain`.
 
-    Args:
-        stream: the file.
-        row: holds the duration.
-        ease: the way there.
-        lists: of values, in NAOqi's order: the object that holds each, its name there, and how many it must have.
-        plain: unit of numbers without one.
+    `lists` of values, in NAOqi's order, are the object that holds each, its name there, and its length.
     """
     values = []
     for items, count in [(stream.get(fields, name, Items), count) for fields, name, count in lists]:
@@ -74,14 +70,7 @@ def key_frame(
 
 
 def ease_of(stream: ConfigStream, name: str, eases: Mapping[str, Ease | None], *objects: Fields) -> Ease:
-    """The way to a key frame: what a word says in the first object that has it, straight where none does.
-
-    Args:
-        stream: the file.
-        name: of the word.
-        eases: what words stand for; None for what the next object says.
-        objects: a key frame, and what it is part of.
-    """
+    """Return the ease of the word `name` in the first object that has it; None in `eases` leaves it to the next."""
     for fields in objects:
         if name in fields:
             word = stream.get(fields, name, Word)
@@ -94,14 +83,11 @@ def ease_of(stream: ConfigStream, name: str, eases: Mapping[str, Ease | None], *
     return "linear"
 
 
-def motion_of_frames(source: Source, frames: Sequence[KeyFrame]) -> Motion:
-    """The motion through key frames, the first of which is reached from wherever the robot is.
+def motion_of_frames(source: MotionSource, frames: Sequence[KeyFrame]) -> Motion:
+    """Return the motion through key frames, the first of which is reached from the robot's current pose.
 
     A joint that is not commanded has no key; between two values it holds the first one up to the last frame that does
     not command it.
-
-    Raises:
-        BadInputFile: with the place of a duration that is none, or where no joint is commanded.
     """
     times = np.cumsum([frame.duration for frame in frames]) / 1e3
     check_times(source, times, lambda row: frames[row].place)
@@ -112,15 +98,25 @@ def motion_of_frames(source: Source, frames: Sequence[KeyFrame]) -> Motion:
     straight = bool((eases == "linear").all())
     tracks = []
     for joint, column in zip(BODY_ORDER, table.T, strict=True):
-        rows, keys = held(column)
+        rows, keys = held_keys(column)
         if len(rows):
             handles = None if straight else eased(times[rows], keys, eases[rows])
             tracks.append(Track(joint, times[rows], keys, handles))
     return motion_of(source, tracks, "linear" if straight else "bezier")
 
 
-def held(column: Floats) -> tuple[NDArray[np.intp], Floats]:
-    """The rows in which a joint has a key, and its values there, from values that are NaN where it is not commanded.
+def warn_of_sensors(source: MotionSource, names: set[str]) -> None:
+    """Warn about parts of a file, if there are any, that wait for the robot's sensors and are left out."""
+    if names:
+        listed = ", ".join(sorted(names))
+        warn_caller(
+            f"{abbreviated(source.name)}: parts that wait for the robot's sensors are left out: {listed}",
+            MotionFileWarning,
+        )
+
+
+def held_keys(column: Floats) -> tuple[NDArray[np.intp], Floats]:
+    """Return the rows in which a joint has a key, and its values there, from values with NaN if it is not commanded.
 
     Between two values it holds the first one up to the last NaN.
     """
@@ -134,9 +130,9 @@ def held(column: Floats) -> tuple[NDArray[np.intp], Floats]:
 
 
 def eased(times: Floats, keys: Floats, eases: NDArray[np.str_]) -> Floats:
-    """Bezier handles, shape (k, 2, 2), with which the segment before each key is of a kind of `KeyFrame.ease`.
+    """Return Bezier handles, shape (k, 2, 2), with which the segment before each key has an ease of `KeyFrame`.
 
-    The cosine rests at both ends. The sine is its second half: of half of a cubic cut in the middle.
+    The cosine is at rest at both ends. The sine is its second half, from a cubic cut in the middle.
     """
     handles = np.zeros((len(keys), 2, 2))
     width, rise, kinds = np.diff(times), np.diff(keys), eases[1:]
@@ -149,8 +145,7 @@ def eased(times: Floats, keys: Floats, eases: NDArray[np.str_]) -> Floats:
     return handles
 
 
-# --- Configuration streams, the text form of B-Human's data and of that of teams that began with B-Human's code.
-
+# --- Configuration streams: the text format of B-Human and of teams that use its code.
 
 _TOKEN = re.compile(
     r'\s+|//[^\n]*|/\*.*?\*/|(?P<mark>[{}\[\]=;,])|(?P<word>"(?:[^"\\]|\\.)*"|(?:(?!//|/\*)[^\s{}\[\]=;,"])+)',
@@ -163,62 +158,50 @@ _DEEPEST = 200
 
 @dataclass(frozen=True)
 class Word:
-    """A number or a word.
-
-    Attributes:
-        text: as it stands in the file.
-        at: where, in characters.
-    """
+    """A number or a word, and its index in the text."""
 
     text: str
     at: int
 
 
 class Fields(dict[str, Any]):
-    """The values of an object by name, and where it begins."""
+    """The values of an object by name, and its index in the text."""
 
     at = 0
 
 
 class Items(list[Any]):
-    """The values of a list, and where it begins."""
+    """The values of a list, and its index in the text."""
 
     at = 0
 
 
 class ConfigStream:
-    """A file that is read as a configuration stream.
+    """A file that is read as a configuration stream, with all its values in `fields`.
 
         name = value;  // a comment
 
-    A value is a number, with or without a unit behind it (30deg), a word, a text in quotes, a list [value, value] or an
+    A value is a number, with or without a unit after it (30deg), a word, a quoted text, a list [value, value] or an
     object {name = value; name = value;}.
-
-    Attributes:
-        fields: all that it holds.
     """
 
-    def __init__(self, source: Source) -> None:
-        """Read the file.
-
-        Raises:
-            BadInputFile: with line and column.
-        """
+    def __init__(self, source: MotionSource) -> None:
+        """Parse the file."""
         self._source = source
         self._tokens = self._split(source.text)
         self._next = 0
         self.fields = self._fields("", 0)
 
     def place(self, value: Word | Fields | Items) -> Place:
-        """Where a value stands."""
+        """Return the place of a value."""
         return self._place(value.at)
 
     def error(self, reason: str, value: Word | Fields | Items) -> Exception:
-        """What to raise for a value."""
+        """Return the error for a value."""
         return self._source.error(reason, self.place(value))
 
     def get(self, fields: Fields, name: str, kind: type[Any]) -> Any:
-        """A value of an object, which must be there and be a Word, Fields or Items."""
+        """Return a value of an object, which must be a Word, Fields or Items."""
         value = fields.get(name)
         if not isinstance(value, kind):
             wanted = {Fields: "an object {…}", Items: "a list […]", Word: "a number or a word"}[kind]
@@ -227,34 +210,30 @@ class ConfigStream:
         return value
 
     def objects(self, rows: Items, what: str) -> Iterator[Fields]:
-        """The objects of a list, which all its values must be."""
+        """Yield the values of a list, which must all be objects."""
         for row in rows:
             if not isinstance(row, Fields):
                 raise self.error(f"expected an object {{…}}{what}", row)
             yield row
 
     def number(self, value: Any, what: str, plain: str = "rad") -> float:
-        """A finite number, angles in radians; one without a unit is in the unit `plain`, or in none ("")."""
+        """Return a finite number, angles in radians; without a unit it is in the unit `plain`, or has none (empty)."""
         match = _NUMBER.fullmatch(value.text) if isinstance(value, Word) else None
         units: dict[str, float] = _ANGLES if plain else {"": 1.0}
-        try:
-            if match is None or (match[2] and match[2] not in units):
-                raise ValueError
-            number = decimal(match[1]) * units[match[2] or plain]
-        except ValueError:
-            number = math.inf
-        if not math.isfinite(number):
+        known = match is not None and (not match[2] or match[2] in units)
+        number = finite_decimal(match[1]) if match is not None and known else None
+        if match is None or number is None:
             got = quoted(value.text, MAX_SHOWN) if isinstance(value, Word) else _kind(value)
             unit = f" in {' or '.join(_ANGLES)}" if plain else ""
             raise self.error(f"{what} is {got}, expected a number{unit}", value)
-        return number
+        return number * units[match[2] or plain]
 
     def _place(self, at: int) -> Place:
         before = self._source.text[:at]
         return Place(before.count("\n") + 1, at - before.rfind("\n"))
 
     def _split(self, text: str) -> list[tuple[str, str, int]]:
-        """Marks and words, each with where it stands, and an empty mark at the end."""
+        """Return marks and words, each with its index, and an empty mark at the end."""
         tokens, at = [], 0
         while at < len(text):
             match = _TOKEN.match(text, at)
@@ -266,7 +245,7 @@ class ConfigStream:
         return [*tokens, ("mark", "", len(text))]
 
     def _take(self, *wanted: str) -> tuple[str, str, int]:
-        """The next token, which is to be one of some marks, or "a word"."""
+        """Return the next token, which must be one of some marks, or "a word"."""
         kind, text, at = self._tokens[self._next]
         if not (text in wanted if kind == "mark" else "a word" in wanted):
             got = quoted(text, MAX_SHOWN) if text else "the end of the file"

@@ -17,14 +17,14 @@ from nao_kin._core.files import described
 from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadInputFile
 from nao_kin.motion.files.choregraphe import control_points, plain_keys, points
-from nao_kin.motion.files.source import Format, Place, PlaceOf, Source, chosen, in_json
-from nao_kin.motion.files.tracks import Track, is_hand, motion_of, sampled
+from nao_kin.motion.files.source import Format, MotionSource, Place, PlaceOf, chosen, has_line, in_json
+from nao_kin.motion.files.tracks import Track, is_hand, motion_of
 from nao_kin.motion.motion import Motion
 from nao_kin.robot.nao import BODY_ORDER, CHAINS
 
-# --- Python text cut into statements, of Python 2 as well as 3, without running or even parsing it.
+# --- Python text split into statements, of Python 2 as well as 3, without running or parsing it.
 #
-# Choregraphe's exports end in `except BaseException, err:` and `print err`, which today's parser refuses.
+# Choregraphe's exports end in `except BaseException, err:` and `print err`, which the parser of Python 3 refuses.
 
 _TOKEN = re.compile(
     r"""
@@ -39,13 +39,13 @@ _DEFINITION = re.compile(r"\s*def[ \t]+(?P<name>\w+)")
 
 @dataclass(frozen=True)
 class Statement:
-    """A statement on a line of its own, or between semicolons; what ends in a colon counts as one.
+    """A statement on its own line, or between semicolons; the head of a block counts as one.
 
     Attributes:
-        text: as it stands in the file, comments replaced by blanks.
-        line: 1-based line that it begins on.
-        column: 1-based column that it begins at.
-        function: the innermost function that it stands in, by indentation; "" for none.
+        text: as in the file, with comments replaced by blanks.
+        line: line of its beginning, from 1.
+        column: column of its beginning, from 1.
+        function: the innermost function around it, by indentation; "" for none.
     """
 
     text: str
@@ -54,13 +54,13 @@ class Statement:
     function: str
 
     def place(self, offset: int, where: str = "") -> Place:
-        """Where a character of the statement stands."""
+        """Return the place of a character of the statement."""
         lines, last = self.text.count("\n", 0, offset), self.text.rfind("\n", 0, offset)
         return Place(self.line + lines, offset - last if lines else self.column + offset, where)
 
 
 def statements(text: str) -> Iterator[Statement]:
-    """The statements of a text whose last character is a line feed."""
+    """Yield the statements of a text that ends in a line feed."""
     functions: list[tuple[int, str]] = []
     parts: list[str] = []
     depth, begin, line = 0, 0, 1
@@ -105,16 +105,15 @@ def _enter(functions: list[tuple[int, str]], statement: str) -> None:
 #     times.append([0.5, 1.0])
 #     keys.append([[0.3, [3, -0.166667, 0], [3, 0.166667, 0]], [0, [3, -0.166667, 0], [3, 0, 0]]])
 #
-# Only statements that begin with names, times or keys (also self.names …) are looked at: an empty list, .append(…) or
-# a list written out. Their numbers may be products, quotients and sums, math.radians(…), almath.TO_RAD and math.pi.
-# Nothing in the file is ever run. A file may hold several motions: each `names = …` begins one, known by its
-# function.
+# Only statements that begin with names, times or keys (also self.names …) are read: an empty list, .append(…) or a list
+# written out. Their numbers may be products, quotients and sums, math.radians(…), almath.TO_RAD and math.pi. Nothing in
+# the file is ever run. A file may hold several motions: each `names = …` begins one, named after its function.
 
 _LISTS = ("names", "times", "keys")
 _STATEMENT = re.compile(
     r"\s*(?:self\s*\.\s*)?(?P<list>names|times|keys)\s*(?:(?P<append>\.\s*append\s*\()|=(?!=))\s*", re.ASCII
 )
-# Empty lists for all of them at once; and what else changes one of them.
+# Empty lists for all three at once; and other changes of a list.
 _EMPTIED = re.compile(r"\s*names\s*,\s*times\s*,\s*keys\s*=\s*(?:\[\]|list\(\))(?:\s*,\s*(?:\[\]|list\(\))){2}\s*")
 _CHANGED = re.compile(
     r"\s*(?:self\s*\.\s*)?(?:names|times|keys)\s*(?:,|\[|[-+*/]=|\.\s*(?!append\b)\w+\s*\()", re.ASCII
@@ -123,12 +122,12 @@ _MENTION = re.compile(r"^[ \t]*(?:self\.)?names[ \t]*(?:=[^=]|\.append\()", re.M
 # Numbers and lists that JSON reads as Python does, at a hundred times its speed.
 _PLAIN = re.compile(r"[\s\d.,\[\]eE+-]*", re.ASCII)
 _CUT = re.compile(r"[,\[\]()]")
-# Beyond these, ast would need much memory or deep recursion: characters of a statement, and of a number in it.
-_LONGEST_STATEMENT = 1 << 20
-_LONGEST_NUMBER = 200
+# Longer statements and numbers would need much memory or deep recursion in ast [characters].
+_MAX_STATEMENT = 1 << 20
+_MAX_NUMBER = 200
 _CONSTANTS = {"almath.TO_RAD": math.pi / 180.0, "math.pi": math.pi}
 _RADIANS = ("math.radians", "radians")
-# What stands for a joint, and where each entry of it does.
+# The entries of a joint, and the place of each.
 _Entries = tuple[list[Any], PlaceOf]
 _OPERATIONS: dict[type[ast.operator], Callable[[float, float], float]] = {
     ast.Add: operator.add,
@@ -139,8 +138,8 @@ _OPERATIONS: dict[type[ast.operator], Callable[[float, float], float]] = {
 
 
 @dataclass
-class _Export:
-    """One motion in the file: what was put into each list, and where; and what is wrong with it, if something is."""
+class _PythonExport:
+    """One motion in the file: the entries of each list with their places, and the first error."""
 
     line: int
     function: str
@@ -148,17 +147,8 @@ class _Export:
     lists: dict[str, list[tuple[Any, Place]]] = field(default_factory=lambda: {name: [] for name in _LISTS})
 
 
-def _recognises_python(source: Source) -> bool:
-    """Whether some line begins with names = or names.append(."""
-    return _MENTION.search(source.text) is not None
-
-
-def _read_python(source: Source) -> Motion:
-    """The motion in an export.
-
-    Raises:
-        BadInputFile: with line and column; several motions and none or an unknown one is chosen.
-    """
+def _read_python(source: MotionSource) -> Motion:
+    """Read the motion in an export."""
     full = [export for export in _exports(source) if any(export.lists.values()) or export.error]
     if not full:
         raise source.error("no names, times and keys")
@@ -170,33 +160,33 @@ def _read_python(source: Source) -> Motion:
     if len(set(lengths.values())) > 1:
         shown = ", ".join(f"{count} {name}" for name, count in lengths.items())
         raise source.error(f"{shown}; expected as many of each", Place(export.line))
-    return _motion(source, export)
+    return _motion_of_export(source, export)
 
 
-def _exports(source: Source) -> list[_Export]:
-    """All motions in the file; one that cannot be read does no harm to the others."""
-    exports: list[_Export] = []
+def _exports(source: MotionSource) -> list[_PythonExport]:
+    """Return all motions in the file; one that cannot be read does not affect the others."""
+    exports: list[_PythonExport] = []
     for statement in statements("\n".join([*source.lines, ""])):
         match = _STATEMENT.match(statement.text)
         if _EMPTIED.fullmatch(statement.text):
-            exports.append(_Export(statement.line, statement.function))
+            exports.append(_PythonExport(statement.line, statement.function))
         elif match:
             if not exports or (match["list"] == "names" and not match["append"]):
-                exports.append(_Export(statement.line, statement.function))
+                exports.append(_PythonExport(statement.line, statement.function))
             try:
                 _take(source, exports[-1].lists, statement, match)
             except BadInputFile as error:
                 exports[-1].error = exports[-1].error or error
         elif exports and _CHANGED.match(statement.text):
             shown = abbreviated(statement.text.strip(), 40)
-            reason = f"{shown!r} changes a list in a way that is not known; nothing in the file is run"
+            reason = f"{shown!r} changes a list in an unknown way; nothing in the file is run"
             place = statement.place(len(statement.text) - len(statement.text.lstrip()))
             exports[-1].error = exports[-1].error or source.error(reason, place)
     return exports
 
 
-def _take(source: Source, lists: dict[str, list[Any]], statement: Statement, match: re.Match[str]) -> None:
-    """Put what a statement says into the list that it is about."""
+def _take(source: MotionSource, lists: dict[str, list[Any]], statement: Statement, match: re.Match[str]) -> None:
+    """Add the entries of a statement to its list."""
     name, text = match["list"], statement.text[match.end() :].rstrip()
     place = statement.place(match.end(), name)
     if match["append"]:
@@ -210,7 +200,7 @@ def _take(source: Source, lists: dict[str, list[Any]], statement: Statement, mat
     lists[name] = [(entry, place.entry(index)) for index, entry in enumerate(value)]
 
 
-def _motion(source: Source, export: _Export) -> Motion:
+def _motion_of_export(source: MotionSource, export: _PythonExport) -> Motion:
     bezier = any(isinstance(rows, list) and not plain_keys(rows) for rows, _ in export.lists["keys"])
     tracks = []
     for (joint, at_name), (times, at_times), (keys, at_keys) in zip(*export.lists.values(), strict=True):
@@ -224,7 +214,7 @@ def _motion(source: Source, export: _Export) -> Motion:
 
 
 def _track(
-    source: Source,
+    source: MotionSource,
     joint: str,
     place: Place,
     times: _Entries,
@@ -234,7 +224,7 @@ def _track(
     *,
     bezier: bool,
 ) -> Track:
-    """The track of what stands for a joint: its times, and as many keys, which are `what`, or control points."""
+    """Return the track of a joint from its times, and as many keys, called `what` in messages, or control points."""
     (rows, time_of), (values, key_of) = times, keys
     stamps = source.floats(rows, "time", time_of)
     if len(values) != len(stamps):
@@ -251,17 +241,17 @@ def _track(
     return Track(joint, stamps, numbers, handles, place, time_of, key_of)
 
 
-def _literal(source: Source, text: str, place: Place) -> Any:
-    """The list, text or number that an expression writes, without running it."""
+def _literal(source: MotionSource, text: str, place: Place) -> Any:
+    """Return the list, text or number of an expression, without running it."""
     if _PLAIN.fullmatch(text):
         try:
             return json.loads(text)
         except (ValueError, RecursionError):
             pass  # numbers such as 1. and .5
-    if len(text) > _LONGEST_STATEMENT:
+    if len(text) > _MAX_STATEMENT:
         raise source.error(f"a statement of {len(text)} characters that are not only lists of decimal numbers", place)
-    if max(map(len, _CUT.split(text))) > _LONGEST_NUMBER:
-        raise source.error(f"a number or name of more than {_LONGEST_NUMBER} characters", place)
+    if max(map(len, _CUT.split(text))) > _MAX_NUMBER:
+        raise source.error(f"a number or name of more than {_MAX_NUMBER} characters", place)
     try:
         tree = ast.parse(f"({text}\n)", mode="eval").body
         return _value(source, tree, place)
@@ -271,7 +261,7 @@ def _literal(source: Source, text: str, place: Place) -> Any:
         raise source.error(f"no list of numbers: {abbreviated(error) or type(error).__name__}", place) from None
 
 
-def _value(source: Source, node: ast.expr, place: Place) -> Any:
+def _value(source: MotionSource, node: ast.expr, place: Place) -> Any:
     if isinstance(node, (ast.List, ast.Tuple)):
         return [_value(source, entry, place) for entry in node.elts]
     if isinstance(node, ast.Constant) and type(node.value) in (int, float, str):
@@ -287,7 +277,7 @@ def _value(source: Source, node: ast.expr, place: Place) -> Any:
         return _OPERATIONS[type(node.op)](left, right)
     if isinstance(node, ast.Call) and len(node.args) == 1 and not node.keywords and ast.unparse(node.func) in _RADIANS:
         return math.radians(_number(source, node.args[0], place))
-    # The expression stands behind a bracket of ours.
+    # The parsed text has an added bracket in front.
     line, column = place.line + node.lineno - 1, node.col_offset + (place.column - 1 if node.lineno == 1 else 0)
     shown = abbreviated(ast.unparse(node), 60)
     raise source.error(
@@ -295,16 +285,15 @@ def _value(source: Source, node: ast.expr, place: Place) -> Any:
     )
 
 
-def _number(source: Source, node: ast.expr, place: Place) -> float:
+def _number(source: MotionSource, node: ast.expr, place: Place) -> float:
     value = _value(source, node, place)
     if type(value) not in (int, float):
         raise source.error(f"{described(value)} where a number was expected", place)
     return float(value)
 
 
-def _write_python(motion: Motion, rate: float | None) -> bytes:
-    """An export: plain keys of a linear motion, Bezier control points of another one."""
-    motion = sampled(motion, rate)
+def _write_python(motion: Motion) -> bytes:
+    """Write an export: plain keys of a linear motion, else Bezier control points."""
     kind = "simplified" if motion.interpolation == "linear" else "bezier"
     call = (
         "angleInterpolation(names, keys, times, True)"
@@ -318,7 +307,7 @@ def _write_python(motion: Motion, rate: float | None) -> bytes:
     return ("\n".join(lines) + "\n").encode()
 
 
-PYTHON = Format("python", (".py",), "Choregraphe's Python export", _recognises_python, _read_python, _write_python)
+PYTHON = Format("python", (".py",), "Choregraphe's Python export", has_line(_MENTION), _read_python, _write_python)
 
 
 # --- The arguments of NAOqi's angleInterpolation and angleInterpolationBezier, as JSON.
@@ -328,7 +317,7 @@ PYTHON = Format("python", (".py",), "Choregraphe's Python export", _recognises_p
 #
 # The first, of four, are names, angles, times and isAbsolute; the second, of three, names, times and control points.
 # As in NAOqi, names are one name, a list or a chain such as "Head" or "Body", and angles and times a number or a list
-# for each joint. An object of the same things by name ("names", "angles" or "keys", "times", "isAbsolute") is read
+# for each joint. An object with these arguments by name ("names", "angles" or "keys", "times", "isAbsolute") is read
 # too.
 
 _CHAINS = {**CHAINS, "Body": BODY_ORDER}
@@ -336,7 +325,7 @@ _ANGLES = ("angles", "angleLists", "keys", "controlPoints")
 _TIMES = ("times", "timeLists")
 
 
-def _recognises_naoqi(source: Source) -> bool:
+def _recognises_naoqi(source: MotionSource) -> bool:
     """Whether it is a JSON list that begins with names, or an object with names and times."""
     value = source.json
     if isinstance(value, dict):
@@ -346,13 +335,8 @@ def _recognises_naoqi(source: Source) -> bool:
     return isinstance(value[0], str) or (isinstance(value[0], list) and all(isinstance(x, str) for x in value[0]))
 
 
-def _read_naoqi(source: Source) -> Motion:
-    """The motion that the call makes.
-
-    Raises:
-        BadInputFile: with the path to the value; relative angles, for what they are relative to is
-            not in the file.
-    """
+def _read_naoqi(source: MotionSource) -> Motion:
+    """Read the motion of the call; relative angles are refused."""
     places = _places(source)
     names, single = _names(source, places["names"])
     keys, times = (_per_joint(source, places[what], names, single=single) for what in ("angles", "times"))
@@ -365,8 +349,8 @@ def _read_naoqi(source: Source) -> Motion:
     return motion_of(source, tracks, "bezier" if bezier else "linear")
 
 
-def _places(source: Source) -> dict[str, str | int]:
-    """Under which name, or at which place of the list, names, angles and times stand."""
+def _places(source: MotionSource) -> dict[str, str | int]:
+    """Return the keys or indices of names, angles and times in the JSON value."""
     value, found = source.json, dict[str, str | int]()
     if isinstance(value, dict):
         source.fields(value, ("names", *_ANGLES, *_TIMES, "isAbsolute"), "argument")
@@ -385,14 +369,14 @@ def _places(source: Source) -> dict[str, str | int]:
             f"expected [names, angles, times, isAbsolute] or [names, times, keys], got {described(value)}"
         )
     if absolute is False or absolute == 0:
-        raise source.error("relative angles: what they are relative to is not in the file", where)
+        raise source.error("relative angles: the file does not hold the angles that they are relative to", where)
     if absolute is not True and absolute != 1:
         raise source.error(f"isAbsolute is {described(absolute)}, expected true", where)
     return found
 
 
-def _names(source: Source, at: str | int) -> tuple[list[str], bool]:
-    """The joints, and whether they are one name."""
+def _names(source: MotionSource, at: str | int) -> tuple[list[str], bool]:
+    """Return the joints, and whether they are given as one name."""
     given = source.json[at]
     rows, place_of = _entries(given, in_json(at))
     names: list[str] = []
@@ -410,8 +394,8 @@ def _names(source: Source, at: str | int) -> tuple[list[str], bool]:
     return names, isinstance(given, str) and len(names) == 1
 
 
-def _per_joint(source: Source, at: str | int, names: list[str], *, single: bool) -> list[_Entries]:
-    """What stands for each joint as a list, and the place of each entry."""
+def _per_joint(source: MotionSource, at: str | int, names: list[str], *, single: bool) -> list[_Entries]:
+    """Return the entries of each joint as a list, with the place of each entry."""
     given, place = source.json[at], in_json(at)
     if not isinstance(given, list):
         return [_entries(given, place)] * len(names)
@@ -424,7 +408,7 @@ def _per_joint(source: Source, at: str | int, names: list[str], *, single: bool)
 
 
 def _entries(value: Any, place: Place) -> _Entries:
-    """The entries of a list with their places; one of what is no list."""
+    """Return the entries of a list with their places; any other value is one entry."""
     return (value, place.entry) if isinstance(value, list) else ([value], lambda _: place)
 
 
@@ -433,9 +417,8 @@ def _is_points(rows: list[Any]) -> bool:
     return isinstance(rows[0], list) and bool(rows[0]) and not isinstance(rows[0][0], list) and len(rows[0]) == 3
 
 
-def _write_naoqi(motion: Motion, rate: float | None) -> bytes:
-    """The arguments of angleInterpolation for a linear motion, else those of angleInterpolationBezier."""
-    motion = sampled(motion, rate)
+def _write_naoqi(motion: Motion) -> bytes:
+    """Write the arguments of angleInterpolation for a linear motion, else of angleInterpolationBezier."""
     names = json.dumps(list(motion.joint_names), ensure_ascii=False)
     stamps, keys = ([row.tolist() for row in motion.times], points(motion))
     rows = [_rows(stamps), _rows(keys)] if motion.interpolation != "linear" else [_rows(keys), _rows(stamps), "true"]

@@ -6,8 +6,8 @@
 
 Source: UNSWComputing/rUNSWift-2023-release, robot/motion/generator/ActionGenerator.cpp and
 image/home/nao/data/pos/README.md. Lines that begin with ! are poses: 25 numbers in degrees, hands too, in the order of
-LoLA, and the whole milliseconds that the straight line to the pose takes, the first from wherever the robot is. Lines
-that begin with $ are the stiffnesses of the next pose, all other lines are comments.
+LoLA, and the whole milliseconds of the straight line to the pose, the first from the robot's current pose. Lines that
+begin with $ are the stiffnesses of the next pose, all other lines are comments.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import re
 import numpy as np
 
 from nao_kin._core.text import MAX_SHOWN, quoted
-from nao_kin.motion.files.source import Format, Place, Source
+from nao_kin.motion.files.source import Format, MotionSource, Place, has_line
 from nao_kin.motion.files.tracks import Track, check_times, milliseconds, motion_of, nao_columns, straight_rows
 from nao_kin.motion.motion import Motion
 
@@ -55,19 +55,8 @@ _WORD = re.compile(r"[^\s!$]+")
 _WIDTH = 6
 
 
-def recognises(source: Source) -> bool:
-    """Whether some line begins with ! and a number."""
-    return _POSE.search(source.text) is not None
-
-
-def read(source: Source) -> Motion:
-    """The motion in a .pos file; stiffnesses are checked and left out.
-
-    A comment that is a row of all short names gives the order of the numbers after it.
-
-    Raises:
-        BadInputFile: with line and column.
-    """
+def read(source: MotionSource) -> Motion:
+    """Read the motion in a .pos file; a comment with all short names sets the order of the numbers after it."""
     order = list(SHORT_NAMES)
     rows, lines = list[list[float]](), list[int]()
     for number, line in enumerate(source.lines, start=1):
@@ -98,8 +87,8 @@ def read(source: Source) -> Motion:
     return motion_of(source, tracks)
 
 
-def _order(source: Source, line: str, number: int) -> list[str] | None:
-    """The short names in a comment that is a row of them; None for any other comment."""
+def _order(source: MotionSource, line: str, number: int) -> list[str] | None:
+    """Return the short names in a comment that is a row of them; None for any other comment."""
     words = line.strip("# \t").split()
     if len(words) < len(SHORT_NAMES) or words[0] not in SHORT_NAMES or words[1] not in SHORT_NAMES:
         return None
@@ -117,8 +106,8 @@ def _order(source: Source, line: str, number: int) -> list[str] | None:
     return names
 
 
-def _numbers(source: Source, line: str, number: int, names: list[str]) -> list[float]:
-    """The numbers after ! or $."""
+def _numbers(source: MotionSource, line: str, number: int, names: list[str]) -> list[float]:
+    """Return the numbers after ! or $."""
     words = list(_WORD.finditer(line))
     if len(words) != len(names):
         what = "values and a duration" if names[-1] == _DURATION else "values"
@@ -126,13 +115,9 @@ def _numbers(source: Source, line: str, number: int, names: list[str]) -> list[f
     return source.decimals([word[0] for word in words], names, lambda at: Place(number, words[at].start() + 1))
 
 
-def write(motion: Motion, rate: float | None) -> bytes:
-    """A .pos file: a pose at every time at which some joint has a key, or at a rate.
-
-    Raises:
-        BadArgument: joints that are missing or that the format does not know, times before 0 or nearer than 1 ms.
-    """
-    times, values = straight_rows(motion, rate, "rUNSWift pos")
+def write(motion: Motion) -> bytes:
+    """Write a .pos file with a pose at each key time."""
+    times, values = straight_rows(motion, "rUNSWift pos")
     table = np.degrees(nao_columns(motion, values, list(SHORT_NAMES.values()), "rUNSWift pos", one_hip=True))
     stamps = milliseconds(times, "rUNSWift pos")
     lines = [_line(" ", [*SHORT_NAMES, _DURATION])]
@@ -145,4 +130,4 @@ def _line(mark: str, words: list[str]) -> str:
     return f"{mark} {' '.join(word.ljust(_WIDTH - 1) for word in words)}".rstrip()
 
 
-RUNSWIFT = Format("runswift", (".pos",), "rUNSWift's poses", recognises, read, write)
+RUNSWIFT = Format("runswift", (".pos",), "rUNSWift's poses", has_line(_POSE), read, write)

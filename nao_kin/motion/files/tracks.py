@@ -1,4 +1,4 @@
-"""The keys of each joint as a file gives them, held against what a motion may be, and made into one."""
+"""The keys of each joint in a file, checked and made into a motion; and motions as tables, for writers."""
 
 from __future__ import annotations
 
@@ -11,20 +11,19 @@ from nao_kin._core.arrays import Floats
 from nao_kin._core.text import MAX_SHOWN, abbreviated
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, NaoKinError
-from nao_kin.motion.editing import resample
-from nao_kin.motion.files.source import NOWHERE, MotionFileWarning, Place, PlaceOf, Source
+from nao_kin.motion.files.source import NOWHERE, MotionFileWarning, MotionSource, Place, PlaceOf
 from nao_kin.motion.interpolation import Interpolation
 from nao_kin.motion.motion import Motion, out_of_order
 from nao_kin.robot.nao import BODY_ORDER
 
-# How far a handle may leave its segment, as files round to six digits; and what a motion itself takes [s, and share].
-_ROUNDED = 1e-5
-_TAKEN = 1e-6
-_MOST_LISTED = 5
+# How far a handle may leave its segment in a file, which rounds to six digits, and in a motion [s, and share].
+_FILE_TOLERANCE = 1e-5
+_MOTION_TOLERANCE = 1e-6
+_MAX_LISTED = 5
 
 
 def nowhere(key: int) -> Place:
-    """No place for any key."""
+    """Return no place, for any key."""
     return NOWHERE
 
 
@@ -35,11 +34,11 @@ class Track:
     Attributes:
         joint: its name.
         times: of its keys, shape (k,) [s].
-        keys: its values there, shape (k,) [rad, m or ratio].
+        keys: its values at these times, shape (k,) [rad, m or ratio].
         handles: of a Bezier curve, shape (k, 2, 2), as in `Motion`.
-        place: where the joint is named.
-        time_of: where the time of each key stands.
-        key_of: where each key stands.
+        place: place of the name.
+        time_of: place of the time of each key.
+        key_of: place of each key.
     """
 
     joint: str
@@ -52,30 +51,19 @@ class Track:
 
 
 def motion_of(
-    source: Source,
+    source: MotionSource,
     tracks: Sequence[Track],
     interpolation: Interpolation = "linear",
     *,
     negative: bool = False,
 ) -> Motion:
-    """The motion of all tracks.
-
-    Args:
-        source: the file.
-        tracks: one for each joint.
-        interpolation: between the keys.
-        negative: the format may begin before 0 s.
-
-    Raises:
-        BadInputFile: no track, a joint that is unknown or given twice, no keys, times that are negative or do not
-            ascend, handles that leave their segment.
-    """
+    """Return the motion of all tracks; only times that may be `negative` begin before 0 s."""
     other = [abbreviated(track.joint, MAX_SHOWN) for track in tracks if track.joint not in source.joints]
     if other and source.ignore_other:
         tracks = [track for track in tracks if track.joint in source.joints]
-        more = f" and {len(other) - _MOST_LISTED} more" if len(other) > _MOST_LISTED else ""
+        more = f" and {len(other) - _MAX_LISTED} more" if len(other) > _MAX_LISTED else ""
         warn_caller(
-            f"{abbreviated(source.name)}: left out what is no joint: {', '.join(other[:_MOST_LISTED])}{more}",
+            f"{abbreviated(source.name)}: left out names that are no joints: {', '.join(other[:_MAX_LISTED])}{more}",
             MotionFileWarning,
         )
     if not tracks:
@@ -108,12 +96,8 @@ def motion_of(
         raise source.error(str(error)) from None
 
 
-def check_times(source: Source, times: Floats, place: PlaceOf, *, negative: bool = False) -> Floats:
-    """`times` if they ascend, and are not negative where those are not allowed.
-
-    Raises:
-        BadInputFile: they do not; with the place of the first that is wrong.
-    """
+def check_times(source: MotionSource, times: Floats, place: PlaceOf, *, negative: bool = False) -> Floats:
+    """Return times that ascend, and are not negative unless that is allowed."""
     if len(times) and times[0] < 0.0 and not negative:
         raise source.error(f"time {times[0]:.9g} s is negative", place(0))
     wrong = out_of_order(times)
@@ -125,13 +109,13 @@ def check_times(source: Source, times: Floats, place: PlaceOf, *, negative: bool
     return times
 
 
-def _check_handles(source: Source, track: Track, handles: Floats) -> None:
-    """Refuse handles that leave the segment beside them in time; bring those that do so by rounding back in place."""
+def _check_handles(source: MotionSource, track: Track, handles: Floats) -> None:
+    """Refuse handles that leave their segment in time; move those back that do so by rounding."""
     widths = np.diff(track.times)
     for side, sign, word in ((0, -1.0, "before"), (1, 1.0, "after")):
         inner = slice(1, None) if side == 0 else slice(None, -1)
         length = sign * handles[inner, side, 0]
-        wrong = (length < -_ROUNDED) | (length > widths * (1.0 + _ROUNDED) + _ROUNDED)
+        wrong = (length < -_FILE_TOLERANCE) | (length > widths * (1.0 + _FILE_TOLERANCE) + _FILE_TOLERANCE)
         if wrong.any():
             segment = int(np.argmax(wrong))
             key = segment + (side == 0)
@@ -140,13 +124,13 @@ def _check_handles(source: Source, track: Track, handles: Floats) -> None:
                 f"its segment of {widths[segment]:.9g} s",
                 track.key_of(key),
             )
-        off = (length < -_TAKEN * widths) | (length > widths * (1.0 + _TAKEN))
+        off = (length < -_MOTION_TOLERANCE * widths) | (length > widths * (1.0 + _MOTION_TOLERANCE))
         handles[inner, side, 0][off] = sign * np.clip(length, 0.0, widths)[off]
 
 
-# --- A motion as a table: one list of times for all joints, straight lines between.
+# --- A motion as a table: one list of times for all joints, with straight lines between.
 
-# A time that moves by more than this [s] is worth a word.
+# Smallest change of a time [s] with a warning.
 _NOTICED = 1e-6
 
 
@@ -155,38 +139,24 @@ def is_hand(joint: str) -> bool:
     return joint in ("LHand", "RHand")
 
 
-def sampled(motion: Motion, rate: float | None) -> Motion:
-    """The motion that a file holds: this one, or its samples at a rate."""
-    return motion if rate is None else resample(motion, rate)
-
-
-def straight_rows(motion: Motion, rate: float | None, what: str) -> tuple[Floats, Floats]:
-    """The rows of a format that knows straight lines only, at the times of all keys or at a rate.
-
-    Returns:
-        times (n,) [s] and values (n, joints).
-    """
-    motion = sampled(motion, rate)
+def straight_rows(motion: Motion, what: str) -> tuple[Floats, Floats]:
+    """Return times (n,) [s] and values (n, joints) at all key times, for a linear format."""
     warn_of_curves(motion, what)
     return motion.key_times, motion.sample(motion.key_times)
 
 
 def warn_of_curves(motion: Motion, what: str) -> None:
-    """Warn that a format knows no curves, if the motion has some."""
+    """Warn if a motion has curves, which a linear format loses."""
     if motion.interpolation != "linear" and any(len(keys) > 1 for keys in motion.keys):
         warn_caller(
-            f"{what} files know straight lines only: the {motion.interpolation} curves between the keys are lost; "
+            f"{what} files hold straight lines only: the {motion.interpolation} curves between the keys are lost; "
             "rate= or --rate samples them",
             MotionFileWarning,
         )
 
 
 def milliseconds(times: Floats, what: str) -> list[int]:
-    """Times in whole milliseconds.
-
-    Raises:
-        BadArgument: a negative one, or two that become the same.
-    """
+    """Return times in whole milliseconds, which must be distinct and not negative."""
     if times[0] < 0.0:
         raise BadArgument(f"{what} files begin at 0 s, the motion at {times[0]:g} s")
     whole = np.rint(times * 1e3)
@@ -209,28 +179,16 @@ def milliseconds(times: Floats, what: str) -> list[int]:
 
 
 def nao_columns(motion: Motion, values: Floats, wanted: Sequence[str], what: str, *, one_hip: bool) -> Floats:
-    """The columns of a format that holds the same joints of the NAO in every file.
+    """Return the columns (n, wanted) of a format with fixed joints of the NAO, from rows (n, joints).
 
-    Args:
-        motion: what is written.
-        values: its rows, shape (n, joints).
-        wanted: the joints of the format.
-        what: the format, for messages.
-        one_hip: the format has one column for the two HipYawPitch, LHipYawPitch; else what is missing of the two is
-            what the other one is.
-
-    Returns:
-        Shape (n, wanted).
-
-    Raises:
-        BadArgument: joints that the format has no place for, or that the motion does not name.
+    A format with `one_hip` has one column for the two HipYawPitch, LHipYawPitch; else a missing one equals the other.
     """
     given = {joint: values[:, column] for column, joint in enumerate(motion.joint_names)}
     left, right = "LHipYawPitch", "RHipYawPitch"
     if one_hip and left in given and right in given and not np.array_equal(given[left], given[right]):
         off = float(np.abs(given[left] - given[right]).max())
         warn_caller(
-            f"{what} files have one HipYawPitch: {left} is written, from which {right} differs by up to {off:.3g} rad",
+            f"{what} files have one HipYawPitch: {left} is written, {right} differs from it by up to {off:.3g} rad",
             MotionFileWarning,
             f"{what} files have one HipYawPitch",
         )

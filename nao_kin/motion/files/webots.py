@@ -1,4 +1,4 @@
-"""Webots' .motion: poses at times, some joints, * for nothing commanded.
+"""Webots' .motion: poses of some joints at times, * for joints that are not commanded.
 
     #WEBOTS_MOTION,V1.0,HeadYaw,LShoulderPitch
     00:00:000,Pose1,0.0,1.4
@@ -21,8 +21,8 @@ from nao_kin._core.arrays import Floats
 from nao_kin._core.text import MAX_SHOWN, quoted
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument
-from nao_kin.motion.files.key_frames import held
-from nao_kin.motion.files.source import Format, MotionFileWarning, Place, Source
+from nao_kin.motion.files.key_frames import held_keys
+from nao_kin.motion.files.source import Format, MotionFileWarning, MotionSource, Place
 from nao_kin.motion.files.tracks import Track, check_times, milliseconds, motion_of, straight_rows
 from nao_kin.motion.motion import Motion
 
@@ -32,23 +32,20 @@ _HOLD = "*"
 _FINGER = re.compile(r"([LR])Phalanx[1-8]")
 _EQUAL = 1e-6
 # Webots reads lines into 4096 characters.
-_LONGEST_LINE = 4094
+_MAX_LINE = 4094
 
 
-def recognises(source: Source) -> bool:
+def recognises(source: MotionSource) -> bool:
     """Whether the text begins with #WEBOTS_MOTION."""
     return source.lines[0].startswith(_HEADER)
 
 
-def read(source: Source) -> Motion:
-    """The motion in a Webots file.
+def read(source: MotionSource) -> Motion:
+    """Read the motion in a Webots file.
 
-    A joint whose cell is * has no key there: before its first value it has none at all, between two values it holds the
-    first one up to the last *, after the last value it rests. (Webots commands nothing next to a *, and so jumps where
-    this goes in a straight line from the last * to the value after it.)
-
-    Raises:
-        BadInputFile: with line and column.
+    A joint has no key in a cell with *: before its first value it has none at all, between two values it holds the
+    first one up to the last *, after the last value it is at rest. (Webots commands nothing next to a *, and so jumps
+    where this motion follows a straight line from the last * to the value after it.)
     """
     lines = source.lines
     names = _names(source, lines[0])
@@ -72,11 +69,11 @@ def read(source: Source) -> Motion:
     table = np.array(rows)
     if np.isnan(table).all():
         raise source.error("no pose has a value")
-    # A last pose without any value still says how long the motion is.
+    # A last pose without any value still sets the duration.
     ends_empty = np.isnan(table[-1]).all()
     tracks = []
     for joint, place, column in _columns(source, names, table):
-        at, keys = held(column)
+        at, keys = held_keys(column)
         if not len(at):
             warn_caller(f"{source.name}: {joint} has no value in any pose and is left out", MotionFileWarning)
             continue
@@ -87,8 +84,8 @@ def read(source: Source) -> Motion:
     return motion_of(source, tracks)
 
 
-def _columns(source: Source, names: list[str], table: Floats) -> Iterator[tuple[str, Place, Floats]]:
-    """Each joint, its place and its values; the motors of a hand are one joint, of which they have the mean."""
+def _columns(source: MotionSource, names: list[str], table: Floats) -> Iterator[tuple[str, Place, Floats]]:
+    """Yield each joint, its place and its values; the motors of a hand become one joint with their mean."""
     fingers: dict[str, list[int]] = {}
     for column, name in enumerate(names):
         hand = _hand_of(source, name)
@@ -110,14 +107,14 @@ def _columns(source: Source, names: list[str], table: Floats) -> Iterator[tuple[
         yield hand, Place(1, columns[0] + 3), mean
 
 
-def _hand_of(source: Source, name: str) -> str | None:
-    """The hand that a motor of Webots moves, where the robot has that hand and no joint of the motor's name."""
+def _hand_of(source: MotionSource, name: str) -> str | None:
+    """Return the hand that a motor of Webots moves, if the robot has that hand and no joint of the motor's name."""
     match = _FINGER.fullmatch(name)
     hand = None if match is None or name in source.joints else f"{match[1]}Hand"
     return hand if hand in source.joints else None
 
 
-def _names(source: Source, line: str) -> list[str]:
+def _names(source: MotionSource, line: str) -> list[str]:
     fields = [field.strip() for field in line.split(",")]
     if fields[0] != _HEADER:
         raise source.error(f"expected {_HEADER}, got {quoted(fields[0], MAX_SHOWN)}", Place(1, 1))
@@ -135,7 +132,7 @@ def _names(source: Source, line: str) -> list[str]:
     return names
 
 
-def _seconds(source: Source, field: str, line: int) -> float:
+def _seconds(source: MotionSource, field: str, line: int) -> float:
     match = _TIME.fullmatch(field.strip())
     if match is None:
         shown = quoted(field.strip(), MAX_SHOWN)
@@ -144,15 +141,9 @@ def _seconds(source: Source, field: str, line: int) -> float:
     return (minutes * 60000 + seconds * 1000 + thousandths) / 1000
 
 
-def write(motion: Motion, rate: float | None) -> bytes:
-    """A Webots file: a pose at every time at which some joint has a key, or at a rate.
-
-    A joint has * before its first and after its last key.
-
-    Raises:
-        BadArgument: times before 0 or nearer than a millisecond, names that a header cannot hold, too long a line.
-    """
-    times, values = straight_rows(motion, rate, "Webots motion")
+def write(motion: Motion) -> bytes:
+    """Write a pose at each key time; a joint has * before its first and after its last key."""
+    times, values = straight_rows(motion, "Webots motion")
     stamps = milliseconds(times, "Webots motion")
     for joint in motion.joint_names:
         if not re.fullmatch(r"[^,\r\n]+", joint) or joint != joint.strip():
@@ -165,8 +156,8 @@ def write(motion: Motion, rate: float | None) -> bytes:
         cells = (_HOLD if hold else repr(value) for value, hold in zip(row, holds, strict=True))
         lines.append(",".join([f"{minutes:02d}:{rest // 1000:02d}:{rest % 1000:03d}", f"Pose{number}", *cells]))
     longest = max(map(len, lines))
-    if longest > _LONGEST_LINE:
-        raise BadArgument(f"Webots reads lines of at most {_LONGEST_LINE} characters, one here has {longest}")
+    if longest > _MAX_LINE:
+        raise BadArgument(f"Webots reads lines of at most {_MAX_LINE} characters, one here has {longest}")
     return ("\n".join(lines) + "\n").encode()
 
 

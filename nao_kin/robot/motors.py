@@ -1,0 +1,82 @@
+"""Joints that share a motor, and left and right in the names of joints."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from typing import Literal, get_args
+
+import numpy as np
+
+from nao_kin._core.arrays import Floats, choice
+from nao_kin.robot.model import RobotModel
+
+# --- Left and right in the names of joints.
+
+Side = Literal["left", "right"]
+
+_OTHER = {"L": "R", "R": "L", "l": "r", "r": "l"}
+_WORDS = {"left": "right", "right": "left", "Left": "Right", "Right": "Left", "LEFT": "RIGHT", "RIGHT": "LEFT"}
+_SIDE = re.compile(
+    r"""
+    (?<![A-Za-z])(?:LEFT|RIGHT)(?![A-Za-z])           # LEFT_ELBOW
+    | ^[LR](?=[A-Z])                                  # LShoulderPitch
+    | ^[lr](?=_) | (?<=_)[lrLR]$                      # l_elbow, elbow_l
+    | ^(?:left|right)(?![a-z]) | (?<![A-Za-z])(?:left|right)$  # left_elbow, leftElbow, elbow_left
+    | ^(?:Left|Right)(?![a-z]) | (?:Left|Right)$      # LeftElbow, elbowLeft
+    """,
+    re.VERBOSE,
+)
+
+
+def side_of(name: str) -> Side | None:
+    """Return the side in a name such as LElbowRoll, l_elbow, elbow_l or left_elbow; None without one."""
+    match = _SIDE.search(name)
+    if match is None:
+        return None
+    return "left" if match.group()[0] in "lL" else "right"
+
+
+def other_side(name: str) -> str:
+    """Return the name with left and right exchanged; the same name without a side."""
+    return _SIDE.sub(lambda match: _WORDS.get(match.group()) or _OTHER[match.group()], name, count=1)
+
+
+# --- Joints that share a motor, such as the two HipYawPitch.
+
+Hips = Literal["average", "left", "right"]
+
+
+def check_hips(hips: str) -> None:
+    """Refuse an unknown rule for two joints of one motor."""
+    choice(hips, get_args(Hips), "rule for the hips")
+
+
+def joints_by_motor(robot: RobotModel, names: Iterable[str]) -> dict[str, list[str]]:
+    """Return driving joint → the joints among `names` that its motor moves, itself first."""
+    motors: dict[str, list[str]] = {}
+    for name in sorted(names, key=robot.mimics.__contains__):
+        mimic = robot.mimics.get(name)
+        if mimic is None or mimic.multiplier != 0.0:
+            motors.setdefault(name if mimic is None else mimic.joint, []).append(name)
+    return motors
+
+
+def joints_of_side(joints: list[str], hips: Hips) -> list[str]:
+    """Return the joints that determine a motor: those of the side `hips`, or all if there are none."""
+    return [joint for joint in joints if side_of(joint) == hips] or joints
+
+
+def motor_values(robot: RobotModel, values: Mapping[str, Floats], hips: Hips) -> dict[str, Floats]:
+    """Return driving joint → values, from values of any joints; a mimic joint gives (value − offset) / multiplier.
+
+    Several joints of one motor give their mean, or that of the joints on the side `hips` if there are any.
+    """
+    found = {}
+    for motor, joints in joints_by_motor(robot, values).items():
+        columns = [
+            robot.mimics[name].driver_value(values[name]) if name in robot.mimics else values[name]
+            for name in joints_of_side(joints, hips)
+        ]
+        found[motor] = columns[0] if len(columns) == 1 else np.mean(columns, axis=0)
+    return found
