@@ -11,7 +11,7 @@ import pytest
 import nao_kin as nk
 from nao_kin.errors import BadArgument, NotFinite, UnknownName
 from nao_kin.naoqi.spaces import robot_frame
-from nao_kin.naoqi.virtual import Call, Change, NaoqiError, Task, VirtualNao
+from nao_kin.naoqi.virtual import Call, Change, MotionTask, NaoqiError, VirtualNao
 from nao_kin.naoqi.virtual.engine import Clock
 
 FAST_YAW = 8.26797  # rad/s, the maximum speed of HeadYaw in the published URDF
@@ -389,7 +389,7 @@ def test_waiting_for_a_task_ends_with_it_or_with_the_time(awake: VirtualNao) -> 
     assert awake.call("ALMotion", "getTaskList") == []
 
 
-class _Broken(Task):
+class _Broken(MotionTask):
     ended = 0
 
     def advance(self, nao: VirtualNao, time: float) -> bool:

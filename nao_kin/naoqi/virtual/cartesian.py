@@ -28,9 +28,9 @@ from nao_kin.naoqi.spaces import (
     transform_list,
 )
 from nao_kin.naoqi.virtual import arguments, limb_solvers as limbs
-from nao_kin.naoqi.virtual.engine import Call, Task
+from nao_kin.naoqi.virtual.engine import Call, MotionTask
 from nao_kin.naoqi.virtual.interpolation import ON_TIME, Approach
-from nao_kin.naoqi.virtual.limb_solvers import Solution, Target
+from nao_kin.naoqi.virtual.limb_solvers import LimbSolution, LimbTarget
 from nao_kin.naoqi.virtual.service import Service, variants
 from nao_kin.rotations import exp, log
 
@@ -44,7 +44,7 @@ ToPoses = Callable[[Any], Floats]
 
 
 @dataclass(frozen=True, eq=False)
-class Wish:
+class EffectorRequest:
     """The request for one effector.
 
     Attributes:
@@ -63,9 +63,9 @@ class Wish:
     relative: bool
 
 
-def wishes(
+def read_requests(
     names: Any, spaces: Any, paths: Any, masks: Any, times: Any, read: ToPoses, *, relative: bool = False
-) -> tuple[Wish, ...]:
+) -> tuple[EffectorRequest, ...]:
     """The requests of a Cartesian call, from its arguments.
 
     Args:
@@ -91,7 +91,9 @@ def wishes(
     when = [np.empty(0)] * count if times is None else _times(times, effectors, rows)
     if (limbs.TORSO, FRAME_TORSO) in zip(effectors, numbers, strict=True):
         raise BadArgument("Torso does not move in FRAME_TORSO, which is the torso: FRAME_WORLD or FRAME_ROBOT")
-    return tuple(Wish(*fields, relative) for fields in zip(effectors, numbers, chosen, rows, when, strict=True))
+    return tuple(
+        EffectorRequest(*fields, relative) for fields in zip(effectors, numbers, chosen, rows, when, strict=True)
+    )
 
 
 def _each(value: Any, count: int, what: str, read: Callable[[Any], int]) -> list[int]:
@@ -188,7 +190,7 @@ NOTEWORTHY = 1e-3
 _FIRST = (limbs.TORSO, *limbs.LEGS)
 
 
-class Scene:
+class CartesianState:
     """The commanded configuration, shape (nq,), with the torso, FRAME_ROBOT (4, 4) and the feet (2, 4, 4) in the world.
 
     FRAME_ROBOT moves with the feet; a task uses the one at its beginning.
@@ -202,52 +204,54 @@ class Scene:
         self.T_world_feet = self.T_world_torso @ nao.robot.fk(self.q, limbs.LEGS)
         self._standing = nao.base.support
 
-    def path(self, wish: Wish) -> Floats:
+    def path(self, request: EffectorRequest) -> Floats:
         """All poses of a request from the effector's current one, changes added to it, shape (k + 1, 4, 4).
 
         They are in the world; those of FRAME_TORSO stay in the torso.
         """
-        now = pose_in(self.robot, self.q, wish.effector, wish.space, torso_in_world=self.T_world_torso)
-        poses = wish.poses
-        if wish.relative:  # places add up, and rotations are about the axes of the space
+        now = pose_in(self.robot, self.q, request.effector, request.space, torso_in_world=self.T_world_torso)
+        poses = request.poses
+        if request.relative:  # places add up, and rotations are about the axes of the space
             poses = join_poses(poses[:, :3, :3] @ now[:3, :3], now[:3, 3] + poses[:, :3, 3])
-        if wish.effector == limbs.TORSO:
-            poses = limbs.completed(poses, now, wish.mask)
+        if request.effector == limbs.TORSO:
+            poses = limbs.completed(poses, now, request.mask)
         poses = np.concatenate([now[None], poses])
-        return np.asarray(self.T_world_robot @ poses if wish.space == FRAME_ROBOT else poses)
+        return np.asarray(self.T_world_robot @ poses if request.space == FRAME_ROBOT else poses)
 
-    def target(self, wish: Wish, T: Floats, T_world_torso: Floats) -> Target:
+    def target(self, request: EffectorRequest, T: Floats, T_world_torso: Floats) -> LimbTarget:
         """The solvers' target for a request, its pose T as `path` returns it, and the torso's current pose."""
-        axes = controlled_axes(wish.mask)
-        if wish.space == FRAME_TORSO:
-            return Target(wish.effector, T, axes, np.eye(3))
-        R_world_space = self.T_world_robot[:3, :3] if wish.space == FRAME_ROBOT else np.eye(3)
-        if wish.effector in limbs.LEGS and self._standing not in (None, wish.effector):
+        axes = controlled_axes(request.mask)
+        if request.space == FRAME_TORSO:
+            return LimbTarget(request.effector, T, axes, np.eye(3))
+        R_world_space = self.T_world_robot[:3, :3] if request.space == FRAME_ROBOT else np.eye(3)
+        if request.effector in limbs.LEGS and self._standing not in (None, request.effector):
             # A leg moves the hip of the other leg and so the torso: only the standing foot stays.
             T_sole_world = rigid_inverse(self.T_world_torso @ self.robot.fk(self.q, self._standing))
-            return Target(wish.effector, T_sole_world @ T, axes, T_sole_world[:3, :3] @ R_world_space, self._standing)
+            return LimbTarget(
+                request.effector, T_sole_world @ T, axes, T_sole_world[:3, :3] @ R_world_space, self._standing
+            )
         T_torso_world = rigid_inverse(T_world_torso)
-        return Target(wish.effector, T_torso_world @ T, axes, T_torso_world[:3, :3] @ R_world_space)
+        return LimbTarget(request.effector, T_torso_world @ T, axes, T_torso_world[:3, :3] @ R_world_space)
 
 
-def hold_still(nao: VirtualNao, wishes: Sequence[Wish]) -> None:
+def hold_still(nao: VirtualNao, requests: Sequence[EffectorRequest]) -> None:
     """Stand on the other foot if the requests move one foot only."""
-    moved = [wish.effector for wish in wishes if wish.effector in limbs.LEGS]
+    moved = [request.effector for request in requests if request.effector in limbs.LEGS]
     if len(moved) == 1 and nao.base.support == moved[0]:
         nao.base.stand_on(limbs.LEGS[1 - limbs.LEGS.index(moved[0])], nao.joints.q(sensor=False))
 
 
-class _Limb:
+class _LimbFollower:
     """One limb on its path, from segment to segment.
 
     Descents from tick to tick follow a segment. If they miss its key and other joint values meet it, the joints go
     straight to those values instead.
     """
 
-    def __init__(self, wish: Wish, scene: Scene) -> None:
-        self.wish, self._scene = wish, scene
-        self.path = EffectorPath(np.concatenate([[0.0], wish.times]), scene.path(wish))
-        self._columns = limbs.columns_of(scene.robot, [wish.effector])
+    def __init__(self, request: EffectorRequest, state: CartesianState) -> None:
+        self.request, self._initial = request, state
+        self.path = EffectorPath(np.concatenate([[0.0], request.times]), state.path(request))
+        self._columns = limbs.columns_of(state.robot, [request.effector])
         self._segment = -1
         self._straight: tuple[Floats, Floats] | None = None
         self.missing = 0.0
@@ -260,47 +264,47 @@ class _Limb:
             self._segment = at
             self._look_ahead(begin, end, q, T_world_torso)
         if self._straight is None:
-            return limbs.near(self._scene.robot, self._target(time, T_world_torso), q).q
+            return limbs.near(self._initial.robot, self._target(time, T_world_torso), q).q
         share = min(max((time - begin) / (end - begin), 0.0), 1.0)
         start, goal = self._straight
         found = q.copy()
         found[self._columns] = start + share * share * (3.0 - 2.0 * share) * (goal - start)
         return np.asarray(found)
 
-    def _target(self, time: float, T_world_torso: Floats) -> Target:
-        return self._scene.target(self.wish, self.path.pose(time), T_world_torso)
+    def _target(self, time: float, T_world_torso: Floats) -> LimbTarget:
+        return self._initial.target(self.request, self.path.pose(time), T_world_torso)
 
     def _look_ahead(self, begin: float, end: float, q: Floats, T_world_torso: Floats) -> None:
         """Follow the segment in a few steps; if that misses its key, find out whether other joint values meet it."""
-        found = Solution(q, 0.0)
+        found = LimbSolution(q, 0.0)
         for time in begin + (end - begin) * np.arange(1, _CHECKED + 1) / _CHECKED:
             target = self._target(float(time), T_world_torso)
-            found = limbs.near(self._scene.robot, target, found.q)
+            found = limbs.near(self._initial.robot, target, found.q)
         self._straight = None
         if found.missing > limbs.MET:
-            other = limbs.anywhere(self._scene.robot, target, q)
+            other = limbs.anywhere(self._initial.robot, target, q)
             if other.missing < found.missing - limbs.MET:
                 self._straight = q[self._columns].copy(), other.q[self._columns]
                 found = other
         self.missing = found.missing
 
 
-class PathTask(Task):
+class PathTask(MotionTask):
     """Effectors follow paths: positionInterpolations and transformInterpolations."""
 
-    def __init__(self, name: str, nao: VirtualNao, wishes: Sequence[Wish]) -> None:
-        by_name = {wish.effector: wish for wish in wishes}
+    def __init__(self, name: str, nao: VirtualNao, requests: Sequence[EffectorRequest]) -> None:
+        by_name = {request.effector: request for request in requests}
         self._joints = limbs.joints_of(nao.robot, tuple(by_name))
         super().__init__(name, self._joints)
         self.keeps_feet = not by_name.keys().isdisjoint(_FIRST)
-        self._wishes = by_name
+        self._requests = by_name
 
     def start(self, nao: VirtualNao, time: float) -> None:
         """Begin at the commanded joint values."""
-        hold_still(nao, tuple(self._wishes.values()))
-        self._scene, self._start = Scene(nao), time
+        hold_still(nao, tuple(self._requests.values()))
+        self._initial, self._start = CartesianState(nao), time
         self._columns = nao.joints.columns(self._joints)
-        by_name = {effector: _Limb(wish, self._scene) for effector, wish in self._wishes.items()}
+        by_name = {effector: _LimbFollower(request, self._initial) for effector, request in self._requests.items()}
         self._end = max(float(limb.path.times[-1]) for limb in by_name.values())
         self._torso = by_name.pop(limbs.TORSO, None)
         self._legs = [by_name.pop(name) for name in list(by_name) if name in limbs.LEGS]
@@ -314,35 +318,35 @@ class PathTask(Task):
         if self._torso is not None:
             q = self._over_feet(self._torso, t, q)
         else:
-            T_world_torso = self._scene.T_world_torso if len(self._legs) == 2 else nao.base.torso(q)
+            T_world_torso = self._initial.T_world_torso if len(self._legs) == 2 else nao.base.torso(q)
             q = self._solved(self._legs, t, q, T_world_torso)
         q = self._solved(self._others, t, q, nao.base.torso(q))
         nao.joints.set(self._columns, nao.robot.to_body(q)[self._columns], self.notes)
         return t >= self._end - ON_TIME
 
-    def _solved(self, limbs_on_paths: Sequence[_Limb], t: float, q: Floats, T_world_torso: Floats) -> Floats:
+    def _solved(self, limbs_on_paths: Sequence[_LimbFollower], t: float, q: Floats, T_world_torso: Floats) -> Floats:
         for limb in limbs_on_paths:
             q = limb.solve(t, q, T_world_torso)
             if limb.missing > NOTEWORTHY:
-                name = limb.wish.effector
+                name = limb.request.effector
                 self.notes.once(("missed", name), f"{name} does not reach its target; it goes as near as it can")
         return q
 
-    def _over_feet(self, torso: _Limb, t: float, q: Floats) -> Floats:
+    def _over_feet(self, torso: _LimbFollower, t: float, q: Floats) -> Floats:
         """Both legs for the torso on its path, and for a foot on its own path; the other foot stands."""
-        feet = self._scene.T_world_feet.copy()
+        feet = self._initial.T_world_feet.copy()
         for leg in self._legs:
             T = leg.path.pose(t)
-            T_world_foot = self._scene.T_world_torso @ T if leg.wish.space == FRAME_TORSO else T
-            feet[limbs.LEGS.index(leg.wish.effector)] = T_world_foot
-        found = limbs.torso_over_feet(self._scene.robot, torso.path.pose(t), feet, q)
+            T_world_foot = self._initial.T_world_torso @ T if leg.request.space == FRAME_TORSO else T
+            feet[limbs.LEGS.index(leg.request.effector)] = T_world_foot
+        found = limbs.torso_over_feet(self._initial.robot, torso.path.pose(t), feet, q)
         if found.missing > NOTEWORTHY:
             what = "legs" if np.isinf(found.missing) else "one motor of both hips"
             self.notes.once("torso", f"Torso goes as near to its target as the {what} allow{'s' * (what != 'legs')}")
         return found.q
 
 
-class TogetherTask(Approach):
+class SynchronizedApproach(Approach):
     """Joints go to values and arrive together, none faster than a fraction of its maximum speed: setPositions."""
 
     def start(self, nao: VirtualNao, time: float) -> None:
@@ -443,52 +447,52 @@ class CartesianControl(Service):
         number = space_number(space)
         return pose_in(self.nao.robot, q, arguments.text(name, "name"), number, torso_in_world=self.nao.base.torso(q))
 
-    def _wishes(
+    def _requests(
         self, name: str, names: Any, spaces: Any, paths: Any, masks: Any, times: Any, *, relative: bool
-    ) -> tuple[Wish, ...]:
+    ) -> tuple[EffectorRequest, ...]:
         """The requests of a method; a method without an s at the end takes one effector."""
         if not name.endswith("s"):
             arguments.text(names, next(iter(self._signatures[name].parameters)))
         read = next(read for form, read in _FORMS.items() if form in name.lower())
-        return wishes(names, spaces, paths, masks, times, read, relative=relative)
+        return read_requests(names, spaces, paths, masks, times, read, relative=relative)
 
     def _follow(
         self, name: str, names: Any, spaces: Any, paths: Any, masks: Any, times: Any, is_absolute: Any = True
     ) -> Call:
         """Have effectors follow paths: the interpolations."""
         relative = not arguments.flag(is_absolute, "isAbsolute")
-        found = self._wishes(name, names, spaces, paths, masks, times, relative=relative)
+        found = self._requests(name, names, spaces, paths, masks, times, relative=relative)
         return self.nao.start_task(self._path_task(name, found))
 
-    def _path_task(self, name: str, found: Sequence[Wish]) -> Task:
+    def _path_task(self, name: str, found: Sequence[EffectorRequest]) -> MotionTask:
         return PathTask(name, self.nao, found)
 
     def _send(self, name: str, names: Any, spaces: Any, poses: Any, fraction: Any, masks: Any) -> None:
         """Solve for all effectors, torso and legs first, and send the joints to the solution: setPositions."""
-        found = self._wishes(name, names, spaces, poses, masks, None, relative=name.startswith("change"))
-        for wish in found:
-            if len(wish.poses) != 1:
-                raise BadArgument(f"{wish.effector} must have one pose, got {len(wish.poses)}")
+        found = self._requests(name, names, spaces, poses, masks, None, relative=name.startswith("change"))
+        for request in found:
+            if len(request.poses) != 1:
+                raise BadArgument(f"{request.effector} must have one pose, got {len(request.poses)}")
         share = arguments.fraction(fraction, "fractionMaxSpeed", positive=True)
         hold_still(self.nao, found)
-        scene = Scene(self.nao)
-        q, T_world_torso = scene.q, scene.T_world_torso
+        state = CartesianState(self.nao)
+        q, T_world_torso = state.q, state.T_world_torso
         missed: list[str] = []
-        for wish in sorted(found, key=lambda one: (*_FIRST, one.effector).index(one.effector)):
-            T = scene.path(wish)[-1]
-            if wish.effector == limbs.TORSO:
-                solution = limbs.torso_over_feet(self.nao.robot, T, scene.T_world_feet, q)
+        for request in sorted(found, key=lambda one: (*_FIRST, one.effector).index(one.effector)):
+            T = state.path(request)[-1]
+            if request.effector == limbs.TORSO:
+                solution = limbs.torso_over_feet(self.nao.robot, T, state.T_world_feet, q)
             else:
-                solution = limbs.anywhere(self.nao.robot, scene.target(wish, T, T_world_torso), q)
+                solution = limbs.anywhere(self.nao.robot, state.target(request, T, T_world_torso), q)
             q = solution.q
-            missed += [wish.effector] if solution.missing > NOTEWORTHY else []
-            if wish.effector in _FIRST:
+            missed += [request.effector] if solution.missing > NOTEWORTHY else []
+            if request.effector in _FIRST:
                 T_world_torso = self.nao.base.torso(q)
         if missed:
             self.nao.log.write(f"{name}: {', '.join(missed)} cannot reach the target and goes as near as it can")
-        effectors = [wish.effector for wish in found]
+        effectors = [request.effector for request in found]
         joints = limbs.joints_of(self.nao.robot, effectors)
         targets = self.nao.robot.to_body(q)[self.nao.joints.columns(joints)]
-        task = TogetherTask(name, joints, targets, share)
+        task = SynchronizedApproach(name, joints, targets, share)
         task.keeps_feet = not set(effectors).isdisjoint(_FIRST)
         self.nao.start_task(task)

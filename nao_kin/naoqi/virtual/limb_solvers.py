@@ -30,7 +30,7 @@ _DAMPING, _MAX_DAMPING = 1e-6, 1e3
 
 
 @dataclass(frozen=True, eq=False)
-class Target:
+class LimbTarget:
     """The target pose of a frame, seen from the torso or from the sole of the standing foot.
 
     Attributes:
@@ -73,14 +73,14 @@ class Target:
 
 
 @dataclass(frozen=True, eq=False)
-class Solution:
+class LimbSolution:
     """A configuration inside the limits, shape (nq,), and the norm of its errors: metres, radians times `RADIAN`."""
 
     q: Floats
     missing: float
 
 
-def descend(robot: RobotModel, target: Target, columns: Sequence[int], q: Floats) -> Solution:
+def descend(robot: RobotModel, target: LimbTarget, columns: Sequence[int], q: Floats) -> LimbSolution:
     """The nearby joint values that bring a frame to its target, inside all limits, or as near as steps downhill lead.
 
     `columns` are the places in q of the joints that may move; q, shape (nq,), is inside the limits.
@@ -101,7 +101,7 @@ def descend(robot: RobotModel, target: Target, columns: Sequence[int], q: Floats
             best, e, damping = trial, trial_errors, max(0.1 * damping, 1e-12)
         else:
             damping *= 10.0
-    return Solution(best, float(np.linalg.norm(e)))
+    return LimbSolution(best, float(np.linalg.norm(e)))
 
 
 def _step(robot: RobotModel, J: Floats, e: Floats, free: NDArray[np.int64], q: Floats, damping: float) -> Floats:
@@ -144,12 +144,12 @@ def columns_of(robot: NaoModel, effectors: Sequence[str]) -> list[int]:
     return [robot.joint_names.index(name) for name in dict.fromkeys(names)]
 
 
-def near(robot: NaoModel, target: Target, q: Floats) -> Solution:
+def near(robot: NaoModel, target: LimbTarget, q: Floats) -> LimbSolution:
     """Joint values next to the current ones, for following a path."""
     return descend(robot, target, columns_of(robot, [target.frame]), q)
 
 
-def anywhere(robot: NaoModel, target: Target, q: Floats) -> Solution:
+def anywhere(robot: NaoModel, target: LimbTarget, q: Floats) -> LimbSolution:
     """Joint values for one limb: the nearest solution to the current ones; without a solution, the nearest pose.
 
     Poses of arms and legs, places of hands and directions of the head go through closed forms, other masks through
@@ -162,7 +162,7 @@ def anywhere(robot: NaoModel, target: Target, q: Floats) -> Solution:
     is_finite = closed is not None and bool(np.isfinite(closed).all())
     if closed is not None and target.reference == TORSO:
         missing = float(np.linalg.norm(target.missing(robot, closed))) if is_finite else np.inf
-        return min(found, Solution(closed, missing), key=lambda one: one.missing)
+        return min(found, LimbSolution(closed, missing), key=lambda one: one.missing)
     columns = columns_of(robot, [target.frame])
     starts = np.tile(q, (_STARTS, 1))
     starts[:, columns] = robot.random(np.random.default_rng(0), _STARTS)[:, columns]
@@ -175,7 +175,7 @@ def anywhere(robot: NaoModel, target: Target, q: Floats) -> Solution:
     return min(found, *others, key=lambda one: one.missing)
 
 
-def torso_over_feet(robot: NaoModel, T_world_torso: Floats, T_world_feet: Floats, q: Floats) -> Solution:
+def torso_over_feet(robot: NaoModel, T_world_torso: Floats, T_world_feet: Floats, q: Floats) -> LimbSolution:
     """Both legs for a torso pose (4, 4) with the feet, left and right, in place (2, 4, 4); the torso's yaw is free.
 
     `missing` is the torso's error, its yaw included; infinite if a foot is not in place.
@@ -186,7 +186,7 @@ def torso_over_feet(robot: NaoModel, T_world_torso: Floats, T_world_feet: Floats
         # A batch of one runs compiled; interpreted, a tick would take longer than it lasts.
         found = ik.legs(robot, left[None], right, base="floating", torso=target_torso, free="yaw", reference=q)
         if not np.all(found.success):
-            return Solution(found.q[0] if np.isfinite(found.q).all() else np.array(q), np.inf)
+            return LimbSolution(found.q[0] if np.isfinite(found.q).all() else np.array(q), np.inf)
         torso = np.asarray(found.torso)[0]
         # The yaw is relaxed about the middle of the hips, which displaces a leaning torso: correct its place.
         six = position6d(T_world_torso)
@@ -194,8 +194,8 @@ def torso_over_feet(robot: NaoModel, T_world_torso: Floats, T_world_feet: Floats
         target_torso = pose(six)
         if np.abs(target_torso[:3, 3] - torso[:3, 3]).max() < _IN_PLACE:
             break
-    target = Target(TORSO, T_world_torso, np.ones(6, dtype=np.bool_), np.eye(3))
-    return Solution(found.q[0], float(np.linalg.norm(target.errors(torso))))
+    target = LimbTarget(TORSO, T_world_torso, np.ones(6, dtype=np.bool_), np.eye(3))
+    return LimbSolution(found.q[0], float(np.linalg.norm(target.errors(torso))))
 
 
 def completed(T_space_wanted: Floats, T_space_now: Floats, mask: int) -> Floats:
@@ -204,7 +204,7 @@ def completed(T_space_wanted: Floats, T_space_now: Floats, mask: int) -> Floats:
     return pose(six)
 
 
-def _closed_form(robot: NaoModel, target: Target, q: Floats) -> Floats | None:
+def _closed_form(robot: NaoModel, target: LimbTarget, q: Floats) -> Floats | None:
     axes = int(np.dot(target.axes, 1 << np.arange(6)))
     T, frame = target.T_reference_target, target.frame
     if target.reference != TORSO:

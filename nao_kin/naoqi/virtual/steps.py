@@ -208,7 +208,7 @@ def other(side: str) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class Step:
+class Footstep:
     """One step of the walk.
 
     Attributes:
@@ -240,9 +240,9 @@ def bounded(step: ArrayLike, side: str, gait: FootGait) -> Floats:
     return np.array([min(max(x, -gait.max_step_x), gait.max_step_x), outwards * wide, outwards * turn])
 
 
-def first_side(wish: ArrayLike) -> str:
+def first_side(motion: ArrayLike) -> str:
     """The foot to begin with: the one that opens towards where the body goes or turns."""
-    _, y, theta = np.asarray(wish, dtype=np.float64).tolist()
+    _, y, theta = np.asarray(motion, dtype=np.float64).tolist()
     return "R" if (y, theta) < (0.0, 0.0) or (y == 0.0 and theta < 0.0) else "L"
 
 
@@ -255,7 +255,7 @@ def along(start: Floats, goal: Floats, share: float) -> Floats:
     return np.array([place[0], place[1], start[2] + share * turn])
 
 
-def next_step(feet: dict[str, Floats], side: str, body: Floats, goal: Floats, gait: Gait) -> tuple[Step, Floats]:
+def next_step(feet: dict[str, Floats], side: str, body: Floats, goal: Floats, gait: Gait) -> tuple[Footstep, Floats]:
     """The step that brings the body as far towards a goal as this foot can in one step.
 
     Args:
@@ -281,7 +281,7 @@ def next_step(feet: dict[str, Floats], side: str, body: Floats, goal: Floats, ga
 
     share = _largest(fits)
     end = composed(support, wanted_and_made(share)[1])
-    step = Step(side, support.copy(), feet[side].copy(), end, own.step_height, own.period)
+    step = Footstep(side, support.copy(), feet[side].copy(), end, own.step_height, own.period)
     return step, along(body, goal, share)
 
 
@@ -316,7 +316,7 @@ _READY = 1e-6
 _MOST_STRETCHED = 10
 
 
-class StepNotMade(BadArgument):
+class StepImpossible(BadArgument):
     """The legs cannot make a step."""
 
     def __init__(self, why: str) -> None:
@@ -345,7 +345,7 @@ def ready_motion(robot: RobotModel, feet: dict[str, Floats], T_world_torso: Floa
         Configurations at the ends of the ticks, shape (n, nq); none at all where the robot is ready.
 
     Raises:
-        StepNotMade: a joint would have to jump.
+        StepImpossible: a joint would have to jump.
     """
     left, right = (_flat(feet[side][None]) for side in ("L", "R"))
     ready = _legs(robot, left, right, _torso(robot, between(feet["L"], feet["R"])[None]), q)
@@ -365,7 +365,7 @@ def ready_motion(robot: RobotModel, feet: dict[str, Floats], T_world_torso: Floa
             torso = np.stack([path.pose(float(time)) for time in range(1, count + 1)])
             return _all_of(_legs(robot, left, right, torso, q))
 
-        with suppress(StepNotMade):
+        with suppress(StepImpossible):
             return _slow_enough(robot, over_feet, q, ticks, _READY_SPEED_SHARE)
 
     def straight(count: int) -> Floats:
@@ -375,7 +375,7 @@ def ready_motion(robot: RobotModel, feet: dict[str, Floats], T_world_torso: Floa
     return _slow_enough(robot, straight, q, ticks, _READY_SPEED_SHARE)
 
 
-def step_motion(robot: RobotModel, step: Step, q: Floats) -> Floats:
+def step_motion(robot: RobotModel, step: Footstep, q: Floats) -> Floats:
     """A step at every tick; longer than its period where joints would be too fast.
 
     Args:
@@ -387,7 +387,7 @@ def step_motion(robot: RobotModel, step: Step, q: Floats) -> Floats:
         Configurations at the ends of the ticks, shape (n, nq); the last is where the step ends.
 
     Raises:
-        StepNotMade: the legs do not reach all of it, or a joint would have to jump.
+        StepImpossible: the legs do not reach all of it, or a joint would have to jump.
     """
 
     def at(ticks: int) -> Floats:
@@ -419,13 +419,13 @@ def _slow_enough(robot: RobotModel, at: Callable[[int], Floats], q: Floats, tick
             return motion
         ticks = math.ceil(ticks * max(float(used.max()), 1.02))
         if ticks > most:
-            raise StepNotMade(f"{robot.joint_names[int(np.argmax(used))]} would have to jump")
+            raise StepImpossible(f"{robot.joint_names[int(np.argmax(used))]} would have to jump")
 
 
 def _all_of(found: ik.LegsResult) -> Floats:
     missed = np.flatnonzero(~np.asarray(found.success))
     if missed.size:
-        raise StepNotMade(found.describe((int(missed[0]),)))
+        raise StepImpossible(found.describe((int(missed[0]),)))
     return found.q
 
 

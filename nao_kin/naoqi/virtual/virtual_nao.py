@@ -17,7 +17,7 @@ from nao_kin._core.arrays import Floats, choice, flag
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.naoqi.virtual.body import Base, Joints
-from nao_kin.naoqi.virtual.engine import TICK, Call, Change, Clock, Log, Monitor, NaoqiError, Task, Tasks
+from nao_kin.naoqi.virtual.engine import TICK, Call, Change, Clock, EventLog, Monitor, MotionTask, NaoqiError, Tasks
 from nao_kin.naoqi.virtual.service import Service
 from nao_kin.robot import NaoModel, load_nao
 
@@ -108,7 +108,7 @@ class VirtualNao:
         self.monitor = Monitor()
         self.clock = Clock(speed)
         self.behaviors = None if behaviors is None else _folder(behaviors)
-        self.log = Log(self.clock, self.monitor, on_change)
+        self.log = EventLog(self.clock, self.monitor, on_change)
         q = self.robot.clamp(self.robot.posture(posture))
         self.joints = Joints(self.robot, q)
         self.base = Base(self.robot, q, posture)
@@ -280,7 +280,7 @@ class VirtualNao:
         with self.monitor:
             return np.array(self.base.torso(self.joints.q(sensor=flag(sensor, "sensor"))))
 
-    def start_task(self, task: Task) -> Call:
+    def start_task(self, task: MotionTask) -> Call:
         """Add a motion task; only with the lock held."""
         return self.tasks.add(task)
 

@@ -17,11 +17,11 @@ from nao_kin.errors import BadArgument
 from nao_kin.naoqi.names import joint_names
 from nao_kin.naoqi.spaces import position6d, robot_frame
 from nao_kin.naoqi.virtual import arguments
-from nao_kin.naoqi.virtual.engine import TICK, Call, Task
-from nao_kin.naoqi.virtual.service import Service, formerly
+from nao_kin.naoqi.virtual.engine import TICK, Call, MotionTask
+from nao_kin.naoqi.virtual.service import Service, former_names
 from nao_kin.naoqi.virtual.steps import (
+    Footstep,
     Gait,
-    Step,
     between,
     body_beside,
     bounded,
@@ -62,7 +62,7 @@ class Walker:
     side: str | None = None
 
 
-class Plan(ABC):
+class WalkPlan(ABC):
     """The plan of a walk, step by step; `arrived` says whether it was completed, None for a plan without a goal."""
 
     arrived: bool | None = None
@@ -71,7 +71,7 @@ class Plan(ABC):
         """Begin the walk, or take it over, with FRAME_ROBOT at this pose on the floor."""
 
     @abstractmethod
-    def step(self, walker: Walker) -> Step | None:
+    def step(self, walker: Walker) -> Footstep | None:
         """Return the next step, and set `walker.body` and `walker.side` for the step after it; None at the end."""
 
     @abstractmethod
@@ -79,7 +79,7 @@ class Plan(ABC):
         """Put the feet side by side, and end."""
 
 
-class ToTargets(Plan):
+class ToTargets(WalkPlan):
     """Walk to poses one after the other, straight and turning evenly, and end with the feet side by side.
 
     The first target, shape (3,), is relative to FRAME_ROBOT at the beginning, each other to the one before.
@@ -94,7 +94,7 @@ class ToTargets(Plan):
         """Transform the targets into the world."""
         self._targets = list(accumulate(self._targets, composed, initial=np.array(body)))[1:]
 
-    def step(self, walker: Walker) -> Step | None:
+    def step(self, walker: Walker) -> Footstep | None:
         """A step towards the first target that is not reached."""
         while self._targets and np.abs(seen_from(walker.body, self._targets[0])).max() < _THERE:
             walker.body = self._targets.pop(0)
@@ -110,7 +110,7 @@ class ToTargets(Plan):
         self._targets = []
 
 
-class AtVelocity(Plan):
+class AtVelocity(WalkPlan):
     """Walk at a velocity of the body in its own frame, shape (3,) [m/s, m/s, rad/s], until stopped.
 
     Feet step outwards only: sideways and turning, every second step compensates for the one before.
@@ -124,7 +124,7 @@ class AtVelocity(Plan):
         """Start the body's target at its pose."""
         self._target = np.array(body)
 
-    def step(self, walker: Walker) -> Step | None:
+    def step(self, walker: Walker) -> Footstep | None:
         """A step towards the body's target at the end of the step."""
         if self._stopped:
             return None if stands_beside(walker.feet, walker.body) else _step_to(walker, walker.body, self._gait)
@@ -139,7 +139,7 @@ class AtVelocity(Plan):
         self._stopped = True
 
 
-class ByFootsteps(Plan):
+class ByFootsteps(WalkPlan):
     """Make given steps, and stay as the feet then are.
 
     `steps` are the remaining ones: side, pose of the foot relative to the other one, shape (3,), and duration [s].
@@ -148,7 +148,7 @@ class ByFootsteps(Plan):
     def __init__(self, steps: Sequence[tuple[str, Floats, float]], gait: Gait) -> None:
         self.steps, self._gait = list(steps), gait
 
-    def step(self, walker: Walker) -> Step | None:
+    def step(self, walker: Walker) -> Footstep | None:
         """The next given step, inside the limits of the gait."""
         if not self.steps:
             return None
@@ -156,14 +156,14 @@ class ByFootsteps(Plan):
         gait, support = self._gait.of(side), walker.feet[other(side)]
         end = composed(support, bounded(wanted, side, gait))
         walker.body, walker.side = body_beside(end, side), other(side)
-        return Step(side, support.copy(), walker.feet[side].copy(), end, gait.step_height, max(period, gait.period))
+        return Footstep(side, support.copy(), walker.feet[side].copy(), end, gait.step_height, max(period, gait.period))
 
     def stop(self) -> None:
         """Make no more steps."""
         self.steps = []
 
 
-def _step_to(walker: Walker, goal: Floats, gait: Gait) -> Step:
+def _step_to(walker: Walker, goal: Floats, gait: Gait) -> Footstep:
     side = walker.side or first_side(seen_from(walker.body, goal))
     step, walker.body = next_step(walker.feet, side, walker.body, goal, gait)
     walker.side = other(side)
@@ -176,21 +176,21 @@ _FEET = {"L": "LLeg", "R": "RLeg"}
 _PLACE = [0, 1, 5]
 
 
-class Walk(Task):
+class Walk(MotionTask):
     """A kinematic walk: step after step, one foot stands, the other is lifted, the torso is between the feet.
 
     It has no balance: the centre of mass does not move over the standing foot, as a real robot's does. Before the first
     step the torso is brought over the feet.
     """
 
-    def __init__(self, name: str, nao: VirtualNao, plan: Plan) -> None:
+    def __init__(self, name: str, nao: VirtualNao, plan: WalkPlan) -> None:
         super().__init__(name, joint_names(nao.robot, "Legs"))
         self.plan = self._first = plan
         self._limp = False
         self._motion: Floats = np.empty((0, nao.robot.nq))
         self._at = 0
         self.over = False
-        self.step: Step | None = None
+        self.step: Footstep | None = None
         self.walker: Walker | None = None
 
     def start(self, nao: VirtualNao, time: float) -> None:
@@ -211,7 +211,7 @@ class Walk(Task):
         nao.joints.set(self._columns, nao.robot.to_body(q)[self._columns], self.notes)
         return self._at == len(self._motion) and not self._next(nao, q)
 
-    def take_over(self, nao: VirtualNao, plan: Plan) -> Call:
+    def take_over(self, nao: VirtualNao, plan: WalkPlan) -> Call:
         """Continue with another plan after this step; the call ends with the walk."""
         self.plan = plan
         if self.started is not None:
@@ -252,7 +252,7 @@ class Walk(Task):
         self._limp = self.started is not None and bool((nao.joints.stiffness[self._columns] == 0.0).any())
         self.value = self._answer(self._first)
 
-    def _answer(self, plan: Plan) -> bool | None:
+    def _answer(self, plan: WalkPlan) -> bool | None:
         """The answer of the call that gave a plan: whether the robot reached its goal."""
         return None if plan.arrived is None else plan.arrived and not self._limp
 
@@ -282,7 +282,7 @@ _STANCE = 0.1
 _FARTHEST, _LONGEST_STEP = 1000.0, 60.0
 
 
-@formerly(
+@former_names(
     walkInit="moveInit",
     walkTo="moveTo",
     stopWalk="stopMove",
@@ -473,12 +473,12 @@ class Locomotion(Service):
     def _current(self) -> Walk | None:
         return None if self._walk is None or self._walk.call.done() or self._walk.over else self._walk
 
-    def _current_step(self) -> tuple[Step | None, float]:
+    def _current_step(self) -> tuple[Footstep | None, float]:
         """The current step, None without one, and its duration [s]."""
         walk = self._current()
         return (None, 0.0) if walk is None else (walk.step, walk.step_time)
 
-    def _start(self, name: str, plan: Plan) -> Call:
+    def _start(self, name: str, plan: WalkPlan) -> Call:
         """Walk by a plan, or have the current walk take it over."""
         walk = self._current()
         if walk is not None:

@@ -14,10 +14,17 @@ from nao_kin.errors import BadArgument
 from nao_kin.naoqi.names import joint_names
 from nao_kin.naoqi.spaces import FRAME_TORSO, AxisMask
 from nao_kin.naoqi.virtual import arguments
-from nao_kin.naoqi.virtual.cartesian import NOTEWORTHY, CartesianControl, EffectorPath, Scene, Wish, hold_still
-from nao_kin.naoqi.virtual.engine import TICK, Call, Task
+from nao_kin.naoqi.virtual.cartesian import (
+    NOTEWORTHY,
+    CartesianControl,
+    CartesianState,
+    EffectorPath,
+    EffectorRequest,
+    hold_still,
+)
+from nao_kin.naoqi.virtual.engine import TICK, Call, MotionTask
 from nao_kin.naoqi.virtual.interpolation import ON_TIME
-from nao_kin.naoqi.virtual.limb_solvers import LEGS, RADIAN, TORSO, Solution
+from nao_kin.naoqi.virtual.limb_solvers import LEGS, RADIAN, TORSO, LimbSolution
 from nao_kin.naoqi.virtual.steps import smooth
 from nao_kin.robot import NaoModel
 from nao_kin.rotations import exp, log, matrix_from_rpy
@@ -65,7 +72,7 @@ class Balance:
     support: str | None = None
 
 
-class WholeTask(Task):
+class WholeBodyTask(MotionTask):
     """A task of all joints except the hands, with the feet in place and the centre of mass above its support.
 
     `balance` is read in every tick.
@@ -80,12 +87,14 @@ class WholeTask(Task):
 
     def start(self, nao: VirtualNao, time: float) -> None:
         """Note the initial state and the joints without stiffness."""
-        self._scene, self._start = Scene(nao), time
+        self._initial, self._start = CartesianState(nao), time
         # The largest movement of each joint in a tick; infinite for joints that another task takes.
         self._max_step = nao.robot.velocity_limits * TICK
         nao.joints.note_limp(nao.joints.columns(self._joints), self.notes)
 
-    def command(self, nao: VirtualNao, targets: Targets, missed: str, *, com: Floats | None = None) -> Solution | None:
+    def command(
+        self, nao: VirtualNao, targets: Targets, missed: str, *, com: Floats | None = None
+    ) -> LimbSolution | None:
         """Command joint values for targets that can be reached in this tick.
 
         At the limit of its reach, the nearest pose of the whole robot may be far away. Targets are then brought nearer
@@ -117,9 +126,9 @@ class WholeTask(Task):
             self.notes.once("missed", missed)
         columns = nao.joints.columns(self._joints)
         nao.joints.set(columns, nao.robot.to_body(joints)[columns], self.notes)
-        return Solution(np.array(joints), missing)
+        return LimbSolution(np.array(joints), missing)
 
-    def solve(self, targets: Targets, q: Floats, *, com: Floats | None = None) -> Solution | None:
+    def solve(self, targets: Targets, q: Floats, *, com: Floats | None = None) -> LimbSolution | None:
         """Joint values of the whole robot, near to the initial ones; None if no foot stands.
 
         Args:
@@ -128,7 +137,7 @@ class WholeTask(Task):
             q: the start of the search, shape (nq,).
             com: the target of the centre of mass on the floor, shape (2,); None for anywhere above the support.
         """
-        feet, balance = dict(zip(LEGS, self._scene.T_world_feet, strict=True)), self._balance
+        feet, balance = dict(zip(LEGS, self._initial.T_world_feet, strict=True)), self._balance
         fixed = {foot: T for foot, T in feet.items() if foot not in targets and balance.feet[foot] != "Free"}
         standing = {balance.support: fixed[balance.support]} if com is None and balance.support in fixed else fixed
         if not standing:
@@ -147,13 +156,13 @@ class WholeTask(Task):
             torso=torso,
             weights=weights,
             reference=q,
-            posture=self._scene.q,
+            posture=self._initial.q,
             restarts=0,
         )
         if not np.isfinite(found.q).all():
-            return Solution(np.array(q), np.inf)
+            return LimbSolution(np.array(q), np.inf)
         errors = [np.hypot(away, RADIAN * turn) for away, turn in found.residuals.values()]
-        return Solution(found.q, float(np.linalg.norm(errors)))
+        return LimbSolution(found.q, float(np.linalg.norm(errors)))
 
 
 def com_above(robot: NaoModel, q: Floats, T_world_torso: Floats) -> Floats:
@@ -178,7 +187,7 @@ _PLACE_SPEED, _TURN_SPEED = 0.2, 0.8
 _MIN_DURATION = 0.1
 
 
-class GoToBalance(WholeTask):
+class GoToBalance(WholeBodyTask):
     """The centre of mass goes above a foot, or between both: wbGoToBalance.
 
     It takes `duration` [s], or with a `fraction` of the joints' largest speeds at least as long.
@@ -194,14 +203,14 @@ class GoToBalance(WholeTask):
     def start(self, nao: VirtualNao, time: float) -> None:
         """Find the way of the centre of mass, to above the middle of the feet's pressure sensors."""
         super().start(nao, time)
-        scene, feet = self._scene, LEGS if self._support == "Legs" else (self._support,)
-        sensors = nao.robot.fk(scene.q, [f"{foot[0]}Foot/FSR/{sensor}" for foot in feet for sensor in _SENSORS])
-        self._to = (scene.T_world_torso @ sensors)[:, :2, 3].mean(axis=0)
-        self._from = com_above(nao.robot, scene.q, scene.T_world_torso)
+        state, feet = self._initial, LEGS if self._support == "Legs" else (self._support,)
+        sensors = nao.robot.fk(state.q, [f"{foot[0]}Foot/FSR/{sensor}" for foot in feet for sensor in _SENSORS])
+        self._to = (state.T_world_torso @ sensors)[:, :2, 3].mean(axis=0)
+        self._from = com_above(nao.robot, state.q, state.T_world_torso)
         if self._fraction is not None:
-            goal = self.solve({}, scene.q, com=self._to)
+            goal = self.solve({}, state.q, com=self._to)
             assert goal is not None
-            ways = np.abs(goal.q - scene.q) / (self._fraction * nao.robot.velocity_limits)
+            ways = np.abs(goal.q - state.q) / (self._fraction * nao.robot.velocity_limits)
             # The largest speed of the smooth movement is 15/8 of the mean.
             self._duration = max(self._duration, 1.875 * float(ways.max()))
             arguments.check_duration(self._duration, "the time to balance")
@@ -220,18 +229,21 @@ class GoToBalance(WholeTask):
         return done
 
 
-class WholePathTask(WholeTask):
+class WholeBodyPathTask(WholeBodyTask):
     """Effectors follow paths with the whole robot, masks being those of `MASKS`: positionInterpolations."""
 
-    def __init__(self, name: str, nao: VirtualNao, wishes: Sequence[Wish], balance: Balance) -> None:
+    def __init__(self, name: str, nao: VirtualNao, requests: Sequence[EffectorRequest], balance: Balance) -> None:
         super().__init__(nao, name, balance)
-        self._wishes = tuple(wishes)
+        self._requests = tuple(requests)
 
     def start(self, nao: VirtualNao, time: float) -> None:
         """Begin at the commanded joint values."""
-        hold_still(nao, self._wishes)
+        hold_still(nao, self._requests)
         super().start(nao, time)
-        paths = [EffectorPath(np.concatenate([[0.0], wish.times]), self._scene.path(wish)) for wish in self._wishes]
+        paths = [
+            EffectorPath(np.concatenate([[0.0], request.times]), self._initial.path(request))
+            for request in self._requests
+        ]
         self._paths, self._end = paths, max(float(path.times[-1]) for path in paths)
 
     def advance(self, nao: VirtualNao, time: float) -> bool:
@@ -239,18 +251,18 @@ class WholePathTask(WholeTask):
         t = time - self._start
         T_world_torso = nao.base.torso(nao.joints.q(sensor=False))
         targets: dict[str, tuple[Floats, tuple[float, float]]] = {}
-        for wish, path in zip(self._wishes, self._paths, strict=True):
+        for request, path in zip(self._requests, self._paths, strict=True):
             T = path.pose(t)
-            T_world = T_world_torso @ T if wish.space == FRAME_TORSO else T
-            weights = MASKS[AxisMask.ALL if wish.effector == TORSO else wish.mask]
-            targets[wish.effector] = T_world[:3, 3] if weights[1] == 0.0 else T_world, weights
+            T_world = T_world_torso @ T if request.space == FRAME_TORSO else T
+            weights = MASKS[AxisMask.ALL if request.effector == TORSO else request.mask]
+            targets[request.effector] = T_world[:3, 3] if weights[1] == 0.0 else T_world, weights
         found = self.command(nao, targets, "an effector goes as near to its target as balance and the feet let it")
         if found is None:
             self.notes.once("feet", "no foot stands: nothing moves (wbFootState says which stay)")
         return t >= self._end - ON_TIME
 
 
-class EffectorControl(WholeTask):
+class EffectorControl(WholeBodyTask):
     """The whole robot holds effectors at their last goals: wbSetEffectorControl.
 
     `goals` in the world: of an arm the place of its hand (3,), of the head its rotation (3, 3). Targets move there at
@@ -267,13 +279,13 @@ class EffectorControl(WholeTask):
 
     def hold(self, nao: VirtualNao, effector: str) -> None:
         """Hold an effector at its current pose."""
-        scene = Scene(nao)
-        T_world = scene.T_world_torso @ nao.robot.fk(scene.q, effector)
+        state = CartesianState(nao)
+        T_world = state.T_world_torso @ nao.robot.fk(state.q, effector)
         self._now[effector] = self.goals[effector] = T_world[:3, :3] if effector == "Head" else T_world[:3, 3]
 
     def send(self, nao: VirtualNao, effector: str, target: Floats) -> None:
         """Set the goal of an effector, shape (3,) in FRAME_ROBOT: [x, y, z], or [wx, wy, wz] of the head."""
-        T_world_robot = Scene(nao).T_world_robot
+        T_world_robot = CartesianState(nao).T_world_robot
         if effector == "Head":
             self.goals[effector] = T_world_robot[:3, :3] @ matrix_from_rpy(target)
         else:
@@ -340,10 +352,10 @@ class WholeBodyControl(CartesianControl):
         super().__init__(nao)
         self.balance = Balance()
 
-    def _path_task(self, name: str, found: Sequence[Wish]) -> Task:
+    def _path_task(self, name: str, found: Sequence[EffectorRequest]) -> MotionTask:
         """The whole robot follows the paths if whole-body control is on and supports their masks."""
-        if self.balance.enabled and all(wish.mask in MASKS for wish in found):
-            return WholePathTask(name, self.nao, found, self.balance)
+        if self.balance.enabled and all(request.mask in MASKS for request in found):
+            return WholeBodyPathTask(name, self.nao, found, self.balance)
         return super()._path_task(name, found)
 
     def kernels_for(self, name: str, given: tuple[Any, ...]) -> frozenset[str]:

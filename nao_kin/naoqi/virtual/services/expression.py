@@ -14,7 +14,7 @@ from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.scripts import spoken_words
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import Call, Timer
-from nao_kin.naoqi.virtual.service import Kept, Service, keeps
+from nao_kin.naoqi.virtual.service import Service, Setting, settings
 
 if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
@@ -341,10 +341,10 @@ _CHOSEN = "Choose a voice; kept.", 'The voice chosen; at first "naoenu".'
 _LOUD = "Set the volume, from 0 to 1; kept.", "The volume; at first 1."
 
 
-@keeps(
-    Kept("Language", _SOUNDS[0], "English", ("pLanguage",), _language, read=_SOUNDS[1]),
-    Kept("Voice", _CHOSEN[0], "naoenu", ("pVoiceID",), arguments.text, read=_CHOSEN[1]),
-    Kept("Volume", _LOUD[0], 1.0, ("volume",), arguments.fraction, read=_LOUD[1]),
+@settings(
+    Setting("Language", _SOUNDS[0], "English", ("pLanguage",), _language, read=_SOUNDS[1]),
+    Setting("Voice", _CHOSEN[0], "naoenu", ("pVoiceID",), arguments.text, read=_CHOSEN[1]),
+    Setting("Volume", _LOUD[0], 1.0, ("volume",), arguments.fraction, read=_LOUD[1]),
 )
 class ALTextToSpeech(Service):
     r"""Words that are said one text after the other, written to the log and given to watchers.

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from nao_kin.errors import UnknownName
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import Call
-from nao_kin.naoqi.virtual.service import Kept, Service, answers, keeps
+from nao_kin.naoqi.virtual.service import Service, Setting, constant_answers, settings
 
 if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 _STATES = ("solitary", "interactive", "disabled", "safeguard")
 _ABILITIES = ("AutonomousBlinking", "BackgroundMovement", "BasicAwareness", "ListeningMovement", "SpeakingMovement")
-_ABILITY = Kept(
+_ABILITY = Setting(
     "AutonomousAbilityEnabled",
-    "Kept; no ability does anything here.",
+    "Stored; no ability does anything here.",
     True,
     ("autonomousAbility", "enabled"),
     arguments.flag,
@@ -27,11 +27,11 @@ _ABILITY = Kept(
 )
 
 
-@answers(
+@constant_answers(
     focusedActivity=("", "The activity in focus: none here."),
     stopAll=(None, "End all activities: there are none here."),
 )
-@keeps(_ABILITY, Kept("RobotOffsetFromFloor", "Kept [m].", 0.0, ("offset",), arguments.number))
+@settings(_ABILITY, Setting("RobotOffsetFromFloor", "Stored [m].", 0.0, ("offset",), arguments.number))
 class ALAutonomousLife(Service):
     """A robot without a life of its own: the state is kept, and nothing is done by itself.
 
@@ -66,10 +66,10 @@ class ALAutonomousLife(Service):
 
     def getAutonomousAbilitiesStatus(self) -> list[list[Any]]:
         """[name, enabled, running] of each ability; none runs."""
-        return [[ability, self.kept(_ABILITY, ability), False] for ability in _ABILITIES]
+        return [[ability, self.get_setting(_ABILITY, ability), False] for ability in _ABILITIES]
 
 
-@answers(
+@constant_answers(
     systemVersion=("2.8", "The version of NAOqi whose documentation this follows: 2.8."),
     freeMemory=(0, "0: not looked at here."),
     totalMemory=(0, "0: not looked at here."),
@@ -111,7 +111,7 @@ class ALBattery(Service):
         return round(100.0 * arguments.number(value, "the battery's charge"))
 
 
-@answers(
+@constant_answers(
     getRobotType=("Nao", 'The kind of robot: "Nao".'),
     hasArms=(True, "Whether it has arms: True."),
     hasHands=(True, "Whether it has hands that open: True."),
@@ -139,15 +139,15 @@ class ALPreferenceManager(Service):
 
     def getValue(self, domain: Any, setting: Any) -> Any:
         """The value of a setting; None where there is none."""
-        return self._settings(domain).get(arguments.text(setting, "setting"))
+        return self._domain(domain).get(arguments.text(setting, "setting"))
 
     def setValue(self, domain: Any, setting: Any, value: Any) -> None:
         """Keep a value."""
-        self._domains[domain] = self._settings(domain) | {arguments.text(setting, "setting"): value}
+        self._domains[domain] = self._domain(domain) | {arguments.text(setting, "setting"): value}
 
     def getValueList(self, domain: Any) -> list[list[Any]]:
         """[setting, value] of a domain."""
-        return [[name, value] for name, value in self._settings(domain).items()]
+        return [[name, value] for name, value in self._domain(domain).items()]
 
     def getDomainList(self) -> list[str]:
         """All domains, in alphabetical order."""
@@ -155,7 +155,7 @@ class ALPreferenceManager(Service):
 
     def removeValue(self, domain: Any, setting: Any) -> None:
         """Forget a value."""
-        values, name = self._settings(domain), arguments.text(setting, "setting")
+        values, name = self._domain(domain), arguments.text(setting, "setting")
         if name not in values:
             raise UnknownName("setting", name, tuple(values))
         del values[name]
@@ -164,7 +164,7 @@ class ALPreferenceManager(Service):
         """Forget all values of a domain."""
         self._domains.pop(arguments.text(domain, "domain"), None)
 
-    def _settings(self, domain: Any) -> dict[str, Any]:
+    def _domain(self, domain: Any) -> dict[str, Any]:
         return self._domains.get(arguments.text(domain, "domain"), {})
 
 
@@ -172,12 +172,12 @@ class ALPreferenceManager(Service):
 
 
 class _Ability(Service):
-    """An autonomous ability; ALAutonomousLife keeps whether it is enabled, and it does nothing here."""
+    """An autonomous ability; ALAutonomousLife stores whether it is enabled, and it does nothing here."""
 
     ability: ClassVar[str]
 
     def setEnabled(self, enabled: Any) -> None:
-        """Kept; the ability does nothing here."""
+        """Stored; the ability does nothing here."""
         self.nao.services["ALAutonomousLife"].invoke("setAutonomousAbilityEnabled", self.ability, enabled)
 
     def isEnabled(self) -> bool:
@@ -189,7 +189,7 @@ class _Ability(Service):
         return False if id is None else super().isRunning(id)
 
 
-@answers(isAwarenessRunning=(False, "The same as isRunning, under its name before NAOqi 2.5."))
+@constant_answers(isAwarenessRunning=(False, "The same as isRunning, under its name before NAOqi 2.5."))
 class ALBasicAwareness(_Ability):
     """The ability to look at people; it sees none here."""
 
@@ -213,9 +213,9 @@ def _strategy(value: Any, what: str) -> str:
     return arguments.choice(value, what, ("none", "backToNeutral"))
 
 
-@keeps(
-    Kept("ExpressiveListeningEnabled", "Kept; the robot does not listen here.", True, ("enable",), arguments.flag),
-    Kept("BackgroundStrategy", 'Kept: "none" or "backToNeutral".', "backToNeutral", ("strategy",), _strategy),
+@settings(
+    Setting("ExpressiveListeningEnabled", "Stored; the robot does not listen here.", True, ("enable",), arguments.flag),
+    Setting("BackgroundStrategy", 'Stored: "none" or "backToNeutral".', "backToNeutral", ("strategy",), _strategy),
 )
 class ALAutonomousMoves(Service):
     """Moves between the moves of scripts, before NAOqi 2.5; there are none here."""

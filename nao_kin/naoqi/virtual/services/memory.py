@@ -11,7 +11,7 @@ from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.spaces import position6d
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import Call
-from nao_kin.naoqi.virtual.service import Service, formerly
+from nao_kin.naoqi.virtual.service import Service, former_names
 from nao_kin.naoqi.virtual.services.expression import actuators as led_actuators
 
 if TYPE_CHECKING:
@@ -118,8 +118,8 @@ class Subscriber:
         return found
 
 
-@formerly(unsubscribeToMicroEvent="unsubscribeToEvent")
-@formerly("The same as {} here.", raiseMicroEvent="raiseEvent")
+@former_names(unsubscribeToMicroEvent="unsubscribeToEvent")
+@former_names("The same as {} here.", raiseMicroEvent="raiseEvent")
 class ALMemory(Service):
     """Values by key, and events.
 

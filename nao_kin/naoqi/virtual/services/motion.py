@@ -18,7 +18,7 @@ from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.body import WHOLE, mass_and_com
 from nao_kin.naoqi.virtual.engine import Call
 from nao_kin.naoqi.virtual.interpolation import Approach, AtSpeed, HandMove, Interpolation, StiffnessRamp, through
-from nao_kin.naoqi.virtual.service import Kept, Service, formerly, keeps, variants
+from nao_kin.naoqi.virtual.service import Service, Setting, former_names, settings, variants
 from nao_kin.naoqi.virtual.services.movements import GoToPosture
 from nao_kin.naoqi.virtual.walk import Locomotion
 from nao_kin.naoqi.virtual.whole_body import WholeBodyControl
@@ -260,29 +260,29 @@ _ARMS = ("Arms", "LArm", "RArm")
 _IDLE = ("Body", "Legs", "Arms", "LArm", "RArm", "Head")
 
 
-def _switch(name: str, log: str, note: str, *of: str, **more: Any) -> Kept:
+def _switch(name: str, log: str, note: str, *of: str, **more: Any) -> Setting:
     names = {"pChainName": ("chain", _ARMS), "pChain": ("chain", _IDLE)}.get("".join(of))
     takes = (*of, "pIsEnabled" if of == ("pChain",) else "pEnable")
     what = "the second argument" if of else "the argument"
-    return Kept(f"{name}Enabled", note, "pChain" not in of, takes, arguments.flag, what, names, log, **more)
+    return Setting(f"{name}Enabled", note, "pChain" not in of, takes, arguments.flag, what, names, log, **more)
 
 
-_COLLIDES = 'Kept for "Arms", "LArm" or "RArm"; nothing collides here.'
+_COLLIDES = 'Stored for "Arms", "LArm" or "RArm"; nothing collides here.'
 _OUTSIDE = "ExternalCollisionProtection", "external collision protection"
 
 
-@formerly("The same under its name before NAOqi 1.14.", getJointNames="getBodyNames")
-@keeps(
-    _switch("FallManager", "fall manager", "Kept; nothing falls here."),
-    _switch("SmartStiffness", "smart stiffness", "Kept; stiffness is as it is set here. Always True.", answer=True),
-    _switch("DiagnosisEffect", "diagnosis effect", "Kept; nothing breaks here."),
+@former_names("The same under its name before NAOqi 1.14.", getJointNames="getBodyNames")
+@settings(
+    _switch("FallManager", "fall manager", "Stored; nothing falls here."),
+    _switch("SmartStiffness", "smart stiffness", "Stored; stiffness is as it is set here. Always True.", answer=True),
+    _switch("DiagnosisEffect", "diagnosis effect", "Stored; nothing breaks here."),
     _switch("CollisionProtection", "collision protection", _COLLIDES, "pChainName", answer=True),
-    _switch(*_OUTSIDE, "Kept; there is nothing to collide with here.", "pName"),
-    _switch("PushRecovery", "push recovery", "Kept; nobody pushes here."),
-    _switch("Breath", "breath", "Kept; the robot does not breathe here.", "pChain"),
-    _switch("IdlePosture", "idle posture", "Kept; an idle robot stays as it is here.", "pChain"),
-    Kept("OrthogonalSecurityDistance", "Kept [m].", 0.4, ("securityDistance",), arguments.duration),
-    Kept("TangentialSecurityDistance", "Kept [m].", 0.1, ("securityDistance",), arguments.duration),
+    _switch(*_OUTSIDE, "Stored; there is nothing to collide with here.", "pName"),
+    _switch("PushRecovery", "push recovery", "Stored; nothing pushes the robot here."),
+    _switch("Breath", "breath", "Stored; the robot does not breathe here.", "pChain"),
+    _switch("IdlePosture", "idle posture", "Stored; an idle robot stays as it is here.", "pChain"),
+    Setting("OrthogonalSecurityDistance", "Stored [m].", 0.4, ("securityDistance",), arguments.duration),
+    Setting("TangentialSecurityDistance", "Stored [m].", 0.1, ("securityDistance",), arguments.duration),
 )
 class GeneralTools(Service):
     """The methods of ALMotion that tell about the robot and its tasks.
@@ -387,7 +387,7 @@ class GeneralTools(Service):
         return "none"
 
     def setBreathConfig(self, pConfig: Any) -> None:
-        """Kept: [["Bpm", 5 to 30], ["Amplitude", 0 to 1]]."""
+        """Stored: [["Bpm", 5 to 30], ["Amplitude", 0 to 1]]."""
         pairs = pConfig if isinstance(pConfig, (list, tuple)) else [pConfig]
         for pair in pairs:
             if not isinstance(pair, (list, tuple)) or len(pair) != 2:

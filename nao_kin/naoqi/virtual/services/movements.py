@@ -16,7 +16,7 @@ from nao_kin.naoqi.spaces import FRAME_TORSO, torso_in
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import TICK, Call
 from nao_kin.naoqi.virtual.interpolation import AtSpeed, Interpolation
-from nao_kin.naoqi.virtual.service import Service, formerly, variants
+from nao_kin.naoqi.virtual.service import Service, former_names, variants
 from nao_kin.robot import NaoModel
 
 if TYPE_CHECKING:
@@ -285,14 +285,14 @@ _FILE = "behavior"
 _POSTURES = {"Standing": "Stand", "Sitting": "Sit"}
 
 
-@formerly(
+@former_names(
     "The same under its name before NAOqi 1.22.",
     getBehaviorNames="getInstalledBehaviors",
     isBehaviorPresent="isBehaviorInstalled",
 )
-@formerly("The same as {}: nothing is loaded ahead here.", isBehaviorLoaded="isBehaviorRunning")
-@formerly("The same as {}.", getLoadedBehaviors="getRunningBehaviors")
-@formerly("Taken and left; whether there is such a behaviour.", preloadBehavior="isBehaviorInstalled")
+@former_names("The same as {}: nothing is loaded ahead here.", isBehaviorLoaded="isBehaviorRunning")
+@former_names("The same as {}.", getLoadedBehaviors="getRunningBehaviors")
+@former_names("Taken and left; whether there is such a behaviour.", preloadBehavior="isBehaviorInstalled")
 class ALBehaviorManager(Service):
     """The behaviours (.xar) in the folder of `nao-kin serve --behaviors FOLDER`, or of `VirtualNao(behaviors=FOLDER)`.
 
