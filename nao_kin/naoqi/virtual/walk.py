@@ -35,7 +35,7 @@ from nao_kin.naoqi.virtual.steps import (
     seen_from,
     stands_beside,
     step_motion,
-    turned_by,
+    wrapped,
 )
 
 if TYPE_CHECKING:
@@ -529,4 +529,4 @@ def _legs(value: Any) -> tuple[str, ...]:
 
 
 def _pose(place: Floats) -> list[float]:
-    return [float(place[0]), float(place[1]), turned_by(float(place[2]))]
+    return [float(place[0]), float(place[1]), wrapped(float(place[2]))]
