@@ -496,7 +496,7 @@ def test_closing_answers_whoever_waits(nao: nk.NaoModel) -> None:
 
 
 def test_a_stepped_call_without_an_end_says_so(awake: VirtualNao, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("nao_kin.naoqi.virtual.virtual_nao._MOST_SECONDS", 1.0)
+    monkeypatch.setattr("nao_kin.naoqi.virtual.virtual_nao._MAX_SECONDS", 1.0)
     with pytest.raises(NaoqiError, match="no answer within 1 s"):
         awake.call("ALMemory", "getDataOnChange", "never")
     with pytest.raises(UnknownName, match="nearest: ALMotion"):

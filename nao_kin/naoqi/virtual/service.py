@@ -195,7 +195,6 @@ class Setting:
         of: the kind and the valid names of the first of two parameters; None for any text.
         log: the name of the setting in the log, if setting it is logged.
         answer: the answer of the first method.
-        read: the help of the second method, if it differs from the usual one.
     """
 
     name: str
@@ -207,7 +206,6 @@ class Setting:
     of: tuple[str, tuple[str, ...]] | None = None
     log: str = ""
     answer: bool | None = None
-    read: str = ""
 
     def owner(self, given: tuple[Any, ...]) -> str:
         """The name that a call is about; "" if there is only one value."""
@@ -221,10 +219,9 @@ def settings(*rows: Setting) -> Callable[[type[_S]], type[_S]]:
 
     def completed(kind: type[_S]) -> type[_S]:
         for row in rows:
-            default = {str: '"{}"', float: "{:g} m"}.get(type(row.default), "{}").format(row.default)
-            read = row.read or f"The stored value; initially {default}."
+            note = f"The stored value; initially {row.default!r}."
             _offer(kind, f"set{row.name}", row.takes, row.note, Service.set_setting, row)
-            _offer(kind, f"get{row.name}", row.takes[:-1], read, Service.get_setting, row)
+            _offer(kind, f"get{row.name}", row.takes[:-1], note, Service.get_setting, row)
         return kind
 
     return completed

@@ -1,4 +1,4 @@
-"""The services by their names: those of the files beside this one, and those that only say that they are missing."""
+"""The services by name: those of the other files, and those that only refuse."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
 
 
-# Of every service that looks for something.
+# The methods of every extractor of NAOqi.
 _EXTRACTOR = (
     "subscribe unsubscribe getSubscribersInfo getOutputNames getEventList getMemoryKeyList updatePeriod "
     "updatePrecision pause isPaused isProcessing "
 )
 
-# Why → the services for which that is so, and their methods in NAOqi 1.14 to 2.8.
+# Reason → missing services, and their methods in NAOqi 1.14 to 2.8.
 _MISSING: dict[str, dict[str, str]] = {
     "its cameras give no pictures": {
         "ALVideoDevice": "subscribe subscribeCamera subscribeCameras unsubscribe unsubscribeAllInstances "
@@ -114,7 +114,7 @@ _MISSING: dict[str, dict[str, str]] = {
         "startFreeZoneUpdate findFreeZone setSecurityDistance getSecurityDistance",
         "ALRecharge": "goToStation leaveStation lookForStation moveInFrontOfStation dockOnStation getStationPosition",
     },
-    "it is not a computer of its own": {
+    "it is not a separate computer": {
         "ALBodyTemperature": "areNotificationsEnabled setEnableNotifications getTemperatureDiagnosis",
         "ALDiagnosis": "getActiveDiagnosis getPassiveDiagnosis getDiagnosis isDiagnosisActive setEnableNotification",
         "ALFileManager": "fileExists getFileCompleteName getFileContents saveFile setUserSharedFolderPath",
@@ -135,8 +135,8 @@ class Missing(Service):
         self._methods, self.absent = {}, tuple(dict.fromkeys(methods.split()))
 
     def _no_method(self, name: str) -> NaoqiError:
-        there = ", ".join(there for there, service in self.nao.services.items() if not isinstance(service, Missing))
-        return NaoqiError(self.name, quoted(name)[1:-1], f"not in this virtual NAO: {self._why}; there are: {there}")
+        others = ", ".join(other for other, service in self.nao.services.items() if not isinstance(service, Missing))
+        return NaoqiError(self.name, quoted(name)[1:-1], f"not in this virtual NAO: {self._why}; there are: {others}")
 
 
 SERVICES: tuple[type[Service], ...] = (
@@ -160,7 +160,8 @@ SERVICES: tuple[type[Service], ...] = (
 
 
 def make_services(nao: VirtualNao) -> dict[str, Service]:
-    """Every service by its name, those that only answer that they are missing last."""
-    there: dict[str, Service] = {kind.name: kind(nao) for kind in SERVICES}
-    missing = [(name, why, methods) for why, services in _MISSING.items() for name, methods in services.items()]
-    return there | {row[0]: Missing(nao, *row) for row in missing}
+    """Every service by its name, missing ones last."""
+    found: dict[str, Service] = {kind.name: kind(nao) for kind in SERVICES}
+    for why, services in _MISSING.items():
+        found |= {name: Missing(nao, name, why, methods) for name, methods in services.items()}
+    return found

@@ -1,4 +1,4 @@
-"""A robot without a life of its own: ALAutonomousLife, its abilities, and the small services of the system."""
+"""ALAutonomousLife and its abilities, which do nothing here, and the small services of the system."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ _ABILITY = Setting(
 )
 @settings(_ABILITY, Setting("RobotOffsetFromFloor", "Stored [m].", 0.0, ("offset",), arguments.number))
 class ALAutonomousLife(Service):
-    """A robot without a life of its own: the state is kept, and nothing is done by itself.
+    """The state of autonomous life, which is stored; the robot does nothing by itself.
 
-    As on the robot, "disabled" lets it rest, and solitary and interactive wake it up.
+    As on the robot, "disabled" makes it rest, and "solitary" and "interactive" wake it up.
     """
 
     name = "ALAutonomousLife"
@@ -47,11 +47,11 @@ class ALAutonomousLife(Service):
     _state = "disabled"
 
     def getState(self) -> str:
-        """One of "solitary", "interactive", "safeguard" and, at first, "disabled"."""
+        """One of "solitary", "interactive", "safeguard" and, initially, "disabled"."""
         return self._state
 
     def setState(self, state: Any) -> Call | None:
-        """Change the state; "disabled" rests and returns when the robot does."""
+        """Change the state; "disabled" returns when the robot rests."""
         wanted = arguments.choice(state, "state", _STATES)
         before, self._state = self._state, wanted
         self.nao.log.change("life", wanted)
@@ -75,7 +75,7 @@ class ALAutonomousLife(Service):
     totalMemory=(0, "0: not looked at here."),
 )
 class ALSystem(Service):
-    """Names and versions; this machine's are not given away."""
+    """Names and versions, without those of this machine."""
 
     name = "ALSystem"
     absent = tuple(
@@ -86,7 +86,7 @@ class ALSystem(Service):
     _name = "nao"
 
     def robotName(self) -> str:
-        """The robot's name; at first "nao"."""
+        """The robot's name; initially "nao"."""
         return self._name
 
     def setRobotName(self, name: Any) -> bool:
@@ -95,18 +95,18 @@ class ALSystem(Service):
         return True
 
     def systemInfo(self) -> list[list[str]]:
-        """What this is."""
+        """The robot's model and the version of Python."""
         return [["robot", self.nao.robot.name], ["python", sys.version.split()[0]]]
 
 
 class ALBattery(Service):
-    """A battery that is always full; what is inserted in ALMemory's key of its charge counts."""
+    """A full battery, or the charge inserted in ALMemory's key."""
 
     name = "ALBattery"
     absent = ("enablePowerMonitoring",)
 
     def getBatteryCharge(self) -> int:
-        """Per cent of the charge."""
+        """The charge in per cent."""
         value = self.nao.services["ALMemory"].invoke("getData", "Device/SubDeviceList/Battery/Charge/Sensor/Value")
         return round(100.0 * arguments.number(value, "the battery's charge"))
 
@@ -118,17 +118,17 @@ class ALBattery(Service):
     hasLegs=(True, "Whether it has legs: True."),
 )
 class ALRobotModel(Service):
-    """What the robot is and has."""
+    """The robot's type and parts."""
 
     name = "ALRobotModel"
 
     def getConfig(self) -> str:
-        """The robot as an XML document: its URDF; a robot has one of NAOqi's own."""
+        """The robot's URDF; NAOqi has an XML format of its own."""
         return Path(self.nao.robot.urdf_path).read_text(encoding="utf-8")
 
 
 class ALPreferenceManager(Service):
-    """Preferences by domain and name, kept until the virtual NAO ends."""
+    """Preferences by domain and name, stored until the virtual NAO ends."""
 
     name = "ALPreferenceManager"
     absent = ("importPrefFile", "update")
@@ -138,11 +138,11 @@ class ALPreferenceManager(Service):
         self._domains: dict[str, dict[str, Any]] = {}
 
     def getValue(self, domain: Any, setting: Any) -> Any:
-        """The value of a setting; None where there is none."""
+        """The value of a setting; None for an unknown one."""
         return self._domain(domain).get(arguments.text(setting, "setting"))
 
     def setValue(self, domain: Any, setting: Any, value: Any) -> None:
-        """Keep a value."""
+        """Store a value."""
         self._domains[domain] = self._domain(domain) | {arguments.text(setting, "setting"): value}
 
     def getValueList(self, domain: Any) -> list[list[Any]]:
@@ -168,11 +168,11 @@ class ALPreferenceManager(Service):
         return self._domains.get(arguments.text(domain, "domain"), {})
 
 
-# --- The autonomous abilities, which scripts switch off before they begin: kept, and nothing moves by itself here.
+# --- The autonomous abilities, which scripts switch off first: stored, without effect.
 
 
 class _Ability(Service):
-    """An autonomous ability; ALAutonomousLife stores whether it is enabled, and it does nothing here."""
+    """An autonomous ability, which does nothing here; ALAutonomousLife stores whether it is enabled."""
 
     ability: ClassVar[str]
 
@@ -181,11 +181,11 @@ class _Ability(Service):
         self.nao.services["ALAutonomousLife"].invoke("setAutonomousAbilityEnabled", self.ability, enabled)
 
     def isEnabled(self) -> bool:
-        """As it was set; at first True."""
+        """The stored value; initially True."""
         return bool(self.nao.services["ALAutonomousLife"].invoke("getAutonomousAbilityEnabled", self.ability))
 
     def isRunning(self, id: Any = None) -> bool:
-        """Whether the ability does something: False; with an id, whether a motion task is not over."""
+        """False; with an id, whether a motion task is not over."""
         return False if id is None else super().isRunning(id)
 
 
