@@ -14,31 +14,7 @@ import numpy as np
 
 from nao_kin._core.arrays import Floats, join_poses, rigid_inverse
 from nao_kin.naoqi.compat.motion import *  # noqa: F403
-from nao_kin.naoqi.compat.motion import PI, TO_DEG, TO_RAD
 from nao_kin.naoqi.spaces import pose, position6d
-
-__all__ = [
-    "PI",
-    "TO_DEG",
-    "TO_RAD",
-    "Pose2D",
-    "Position3D",
-    "Position6D",
-    "Transform",
-    "clipData",
-    "getDubinsSolutions",
-    "modulo2PI",
-    "pose2DFromTransform",
-    "pose2DInverse",
-    "position6DFromTransform",
-    "transformFromPose2D",
-    "transformFromPosition3D",
-    "transformFromPosition6D",
-    "transformFromRotX",
-    "transformFromRotY",
-    "transformFromRotZ",
-    "transformInverse",
-]
 
 
 class _Numbers:

@@ -20,11 +20,10 @@ arguments. Names of internal ones begin with an underscore:
 
 A method runs with the lock held, on any thread, and so neither waits nor sleeps. `arguments` reads its arguments
 (`number`, `fraction`, `flag`, `one_each`, `list_each` …) and `self.joints` reads names; every `NaoKinError` reaches the
-script as `Service::method`, a line break, a tab and the error's line. `absent` lists the methods of NAOqi that are
-missing. A method that takes time returns a `Call`: that of a task or of `nao.after(seconds)`, or a new one.
-`@settings(Setting(...))` makes the methods of a value that scripts set and read, without effect, `@constant_answers`
-those with a constant answer, `@former_names(walkTo="moveTo")` former names, and `@variants` those that differ in their
-arguments only.
+script as `Service::method`, a line break, a tab and the error's line. A method that takes time returns a `Call`: that
+of a task or of `nao.after(seconds)`, or a new one. `@settings(Setting(...))` makes the methods of a value that scripts
+set and read, without effect, `@constant_answers` those with a constant answer, `@former_names(walkTo="moveTo")` former
+names, and `@variants` those that differ in their arguments only. `absent_methods.json` lists NAOqi's other methods.
 
 ## How to write a task
 

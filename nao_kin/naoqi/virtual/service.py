@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import inspect
+import json
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from inspect import Parameter
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from nao_kin._core.text import quoted
@@ -22,6 +24,9 @@ if TYPE_CHECKING:
 _S = TypeVar("_S", bound="Service")
 
 
+# The services and methods of NAOqi 1.14 to 2.8 that are missing here: of each service; of each missing service, by
+# reason; "*" stands for the methods of every extractor.
+ABSENT: dict[str, Any] = json.loads((Path(__file__).parent / "absent_methods.json").read_text(encoding="utf-8"))
 # Public methods of every service that are not offered to scripts.
 _INTERNAL = frozenset(("get_setting", "help", "invoke", "joints", "kernels_for", "set_setting"))
 
@@ -29,7 +34,7 @@ _INTERNAL = frozenset(("get_setting", "help", "invoke", "joints", "kernels_for",
 class Service:
     """A service that scripts call by name.
 
-    A subclass sets `name`, "ALMotion", and `absent`, the methods of NAOqi's service that it lacks. As qi does with a
+    A subclass sets `name`, "ALMotion"; `absent` are the methods of NAOqi's service that it lacks. As qi does with a
     Python object, its public methods are offered to scripts; names of internal ones begin with an underscore. Methods
     take NAOqi's positional arguments; defaults make overloads. They run with the lock held (`nao.monitor`), so they
     neither wait nor sleep: what takes time is a task, and its `Call` is returned. `arguments` reads their arguments;
@@ -37,10 +42,10 @@ class Service:
     """
 
     name: str
-    absent: tuple[str, ...] = ()
 
     def __init__(self, nao: VirtualNao) -> None:
         self.nao = nao
+        self.absent = tuple(ABSENT["absent"].get(self.name, "").split())
         self._settings: dict[tuple[str, str], Any] = {}
         public = [name for name in dir(type(self)) if not name.startswith("_") and name not in _INTERNAL]
         offered = [name for name in public if callable(getattr(type(self), name))]

@@ -112,7 +112,6 @@ class ALLeds(Service):
     """
 
     name = "ALLeds"
-    absent = ("reset", "earLedsSetAngle", "setAngle", "removeGroup")
 
     def __init__(self, nao: VirtualNao) -> None:
         super().__init__(nao)
@@ -338,10 +337,6 @@ class ALTextToSpeech(Service):
     """
 
     name = "ALTextToSpeech"
-    absent = tuple(
-        "sayToFile sayToFileAndPlay addToDictionary deleteFromDictionary enableNotifications disableNotifications "
-        "loadVoicePreference getSupportedLanguages locale".split()
-    )
 
     def __init__(self, nao: VirtualNao) -> None:
         super().__init__(nao)

@@ -39,10 +39,6 @@ class ALAutonomousLife(Service):
     """
 
     name = "ALAutonomousLife"
-    absent = tuple(
-        "switchFocus getActivityNature getLaunchpadPluginsForGroup getEnabledLaunchpadPlugins getFocusHistory "
-        "getStateHistory startMonitoringLaunchpadConditions stopFocus".split()
-    )
 
     _state = "disabled"
 
@@ -78,10 +74,6 @@ class ALSystem(Service):
     """Names and versions, without those of this machine."""
 
     name = "ALSystem"
-    absent = tuple(
-        "reboot shutdown upgrade setRobotIcon robotIcon changePassword setTimezone timezone diskFree "
-        "previousSystemVersion getDefaultRobotName".split()
-    )
 
     _name = "nao"
 
@@ -103,7 +95,6 @@ class ALBattery(Service):
     """A full battery, or the charge inserted in ALMemory's key."""
 
     name = "ALBattery"
-    absent = ("enablePowerMonitoring",)
 
     def getBatteryCharge(self) -> int:
         """The charge in per cent."""
@@ -131,7 +122,6 @@ class ALPreferenceManager(Service):
     """Preferences by domain and name, stored until the virtual NAO ends."""
 
     name = "ALPreferenceManager"
-    absent = ("importPrefFile", "update")
 
     def __init__(self, nao: VirtualNao) -> None:
         super().__init__(nao)
@@ -194,11 +184,6 @@ class ALBasicAwareness(_Ability):
     """The ability to look at people; it sees none here."""
 
     name, ability = "ALBasicAwareness", "BasicAwareness"
-    absent = tuple(
-        "engagePerson getEngagementMode setEngagementMode getTrackingMode setTrackingMode getParameter setParameter "
-        "resetAllParameters isStimulusDetectionEnabled setStimulusDetectionEnabled pauseAwareness"
-        " resumeAwareness".split()
-    )
 
     def startAwareness(self) -> None:
         """The same as setEnabled(True), under its name before NAOqi 2.5."""

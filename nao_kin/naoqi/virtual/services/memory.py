@@ -129,10 +129,6 @@ class ALMemory(Service):
     """
 
     name = "ALMemory"
-    absent = tuple(
-        "getDataPtr getEventHistory getTimestamp getListTimestamp insertMapping addMapping getMicroEventList "
-        "getType".split()
-    )
 
     def __init__(self, nao: VirtualNao) -> None:
         super().__init__(nao)
@@ -363,7 +359,6 @@ class ALTouch(Service):
     """
 
     name = "ALTouch"
-    absent = ("createALMemoryEvent",)
 
     def __init__(self, nao: VirtualNao) -> None:
         super().__init__(nao)
@@ -403,7 +398,6 @@ class ALSonar(Service):
     """
 
     name = "ALSonar"
-    absent = tuple("updatePeriod updatePrecision getMyPeriod getMyPrecision getOutputNames getEventList".split())
 
     def __init__(self, nao: VirtualNao) -> None:
         super().__init__(nao)

@@ -371,7 +371,3 @@ class ALMotion(JointControl, StiffnessControl, WholeBodyControl, Locomotion, Gen
     """The service that moves joints, stiffness, effectors and the whole robot."""
 
     name = "ALMotion"
-    absent = tuple(
-        "getChainClosestObstaclePosition getFootGaitConfig getTaskLog getWalkArmsEnable setEnableNotifications "
-        "setFootTrajectory setWalkArmsEnable stopAll stopTasksUsingResources updateTrackerTarget".split()
-    )

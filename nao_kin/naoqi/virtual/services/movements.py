@@ -94,7 +94,6 @@ class ALRobotPosture(Service):
     """
 
     name = "ALRobotPosture"
-    absent = ("getRobotPosture", "isStandCompatible")
 
     def getPostureList(self) -> list[str]:
         """Names of the predefined postures."""
@@ -172,14 +171,6 @@ class ALTracker(Service):
     """Looks and points at given places; targets that must be seen are not tracked."""
 
     name = "ALTracker"
-    absent = tuple(
-        "track trackEvent registerTarget registerTargets unregisterTarget unregisterTargets unregisterAllTargets "
-        "getRegisteredTargets getSupportedTargets getActiveTarget getTargetPosition getTargetNames "
-        "getTargetCoordinates getRobotPosition isActive isNewTargetDetected isSearchEnabled isTargetLost setMode "
-        "getMode getAvailableModes setEffector getEffector addEffector removeEffector setRelativePosition "
-        "getRelativePosition setMaximumDistance setMoveConfig toggleSearch initialize setTimeOut getTimeOut "
-        "setMaximumVelocity setMaximumAcceleration".split()
-    )
 
     def lookAt(self, pPosition: Any, pFrame: Any, pMaxSpeed: Any, pUseWholeBody: Any = None) -> Call:
         """Turn the head until a point [x, y, z] [m] is in the centre of the top camera's image, as far as limits allow.
@@ -274,11 +265,6 @@ class ALBehaviorManager(Service):
     """
 
     name = "ALBehaviorManager"
-    absent = tuple(
-        "addDefaultBehavior removeDefaultBehavior setDefaultBehaviors getDefaultBehaviors playDefaultProject "
-        "getBehaviorTags getBehaviorsByTag getTagList getBehaviorNature getSystemBehaviorNames getUserBehaviorNames "
-        "removeBehavior resolveBehaviorName installBehavior".split()
-    )
 
     def __init__(self, nao: VirtualNao) -> None:
         super().__init__(nao)
@@ -359,7 +345,6 @@ class ALAnimationPlayer(Service):
     """Plays behaviours of ALBehaviorManager; Aldebaran's animations are not part of nao_kin."""
 
     name = "ALAnimationPlayer"
-    absent = ("runTag", "reset", "declarePathForTags", "addTagForAnimations", "declareTagForAnimations")
 
     def run(self, path: Any) -> Call:
         """Play a behaviour; returns at its end. In its name, [robot] stands for Nao, [posture] for Stand or Sit."""
