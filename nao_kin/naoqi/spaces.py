@@ -136,7 +136,7 @@ FRAME_TORSO, FRAME_WORLD, FRAME_ROBOT = 0, 1, 2
 SPACES: tuple[str, ...] = ("FRAME_TORSO", "FRAME_WORLD", "FRAME_ROBOT")
 # The six points that Cartesian control moves: the ends of the chains, and the torso.
 EFFECTORS: tuple[str, ...] = (*CHAINS, "Torso")
-_TORSO, _FEET = "Torso", ("LLeg", "RLeg")
+TORSO, LEGS = "Torso", ("LLeg", "RLeg")
 
 
 def space_number(space: SupportsIndex | str) -> int:
@@ -181,7 +181,7 @@ def robot_frame(robot: RobotModel, q: ArrayLike, *, torso_in_world: ArrayLike | 
             with a fixed base, for a level torso at the world's origin.
     """
     check_robot(robot)
-    T_torso_feet = robot.fk(q, [frame_of(robot, foot) for foot in _FEET], reference=frame_of(robot, _TORSO))
+    T_torso_feet = robot.fk(q, [frame_of(robot, foot) for foot in LEGS], reference=frame_of(robot, TORSO))
     return _between(_torso_in_world(robot, q, torso_in_world)[..., None, :, :] @ T_torso_feet)
 
 
@@ -217,7 +217,7 @@ def pose_in(
     """
     check_robot(robot)
     number = space_number(space)
-    T_torso_name = robot.fk(q, frame_of(robot, name), reference=frame_of(robot, _TORSO))
+    T_torso_name = robot.fk(q, frame_of(robot, name), reference=frame_of(robot, TORSO))
     return np.asarray(torso_in(robot, q, number, torso_in_world=torso_in_world) @ T_torso_name)
 
 
@@ -237,7 +237,7 @@ def torso_in(
 def _torso_in_world(robot: RobotModel, q: ArrayLike, torso_in_world: ArrayLike | None) -> Floats:
     check_robot(robot)
     if torso_in_world is None:
-        return np.eye(4) if robot.base == "fixed" else cast(Floats, robot.fk(q, frame_of(robot, _TORSO)))
+        return np.eye(4) if robot.base == "fixed" else cast(Floats, robot.fk(q, frame_of(robot, TORSO)))
     return _rigid(as_batch(torso_in_world, (4, 4), "torso_in_world"), "torso_in_world")
 
 

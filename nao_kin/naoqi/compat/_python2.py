@@ -123,7 +123,7 @@ def _translated(content: bytes, path: str) -> types.CodeType | None:
             tool = RefactoringTool(get_fixers_from_package("lib2to3.fixes"))
             text = str(tool.refactor_string(_text(content).expandtabs(8) + "\n", path))
             tree = ast.parse(text, path)
-        except Exception:  # whatever the translator stumbles over, the script is none
+        except Exception:  # a script that the translator cannot read is no Python 2
             return None
         if not _TRUE_DIVISION.search(content):
             setattr(builtins, _DIVIDE, _divide)

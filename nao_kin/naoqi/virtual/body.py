@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from nao_kin._core.arrays import Floats, join_poses, rigid_inverse
 from nao_kin.errors import BadArgument
 from nao_kin.naoqi.names import chain_names, joint_names
-from nao_kin.naoqi.spaces import robot_frame
+from nao_kin.naoqi.spaces import LEGS, TORSO, robot_frame
 from nao_kin.naoqi.virtual.engine import TICK, Notes
 from nao_kin.robot import NaoModel
 from nao_kin.rotations import rot_z
@@ -190,7 +190,6 @@ class Joints:
 
 # --- The torso in the world while the joints move: one sole stays on the floor, or the robot rests on it.
 
-FEET = ("LLeg", "RLeg")
 # The height difference of the soles above which the lower foot becomes the standing one [m].
 _LOWER = 1e-3
 # The mean distance of a limb's shell from its joints, for a robot that lies on its shells [m].
@@ -242,7 +241,7 @@ class Base:
             return np.asarray(self._T_world_sole @ rigid_inverse(T_torso_sole))
         T = join_poses(rot_z(self._yaw) @ _upright(self._up), np.append(self._place, 0.0))
         heights = self._robot.fk(q, self._points)[:, :3, 3] @ T[2, :3]
-        soles = self._robot.fk(q, list(FEET))[:, :3, 3] @ T[2, :3]
+        soles = self._robot.fk(q, list(LEGS))[:, :3, 3] @ T[2, :3]
         T[2, 3] = -min(float(heights.min()) - _SHELL, float(soles.min()))
         return T
 
@@ -297,12 +296,12 @@ class Base:
     def _both_down(self, q: Floats) -> bool:
         """Whether the other sole is on the floor too."""
         assert self.support is not None
-        T_torso_sole, T_torso_other = self._robot.fk(q, [self.support, FEET[1 - FEET.index(self.support)]])
+        T_torso_sole, T_torso_other = self._robot.fk(q, [self.support, LEGS[1 - LEGS.index(self.support)]])
         return bool((rigid_inverse(T_torso_sole) @ T_torso_other)[2, 3] <= _LOWER)
 
-    def standing_foot(self, q: Floats, before: str = FEET[0]) -> str:
+    def standing_foot(self, q: Floats, before: str = LEGS[0]) -> str:
         """The foot that carries the robot: `before`, unless the other is lower, also seen from its own sole."""
-        other = FEET[1 - FEET.index(before)]
+        other = LEGS[1 - LEGS.index(before)]
         T_torso_before, T_torso_other = self._robot.fk(q, [before, other])
         T_before_other = rigid_inverse(T_torso_before) @ T_torso_other
         lower = T_before_other[2, 3] < -_LOWER and rigid_inverse(T_before_other)[2, 3] > -_LOWER
@@ -326,7 +325,6 @@ def _upright(up: Floats) -> Floats:
 
 # --- Masses and centres of mass of the robot's parts, for getMass and getCOM.
 
-TORSO = "Torso"
 WHOLE = ("Body", "Joints", "Com")
 
 

@@ -17,6 +17,8 @@ from nao_kin.naoqi.spaces import (
     EFFECTORS,
     FRAME_ROBOT,
     FRAME_TORSO,
+    LEGS,
+    TORSO,
     axis_mask,
     controlled_axes,
     pose,
@@ -89,7 +91,7 @@ def read_requests(
     chosen = _each(masks, count, "axis masks", axis_mask)
     rows = [_path(path, read, effector) for path, effector in zip(_split(paths, count), effectors, strict=True)]
     when = [np.empty(0)] * count if times is None else _times(times, effectors, rows)
-    if (limbs.TORSO, FRAME_TORSO) in zip(effectors, numbers, strict=True):
+    if (TORSO, FRAME_TORSO) in zip(effectors, numbers, strict=True):
         raise BadArgument("Torso does not move in FRAME_TORSO, which is the torso: FRAME_WORLD or FRAME_ROBOT")
     return tuple(
         EffectorRequest(*fields, relative) for fields in zip(effectors, numbers, chosen, rows, when, strict=True)
@@ -187,7 +189,7 @@ _CHECKED = 8
 # The residual of a target above which the log reports it: metres, and radians times 0.1.
 NOTEWORTHY = 1e-3
 # The effectors to solve for before the head and the arms, which depend on the torso.
-_FIRST = (limbs.TORSO, *limbs.LEGS)
+_FIRST = (TORSO, *LEGS)
 
 
 class CartesianState:
@@ -201,7 +203,7 @@ class CartesianState:
         self.q = nao.joints.q(sensor=False)
         self.T_world_torso = nao.base.torso(self.q)
         self.T_world_robot = robot_frame(nao.robot, self.q, torso_in_world=self.T_world_torso)
-        self.T_world_feet = self.T_world_torso @ nao.robot.fk(self.q, limbs.LEGS)
+        self.T_world_feet = self.T_world_torso @ nao.robot.fk(self.q, LEGS)
         self._standing = nao.base.support
 
     def path(self, request: EffectorRequest) -> Floats:
@@ -213,10 +215,14 @@ class CartesianState:
         poses = request.poses
         if request.relative:  # places add up, and rotations are about the axes of the space
             poses = join_poses(poses[:, :3, :3] @ now[:3, :3], now[:3, 3] + poses[:, :3, 3])
-        if request.effector == limbs.TORSO:
+        if request.effector == TORSO:
             poses = limbs.completed(poses, now, request.mask)
         poses = np.concatenate([now[None], poses])
         return np.asarray(self.T_world_robot @ poses if request.space == FRAME_ROBOT else poses)
+
+    def curve(self, request: EffectorRequest) -> EffectorPath:
+        """The curve of a request over its times."""
+        return EffectorPath(np.concatenate([[0.0], request.times]), self.path(request))
 
     def target(self, request: EffectorRequest, T: Floats, T_world_torso: Floats) -> LimbTarget:
         """The solvers' target for a request, its pose T as `path` returns it, and the torso's current pose."""
@@ -224,7 +230,7 @@ class CartesianState:
         if request.space == FRAME_TORSO:
             return LimbTarget(request.effector, T, axes, np.eye(3))
         R_world_space = self.T_world_robot[:3, :3] if request.space == FRAME_ROBOT else np.eye(3)
-        if request.effector in limbs.LEGS and self._standing not in (None, request.effector):
+        if request.effector in LEGS and self._standing not in (None, request.effector):
             # A leg moves the hip of the other leg and so the torso: only the standing foot stays.
             T_sole_world = rigid_inverse(self.T_world_torso @ self.robot.fk(self.q, self._standing))
             return LimbTarget(
@@ -236,9 +242,9 @@ class CartesianState:
 
 def hold_still(nao: VirtualNao, requests: Sequence[EffectorRequest]) -> None:
     """Stand on the other foot if the requests move one foot only."""
-    moved = [request.effector for request in requests if request.effector in limbs.LEGS]
+    moved = [request.effector for request in requests if request.effector in LEGS]
     if len(moved) == 1 and nao.base.support == moved[0]:
-        nao.base.stand_on(limbs.LEGS[1 - limbs.LEGS.index(moved[0])], nao.joints.q(sensor=False))
+        nao.base.stand_on(LEGS[1 - LEGS.index(moved[0])], nao.joints.q(sensor=False))
 
 
 class _LimbFollower:
@@ -250,7 +256,7 @@ class _LimbFollower:
 
     def __init__(self, request: EffectorRequest, state: CartesianState) -> None:
         self.request, self._initial = request, state
-        self.path = EffectorPath(np.concatenate([[0.0], request.times]), state.path(request))
+        self.path = state.curve(request)
         self._columns = limbs.columns_of(state.robot, [request.effector])
         self._segment = -1
         self._straight: tuple[Floats, Floats] | None = None
@@ -306,8 +312,8 @@ class PathTask(MotionTask):
         self._columns = nao.joints.columns(self._joints)
         by_name = {effector: _LimbFollower(request, self._initial) for effector, request in self._requests.items()}
         self._end = max(float(limb.path.times[-1]) for limb in by_name.values())
-        self._torso = by_name.pop(limbs.TORSO, None)
-        self._legs = [by_name.pop(name) for name in list(by_name) if name in limbs.LEGS]
+        self._torso = by_name.pop(TORSO, None)
+        self._legs = [by_name.pop(name) for name in list(by_name) if name in LEGS]
         self._others = list(by_name.values())
         nao.joints.note_limp(self._columns, self.notes)
 
@@ -338,7 +344,7 @@ class PathTask(MotionTask):
         for leg in self._legs:
             T = leg.path.pose(t)
             T_world_foot = self._initial.T_world_torso @ T if leg.request.space == FRAME_TORSO else T
-            feet[limbs.LEGS.index(leg.request.effector)] = T_world_foot
+            feet[LEGS.index(leg.request.effector)] = T_world_foot
         found = limbs.torso_over_feet(self._initial.robot, torso.path.pose(t), feet, q)
         if found.missing > NOTEWORTHY:
             what = "legs" if np.isinf(found.missing) else "one motor of both hips"
@@ -480,7 +486,7 @@ class CartesianControl(Service):
         missed: list[str] = []
         for request in sorted(found, key=lambda one: (*_FIRST, one.effector).index(one.effector)):
             T = state.path(request)[-1]
-            if request.effector == limbs.TORSO:
+            if request.effector == TORSO:
                 solution = limbs.torso_over_feet(self.nao.robot, T, state.T_world_feet, q)
             else:
                 solution = limbs.anywhere(self.nao.robot, state.target(request, T, T_world_torso), q)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from nao_kin import ik
 from nao_kin._core.arrays import Floats
 from nao_kin.naoqi.names import joint_names
-from nao_kin.naoqi.spaces import AxisMask, controlled_axes, pose, position6d
+from nao_kin.naoqi.spaces import LEGS, TORSO, AxisMask, controlled_axes, pose, position6d
 from nao_kin.robot import NaoModel, RobotModel
 from nao_kin.rotations import log
 
@@ -121,8 +121,6 @@ def _step(robot: RobotModel, J: Floats, e: Floats, free: NDArray[np.int64], q: F
 
 # --- The six effectors of Cartesian control, each with its joints and its solvers.
 
-TORSO = "Torso"
-LEGS = ("LLeg", "RLeg")
 ARMS = ("LArm", "RArm")
 # The residual below which a target counts as met [m].
 MET = 1e-6

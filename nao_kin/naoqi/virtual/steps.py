@@ -34,8 +34,8 @@ class Parameter(NamedTuple):
     """A number of the move configuration: its documented default and bounds."""
 
     default: float
-    least: float
-    most: float
+    minimum: float
+    maximum: float
 
 
 # Aldebaran documentation 2.1, locomotion control, "Move config parameters" of NAO. getMoveConfig("Default") of a robot
@@ -105,7 +105,7 @@ def gait_of(config: Any) -> Gait:
             raise UnknownName("move parameter", name, (*PARAMETERS, *_OTHER_NAMES))
         parameter = PARAMETERS[plain]
         for side in sides or SIDES:
-            values[side][_FIELDS[plain]] = min(max(value, parameter.least), parameter.most)
+            values[side][_FIELDS[plain]] = min(max(value, parameter.minimum), parameter.maximum)
     return Gait(FootGait(**values["L"]), FootGait(**values["R"]))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -12,19 +12,18 @@ from nao_kin import ik
 from nao_kin._core.arrays import Floats, join_poses
 from nao_kin.errors import BadArgument
 from nao_kin.naoqi.names import joint_names
-from nao_kin.naoqi.spaces import FRAME_TORSO, AxisMask
+from nao_kin.naoqi.spaces import FRAME_TORSO, LEGS, TORSO, AxisMask
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.cartesian import (
     NOTEWORTHY,
     CartesianControl,
     CartesianState,
-    EffectorPath,
     EffectorRequest,
     hold_still,
 )
 from nao_kin.naoqi.virtual.engine import TICK, Call, MotionTask
 from nao_kin.naoqi.virtual.interpolation import ON_TIME
-from nao_kin.naoqi.virtual.limb_solvers import LEGS, RADIAN, TORSO, LimbSolution
+from nao_kin.naoqi.virtual.limb_solvers import RADIAN, LimbSolution
 from nao_kin.naoqi.virtual.steps import smooth
 from nao_kin.robot import NaoModel
 from nao_kin.rotations import exp, log, matrix_from_rpy
@@ -36,7 +35,7 @@ if TYPE_CHECKING:
 # --- The constraints of whole-body control, and joint values that fulfil them.
 
 # Effector → pose (4, 4) or place (3,) in the world, and its weights of metres and of radians.
-Targets = Mapping[str, tuple[Floats, tuple[float, float]]]
+Targets = dict[str, tuple[Floats, tuple[float, float]]]
 
 FOOT_STATES: tuple[str, ...] = ("Fixed", "Plane", "Free")
 SUPPORTS: tuple[str, ...] = ("Legs", "LLeg", "RLeg")
@@ -240,17 +239,14 @@ class WholeBodyPathTask(WholeBodyTask):
         """Begin at the commanded joint values."""
         hold_still(nao, self._requests)
         super().start(nao, time)
-        paths = [
-            EffectorPath(np.concatenate([[0.0], request.times]), self._initial.path(request))
-            for request in self._requests
-        ]
-        self._paths, self._end = paths, max(float(path.times[-1]) for path in paths)
+        self._paths = [self._initial.curve(request) for request in self._requests]
+        self._end = max(float(path.times[-1]) for path in self._paths)
 
     def advance(self, nao: VirtualNao, time: float) -> bool:
         """Solve the whole robot for this tick's poses."""
         t = time - self._start
         T_world_torso = nao.base.torso(nao.joints.q(sensor=False))
-        targets: dict[str, tuple[Floats, tuple[float, float]]] = {}
+        targets: Targets = {}
         for request, path in zip(self._requests, self._paths, strict=True):
             T = path.pose(t)
             T_world = T_world_torso @ T if request.space == FRAME_TORSO else T
@@ -293,7 +289,7 @@ class EffectorControl(WholeBodyTask):
 
     def advance(self, nao: VirtualNao, time: float) -> bool:
         """Move the targets towards their goals, and the whole robot with them."""
-        targets: dict[str, tuple[Floats, tuple[float, float]]] = {}
+        targets: Targets = {}
         for effector, goal in self.goals.items():
             now = self._now[effector] = _towards(self._now[effector], goal)
             if effector == "Head":
@@ -387,18 +383,17 @@ class WholeBodyControl(CartesianControl):
 
     def wbGoToBalance(self, supportLeg: Any, duration: Any) -> Call:
         """Bring the centre of mass above the middle of "LLeg", "RLeg" or "Legs"; returns whether it is there."""
-        leg = arguments.choice(supportLeg, "support leg", SUPPORTS)
-        return self._go_to_balance("wbGoToBalance", leg, arguments.duration(duration, "duration"))
+        return self._go_to_balance("wbGoToBalance", supportLeg, arguments.duration(duration, "duration"))
 
     def wbGoToBalanceWithSpeed(self, supportLeg: Any, fractionMaxSpeed: Any) -> Call:
         """The same, no joint faster than a fraction of its maximum speed."""
-        leg = arguments.choice(supportLeg, "support leg", SUPPORTS)
         share = arguments.fraction(fractionMaxSpeed, "fractionMaxSpeed", positive=True)
-        return self._go_to_balance("wbGoToBalanceWithSpeed", leg, _MIN_DURATION, share)
+        return self._go_to_balance("wbGoToBalanceWithSpeed", supportLeg, _MIN_DURATION, share)
 
-    def _go_to_balance(self, *how: Any) -> Call:
+    def _go_to_balance(self, name: str, support: Any, duration: float, fraction: float | None = None) -> Call:
+        leg = arguments.choice(support, "support leg", SUPPORTS)
         self.nao.base.check_stands()
-        return self.nao.start_task(GoToBalance(self.nao, *how))
+        return self.nao.start_task(GoToBalance(self.nao, name, leg, duration, fraction))
 
     def wbEnableEffectorControl(self, effectorName: Any, isEnabled: Any) -> None:
         """Hold "Head", "LArm" or "RArm" with the whole robot, first at its current pose; False releases it.
