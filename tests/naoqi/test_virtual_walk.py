@@ -30,7 +30,7 @@ pytestmark = pytest.mark.slow
 
 poses = st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(-3.0, 3.0))
 STEPS = ("MaxStepX", "MaxStepY", "MaxStepTheta")
-configs = st.fixed_dictionaries({name: st.floats(PARAMETERS[name].least, PARAMETERS[name].most) for name in STEPS})
+configs = st.fixed_dictionaries({name: st.floats(PARAMETERS[name].minimum, PARAMETERS[name].maximum) for name in STEPS})
 # Smaller steps reach every target, too, and take long.
 LEAST = {"MaxStepX": 0.01, "MaxStepY": 0.12, "MaxStepTheta": 0.02}
 

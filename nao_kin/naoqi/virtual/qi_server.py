@@ -132,7 +132,7 @@ class QiServer:
             raise BadArgument(f"host {quoted(host)} is no address of this machine") from None
         if not all(ipaddress.ip_address(str(row[4][0]).partition("%")[0]).is_loopback for row in found):
             warn_caller(
-                f"listening on {host}: qi has no passwords, and whoever reaches port {port} can drive the robot",
+                f"listening on {host}: qi has no passwords, and any client of port {port} can drive the robot",
                 OpenToOthersWarning,
             )
         with socket.socket(found[0][0], socket.SOCK_STREAM) as probe:
