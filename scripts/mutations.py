@@ -976,8 +976,8 @@ _NAOQI = (
         "test_language.py",
         (
             "robot-frame-turned-half-a-turn-where-the-feet-are-on-both-sides-of-pi",
-            "apart = apart - 2.0 * np.pi * np.round(apart / (2.0 * np.pi))",
-            "apart = apart + 0.0",
+            "turn = turn - 2.0 * np.pi * np.round(turn / (2.0 * np.pi))",
+            "turn = turn + 0.0",
         ),
         (
             "robot-frame-at-the-height-of-the-upper-foot",

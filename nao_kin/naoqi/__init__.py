@@ -1,7 +1,7 @@
 """NAOqi's language: its names, orders, poses, spaces and limits, and a virtual NAO that speaks it.
 
-What stands here needs neither NAOqi nor its Python binding, but for `QiServer`: pure functions of robots,
-configurations and poses, with leading batch axes, and `VirtualNao`, which `nao_kin.naoqi.virtual` explains.
+Only `QiServer` and `NaoqiSource` need qi, NAOqi's Python binding. The rest are pure functions of robots, configurations
+and poses, with leading batch axes, and `VirtualNao`, which `nao_kin.naoqi.virtual` explains.
 """
 
 from nao_kin.naoqi import _qi  # noqa: F401  (qi is loaded before Pinocchio, which the others import)
@@ -22,23 +22,10 @@ from nao_kin.naoqi.live import (
 from nao_kin.naoqi.names import BODY_ORDERS, Hips, angles, chain_names, from_order, joint_names, limits, to_order
 from nao_kin.naoqi.scripts import light_colours, run_script, spoken_words
 from nao_kin.naoqi.spaces import (
-    AXIS_MASK_ALL,
-    AXIS_MASK_NONE,
-    AXIS_MASK_PLANEZ,
-    AXIS_MASK_ROT,
-    AXIS_MASK_VEL,
-    AXIS_MASK_WX,
-    AXIS_MASK_WY,
-    AXIS_MASK_WYWZ,
-    AXIS_MASK_WZ,
-    AXIS_MASK_X,
-    AXIS_MASK_XY,
-    AXIS_MASK_Y,
-    AXIS_MASK_Z,
-    AXIS_MASKS,
     FRAME_ROBOT,
     FRAME_TORSO,
     FRAME_WORLD,
+    AxisMask,
     axis_mask,
     controlled_axes,
     pose,
@@ -52,25 +39,12 @@ from nao_kin.naoqi.virtual.qi_server import OpenToOthersWarning, QiServer
 from nao_kin.naoqi.virtual.virtual_nao import State, VirtualNao
 
 __all__ = [
-    "AXIS_MASKS",
-    "AXIS_MASK_ALL",
-    "AXIS_MASK_NONE",
-    "AXIS_MASK_PLANEZ",
-    "AXIS_MASK_ROT",
-    "AXIS_MASK_VEL",
-    "AXIS_MASK_WX",
-    "AXIS_MASK_WY",
-    "AXIS_MASK_WYWZ",
-    "AXIS_MASK_WZ",
-    "AXIS_MASK_X",
-    "AXIS_MASK_XY",
-    "AXIS_MASK_Y",
-    "AXIS_MASK_Z",
     "BODY_ORDERS",
     "FRAME_ROBOT",
     "FRAME_TORSO",
     "FRAME_WORLD",
     "LOLA_ENTRIES",
+    "AxisMask",
     "Change",
     "Hips",
     "JointReading",

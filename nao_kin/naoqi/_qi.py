@@ -1,8 +1,8 @@
-"""The module `qi`, loaded before Pinocchio where that can be.
+"""The module `qi`, loaded before Pinocchio if possible.
 
-Both bring C++ libraries of their own. In a process that loads Pinocchio first, those of qi find Pinocchio's in place of
-their own: a connection that is refused is never answered, and closing a server corrupts the memory (qi 3.1.5, pin 3).
-The other way round, both work. So this is the first that the room imports.
+Both bring their own C++ libraries. In a process that loads Pinocchio first, the libraries of qi find Pinocchio's in
+place of their own: a refused connection is never answered, and closing a server corrupts the memory (qi 3.1.5, pin 3).
+In the other order, both work. So the room imports this module first.
 """
 
 from __future__ import annotations
@@ -18,13 +18,6 @@ with suppress(ImportError):
 
 
 def load_qi(purpose: str) -> Any:
-    """The module qi.
-
-    Args:
-        purpose: what it is needed for.
-
-    Raises:
-        MissingExtra: it is not installed.
-    """
+    """The module qi; raises MissingExtra with the purpose if it is not installed."""
     need_extra(purpose, "naoqi")
     return importlib.import_module("qi")

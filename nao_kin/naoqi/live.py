@@ -1,4 +1,4 @@
-"""The joints of a robot that runs, read again and again over qi or LoLA; nothing is ever commanded."""
+"""The joints of a running robot, read repeatedly over qi or LoLA; nothing is ever commanded."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ from nao_kin.robot import RobotModel, check_robot
 
 # --- LoLA, the RoboCup interface of the NAO6: frames of sensors, MessagePack maps over a Unix socket.
 #
-# A robot sends a frame every 12 ms to whoever connects to its socket /tmp/robocup. Here frames are decoded and
-# encoded, and nothing is ever sent to a robot. Joints are in the order `BODY_ORDERS["LoLA"]`.
+# A robot sends a frame every 12 ms to a client of its socket /tmp/robocup. This module decodes and encodes frames, and
+# sends nothing to a robot. Joints are in the order `BODY_ORDERS["LoLA"]`.
 #
 # Sources: names and lengths of a frame's entries as teams publish them (UNSWComputing/rUNSWift-2023-release,
 # IntelligentRoboticsLab/nidhogg, ros-sports/nao_lola).
@@ -50,26 +50,25 @@ LOLA_ENTRIES: dict[str, int] = {
 }
 # BodyId, BodyVersion, HeadId, HeadVersion.
 _CONFIG, _CONFIG_LENGTH = "RobotConfig", 4
-# No entry of a frame is longer: what claims to be is no frame, and is not read to its end.
-_MOST_BYTES = 65536
+# The longest frame; a map that claims to be longer is no frame, and is not read to its end.
+_MAX_BYTES = 65536
 _UNREADABLE = (umsgpack.UnpackException, RecursionError, MemoryError, ValueError, TypeError)
 
 LolaFrame = dict[str, "Floats | tuple[str, ...]"]
 
 
 def decode_lola(content: bytes) -> LolaFrame:
-    """The entries of one frame.
+    """Return the entries of a frame.
 
     Args:
         content: one MessagePack map.
 
     Returns:
-        Name → numbers, shape (n,) with the n of `LOLA_ENTRIES`; "RobotConfig" → four texts. Entries that are not there
-        are left out, but "Position" must be.
+        Name → numbers, shape (n,) with the n of `LOLA_ENTRIES`; "RobotConfig" → four strings. Missing entries are left
+            out; only "Position" is required.
 
     Raises:
         BadArgument: no such map, or an entry of another length.
-        NotFinite: a position that is no number.
 
     Examples:
         >>> frame = {name: np.zeros(n) for name, n in nk.naoqi.LOLA_ENTRIES.items()}
@@ -82,20 +81,15 @@ def decode_lola(content: bytes) -> LolaFrame:
     try:
         frame = umsgpack.unpackb(content)
     except _UNREADABLE as error:
-        raise BadArgument(
-            f"a LoLA frame must be a MessagePack map, got {len(content)} bytes of none: {error}"
-        ) from None
+        raise BadArgument(f"a LoLA frame must be a MessagePack map, not these {len(content)} bytes: {error}") from None
     return _checked(frame)
 
 
 def encode_lola(frame: Mapping[str, ArrayLike | tuple[str, ...]]) -> bytes:
-    """The bytes of a frame, numbers as floats of 32 bits as a robot sends them; "Status" as whole numbers.
+    """Return the bytes of a frame, numbers as floats of 32 bits as a robot sends them; "Status" as whole numbers.
 
     Args:
-        frame: as `decode_lola` gives it.
-
-    Raises:
-        BadArgument, WrongShape, NotFinite: entries that no frame has, or of another length.
+        frame: entries as `decode_lola` returns them.
 
     Examples:
         >>> frame = {name: np.zeros(n) for name, n in nk.naoqi.LOLA_ENTRIES.items()}
@@ -104,13 +98,9 @@ def encode_lola(frame: Mapping[str, ArrayLike | tuple[str, ...]]) -> bytes:
     """
     if not isinstance(frame, Mapping):
         raise BadArgument(f"a frame must be a mapping, got {type(frame).__name__}")
-    checked = _checked(dict(frame))
     document: dict[str, object] = {}
-    for name, values in checked.items():
-        if isinstance(values, tuple):
-            document[name] = list(values)
-        else:
-            document[name] = [int(value) for value in values] if name == "Status" else values.tolist()
+    for name, values in _checked(dict(frame)).items():
+        document[name] = [int(value) for value in values] if name == "Status" else np.asarray(values).tolist()
     return bytes(umsgpack.packb(document, force_float_precision="single"))
 
 
@@ -119,13 +109,13 @@ class _Readable(Protocol):
 
 
 def lola_frames(stream: _Readable) -> Iterator[LolaFrame]:
-    """The frames that a stream of bytes holds, one after the other, until it ends.
+    """Yield the frames of a stream of bytes until it ends; an incomplete last frame is dropped.
 
     Args:
-        stream: `read(count)` gives bytes, none at the end; fewer than asked for while there are more is no end.
+        stream: its `read(count)` returns bytes, b"" only at the end.
 
     Raises:
-        BadArgument, NotFinite: as `decode_lola`, or no stream; an end in the middle of a frame is one like any other.
+        BadArgument: as `decode_lola`.
 
     Examples:
         >>> import io
@@ -147,15 +137,15 @@ def lola_frames(stream: _Readable) -> Iterator[LolaFrame]:
 
 
 class _Bounded:
-    """A stream of which one frame takes no more bytes than a frame has."""
+    """A stream that refuses to read more bytes than a frame can have."""
 
     def __init__(self, stream: _Readable) -> None:
-        self._stream, self._left = stream, _MOST_BYTES
+        self._stream, self._left = stream, _MAX_BYTES
 
     def read(self, count: int) -> bytes:
         self._left -= count
         if self._left < 0:
-            raise ValueError(f"more than {_MOST_BYTES} bytes")
+            raise ValueError(f"more than {_MAX_BYTES} bytes")
         parts = []
         while count > 0:
             part = self._stream.read(count)
@@ -184,7 +174,7 @@ def _checked(frame: object) -> LolaFrame:
 
 
 def _numbers(name: str, values: object) -> Floats:
-    """The numbers of an entry; only positions must all be numbers, for a broken sensor is no reason to show nothing."""
+    """The numbers of an entry; only positions must be finite, so that a broken sensor does not hide the joints."""
     count = LOLA_ENTRIES[name]
     if name == "Position":
         return np.array(as_floats(np.asarray(values, dtype=object).tolist(), (count,), f"a LoLA frame's {name}"))
@@ -197,31 +187,26 @@ def _numbers(name: str, values: object) -> Floats:
     return array
 
 
-# --- The joints of a robot that runs, read again and again over qi or LoLA; nothing is ever commanded.
+# --- The joints of a running robot, read repeatedly over qi or LoLA.
 
 PORT = 9559
 _TORSO_ANGLES = [f"Device/SubDeviceList/InertialSensor/Angle{axis}/Sensor/Value" for axis in "XY"]
-# A robot that gives no answer for so long is taken for lost [s].
+# The time after which a robot that does not answer counts as lost [s].
 _PATIENCE = 3.0
-# While it waits, it looks so often whether it is still wanted.
+# The interval at which a waiting source checks whether it is still wanted.
 _SLICE_MILLISECONDS = 50
-# Pauses between attempts to reach it [s].
+# The pauses between attempts to connect [s].
 _FIRST_PAUSE, _LONGEST_PAUSE = 0.2, 2.0
 
 
 @dataclass(frozen=True)
 class JointReading:
-    """What a robot's sensors say at one moment.
+    """The sensors' values at one moment.
 
     Attributes:
         time: since the first reading [s].
-        q: configuration, shape (nq,); where the two hips disagree, LHipYawPitch.
-        up: the vertical in the torso's frame, shape (3,), from the robot's inertial sensor; None where it has none.
-
-    Examples:
-        >>> reading = nk.naoqi.JointReading(0.04, np.zeros(25), np.array([0.0, 0.0, 1.0]))
-        >>> reading.time, reading.up.tolist()
-        (0.04, [0.0, 0.0, 1.0])
+        q: configuration, shape (nq,); if the two hips disagree, LHipYawPitch counts.
+        up: the vertical in the torso's frame, shape (3,), from the robot's inertial sensor; None without one.
     """
 
     time: float
@@ -230,20 +215,15 @@ class JointReading:
 
 
 class Lost(NaoKinError):
-    """The robot does not answer.
-
-    Examples:
-        >>> issubclass(nk.naoqi.Lost, nk.NaoKinError)
-        True
-    """
+    """The robot does not answer."""
 
 
 class JointSource(ABC):
-    """Where readings come from.
+    """A source of readings.
 
     Attributes:
         address: for messages.
-        wanted: is asked while it waits whether to go on waiting.
+        wanted: called while it waits; returns whether to continue.
 
     Examples:
         >>> issubclass(nk.naoqi.LolaSource, nk.naoqi.JointSource)
@@ -255,7 +235,7 @@ class JointSource(ABC):
 
     @abstractmethod
     def connect(self) -> None:
-        """Reach the robot.
+        """Connect to the robot.
 
         Raises:
             Lost: it does not answer.
@@ -263,22 +243,22 @@ class JointSource(ABC):
 
     @abstractmethod
     def read(self, robot: RobotModel) -> tuple[Floats, Floats | None]:
-        """Configuration and vertical now.
+        """Return the current configuration and vertical.
 
         Raises:
-            Lost: it answers no more.
+            Lost: the robot no longer answers.
         """
 
     @abstractmethod
     def close(self) -> None:
-        """Let go of the robot."""
+        """Close the connection."""
 
 
 class NaoqiSource(JointSource):
-    """A robot, or a virtual NAO, by NAOqi's own protocol: getAngles("Body", True), and two sensors of its torso.
+    """A robot or a virtual NAO over NAOqi's own protocol: getAngles("Body", True), and two sensors of its torso.
 
     Args:
-        address: "tcp://nao.local:9559", or "nao.local" with the port that every robot has.
+        address: "tcp://nao.local:9559", or "nao.local" with every robot's default port.
 
     Raises:
         MissingExtra: qi is not installed.
@@ -292,7 +272,7 @@ class NaoqiSource(JointSource):
         self._session: Any = None
 
     def connect(self) -> None:
-        """Reach the robot."""
+        """Connect to the robot."""
         session = self._qi.Session()
         self._answer(session.connect(self.address, _async=True))
         self._motion = self._answer(session.service("ALMotion", _async=True))
@@ -304,7 +284,7 @@ class NaoqiSource(JointSource):
             self._memory = None
 
     def read(self, robot: RobotModel) -> tuple[Floats, Floats | None]:
-        """Configuration and vertical now."""
+        """Return the current configuration and vertical."""
         body = self._answer(self._motion.getAngles("Body", True, _async=True))
         names = "H25" if len(body) == 26 else "H21"
         up = None
@@ -315,13 +295,13 @@ class NaoqiSource(JointSource):
         return _configuration(robot, body, names), up
 
     def close(self) -> None:
-        """Let go of the robot."""
+        """Close the connection."""
         session, self._session = self._session, None
         if session is not None:
             session.close(_async=True)
 
     def _answer(self, future: Any) -> Any:
-        """What a call answers, or `Lost`."""
+        """Return the answer of a call, or raise `Lost`."""
         end = time.monotonic() + _PATIENCE
         try:
             while future.isRunning():
@@ -335,10 +315,7 @@ class NaoqiSource(JointSource):
 
 
 class LolaSource(JointSource):
-    """A NAO6 by its RoboCup interface, a Unix socket that it writes frames to; see `lola_frames`.
-
-    Args:
-        path: the socket.
+    """A NAO6 over its RoboCup interface, a Unix socket `path` to which it writes frames.
 
     Examples:
         >>> nk.naoqi.LolaSource("/tmp/robocup").address
@@ -351,7 +328,7 @@ class LolaSource(JointSource):
         self._frames: Iterator[LolaFrame] = iter(())
 
     def connect(self) -> None:
-        """Reach the robot.
+        """Connect to the robot.
 
         Examples:
             >>> nk.naoqi.LolaSource("/no/such/socket").connect()
@@ -370,7 +347,7 @@ class LolaSource(JointSource):
         self._frames = lola_frames(_Received(connection, self))
 
     def read(self, robot: RobotModel) -> tuple[Floats, Floats | None]:
-        """Configuration and vertical of the next frame."""
+        """Return configuration and vertical of the next frame."""
         try:
             frame = next(self._frames, None)
         except NaoKinError as error:
@@ -383,20 +360,20 @@ class LolaSource(JointSource):
         return _configuration(robot, frame["Position"], "LoLA"), up
 
     def close(self) -> None:
-        """Let go of the robot."""
+        """Close the connection."""
         connection, self._socket = self._socket, None
         if connection is not None:
             connection.close()
 
 
 class _Received:
-    """What a robot writes to a socket, as a stream that is waited for while somebody wants it."""
+    """A robot's frames from a socket, as a stream that waits while the source is wanted."""
 
     def __init__(self, connection: socket.socket, source: JointSource) -> None:
         self._connection, self._source = connection, source
 
     def read(self, count: int) -> bytes:
-        """So many bytes, or at the end fewer."""
+        """Return so many bytes, or fewer at the end."""
         end = time.monotonic() + _PATIENCE
         while True:
             try:
@@ -416,20 +393,17 @@ def readings(
     wanted: Callable[[], bool] = lambda: True,
     on_state: Callable[[str], object] | None = None,
 ) -> Iterator[JointReading]:
-    """Read a robot's joints again and again; a connection that is lost is made anew.
+    """Read a robot's joints repeatedly; a lost connection is made again.
 
     Args:
-        source: where from.
+        source: of the readings.
         robot: a NAO of the robot's version.
-        rate: at most so many readings a second.
-        wanted: is asked again and again whether to go on.
-        on_state: is given a line whenever the robot is reached or lost.
+        rate: the largest number of readings per second.
+        wanted: called repeatedly; returns whether to continue.
+        on_state: receives a line whenever the robot is connected or lost.
 
     Yields:
-        One reading after another, their times ascending.
-
-    Raises:
-        BadArgument: no positive rate, no source, no robot, or nothing that can be called.
+        Readings with ascending times.
     """
     if not isinstance(source, JointSource):
         raise BadArgument(f"source must be a JointSource, got {quoted(source)}")
@@ -437,10 +411,10 @@ def readings(
     check_tolerance(rate, "rate")
     if not 0.0 < rate < math.inf:
         raise BadArgument(f"rate must be a positive number, got {rate:g}")
-    for what, function in (("wanted", wanted), ("on_state", on_state)):
-        if not (callable(function) or (function is None and what == "on_state")):
+    report = on_state if on_state is not None else lambda line: None
+    for what, function in (("wanted", wanted), ("on_state", report)):
+        if not callable(function):
             raise BadArgument(f"{what} must be a function, got {quoted(function)}")
-    say = on_state or (lambda line: None)
     source.wanted = wanted
     start: float | None = None
     last = -math.inf
@@ -449,7 +423,7 @@ def readings(
         while wanted():
             try:
                 source.connect()
-                say(f"connected to {source.address}")
+                report(f"connected to {source.address}")
                 pause, silent = _FIRST_PAUSE, False
                 while wanted():
                     q, up = source.read(robot)
@@ -465,7 +439,7 @@ def readings(
             except Lost as error:
                 source.close()
                 if not silent:
-                    say(f"{error}; trying again")
+                    report(f"{error}; trying again")
                 silent = True
                 _sleep(time.monotonic() + pause, wanted)
                 pause = min(2.0 * pause, _LONGEST_PAUSE)
@@ -474,7 +448,7 @@ def readings(
 
 
 def recorded(found: Iterable[JointReading], robot: RobotModel) -> Motion:
-    """Readings as a motion, straight from one to the next, that begins at time zero.
+    """Readings as a motion from time zero, linear between them.
 
     Raises:
         BadArgument: no readings.
@@ -496,9 +470,9 @@ def recorded(found: Iterable[JointReading], robot: RobotModel) -> Motion:
 
 
 def vertical(roll: float, pitch: float) -> Floats:
-    """The vertical in the torso's frame, shape (3,), for the angles of a NAO's inertial sensor.
+    """The vertical in the torso's frame, shape (3,), from the angles of a NAO's inertial sensor.
 
-    The torso is turned by R = Ry(pitch) Rx(roll) out of the level, and the vertical is Rᵀ (0, 0, 1).
+    With the torso's rotation R = Ry(pitch) Rx(roll), the vertical is Rᵀ (0, 0, 1).
 
     Examples:
         >>> nk.naoqi.vertical(roll=0.0, pitch=0.5).round(3).tolist()
@@ -516,19 +490,19 @@ def _configuration(robot: RobotModel, values: Sequence[float] | Floats | Any, or
     try:
         return from_order(robot, values, order, hips="left")
     except NaoKinError as error:
-        raise Lost(f"the robot's joint values are none: {error}") from None
+        raise Lost(f"the robot's joint values are wrong: {error}") from None
 
 
 def _sleep(until: float, wanted: Callable[[], bool]) -> None:
     while wanted():
-        left = until - time.monotonic()
-        if left <= 0.0:
+        rest = until - time.monotonic()
+        if rest <= 0.0:
             return
-        time.sleep(min(left, 0.05))
+        time.sleep(min(rest, 0.05))
 
 
 def _endpoint(address: str) -> str:
-    """tcp://HOST:PORT from an address that may lack the one or the other."""
+    """tcp://HOST:PORT from an address that may lack the scheme or the port."""
     if not isinstance(address, str):
         raise BadArgument(f"address must be like tcp://nao.local:{PORT}, got {quoted(address)}")
     scheme, _, rest = address.rpartition("://")

@@ -1,65 +1,59 @@
-"""Names as NAOqi takes them: a joint, a chain, a group such as "Body" or "Legs", or a list of these."""
+"""NAOqi's names and orders of joints, and their limits."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from types import MappingProxyType
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats, common_batch
-from nao_kin.errors import BadArgument, UnknownName, WrongShape
+from nao_kin._core.arrays import Floats, as_floats, choice, common_batch
+from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.robot import RobotModel, check_robot
 from nao_kin.robot.nao import BODY_ORDER
 
 # Body = Head + LArm + LLeg + RLeg + RArm (Aldebaran documentation 2.8, body parts of NAO6).
 CHAINS: tuple[str, ...] = ("Head", "LArm", "LLeg", "RLeg", "RArm")
 LIMB_PAIRS: dict[str, tuple[str, str]] = {"Arms": ("LArm", "RArm"), "Legs": ("LLeg", "RLeg")}
-# What a robot answers to getBodyNames for each: all 26; the same; without the hands, 24; the hands, 2.
+# getBodyNames of each: all 26; the same; the 24 without the hands; the 2 hands.
 GROUPS: tuple[str, ...] = ("Body", "JointActuators", "Joints", "Actuators")
 # The unit of a hand's opening.
 _OPENING = "1"
 
 
 def joint_names(robot: RobotModel, names: str | Iterable[str]) -> tuple[str, ...]:
-    """The joints that NAOqi means, in its order.
+    """The joints of NAOqi's names, in its order.
 
-    - A joint: itself; RHipYawPitch included, although one motor moves it with LHipYawPitch.
-    - A chain: "Head", "LArm", "LLeg", "RLeg", "RArm", its joints from the trunk outwards, an arm's hand last.
+    - A joint is itself; RHipYawPitch is included, although one motor moves it with LHipYawPitch.
+    - A chain, "Head", "LArm", "LLeg", "RLeg" or "RArm", is its joints from the trunk outwards, an arm's hand last.
     - "Arms" is LArm and RArm, "Legs" is LLeg and RLeg.
     - "Body" and "JointActuators" are all 26, "Joints" the 24 without the hands, "Actuators" the two hands.
-    - Several of these one after the other, repeated where they are named twice.
 
-    A robot that lacks some of NAO's joints has those that it has.
+    Several names give their joints one after the other, repeated if they are named twice. A robot that lacks some of
+    NAO's joints has the others.
 
     Args:
         robot: a NAO of any version, or a robot with chains of these names.
         names: one name or several.
 
     Raises:
-        UnknownName: no joint, chain or group.
-        BadArgument: no names, or a robot without any of these chains.
+        BadArgument: the robot has none of these chains.
 
     Examples:
         >>> nk.naoqi.joint_names(nk.load_nao(), "Head")
         ('HeadYaw', 'HeadPitch')
     """
     known = _known(robot)
-    found: list[str] = []
-    for name in as_names(names):
-        if name not in known:
-            raise UnknownName("joint, chain or group", name, tuple(known))
-        found += known[name]
-    return tuple(found)
+    return tuple(joint for name in as_names(names) for joint in known[choice(name, known, "joint, chain or group")])
 
 
 def chain_names(robot: RobotModel) -> tuple[str, ...]:
     """The chains in the order of "Body", as getBodyNames("Chains") gives them.
 
     Raises:
-        BadArgument: a robot without any of these chains.
+        BadArgument: the robot has none of these chains.
 
     Examples:
         >>> nk.naoqi.chain_names(nk.load_nao())
@@ -83,10 +77,6 @@ def angles(robot: RobotModel, q: ArrayLike, names: str | Iterable[str] = "Body")
     Returns:
         Shape (..., n) [rad; 0 to 1 for the hands].
 
-    Raises:
-        UnknownName, BadArgument: as `joint_names`.
-        WrongShape, NotFinite: q is no configuration.
-
     Examples:
         >>> nao = nk.load_nao()
         >>> nk.naoqi.angles(nao, nao.posture("Stand"), "Head").round(3).tolist()
@@ -94,19 +84,13 @@ def angles(robot: RobotModel, q: ArrayLike, names: str | Iterable[str] = "Body")
     """
     joints = joint_names(robot, names)
     by_name = robot.angles(q)
-    values = []
-    for joint in joints:
-        mimic = robot.mimics.get(joint)
-        values.append(by_name[joint] if mimic is None else mimic.value(by_name[mimic.joint]))
+    by_name |= {name: mimic.value(by_name[mimic.joint]) for name, mimic in robot.mimics.items()}
+    values = [by_name[joint] for joint in joints]
     return np.stack(values, axis=-1) if values else np.empty((*np.shape(q)[:-1], 0))
 
 
 def as_names(names: str | Iterable[str]) -> tuple[str, ...]:
-    """One name or several as a tuple of texts.
-
-    Raises:
-        BadArgument: neither.
-    """
+    """One name or several as a tuple of strings."""
     found = (names,) if isinstance(names, str) else tuple(names) if isinstance(names, Iterable) else (names,)
     for name in found:
         if not isinstance(name, str):
@@ -115,25 +99,19 @@ def as_names(names: str | Iterable[str]) -> tuple[str, ...]:
 
 
 def _known(robot: RobotModel) -> dict[str, tuple[str, ...]]:
-    """Every name with the joints that it stands for."""
+    """Every name with its joints."""
     chains = {chain: tuple(robot.chains[chain]) for chain in chain_names(robot)}
     body = tuple(joint for joints in chains.values() for joint in joints)
     hands = tuple(joint for joint in body if robot.unit(joint) == _OPENING)
     groups = dict(zip(GROUPS, (body, body, tuple(j for j in body if j not in hands), hands), strict=True))
-    pairs = {
-        name: tuple(joint for chain in pair for joint in chains.get(chain, ())) for name, pair in LIMB_PAIRS.items()
-    }
-    return {joint: (joint,) for joint in sorted(body, key=_place)} | chains | pairs | groups
+    pairs = {name: (*chains.get(left, ()), *chains.get(right, ())) for name, (left, right) in LIMB_PAIRS.items()}
+    ordered = dict.fromkeys((*(joint for joint in BODY_ORDER if joint in body), *body))
+    return {joint: (joint,) for joint in ordered} | chains | pairs | groups
 
 
-def _place(joint: str) -> int:
-    return BODY_ORDER.index(joint) if joint in BODY_ORDER else len(BODY_ORDER)
-
-
-# --- The orders that joint values come in: NAOqi's Body, LoLA's frames, the DCM's table of joint actuators.
+# --- The orders of joint values: NAOqi's Body, LoLA's frames, the DCM's table of joint actuators.
 
 Hips = Literal["agree", "left", "right", "average"]
-_HIPS = ("agree", "left", "right", "average")
 _LEFT, _RIGHT = "LHipYawPitch", "RHipYawPitch"
 
 _NOT_H21 = ("LWristYaw", "LHand", "RWristYaw", "RHand")
@@ -155,7 +133,7 @@ BODY_ORDERS: MappingProxyType[str, tuple[str, ...]] = MappingProxyType(
 
 
 def to_order(robot: RobotModel, q: ArrayLike, order: str) -> Floats:
-    """Joint values in one of `BODY_ORDERS`; RHipYawPitch, where the order has it, repeats LHipYawPitch.
+    """Joint values in one of `BODY_ORDERS`; RHipYawPitch repeats LHipYawPitch if the order has both.
 
     Args:
         robot: a NAO of any version.
@@ -164,10 +142,6 @@ def to_order(robot: RobotModel, q: ArrayLike, order: str) -> Floats:
 
     Returns:
         Shape (..., n) [rad; 0 to 1 for the hands].
-
-    Raises:
-        UnknownName: no such order.
-        WrongShape, NotFinite: q is no configuration.
 
     Examples:
         >>> nao = nk.load_nao()
@@ -187,18 +161,16 @@ def from_order(
         robot: a NAO of any version.
         values: shape (..., n) [rad; 0 to 1 for the hands].
         order: "H25", "H21", "LoLA" or "jointActuator".
-        reference: configurations that joints which the order lacks are taken from, shape (..., nq); None for zero.
-        hips: one motor moves LHipYawPitch and RHipYawPitch. Where an order has both: "agree" refuses values more than
-            1e-6 apart, "left" takes the left one, which has priority on the robot, "right" the other, "average" the
+        reference: configurations for the joints that the order lacks, shape (..., nq); None for zero.
+        hips: one motor moves LHipYawPitch and RHipYawPitch. If an order has both, "agree" refuses values that differ by
+            more than 1e-6, "left" takes the left one, which has priority on the robot, "right" the other, "average" the
             mean.
 
     Returns:
-        q, shape (..., nq); limits are not looked at.
+        q, shape (..., nq); limits are not checked.
 
     Raises:
-        UnknownName: no such order, or no such rule for the hips.
         CouplingViolated: the hips disagree.
-        WrongShape, NotFinite, BadArgument: not one finite number for each joint.
 
     Examples:
         >>> nao = nk.load_nao()
@@ -209,8 +181,7 @@ def from_order(
     """
     check_robot(robot)
     names = _order(order)
-    if not isinstance(hips, str) or hips not in _HIPS:
-        raise UnknownName("rule for the hips", hips, _HIPS)
+    choice(hips, get_args(Hips), "rule for the hips")
     array = as_floats(values, (), "values")
     if array.ndim == 0 or array.shape[-1] != len(names):
         raise WrongShape("values", f"(..., {len(names)}), one for each joint", array.shape)
@@ -233,9 +204,7 @@ def from_order(
 def _order(order: object) -> tuple[str, ...]:
     if not isinstance(order, str):
         raise BadArgument(f"order must be one of {', '.join(BODY_ORDERS)}, got {type(order).__name__}")
-    if order not in BODY_ORDERS:
-        raise UnknownName("order of joints", order, tuple(BODY_ORDERS))
-    return BODY_ORDERS[order]
+    return BODY_ORDERS[choice(order, BODY_ORDERS, "order of joints")]
 
 
 # --- Joint limits as getLimits gives them.
@@ -244,8 +213,8 @@ def _order(order: object) -> tuple[str, ...]:
 def limits(robot: RobotModel, names: str | Iterable[str] = "Body") -> Floats:
     """[minAngle, maxAngle, maxVelocity, maxTorque] of joints, a row each, from the robot's own URDF.
 
-    Ranges are the boxes; HeadPitch and the AnkleRolls are narrower where another joint's value makes them so, which
-    getLimits does not say (`robot.coupled_limits` does). The published URDFs of the NAO hold the speeds at no load.
+    The ranges are the boxes; for HeadPitch and the AnkleRolls another joint may narrow them, which getLimits does not
+    show (`robot.coupled_limits` does). The published URDFs of the NAO have the speeds at no load.
 
     Args:
         robot: a NAO of any version.
@@ -254,21 +223,16 @@ def limits(robot: RobotModel, names: str | Iterable[str] = "Body") -> Floats:
     Returns:
         Shape (n, 4) [rad, rad, rad/s, N m; 0 to 1 and 1/s for the hands].
 
-    Raises:
-        UnknownName, BadArgument: as `joint_names`.
-
     Examples:
         >>> nk.naoqi.limits(nk.load_nao(), "HeadYaw").round(3).tolist()
         [[-2.086, 2.086, 8.268, 1.547]]
     """
-    check_robot(robot)
-    column = {name: index for index, name in enumerate(robot.joint_names)}
-    rows = []
-    for joint in joint_names(robot, names):
-        mimic = robot.mimics.get(joint)
-        own = column[joint if mimic is None else mimic.joint]
-        box = float(robot.lower[own]), float(robot.upper[own])
-        lower, upper = box if mimic is None else mimic.range(*box)
-        ratio = 1.0 if mimic is None else abs(mimic.multiplier)
-        rows.append((lower, upper, ratio * float(robot.velocity_limits[own]), float(robot.effort_limits[own])))
-    return np.array(rows, dtype=np.float64).reshape(-1, 4)
+    joints, mimics = joint_names(robot, names), robot.mimics
+    columns = [robot.joint_names.index(mimics[joint].joint if joint in mimics else joint) for joint in joints]
+    table = np.stack([robot.lower, robot.upper, robot.velocity_limits, robot.effort_limits], axis=-1)
+    rows: Floats = table[columns]
+    for row, joint in zip(rows, joints, strict=True):
+        if joint in mimics:
+            row[:2] = mimics[joint].range(*row[:2].tolist())
+            row[2] *= abs(mimics[joint].multiplier)
+    return rows

@@ -1,4 +1,4 @@
-"""Scripts for NAOqi: run in a process of their own, and what a viewer shows of what they do."""
+"""Scripts for NAOqi in a process of their own, and what a viewer shows of their LEDs and words."""
 
 from __future__ import annotations
 
@@ -20,16 +20,15 @@ ENDPOINT_VARIABLE = "NAO_KIN_ENDPOINT"
 def run_script(script: Path | str, arguments: Sequence[str] = (), *, endpoint: str | None = None) -> int:
     """Run a script for NAOqi in a process of its own, and wait for its end.
 
-    It finds the modules `naoqi`, `almath` and `motion`, those of an SDK before ours; Python 2 is translated.
+    It finds the modules `naoqi`, `almath` and `motion`, those of an installed SDK first; Python 2 is translated.
 
     Args:
         script: the file.
-        arguments: its own.
-        endpoint: where all its connections lead, whatever address it gives: "tcp://127.0.0.1:9559"; None for the
-            address that it gives.
+        arguments: of the script.
+        endpoint: the address for all its connections, "tcp://127.0.0.1:9559"; None for the address in the script.
 
     Returns:
-        Its exit code; 128 + n where signal n ended it.
+        Its exit code; 128 + n if signal n ended it.
 
     Raises:
         BadArgument: no such file.
@@ -53,11 +52,11 @@ def run_script(script: Path | str, arguments: Sequence[str] = (), *, endpoint: s
     return 128 - code if code < 0 else code
 
 
-# --- What of a NAO's LEDs and words a viewer shows: NAOqi's names as the viewer has them.
+# --- LEDs and words for a viewer: NAOqi's names as the viewer has them.
 
 Colour = tuple[float, float, float]
 
-# NAOqi's name of each LED that the viewer has a shape for → the viewer's; ears and head have none.
+# NAOqi's name of each LED with a shape in the viewer → the viewer's name; ears and head have none.
 _LIGHTS: Mapping[str, str] = {
     **{f"FaceLed{side}{number}": f"{side}Eye{number}" for side in ("Left", "Right") for number in range(8)},
     "ChestLeds": "Chest",
@@ -68,7 +67,7 @@ _TAG = re.compile(r"\\[a-zA-Z]+=[^\\]*\\|\\(?:pau|rst|mrk)[^\\]*\\|\^[a-zA-Z]+\(
 
 
 def light_colours(leds: Mapping[str, Colour]) -> dict[str, Colour]:
-    """Colours of LEDs as `Viewer.show_lights` takes them; LEDs of the ears and on the head are left out.
+    """Colours of LEDs as `Viewer.show_lights` takes them, without the LEDs of the ears and on the head.
 
         viewer.show_lights(nk.naoqi.light_colours(robot.state().leds))
 
@@ -85,7 +84,7 @@ def light_colours(leds: Mapping[str, Colour]) -> dict[str, Colour]:
 
 
 def spoken_words(text: str) -> str:
-    r"""A text for ALTextToSpeech without what is not said: tags such as `\rspd=80\` and `^start(animation)`.
+    r"""The spoken words of a text for ALTextToSpeech, without tags such as `\rspd=80\` and `^start(animation)`.
 
     Examples:
         >>> nk.naoqi.spoken_words("^start(animations/Stand/Gestures/Hey_1) Hello")

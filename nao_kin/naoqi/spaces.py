@@ -1,24 +1,24 @@
-"""The three spaces of NAOqi, its effectors, and poses of them in each other.
+"""The three spaces of NAOqi, its effectors, and their poses in each space.
 
-FRAME_TORSO is the torso. FRAME_WORLD is where the robot once was, fixed to the floor. FRAME_ROBOT is between the feet:
+FRAME_TORSO is the torso. FRAME_WORLD is where the robot started, fixed to the floor. FRAME_ROBOT is between the feet:
 "average of the two feet positions projected around a vertical z axis" (doc.aldebaran.com/2-8/glossary.html).
 
-What is modelled of FRAME_ROBOT: its origin is the mean of the origins of LLeg and RLeg, projected along the world's
-vertical to the height of the lower of the two; its z axis is the vertical, its yaw the mean of the yaws of the feet.
-What is not: recordings of ALMotion.getPosition (LennonNM/NaoMimic) agree on the yaw to rounding, but their origin lies
-4.5 mm in front of the mean with both feet down, and stays with the standing foot while the other is lifted.
+The model of FRAME_ROBOT: its origin is the mean of the origins of LLeg and RLeg, projected along the world's
+vertical to the height of the lower foot; its z axis is the vertical, its yaw the mean of the yaws of the feet.
+Recordings of ALMotion.getPosition (LennonNM/NaoMimic) agree on the yaw to rounding, but their origin lies 4.5 mm in
+front of the mean with both feet down, and stays with the standing foot while the other is lifted. This is not modelled.
 """
 
 from __future__ import annotations
 
 import operator
-from types import MappingProxyType
+from enum import IntFlag
 from typing import SupportsIndex, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_batch, as_floats, first_index, join_poses, rigid_inverse
+from nao_kin._core.arrays import Floats, as_batch, as_floats, choice, first_index, join_poses, rigid_inverse
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, NotARotation, UnknownName, at_index
 from nao_kin.naoqi.names import CHAINS
@@ -27,9 +27,9 @@ from nao_kin.rotations import check_rotation, matrix_from_rpy, nearest_rotation,
 
 # --- Poses as NAOqi writes them: Position6D, six numbers, and transforms, sixteen numbers row by row.
 
-# A last row that is farther from (0, 0, 0, 1) is no rounding.
+# The largest distance of the last row from (0, 0, 0, 1) that counts as rounding.
 _RIGID = 1e-6
-# Sixteen numbers that people type or NAOqi sends in single precision are a rotation to within this.
+# The tolerance for rotations typed with a few digits, or sent by NAOqi in single precision.
 _TYPED = 1e-3
 
 
@@ -46,7 +46,6 @@ def position6d(T: ArrayLike) -> Floats:
 
     Raises:
         NotARotation, BadArgument: T is no rigid transform.
-        WrongShape, NotFinite: not of this shape, NaN or infinity.
 
     Examples:
         >>> nk.naoqi.position6d(nk.naoqi.pose([0.1, 0.0, 0.2, 0.0, 0.5, 0.0])).tolist()
@@ -58,9 +57,6 @@ def position6d(T: ArrayLike) -> Floats:
 
 def pose(position6d: ArrayLike) -> Floats:
     """Homogeneous matrices, shape (..., 4, 4), of Position6D (x, y, z, wx, wy, wz), shape (..., 6) [m, rad].
-
-    Raises:
-        WrongShape, NotFinite, BadArgument: not six finite numbers.
 
     Examples:
         >>> nk.naoqi.pose([0.1, 0.0, 0.2, 0.0, 0.0, 0.0])[:3, 3].tolist()
@@ -77,11 +73,10 @@ def transform_list(T: ArrayLike) -> Floats:
         T: homogeneous matrices, shape (..., 4, 4).
 
     Returns:
-        Shape (..., 16); a copy.
+        A copy, shape (..., 16).
 
     Raises:
         NotARotation, BadArgument: T is no rigid transform.
-        WrongShape, NotFinite: not of this shape, NaN or infinity.
 
     Examples:
         >>> nk.naoqi.transform_list(np.eye(4)).tolist()[:5]
@@ -92,10 +87,9 @@ def transform_list(T: ArrayLike) -> Floats:
 
 
 def pose_from_list(transform: ArrayLike) -> Floats:
-    """Poses of sixteen numbers row by row, or of twelve, the last row left out, as setTransforms takes them.
+    """Poses from sixteen numbers row by row, or from twelve without the last row, as setTransforms takes them.
 
-    What is left of rounding, to single precision or to a few digits, is taken out of the rotation: the nearest one is
-    given. So much may be off as would be with three digits.
+    Rounding to single precision or to three digits is removed from the rotation: the nearest exact one is returned.
 
     Args:
         transform: shape (..., 16) or (..., 12).
@@ -104,27 +98,25 @@ def pose_from_list(transform: ArrayLike) -> Floats:
         Homogeneous matrices, shape (..., 4, 4).
 
     Raises:
-        NotARotation: the numbers are no rotation by more than 1e-3.
+        NotARotation: the rotation is wrong by more than 1e-3.
         BadArgument: the last row is not 0, 0, 0, 1.
-        WrongShape, NotFinite: not 16 or 12 finite numbers.
 
     Examples:
         >>> nk.naoqi.pose_from_list(np.eye(4).ravel()).shape
         (4, 4)
     """
     numbers = as_floats(transform, (), "transform")
-    count = numbers.shape[-1] if numbers.ndim else 0
-    numbers = as_batch(numbers, (12 if count == 12 else 16,), "transform")
+    rows = 3 if numbers.shape[-1:] == (12,) else 4
+    numbers = as_batch(numbers, (4 * rows,), "transform")
     T = np.zeros((*numbers.shape[:-1], 4, 4))
     T[..., 3, 3] = 1.0
-    rows = count // 4
     T[..., :rows, :] = numbers.reshape(*numbers.shape[:-1], rows, 4)
     _rigid(T, "transform", _TYPED)
     return join_poses(nearest_rotation(T[..., :3, :3]), T[..., :3, 3])
 
 
 def _rigid(T: Floats, what: str, *tolerance: float) -> Floats:
-    """The poses, which must be rigid transforms; `tolerance` is that of `check_rotation`."""
+    """Return the poses after checking that they are rigid; `tolerance` is that of `check_rotation`."""
     wrong = np.abs(T[..., 3, :] - np.array([0.0, 0.0, 0.0, 1.0])).sum(axis=-1) > _RIGID
     if wrong.any():
         index = first_index(wrong)
@@ -138,26 +130,19 @@ def _rigid(T: Floats, what: str, *tolerance: float) -> Floats:
     return T
 
 
-# --- The three spaces of NAOqi, its effectors, and poses of them in each other.
+# --- The three spaces of NAOqi, its effectors, and their poses in each space.
 
 FRAME_TORSO, FRAME_WORLD, FRAME_ROBOT = 0, 1, 2
 SPACES: tuple[str, ...] = ("FRAME_TORSO", "FRAME_WORLD", "FRAME_ROBOT")
 # The six points that Cartesian control moves: the ends of the chains, and the torso.
 EFFECTORS: tuple[str, ...] = (*CHAINS, "Torso")
-_TORSO, _FEET = "Torso", ("LLeg", "RLeg")
+TORSO, LEGS = "Torso", ("LLeg", "RLeg")
 
 
 def space_number(space: SupportsIndex | str) -> int:
-    """FRAME_TORSO 0, FRAME_WORLD 1 or FRAME_ROBOT 2, by number or by name.
-
-    Raises:
-        UnknownName: no such name.
-        BadArgument: no such number.
-    """
+    """FRAME_TORSO 0, FRAME_WORLD 1 or FRAME_ROBOT 2, by number or by name."""
     if isinstance(space, str):
-        if space not in SPACES:
-            raise UnknownName("space", space, SPACES)
-        return SPACES.index(space)
+        return SPACES.index(choice(space, SPACES, "space"))
     number = _whole(space)
     if number not in range(len(SPACES)):
         numbers = ", ".join(f"{name} {index}" for index, name in enumerate(SPACES))
@@ -166,7 +151,7 @@ def space_number(space: SupportsIndex | str) -> int:
 
 
 def _whole(value: SupportsIndex | float) -> int:
-    """A whole number, 2.0 one of them; -1 for anything else."""
+    """A whole number, also from a float such as 2.0; -1 for anything else."""
     try:
         return int(value) if isinstance(value, float) and value.is_integer() else operator.index(value)  # type: ignore[arg-type]
     except TypeError:
@@ -174,13 +159,9 @@ def _whole(value: SupportsIndex | float) -> int:
 
 
 def frame_of(robot: RobotModel, name: str) -> str:
-    """The robot's name of what NAOqi calls `name`: an effector, a joint, a sensor or a camera.
+    """The robot's frame for NAOqi's name of an effector, joint, sensor or camera, or for any frame of the robot.
 
-    Sensors go by the names of getSensorNames: "CameraTop", "LFsrFL", "HeadTouchFront", "Accelerometer". Every frame of
-    the robot is taken, too.
-
-    Raises:
-        UnknownName: there is none.
+    Sensors have the names of getSensorNames: "CameraTop", "LFsrFL", "HeadTouchFront", "Accelerometer".
     """
     check_robot(robot)
     for candidate in (name, f"{name}_frame"):
@@ -191,23 +172,16 @@ def frame_of(robot: RobotModel, name: str) -> str:
 
 
 def robot_frame(robot: RobotModel, q: ArrayLike, *, torso_in_world: ArrayLike | None = None) -> Floats:
-    """FRAME_ROBOT in the world, T_world_robot, as the head of this module has it.
+    """FRAME_ROBOT in the world, T_world_robot, shape (..., 4, 4), as the module's docstring defines it.
 
     Args:
         robot: a NAO of any version.
         q: configurations, shape (..., nq).
-        torso_in_world: T_world_torso, shape (..., 4, 4); its z axis is the vertical. None for the floating base of q,
-            or with a fixed base for a level torso at the world's origin.
-
-    Returns:
-        Shape (..., 4, 4).
-
-    Raises:
-        WrongShape, NotFinite, NotARotation, BadArgument: q is no configuration, or the torso's pose is not rigid.
-        UnknownName: a robot without the feet of a NAO.
+        torso_in_world: T_world_torso, shape (..., 4, 4), whose z axis is the vertical. None for the floating base of q;
+            with a fixed base, for a level torso at the world's origin.
     """
     check_robot(robot)
-    T_torso_feet = robot.fk(q, [frame_of(robot, foot) for foot in _FEET], reference=frame_of(robot, _TORSO))
+    T_torso_feet = robot.fk(q, [frame_of(robot, foot) for foot in LEGS], reference=frame_of(robot, TORSO))
     return _between(_torso_in_world(robot, q, torso_in_world)[..., None, :, :] @ T_torso_feet)
 
 
@@ -219,21 +193,22 @@ def pose_in(
     *,
     torso_in_world: ArrayLike | None = None,
 ) -> Floats:
-    """T_space_name: what getTransform gives; `position6d` of it is what getPosition gives.
+    """T_space_name: the pose that getTransform gives; getPosition gives its `position6d`.
 
     Args:
         robot: a NAO of any version.
         q: configurations, shape (..., nq).
-        name: an effector, joint, sensor or camera, as `frame_of` takes it. The frame of "CameraTop" looks along x.
+        name: an effector, joint, sensor, camera, or any frame of the robot. The frame of "CameraTop" looks along x.
         space: FRAME_TORSO, FRAME_WORLD or FRAME_ROBOT.
-        torso_in_world: as in `robot_frame`.
+        torso_in_world: T_world_torso, shape (..., 4, 4), whose z axis is the vertical. None for the floating base of q;
+            with a fixed base, for a level torso at the world's origin.
 
     Returns:
         Shape (..., 4, 4).
 
     Raises:
-        UnknownName, BadArgument: no such name or space.
-        WrongShape, NotFinite, NotARotation: as in `robot_frame`.
+        NotARotation, BadArgument: the torso's pose is not rigid.
+        UnknownName: the robot does not have the feet of a NAO.
 
     Examples:
         >>> nao = nk.load_nao()
@@ -242,14 +217,14 @@ def pose_in(
     """
     check_robot(robot)
     number = space_number(space)
-    T_torso_name = robot.fk(q, frame_of(robot, name), reference=frame_of(robot, _TORSO))
+    T_torso_name = robot.fk(q, frame_of(robot, name), reference=frame_of(robot, TORSO))
     return np.asarray(torso_in(robot, q, number, torso_in_world=torso_in_world) @ T_torso_name)
 
 
 def torso_in(
     robot: RobotModel, q: ArrayLike, space: SupportsIndex | str, *, torso_in_world: ArrayLike | None = None
 ) -> Floats:
-    """T_space_torso, which takes what is known in the torso to a space; arguments and errors as in `pose_in`."""
+    """T_space_torso, which takes poses from the torso to a space; arguments as in `pose_in`."""
     number = space_number(space)
     if number == FRAME_TORSO:
         return np.eye(4)
@@ -262,7 +237,7 @@ def torso_in(
 def _torso_in_world(robot: RobotModel, q: ArrayLike, torso_in_world: ArrayLike | None) -> Floats:
     check_robot(robot)
     if torso_in_world is None:
-        return np.eye(4) if robot.base == "fixed" else cast(Floats, robot.fk(q, frame_of(robot, _TORSO)))
+        return np.eye(4) if robot.base == "fixed" else cast(Floats, robot.fk(q, frame_of(robot, TORSO)))
     return _rigid(as_batch(torso_in_world, (4, 4), "torso_in_world"), "torso_in_world")
 
 
@@ -270,45 +245,55 @@ def _between(T_world_feet: Floats) -> Floats:
     """The frame between two feet, from poses of shape (..., 2, 4, 4)."""
     yaw = position6d(T_world_feet)[..., 5]
     # Halfway along the shorter arc, also where the yaws are on both sides of ±π.
-    apart = yaw[..., 1] - yaw[..., 0]
-    apart = apart - 2.0 * np.pi * np.round(apart / (2.0 * np.pi))
+    turn = yaw[..., 1] - yaw[..., 0]
+    turn = turn - 2.0 * np.pi * np.round(turn / (2.0 * np.pi))
     places = T_world_feet[..., :3, 3]
     origin = np.concatenate([places[..., :2].mean(axis=-2), places[..., 2:].min(axis=-2)], axis=-1)
-    return join_poses(rot_z(yaw[..., 0] + 0.5 * apart), origin)
+    return join_poses(rot_z(yaw[..., 0] + 0.5 * turn), origin)
 
 
-# --- Axis masks: which of x, y, z, wx, wy, wz a Cartesian call controls, one bit each, along the axes of its space.
-#
-# Source: aldebaran/libalmath, almath/types/alaxismask.h (BSD-3-Clause).
+# --- Axis masks: the axes that a Cartesian call controls.
 
-AXES: tuple[str, ...] = ("X", "Y", "Z", "WX", "WY", "WZ")
-# NAOqi's name of each, without "AXIS_MASK_".
-AXIS_MASKS: MappingProxyType[str, int] = MappingProxyType(
-    {axis: 1 << bit for bit, axis in enumerate(AXES)}
-    | {"XY": 3, "VEL": 7, "PLANEZ": 28, "WYWZ": 48, "ROT": 56, "ALL": 63, "NONE": 0}
-)
-AXIS_MASK_X, AXIS_MASK_Y, AXIS_MASK_Z, AXIS_MASK_WX, AXIS_MASK_WY, AXIS_MASK_WZ, *_more = AXIS_MASKS.values()
-AXIS_MASK_XY, AXIS_MASK_VEL, AXIS_MASK_PLANEZ, AXIS_MASK_WYWZ, AXIS_MASK_ROT, AXIS_MASK_ALL, AXIS_MASK_NONE = _more
+
+class AxisMask(IntFlag):
+    """The axes that a Cartesian call controls, one bit each, along the axes of its space.
+
+    Source: aldebaran/libalmath, almath/types/alaxismask.h (BSD-3-Clause).
+
+    Examples:
+        >>> int(nk.naoqi.AxisMask.X | nk.naoqi.AxisMask.Z), int(nk.naoqi.AxisMask.VEL)
+        (5, 7)
+    """
+
+    X = 1
+    Y = 2
+    Z = 4
+    WX = 8
+    WY = 16
+    WZ = 32
+    XY = X | Y
+    VEL = X | Y | Z
+    PLANEZ = Z | WX | WY
+    WYWZ = WY | WZ
+    ROT = WX | WY | WZ
+    ALL = VEL | ROT
+    NONE = 0
 
 
 def axis_mask(mask: SupportsIndex | str) -> int:
-    """A mask as a number from 0 to 63, from such a number or from a name: "VEL" or "AXIS_MASK_VEL".
+    """A mask as a number from 0 to 63.
 
-    Raises:
-        UnknownName: no such name.
-        BadArgument: no such number.
+    Args:
+        mask: a number, a member of `AxisMask`, or a name: "VEL" or "AXIS_MASK_VEL".
 
     Examples:
         >>> nk.naoqi.axis_mask("VEL"), nk.naoqi.axis_mask(63)
         (7, 63)
     """
     if isinstance(mask, str):
-        name = mask.removeprefix("AXIS_MASK_")
-        if name not in AXIS_MASKS:
-            raise UnknownName("axis mask", mask, tuple(AXIS_MASKS))
-        return AXIS_MASKS[name]
+        return int(AxisMask[choice(mask.removeprefix("AXIS_MASK_"), AxisMask.__members__, "axis mask")])
     number = _whole(mask)
-    if not 0 <= number <= AXIS_MASK_ALL:
+    if not 0 <= number <= AxisMask.ALL:
         raise BadArgument(
             f"axis mask must be a number from 0 to 63 (7 position, 56 rotation, 63 both), got {quoted(mask)}"
         )
@@ -318,8 +303,8 @@ def axis_mask(mask: SupportsIndex | str) -> int:
 def controlled_axes(mask: SupportsIndex | str) -> NDArray[np.bool_]:
     """Which of x, y, z, wx, wy, wz a mask controls, shape (6,).
 
-    Raises:
-        UnknownName, BadArgument: as `axis_mask`.
+    Args:
+        mask: as in `axis_mask`.
 
     Examples:
         >>> nk.naoqi.controlled_axes("VEL").tolist()

@@ -354,11 +354,11 @@ def test_a_torso_that_is_no_pose_is_refused(nao: nk.NaoModel) -> None:
 
 
 def test_masks_are_sums_of_their_bits() -> None:
-    assert naoqi.AXIS_MASK_VEL == 1 + 2 + 4
-    assert naoqi.AXIS_MASK_ROT == 8 + 16 + 32
-    assert naoqi.AXIS_MASK_PLANEZ == 4 + 8 + 16
-    assert naoqi.AXIS_MASK_WYWZ == 16 + 32
-    assert naoqi.axis_mask("AXIS_MASK_ALL") == naoqi.axis_mask("ALL") == naoqi.axis_mask(63.0) == 63  # type: ignore[arg-type]
+    assert naoqi.AxisMask.VEL == 1 + 2 + 4
+    assert naoqi.AxisMask.ROT == 8 + 16 + 32
+    assert naoqi.AxisMask.PLANEZ == 4 + 8 + 16
+    assert naoqi.AxisMask.WYWZ == 16 + 32
+    assert naoqi.axis_mask("AXIS_MASK_ALL") == naoqi.axis_mask(naoqi.AxisMask.ALL) == naoqi.axis_mask(63.0) == 63  # type: ignore[arg-type]
     assert naoqi.controlled_axes("XY").tolist() == [True, True, False, False, False, False]
     assert naoqi.controlled_axes(12).tolist() == [False, False, True, True, False, False]
 

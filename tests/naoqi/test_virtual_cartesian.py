@@ -14,7 +14,7 @@ import nao_kin as nk
 from nao_kin import naoqi
 from nao_kin.naoqi.virtual import NaoqiError, VirtualNao
 from nao_kin.naoqi.virtual.cartesian import EffectorPath
-from nao_kin.naoqi.virtual.limb_solvers import Target, anywhere, columns_of, descend, near
+from nao_kin.naoqi.virtual.limb_solvers import LimbTarget, anywhere, columns_of, descend, near
 
 pytestmark = pytest.mark.slow
 
@@ -200,7 +200,7 @@ def test_what_some_joint_values_reach_is_reached(nao: nk.NaoModel, effector: str
     q = nao.clamp(nao.posture("StandInit"))
     axes = naoqi.controlled_axes(mask)
     for wanted in nao.random(mask, 6):
-        target = Target(effector, nao.fk(wanted, effector), axes, Rotation.from_euler("z", 0.5).as_matrix())
+        target = LimbTarget(effector, nao.fk(wanted, effector), axes, Rotation.from_euler("z", 0.5).as_matrix())
         found = anywhere(nao, target, q)
         assert found.missing < 1e-6
         assert nao.within_limits(found.q).all()
@@ -217,7 +217,7 @@ def test_a_target_on_another_branch_is_reached_in_time(script: Script) -> None:
     for share in np.linspace(0.0, 1.0, 50):  # the arm that follows the straight way ends at a limit
         T = start.copy()
         T[:3, 3] += share * (behind - start[:3, 3])
-        found = near(robot, Target("LArm", T, axes, np.eye(3)), q)
+        found = near(robot, LimbTarget("LArm", T, axes, np.eye(3)), q)
         q = found.q
     assert found.missing > 1e-3
     script("positionInterpolation", "LArm", TORSO, [*behind.tolist(), 0.0, 0.0, 0.0], 7, 3.0)
@@ -232,7 +232,7 @@ def test_only_the_axes_of_the_mask_count_along_those_of_the_space(nao: nk.NaoMod
     before = nao.fk(q, "LArm")
     T = before.copy()
     T[:3, 3] += R @ [0.02, 0.5, 0.5]
-    found = descend(nao, Target("LArm", T, naoqi.controlled_axes("X"), R), columns_of(nao, ["LArm"]), q)
+    found = descend(nao, LimbTarget("LArm", T, naoqi.controlled_axes("X"), R), columns_of(nao, ["LArm"]), q)
     assert (R.T @ (nao.fk(found.q, "LArm")[:3, 3] - before[:3, 3]))[0] == pytest.approx(0.02, abs=1e-8)
     assert np.linalg.norm(nao.fk(found.q, "LArm")[:3, 3] - before[:3, 3]) < 0.03
 
@@ -479,7 +479,7 @@ def test_rows_for_a_target_seen_from_the_standing_foot_are_derivatives(nao: nk.N
     for q in nao.random(3, 5):
         wanted = nao.fk(q, "LLeg", reference="RLeg")
         R = Rotation.from_euler("zyx", [0.3, -0.2, 0.5]).as_matrix()
-        target = Target("LLeg", wanted, naoqi.controlled_axes(63), R, "RLeg")
+        target = LimbTarget("LLeg", wanted, naoqi.controlled_axes(63), R, "RLeg")
         rows = target.rows(nao, q)
         for column in range(nao.nq):
             ahead, behind = q.copy(), q.copy()

@@ -11,7 +11,7 @@ import pytest
 import nao_kin as nk
 from nao_kin.errors import BadArgument, NotFinite, UnknownName
 from nao_kin.naoqi.spaces import robot_frame
-from nao_kin.naoqi.virtual import Call, Change, NaoqiError, Task, VirtualNao
+from nao_kin.naoqi.virtual import Call, Change, MotionTask, NaoqiError, VirtualNao
 from nao_kin.naoqi.virtual.engine import Clock
 
 FAST_YAW = 8.26797  # rad/s, the maximum speed of HeadYaw in the published URDF
@@ -389,7 +389,7 @@ def test_waiting_for_a_task_ends_with_it_or_with_the_time(awake: VirtualNao) -> 
     assert awake.call("ALMotion", "getTaskList") == []
 
 
-class _Broken(Task):
+class _Broken(MotionTask):
     ended = 0
 
     def advance(self, nao: VirtualNao, time: float) -> bool:
@@ -496,7 +496,7 @@ def test_closing_answers_whoever_waits(nao: nk.NaoModel) -> None:
 
 
 def test_a_stepped_call_without_an_end_says_so(awake: VirtualNao, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("nao_kin.naoqi.virtual.virtual_nao._MOST_SECONDS", 1.0)
+    monkeypatch.setattr("nao_kin.naoqi.virtual.virtual_nao._MAX_SECONDS", 1.0)
     with pytest.raises(NaoqiError, match="no answer within 1 s"):
         awake.call("ALMemory", "getDataOnChange", "never")
     with pytest.raises(UnknownName, match="nearest: ALMotion"):

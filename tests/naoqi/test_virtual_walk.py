@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.errors import BadArgument, NotFinite, UnknownName
 from nao_kin.naoqi.virtual import Call, NaoqiError, VirtualNao
 from nao_kin.naoqi.virtual.steps import (
     NEAREST,
@@ -24,13 +24,13 @@ from nao_kin.naoqi.virtual.steps import (
     move_config,
     seen_from,
 )
-from nao_kin.naoqi.virtual.walk import AtVelocity, Plan, ToTargets, Walker
+from nao_kin.naoqi.virtual.walk import AtVelocity, ToTargets, Walker, WalkPlan
 
 pytestmark = pytest.mark.slow
 
 poses = st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(-3.0, 3.0))
 STEPS = ("MaxStepX", "MaxStepY", "MaxStepTheta")
-configs = st.fixed_dictionaries({name: st.floats(PARAMETERS[name].least, PARAMETERS[name].most) for name in STEPS})
+configs = st.fixed_dictionaries({name: st.floats(PARAMETERS[name].minimum, PARAMETERS[name].maximum) for name in STEPS})
 # Smaller steps reach every target, too, and take long.
 LEAST = {"MaxStepX": 0.01, "MaxStepY": 0.12, "MaxStepTheta": 0.02}
 
@@ -106,9 +106,11 @@ def test_between_two_poses_the_way_is_straight_and_the_turn_short(a: tuple, b: t
     assert off(along(start, goal, 1.0), goal) < 1e-12
 
 
-@pytest.mark.parametrize(("wish", "side"), [((1, 0, 0), "L"), ((0, -1, 0), "R"), ((0, 0, -1), "R"), ((0, 1, -1), "L")])
-def test_the_foot_that_opens_goes_first(wish: tuple, side: str) -> None:
-    assert first_side(wish) == side
+@pytest.mark.parametrize(
+    ("motion", "side"), [((1, 0, 0), "L"), ((0, -1, 0), "R"), ((0, 0, -1), "R"), ((0, 1, -1), "L")]
+)
+def test_the_foot_that_opens_goes_first(motion: tuple, side: str) -> None:
+    assert first_side(motion) == side
 
 
 @given(poses, st.sampled_from("LR"), configs)
@@ -121,7 +123,7 @@ def test_steps_are_brought_into_what_a_foot_can_do(step: tuple, side: str, confi
     assert -0.12 <= outwards * theta <= gait.max_step_theta
 
 
-def _walked(plan: Plan, gait: Gait, most: int = 3000) -> tuple[list[Any], Walker]:
+def _walked(plan: WalkPlan, gait: Gait, most: int = 3000) -> tuple[list[Any], Walker]:
     """The steps of a plan from the origin, each within what its foot can do."""
     walker = Walker({side: foot_beside(np.zeros(3), side) for side in "LR"}, np.zeros(3))
     plan.begin(walker.body)
@@ -188,7 +190,7 @@ def test_configurations_that_make_no_sense_are_refused() -> None:
     with pytest.raises(UnknownName, match="nearest: MaxStepX"):
         gait_of([["maxstepx", 0.04]])
     for wrong in ("MaxStepX", [["MaxStepX"]], [["MaxStepX", "fast"]], [["MaxStepX", float("nan")]], 3, ["MaxStepX", 1]):
-        with pytest.raises(BadArgument):
+        with pytest.raises((BadArgument, NotFinite)):
             gait_of(wrong)
     with pytest.raises(UnknownName, match="move configuration"):
         move_config("Fast")

@@ -1,7 +1,6 @@
 """Modules that scripts for NAOqi import: `naoqi`, `almath` and `motion`.
 
-They are found by scripts that `nao-kin run` starts, for it puts this folder at the end of their search path. With any
-other program, `PYTHONPATH` does the same.
+`nao-kin run` puts this folder at the end of a script's search path. For other programs, `PYTHONPATH` does the same.
 """
 
 from __future__ import annotations
@@ -13,5 +12,4 @@ __all__ = [
 ]
 
 
-# To be on the search path of a script.
 FOLDER = Path(__file__).resolve().parent

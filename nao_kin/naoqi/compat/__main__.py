@@ -1,9 +1,9 @@
-"""Run a script for NAOqi: its modules on the path, its connections led elsewhere, Python 2 translated.
+"""Run a script for NAOqi with its modules on the path, its connections redirected, and Python 2 translated.
 
     python nao_kin/naoqi/compat SCRIPT [ARGUMENT ...]
 
-Where NAO_KIN_ENDPOINT is set, proxies of `naoqi` and sessions of `qi` connect there, whatever address the script gives.
-A script in Python 2 is translated in memory, with the modules beside it.
+If NAO_KIN_ENDPOINT is set, proxies of `naoqi` and sessions of `qi` connect there, whatever address the script gives.
+A script in Python 2 is translated in memory, with the modules of its folder.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ ENDPOINT_VARIABLE = "NAO_KIN_ENDPOINT"
 
 
 def main() -> None:
-    """Run the script that the first argument names, with the others as its own."""
+    """Run the script of the first argument with the other arguments."""
     codes: list[int] = []
-    atexit.register(_leave_qi, codes)  # the first to be registered, and so the last to be called
+    atexit.register(_leave_qi, codes)  # registered first, and so called last
     script = Path(sys.argv[1])
     sys.argv = sys.argv[1:]
-    # Behind everything else: an SDK that is installed, and modules beside the script, come first.
+    # Last on the path: an installed SDK, and modules in the script's folder, come first.
     sys.path[:] = [
         str(script.resolve().parent),
         *(entry for entry in sys.path[1:] if entry != str(FOLDER)),
@@ -35,7 +35,7 @@ def main() -> None:
     ]
     endpoint = os.environ.get(ENDPOINT_VARIABLE)
     if endpoint:
-        _lead_qi_to(endpoint)
+        _redirect_qi(endpoint)
     code = compiled(script)
     module = types.ModuleType("__main__")
     module.__file__ = str(script)
@@ -50,7 +50,7 @@ def main() -> None:
             sys.stderr.write(f"{end.code}\n")
         codes.append((end.code or 0) if isinstance(end.code, (int, type(None))) else 1)
     except Exception as error:
-        # From the script on: how it was started is of no interest.
+        # The traceback begins in the script.
         trace = error.__traceback__
         traceback.print_exception(type(error), error, trace.tb_next if trace else None)
         codes.append(1)
@@ -58,22 +58,21 @@ def main() -> None:
 
 
 def _leave_qi(codes: list[int]) -> None:
-    """Leave with the script's exit code, and without the rest of Python's end, where qi is loaded.
+    """Exit with the script's code at once if qi is loaded.
 
-    Its threads go on, and want Python's lock for the objects that they still hold: while Python ends, that aborts the
-    program.
+    Its threads continue, and need Python's lock for their objects: while Python ends, that aborts the program.
     """
     if codes and "qi" in sys.modules:
         for stream in (sys.stdout, sys.stderr):
             try:
                 stream.flush()
-            except (OSError, ValueError):  # whoever read it has gone
+            except (OSError, ValueError):  # its reader has closed it
                 continue
         os._exit(codes[0] & 0xFF)
 
 
 def compiled(script: Path) -> Any:
-    """The script's code; ends the program with one line where there is none."""
+    """The script's code; ends the program with one line if there is none."""
     python2 = importlib.import_module("_python2")
     try:
         content = script.read_bytes()
@@ -92,12 +91,12 @@ def compiled(script: Path) -> Any:
     return code
 
 
-def _lead_qi_to(endpoint: str) -> None:
-    """Have the sessions and applications of `qi` connect to `endpoint`."""
+def _redirect_qi(endpoint: str) -> None:
+    """Make the sessions and applications of `qi` connect to `endpoint`."""
     try:
         import qi
     except ImportError:
-        return  # the script says so itself where it needs it
+        return  # a script that needs it reports it
     make_session, make_application = qi.Session, qi.Application
 
     def Session(*arguments: Any) -> Any:

@@ -1,7 +1,7 @@
-"""Python 2 read as Python 3: scripts, and the modules beside them.
+"""Python 2 run as Python 3: scripts, and the modules of their folders.
 
-What Python 3 cannot read, or what uses names that only Python 2 has, is translated by lib2to3 in memory. There, the
-division of two whole numbers is Python 2's. Nothing is written: no file, no bytecode.
+lib2to3 translates, in memory, code that Python 3 cannot read or that uses names of Python 2; the division of two whole
+numbers is then Python 2's. No file and no bytecode is written.
 """
 
 from __future__ import annotations
@@ -30,15 +30,9 @@ _TRUE_DIVISION = re.compile(rb"^\s*from\s+__future__\s+import\s.*\bdivision\b", 
 
 
 def compiled(content: bytes, path: str, *, old: bool = False) -> tuple[types.CodeType, bool]:
-    """The code of a script or module, and whether it was translated.
+    """The code of a script or module, and whether it was translated; `old` modules belong to a script in Python 2.
 
-    Args:
-        content: of the file.
-        path: for messages.
-        old: it belongs to a script in Python 2, and so is Python 2 where it can be read as that.
-
-    Raises:
-        SyntaxError, ValueError: neither Python 3 nor Python 2.
+    Raises SyntaxError or ValueError for code that is neither Python 3 nor Python 2.
     """
     try:
         tree = ast.parse(content, path)
@@ -55,7 +49,7 @@ def compiled(content: bytes, path: str, *, old: bool = False) -> tuple[types.Cod
 
 
 def find_modules_in(folder: Path) -> None:
-    """Have the modules of a Python 2 script's folder translated too, when they are imported."""
+    """Translate the modules of a Python 2 script's folder too, when they are imported."""
 
     def finder(path: str) -> machinery.FileFinder:
         inside = Path(path).resolve()
@@ -72,10 +66,10 @@ def find_modules_in(folder: Path) -> None:
 
 
 class _Loader(machinery.SourceFileLoader):
-    """Loads modules, translated where they are Python 2."""
+    """Loads modules, and translates Python 2."""
 
     def path_stats(self, path: Any) -> Any:
-        """None: what is translated is not kept as bytecode, which another Python would take for the file's own."""
+        """Prevent bytecode files of translated modules, which another Python would take for the original's."""
         raise OSError
 
     def source_to_code(self, data: Any, path: Any, *, _optimize: int = -1) -> Any:  # type: ignore[override]
@@ -84,7 +78,7 @@ class _Loader(machinery.SourceFileLoader):
 
 
 def _only_in_python_2(tree: ast.AST) -> bool:
-    """Whether a tree uses what Python 3 lacks; what is tried, with an except for it, does not count."""
+    """Whether a tree uses names that Python 3 lacks, outside of a try with an except for them."""
     nodes = list(_untried(tree))
     bound = {node.id for node in nodes if isinstance(node, ast.Name) and not isinstance(node.ctx, ast.Load)}
     bound |= {node.arg for node in nodes if isinstance(node, ast.arg)}
@@ -118,7 +112,7 @@ def _is_for_other_versions(handler: ast.ExceptHandler) -> bool:
 
 
 def _translated(content: bytes, path: str) -> types.CodeType | None:
-    """The code of a script in Python 2; None if it is not that either, or there is no translator."""
+    """The code of a script in Python 2; None if it is not Python 2, or without a translator."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # lib2to3 is deprecated, and part of every Python that qi has wheels for
         try:
@@ -129,7 +123,7 @@ def _translated(content: bytes, path: str) -> types.CodeType | None:
             tool = RefactoringTool(get_fixers_from_package("lib2to3.fixes"))
             text = str(tool.refactor_string(_text(content).expandtabs(8) + "\n", path))
             tree = ast.parse(text, path)
-        except Exception:  # whatever the translator stumbles over, the script is none
+        except Exception:  # a script that the translator cannot read is no Python 2
             return None
         if not _TRUE_DIVISION.search(content):
             setattr(builtins, _DIVIDE, _divide)
@@ -138,7 +132,7 @@ def _translated(content: bytes, path: str) -> types.CodeType | None:
 
 
 def _text(content: bytes) -> str:
-    """A script's text, in the encoding that it names, or Latin-1 where it names none and is no UTF-8."""
+    """A script's text in its declared encoding; Latin-1 if it declares none and is no UTF-8."""
     try:
         encoding, _ = tokenize.detect_encoding(io.BytesIO(content).readline)
         text = content.decode(encoding)
@@ -148,12 +142,12 @@ def _text(content: bytes) -> str:
 
 
 def _divide(one: Any, other: Any) -> Any:
-    """Python 2's division: of two whole numbers the whole part, rounded down."""
+    """Python 2's division: of two whole numbers the floor."""
     return one // other if isinstance(one, int) and isinstance(other, int) else one / other
 
 
 class _Divisions(ast.NodeTransformer):
-    """Every division as a call of `_divide`."""
+    """Replaces every division by a call of `_divide`."""
 
     def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
         self.generic_visit(node)

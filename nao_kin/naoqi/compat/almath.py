@@ -1,7 +1,7 @@
 """The module `almath` that old scripts import: its constants, and poses in the plane and in space.
 
-Aldebaran's own (BSD-3) has no wheels for today's Python; where it is installed, scripts get that one. Here is what
-scripts of robots use of it: `Pose2D`, `Position3D`, `Position6D` and `Transform` with their products and inverses.
+Aldebaran's own (BSD-3) has no wheels for today's Python; scripts get it if it is installed. This one has `Pose2D`,
+`Position3D`, `Position6D` and `Transform` with their products and inverses.
 """
 
 from __future__ import annotations
@@ -14,35 +14,11 @@ import numpy as np
 
 from nao_kin._core.arrays import Floats, join_poses, rigid_inverse
 from nao_kin.naoqi.compat.motion import *  # noqa: F403
-from nao_kin.naoqi.compat.motion import PI, TO_DEG, TO_RAD
 from nao_kin.naoqi.spaces import pose, position6d
-
-__all__ = [
-    "PI",
-    "TO_DEG",
-    "TO_RAD",
-    "Pose2D",
-    "Position3D",
-    "Position6D",
-    "Transform",
-    "clipData",
-    "getDubinsSolutions",
-    "modulo2PI",
-    "pose2DFromTransform",
-    "pose2DInverse",
-    "position6DFromTransform",
-    "transformFromPose2D",
-    "transformFromPosition3D",
-    "transformFromPosition6D",
-    "transformFromRotX",
-    "transformFromRotY",
-    "transformFromRotZ",
-    "transformInverse",
-]
 
 
 class _Numbers:
-    """Named numbers, made from as many, from one sequence of them, or zero."""
+    """Named numbers, from as many arguments, from one sequence, or zero."""
 
     _names: tuple[str, ...] = ()
 
@@ -58,7 +34,7 @@ class _Numbers:
         return [getattr(self, name) for name in self._names]
 
     def isNear(self, other: _Numbers, epsilon: float = 1e-4) -> bool:
-        """Whether no number differs by more than epsilon."""
+        """Whether all numbers agree within epsilon."""
         return all(abs(a - b) <= epsilon for a, b in zip(self.toVector(), other.toVector(), strict=True))
 
     def __iter__(self) -> Any:
@@ -75,7 +51,7 @@ class _Numbers:
 
 
 class _Vector(_Numbers):
-    """Numbers that are added and scaled one by one."""
+    """Numbers with element-wise addition and scaling."""
 
     def __add__(self, other: _Vector) -> Any:
         return type(self)([a + b for a, b in zip(self, other, strict=True)])
@@ -95,7 +71,7 @@ class _Vector(_Numbers):
         return type(self)([a / divisor for a in self])
 
     def norm(self) -> float:
-        """Euclidean length of all the numbers."""
+        """Euclidean length."""
         return math.sqrt(sum(a * a for a in self))
 
 
@@ -125,20 +101,17 @@ class Pose2D(_Numbers):
         return Pose2D(self.x + x, self.y + y, self.theta + other.theta)
 
     def inverse(self) -> Pose2D:
-        """The pose that undoes this one: pose * pose.inverse() is zero."""
+        """The inverse: pose * pose.inverse() is zero."""
         c, s = math.cos(self.theta), math.sin(self.theta)
         return Pose2D(-c * self.x - s * self.y, s * self.x - c * self.y, -self.theta)
 
     def distance(self, other: Pose2D) -> float:
-        """Distance of the two places."""
+        """Distance of the places."""
         return math.hypot(self.x - other.x, self.y - other.y)
 
 
 class Transform(_Numbers):
-    """A rigid transform by the twelve numbers r1_c1 … r3_c4 of its upper rows; of sixteen, four do not count.
-
-    Three numbers are a translation.
-    """
+    """A rigid transform as the twelve numbers r1_c1 … r3_c4, from twelve, sixteen, or the three of a translation."""
 
     _names = tuple(f"r{row}_c{column}" for row in (1, 2, 3) for column in (1, 2, 3, 4))
 
@@ -150,7 +123,7 @@ class Transform(_Numbers):
         super().__init__(*given)
 
     def matrix(self) -> Floats:
-        """As a matrix, shape (4, 4)."""
+        """The matrix, shape (4, 4)."""
         return np.array([*super().toVector(), 0.0, 0.0, 0.0, 1.0]).reshape(4, 4)
 
     def toVector(self) -> list[float]:
@@ -158,7 +131,7 @@ class Transform(_Numbers):
         return [float(number) for number in self.matrix().ravel()]
 
     def inverse(self) -> Transform:
-        """The transform that undoes this one."""
+        """The inverse transform."""
         return Transform(rigid_inverse(self.matrix()).ravel())
 
     def __mul__(self, other: Transform) -> Transform:
@@ -166,22 +139,22 @@ class Transform(_Numbers):
 
     @staticmethod
     def fromPosition(x: float, y: float, z: float, wx: float = 0.0, wy: float = 0.0, wz: float = 0.0) -> Transform:
-        """The transform of a position, or of a position and three angles as `Position6D` has them."""
+        """The transform of a position and three angles as in `Position6D`."""
         return Transform(pose([x, y, z, wx, wy, wz]).ravel())
 
     @staticmethod
     def fromRotX(angle: float) -> Transform:
-        """A turn about x."""
+        """A rotation about x."""
         return Transform.fromPosition(0.0, 0.0, 0.0, wx=angle)
 
     @staticmethod
     def fromRotY(angle: float) -> Transform:
-        """A turn about y."""
+        """A rotation about y."""
         return Transform.fromPosition(0.0, 0.0, 0.0, wy=angle)
 
     @staticmethod
     def fromRotZ(angle: float) -> Transform:
-        """A turn about z."""
+        """A rotation about z."""
         return Transform.fromPosition(0.0, 0.0, 0.0, wz=angle)
 
 
@@ -206,7 +179,7 @@ def transformFromPose2D(pose2d: Pose2D) -> Transform:
 
 
 def pose2DFromTransform(transform: Transform) -> Pose2D:
-    """Where on the floor a transform leads, and how far it turns there."""
+    """The pose on the floor of a transform."""
     x, y, *_, wz = position6DFromTransform(transform)
     return Pose2D(x, y, wz)
 
@@ -224,32 +197,26 @@ def modulo2PI(angle: float) -> float:
 
 
 def clipData(low: float, high: float, value: float) -> float:
-    """The value, or the bound that it is beyond."""
+    """The value, clipped to the bounds."""
     return min(max(value, low), high)
 
 
 def getDubinsSolutions(pTargetPose: Pose2D, pCircleRadius: float) -> list[Pose2D]:
-    """The shortest way from the origin, along x, to a pose: an arc, a straight line and another arc.
+    """The shortest way from the origin, along x, to a pose: the ends of an arc, a straight line and another arc.
 
-    Args:
-        pTargetPose: where to, at least four radii away.
-        pCircleRadius: of both arcs [m].
+    The target is at least four radii away; at this distance no way of three arcs is shorter.
 
-    Returns:
-        The poses at the ends of the first arc, of the line, and of the second arc, all from the origin.
-
-    Source: L. E. Dubins, On curves of minimal length with a constraint on average curvature, 1957; at this distance no
-    way of three arcs is shorter.
+    Source: L. E. Dubins, On curves of minimal length with a constraint on average curvature, 1957.
     """
     radius, (x, y, theta) = float(pCircleRadius), pTargetPose
     if not radius > 0.0 or math.hypot(x, y) < 4.0 * radius:
         raise RuntimeError("getDubinsSolutions: the target must be at least 4 radii away, and the radius positive")
     ways = []
-    for first in (1.0, -1.0):  # 1 turns left, -1 right; centres are beside the pose
+    for first in (1.0, -1.0):  # 1 turns left, -1 right
         for second in (1.0, -1.0):
             dx = x - second * radius * math.sin(theta)
             dy = y + second * radius * math.cos(theta) - first * radius
-            # Circles of two senses are joined by the inner tangent, which is inclined to the line between the centres.
+            # The inner tangent joins circles of opposite senses; it is inclined to the line between the centres.
             distance = math.hypot(dx, dy)
             sine = clipData(-1.0, 1.0, (first - second) * radius / distance)
             heading = math.atan2(dy, dx) + math.asin(sine)
@@ -266,6 +233,6 @@ def getDubinsSolutions(pTargetPose: Pose2D, pCircleRadius: float) -> list[Pose2D
 
 
 def _turned(angle: float) -> float:
-    """The same angle in [0, 2π), where rounding below zero counts as zero [rad]."""
+    """The same angle in [0, 2π); rounding below zero counts as zero [rad]."""
     turned = angle % math.tau
     return 0.0 if math.tau - turned < 1e-9 else turned

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 
-from nao_kin.naoqi import spaces
+from nao_kin.naoqi.spaces import FRAME_ROBOT, FRAME_TORSO, FRAME_WORLD, SPACES, AxisMask
 
 # FRAME_TORSO, AXIS_MASK_VEL …
-_NUMBERS = {name: value for name, value in vars(spaces).items() if name.startswith(("FRAME_", "AXIS_MASK_"))}
+_NUMBERS = {name: number for number, name in enumerate(SPACES)}
+_NUMBERS |= {f"AXIS_MASK_{name}": int(mask) for name, mask in AxisMask.__members__.items()}
 globals().update(_NUMBERS)
 
-# The spaces as they were called up to NAOqi 1.10.
-SPACE_TORSO, SPACE_WORLD, SPACE_NAO = spaces.FRAME_TORSO, spaces.FRAME_WORLD, spaces.FRAME_ROBOT
+# The names of the spaces up to NAOqi 1.10.
+SPACE_TORSO, SPACE_WORLD, SPACE_NAO = FRAME_TORSO, FRAME_WORLD, FRAME_ROBOT
 
 PI, PI_2 = math.pi, math.pi / 2.0
 TO_RAD, TO_DEG = math.pi / 180.0, 180.0 / math.pi

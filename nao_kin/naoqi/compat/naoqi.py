@@ -1,6 +1,6 @@
-"""The module `naoqi` that old scripts import: proxies, a broker and modules of their own, on top of qi.
+"""The module `naoqi` that old scripts import: proxies, a broker and modules, on top of qi.
 
-Aldebaran's own is for Python 2. This one has what scripts use of it:
+Aldebaran's own is for Python 2. This one has the parts that scripts use:
 
     from naoqi import ALProxy
     motion = ALProxy("ALMotion", "127.0.0.1", 9559)
@@ -8,7 +8,7 @@ Aldebaran's own is for Python 2. This one has what scripts use of it:
     task = motion.post.angleInterpolation("HeadYaw", 0.5, 1.0, True)   # does not wait
     motion.wait(task, 0)
 
-Where the environment variable NAO_KIN_ENDPOINT is set, every proxy goes there, whatever address a script gives.
+If the environment variable NAO_KIN_ENDPOINT is set, every proxy connects there, whatever address a script gives.
 """
 
 from __future__ import annotations
@@ -42,21 +42,18 @@ _redirected: set[str] = set()
 
 
 def __getattr__(name: str) -> Any:
-    """`motion`, which Aldebaran's package has inside too; loaded where a script asks for it."""
+    """Load `motion`, which Aldebaran's package contains too."""
     if name != "motion":
         raise AttributeError(f"module 'naoqi' has no attribute {name!r}")
     return importlib.import_module("nao_kin.naoqi.compat.motion")
 
 
 class ALProxy:
-    """A service of a robot; its methods are those of the service.
+    """A service of a robot, with the methods of the service.
 
-    Three ways to say where: `ALProxy(name, ip, port)`, `ALProxy(name, broker)`, and `ALProxy(name)` where there is an
-    `ALBroker`. Beside the service's own methods there is `post`, whose methods do not wait and answer a number, for
-    `wait`, `isRunning` and `stop`.
-
-    Raises:
-        RuntimeError: nobody listens there, or there is no such service; as in NAOqi.
+    It is made by `ALProxy(name, ip, port)`, `ALProxy(name, broker)`, or with an `ALBroker` by `ALProxy(name)`. The
+    methods of its `post` do not wait, and return a number for `wait`, `isRunning` and `stop`. As in NAOqi, errors are
+    RuntimeError.
     """
 
     def __init__(self, name: str, *where: Any) -> None:
@@ -72,7 +69,7 @@ class ALProxy:
         self.post = _Post(self)
 
     def __getattr__(self, method: str) -> Callable[..., Any]:
-        if method.startswith("__"):  # what Python itself asks for is no method of a robot
+        if method.startswith("__"):  # Python's own attributes are no methods of a robot
             raise AttributeError(method)
 
         def call(*arguments: Any) -> Any:
@@ -82,12 +79,12 @@ class ALProxy:
         return call
 
     def call(self, method: str, *arguments: Any) -> Any:
-        """Call a method by its name, and wait for its answer."""
+        """Call a method by name, and wait for its answer."""
         self._check(method)
         return self._service.call(method, *arguments)
 
     def pCall(self, method: str, *arguments: Any) -> int:
-        """Call a method by its name without waiting; the number is for `wait`, `isRunning` and `stop`."""
+        """Call a method by name without waiting; return a number for `wait`, `isRunning` and `stop`."""
         self._check(method)
         number = next(self._numbers)
         future = self._service.call(method, *arguments, _async=True)
@@ -96,19 +93,19 @@ class ALProxy:
         return number
 
     def wait(self, number: int, timeout: int = 0) -> bool:
-        """Wait until a posted call is over, at most `timeout` ms (0: without end); whether it is still running."""
+        """Wait until a posted call is over, at most `timeout` ms (0: no limit); return whether it is still running."""
         future = self._tasks.get(int(number))
         if future is not None:
             future.wait(*((int(timeout),) if timeout else ()))
         return self.isRunning(number)
 
     def isRunning(self, number: int) -> bool:
-        """Whether a posted call is not over yet."""
+        """Whether a posted call is not over."""
         future = self._tasks.get(int(number))
         return future is not None and bool(future.isRunning())
 
     def stop(self, number: int) -> None:
-        """End a posted call where it is."""
+        """Stop a posted call."""
         future = self._tasks.get(int(number))
         if future is not None:
             future.cancel()
@@ -123,7 +120,7 @@ class ALProxy:
         return sorted({row["name"] for number, row in methods.items() if number >= _FIRST_OWN_METHOD})
 
     def version(self) -> str:
-        """What the service calls its version; "" where it has none."""
+        """The service's version; "" without one."""
         return str(self._service.version()) if "version" in self.getMethodList() else ""
 
     def _check(self, method: str) -> None:
@@ -153,18 +150,7 @@ class _Post:
 
 
 class ALBroker:
-    """A connection to a robot for the proxies and modules of a script.
-
-    Args:
-        name: any.
-        ip: where to listen for the robot's calls back; left to qi.
-        port: as `ip`.
-        parentIP: the robot's address.
-        parentPort: the robot's port.
-
-    Raises:
-        RuntimeError: nobody listens there.
-    """
+    """A connection to the robot at parentIP and parentPort for the proxies and modules of a script."""
 
     def __init__(self, name: str, ip: str = "", port: int = 0, parentIP: str = "", parentPort: int = 0) -> None:
         global _broker
@@ -173,7 +159,7 @@ class ALBroker:
         _broker = self
 
     def shutdown(self) -> None:
-        """Forget the connection; the proxies that have it go on."""
+        """Forget the connection; existing proxies keep it."""
         global _broker
         if _broker is self:
             _broker = None
@@ -184,16 +170,13 @@ class ALBroker:
 
 
 class ALModule:
-    """What scripts derive their own modules from, whose methods a robot calls at events.
+    """The base of a script's modules, whose methods a robot calls at events; needs an `ALBroker`.
 
-        class Listener(ALModule):
-            def onTouched(self, key, value, message): ...
+    class Listener(ALModule):
+        def onTouched(self, key, value, message): ...
 
-        listener = Listener("listener")
-        memory.subscribeToEvent("FrontTactilTouched", "listener", "onTouched")
-
-    Raises:
-        RuntimeError: there is no `ALBroker`, or the name is taken.
+    listener = Listener("listener")
+    memory.subscribeToEvent("FrontTactilTouched", "listener", "onTouched")
     """
 
     def __init__(self, name: str) -> None:
@@ -207,17 +190,17 @@ class ALModule:
         return self._module_name
 
     def BIND_PYTHON(self, name: str, method: str) -> None:
-        """Offer a method to the robot; all are offered here."""
+        """Without effect: all methods are offered here."""
 
     def exit(self) -> None:
-        """The robot calls it no more."""
+        """Unregister the module."""
         number, self._number = self._number, None
         if number is not None:
             _session_of(()).unregisterService(number)
 
 
 _OWN = ("getName", "exit", "BIND_PYTHON")
-# Methods with lower numbers are those that qi gives every object.
+# The lowest number of a method that is not one of qi's for every object.
 _FIRST_OWN_METHOD = 100
 
 
@@ -225,8 +208,8 @@ def _method(module: ALModule, name: str) -> Callable[..., Any]:
     def forward(_: Any, *arguments: Any) -> Any:
         method = getattr(module, name)
         try:
-            return method(*arguments[: _most_arguments(method)])
-        except Exception:  # the robot does not tell the script; nobody else would
+            return method(*arguments[: _max_arguments(method)])
+        except Exception:  # the robot does not report it to the script
             traceback.print_exc()
             raise
 
@@ -234,8 +217,8 @@ def _method(module: ALModule, name: str) -> Callable[..., Any]:
     return forward
 
 
-def _most_arguments(method: Callable[..., Any]) -> int | None:
-    """How many arguments a method takes, None for any: of an event's three, scripts take the first ones they need."""
+def _max_arguments(method: Callable[..., Any]) -> int | None:
+    """The number of arguments of a method, None for any: scripts' methods take the first of an event's three."""
     parameters = inspect.signature(method).parameters.values()
     if any(one.kind is one.VAR_POSITIONAL for one in parameters):
         return None
@@ -243,7 +226,7 @@ def _most_arguments(method: Callable[..., Any]) -> int | None:
 
 
 def _session_of(where: tuple[Any, ...]) -> Any:
-    """The session for what stands behind a proxy's name."""
+    """The session for the arguments after a proxy's name."""
     if where and isinstance(where[0], ALBroker):
         return where[0].session
     if len(where) == 2:
@@ -260,7 +243,7 @@ def _session_of(where: tuple[Any, ...]) -> Any:
 
 
 def _services(session: Any) -> list[str]:
-    """Names of the robot's services, which answer a ping; those that a virtual NAO only refuses do not."""
+    """Names of the robot's services that answer a ping; those that a virtual NAO only refuses do not."""
     names = sorted(row["name"] for row in session.service("ServiceDirectory").services())
     return [name for name in names if hasattr(session.service(name), "ping")]
 

@@ -1,4 +1,4 @@
-"""Arguments as scripts give them over NAOqi: numbers, flags, names, and lists of one entry or one list per joint."""
+"""Reading the arguments that scripts send over NAOqi: numbers, flags, names, and one entry or list for each joint."""
 
 from __future__ import annotations
 
@@ -12,17 +12,12 @@ from nao_kin._core.arrays import Floats, as_floats, as_numbers, choice as one_of
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, NotFinite
 
-MOST_SECONDS = 86400.0
-"""The longest time that a call or a step may take: a day [s]."""
+# The longest time of a call or a step: a day [s].
+MAX_SECONDS = 86400.0
 
 
 def number(value: object, what: str) -> float:
-    """One finite number.
-
-    Raises:
-        BadArgument: no number.
-        NotFinite: NaN or infinity.
-    """
+    """One finite number."""
     if not isinstance(value, (bool, int, float, np.integer, np.floating)):
         raise BadArgument(f"{what} must be a number, got {quoted(value, 60)}")
     try:
@@ -35,11 +30,7 @@ def number(value: object, what: str) -> float:
 
 
 def fraction(value: object, what: str, *, positive: bool = False) -> float:
-    """A number from 0 to 1; with `positive`, above 0.
-
-    Raises:
-        BadArgument, NotFinite: anything else.
-    """
+    """A number from 0 to 1; with `positive`, above 0."""
     result = number(value, what)
     if not (0.0 <= result <= 1.0) or (positive and result == 0.0):
         raise BadArgument(f"{what} must be {'above 0 and at most' if positive else 'between 0 and'} 1, got {result:g}")
@@ -47,11 +38,7 @@ def fraction(value: object, what: str, *, positive: bool = False) -> float:
 
 
 def duration(value: object, what: str, *, zero: bool = False) -> float:
-    """A positive number of seconds; with `zero`, zero too.
-
-    Raises:
-        BadArgument, NotFinite: anything else.
-    """
+    """A positive number of seconds, at most a day; with `zero`, zero too."""
     result = number(value, what)
     if result < 0.0 or (result == 0.0 and not zero):
         raise BadArgument(f"{what} must be {'at least' if zero else 'above'} 0 s, got {result:g} s")
@@ -60,32 +47,20 @@ def duration(value: object, what: str, *, zero: bool = False) -> float:
 
 
 def check_duration(seconds: float, what: str) -> None:
-    """Refuse what would take longer than a day, and perhaps never end.
-
-    Raises:
-        BadArgument: it would.
-    """
-    if seconds > MOST_SECONDS:
-        raise BadArgument(f"{what} must be at most {MOST_SECONDS:g} s (a day), got {seconds:g} s")
+    """Refuse a duration of more than a day, which may never end."""
+    if seconds > MAX_SECONDS:
+        raise BadArgument(f"{what} must be at most {MAX_SECONDS:g} s (a day), got {seconds:g} s")
 
 
 def flag(value: object, what: str) -> bool:
-    """True or False; 1 and 0 count as such.
-
-    Raises:
-        BadArgument: anything else.
-    """
+    """True or False; 1 and 0 count as such."""
     if isinstance(value, (bool, np.bool_)) or (isinstance(value, (int, float)) and value in (0, 1)):
         return bool(value)
     raise BadArgument(f"{what} must be True or False, got {quoted(value, 60)}")
 
 
 def whole(value: object, what: str) -> int:
-    """A whole number; 2.0 counts as one.
-
-    Raises:
-        BadArgument, NotFinite: anything else.
-    """
+    """A whole number; 2.0 counts as one."""
     result = number(value, what)
     if not result.is_integer():
         raise BadArgument(f"{what} must be a whole number, got {result:g}")
@@ -93,42 +68,29 @@ def whole(value: object, what: str) -> int:
 
 
 def text(value: object, what: str) -> str:
-    """A text.
-
-    Raises:
-        BadArgument: anything else.
-    """
+    """A text."""
     if isinstance(value, str):
         return value
     raise BadArgument(f"{what} must be a text, got {quoted(value, 60)}")
 
 
 def choice(value: object, what: str, valid: Sequence[str]) -> str:
-    """One of some names.
-
-    Raises:
-        BadArgument: no text.
-        UnknownName: another one.
-    """
+    """One of some names."""
     return one_of(text(value, what), valid, what)
 
 
 def is_list(value: object) -> bool:
-    """Whether it is a list as NAOqi takes them: a list, a tuple or an array."""
+    """Whether NAOqi takes the value as a list: a list, a tuple or an array."""
     return isinstance(value, (list, tuple, np.ndarray))
 
 
 def length(value: Any) -> str:
-    """What a refusal says of a list that is not as long as it must be, or of something else in its place."""
+    """Describe the length of a list for an error message, or a value that is no list."""
     return str(len(value)) if is_list(value) else quoted(value, 60)
 
 
 def three(value: Any, what: str) -> Floats:
-    """Three numbers, shape (3,).
-
-    Raises:
-        BadArgument, WrongShape, NotFinite: anything else.
-    """
+    """Three numbers, shape (3,)."""
     found = as_floats(value, (3,), what)
     if found.shape != (3,):
         raise BadArgument(f"{what} must be three numbers, got {found.size}")
@@ -136,12 +98,7 @@ def three(value: Any, what: str) -> Floats:
 
 
 def one_each(value: Any, joints: Sequence[str], what: str) -> Floats:
-    """One number for each joint, shape (joints,): a number for all of them, or a list of as many.
-
-    Raises:
-        BadArgument: no numbers, or not as many.
-        NotFinite: NaN or infinity.
-    """
+    """One number for each joint, shape (joints,), from a number for all or a list of one for each."""
     if not is_list(value):
         return np.full(len(joints), number(value, what))
     values = _numbers(value, what)
@@ -151,14 +108,10 @@ def one_each(value: Any, joints: Sequence[str], what: str) -> Floats:
 
 
 def list_each(value: Any, joints: Sequence[str], what: str) -> tuple[Floats, ...]:
-    """A list of numbers for each joint, lengths may differ.
+    """A list of numbers for each joint, of any lengths.
 
-    NAOqi takes one number for all joints, a list of one number for each, and a list of one list for each; of a single
+    NAOqi takes one number for all joints, a list of one number for each, and a list of one list for each; for a single
     joint also its list alone.
-
-    Raises:
-        BadArgument: no numbers, an empty list, or not as many.
-        NotFinite: NaN or infinity.
     """
     if not is_list(value):
         return (np.full(1, number(value, what)),) * len(joints)
@@ -178,11 +131,7 @@ def list_each(value: Any, joints: Sequence[str], what: str) -> tuple[Floats, ...
 
 
 def check_times(times: Sequence[Floats], joints: Sequence[str], what: str = "times") -> None:
-    """Refuse times that are not positive and ascending.
-
-    Raises:
-        BadArgument: with the joint and the first such time.
-    """
+    """Refuse times that are not positive and ascending."""
     for joint, row in zip(joints, times, strict=True):
         if row[0] <= 0.0:
             raise BadArgument(f"{what} of {joint} must be above 0 s, got {row[0]:g} s")
@@ -194,7 +143,7 @@ def check_times(times: Sequence[Floats], joints: Sequence[str], what: str = "tim
 
 
 def timed(values: Any, times: Any, joints: Sequence[str], what: str) -> tuple[tuple[Floats, ...], tuple[Floats, ...]]:
-    """Values of each joint, and their times, positive and ascending, one for each; errors as in `list_each`."""
+    """Values of each joint, and their times, positive and ascending, one for each; as in `list_each`."""
     rows, when = list_each(values, joints, what), list_each(times, joints, "times")
     check_lengths(rows, when, joints, what)
     check_times(when, joints)
@@ -202,11 +151,7 @@ def timed(values: Any, times: Any, joints: Sequence[str], what: str) -> tuple[tu
 
 
 def check_lengths(lists: Sequence[Floats], times: Sequence[Floats], joints: Sequence[str], what: str) -> None:
-    """Refuse joints with more values than times, or fewer.
-
-    Raises:
-        BadArgument: with the joint and both numbers.
-    """
+    """Refuse joints with more values than times, or fewer."""
     for joint, row, at in zip(joints, lists, times, strict=True):
         if len(row) != len(at):
             raise BadArgument(f"{joint} has {len(row)} {what} and {len(at)} times; there must be one time for each")

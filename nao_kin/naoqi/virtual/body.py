@@ -1,4 +1,4 @@
-"""The 26 actuators: what they are commanded, where they are, and how stiff."""
+"""The body of the virtual NAO: its 26 actuators, its pose in the world, and its masses."""
 
 from __future__ import annotations
 
@@ -11,33 +11,30 @@ from numpy.typing import ArrayLike
 from nao_kin._core.arrays import Floats, join_poses, rigid_inverse
 from nao_kin.errors import BadArgument
 from nao_kin.naoqi.names import chain_names, joint_names
-from nao_kin.naoqi.spaces import robot_frame
+from nao_kin.naoqi.spaces import LEGS, TORSO, robot_frame
 from nao_kin.naoqi.virtual.engine import TICK, Notes
 from nao_kin.robot import NaoModel
 from nao_kin.rotations import rot_z
 
 LEFT_HIP, RIGHT_HIP = "LHipYawPitch", "RHipYawPitch"
-# Below this, a command that was clipped or a joint that is late is rounding.
+# The difference below which a clipped command or a late joint counts as rounding.
 _NOTEWORTHY = 1e-9
 
 
 class Joints:
     """Commands, sensors and stiffnesses of NAOqi's 26 joints, in the order of "Body".
 
-    In every tick the tasks `set` commands, and `advance` makes them the robot's:
+    In every tick the tasks `set` commands, and `advance` applies them:
 
-    1. LHipYawPitch and RHipYawPitch are one motor. Where both are commanded in a tick, the left one counts, as NAOqi
-       documents; where only the right one is, it moves both.
-    2. The commands are clipped as `robot.clamp` does: first every joint into its box, then into its table. A joint that
-       nobody commands is clipped too where its table narrows (HeadPitch when HeadYaw turns), and stays there.
-    3. A joint whose stiffness is above zero goes to its command, at most at its maximum speed; one whose stiffness is
-       zero stays where it is. Stiffness between 0 and 1 does not slow a joint: there is no load here.
+    1. LHipYawPitch and RHipYawPitch are one motor. If both are commanded in a tick, the left one counts, as NAOqi
+       documents; the right one alone moves both.
+    2. Commands are clipped as `robot.clamp` does: first every joint into its box, then into its table. A joint without
+    a
+       command is clipped too if its table narrows (HeadPitch when HeadYaw turns), and stays there.
+    3. A joint with stiffness above zero goes to its command, at most at its maximum speed; without stiffness it stays.
+       A stiffness between 0 and 1 does not slow a joint: there is no load.
 
-    What was clipped or is too fast is noted once for each command and joint.
-
-    Args:
-        robot: a NAO.
-        q: configuration to begin with, shape (25,).
+    Clipped and too fast commands are noted once for each command and joint.
 
     Attributes:
         names: the 26 names.
@@ -62,18 +59,18 @@ class Joints:
         self._set: list[tuple[list[int], Floats, Notes]] = []
         self._released: list[int] = []
         self._chain = {self.column[name]: chain for chain in chain_names(robot) for name in robot.chains[chain]}
-        self._told_limp: set[str] = set()
+        self._reported_limp: set[str] = set()
 
     # --- reading --------------------------------------------------------------------------------------------------
 
     @property
     def command(self) -> Floats:
-        """What the actuators are commanded, shape (26,); a copy."""
+        """The commanded joint values, shape (26,); a copy."""
         return np.array(self._command)
 
     @property
     def sensor(self) -> Floats:
-        """Where the joints are, shape (26,); a copy."""
+        """The measured joint values, shape (26,); a copy."""
         return np.array(self._sensor)
 
     @property
@@ -86,44 +83,38 @@ class Joints:
         return [self.column[name] for name in names]
 
     def q(self, *, sensor: bool = True) -> Floats:
-        """The configuration that the sensors show, or that the actuators are commanded, shape (25,)."""
+        """The measured or the commanded configuration, shape (25,)."""
         return np.array((self._sensor if sensor else self._command)[self._to_q])
 
     # --- commanding -----------------------------------------------------------------------------------------------
 
     def set(self, columns: Sequence[int], values: Floats, notes: Notes) -> None:
-        """Command joints in this tick; of several commands for one joint, the last counts.
-
-        Args:
-            columns: places of the joints.
-            values: one for each, not clipped.
-            notes: of the command, for what must be remarked.
-        """
+        """Command joints in this tick, with values that are not clipped; the last command for a joint counts."""
         self._set.append((list(columns), values, notes))
 
     def set_stiffness(self, columns: Sequence[int], values: Floats | float) -> None:
-        """Set stiffnesses at once; the two HipYawPitch share a motor, and so the value set last."""
+        """Set stiffnesses at once; the two HipYawPitch share a motor and so the last value."""
         chosen = list(columns)
         self._stiffness[chosen] = values
-        self._told_limp -= {self._chain[column] for column in chosen if self._stiffness[column] > 0.0}
+        self._reported_limp -= {self._chain[column] for column in chosen if self._stiffness[column] > 0.0}
         if self._left in chosen:
             self._stiffness[self._right] = self._stiffness[self._left]
         elif self._right in chosen:
             self._stiffness[self._left] = self._stiffness[self._right]
 
     def release(self, columns: Sequence[int]) -> None:
-        """Take the stiffness of joints away at the end of this tick, when they have followed its commands."""
+        """Remove the stiffness of joints at the end of this tick, after they have followed its commands."""
         self._released += columns
 
     def hold(self) -> None:
-        """Command every joint to stay where it is."""
+        """Command every joint to stay at its measured value."""
         self._command = self._sensor.copy()
 
     def note_limp(self, columns: Sequence[int], notes: Notes) -> None:
-        """Remark which of these joints have no stiffness, and will not move.
+        """Note the joints without stiffness, which will not move.
 
-        Whoever watches is told too, as a change of kind "limp": at the first command to a chain that moves none of its
-        joints, and at the first after the chain has had stiffness again.
+        The watcher gets a change of kind "limp" at the first command that moves no joint of a chain, and at the first
+        after the chain has had stiffness again.
         """
         limp = [self.names[column] for column in columns if self._stiffness[column] == 0.0]
         if limp:
@@ -131,36 +122,34 @@ class Joints:
             message = f"{named} without stiffness: no movement (wakeUp or setStiffnesses gives them some)"
             notes.once("limp", message)
             stiff = {self._chain[column] for column in columns if self._stiffness[column] > 0.0}
-            untold = {self._chain[column] for column in columns} - stiff - self._told_limp
-            if untold:
-                self._told_limp |= untold
-                notes.tell("limp", message)
+            unreported = {self._chain[column] for column in columns} - stiff - self._reported_limp
+            if unreported:
+                self._reported_limp |= unreported
+                notes.notify("limp", message)
 
     def note_outside(self, columns: Sequence[int], values: Floats, notes: Notes) -> None:
-        """Remark which joints will be clipped, from some of the values that they will get, (n, joints)."""
+        """Note the joints that will be clipped, from some of their future values, shape (n, joints)."""
         outside = (values < self.lower[columns] - _NOTEWORTHY) | (values > self.upper[columns] + _NOTEWORTHY)
         for place in np.flatnonzero(outside.any(axis=0)).tolist():
-            column = columns[place]
-            name, box = self.names[column], (self.lower[column], self.upper[column])
-            value = values[outside[:, place], place][0]
-            notes.once(("box", name), f"{name} = {value:.6g} is clipped to [{box[0]:.6g}, {box[1]:.6g}]")
+            column, value = columns[place], values[outside[:, place], place][0]
+            name, box = self.names[column], f"[{self.lower[column]:.6g}, {self.upper[column]:.6g}]"
+            notes.once(("box", name), f"{name} = {value:.6g} is clipped to {box}")
 
     def advance(self) -> bool:
-        """One tick: take what was set, clip it, and move every stiff joint towards its command; whether any moved."""
+        """Make one tick: apply and clip the commands, move every stiff joint; return whether any moved."""
         if self._set:
-            self._take()
-        before, missing = self._sensor, self._command - self._sensor
-        if missing.any():
+            self._apply()
+        before, way = self._sensor, self._command - self._sensor
+        if way.any():
             reach = np.where(self._stiffness > 0.0, self.max_speed * TICK, 0.0)
-            near = np.abs(missing) <= reach
-            self._sensor = np.where(near, self._command, before + np.clip(missing, -reach, reach))
+            self._sensor = np.where(np.abs(way) <= reach, self._command, before + np.clip(way, -reach, reach))
         if self._released:
             self.set_stiffness(self._released, 0.0)
             self._released.clear()
         return bool((self._sensor != before).any())
 
-    def _take(self) -> None:
-        """Make what was set in this tick the command."""
+    def _apply(self) -> None:
+        """Apply the commands of this tick."""
         wanted = self._command.copy()
         writers: dict[int, Notes] = {}
         for columns, values, notes in self._set:
@@ -179,63 +168,54 @@ class Joints:
         self._command = command
 
     def _remark(self, wanted: Floats, command: Floats, writers: dict[int, Notes]) -> None:
-        """Note the commands that were clipped, or are too fast for their joints."""
-        anyone = next(iter(writers.values()))
-        for column in np.flatnonzero(np.abs(command - wanted) > _NOTEWORTHY).tolist():
-            name, value, limit = self.names[column], wanted[column], command[column]
-            if name == RIGHT_HIP:  # the left one is the same
-                continue
-            notes = writers.get(column, anyone)
+        """Note the commands that were clipped, or are too fast for their joints; the hips once, as the left one."""
+        default = next(iter(writers.values()))
+        clipped = np.abs(command - wanted) > _NOTEWORTHY
+        speed = np.abs(command - self._command) / TICK
+        fast = (speed > self.max_speed * (1.0 + _NOTEWORTHY)) & (self._stiffness > 0.0)
+        clipped[self._right] = fast[self._right] = False
+        for column in np.flatnonzero(clipped).tolist():
+            name, value, notes = self.names[column], wanted[column], writers.get(column, default)
             if self.lower[column] - _NOTEWORTHY <= value <= self.upper[column] + _NOTEWORTHY:
                 others = " and ".join(table.of for table in self.robot.coupled_limits if table.joint == name)
-                notes.once(
-                    ("table", name), f"{name} = {value:.6g} is clipped to {limit:.6g}: {others} narrows its range"
-                )
+                limit = f"{command[column]:.6g}: {others} narrows its range"
+                notes.once(("table", name), f"{name} = {value:.6g} is clipped to {limit}")
             else:
                 self.note_outside([column], np.array([[value]]), notes)
-        fast = np.abs(command - self._command) > self.max_speed * TICK * (1.0 + _NOTEWORTHY)
         for column in np.flatnonzero(fast).tolist():
-            name = self.names[column]
-            if name == RIGHT_HIP or self._stiffness[column] == 0.0:
-                continue
-            speed, most = abs(command[column] - self._command[column]) / TICK, self.max_speed[column]
-            notes = writers.get(column, anyone)
-            notes.once(("fast", name), f"{name} is asked for {speed:.4g} per second, does {most:.4g}, and comes late")
+            limits = f"{speed[column]:.4g} per second, does {self.max_speed[column]:.4g}"
+            notes, name = writers.get(column, default), self.names[column]
+            notes.once(("fast", name), f"{name} is asked for {limits}, and comes late")
 
 
-# --- Where the torso is in the world, while the joints move: one sole stays on the floor, or the robot rests on it.
+# --- The torso in the world while the joints move: one sole stays on the floor, or the robot rests on it.
 
-FEET = ("LLeg", "RLeg")
-# The other foot takes over where its sole is lower by more than this; less is two feet on one floor.
+# The height difference of the soles above which the lower foot becomes the standing one [m].
 _LOWER = 1e-3
-# How far the shell of a limb reaches from its joints, on average; what a resting robot lies on.
+# The mean distance of a limb's shell from its joints, for a robot that lies on its shells [m].
 _SHELL = 0.04
 
 
 class Base:
-    """The torso's pose in the world: kinematics alone, without weight or balance.
+    """The torso's pose in the world: kinematics only, without weight or balance.
 
-    On its feet the robot stands on one sole, flat on the floor z = 0; at first the left one. When the other comes to be
-    lower by more than 1 mm, it becomes the one: with its position and yaw of that moment, and flat. Where the feet are
-    inclined to each other, so that each is lower than the other when that one is flat, the foot stays the same. A walk
+    On its feet the robot stands on one sole, flat on the floor z = 0; initially the left one. If the other sole is
+    lower by more than 1 mm, it becomes the standing one, flat, with its current position and yaw. If the feet are
+    inclined to each other so that each is lower than the other when that one is flat, the foot stays the same. A walk
     names the foot itself (`plant`).
 
-    The sole stays where it is while the other is lifted, by more than 1 mm, and during tasks that plan with a foot in
-    place (`Task.keeps_feet`). Otherwise both soles are down and slide alike, and FRAME_ROBOT between them stays.
+    The sole stays in place while the other is lifted, by more than 1 mm, and during tasks that plan with a foot in
+    place (`MotionTask.keeps_feet`). Otherwise both soles are down and slide alike, and FRAME_ROBOT between them stays.
 
-    In a posture on the floor (Sit, LyingBack …) the vertical is the one that the posture has in the torso's frame, and
-    the torso is so high that the lowest joint is 40 mm above the floor, or the lowest sole on it: an estimate, where
-    the shells are not looked at. The torso's x, y and yaw in the world stay. On the way into such a posture and out of
-    it the vertical turns with the movement.
+    In a posture on the floor (Sit, LyingBack …) the posture defines the vertical in the torso's frame, and the torso is
+    so high that the lowest joint is 40 mm above the floor, or the lowest sole on it: an estimate, without the shells.
+    The torso's x, y and yaw in the world stay. On the way into and out of such a posture the vertical turns with the
+    movement.
 
-    Args:
-        robot: a NAO.
-        q: configuration to begin with, shape (25,); the world's origin is then on the floor at FRAME_ROBOT's x and y,
-            and its x axis along FRAME_ROBOT's.
-        posture: the posture that this is, if it is one.
+    At the start, the world's origin is on the floor at FRAME_ROBOT's x and y, and its x axis along FRAME_ROBOT's.
 
     Attributes:
-        support: the foot that stands, "LLeg" or "RLeg"; None where the robot rests on the floor.
+        support: the standing foot, "LLeg" or "RLeg"; None if the robot rests on the floor.
     """
 
     def __init__(self, robot: NaoModel, q: Floats, posture: str | None = None) -> None:
@@ -255,22 +235,20 @@ class Base:
             self.rest(up, q)
 
     def torso(self, q: Floats) -> Floats:
-        """T_world_torso in a configuration, with what stands on the floor as it is now; shape (4, 4)."""
+        """T_world_torso in a configuration, for the current support; shape (4, 4)."""
         if self.support is not None:
             T_torso_sole = self._robot.fk(q, self.support)
             return np.asarray(self._T_world_sole @ rigid_inverse(T_torso_sole))
         T = join_poses(rot_z(self._yaw) @ _upright(self._up), np.append(self._place, 0.0))
         heights = self._robot.fk(q, self._points)[:, :3, 3] @ T[2, :3]
-        soles = self._robot.fk(q, list(FEET))[:, :3, 3] @ T[2, :3]
+        soles = self._robot.fk(q, list(LEGS))[:, :3, 3] @ T[2, :3]
         T[2, 3] = -min(float(heights.min()) - _SHELL, float(soles.min()))
         return T
 
     def update(self, q: Floats, before: Floats | None = None) -> None:
-        """The joints have moved: change the foot if the other sole is lower now.
+        """Change the standing foot if the other sole is lower after the joints have moved.
 
-        Args:
-            q: configuration, shape (25,).
-            before: the configuration before, to hold FRAME_ROBOT while both soles are down; None to hold the sole.
+        With the configuration `before`, FRAME_ROBOT stays while both soles are down; with None, the sole stays.
         """
         if self.support is None:
             return
@@ -278,40 +256,29 @@ class Base:
         if foot != self.support:
             self.stand_on(foot, q)
         elif before is not None and self._both_down(before) and self._both_down(q):
-            T_world_before, T_world_after = (
-                robot_frame(self._robot, one, torso_in_world=self.torso(one)) for one in (before, q)
-            )
-            change = T_world_before @ rigid_inverse(T_world_after)
+            frames = [robot_frame(self._robot, one, torso_in_world=self.torso(one)) for one in (before, q)]
+            change = frames[0] @ rigid_inverse(frames[1])
             change[2, 3] = 0.0  # along the floor
             self._T_world_sole = change @ self._T_world_sole
 
     def check_stands(self) -> None:
-        """Refuse a robot that does not stand on its feet.
-
-        Raises:
-            BadArgument: it rests on the floor.
-        """
+        """Refuse a robot that does not stand on its feet."""
         if self.support is None:
             raise BadArgument("the robot does not stand on its feet; goToPosture takes it there")
 
     def stand_on(self, foot: str, q: Floats) -> None:
-        """Put a foot, "LLeg" or "RLeg", flat on the floor where it is in a configuration, to stay there."""
+        """Put a foot, "LLeg" or "RLeg", flat on the floor at its pose in a configuration, to stay there."""
         self.plant(foot, _flat(self.torso(q) @ self._robot.fk(q, foot)))
 
     def plant(self, foot: str, T_world_sole: Floats) -> None:
-        """Have a foot stand with its sole in any pose, to stay there: what a walk does at each step."""
+        """Put a foot with its sole in any pose, to stay there: for each step of a walk."""
         self.support, self._T_world_sole = foot, np.array(T_world_sole)
 
     def rest(self, up: Floats | tuple[float, float, float], q: Floats) -> None:
-        """Rest on the floor.
-
-        Args:
-            up: the vertical in the torso's frame, shape (3,).
-            q: configuration, shape (25,).
-        """
+        """Rest on the floor with the vertical `up`, shape (3,), in the torso's frame."""
         if self.support is not None:
             before = self.torso(q)
-            # The yaw is what is left of the torso's rotation when its vertical has been made upright.
+            # The yaw is the torso's rotation after the smallest rotation that makes its vertical upright.
             level = before[:3, :3] @ _upright(before[2, :3]).T
             self._place, self._yaw = before[:2, 3].copy(), math.atan2(level[1, 0], level[0, 0])
         self.support = None
@@ -319,22 +286,22 @@ class Base:
         self._up = vertical / np.linalg.norm(vertical)
 
     def vertical(self, q: Floats) -> Floats:
-        """The world's vertical in the torso's frame, as an accelerometer at rest shows it; shape (3,)."""
+        """The world's vertical in the torso's frame, as an accelerometer at rest measures it; shape (3,)."""
         return np.array(self.torso(q)[2, :3])
 
     def vertical_on_feet(self, q: Floats) -> Floats:
-        """The vertical in the torso's frame if the robot stood on its lower sole in a configuration; shape (3,)."""
+        """The vertical in the torso's frame for the robot on its lower sole in a configuration; shape (3,)."""
         return np.array(self._robot.fk(q, self.standing_foot(q))[:3, 2])
 
     def _both_down(self, q: Floats) -> bool:
-        """Whether the other sole is not lifted from the floor that the standing one is on."""
+        """Whether the other sole is on the floor too."""
         assert self.support is not None
-        T_torso_sole, T_torso_other = self._robot.fk(q, [self.support, FEET[1 - FEET.index(self.support)]])
+        T_torso_sole, T_torso_other = self._robot.fk(q, [self.support, LEGS[1 - LEGS.index(self.support)]])
         return bool((rigid_inverse(T_torso_sole) @ T_torso_other)[2, 3] <= _LOWER)
 
-    def standing_foot(self, q: Floats, before: str = FEET[0]) -> str:
-        """The foot that carries the robot: `before`, unless the other is lower, and is so on its own sole too."""
-        other = FEET[1 - FEET.index(before)]
+    def standing_foot(self, q: Floats, before: str = LEGS[0]) -> str:
+        """The foot that carries the robot: `before`, unless the other is lower, also seen from its own sole."""
+        other = LEGS[1 - LEGS.index(before)]
         T_torso_before, T_torso_other = self._robot.fk(q, [before, other])
         T_before_other = rigid_inverse(T_torso_before) @ T_torso_other
         lower = T_before_other[2, 3] < -_LOWER and rigid_inverse(T_before_other)[2, 3] > -_LOWER
@@ -356,26 +323,16 @@ def _upright(up: Floats) -> Floats:
     return np.array(np.eye(3) + cross + cross @ cross / (1.0 + z))
 
 
-# --- Masses and centres of mass of the robot's segments, as getMass and getCOM want them.
+# --- Masses and centres of mass of the robot's parts, for getMass and getCOM.
 
-TORSO = "Torso"
 WHOLE = ("Body", "Joints", "Com")
 
 
 def mass_and_com(robot: NaoModel, q: ArrayLike, name: str) -> tuple[float, Floats]:
-    """Mass of a part and its centre of mass in the torso's frame.
+    """Mass of a part [kg] and its centre of mass in the torso's frame, shape (3,) [m]; the origin for zero mass.
 
-    Args:
-        robot: a NAO with a fixed base.
-        q: configuration, shape (25,).
-        name: a joint for the segment that it moves, a chain or group for the segments of its joints, "Torso" for the
-            trunk alone, "Body", "Joints" or "Com" for the whole robot.
-
-    Returns:
-        Mass [kg] and position, shape (3,) [m]; the origin of the torso for a part without mass.
-
-    Raises:
-        UnknownName: no such part.
+    A part is a joint for the segment that it moves, a chain or group for the segments of its joints, "Torso" for the
+    trunk alone, or "Body", "Joints" or "Com" for the whole robot.
     """
     if name in WHOLE:
         return robot.mass, np.array(robot.com(q))

@@ -8,15 +8,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, join_poses, rigid_inverse
+from nao_kin._core.arrays import Floats, choice, join_poses, rigid_inverse
 from nao_kin._core.text import quoted
-from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.errors import BadArgument
 from nao_kin.motion import Motion
 from nao_kin.naoqi.names import as_names
 from nao_kin.naoqi.spaces import (
     EFFECTORS,
     FRAME_ROBOT,
     FRAME_TORSO,
+    LEGS,
+    TORSO,
     axis_mask,
     controlled_axes,
     pose,
@@ -28,9 +30,9 @@ from nao_kin.naoqi.spaces import (
     transform_list,
 )
 from nao_kin.naoqi.virtual import arguments, limb_solvers as limbs
-from nao_kin.naoqi.virtual.engine import Call, Task
+from nao_kin.naoqi.virtual.engine import Call, MotionTask
 from nao_kin.naoqi.virtual.interpolation import ON_TIME, Approach
-from nao_kin.naoqi.virtual.limb_solvers import Solution, Target
+from nao_kin.naoqi.virtual.limb_solvers import LimbSolution, LimbTarget
 from nao_kin.naoqi.virtual.service import Service, variants
 from nao_kin.rotations import exp, log
 
@@ -38,22 +40,21 @@ if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
 
 
-# --- What Cartesian calls take: effectors, spaces, masks, poses and times, in the forms that NAOqi takes them.
+# --- The arguments of Cartesian calls: effectors, spaces, masks, poses and times, in NAOqi's forms.
 
 ToPoses = Callable[[Any], Floats]
 
 
 @dataclass(frozen=True, eq=False)
-class Wish:
-    """What is asked of one effector.
+class EffectorRequest:
+    """The request for one effector.
 
     Attributes:
         effector: one of the six.
-        space: the space of its poses.
-        mask: the axes that count, along those of the space.
-        poses: of its path, shape (k, 4, 4), in the space; or changes.
-        times: of these, shape (k,) [s]; empty where there is no time.
-        relative: the poses are changes of where the effector is at the beginning.
+        space, mask: the space of its poses, and the controlled axes along those of the space.
+        poses: of its path in the space, or changes, shape (k, 4, 4).
+        times: of the poses, shape (k,) [s]; empty without times.
+        relative: the poses are changes of the effector's pose at the beginning.
     """
 
     effector: str
@@ -64,49 +65,41 @@ class Wish:
     relative: bool
 
 
-def wishes(
+def read_requests(
     names: Any, spaces: Any, paths: Any, masks: Any, times: Any, read: ToPoses, *, relative: bool = False
-) -> tuple[Wish, ...]:
-    """Every effector's path.
+) -> tuple[EffectorRequest, ...]:
+    """The requests of a Cartesian call, from its arguments.
 
     Args:
         names: an effector, or a list of them.
-        spaces: a space for all, or a list of one for each.
-        paths: a list of one path for each effector, a path being a list of poses or one pose; of a single effector also
-            its path alone.
-        masks: a mask for all, or a list of one for each.
-        times: of one effector a time or a list of times; of several a list of times for each, or one list for all; one
-            time for each pose. None where there are none.
+        spaces: one for all effectors, or a list of one for each.
+        masks: likewise.
+        paths: a list of one path for each effector, a path being a list of poses or one pose; for a single effector
+            also its path alone.
+        times: for one effector a time or a list of times; for several a list of times for each, or one list for all;
+            one time for each pose. None without times.
         read: `pose` for positions, `pose_from_list` for transforms.
         relative: the poses are changes.
-
-    Raises:
-        UnknownName: no effector or space of this name.
-        BadArgument: lengths that do not fit, or what is no number, mask or space.
-        WrongShape, NotFinite, NotARotation: what is no pose.
     """
-    effectors = as_names(names)
+    effectors = tuple(choice(name, EFFECTORS, "effector") for name in as_names(names))
     count = len(effectors)
-    for name in effectors:
-        if name not in EFFECTORS:
-            raise UnknownName("effector", name, EFFECTORS)
     if len(set(effectors)) < count:
         raise BadArgument(f"an effector is named twice: {', '.join(effectors)}")
     if not effectors:
-        raise BadArgument("effectorNames must name an effector at least")
+        raise BadArgument("effectorNames must name at least one effector")
     numbers = _each(spaces, count, "spaces", space_number)
     chosen = _each(masks, count, "axis masks", axis_mask)
     rows = [_path(path, read, effector) for path, effector in zip(_split(paths, count), effectors, strict=True)]
     when = [np.empty(0)] * count if times is None else _times(times, effectors, rows)
-    for effector, space in zip(effectors, numbers, strict=True):
-        if effector == "Torso" and space == FRAME_TORSO:
-            raise BadArgument("Torso does not move in FRAME_TORSO, which is the torso: FRAME_WORLD or FRAME_ROBOT")
-    fields = zip(effectors, numbers, chosen, rows, when, strict=True)
-    return tuple(Wish(*entry, relative) for entry in fields)
+    if (TORSO, FRAME_TORSO) in zip(effectors, numbers, strict=True):
+        raise BadArgument("Torso does not move in FRAME_TORSO, which is the torso: FRAME_WORLD or FRAME_ROBOT")
+    return tuple(
+        EffectorRequest(*fields, relative) for fields in zip(effectors, numbers, chosen, rows, when, strict=True)
+    )
 
 
 def _each(value: Any, count: int, what: str, read: Callable[[Any], int]) -> list[int]:
-    """One number for all, or one for each."""
+    """Return one number for each effector, from one for all or a list."""
     if not arguments.is_list(value):
         return [read(value)] * count
     if len(value) != count:
@@ -115,7 +108,7 @@ def _each(value: Any, count: int, what: str, read: Callable[[Any], int]) -> list
 
 
 def _depth(value: Any) -> int:
-    """How many lists are inside each other, along the first entries."""
+    """How deep lists are nested, along the first entries."""
     depth = 0
     while arguments.is_list(value):
         depth += 1
@@ -142,7 +135,7 @@ def _path(path: Any, read: ToPoses, effector: str) -> Floats:
 def _times(times: Any, effectors: Sequence[str], rows: Sequence[Floats]) -> list[Floats]:
     count, depth = len(effectors), _depth(times)
     if depth < 2:
-        # A list of times for all, or where each has one pose and their numbers differ from that, one time for each.
+        # A list of times for all; or, if each effector has one pose and the list one time for each, one each.
         one_each = depth == 1 and len(times) == count > 1 and all(len(row) == 1 for row in rows)
         lists: list[Any] = [[time] for time in times] if one_each else [times if depth else [times]] * count
     elif depth == 2 and len(times) == count:
@@ -159,18 +152,10 @@ def _times(times: Any, effectors: Sequence[str], rows: Sequence[Floats]) -> list
 
 
 class EffectorPath:
-    """A curve through poses at times, at rest at both ends.
+    """A curve through poses (k, 4, 4) at ascending times (k,) [s], at rest at both ends.
 
-    x, y and z each go along the monotone cubic of `nao_kin.motion`: straight to a single target, and never beyond the
-    keys beside it. The rotation turns from key to key about one axis (slerp); how far it has turned in all is such a
-    cubic too.
-
-    Args:
-        times: of the keys, ascending, shape (k,) [s].
-        poses: at these times, shape (k, 4, 4).
-
-    Attributes:
-        times: as given.
+    x, y and z each follow the monotone cubic of `nao_kin.motion`: straight to a single target, and never beyond the two
+    neighbouring keys. The rotation turns from key to key about one axis (slerp); its total angle is such a cubic too.
     """
 
     def __init__(self, times: Sequence[float] | Floats, poses: Floats) -> None:
@@ -183,7 +168,7 @@ class EffectorPath:
         self._motion = Motion(self.times, ("x", "y", "z", "turn"), keys, "smooth")
 
     def segment(self, time: float) -> int:
-        """Which two keys a time lies between: 0 from the first to the second."""
+        """The index of the key at which the segment of a time begins."""
         return int(np.clip(np.searchsorted(self.times, time, side="right") - 1, 0, max(0, len(self.times) - 2)))
 
     def pose(self, time: float) -> Floats:
@@ -199,25 +184,18 @@ class EffectorPath:
 
 # --- The motion tasks of Cartesian control: effectors along paths in time, and joints on their way to a solution.
 
-# A path is tried out at so many places between two keys, before it is followed.
-_TRIED = 8
-# What is left of a target that scripts are told of: metres, and radians times 0.1.
+# The number of places between two keys at which a path is checked before it is followed.
+_CHECKED = 8
+# The residual of a target above which the log reports it: metres, and radians times 0.1.
 NOTEWORTHY = 1e-3
-# What is solved for before the effectors that hang on the torso.
-_FIRST = (limbs.TORSO, *limbs.LEGS)
+# The effectors to solve for before the head and the arms, which depend on the torso.
+_FIRST = (TORSO, *LEGS)
 
 
-class Scene:
-    """What poses of effectors mean, for a configuration and a torso in the world.
+class CartesianState:
+    """The commanded configuration, shape (nq,), with the torso, FRAME_ROBOT (4, 4) and the feet (2, 4, 4) in the world.
 
-    Args:
-        nao: the virtual NAO; its commands count.
-
-    Attributes:
-        q: configuration, shape (nq,).
-        T_world_torso: shape (4, 4).
-        T_world_robot: FRAME_ROBOT, shape (4, 4). It moves with the feet; a task takes it where it was at the beginning.
-        T_world_feet: left and right, shape (2, 4, 4).
+    FRAME_ROBOT moves with the feet; a task uses the one at its beginning.
     """
 
     def __init__(self, nao: VirtualNao) -> None:
@@ -225,70 +203,61 @@ class Scene:
         self.q = nao.joints.q(sensor=False)
         self.T_world_torso = nao.base.torso(self.q)
         self.T_world_robot = robot_frame(nao.robot, self.q, torso_in_world=self.T_world_torso)
-        self.T_world_feet = self.T_world_torso @ nao.robot.fk(self.q, limbs.LEGS)
+        self.T_world_feet = self.T_world_torso @ nao.robot.fk(self.q, LEGS)
         self._standing = nao.base.support
 
-    def path(self, wish: Wish) -> Floats:
-        """All poses of a wish from where the effector is now, changes added to it, shape (k + 1, 4, 4).
+    def path(self, request: EffectorRequest) -> Floats:
+        """All poses of a request from the effector's current one, changes added to it, shape (k + 1, 4, 4).
 
         They are in the world; those of FRAME_TORSO stay in the torso.
         """
-        now = pose_in(self.robot, self.q, wish.effector, wish.space, torso_in_world=self.T_world_torso)
-        poses = wish.poses
-        if wish.relative:  # places add up, and turns are made about the axes of the space
+        now = pose_in(self.robot, self.q, request.effector, request.space, torso_in_world=self.T_world_torso)
+        poses = request.poses
+        if request.relative:  # places add up, and rotations are about the axes of the space
             poses = join_poses(poses[:, :3, :3] @ now[:3, :3], now[:3, 3] + poses[:, :3, 3])
-        if wish.effector == limbs.TORSO:
-            poses = limbs.completed(poses, now, wish.mask)
+        if request.effector == TORSO:
+            poses = limbs.completed(poses, now, request.mask)
         poses = np.concatenate([now[None], poses])
-        return np.asarray(self.T_world_robot @ poses if wish.space == FRAME_ROBOT else poses)
+        return np.asarray(self.T_world_robot @ poses if request.space == FRAME_ROBOT else poses)
 
-    def target(self, wish: Wish, T: Floats, T_world_torso: Floats) -> Target:
-        """What the solvers are asked for.
+    def curve(self, request: EffectorRequest) -> EffectorPath:
+        """The curve of a request over its times."""
+        return EffectorPath(np.concatenate([[0.0], request.times]), self.path(request))
 
-        Args:
-            wish: of which effector, space and mask.
-            T: its pose, as `path` gives it.
-            T_world_torso: where the torso is then.
-        """
-        axes = controlled_axes(wish.mask)
-        if wish.space == FRAME_TORSO:
-            return Target(wish.effector, T, axes, np.eye(3))
-        R_world_space = self.T_world_robot[:3, :3] if wish.space == FRAME_ROBOT else np.eye(3)
-        if wish.effector in limbs.LEGS and self._standing not in (None, wish.effector):
-            # A leg takes the hip of the other one with it, and so the torso: only the standing foot stays.
+    def target(self, request: EffectorRequest, T: Floats, T_world_torso: Floats) -> LimbTarget:
+        """The solvers' target for a request, its pose T as `path` returns it, and the torso's current pose."""
+        axes = controlled_axes(request.mask)
+        if request.space == FRAME_TORSO:
+            return LimbTarget(request.effector, T, axes, np.eye(3))
+        R_world_space = self.T_world_robot[:3, :3] if request.space == FRAME_ROBOT else np.eye(3)
+        if request.effector in LEGS and self._standing not in (None, request.effector):
+            # A leg moves the hip of the other leg and so the torso: only the standing foot stays.
             T_sole_world = rigid_inverse(self.T_world_torso @ self.robot.fk(self.q, self._standing))
-            return Target(wish.effector, T_sole_world @ T, axes, T_sole_world[:3, :3] @ R_world_space, self._standing)
-        R_torso_world = T_world_torso[:3, :3].T
-        return Target(wish.effector, limbs.in_torso(T_world_torso, T), axes, R_torso_world @ R_world_space)
+            return LimbTarget(
+                request.effector, T_sole_world @ T, axes, T_sole_world[:3, :3] @ R_world_space, self._standing
+            )
+        T_torso_world = rigid_inverse(T_world_torso)
+        return LimbTarget(request.effector, T_torso_world @ T, axes, T_torso_world[:3, :3] @ R_world_space)
 
 
-def hold_still(nao: VirtualNao, wishes: Sequence[Wish]) -> None:
-    """Stand on the foot that is not moved, where one is."""
-    moved = [wish.effector for wish in wishes if wish.effector in limbs.LEGS]
+def hold_still(nao: VirtualNao, requests: Sequence[EffectorRequest]) -> None:
+    """Stand on the other foot if the requests move one foot only."""
+    moved = [request.effector for request in requests if request.effector in LEGS]
     if len(moved) == 1 and nao.base.support == moved[0]:
-        nao.base.stand_on(limbs.LEGS[1 - limbs.LEGS.index(moved[0])], nao.joints.q(sensor=False))
+        nao.base.stand_on(LEGS[1 - LEGS.index(moved[0])], nao.joints.q(sensor=False))
 
 
-def _moves_legs(wishes: Sequence[Wish]) -> bool:
-    return any(wish.effector in _FIRST for wish in wishes)
-
-
-def _needed_joints(nao: VirtualNao, wishes: Sequence[Wish]) -> tuple[str, ...]:
-    """The joints that a task for these wishes moves, each once, by their 26 names."""
-    return limbs.joints_of(nao.robot, [wish.effector for wish in wishes])
-
-
-class _Limb:
+class _LimbFollower:
     """One limb on its path, from segment to segment.
 
-    A segment is followed by descents from tick to tick. Where that ends beside its key, and other joint values meet it,
-    the joints go straight to these instead.
+    Descents from tick to tick follow a segment. If they miss its key and other joint values meet it, the joints go
+    straight to those values instead.
     """
 
-    def __init__(self, wish: Wish, scene: Scene) -> None:
-        self.wish, self._scene = wish, scene
-        self.path = EffectorPath(np.concatenate([[0.0], wish.times]), scene.path(wish))
-        self._columns = limbs.columns_of(scene.robot, [wish.effector])
+    def __init__(self, request: EffectorRequest, state: CartesianState) -> None:
+        self.request, self._initial = request, state
+        self.path = state.curve(request)
+        self._columns = limbs.columns_of(state.robot, [request.effector])
         self._segment = -1
         self._straight: tuple[Floats, Floats] | None = None
         self.missing = 0.0
@@ -301,99 +270,93 @@ class _Limb:
             self._segment = at
             self._look_ahead(begin, end, q, T_world_torso)
         if self._straight is None:
-            return limbs.near(self._scene.robot, self._target(time, T_world_torso), q).q
+            return limbs.near(self._initial.robot, self._target(time, T_world_torso), q).q
         share = min(max((time - begin) / (end - begin), 0.0), 1.0)
         start, goal = self._straight
         found = q.copy()
         found[self._columns] = start + share * share * (3.0 - 2.0 * share) * (goal - start)
         return np.asarray(found)
 
-    def _target(self, time: float, T_world_torso: Floats) -> Target:
-        return self._scene.target(self.wish, self.path.pose(time), T_world_torso)
+    def _target(self, time: float, T_world_torso: Floats) -> LimbTarget:
+        return self._initial.target(self.request, self.path.pose(time), T_world_torso)
 
     def _look_ahead(self, begin: float, end: float, q: Floats, T_world_torso: Floats) -> None:
-        found = Solution(q, 0.0)
-        for share in np.arange(1, _TRIED + 1) / _TRIED:
-            target = self._target(float(begin + share * (end - begin)), T_world_torso)
-            found = limbs.near(self._scene.robot, target, found.q)
+        """Follow the segment in a few steps; if that misses its key, find out whether other joint values meet it."""
+        found = LimbSolution(q, 0.0)
+        for time in begin + (end - begin) * np.arange(1, _CHECKED + 1) / _CHECKED:
+            target = self._target(float(time), T_world_torso)
+            found = limbs.near(self._initial.robot, target, found.q)
         self._straight = None
         if found.missing > limbs.MET:
-            other = limbs.anywhere(self._scene.robot, target, q)
+            other = limbs.anywhere(self._initial.robot, target, q)
             if other.missing < found.missing - limbs.MET:
                 self._straight = q[self._columns].copy(), other.q[self._columns]
                 found = other
         self.missing = found.missing
 
 
-class PathTask(Task):
-    """Effectors follow paths; what positionInterpolations and transformInterpolations do.
+class PathTask(MotionTask):
+    """Effectors follow paths: positionInterpolations and transformInterpolations."""
 
-    Args:
-        name: NAOqi's method.
-        nao: the virtual NAO.
-        wishes: of each effector its path.
-    """
-
-    def __init__(self, name: str, nao: VirtualNao, wishes: Sequence[Wish]) -> None:
-        self._joints = _needed_joints(nao, wishes)
+    def __init__(self, name: str, nao: VirtualNao, requests: Sequence[EffectorRequest]) -> None:
+        by_name = {request.effector: request for request in requests}
+        self._joints = limbs.joints_of(nao.robot, tuple(by_name))
         super().__init__(name, self._joints)
-        self.keeps_feet = _moves_legs(wishes)
-        self._wishes = tuple(wishes)
+        self.keeps_feet = not by_name.keys().isdisjoint(_FIRST)
+        self._requests = by_name
 
     def start(self, nao: VirtualNao, time: float) -> None:
-        """Begin where the joints are commanded to be."""
-        hold_still(nao, self._wishes)
-        self._scene, self._start = Scene(nao), time
+        """Begin at the commanded joint values."""
+        hold_still(nao, tuple(self._requests.values()))
+        self._initial, self._start = CartesianState(nao), time
         self._columns = nao.joints.columns(self._joints)
-        by_name = {wish.effector: _Limb(wish, self._scene) for wish in self._wishes}
-        self._torso = by_name.pop(limbs.TORSO, None)
-        self._legs = [by_name.pop(name) for name in list(by_name) if name in limbs.LEGS]
+        by_name = {effector: _LimbFollower(request, self._initial) for effector, request in self._requests.items()}
+        self._end = max(float(limb.path.times[-1]) for limb in by_name.values())
+        self._torso = by_name.pop(TORSO, None)
+        self._legs = [by_name.pop(name) for name in list(by_name) if name in LEGS]
         self._others = list(by_name.values())
-        self._end = max(float(wish.times[-1]) for wish in self._wishes)
         nao.joints.note_limp(self._columns, self.notes)
 
     def advance(self, nao: VirtualNao, time: float) -> bool:
-        """Solve for this tick: torso and legs first, then what hangs on the torso."""
+        """Solve for this tick: torso and legs first, then the effectors that depend on the torso."""
         t = time - self._start
         q = nao.joints.q(sensor=False)
         if self._torso is not None:
             q = self._over_feet(self._torso, t, q)
         else:
-            where = self._scene.T_world_torso if len(self._legs) == 2 else nao.base.torso(q)
-            for leg in self._legs:
-                q = self._solved(leg, t, q, where)
-        T_world_torso = nao.base.torso(q)
-        for limb in self._others:
-            q = self._solved(limb, t, q, T_world_torso)
+            T_world_torso = self._initial.T_world_torso if len(self._legs) == 2 else nao.base.torso(q)
+            q = self._solved(self._legs, t, q, T_world_torso)
+        q = self._solved(self._others, t, q, nao.base.torso(q))
         nao.joints.set(self._columns, nao.robot.to_body(q)[self._columns], self.notes)
         return t >= self._end - ON_TIME
 
-    def _solved(self, limb: _Limb, t: float, q: Floats, T_world_torso: Floats) -> Floats:
-        found = limb.solve(t, q, T_world_torso)
-        if limb.missing > NOTEWORTHY:
-            effector = limb.wish.effector
-            self.notes.once(("missed", effector), f"{effector} does not reach its target; it goes as near as it can")
-        return found
+    def _solved(self, limbs_on_paths: Sequence[_LimbFollower], t: float, q: Floats, T_world_torso: Floats) -> Floats:
+        for limb in limbs_on_paths:
+            q = limb.solve(t, q, T_world_torso)
+            if limb.missing > NOTEWORTHY:
+                name = limb.request.effector
+                self.notes.once(("missed", name), f"{name} does not reach its target; it goes as near as it can")
+        return q
 
-    def _over_feet(self, torso: _Limb, t: float, q: Floats) -> Floats:
-        """Both legs for the torso on its path; a foot that has a path too is where that has it, the other stands."""
-        feet = self._scene.T_world_feet.copy()
+    def _over_feet(self, torso: _LimbFollower, t: float, q: Floats) -> Floats:
+        """Both legs for the torso on its path, and for a foot on its own path; the other foot stands."""
+        feet = self._initial.T_world_feet.copy()
         for leg in self._legs:
             T = leg.path.pose(t)
-            where = self._scene.T_world_torso @ T if leg.wish.space == FRAME_TORSO else T
-            feet[limbs.LEGS.index(leg.wish.effector)] = where
-        found = limbs.torso_over_feet(self._scene.robot, torso.path.pose(t), feet, q)
+            T_world_foot = self._initial.T_world_torso @ T if leg.request.space == FRAME_TORSO else T
+            feet[LEGS.index(leg.request.effector)] = T_world_foot
+        found = limbs.torso_over_feet(self._initial.robot, torso.path.pose(t), feet, q)
         if found.missing > NOTEWORTHY:
             what = "legs" if np.isinf(found.missing) else "one motor of both hips"
-            self.notes.once("torso", f"Torso goes as near to its target as it can; the feet stay, and the {what} it is")
+            self.notes.once("torso", f"Torso goes as near to its target as the {what} allow{'s' * (what != 'legs')}")
         return found.q
 
 
-class TogetherTask(Approach):
-    """Joints go to values all together, none faster than a fraction of its maximum; what setPositions does."""
+class SynchronizedApproach(Approach):
+    """Joints go to values and arrive together, none faster than a fraction of its maximum speed: setPositions."""
 
     def start(self, nao: VirtualNao, time: float) -> None:
-        """Slow the joints so that all arrive with the one that needs longest."""
+        """Slow the joints down so that all arrive with the slowest."""
         super().start(nao, time)
         ways = np.abs(self._targets - self._at)
         ticks = float((ways / self._step).max(initial=0.0))
@@ -403,16 +366,16 @@ class TogetherTask(Approach):
 
 # --- The methods.
 
-# How poses are read: positions or transforms, as the method's name says.
+# How a method reads poses, by a part of its name.
 _FORMS: dict[str, ToPoses] = {"position": pose, "transform": pose_from_list}
-# Compiled kernels of nk.ik that effectors need, by a part of their names.
+# The compiled kernels of nk.ik that an effector needs, by a part of its name.
 _KERNELS = {
     "Arm": ("arms by pose", "arms by place"),
     "Torso": ("both legs", "projections onto limits", "damped least squares"),
 }
 _MOVES = ("setPosition", "setTransform", "changePosition", "changeTransform", "positionInt", "transformInt")
 _ONE = "The same for one effector."
-_CHANGED = "Change an effector's {0} from where it is commanded to be; else as set{1}."
+_CHANGED = "Change an effector's {0} from its commanded one; else as set{1}."
 
 
 @variants(
@@ -435,35 +398,29 @@ class CartesianControl(Service):
     """The methods of ALMotion that move effectors by poses.
 
     Effectors are Head, LArm, RArm, LLeg, RLeg and Torso. A position is Position6D (x, y, z, wx, wy, wz), a transform
-    its 4 x 4 matrix row by row, 16 numbers or 12. The axis mask says what counts, along the axes of the space: 7 for
-    the place, 56 for the rotation, 63 for both.
+    its 4 x 4 matrix row by row, 16 numbers or 12. The axis mask says which axes of the space are controlled: 7 for the
+    place, 56 for the rotation, 63 for both.
 
-    - The interpolations go from where the effector is commanded to be: to one target on a straight line, through
-      several along a monotone cubic of x, y and z, turning about one axis from key to key; at rest at both ends, at
-      each key in time. FRAME_ROBOT is taken where it is at the beginning.
+    - The interpolations begin at the effector's commanded pose: to one target on a straight line, through several along
+      a monotone cubic of x, y and z, turning about one axis from key to key; at rest at both ends, at each key in time.
+      FRAME_ROBOT is that of the beginning.
     - setPositions and its relatives find joint values for the target and send the joints there, all arriving together,
       none faster than the fraction of its maximum speed: not on a straight line in space.
-    - A relative target adds to the place, and turns about the axes of the space.
-    - Torso moves the legs with the feet where they are; its yaw gives way where the one motor of both hips asks for it.
-      A leg that is moved takes the other hip with it, as on the robot; in FRAME_WORLD and FRAME_ROBOT the other foot
+    - A relative target adds to the place, and rotates about the axes of the space.
+    - Torso moves the legs with the feet in place; its yaw is adapted if the one motor of both hips demands it.
+      A leg that moves takes the other hip with it, as on the robot; in FRAME_WORLD and FRAME_ROBOT the other foot
       stays in place.
-    - What is out of reach raises nothing: the effector goes as near as it can, and the log says so.
+    - A target out of reach raises no error: the effector goes as near as it can, and the log says so.
     """
 
     def kernels_for(self, name: str, given: tuple[Any, ...]) -> frozenset[str]:
-        """Arms go by their closed form where they are set, and the torso by that of both legs."""
+        """Name the kernels of arms that go to a pose at once, and of the torso."""
         named = str(given[:1]) if name.startswith(_MOVES) else ""
         needed = {kernel for part, kernels in _KERNELS.items() if part in named for kernel in kernels}
         return super().kernels_for(name, given) | needed
 
     def getPosition(self, name: Any, space: Any, useSensorValues: Any) -> list[float]:
-        """Position6D of an effector, joint, sensor or camera [m, rad].
-
-        Args:
-            name: which.
-            space: FRAME_TORSO 0, FRAME_WORLD 1, FRAME_ROBOT 2.
-            useSensorValues: True for where the joints are, False for what they are commanded.
-        """
+        """Position6D of an effector, joint, sensor or camera, as the sensors or the commands have it [m, rad]."""
         return [float(value) for value in position6d(self._pose(name, space, useSensorValues))]
 
     def getTransform(self, name: Any, space: Any, useSensorValues: Any) -> list[float]:
@@ -475,26 +432,17 @@ class CartesianControl(Service):
     ) -> Call:
         """Move effectors through positions at times; returns when the last is reached.
 
-        Args:
-            effectorNames: an effector, or a list of them.
-            space: one for all, or a list of one for each.
-            paths: a list of a path for each effector, a path being a list of positions or one position; of a single
-                effector also its path alone.
-            axisMasks: one for all, or a list of one for each.
-            times: of one effector a time or a list of times, of several a list for each or one for all [s].
-            isAbsolute: False for changes of where the effectors are at the beginning.
+        space and axisMasks are one for all effectors, or a list of one for each. paths is a list of a path for each, a
+        path being one position or a list of them; for a single effector also its path alone. times is for one effector
+        a time or a list, for several a list for each or one for all [s]. With isAbsolute False, positions are relative
+        to the first.
         """
         return self._follow("positionInterpolations", effectorNames, space, paths, axisMasks, times, isAbsolute)
 
     def setPositions(self, effectorNames: Any, space: Any, position: Any, fractionMaxSpeed: Any, axisMask: Any) -> None:
-        """Send effectors to positions at a fraction of the joints' maximum speeds; returns at once.
+        """Send effectors to positions at a fraction of the joints' maximum speeds, above 0; returns at once.
 
-        Args:
-            effectorNames: an effector, or a list of them.
-            space: one for all, or a list of one for each.
-            position: a position, or a list of one for each.
-            fractionMaxSpeed: above 0, at most 1.
-            axisMask: one for all, or a list of one for each.
+        space, position and axisMask are one for all effectors, or a list of one for each.
         """
         self._send("setPositions", effectorNames, space, position, fractionMaxSpeed, axisMask)
 
@@ -505,52 +453,52 @@ class CartesianControl(Service):
         number = space_number(space)
         return pose_in(self.nao.robot, q, arguments.text(name, "name"), number, torso_in_world=self.nao.base.torso(q))
 
-    def _wishes(
+    def _requests(
         self, name: str, names: Any, spaces: Any, paths: Any, masks: Any, times: Any, *, relative: bool
-    ) -> tuple[Wish, ...]:
-        """What a method is asked for; those without an s at the end take one effector."""
+    ) -> tuple[EffectorRequest, ...]:
+        """The requests of a method; a method without an s at the end takes one effector."""
         if not name.endswith("s"):
             arguments.text(names, next(iter(self._signatures[name].parameters)))
         read = next(read for form, read in _FORMS.items() if form in name.lower())
-        return wishes(names, spaces, paths, masks, times, read, relative=relative)
+        return read_requests(names, spaces, paths, masks, times, read, relative=relative)
 
     def _follow(
         self, name: str, names: Any, spaces: Any, paths: Any, masks: Any, times: Any, is_absolute: Any = True
     ) -> Call:
-        """Have effectors follow paths: what the interpolations do."""
+        """Have effectors follow paths: the interpolations."""
         relative = not arguments.flag(is_absolute, "isAbsolute")
-        found = self._wishes(name, names, spaces, paths, masks, times, relative=relative)
+        found = self._requests(name, names, spaces, paths, masks, times, relative=relative)
         return self.nao.start_task(self._path_task(name, found))
 
-    def _path_task(self, name: str, found: Sequence[Wish]) -> Task:
-        """The task in which effectors follow their paths."""
+    def _path_task(self, name: str, found: Sequence[EffectorRequest]) -> MotionTask:
         return PathTask(name, self.nao, found)
 
     def _send(self, name: str, names: Any, spaces: Any, poses: Any, fraction: Any, masks: Any) -> None:
-        """Solve for all effectors, the torso and legs first, and send the joints there: what setPositions does."""
-        found = self._wishes(name, names, spaces, poses, masks, None, relative=name.startswith("change"))
-        for wish in found:
-            if len(wish.poses) != 1:
-                raise BadArgument(f"{wish.effector} must have one pose, got {len(wish.poses)}")
+        """Solve for all effectors, torso and legs first, and send the joints to the solution: setPositions."""
+        found = self._requests(name, names, spaces, poses, masks, None, relative=name.startswith("change"))
+        for request in found:
+            if len(request.poses) != 1:
+                raise BadArgument(f"{request.effector} must have one pose, got {len(request.poses)}")
         share = arguments.fraction(fraction, "fractionMaxSpeed", positive=True)
         hold_still(self.nao, found)
-        scene = Scene(self.nao)
-        q, T_world_torso = scene.q, scene.T_world_torso
+        state = CartesianState(self.nao)
+        q, T_world_torso = state.q, state.T_world_torso
         missed: list[str] = []
-        for wish in sorted(found, key=lambda one: (*_FIRST, one.effector).index(one.effector)):
-            T = scene.path(wish)[-1]
-            if wish.effector == limbs.TORSO:
-                solution = limbs.torso_over_feet(self.nao.robot, T, scene.T_world_feet, q)
+        for request in sorted(found, key=lambda one: (*_FIRST, one.effector).index(one.effector)):
+            T = state.path(request)[-1]
+            if request.effector == TORSO:
+                solution = limbs.torso_over_feet(self.nao.robot, T, state.T_world_feet, q)
             else:
-                solution = limbs.anywhere(self.nao.robot, scene.target(wish, T, T_world_torso), q)
+                solution = limbs.anywhere(self.nao.robot, state.target(request, T, T_world_torso), q)
             q = solution.q
-            missed += [wish.effector] if solution.missing > NOTEWORTHY else []
-            if wish.effector in _FIRST:
+            missed += [request.effector] if solution.missing > NOTEWORTHY else []
+            if request.effector in _FIRST:
                 T_world_torso = self.nao.base.torso(q)
         if missed:
             self.nao.log.write(f"{name}: {', '.join(missed)} cannot reach the target and goes as near as it can")
-        joints = _needed_joints(self.nao, found)
+        effectors = [request.effector for request in found]
+        joints = limbs.joints_of(self.nao.robot, effectors)
         targets = self.nao.robot.to_body(q)[self.nao.joints.columns(joints)]
-        task = TogetherTask(name, joints, targets, share)
-        task.keeps_feet = _moves_legs(found)
+        task = SynchronizedApproach(name, joints, targets, share)
+        task.keeps_feet = not set(effectors).isdisjoint(_FIRST)
         self.nao.start_task(task)

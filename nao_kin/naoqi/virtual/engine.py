@@ -1,4 +1,4 @@
-"""Calls that take their time, the lock that all state is behind, and the errors that scripts get."""
+"""The engine of the virtual NAO: calls that take time, the lock, the clock, messages, and motion tasks."""
 
 from __future__ import annotations
 
@@ -24,23 +24,15 @@ if TYPE_CHECKING:
 
 
 class NaoqiError(NaoKinError):
-    """What a method of a service answers where it cannot do as asked, in NAOqi's two lines.
+    """A refusal by a method of a service, in NAOqi's two lines.
 
-    The text is `ALMotion::setAngles`, a line break, a tab and the reason: what NAOqi sends over the wire, and scripts
-    search for names in. It is the one error of the library that is not a single line.
+    The text is `ALMotion::setAngles`, a line break, a tab and the reason, as NAOqi sends it and scripts parse it. It is
+    the only error of the library that is not a single line.
 
     Attributes:
         service: "ALMotion" …
         method: "setAngles" …
         reason: one line.
-
-    Examples:
-        >>> with nk.naoqi.VirtualNao(stepped=True) as nao:
-        ...     try:
-        ...         nao.call("ALMotion", "getAngles", "HeadYa", True)
-        ...     except nk.naoqi.NaoqiError as error:
-        ...         print(error.service, error.method)
-        ALMotion getAngles
     """
 
     def __init__(self, service: str, method: str, reason: str) -> None:
@@ -49,13 +41,11 @@ class NaoqiError(NaoKinError):
 
 
 class Call(Future[Any]):
-    """The answer of a blocking method: there when the robot has done what was asked.
+    """The answer of a blocking method, available when the robot has done the task.
 
-    `result(timeout)`, `done()`, `add_done_callback` are those of `concurrent.futures.Future`. A call that was killed
-    ends without an error, as NAOqi's do, and answers False where it tells success, else None.
-
-    Args:
-        stop: how to stop what is under way; None where nothing can.
+    `result(timeout)`, `done()` and `add_done_callback` are those of `concurrent.futures.Future`. A killed call ends
+    without an error, as NAOqi's do, and answers False if it reports success, else None. `stop` ends the task behind the
+    call.
     """
 
     def __init__(self, stop: Callable[[], object] | None = None) -> None:
@@ -63,7 +53,7 @@ class Call(Future[Any]):
         self._stop = stop
 
     def cancel(self) -> bool:
-        """Stop what is under way; whether there was anything to stop."""
+        """Stop the task; return whether there was anything to stop."""
         if self.done():
             return False
         if self._stop is None:
@@ -72,21 +62,21 @@ class Call(Future[Any]):
         return True
 
     def finish(self, value: Any = None) -> None:
-        """Give the answer; without effect when there is one already."""
+        """Set the answer; without effect if there is one already."""
         with suppress(InvalidStateError):
             self.set_result(value)
 
     def fail(self, error: BaseException) -> None:
-        """Give an error for an answer; without effect when there is one already."""
+        """Set an error as the answer; without effect if there is an answer already."""
         with suppress(InvalidStateError):
             self.set_exception(error)
 
 
 class Monitor:
-    """One lock for all state; what others must be told is told when it is free again.
+    """The lock for all state; callbacks run when it is free again.
 
-    Whoever is called back may wait for another thread, which may wait for the lock. So nothing outside of the virtual
-    NAO is called while it is held: `later` keeps such calls until the thread leaves the outermost `with`.
+    A callback may wait for another thread, which may wait for the lock. So no outside function is called with the lock
+    held: `later` stores such calls until the thread leaves the outermost `with`.
     """
 
     def __init__(self) -> None:
@@ -95,7 +85,7 @@ class Monitor:
         self._later: list[Callable[[], object]] = []
 
     def later(self, action: Callable[[], object]) -> None:
-        """Do this when the lock is free again; only for a thread that holds it."""
+        """Call this when the lock is free again; only for a thread that holds it."""
         self._later.append(action)
 
     def __enter__(self) -> Monitor:
@@ -112,48 +102,37 @@ class Monitor:
         for action in actions:
             try:
                 action()
-            except Exception:  # whoever watches must not stop the robot's time
+            except Exception:  # a callback must not stop the robot's time
                 logging.getLogger("nao_kin.naoqi").exception("a callback of the virtual NAO failed")
 
 
-# --- Robot time: counted in ticks, that follow the wall clock at some speed or are stepped by hand.
+# --- Robot time: counted in ticks that follow the wall clock at some speed, or that are stepped by hand.
 
 TICKS_PER_SECOND = 100
 TICK = 1.0 / TICKS_PER_SECOND
-# A time that misses a tick by less than this share of it, from rounding, is that tick's.
-_SHARE = 1e-6
-# Where the machine is busy, ticks are made up for; where it slept, robot time stands still meanwhile.
-_MOST_SECONDS_BEHIND = 1.0
+# Rounding that is ignored when times are converted to ticks [ticks].
+_ROUNDING = 1e-6
+# The delay that is caught up after the machine was busy; a longer one, after it slept, is dropped.
+_MAX_SECONDS_BEHIND = 1.0
 
 
 @dataclass(order=True)
 class Timer:
-    """An action to be done at a tick; `cancel` takes it back."""
+    """An action due at a tick."""
 
     tick: int
     number: int
     action: Callable[[], None] | None = field(compare=False)
 
     def cancel(self) -> None:
-        """Do not do it; without effect when it is done."""
+        """Remove the action; without effect afterwards."""
         self.action = None
 
 
 class Clock:
-    """How far robot time has come.
+    """Robot time, from zero in ticks of 10 ms; `speed` is seconds of robot time per second of the wall clock.
 
-    Time starts at zero and moves in ticks of 10 ms. The clock does not tick by itself: who owns it asks how many ticks
-    are due, and makes them one by one.
-
-    Args:
-        speed: seconds of robot time in one second of the wall clock.
-
-    Attributes:
-        speed: as given.
-        ticks: how many there were.
-
-    Raises:
-        BadArgument: a speed that is no positive number.
+    The clock does not tick by itself: its owner asks how many ticks are due, and makes them one by one.
     """
 
     def __init__(self, speed: float = 1.0) -> None:
@@ -173,7 +152,7 @@ class Clock:
         return self.ticks / TICKS_PER_SECOND
 
     def tick(self) -> list[Callable[[], None]]:
-        """One tick; returns the actions whose time has come, in order."""
+        """Make one tick; return the actions that are due, in order."""
         self.ticks += 1
         due = []
         while self._timers and self._timers[0].tick <= self.ticks:
@@ -183,65 +162,49 @@ class Clock:
         return due
 
     def after(self, seconds: float, action: Callable[[], None]) -> Timer:
-        """Have `action` done at the first tick at or after so many seconds of robot time from now."""
-        timer = Timer(self.ticks + max(1, math.ceil(seconds * TICKS_PER_SECOND - _SHARE)), next(self._numbers), action)
+        """Schedule `action` for the first tick at or after so many seconds of robot time from now."""
+        ticks = max(1, math.ceil(seconds * TICKS_PER_SECOND - _ROUNDING))
+        timer = Timer(self.ticks + ticks, next(self._numbers), action)
         heapq.heappush(self._timers, timer)
         return timer
 
     def due(self, wall: float) -> int:
-        """Ticks to be made so that robot time keeps up with the wall clock.
-
-        Args:
-            wall: what the wall clock says, from any start [s].
-        """
+        """The number of ticks with which robot time catches up with the wall clock, read from any start [s]."""
         if self._wall_start is None:
             self._wall_start = wall
-        behind = (wall - self._wall_start) * self.speed * TICKS_PER_SECOND - self._made
-        most = _MOST_SECONDS_BEHIND * self.speed * TICKS_PER_SECOND
-        if behind > most:
-            self._wall_start += (behind - most) / (self.speed * TICKS_PER_SECOND)
-            behind = most
-        count = max(0, math.floor(behind + _SHARE))
+        rate = self.speed * TICKS_PER_SECOND
+        behind = (wall - self._wall_start) * rate - self._made
+        if behind > _MAX_SECONDS_BEHIND * rate:
+            self._wall_start += behind / rate - _MAX_SECONDS_BEHIND
+            behind = _MAX_SECONDS_BEHIND * rate
+        count = max(0, math.floor(behind + _ROUNDING))
         self._made += count
         return count
 
     def step(self, seconds: float) -> int:
-        """Ticks in so many seconds of robot time; what is less than a tick counts with the next step.
-
-        Raises:
-            BadArgument: seconds that are no number, negative, or more than a day.
-        """
+        """The number of ticks in so many seconds of robot time; the fraction of a tick counts with the next step."""
         dt = number(seconds, "a step")
         if dt < 0.0:
             raise BadArgument(f"a step must not be negative, got {dt:g} s")
         check_duration(dt, "a step")
         self._rest += dt * TICKS_PER_SECOND
-        count = math.floor(self._rest + _SHARE)
+        count = math.floor(self._rest + _ROUNDING)
         self._rest = max(0.0, self._rest - count)
         return count
 
 
-# --- What the virtual NAO has to say: limits that clipped, joints that are late, words spoken.
-
-_KEPT = 1000
+# --- Messages of the virtual NAO: commands that were clipped, joints that are late, words spoken.
 
 
 @dataclass(frozen=True)
 class Change:
-    """Something that happened, for those who watch.
+    """An event that a watcher of the virtual NAO receives.
 
     Attributes:
         time: robot time [s].
         kind: "log", "limp", "leds", "speech", "posture", "life" …
-        value: a text for "log" and for "limp", a command to joints without stiffness; else what the service that makes
-            it says in its documentation.
-
-    Examples:
-        >>> seen = []
-        >>> with nk.naoqi.VirtualNao(stepped=True, on_change=seen.append) as nao:
-        ...     _ = nao.call("ALLeds", "fadeRGB", "FaceLeds", "red", 0.1)
-        >>> "leds" in {change.kind for change in seen}
-        True
+        value: a text for "log" and for "limp", a command to joints without stiffness; otherwise as the documentation of
+            the service that makes the change says.
     """
 
     time: float
@@ -249,46 +212,35 @@ class Change:
     value: Any
 
 
-class Log:
-    """The last lines, newest last, and everything that happens passed on to whoever watches.
-
-    Args:
-        clock: gives robot time.
-        monitor: the lock; whoever watches is told when it is free.
-        watcher: takes every `Change`; None for nobody.
-    """
+class EventLog:
+    """The last thousand lines; a watcher receives every line and every other `Change`."""
 
     def __init__(self, clock: Clock, monitor: Monitor, watcher: Callable[[Change], object] | None) -> None:
         self._clock, self._monitor, self._watcher = clock, monitor, watcher
-        self._lines: deque[tuple[float, str]] = deque(maxlen=_KEPT)
+        self._lines: deque[tuple[float, str]] = deque(maxlen=1000)
 
     @property
     def lines(self) -> list[tuple[float, str]]:
-        """Robot time and text of the last thousand lines."""
+        """Robot time and text of the last thousand lines, newest last."""
         return list(self._lines)
 
     def write(self, message: str) -> None:
-        """One more line."""
+        """Add a line."""
         line = " ".join(message.split())
         self._lines.append((self._clock.now, line))
         self.change("log", line)
 
     def change(self, kind: str, value: Any) -> None:
-        """Tell whoever watches that something happened."""
+        """Notify the watcher of a change, when the lock is free."""
         if self._watcher is not None:
             with self._monitor:
                 self._monitor.later(partial(self._watcher, Change(self._clock.now, kind, value)))
 
 
 class Notes:
-    """The remarks on one command, each made once, however many ticks it holds for.
+    """Remarks on one command, each made once, however many ticks it lasts; lines begin with the subject."""
 
-    Args:
-        log: where they are written.
-        subject: what they begin with: "setAngles (task 7)".
-    """
-
-    def __init__(self, log: Log, subject: str) -> None:
+    def __init__(self, log: EventLog, subject: str) -> None:
         self._log, self._subject = log, subject
         self._made: set[Hashable] = set()
 
@@ -298,35 +250,32 @@ class Notes:
             self._made.add(key)
             self._log.write(f"{self._subject}: {message}")
 
-    def tell(self, kind: str, message: str) -> None:
-        """Tell whoever watches of a message that is not only a line of the log."""
+    def notify(self, kind: str, message: str) -> None:
+        """Notify the watcher with a kind of change other than "log"."""
         self._log.change(kind, f"{self._subject}: {message}")
 
 
-# --- Motion tasks: what moves joints over time, which joints each holds, and who waits for whom.
+# --- Motion tasks: they move joints over time, book the joints that they need, and wait for each other.
 
 
-class Task(ABC):
-    """Something that takes more than one tick.
+class MotionTask(ABC):
+    """An action that takes more than one tick.
 
     A blocking method books its resources: names of joints, or "<joint>/Stiffness". Another task that needs one of them
     waits until they are free. A *reactive* task (setAngles, changeAngles, setPositions, move) books nothing: any later
-    task that needs its joints takes them from it.
-
-    Subclasses implement `advance`, and where needed `start`, `give_up` and `end`. All are called with the lock held.
-
-    Args:
-        name: NAOqi's method, "angleInterpolation".
-        resources: what it needs.
+    task that needs its joints takes them over. Subclasses implement `advance`, and `start`, `give_up` and `end` if
+    needed. All are called with the lock held.
 
     Attributes:
+        name: NAOqi's method, "angleInterpolation".
+        resources: the joints or stiffnesses that it needs.
         reactive: whether later tasks may take its resources.
-        keeps_feet: whether it plans with the standing foot in place. Where no task does, FRAME_ROBOT stays while both
+        keeps_feet: whether its plan has the standing foot in place. Without such a task, FRAME_ROBOT stays while both
             soles are down.
-        id: number in the task list, from 1; 0 before it is there.
+        id: number in the task list, from 1; 0 before it is listed.
         call: the answer, given at the end.
-        value: what the call answers at the end.
-        notes: for remarks that are to be made once.
+        value: the answer of the call.
+        notes: for remarks that are made once.
         started: robot time at which its resources were free [s]; None before.
     """
 
@@ -343,40 +292,36 @@ class Task(ABC):
         self.started: float | None = None
 
     def start(self, nao: VirtualNao, time: float) -> None:  # noqa: B027
-        """The resources are free: note where the joints are. Nothing moves before the next tick."""
+        """Note the state of the joints when the resources are free. Nothing moves before the next tick."""
 
     @abstractmethod
     def advance(self, nao: VirtualNao, time: float) -> bool:
-        """Command the joints (`nao.joints.set`) for this tick, that ends at `time`; whether the task is done."""
+        """Command the joints (`nao.joints.set`) for the tick that ends at `time`; return whether the task is done."""
 
     def give_up(self, resources: frozenset[str]) -> None:
-        """A reactive task loses some of its resources to another task; those left it keeps moving."""
+        """Leave some resources of a reactive task to another task, and continue with the others."""
         self.resources = self.resources - resources
 
     def end(self, nao: VirtualNao, *, killed: bool) -> None:  # noqa: B027
-        """The task is over; called once, whether it started or not."""
+        """End the task; called once, whether it started or not."""
 
 
 class Tasks:
-    """All motion tasks, in the order in which they came.
-
-    Args:
-        nao: the virtual NAO whose joints they move.
-    """
+    """All motion tasks of a virtual NAO, in the order in which they came."""
 
     def __init__(self, nao: VirtualNao) -> None:
         self._nao = nao
-        self._running: list[Task] = []
-        self._waiting: list[Task] = []
+        self.running: list[MotionTask] = []
+        self._waiting: list[MotionTask] = []
         self._numbers = itertools.count(1)
 
-    def add(self, task: Task) -> Call:
-        """Start a task, or have it wait for its resources; its call ends when it does."""
+    def add(self, task: MotionTask) -> Call:
+        """Start a task, or have it wait for its resources; its call ends with it."""
         task.id = next(self._numbers)
         task.notes = Notes(self._nao.log, f"{task.name} (task {task.id})")
         task.call = Call(lambda: self.kill(task.id))
         if task.reactive:
-            self._take_over(task, [*self._running, *self._waiting])
+            self._take_over(task, [*self.running, *self._waiting])
         self._waiting.append(task)
         self.start_waiting()
         if task in self._waiting:
@@ -384,9 +329,9 @@ class Tasks:
         return task.call
 
     def tick(self) -> None:
-        """Advance all that run, and end what is done; `start_waiting` is for when the joints have moved."""
-        for task in list(self._running):
-            if task not in self._running:  # an earlier one of this tick killed it
+        """Advance all running tasks, and end those that are done; call `start_waiting` after the joints moved."""
+        for task in list(self.running):
+            if task not in self.running:  # an earlier task killed it in this tick
                 continue
             try:
                 done = task.advance(self._nao, self._nao.clock.now)
@@ -397,54 +342,46 @@ class Tasks:
                     self._finish(task, killed=False)
 
     def listing(self) -> list[list[object]]:
-        """NAOqi's task list: [name, id] of each, those that wait last."""
+        """NAOqi's task list: [name, id] of each, waiting tasks last."""
         return [[task.name, task.id] for task in self.all]
 
     @property
-    def all(self) -> tuple[Task, ...]:
-        """All tasks, those that wait last."""
-        return (*self._running, *self._waiting)
+    def all(self) -> tuple[MotionTask, ...]:
+        """All tasks, waiting ones last."""
+        return (*self.running, *self._waiting)
 
-    @property
-    def running(self) -> tuple[Task, ...]:
-        """The tasks that move joints now."""
-        return tuple(self._running)
-
-    def find(self, number: int) -> Task | None:
+    def find(self, number: int) -> MotionTask | None:
         """The task with this id, running or waiting."""
         return next((task for task in self.all if task.id == number), None)
 
     def available(self, resources: Collection[str]) -> bool:
-        """Whether no blocking task that runs has booked any of these."""
+        """Whether no running blocking task has booked any of these."""
         return self._booked().isdisjoint(resources)
 
     def kill(self, number: int) -> bool:
-        """End a task where it is; whether there was one with this id."""
+        """End a task in its current state; return whether there was one with this id."""
         with self._nao.monitor:
             task = self.find(number)
             self.kill_each([] if task is None else [task])
         return task is not None
 
-    def kill_each(self, tasks: Iterable[Task]) -> None:
-        """End tasks where they are."""
+    def kill_each(self, tasks: Iterable[MotionTask]) -> None:
+        """End tasks in their current state."""
         for task in tuple(tasks):
             self._finish(task, killed=True)
         self.start_waiting()
 
     def kill_all(self) -> None:
-        """End all tasks where they are."""
-        self.kill_each((*self._waiting, *self._running))
+        """End all tasks in their current state."""
+        self.kill_each((*self._waiting, *self.running))
 
     def kill_using(self, resources: Collection[str]) -> None:
-        """End the blocking tasks that need any of these, running or waiting.
-
-        Reactive tasks book no resources, so that as in NAOqi this does not end them.
-        """
-        blocking = (task for task in (*self._waiting, *self._running) if not task.reactive)
+        """End the blocking tasks that need any of these, running or waiting; as in NAOqi, not the reactive ones."""
+        blocking = (task for task in (*self._waiting, *self.running) if not task.reactive)
         self.kill_each(task for task in blocking if not task.resources.isdisjoint(resources))
 
     def _booked(self) -> frozenset[str]:
-        return frozenset[str]().union(*(task.resources for task in self._running if not task.reactive))
+        return frozenset[str]().union(*(task.resources for task in self.running if not task.reactive))
 
     def start_waiting(self) -> None:
         """Start every task, first come first, whose resources neither a running task nor an earlier one needs."""
@@ -452,9 +389,9 @@ class Tasks:
         for task in list(self._waiting):
             if taken.isdisjoint(task.resources):
                 self._waiting.remove(task)
-                self._take_over(task, [other for other in self._running if other.reactive])
+                self._take_over(task, [other for other in self.running if other.reactive])
                 task.started = self._nao.clock.now
-                self._running.append(task)
+                self.running.append(task)
                 try:
                     task.start(self._nao, task.started)
                 except Exception as error:
@@ -463,7 +400,7 @@ class Tasks:
             if not task.reactive:
                 taken |= task.resources
 
-    def _take_over(self, task: Task, others: Iterable[Task]) -> None:
+    def _take_over(self, task: MotionTask, others: Iterable[MotionTask]) -> None:
         """Take resources away from reactive tasks."""
         for other in others:
             shared = other.resources & task.resources
@@ -472,23 +409,23 @@ class Tasks:
                 if not other.resources:
                     self._finish(other, killed=True)
 
-    def _remove(self, task: Task) -> None:
-        for tasks in (self._running, self._waiting):
+    def _remove(self, task: MotionTask) -> None:
+        for tasks in (self.running, self._waiting):
             if task in tasks:
                 tasks.remove(task)
 
-    def _finish(self, task: Task, *, killed: bool) -> None:
+    def _finish(self, task: MotionTask, *, killed: bool) -> None:
         self._remove(task)
         task.end(self._nao, killed=killed)
         value = task.value
         self._nao.monitor.later(lambda: task.call.finish(value))
 
-    def _fail(self, task: Task, error: Exception) -> None:
+    def _fail(self, task: MotionTask, error: Exception) -> None:
         self._remove(task)
-        with suppress(Exception):  # it is broken, and gets its chance to tidy
+        with suppress(Exception):  # even a broken task may clean up
             task.end(self._nao, killed=True)
-        failure = (
-            error if isinstance(error, NaoqiError) else NaoqiError("ALMotion", task.name, str(error) or repr(error))
-        )
+        failure = error
+        if not isinstance(failure, NaoqiError):
+            failure = NaoqiError("ALMotion", task.name, str(error) or repr(error))
         task.notes.once("failed", failure.reason)
         self._nao.monitor.later(lambda: task.call.fail(failure))

@@ -23,19 +23,14 @@ from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
 
 PORT = 9559
 HOST = "127.0.0.1"
-# Where Pinocchio was loaded before qi, libqi corrupts its memory when a session is closed while those of scripts that
-# have just ended are taken down: of programs that ended right after 40 of them, half crashed. A moment later, none did.
-# And a session that is taken down goes on for a moment: two of three programs that ended at once were aborted.
+# If Pinocchio was loaded before qi, libqi corrupts its memory when a session is closed while those of scripts that have
+# just ended are being destroyed: half of the programs that ended right after 40 of them crashed, and none a moment
+# later. A destroyed session also continues for a moment: two of three programs that ended at once were aborted.
 _SECONDS_TO_SETTLE = 0.3
 
 
 class OpenToOthersWarning(NaoKinWarning):
-    """The server listens to other machines, and qi asks nobody for a password.
-
-    Examples:
-        >>> issubclass(nk.naoqi.OpenToOthersWarning, nk.errors.NaoKinWarning)
-        True
-    """
+    """The server listens to other machines, and qi has no passwords."""
 
 
 class QiServer:
@@ -44,27 +39,27 @@ class QiServer:
         with VirtualNao() as nao, QiServer(nao) as server:
             print(server.endpoint)          # tcp://127.0.0.1:9559
 
-    Scripts connect to it as to a robot. Calls are made one after the other, in the order in which they arrive, so that
-    those of a script keep its order. Blocking methods hold no thread: they answer with qi's future, so that thousands
-    may wait. Angles travel as the doubles that they are; a robot sends floats of 32 bits.
+    Scripts connect to it as to a robot. Calls are made in the order in which they arrive. Blocking methods hold no
+    thread: they answer with qi's future, so that thousands may wait. Angles travel as doubles; a robot sends floats of
+    32 bits.
 
-    The compiled kernels that walking, Cartesian and whole-body control need are loaded in the background; a call that
-    needs one before it is there waits for it, and robot time and the calls after it with it.
+    The compiled kernels for walking, Cartesian and whole-body control are loaded in the background; a call that needs
+    one earlier waits for it, and so do robot time and the calls after it.
 
-    A program imports `nao_kin.naoqi`, or qi, before it makes a robot: loaded after Pinocchio, qi is not reliable.
+    Import `nao_kin.naoqi`, or qi, before you make a robot: loaded after Pinocchio, qi is not reliable.
 
     Args:
         nao: the virtual NAO.
-        host: the address to listen on; "127.0.0.1" lets nobody else in.
+        host: the address to listen on; "127.0.0.1" accepts this machine only.
         port: the port to listen on; 0 for a free one.
-        quiet: have qi print nothing but fatal errors, in this process; it reports every connection otherwise.
+        quiet: let qi print only fatal errors, in this process; otherwise it reports every connection.
 
     Attributes:
-        endpoint: where it listens, such as "tcp://127.0.0.1:9559".
+        endpoint: the address of the server, such as "tcp://127.0.0.1:9559".
 
     Raises:
         MissingExtra: qi is not installed.
-        BadArgument: no virtual NAO; the port is in use or no port, or the address cannot be had.
+        BadArgument: the port is in use, or the host is no address of this machine.
     """
 
     def __init__(self, nao: VirtualNao, *, host: str = HOST, port: int = PORT, quiet: bool = False) -> None:
@@ -88,26 +83,26 @@ class QiServer:
         nao.services["ALMemory"].module_called = self._call_module  # type: ignore[attr-defined]
         strand = None
         for name, service in nao.services.items():
-            # Those that are absent answer what there is.
+            # Absent methods answer that they are absent.
             methods = {method: _forwarded(qi, service, method) for method in (*service.method_names, *service.absent)}
             exported = qi.singleThreaded()(type(name, (), methods))()
             if strand is not None:
                 exported.__qi_strand__ = strand
             self._session.registerService(name, exported)
-            # qi makes the calls of an object in a strand, one after the other; with one strand for all services, calls
-            # of different services do not overtake each other either.
+            # qi makes the calls of an object in a strand, one after the other; one strand for all services keeps the
+            # order of calls to different services too.
             strand = getattr(exported, "__qi_strand__", None)
         self._closing = threading.Event()
         threading.Thread(target=self._load_kernels, args=(nao,), name="kernels", daemon=True).start()
 
     def close(self) -> None:
-        """Listen no more; scripts that are connected get an error. Does nothing when closed."""
+        """Stop listening; connected scripts get an error. Does nothing when closed."""
         self._closing.set()
         session, self._session = self._session, None
         if session is not None:
             time.sleep(_SECONDS_TO_SETTLE)
             session.close()
-            del session  # which takes it down
+            del session  # this destroys it
             time.sleep(_SECONDS_TO_SETTLE)
 
     def __enter__(self) -> QiServer:
@@ -130,18 +125,18 @@ class QiServer:
             make_ready([kernel])
 
     def _check_address(self, host: str, port: int) -> None:
-        """Refuse an address that cannot be had, and warn of one that others reach."""
+        """Refuse an address that is not available, and warn of one that other machines can reach."""
         try:
             found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
         except (OSError, ValueError):
             raise BadArgument(f"host {quoted(host)} is no address of this machine") from None
         if not all(ipaddress.ip_address(str(row[4][0]).partition("%")[0]).is_loopback for row in found):
             warn_caller(
-                f"listening on {host}: qi has no passwords, and whoever reaches port {port} can drive the robot",
+                f"listening on {host}: qi has no passwords, and any client of port {port} can drive the robot",
                 OpenToOthersWarning,
             )
         with socket.socket(found[0][0], socket.SOCK_STREAM) as probe:
-            # As qi does it: a port that a server has just left may be taken again.
+            # As in qi, a port that a server has just left may be reused.
             probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             try:
                 probe.bind(found[0][4])
@@ -171,7 +166,7 @@ def _forwarded(qi: Any, service: Service, name: str) -> Callable[..., Any]:
             answer = service.invoke(name, *arguments)
         except NaoKinError as error:
             return _failed(qi, str(error))
-        except Exception as error:  # a fault of ours: the script gets a line, not a traceback
+        except Exception as error:  # the script gets a line, not the traceback of our own fault
             return _failed(qi, str(NaoqiError(service.name, name, f"internal error: {error!r}")))
         if isinstance(answer, Call):
             return _promised(qi, answer)
@@ -187,7 +182,7 @@ def _forwarded(qi: Any, service: Service, name: str) -> Callable[..., Any]:
 
 
 class _Signalling:
-    """A subscriber as qi wants it: one for each key, whoever asks, so that scripts that die leave nothing behind."""
+    """A subscriber with qi's signal, one for each key: scripts that die leave nothing behind."""
 
     def __init__(self, qi: Any, subscriber: Subscriber) -> None:
         self.signal = qi.Signal("(m)")
@@ -195,14 +190,14 @@ class _Signalling:
 
 
 def _as_object(qi: Any, thing: object) -> Any:
-    """A Python object as qi's, made once: qi makes another of a Python object at every answer, and keeps 8 kB of it."""
+    """A Python object as qi's, made once: qi makes another one for every answer, and keeps 8 kB of it."""
     promise = qi.Promise()
     promise.setValue(thing)
     return promise.future().value()
 
 
 def _promised(qi: Any, call: Call) -> Any:
-    """The future that qi gives for a call."""
+    """The qi future of a call."""
     promise = qi.Promise(lambda _: call.cancel())
 
     def settle(done: Any) -> None:
@@ -215,7 +210,7 @@ def _promised(qi: Any, call: Call) -> Any:
                 promise.setValue(done.result())
             else:
                 promise.setError(str(error))
-        except RuntimeError:  # nobody waits for it any more
+        except RuntimeError:  # no caller waits for it any more
             return
 
     call.add_done_callback(settle)
@@ -223,7 +218,7 @@ def _promised(qi: Any, call: Call) -> Any:
 
 
 def _failed(qi: Any, message: str) -> Any:
-    """A future with an error of exactly this text; an exception would arrive with a traceback in it."""
+    """A future with exactly this error text; an exception would arrive with a traceback in it."""
     promise = qi.Promise()
     promise.setError(message)
     return promise.future()

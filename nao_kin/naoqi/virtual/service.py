@@ -1,11 +1,13 @@
-"""What all services have in common: which methods they offer, how these are called, and how they refuse."""
+"""The base of all services: the methods that they offer, how scripts call them, and how they refuse."""
 
 from __future__ import annotations
 
 import inspect
+import json
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from inspect import Parameter
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from nao_kin._core.text import quoted
@@ -22,55 +24,45 @@ if TYPE_CHECKING:
 _S = TypeVar("_S", bound="Service")
 
 
-# Methods of every service that are for this library, and not for scripts.
-_OWN = frozenset(("help", "invoke", "joints", "keep", "kept", "kernels_for"))
+# The services and methods of NAOqi 1.14 to 2.8 that are missing here: of each service; of each missing service, by
+# reason; "*" stands for the methods of every extractor.
+ABSENT: dict[str, Any] = json.loads((Path(__file__).parent / "absent_methods.json").read_text(encoding="utf-8"))
+# Public methods of every service that are not offered to scripts.
+_INTERNAL = frozenset(("get_setting", "help", "invoke", "joints", "kernels_for", "set_setting"))
 
 
 class Service:
     """A service that scripts call by name.
 
-    A subclass sets `name`. As qi does with a Python object, its public methods are offered to scripts, under their own
-    names; what is not for them begins with an underscore. They take what NAOqi's take, positional arguments only;
-    defaults make overloads. They run with the lock held (`nao.monitor`), so they neither wait nor sleep: what takes
-    time is a task, and its `Call` is returned. Arguments go through `arguments`; every `NaoKinError` becomes a
-    `NaoqiError` that names service and method.
-
-    Args:
-        nao: the virtual NAO.
-
-    Attributes:
-        name: "ALMotion" …
-        absent: methods that NAOqi's service has and this one does not.
+    A subclass sets `name`, "ALMotion"; `absent` are the methods of NAOqi's service that it lacks. As qi does with a
+    Python object, its public methods are offered to scripts; names of internal ones begin with an underscore. Methods
+    take NAOqi's positional arguments; defaults make overloads. They run with the lock held (`nao.monitor`), so they
+    neither wait nor sleep: what takes time is a task, and its `Call` is returned. `arguments` reads their arguments;
+    every `NaoKinError` becomes a `NaoqiError` that names service and method.
     """
 
     name: str
-    absent: tuple[str, ...] = ()
 
     def __init__(self, nao: VirtualNao) -> None:
         self.nao = nao
-        self._kept: dict[tuple[str, str], Any] = {}
-        kind = type(self)
-        public = [name for name in dir(kind) if not name.startswith("_") and name not in _OWN]
-        offered = [name for name in public if callable(getattr(kind, name))]
+        self.absent = tuple(ABSENT["absent"].get(self.name, "").split())
+        self._settings: dict[tuple[str, str], Any] = {}
+        public = [name for name in dir(type(self)) if not name.startswith("_") and name not in _INTERNAL]
+        offered = [name for name in public if callable(getattr(type(self), name))]
         self._methods: dict[str, Callable[..., Any]] = {name: getattr(self, name) for name in offered}
         self._signatures = {name: inspect.signature(function) for name, function in self._methods.items()}
 
     @property
     def method_names(self) -> tuple[str, ...]:
-        """What scripts may call, in alphabetical order."""
+        """The methods that scripts may call, in alphabetical order."""
         return tuple(sorted(self._methods))
 
     def help(self, name: str) -> str:
-        """What a method does; "" for one that is not there."""
+        """The description of a method; "" for an unknown one."""
         return inspect.getdoc(self._methods[name]) or "" if name in self._methods else ""
 
     def invoke(self, name: str, *given: Any) -> Any:
-        """Call a method by name; a blocking one returns a `Call`.
-
-        Raises:
-            NaoqiError: no such method, arguments that do not fit, or the method refuses.
-            BadArgument: no name.
-        """
+        """Call a method by name; a blocking one returns a `Call`. Every refusal is a `NaoqiError`."""
         if not isinstance(name, str):
             raise BadArgument(f"method must be a name, got {quoted(name)}")
         function = self._methods.get(name)
@@ -103,51 +95,47 @@ class Service:
     def kernels_for(self, name: str, given: tuple[Any, ...]) -> frozenset[str]:
         """Return the compiled kernels of `nk.ik` that a call needs, some of `KERNELS`.
 
-        They are loaded, or compiled, before the lock is taken, and robot time stands still meanwhile. One target of the
-        head, a camera or a leg alone needs none: its closed form does not search, and is solved as Python.
+        They are loaded, or compiled, before the lock is taken, and robot time stands still meanwhile. Single targets of
+        the head, a camera or a leg need none: their closed forms run as Python.
         """
         return frozenset()
 
     def joints(self, names: Any, what: str = "names") -> tuple[str, ...]:
-        """The joints that a name, chain or list of them stands for, each once.
-
-        Raises:
-            UnknownName, BadArgument: no such joint or chain; no names; a joint twice.
-        """
+        """The joints of a name, a chain or a list of them; refuses an empty list and a joint that is named twice."""
         found = joint_names(self.nao.robot, names)
         if not found:
-            raise BadArgument(f"{what} must name a joint at least")
+            raise BadArgument(f"{what} must name at least one joint")
         if len(set(found)) < len(found):
             twice = next(name for index, name in enumerate(found) if name in found[:index])
             raise BadArgument(f"{what} has {twice} twice")
         return found
 
-    def kept(self, row: Kept, *given: Any) -> Any:
-        """A kept value, of the name that is given where there are several."""
-        return self._kept.get((row.name, row.whose(given)), row.first)
+    def get_setting(self, row: Setting, *given: Any) -> Any:
+        """Return a setting, or the one of the name that is given."""
+        return self._settings.get((row.name, row.owner(given)), row.default)
 
-    def keep(self, row: Kept, *given: Any) -> bool | None:
-        """Set it; "Arms" are both arms."""
-        of, value = row.whose(given), row.check(given[-1], row.what or row.takes[-1])
+    def set_setting(self, row: Setting, *given: Any) -> bool | None:
+        """Store a setting; "Arms" are both arms."""
+        of, value = row.owner(given), row.check(given[-1], row.what or row.takes[-1])
         for each in (of, "LArm", "RArm") if of == "Arms" else (of,):
-            self._kept[row.name, each] = value
+            self._settings[row.name, each] = value
         if row.log:
             on = "on" if value else "off"
             self.nao.log.write(f"{row.log}{f' of {of}' if of else ''} is {on}; it is not simulated")
         return row.answer
 
     def _no_method(self, name: str) -> NaoqiError:
+        methods = f"it has: {', '.join(self.method_names)}"
         if name in self.absent:
-            has = ", ".join(self.method_names)
-            return NaoqiError(self.name, quoted(name)[1:-1], f"not in this virtual NAO; it has: {has}")
+            return NaoqiError(self.name, quoted(name)[1:-1], f"not in this virtual NAO; {methods}")
         near = nearest_names(name, (*self._methods, *self.absent))
-        advice = f"nearest: {', '.join(near)}" if near else f"it has: {', '.join(self.method_names)}"
+        advice = f"nearest: {', '.join(near)}" if near else methods
         return NaoqiError(self.name, quoted(name)[1:-1], f"no such method ({advice})")
 
-    # --- what every module of NAOqi has ---------------------------------------------------------------------------
+    # --- the methods of every module of NAOqi ---------------------------------------------------------------------
 
     def ping(self) -> bool:
-        """Whether the service is there: True."""
+        """True: the service is there."""
         return True
 
     def version(self) -> str:
@@ -166,11 +154,11 @@ class Service:
         return [wanted, self.help(wanted)]
 
     def getModuleHelp(self) -> str:
-        """What the service is."""
+        """The description of the service."""
         return inspect.getdoc(type(self)) or ""
 
     def getBrokerName(self) -> str:
-        """Who runs the service."""
+        """The program that runs the service."""
         return "nao-kin"
 
     def isRunning(self, id: Any) -> bool:
@@ -182,7 +170,7 @@ class Service:
         self.nao.tasks.kill(arguments.whole(id, "id"))
 
     def wait(self, id: Any, timeoutPeriod: Any = 0) -> Call | bool:
-        """Wait until a motion task is over, at most some milliseconds, 0 for ever; True if the time ran out first."""
+        """Wait until a motion task is over, at most some milliseconds (0: no limit); True if the time ran out first."""
         task = self.nao.tasks.find(arguments.whole(id, "id"))
         seconds = arguments.number(timeoutPeriod, "timeoutPeriod") / 1000.0
         arguments.duration(seconds, "timeoutPeriod", zero=True)
@@ -195,60 +183,57 @@ class Service:
         return waiting
 
 
-# --- Methods that are made from tables: values that are kept and not simulated, and former names.
+# --- Methods that are made from tables: settings without effect, constant answers, former names and variants.
 
 
 @dataclass(frozen=True)
-class Kept:
-    """A value that scripts set and read, and that changes nothing here.
+class Setting:
+    """A value that scripts set and read, without effect on the simulation.
 
     Attributes:
-        name: of the two methods, behind "set" and "get".
+        name: of the two methods, after "set" and "get".
         note: the help of the first.
-        first: the value at first.
-        takes: its parameters, the value last; the first of two says whose value it is.
-        check: the value from what is given and what a refusal calls it.
-        what: what a refusal calls it; the parameter's name where this is "".
-        of: what the first of two parameters is called, and what it may be; any text where this is None.
-        log: what the log calls it where setting it is logged.
-        answer: what setting it returns.
-        read: the help of the second method; "" for what most say.
+        default: the initial value.
+        takes: its parameters, the value last; the first of two is the owner of the value.
+        check: returns the value from the argument and its name in a refusal.
+        what: this name; the parameter's name if empty.
+        of: the kind and the valid names of the first of two parameters; None for any text.
+        log: the name of the setting in the log, if setting it is logged.
+        answer: the answer of the first method.
     """
 
     name: str
     note: str
-    first: Any
+    default: Any
     takes: tuple[str, ...]
     check: Callable[[Any, str], Any]
     what: str = ""
     of: tuple[str, tuple[str, ...]] | None = None
     log: str = ""
     answer: bool | None = None
-    read: str = ""
 
-    def whose(self, given: tuple[Any, ...]) -> str:
-        """The name that a call is about; "" where there is one value only."""
+    def owner(self, given: tuple[Any, ...]) -> str:
+        """The name that a call is about; "" if there is only one value."""
         if len(self.takes) == 1:
             return ""
         return arguments.text(given[0], self.takes[0]) if self.of is None else arguments.choice(given[0], *self.of)
 
 
-def keeps(*rows: Kept) -> Callable[[type[_S]], type[_S]]:
-    """Give a service the methods that set and read kept values."""
+def settings(*rows: Setting) -> Callable[[type[_S]], type[_S]]:
+    """Give a service the methods that set and read settings."""
 
     def completed(kind: type[_S]) -> type[_S]:
         for row in rows:
-            first = {str: '"{}"', float: "{:g} m"}.get(type(row.first), "{}").format(row.first)
-            read = row.read or f"As it was set; at first {first}."
-            _offer(kind, f"set{row.name}", row.takes, row.note, Service.keep, row)
-            _offer(kind, f"get{row.name}", row.takes[:-1], read, Service.kept, row)
+            note = f"The stored value; initially {row.default!r}."
+            _offer(kind, f"set{row.name}", row.takes, row.note, Service.set_setting, row)
+            _offer(kind, f"get{row.name}", row.takes[:-1], note, Service.get_setting, row)
         return kind
 
     return completed
 
 
-def formerly(note: str = "As {}.", **names: str) -> Callable[[type[_S]], type[_S]]:
-    """Offer methods of a service under former names too: former name → name, which `note` says."""
+def former_names(note: str = "As {}.", **names: str) -> Callable[[type[_S]], type[_S]]:
+    """Offer methods of a service under former names too: former name → name; `note` is the help."""
 
     def completed(kind: type[_S]) -> type[_S]:
         for former, name in names.items():
@@ -259,11 +244,11 @@ def formerly(note: str = "As {}.", **names: str) -> Callable[[type[_S]], type[_S
     return completed
 
 
-def answers(**fixed: tuple[Any, str]) -> Callable[[type[_S]], type[_S]]:
-    """Give a service methods that always answer the same: name → what, and the method's help."""
+def constant_answers(**rows: tuple[Any, str]) -> Callable[[type[_S]], type[_S]]:
+    """Give a service methods with constant answers: name → answer and help."""
 
     def completed(kind: type[_S]) -> type[_S]:
-        for name, (answer, note) in fixed.items():
+        for name, (answer, note) in rows.items():
             _offer(kind, name, (), note, lambda _, same: same, answer)
         return kind
 
@@ -271,13 +256,7 @@ def answers(**fixed: tuple[Any, str]) -> Callable[[type[_S]], type[_S]]:
 
 
 def variants(of: str, does: str, **rows: tuple[str, str]) -> Callable[[type[_S]], type[_S]]:
-    """Offer variants of a method: name → what their first parameters are called instead, and the help.
-
-    Args:
-        of: the method that they are variants of.
-        does: what is called with the variant's name and its arguments.
-        rows: of each variant its parameters' names and its help.
-    """
+    """Offer variants of the method `of` that call `does`: name → names of the first parameters instead, and help."""
 
     def completed(kind: type[_S]) -> type[_S]:
         _, *takes = inspect.signature(getattr(kind, of)).parameters.values()
@@ -299,7 +278,7 @@ _PLACED = Parameter.POSITIONAL_OR_KEYWORD
 def _offer(
     kind: type[Service], name: str, takes: Iterable[str | Parameter], note: str, does: Callable[..., Any], *about: Any
 ) -> None:
-    """Offer a method that calls a function with the service, what it is about, and the arguments."""
+    """Offer a method that calls a function with the service, `about`, and the arguments."""
 
     def offered(self: Service, *given: Any) -> Any:
         return does(self, *about, *given)
@@ -310,7 +289,7 @@ def _offer(
     setattr(kind, name, offered)
 
 
-# --- Compiled kernels that calls need.
+# --- The compiled kernels of `nk.ik` that calls need: those of the walk first, which scripts need most.
 
 KERNELS: tuple[str, ...] = (
     "both legs",
@@ -320,13 +299,11 @@ KERNELS: tuple[str, ...] = (
     "arms by place",
     "bodies",
 )
-"""The compiled kernels of `nk.ik` that calls need: those of the walk first, which scripts need most."""
-
 _ready: set[str] = set()
 
 
 def make_ready(kernels: Iterable[str]) -> None:
-    """Load compiled kernels from the disk, or compile them; does nothing for those that are loaded."""
+    """Load compiled kernels from the disk, or compile them, unless they are loaded."""
     missing = sorted(set(kernels) - _ready, key=KERNELS.index)
     if missing:
         warm_up([f"ik kernel, {name}" for name in missing])
@@ -334,7 +311,7 @@ def make_ready(kernels: Iterable[str]) -> None:
 
 
 def report(nao: VirtualNao, message: str) -> None:
-    """Log a message about compiled kernels, and publish it as a `Change` of its own kind, "kernels"."""
+    """Log a message about compiled kernels, and publish it as a `Change` of the kind "kernels"."""
     with nao.monitor:
         nao.log.write(message)
         nao.log.change("kernels", message)

@@ -1,6 +1,6 @@
-"""Steps as joint values: the standing foot fixed, the other one lifted along a smooth arc, the torso between.
+"""The steps of a walk: the move configuration, footsteps, and the joint values of a step.
 
-It is kinematics, without balance: no centre of mass is moved over the standing foot, as a real walk does.
+The walk is kinematic, without balance: the centre of mass does not move over the standing foot, as in a real walk.
 """
 
 from __future__ import annotations
@@ -16,10 +16,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin import ik
-from nao_kin._core.arrays import Floats
+from nao_kin._core.arrays import Floats, choice
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.spaces import pose
+from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.cartesian import EffectorPath
 from nao_kin.naoqi.virtual.engine import TICK
 from nao_kin.robot import RobotModel
@@ -30,11 +31,11 @@ SIDES = {"L": "Left", "R": "Right"}
 
 
 class Parameter(NamedTuple):
-    """One number of the move configuration: its default and its bounds, as documented."""
+    """A number of the move configuration: its documented default and bounds."""
 
     default: float
-    least: float
-    most: float
+    minimum: float
+    maximum: float
 
 
 # Aldebaran documentation 2.1, locomotion control, "Move config parameters" of NAO. getMoveConfig("Default") of a robot
@@ -50,7 +51,7 @@ PARAMETERS: MappingProxyType[str, Parameter] = MappingProxyType(
         "TorsoWy": Parameter(0.0, -0.122, 0.122),
     }
 )
-# moveToward takes the frequency under a name of its own.
+# The name of the frequency in moveToward.
 _OTHER_NAMES = {"Frequency": "MaxStepFrequency"}
 
 # A step lasts 21 cycles of 20 ms at frequency 1, and 30 at frequency 0; with MaxStepX that is 9.5 cm/s.
@@ -59,10 +60,7 @@ _SHORTEST, _LONGEST = 0.42, 0.6
 
 @dataclass(frozen=True)
 class FootGait:
-    """The move configuration of one foot: the fields are those of `PARAMETERS` [m, rad, share].
-
-    The lean of the torso is kept and not walked with: it stays level.
-    """
+    """The move configuration of one foot, the fields of `PARAMETERS` [m, rad, share]; the torso's have no effect."""
 
     max_step_x: float = PARAMETERS["MaxStepX"].default
     max_step_y: float = PARAMETERS["MaxStepY"].default
@@ -74,7 +72,7 @@ class FootGait:
 
     @property
     def period(self) -> float:
-        """How long a step lasts [s]."""
+        """The duration of a step [s]."""
         return _LONGEST + (_SHORTEST - _LONGEST) * self.frequency
 
 
@@ -83,28 +81,20 @@ _FIELDS = dict(zip(PARAMETERS, FootGait.__dataclass_fields__, strict=True))
 
 @dataclass(frozen=True)
 class Gait:
-    """The move configuration of both feet.
-
-    Attributes:
-        left, right: of the steps of each foot.
-    """
+    """The move configuration of both feet."""
 
     left: FootGait = FootGait()
     right: FootGait = FootGait()
 
     def of(self, side: str) -> FootGait:
-        """That of one foot, "L" or "R"."""
+        """The configuration of one foot, "L" or "R"."""
         return self.left if side == "L" else self.right
 
 
 def gait_of(config: Any) -> Gait:
-    """A gait from NAOqi's list of [name, value] pairs; numbers outside of the documented range are brought into it.
+    """A gait from NAOqi's list of [name, value] pairs; numbers outside the documented range are clipped.
 
-    A name holds for both feet, or with "Left" or "Right" before it for one. Later pairs count. None is no pair.
-
-    Raises:
-        BadArgument: no such list.
-        UnknownName: no such parameter.
+    A name counts for both feet, or with "Left" or "Right" before it for one. Later pairs override earlier ones.
     """
     values: dict[str, dict[str, float]] = {side: {} for side in SIDES}
     for name, value in [] if config is None else _pairs(config):
@@ -115,20 +105,15 @@ def gait_of(config: Any) -> Gait:
             raise UnknownName("move parameter", name, (*PARAMETERS, *_OTHER_NAMES))
         parameter = PARAMETERS[plain]
         for side in sides or SIDES:
-            values[side][_FIELDS[plain]] = min(max(value, parameter.least), parameter.most)
+            values[side][_FIELDS[plain]] = min(max(value, parameter.minimum), parameter.maximum)
     return Gait(FootGait(**values["L"]), FootGait(**values["R"]))
 
 
 def move_config(which: str) -> list[list[object]]:
-    """NAOqi's getMoveConfig: [name, value] pairs of "Default", "Min" or "Max".
-
-    Raises:
-        UnknownName: none of these.
-    """
+    """NAOqi's getMoveConfig: [name, value] pairs of "Default", "Min" or "Max"."""
     columns = ("Default", "Min", "Max")
-    if which not in columns:
-        raise UnknownName("move configuration", which, columns)
-    return [[name, parameter[columns.index(which)]] for name, parameter in PARAMETERS.items()]
+    column = columns.index(choice(which, columns, "move configuration"))
+    return [[name, parameter[column]] for name, parameter in PARAMETERS.items()]
 
 
 def _pairs(config: Any) -> list[tuple[str, float]]:
@@ -139,66 +124,61 @@ def _pairs(config: Any) -> list[tuple[str, float]]:
     for pair in pairs:
         if isinstance(pair, str) or not isinstance(pair, Sequence) or len(pair) != 2 or not isinstance(pair[0], str):
             raise BadArgument(f"a move configuration must hold [name, value] pairs, got {quoted(pair, 60)}")
-        name, value = pair
-        if not (isinstance(value, (int, float, np.integer, np.floating)) and math.isfinite(value)):
-            raise BadArgument(f"{name} must be a finite number, got {quoted(value, 60)}")
-        found.append((name, float(value)))
+        found.append((pair[0], arguments.number(pair[1], pair[0])))
     return found
 
 
-# --- Where the feet go: poses on the floor, and steps along a path that a NAO's legs can make.
+# --- Footsteps: poses on the floor, and steps along a path that a NAO's legs can make.
 #
 # A pose on the floor is (x, y, theta), an array of shape (3,) [m, m, rad]. The body is the pose between the feet
-# where they stand side by side; each step puts a foot beside the pose that the body is to have next.
+# when they stand side by side; each step puts a foot beside the body's next pose.
 
 # Feet stand below the hips, 50 mm beside the body, left positive (HipOffsetY).
-HALF_STANCE = 0.05
-# How near a foot may be put beside the other [m], and how far its toes may point inwards [rad].
+_FOOT_Y = {"L": 0.05, "R": -0.05}
+# The smallest distance between the feet [m], and the largest inward rotation of the toes [rad].
 NEAREST = 0.088
 _TOES_INWARDS = 0.12
 _DONE = 1e-9
-# Feet that are so near to where they stand below a body stand there.
+# The tolerance for feet side by side.
 _TOGETHER = 1e-6
 _SCANNED = 40
 _HALVED = 30
 
 
-def turned_by(theta: float) -> float:
+def wrapped(theta: float) -> float:
     """The same angle within ±π."""
     return math.remainder(theta, 2.0 * math.pi)
 
 
 def composed(a: ArrayLike, b: ArrayLike) -> Floats:
-    """The pose that is b as seen from a."""
-    ax, ay, angle = np.asarray(a, dtype=np.float64).tolist()
-    bx, by, more = np.asarray(b, dtype=np.float64).tolist()
+    """The pose b in the frame of a, taken to the floor's frame."""
+    (ax, ay, angle), (bx, by, more) = np.array([a, b], dtype=np.float64).tolist()
     c, s = math.cos(angle), math.sin(angle)
     return np.array([ax + c * bx - s * by, ay + s * bx + c * by, angle + more])
 
 
 def seen_from(a: ArrayLike, b: ArrayLike) -> Floats:
-    """The pose b as a sees it, the angle within ±π; `composed` with a takes it back."""
-    ax, ay, angle = np.asarray(a, dtype=np.float64).tolist()
-    bx, by, more = np.asarray(b, dtype=np.float64).tolist()
+    """The pose b in the frame of a, the angle within ±π: the inverse of `composed`."""
+    (ax, ay, angle), (bx, by, more) = np.array([a, b], dtype=np.float64).tolist()
     c, s = math.cos(angle), math.sin(angle)
     x, y = bx - ax, by - ay
-    return np.array([c * x + s * y, c * y - s * x, turned_by(more - angle)])
+    return np.array([c * x + s * y, c * y - s * x, wrapped(more - angle)])
 
 
 def foot_beside(body: ArrayLike, side: str) -> Floats:
-    """Where a foot stands below a body."""
-    return composed(body, (0.0, HALF_STANCE if side == "L" else -HALF_STANCE, 0.0))
+    """The pose of a foot below a body."""
+    return composed(body, (0.0, _FOOT_Y[side], 0.0))
 
 
 def body_beside(foot: ArrayLike, side: str) -> Floats:
-    """Where the body is whose foot stands there: the inverse of `foot_beside`."""
-    return composed(foot, (0.0, -HALF_STANCE if side == "L" else HALF_STANCE, 0.0))
+    """The pose of the body above a foot: the inverse of `foot_beside`."""
+    return composed(foot, (0.0, -_FOOT_Y[side], 0.0))
 
 
 def between(left: Floats, right: Floats) -> Floats:
-    """The pose half way between two."""
+    """The pose half-way between two."""
     middle = 0.5 * (left + right)
-    middle[2] = left[2] + 0.5 * turned_by(float(right[2] - left[2]))
+    middle[2] = left[2] + 0.5 * wrapped(float(right[2] - left[2]))
     return np.asarray(middle)
 
 
@@ -208,15 +188,15 @@ def other(side: str) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class Step:
+class Footstep:
     """One step of the walk.
 
     Attributes:
         side: the foot that moves, "L" or "R"; the other one stands.
-        support: where the standing foot is, shape (3,).
-        start, end: where the moving foot leaves and comes down, shape (3,).
-        height: how high the moving foot is lifted [m].
-        period: how long the step lasts, if the joints are fast enough [s].
+        support: the pose of the standing foot, shape (3,).
+        start, end: the poses of the moving foot, shape (3,).
+        height: of the moving foot in the middle [m].
+        period: the duration, if the joints are fast enough [s].
     """
 
     side: str
@@ -228,10 +208,10 @@ class Step:
 
 
 def bounded(step: ArrayLike, side: str, gait: FootGait) -> Floats:
-    """A foot's pose relative to the standing one, brought into what the gait and the one motor of the hips allow.
+    """A foot's pose relative to the standing one, clipped to the limits of the gait and of the one hip motor.
 
     Forwards and back up to MaxStepX; sideways from 88 mm to MaxStepY; turned outwards up to MaxStepTheta and inwards up
-    to 0.12 rad, for the toes of a foot that is turned inwards come near those of the other.
+    to 0.12 rad, because the toes of a foot that is turned inwards come near those of the other.
     """
     x, y, theta = np.asarray(step, dtype=np.float64).tolist()
     outwards = 1.0 if side == "L" else -1.0
@@ -240,34 +220,23 @@ def bounded(step: ArrayLike, side: str, gait: FootGait) -> Floats:
     return np.array([min(max(x, -gait.max_step_x), gait.max_step_x), outwards * wide, outwards * turn])
 
 
-def first_side(wish: ArrayLike) -> str:
-    """The foot to begin with: the one that opens towards where the body goes or turns."""
-    _, y, theta = np.asarray(wish, dtype=np.float64).tolist()
-    return "R" if (y, theta) < (0.0, 0.0) or (y == 0.0 and theta < 0.0) else "L"
+def first_side(motion: ArrayLike) -> str:
+    """The foot that begins: the one on the side of a sideways motion or rotation."""
+    _, y, theta = np.asarray(motion, dtype=np.float64).tolist()
+    return "R" if (y, theta) < (0.0, 0.0) else "L"
 
 
-def along(start: Floats, goal: Floats, share: float) -> Floats:
-    """Between two poses: straight, turning evenly along the shorter arc."""
-    turn = turned_by(float(goal[2] - start[2]))
-    if share == 1.0:
-        return np.array([goal[0], goal[1], start[2] + turn])
-    place = start[:2] + share * (goal[:2] - start[:2])
-    return np.array([place[0], place[1], start[2] + share * turn])
+def along(start: Floats, goal: Floats, share: Floats | float) -> Floats:
+    """Poses at shares of the way between two, shape (..., 3): straight, turning evenly along the shorter arc."""
+    way = goal - start
+    way[2] = wrapped(float(way[2]))
+    found = np.asarray(start + np.multiply.outer(share, way))
+    found[np.equal(share, 1.0), :2] = goal[:2]
+    return found
 
 
-def next_step(feet: dict[str, Floats], side: str, body: Floats, goal: Floats, gait: Gait) -> tuple[Step, Floats]:
-    """The step that brings the body as far towards a goal as this foot can in one step.
-
-    Args:
-        feet: where the feet stand, by "L" and "R".
-        side: the foot that moves.
-        body: where the body is.
-        goal: where it is to go.
-        gait: of both feet.
-
-    Returns:
-        The step, and where the body then is: on the way from `body` to `goal`.
-    """
+def next_step(feet: dict[str, Floats], side: str, body: Floats, goal: Floats, gait: Gait) -> tuple[Footstep, Floats]:
+    """The step with which a foot brings the body as far as possible towards a goal, and the body's pose after it."""
     own = gait.of(side)
     support = feet[other(side)]
 
@@ -281,18 +250,18 @@ def next_step(feet: dict[str, Floats], side: str, body: Floats, goal: Floats, ga
 
     share = _largest(fits)
     end = composed(support, wanted_and_made(share)[1])
-    step = Step(side, support.copy(), feet[side].copy(), end, own.step_height, own.period)
+    step = Footstep(side, support.copy(), feet[side].copy(), end, own.step_height, own.period)
     return step, along(body, goal, share)
 
 
 def stands_beside(feet: dict[str, Floats], body: Floats) -> bool:
-    """Whether both feet stand where they do below this body."""
-    off = [float(np.abs(seen_from(foot_beside(body, side), foot)).max()) for side, foot in feet.items()]
-    return max(off) < _TOGETHER
+    """Whether both feet stand side by side below this body."""
+    errors = [float(np.abs(seen_from(foot_beside(body, side), foot)).max()) for side, foot in feet.items()]
+    return max(errors) < _TOGETHER
 
 
 def _largest(fits: Callable[[float], bool]) -> float:
-    """The largest share that fits; 0 where none does."""
+    """The largest share that fits; 0 if none does."""
     if fits(1.0):
         return 1.0
     low = next((k / _SCANNED for k in range(_SCANNED - 1, 0, -1) if fits(k / _SCANNED)), 0.0)
@@ -309,14 +278,14 @@ def _largest(fits: Callable[[float], bool]) -> float:
 _DOUBLE_SUPPORT = 1.0 / 3.0
 # Steps are stretched until joints need no more than this share of their largest speeds.
 _SPEED_SHARE = 0.98
-# A robot gets ready to walk in half a second, or as much longer as keeps joints to this share.
+# The shortest time to get ready to walk [s], and the joints' share of their largest speeds meanwhile.
 _GETTING_READY = 0.5
 _READY_SPEED_SHARE = 0.4
 _READY = 1e-6
-_MOST_STRETCHED = 10
+_MAX_STRETCH = 10
 
 
-class StepNotMade(BadArgument):
+class StepImpossible(BadArgument):
     """The legs cannot make a step."""
 
     def __init__(self, why: str) -> None:
@@ -329,35 +298,23 @@ def smooth(u: Floats) -> Floats:
 
 
 def ready_motion(robot: RobotModel, feet: dict[str, Floats], T_world_torso: Floats, q: Floats) -> Floats:
-    """From where the robot stands to where a step begins: the torso level, between the feet.
+    """Configurations at the ticks, shape (n, nq), that bring the torso level between the feet; empty if it is there.
 
-    The feet stay where they are while the torso comes over them. Where the legs cannot do that (from Crouch, whose
-    ankles are at their limits), the joints go straight to the end of it, and the feet slide a little; and where they
-    cannot stand so at all, to feet side by side.
-
-    Args:
-        robot: a NAO.
-        feet: poses on the floor by "L" and "R", shape (3,).
-        T_world_torso: where the torso is now, shape (4, 4).
-        q: the joints of now, shape (nq,).
-
-    Returns:
-        Configurations at the ends of the ticks, shape (n, nq); none at all where the robot is ready.
-
-    Raises:
-        StepNotMade: a joint would have to jump.
+    The feet stay in place. If the legs cannot do that (from Crouch, whose ankles are at their limits), the joints go
+    straight to the final configuration, and the feet slide a little; if the legs cannot stand there, to feet side by
+    side.
     """
     left, right = (_flat(feet[side][None]) for side in ("L", "R"))
     ready = _legs(robot, left, right, _torso(robot, between(feet["L"], feet["R"])[None]), q)
-    stands = bool(np.all(ready.success))
-    if not stands:
+    reachable = bool(np.all(ready.success))
+    if not reachable:
         left, right = (_flat(foot_beside(np.zeros(3), side)[None]) for side in ("L", "R"))
         ready = _legs(robot, left, right, _torso(robot, np.zeros((1, 3))), q)
     goal = ready.q[0]
     if np.abs(goal - q).max() < _READY:
         return np.empty((0, robot.nq))
     ticks = round(_GETTING_READY / TICK)
-    if stands:
+    if reachable:
         poses = np.stack([T_world_torso, np.asarray(ready.torso)[0]])
 
         def over_feet(count: int) -> Floats:
@@ -365,7 +322,7 @@ def ready_motion(robot: RobotModel, feet: dict[str, Floats], T_world_torso: Floa
             torso = np.stack([path.pose(float(time)) for time in range(1, count + 1)])
             return _all_of(_legs(robot, left, right, torso, q))
 
-        with suppress(StepNotMade):
+        with suppress(StepImpossible):
             return _slow_enough(robot, over_feet, q, ticks, _READY_SPEED_SHARE)
 
     def straight(count: int) -> Floats:
@@ -375,29 +332,17 @@ def ready_motion(robot: RobotModel, feet: dict[str, Floats], T_world_torso: Floa
     return _slow_enough(robot, straight, q, ticks, _READY_SPEED_SHARE)
 
 
-def step_motion(robot: RobotModel, step: Step, q: Floats) -> Floats:
-    """A step at every tick; longer than its period where joints would be too fast.
-
-    Args:
-        robot: a NAO.
-        step: the step.
-        q: where the robot stands now, shape (nq,).
-
-    Returns:
-        Configurations at the ends of the ticks, shape (n, nq); the last is where the step ends.
-
-    Raises:
-        StepNotMade: the legs do not reach all of it, or a joint would have to jump.
-    """
+def step_motion(robot: RobotModel, step: Footstep, q: Floats) -> Floats:
+    """Configurations at the ticks of a step from q, shape (n, nq); longer than its period for slow joints."""
 
     def at(ticks: int) -> Floats:
         time = np.arange(1, ticks + 1) / ticks
         swing = np.clip((time - 0.5 * _DOUBLE_SUPPORT) / (1.0 - _DOUBLE_SUPPORT), 0.0, 1.0)
-        moving = _moved(step.start, step.end, smooth(swing))
+        moving = along(step.start, step.end, smooth(swing))
         height = step.height * 16.0 * np.square(swing * (1.0 - swing))
         standing = np.broadcast_to(step.support, moving.shape)
         first, last = (between(step.support, foot) for foot in (step.start, step.end))
-        torso = _torso(robot, _moved(first, last, smooth(time)))
+        torso = _torso(robot, along(first, last, smooth(time)))
         feet = {step.side: _flat(moving, height), other(step.side): _flat(standing)}
         return _all_of(_legs(robot, feet["L"], feet["R"], torso, q))
 
@@ -406,11 +351,11 @@ def step_motion(robot: RobotModel, step: Step, q: Floats) -> Floats:
 
 
 def _slow_enough(robot: RobotModel, at: Callable[[int], Floats], q: Floats, ticks: int, share: float) -> Floats:
-    """A motion of so many ticks, or of more, so that no joint needs more than a share of its largest speed.
+    """A motion of at least so many ticks, in which no joint needs more than a share of its largest speed.
 
-    More time does not help a joint that jumps, from one branch of the legs' solutions to another: that is not made.
+    More time does not help a joint that jumps from one branch of the legs' solutions to another: that is refused.
     """
-    most = _MOST_STRETCHED * ticks
+    max_ticks = _MAX_STRETCH * ticks
     while True:
         motion = at(ticks)
         speeds = np.abs(np.diff(np.vstack([q, motion]), axis=0)) / TICK
@@ -418,26 +363,20 @@ def _slow_enough(robot: RobotModel, at: Callable[[int], Floats], q: Floats, tick
         if used.max() <= 1.0:
             return motion
         ticks = math.ceil(ticks * max(float(used.max()), 1.02))
-        if ticks > most:
-            raise StepNotMade(f"{robot.joint_names[int(np.argmax(used))]} would have to jump")
+        if ticks > max_ticks:
+            raise StepImpossible(f"{robot.joint_names[int(np.argmax(used))]} would have to jump")
 
 
 def _all_of(found: ik.LegsResult) -> Floats:
     missed = np.flatnonzero(~np.asarray(found.success))
     if missed.size:
-        raise StepNotMade(found.describe((int(missed[0]),)))
+        raise StepImpossible(found.describe((int(missed[0]),)))
     return found.q
 
 
 def _legs(robot: RobotModel, left: Floats, right: Floats, torso: Floats, q: Floats) -> ik.LegsResult:
-    """Both legs by their closed form; the torso's yaw gives way so that both feet are met on one hip motor."""
+    """Both legs by their closed form; the torso's yaw is adapted so that one hip motor reaches both feet."""
     return ik.legs(robot, left, right, base="floating", torso=torso, free="yaw", reference=q)
-
-
-def _moved(start: Floats, end: Floats, share: Floats) -> Floats:
-    way = end - start
-    way[2] = turned_by(float(way[2]))
-    return np.asarray(start + share[:, None] * way)
 
 
 def _flat(places: Floats, height: Floats | float = 0.0) -> Floats:
@@ -448,5 +387,5 @@ def _flat(places: Floats, height: Floats | float = 0.0) -> Floats:
 
 
 def _torso(robot: RobotModel, places: Floats) -> Floats:
-    """Level poses of the torso above places on the floor, as high as in StandInit, shape (n, 4, 4)."""
+    """Level poses of the torso above places on the floor, at the height of StandInit, shape (n, 4, 4)."""
     return _flat(places, -float(robot.fk(robot.posture("StandInit"), "LLeg")[2, 3]))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time as wall
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -17,34 +17,28 @@ from nao_kin._core.arrays import Floats, choice, flag
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.naoqi.virtual.body import Base, Joints
-from nao_kin.naoqi.virtual.engine import TICK, Call, Change, Clock, Log, Monitor, NaoqiError, Task, Tasks
+from nao_kin.naoqi.virtual.engine import TICK, Call, Change, Clock, EventLog, Monitor, MotionTask, NaoqiError, Tasks
 from nao_kin.naoqi.virtual.service import Service
 from nao_kin.robot import NaoModel, load_nao
 
-# A thread that wakes more often than this spends its time on waking.
+# The shortest pause of the thread, which otherwise only wakes up [s].
 _SHORTEST_SLEEP = 0.001
-# A stepped call that needs more robot time than this never ends.
-_MOST_SECONDS = 3600.0
+# The robot time after which a stepped call counts as endless [s].
+_MAX_SECONDS = 3600.0
 
 
 @dataclass(frozen=True)
 class State:
-    """Everything about the robot at one moment; arrays are copies of the caller's own.
+    """The state of the robot at one moment; arrays are copies.
 
     Attributes:
         time: robot time [s].
-        q: configuration that the sensors show, shape (25,).
-        command: configuration that is commanded, shape (25,).
+        q: configuration measured by the sensors, shape (25,).
+        command: commanded configuration, shape (25,).
         stiffness: in the order of "Body", shape (26,).
         T_world_torso: shape (4, 4).
         leds: colour of each LED, r, g, b from 0 to 1.
-        saying: what is being said; "" for nothing.
-
-    Examples:
-        >>> with nk.naoqi.VirtualNao(stepped=True) as nao:
-        ...     state = nao.state()
-        >>> state.q.shape, state.stiffness.shape, state.saying
-        ((25,), (26,), '')
+        saying: the text being said; "" for none.
     """
 
     time: float
@@ -57,29 +51,27 @@ class State:
 
 
 class VirtualNao:
-    """A NAO without a body, that answers as NAOqi does.
+    """A NAO without a body that answers as NAOqi does.
 
-    It is kinematics: joints go where they are told within limits and maximum speeds, nothing has weight, nothing falls
-    and nothing collides. It begins in Crouch without stiffness, as a robot that was switched on.
+    It is kinematics: joints go to their commands within limits and maximum speeds; nothing has weight, falls or
+    collides. It begins in Crouch without stiffness, as a robot that was switched on.
 
     Args:
         robot: a NAO with a fixed base; None for a V6.
         speed: seconds of robot time in one second.
-        stepped: time moves by `step` alone, and by `call`; no thread runs, and what happens depends on calls and steps
-            only.
-        posture: the posture to begin in.
+        stepped: only `step` and `call` advance the time; no thread runs, and results are reproducible.
+        posture: the initial posture.
         behaviors: a folder with Choregraphe's behaviours (.xar), which ALBehaviorManager plays; None for none.
-        on_change: is called with every `Change`, by whichever thread makes it; it must not wait.
+        on_change: called with every `Change`, on the thread that makes it; it must not wait.
 
     Attributes:
-        robot, clock, joints, tasks, base, log: the parts; whoever reads or changes several holds `monitor`.
+        robot, clock, joints, tasks, base, log: the parts; hold `monitor` to read or change several.
         services: name → service.
         behaviors: the folder of behaviours, or None.
         monitor: the lock.
 
     Raises:
-        BadArgument: no NAO, no speed, or no such folder.
-        UnknownName: no such posture.
+        BadArgument: robot is no NAO with a fixed base, speed is not positive, or behaviors is no folder.
 
     Examples:
         >>> with nk.naoqi.VirtualNao(stepped=True) as nao:
@@ -108,7 +100,7 @@ class VirtualNao:
         self.monitor = Monitor()
         self.clock = Clock(speed)
         self.behaviors = None if behaviors is None else _folder(behaviors)
-        self.log = Log(self.clock, self.monitor, on_change)
+        self.log = EventLog(self.clock, self.monitor, on_change)
         q = self.robot.clamp(self.robot.posture(posture))
         self.joints = Joints(self.robot, q)
         self.base = Base(self.robot, q, posture)
@@ -128,11 +120,10 @@ class VirtualNao:
     # --- for scripts ----------------------------------------------------------------------------------------------
 
     def call(self, service: str, method: str, *arguments: Any) -> Any:
-        """Call a method and wait for its answer; with `stepped`, time runs until it is there.
+        """Call a method and wait for its answer; with `stepped`, time advances until it is there.
 
         Raises:
-            UnknownName: no such service.
-            NaoqiError: what NAOqi would answer in its place.
+            NaoqiError: the method refuses, as NAOqi's does.
 
         Examples:
             >>> with nk.naoqi.VirtualNao(stepped=True) as nao:
@@ -141,10 +132,10 @@ class VirtualNao:
         """
         call = self.post(service, method, *arguments)
         if self.stepped:
-            end = self.clock.now + _MOST_SECONDS
+            end = self.clock.now + _MAX_SECONDS
             while not call.done():
                 if self.clock.now > end:
-                    raise NaoqiError(service, method, f"no answer within {_MOST_SECONDS:g} s of robot time")
+                    raise NaoqiError(service, method, f"no answer within {_MAX_SECONDS:g} s of robot time")
                 self._tick()
         return call.result()
 
@@ -152,7 +143,6 @@ class VirtualNao:
         """Call a method without waiting for its answer.
 
         Raises:
-            UnknownName: no such service.
             NaoqiError: the method refuses at once.
 
         Examples:
@@ -172,10 +162,10 @@ class VirtualNao:
     # --- time -----------------------------------------------------------------------------------------------------
 
     def step(self, dt: float) -> None:
-        """Let some robot time pass; what is less than a tick of 10 ms counts with the next step.
+        """Advance robot time; the fraction of a tick of 10 ms counts with the next step.
 
         Raises:
-            BadArgument: time runs by itself, or no such time.
+            BadArgument: the virtual NAO was not made with stepped=True.
 
         Examples:
             >>> with nk.naoqi.VirtualNao(stepped=True) as nao:
@@ -190,7 +180,7 @@ class VirtualNao:
             self._tick()
 
     def after(self, seconds: float) -> Call:
-        """A call that ends after so much robot time; its `cancel` ends it at once. Only with the lock held."""
+        """Return a call that ends after so much robot time; its `cancel` ends it at once. Needs the lock."""
 
         def stop() -> None:
             timer.cancel()
@@ -202,7 +192,7 @@ class VirtualNao:
 
     @contextmanager
     def time_held(self) -> Iterator[None]:
-        """Hold robot time still, where it runs by itself; the wall-clock time that passes is not made up for.
+        """Stop robot time meanwhile, if it runs by itself; the elapsed wall-clock time is not caught up.
 
         Examples:
             >>> with nk.naoqi.VirtualNao(speed=100.0) as nao, nao.time_held():
@@ -221,16 +211,16 @@ class VirtualNao:
 
     def _tick(self) -> None:
         with self.monitor:
-            feet_kept = any(task.keeps_feet for task in self.tasks.running)
+            keeps_feet = any(task.keeps_feet for task in self.tasks.running)
             before = self.joints.q()
             for action in self.clock.tick():
                 try:
                     action()
-                except Exception as error:  # one broken effect must not stop the robot's time
+                except Exception as error:  # one broken action must not stop the robot's time
                     self.log.write(f"internal error: {error!r}")
             self.tasks.tick()
             if self.joints.advance():
-                self.base.update(self.joints.q(), None if feet_kept else before)
+                self.base.update(self.joints.q(), None if keeps_feet else before)
             self.tasks.start_waiting()
 
     def _run(self) -> None:
@@ -250,7 +240,7 @@ class VirtualNao:
     # --- state ----------------------------------------------------------------------------------------------------
 
     def state(self) -> State:
-        """Everything at one moment.
+        """Return the state at one moment.
 
         Examples:
             >>> with nk.naoqi.VirtualNao(stepped=True, posture="Stand") as nao:
@@ -270,7 +260,7 @@ class VirtualNao:
             )
 
     def torso_in_world(self, *, sensor: bool = True) -> Floats:
-        """T_world_torso for the sensors, or for the commands; shape (4, 4).
+        """T_world_torso for the measured or the commanded joint values, shape (4, 4).
 
         Examples:
             >>> with nk.naoqi.VirtualNao(stepped=True, posture="Stand") as nao:
@@ -280,25 +270,22 @@ class VirtualNao:
         with self.monitor:
             return np.array(self.base.torso(self.joints.q(sensor=flag(sensor, "sensor"))))
 
-    def start_task(self, task: Task) -> Call:
-        """Add a motion task; only with the lock held."""
+    def start_task(self, task: MotionTask) -> Call:
+        """Add a motion task. Needs the lock."""
         return self.tasks.add(task)
 
     def await_answer(self, call: Call) -> None:
-        """Have a call fail when the virtual NAO is closed before it is done."""
+        """Let a call fail if the virtual NAO is closed before it is done."""
         self._pending.add(call)
         call.add_done_callback(self._pending.discard)
 
     def announce(self, event: str, value: Any) -> None:
-        """Raise an event of the robot's own in ALMemory; only with the lock held."""
+        """Raise an event of the robot in ALMemory. Needs the lock."""
         memory = self.services["ALMemory"]
         memory._announce(event, value)  # type: ignore[attr-defined]
 
     def check_open(self) -> None:
-        """Refuse when closed.
-
-        Raises:
-            BadArgument: it is.
+        """Raise BadArgument if the virtual NAO is closed.
 
         Examples:
             >>> nao = nk.naoqi.VirtualNao(stepped=True)
@@ -314,13 +301,10 @@ class VirtualNao:
     # --- the end --------------------------------------------------------------------------------------------------
 
     def close(self) -> None:
-        """Stop time; whoever waits for an answer gets an error. Does nothing when closed.
+        """Stop time; pending calls get an error. Does nothing when closed.
 
         Examples:
-            >>> nao = nk.naoqi.VirtualNao(stepped=True)
-            >>> nao.close()
-            >>> nao.close() is None
-            True
+            >>> nk.naoqi.VirtualNao(stepped=True).close()
         """
         with self.monitor:
             if self._closed:
@@ -342,11 +326,7 @@ class VirtualNao:
 
 
 def _folder(behaviors: Path | str) -> Path:
-    try:
-        folder = Path(behaviors)
-        there = folder.is_dir()
-    except (TypeError, ValueError, OSError):
-        there = False
-    if not there:
-        raise BadArgument(f"behaviors must be a folder, got {quoted(str(behaviors))}")
-    return folder
+    with suppress(TypeError, ValueError, OSError):
+        if Path(behaviors).is_dir():
+            return Path(behaviors)
+    raise BadArgument(f"behaviors must be a folder, got {quoted(str(behaviors))}")

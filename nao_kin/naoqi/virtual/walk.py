@@ -1,4 +1,4 @@
-"""ALMotion's locomotion: where a walk goes next, the motion task of the walk, and the methods."""
+"""ALMotion's locomotion: the plans of a walk, its motion task, and the methods."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from nao_kin.errors import BadArgument
 from nao_kin.naoqi.names import joint_names
 from nao_kin.naoqi.spaces import position6d, robot_frame
 from nao_kin.naoqi.virtual import arguments
-from nao_kin.naoqi.virtual.engine import TICK, Call, Task
-from nao_kin.naoqi.virtual.service import Service, formerly
+from nao_kin.naoqi.virtual.engine import TICK, Call, MotionTask
+from nao_kin.naoqi.virtual.service import Service, former_names
 from nao_kin.naoqi.virtual.steps import (
+    Footstep,
     Gait,
-    Step,
     between,
     body_beside,
     bounded,
@@ -35,26 +35,26 @@ from nao_kin.naoqi.virtual.steps import (
     seen_from,
     stands_beside,
     step_motion,
-    turned_by,
+    wrapped,
 )
 
 if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
 
 
-# --- Where a walk goes next: to targets, at a velocity, or by given footsteps.
+# --- The plans of a walk: to targets, at a velocity, or by given footsteps.
 
 _THERE = 1e-9
 
 
 @dataclass(eq=False)
 class Walker:
-    """Where a walking robot is; poses on the floor, shape (3,).
+    """The state of a walking robot; poses on the floor, shape (3,).
 
     Attributes:
         feet: by "L" and "R".
-        body: the pose that the next step starts from.
-        side: the foot that moves next; None where any may.
+        body: the pose at the start of the next step.
+        side: the foot that moves next; None for either.
     """
 
     feet: dict[str, Floats]
@@ -62,33 +62,27 @@ class Walker:
     side: str | None = None
 
 
-class Plan(ABC):
-    """What steps a walk makes.
-
-    Attributes:
-        arrived: whether it was walked to its end; None where it has none.
-    """
+class WalkPlan(ABC):
+    """The plan of a walk, step by step; `arrived` says whether it was completed, None for a plan without a goal."""
 
     arrived: bool | None = None
 
     def begin(self, body: Floats) -> None:  # noqa: B027
-        """The walk begins, or takes this plan over; FRAME_ROBOT is there on the floor."""
+        """Begin the walk, or take it over, with FRAME_ROBOT at this pose on the floor."""
 
     @abstractmethod
-    def step(self, walker: Walker) -> Step | None:
-        """The next step, after which `walker.body` and `walker.side` are those of the step after; None at the end."""
+    def step(self, walker: Walker) -> Footstep | None:
+        """Return the next step, and set `walker.body` and `walker.side` for the step after it; None at the end."""
 
     @abstractmethod
     def stop(self) -> None:
         """Put the feet side by side, and end."""
 
 
-class ToTargets(Plan):
-    """Walk to poses one after the other, straight and turning evenly, and stand there with the feet side by side.
+class ToTargets(WalkPlan):
+    """Walk to poses one after the other, straight and turning evenly, and end with the feet side by side.
 
-    Args:
-        targets: poses of shape (3,), the first relative to FRAME_ROBOT at the beginning, each other to the one before.
-        gait: of the steps.
+    The first target, shape (3,), is relative to FRAME_ROBOT at the beginning, each other to the one before.
     """
 
     def __init__(self, targets: Sequence[Floats], gait: Gait) -> None:
@@ -97,10 +91,10 @@ class ToTargets(Plan):
         self.arrived = False if targets else None
 
     def begin(self, body: Floats) -> None:
-        """Take the targets into the world."""
+        """Transform the targets into the world."""
         self._targets = list(accumulate(self._targets, composed, initial=np.array(body)))[1:]
 
-    def step(self, walker: Walker) -> Step | None:
+    def step(self, walker: Walker) -> Footstep | None:
         """A step towards the first target that is not reached."""
         while self._targets and np.abs(seen_from(walker.body, self._targets[0])).max() < _THERE:
             walker.body = self._targets.pop(0)
@@ -116,14 +110,10 @@ class ToTargets(Plan):
         self._targets = []
 
 
-class AtVelocity(Plan):
-    """Walk at a velocity until it is stopped.
+class AtVelocity(WalkPlan):
+    """Walk at a velocity of the body in its own frame, shape (3,) [m/s, m/s, rad/s], until stopped.
 
-    Feet step outwards only: of sideways and turning motion, every second step makes up for the one before.
-
-    Args:
-        velocity: of the body in its own frame, shape (3,) [m/s, m/s, rad/s].
-        gait: of the steps.
+    Feet step outwards only: sideways and turning, every second step compensates for the one before.
     """
 
     def __init__(self, velocity: Floats, gait: Gait) -> None:
@@ -131,55 +121,49 @@ class AtVelocity(Plan):
         self._stopped = not self._velocity.any()
 
     def begin(self, body: Floats) -> None:
-        """Begin to count where the body should be."""
-        self._wanted = np.array(body)
+        """Start the body's target at its pose."""
+        self._target = np.array(body)
 
-    def step(self, walker: Walker) -> Step | None:
-        """A step as far as the body should be after it."""
+    def step(self, walker: Walker) -> Footstep | None:
+        """A step towards the body's target at the end of the step."""
         if self._stopped:
             return None if stands_beside(walker.feet, walker.body) else _step_to(walker, walker.body, self._gait)
         advance = self._velocity * self._gait.of(walker.side or first_side(self._velocity)).period
-        # What could not be made in the last two steps is given up, so that it does not add up.
-        late = seen_from(walker.body, self._wanted)
-        self._wanted = composed(walker.body, np.clip(late, -np.abs(advance), np.abs(advance)))
-        self._wanted = composed(self._wanted, advance)
-        return _step_to(walker, self._wanted, self._gait)
+        # A delay of more than one step is dropped, so that it does not accumulate.
+        late = np.clip(seen_from(walker.body, self._target), -np.abs(advance), np.abs(advance))
+        self._target = composed(composed(walker.body, late), advance)
+        return _step_to(walker, self._target, self._gait)
 
     def stop(self) -> None:
-        """No further than now."""
+        """Go no further."""
         self._stopped = True
 
 
-class ByFootsteps(Plan):
+class ByFootsteps(WalkPlan):
     """Make given steps, and stay as the feet then are.
 
-    Args:
-        steps: of each its side, the pose of the foot relative to the other one, shape (3,), and how long it takes [s].
-        gait: what steps may be, and how high they are.
-
-    Attributes:
-        steps: those that are left.
+    `steps` are the remaining ones: side, pose of the foot relative to the other one, shape (3,), and duration [s].
     """
 
     def __init__(self, steps: Sequence[tuple[str, Floats, float]], gait: Gait) -> None:
         self.steps, self._gait = list(steps), gait
 
-    def step(self, walker: Walker) -> Step | None:
-        """The next of them."""
+    def step(self, walker: Walker) -> Footstep | None:
+        """The next given step, inside the limits of the gait."""
         if not self.steps:
             return None
         side, wanted, period = self.steps.pop(0)
         gait, support = self._gait.of(side), walker.feet[other(side)]
         end = composed(support, bounded(wanted, side, gait))
         walker.body, walker.side = body_beside(end, side), other(side)
-        return Step(side, support.copy(), walker.feet[side].copy(), end, gait.step_height, max(period, gait.period))
+        return Footstep(side, support.copy(), walker.feet[side].copy(), end, gait.step_height, max(period, gait.period))
 
     def stop(self) -> None:
         """Make no more steps."""
         self.steps = []
 
 
-def _step_to(walker: Walker, goal: Floats, gait: Gait) -> Step:
+def _step_to(walker: Walker, goal: Floats, gait: Gait) -> Footstep:
     side = walker.side or first_side(seen_from(walker.body, goal))
     step, walker.body = next_step(walker.feet, side, walker.body, goal, gait)
     walker.side = other(side)
@@ -192,34 +176,25 @@ _FEET = {"L": "LLeg", "R": "RLeg"}
 _PLACE = [0, 1, 5]
 
 
-class Walk(Task):
-    """A kinematic walk: step after step, the standing foot fixed, the other one lifted, the torso between the feet.
+class Walk(MotionTask):
+    """A kinematic walk: step after step, one foot stands, the other is lifted, the torso is between the feet.
 
-    Nothing balances: the centre of mass does not go over the standing foot, as a real robot's does. Before the first
-    step the torso is brought over the feet where they stand.
-
-    Args:
-        name: NAOqi's method.
-        nao: the virtual NAO.
-        plan: where to.
+    It has no balance: the centre of mass does not move over the standing foot, as a real robot's does. Before the first
+    step the torso is brought over the feet.
     """
 
-    def __init__(self, name: str, nao: VirtualNao, plan: Plan) -> None:
+    def __init__(self, name: str, nao: VirtualNao, plan: WalkPlan) -> None:
         super().__init__(name, joint_names(nao.robot, "Legs"))
         self.plan = self._first = plan
         self._limp = False
         self._motion: Floats = np.empty((0, nao.robot.nq))
         self._at = 0
         self.over = False
-        self.step: Step | None = None
+        self.step: Footstep | None = None
         self.walker: Walker | None = None
 
     def start(self, nao: VirtualNao, time: float) -> None:
-        """Bring the torso over the feet.
-
-        Raises:
-            BadArgument: the robot does not stand on its feet, or so that it cannot walk.
-        """
+        """Bring the torso over the feet, or refuse a robot that cannot walk from its posture."""
         nao.base.check_stands()
         self._columns = nao.joints.columns(joint_names(nao.robot, "Legs"))
         nao.joints.note_limp(self._columns, self.notes)
@@ -236,15 +211,15 @@ class Walk(Task):
         nao.joints.set(self._columns, nao.robot.to_body(q)[self._columns], self.notes)
         return self._at == len(self._motion) and not self._next(nao, q)
 
-    def take_over(self, nao: VirtualNao, plan: Plan) -> Call:
-        """Go on with another plan after this step; the call ends with the walk."""
+    def take_over(self, nao: VirtualNao, plan: WalkPlan) -> Call:
+        """Continue with another plan after this step; the call ends with the walk."""
         self.plan = plan
         if self.started is not None:
             plan.begin(self.walker.body if self.walker else body_of(nao, nao.joints.q(sensor=False)))
         return self.follow(lambda: self._answer(plan))
 
     def follow(self, answer: Callable[[], object] = lambda: None) -> Call:
-        """Return a call that ends with the walk, with an answer of that moment; its `cancel` stops the walk."""
+        """Return a call that ends with the walk and takes its answer then; its `cancel` stops the walk."""
 
         def end(walk: Future[Any]) -> None:
             error = walk.exception()
@@ -258,7 +233,7 @@ class Walk(Task):
         return call
 
     def _next(self, nao: VirtualNao, q: Floats) -> bool:
-        """Plan a step from a configuration; whether there is one."""
+        """Plan a step from a configuration; return whether there is one."""
         feet = feet_of(nao, q)
         if self.walker is None:
             self.walker = Walker(feet, body_of(nao, q))
@@ -277,18 +252,18 @@ class Walk(Task):
         self._limp = self.started is not None and bool((nao.joints.stiffness[self._columns] == 0.0).any())
         self.value = self._answer(self._first)
 
-    def _answer(self, plan: Plan) -> bool | None:
-        """What the call that gave a plan answers: whether the robot is where it was to go."""
+    def _answer(self, plan: WalkPlan) -> bool | None:
+        """The answer of the call that gave a plan: whether the robot reached its goal."""
         return None if plan.arrived is None else plan.arrived and not self._limp
 
     @property
     def step_time(self) -> float:
-        """How long the step that is made takes [s]."""
+        """The duration of the current step [s]."""
         return len(self._motion) * TICK
 
 
 def feet_of(nao: VirtualNao, q: Floats) -> dict[str, Floats]:
-    """Where the feet are on the floor, by "L" and "R", shape (3,)."""
+    """The poses of the feet on the floor, by "L" and "R", shape (3,)."""
     T_world_feet = nao.base.torso(q) @ nao.robot.fk(q, list(_FEET.values()))
     return dict(zip(_FEET, position6d(T_world_feet)[:, _PLACE], strict=True))
 
@@ -301,13 +276,13 @@ def body_of(nao: VirtualNao, q: Floats) -> Floats:
 # --- The methods.
 
 _ARMS = ("LArm", "RArm")
-# The distance between the feet side by side, which MaxStepY is counted from [m].
+# The distance between the feet side by side, from which MaxStepY counts [m].
 _STANCE = 0.1
-# How far a target may be [m], and how long a step may take [s].
+# The largest distance of a target [m], and the longest time of a step [s].
 _FARTHEST, _LONGEST_STEP = 1000.0, 60.0
 
 
-@formerly(
+@former_names(
     walkInit="moveInit",
     walkTo="moveTo",
     stopWalk="stopMove",
@@ -323,20 +298,20 @@ class Locomotion(Service):
     between them, and the legs follow by their closed form. There is no balance and no sway, and the arms do not swing.
 
     - Steps are those of the move configuration, [[name, value], …] of getMoveConfig: MaxStepX, MaxStepY, MaxStepTheta,
-      MaxStepFrequency and StepHeight; with "Left" or "Right" before the name of one foot. TorsoWx and TorsoWy are kept
-      and not walked with. A step lasts 0.42 s at frequency 1 and 0.6 s at 0, and longer where joints would be too fast.
-    - Feet step outwards: of sideways and turning motion every second step only closes up, as the one motor of both
-      hips and the feet themselves demand.
+      MaxStepFrequency and StepHeight; for one foot with "Left" or "Right" before the name. TorsoWx and TorsoWy are
+      stored without effect. A step lasts 0.42 s at frequency 1 and 0.6 s at 0, and longer if joints would be too fast.
+    - Feet step outwards: sideways and turning, every second step only closes the feet, as the one motor of both hips
+      and the feet themselves demand.
     - A path is straight, turning evenly. The robot ends with its feet side by side, FRAME_ROBOT at the target.
-    - A walk that is under way takes a new command over after the step it makes; whoever waits for the first one waits
-      until the robot stands.
+    - A new command takes a running walk over after its current step; calls that wait for the first command wait until
+      the robot stands.
     """
 
     _walk: Walk | None = None
     _arms = (True, True)
 
     def kernels_for(self, name: str, given: tuple[Any, ...]) -> frozenset[str]:
-        """Both legs follow the walk."""
+        """Walking needs the kernel of both legs."""
         walks = name.startswith(("move", "walk", "setFootSteps", "setWalkTarget")) and not name.endswith("Active")
         return super().kernels_for(name, given) | (frozenset({"both legs"}) if walks else frozenset())
 
@@ -347,17 +322,11 @@ class Locomotion(Service):
         return self._start("moveInit", ToTargets([], Gait()))
 
     def moveTo(self, x: Any, y: Any = None, theta: Any = None, moveConfig: Any = None) -> Call:
-        """Walk to a pose relative to where the robot is; returns when it stands.
+        """Walk to a pose relative to the robot; returns when it stands.
 
-        True where it arrived; False where the walk was stopped or killed, another command took it over, or a leg has no
-        stiffness.
-
-        Args:
-            x: forwards [m]; or a list of poses [x, y, theta], each relative to the one before, as Aldebaran's tutorial
-                of Dubins curves has them.
-            y: to the left [m]; after a list of poses, the move configuration.
-            theta: to the left, along the shorter arc [rad].
-            moveConfig: the move configuration.
+        x is forwards, y to the left [m], theta to the left along the shorter arc [rad]; or x is a list of poses
+        [x, y, theta], each relative to the one before, as in Aldebaran's tutorial of Dubins curves, and y the move
+        configuration. The answer is False if the walk was stopped, killed or taken over, or if a leg has no stiffness.
         """
         if arguments.is_list(x):
             targets, config = _poses(x), y
@@ -370,34 +339,23 @@ class Locomotion(Service):
         return self._start("moveTo", ToTargets(targets, gait_of(config)))
 
     def move(self, x: Any, y: Any, theta: Any, moveConfig: Any = None) -> None:
-        """Walk at a velocity until it is changed or stopped; returns at once.
-
-        Args:
-            x: forwards [m/s].
-            y: to the left [m/s].
-            theta: to the left [rad/s].
-            moveConfig: the move configuration.
-        """
+        """Walk at a velocity, forwards and to the left, until changed or stopped; returns at once [m/s, rad/s]."""
         self._start("move", AtVelocity(_motion(x, y, theta), gait_of(moveConfig)))
 
     def moveToward(self, x: Any, y: Any, theta: Any, moveConfig: Any = None) -> None:
-        """Walk at a share of the largest velocity; returns at once.
+        """Walk at a share of the largest velocity, from -1 (backwards, right) to 1 (forwards, left); returns at once.
 
-        Args:
-            x: from -1, backwards, to 1, forwards.
-            y: from -1, to the right, to 1.
-            theta: from -1, to the right, to 1.
-            moveConfig: the move configuration, in which the frequency may be called "Frequency".
+        In the move configuration, the frequency may be called "Frequency".
         """
         shares, gait = _motion(x, y, theta, _share), gait_of(moveConfig)
         foot = gait.left
-        # Of sideways and turning motion a pair of steps makes one.
+        # Sideways and turning, every second step only closes the feet.
         reach = np.array([foot.max_step_x, 0.5 * (foot.max_step_y - _STANCE), 0.5 * foot.max_step_theta])
         self._start("move", AtVelocity(shares * reach / foot.period, gait))
 
     def stopMove(self) -> Call | bool:
         """Put the feet side by side; returns True when the robot stands."""
-        walk = self._under_way()
+        walk = self._current()
         if walk is None:
             return True
         walk.plan.stop()
@@ -405,29 +363,27 @@ class Locomotion(Service):
 
     def killMove(self) -> None:
         """End the walk at once, in the middle of a step."""
-        walk = self._under_way()
+        walk = self._current()
         if walk is not None:
             self.nao.tasks.kill(walk.id)
 
     def waitUntilMoveIsFinished(self) -> Call | None:
         """Wait until the robot stands."""
-        walk = self._under_way()
+        walk = self._current()
         return None if walk is None else walk.follow()
 
     def moveIsActive(self) -> bool:
         """Whether the robot walks."""
-        return self._under_way() is not None
+        return self._current() is not None
 
     # --- footsteps ------------------------------------------------------------------------------------------------
 
     def setFootSteps(self, legName: Any, footSteps: Any, timeList: Any, clearExisting: Any) -> None:
         """Make given steps, and stay as the feet then are; returns at once.
 
-        Args:
-            legName: "LLeg" or "RLeg" of each step.
-            footSteps: of each, [x, y, theta] of the foot relative to the other one; brought into what a foot can do.
-            timeList: when each step is over, from the first one's beginning [s].
-            clearExisting: True to forget the steps that are not begun.
+        legName is "LLeg" or "RLeg" of each step, footSteps the pose [x, y, theta] of the foot relative to the other
+        one, clipped to what a foot can do, timeList when each step ends, from the beginning of the first [s].
+        clearExisting discards the steps that have not begun.
         """
         legs, poses = _legs(legName), _poses(footSteps)
         times = as_floats(timeList, (), "timeList")
@@ -440,13 +396,9 @@ class Locomotion(Service):
         self._make_steps("setFootSteps", legs, poses, durations, clearExisting)
 
     def setFootStepsWithSpeed(self, legName: Any, footSteps: Any, fractionMaxSpeed: Any, clearExisting: Any) -> Call:
-        """Make given steps, each at a fraction of the highest frequency; returns when they are made.
+        """Make given steps, each at a fraction of the highest frequency, above 0; returns when they are made.
 
-        Args:
-            legName: "LLeg" or "RLeg" of each step.
-            footSteps: as for setFootSteps.
-            fractionMaxSpeed: of each step, above 0, at most 1.
-            clearExisting: True to forget the steps that are not begun.
+        Else as setFootSteps.
         """
         legs, poses = _legs(legName), _poses(footSteps)
         shares = arguments.one_each(fractionMaxSpeed, legs, "fractionMaxSpeed")
@@ -458,44 +410,36 @@ class Locomotion(Service):
         return self._make_steps("setFootStepsWithSpeed", legs, poses, durations, clearExisting)
 
     def getFootSteps(self) -> list[list[Any]]:
-        """Where the feet are in the world, the step that is made, and those that come after it.
+        """The feet in the world, the current step, and the steps after it.
 
         A step is [leg, duration, [x, y, theta] of the foot relative to the other one] [s, m, rad]. Only setFootSteps
         and setFootStepsWithSpeed know more than one step ahead.
         """
-        feet, walk = feet_of(self.nao, self.nao.joints.q()), self._under_way()
-        made, coming = [], []
-        if walk is not None and walk.step is not None:
-            made = [(walk.step.side, seen_from(walk.step.support, walk.step.end), walk.step_time)]
-        if walk is not None and isinstance(walk.plan, ByFootsteps):
-            coming = walk.plan.steps
-        lists = [[[_FEET[side], float(time), pose.tolist()] for side, pose, time in steps] for steps in (made, coming)]
+        feet, walk = feet_of(self.nao, self.nao.joints.q()), self._current()
+        step, duration = self._current_step()
+        current = [] if step is None else [(step.side, seen_from(step.support, step.end), duration)]
+        coming = walk.plan.steps if walk is not None and isinstance(walk.plan, ByFootsteps) else []
+        lists = [[[_FEET[s], float(time), pose.tolist()] for s, pose, time in steps] for steps in (current, coming)]
         return [[feet["L"].tolist(), feet["R"].tolist()], *lists]
 
     # --- where the robot is ---------------------------------------------------------------------------------------
 
     def getRobotPosition(self, useSensors: Any) -> list[float]:
-        """FRAME_ROBOT in FRAME_WORLD: [x, y, theta] [m, rad].
-
-        Args:
-            useSensors: True for where the joints are, False for what they are commanded.
-        """
+        """FRAME_ROBOT in FRAME_WORLD, as the sensors or the commands have it: [x, y, theta] [m, rad]."""
         return _pose(body_of(self.nao, self.nao.joints.q(sensor=arguments.flag(useSensors, "useSensors"))))
 
     def getNextRobotPosition(self) -> list[float]:
-        """Where FRAME_ROBOT will be after the step that is made."""
-        walk = self._under_way()
-        if walk is None or walk.step is None:
-            return _pose(body_of(self.nao, self.nao.joints.q(sensor=False)))
-        return _pose(between(walk.step.support, walk.step.end))
+        """FRAME_ROBOT in FRAME_WORLD after the current step."""
+        step, _ = self._current_step()
+        return self.getRobotPosition(False) if step is None else _pose(between(step.support, step.end))
 
     def getRobotVelocity(self) -> list[float]:
-        """Velocity of FRAME_ROBOT in its own axes, the mean of the step that is made: [vx, vy, vtheta] [m/s, rad/s]."""
-        walk = self._under_way()
-        if walk is None or walk.step is None:
+        """Mean velocity of FRAME_ROBOT in its own axes during the current step: [vx, vy, vtheta] [m/s, rad/s]."""
+        step, duration = self._current_step()
+        if step is None:
             return [0.0, 0.0, 0.0]
-        before, after = (between(walk.step.support, foot) for foot in (walk.step.start, walk.step.end))
-        return [float(value) for value in seen_from(before, after) / walk.step_time]
+        before, after = (between(step.support, foot) for foot in (step.start, step.end))
+        return [float(value) for value in seen_from(before, after) / duration]
 
     def getMoveConfig(self, config: Any) -> list[list[Any]]:
         """The move configuration: "Default", "Min" or "Max"."""
@@ -504,12 +448,12 @@ class Locomotion(Service):
     # --- arms -----------------------------------------------------------------------------------------------------
 
     def setMoveArmsEnabled(self, leftArmEnabled: Any, rightArmEnabled: Any) -> None:
-        """Kept; the arms do not swing here."""
+        """Stored; the arms do not swing here."""
         left = arguments.flag(leftArmEnabled, "leftArmEnabled")
         self._arms = left, arguments.flag(rightArmEnabled, "rightArmEnabled")
 
     def getMoveArmsEnabled(self, chainName: Any) -> bool:
-        """As it was set, of "LArm", "RArm", or both for "Arms"; at first True."""
+        """The stored value of "LArm" or "RArm", or whether both are enabled for "Arms"; initially True."""
         arm = arguments.choice(chainName, "chain", (*_ARMS, "Arms"))
         return all(self._arms) if arm == "Arms" else self._arms[_ARMS.index(arm)]
 
@@ -521,17 +465,22 @@ class Locomotion(Service):
         self.moveToward(x, y, theta, [*(moveConfig or []), ["MaxStepFrequency", share]])
 
     def getWalkArmsEnabled(self) -> list[bool]:
-        """Of the left and of the right arm."""
+        """The stored values of the left and of the right arm."""
         return list(self._arms)
 
     # --- inside ---------------------------------------------------------------------------------------------------
 
-    def _under_way(self) -> Walk | None:
+    def _current(self) -> Walk | None:
         return None if self._walk is None or self._walk.call.done() or self._walk.over else self._walk
 
-    def _start(self, name: str, plan: Plan) -> Call:
-        """Walk by a plan, or have the walk that is under way take it over."""
-        walk = self._under_way()
+    def _current_step(self) -> tuple[Footstep | None, float]:
+        """The current step, None without one, and its duration [s]."""
+        walk = self._current()
+        return (None, 0.0) if walk is None else (walk.step, walk.step_time)
+
+    def _start(self, name: str, plan: WalkPlan) -> Call:
+        """Walk by a plan, or have the current walk take it over."""
+        walk = self._current()
         if walk is not None:
             return walk.take_over(self.nao, plan)
         self.nao.base.check_stands()
@@ -545,7 +494,7 @@ class Locomotion(Service):
         if max(durations) > _LONGEST_STEP:
             raise BadArgument(f"a step must take at most {_LONGEST_STEP:g} s, got {max(durations):g} s")
         plan = ByFootsteps(list(zip((leg[0] for leg in legs), poses, durations.tolist(), strict=True)), Gait())
-        walk = self._under_way()
+        walk = self._current()
         if walk is not None and isinstance(walk.plan, ByFootsteps):
             walk.plan.steps = [*([] if clears else walk.plan.steps), *plan.steps]
             return walk.follow()
@@ -565,7 +514,7 @@ def _share(value: Any, what: str) -> float:
 
 
 def _poses(value: Any) -> list[Floats]:
-    """Poses [x, y, theta], of which there is one at least."""
+    """A list of poses [x, y, theta], at least one."""
     found = as_floats(list(value) if isinstance(value, (list, tuple)) else value, (3,), "poses [x, y, theta]")
     if found.ndim != 2 or not len(found):
         raise BadArgument(f"expected a list of poses [x, y, theta], got {quoted(value, 60)}")
@@ -580,4 +529,4 @@ def _legs(value: Any) -> tuple[str, ...]:
 
 
 def _pose(place: Floats) -> list[float]:
-    return [float(place[0]), float(place[1]), turned_by(float(place[2]))]
+    return [float(place[0]), float(place[1]), wrapped(float(place[2]))]

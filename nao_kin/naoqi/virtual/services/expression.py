@@ -1,4 +1,4 @@
-"""What the robot shows and says: ALLeds and ALTextToSpeech."""
+"""ALLeds and ALTextToSpeech."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.scripts import spoken_words
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import Call, Timer
-from nao_kin.naoqi.virtual.service import Kept, Service, keeps
+from nao_kin.naoqi.virtual.service import Service, Setting, settings
 
 if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
@@ -32,7 +32,7 @@ LEFT_EAR = tuple(f"LeftEarLed{number}" for number in range(1, 11))
 RIGHT_EAR = tuple(f"RightEarLed{number}" for number in range(1, 11))
 BRAIN = tuple(f"Brain{number}" for number in range(12))
 CHEST, FEET = "ChestLeds", ("LeftFootLeds", "RightFootLeds")
-# Those that have one colour only: blue in the ears, white on the head.
+# LEDs with one colour only: blue in the ears, white on the head.
 BLUE, WHITE = frozenset({*LEFT_EAR, *RIGHT_EAR}), frozenset(BRAIN)
 ALL = (*LEFT_EYE, *RIGHT_EYE, *LEFT_EAR, *RIGHT_EAR, *BRAIN, CHEST, *FEET)
 
@@ -47,7 +47,7 @@ Part = tuple[str, int | None]
 
 
 def groups() -> dict[str, tuple[Part, ...]]:
-    """Every group of NAOqi's, and every other name of a LED, with what it stands for."""
+    """NAOqi's groups and second names of LEDs, with their LEDs."""
     eyes, ears = LEFT_EYE + RIGHT_EYE, LEFT_EAR + RIGHT_EAR
     found: dict[str, tuple[str, ...]] = {
         "FaceLeds": eyes,
@@ -60,7 +60,7 @@ def groups() -> dict[str, tuple[Part, ...]]:
         "FeetLeds": FEET,
         "AllLeds": ALL,
     }
-    # The eyes' LEDs in pairs, and by their other names, which count the other way round in the right eye.
+    # The eyes' LEDs in pairs, and by their second names, which count backwards in the right eye.
     for number, (left, right) in enumerate(zip(LEFT_EYE, RIGHT_EYE, strict=True)):
         found |= {f"FaceLed{number}": (left, right), f"LeftFaceLed{number + 1}": (left,)}
         found[f"RightFaceLed{8 - number}"] = (right,)
@@ -68,7 +68,7 @@ def groups() -> dict[str, tuple[Part, ...]]:
 
 
 def actuators() -> dict[str, Part]:
-    """The names that the actuators have in ALMemory and the DCM, without their prefix and "/Actuator/Value"."""
+    """The LEDs by their actuators' names in ALMemory and the DCM, without prefix and "/Actuator/Value"."""
     found: dict[str, Part] = {}
     for channel, colour in enumerate(CHANNELS):
         for number in range(8):
@@ -95,27 +95,23 @@ _NAMES = ("black", "blue", "green", "cyan", "red", "magenta", "yellow", "white")
 # Red, green and blue of each: the binary numbers from 000 to 111.
 _NAMED: dict[str, Colour] = dict(zip(_NAMES, itertools.product(_OFF_ON, _OFF_ON, _OFF_ON), strict=True))
 _STEPS_PER_SECOND = 20
-_MOST_FRAMES = 10_000
+_MAX_FRAMES = 10_000
 
 
 class ALLeds(Service):
-    """The LEDs, each with a colour that state and watchers see (`Change` of kind "leds": name → r, g, b from 0 to 1).
+    """The LEDs, with their colours for the state and the watcher (`Change` of kind "leds": name → r, g, b, 0 to 1).
 
     Groups: AllLeds, FaceLeds, LeftFaceLeds, RightFaceLeds, EarLeds, LeftEarLeds, RightEarLeds, BrainLeds, ChestLeds,
-    FeetLeds, LeftFootLeds, RightFootLeds, FaceLed0 to FaceLed7 for one of each eye, and every LED by itself; each also
-    with Red, Green or Blue behind it for one channel, as in FaceLedsRed; and the names that actuators have in ALMemory,
-    as in Face/Led/Red/Left/0Deg/Actuator/Value. The ears have blue alone, and the head has white: they take the
-    brightest channel.
+    FeetLeds, LeftFootLeds, RightFootLeds, FaceLed0 to FaceLed7 for one of each eye, and every single LED; each also
+    with Red, Green or Blue at the end for one channel, as in FaceLedsRed; and the actuators' names in ALMemory, as in
+    Face/Led/Red/Left/0Deg/Actuator/Value. The ears are only blue and the head only white: they show the brightest
+    channel.
 
-    A LED does what it was told last: a call that comes later takes its LEDs from a fade or an effect that is under way,
-    which goes on with the others and takes its time.
-
-    Attributes:
-        colours: name of each LED → r, g, b.
+    The last call for a LED counts: it takes the LED from a running fade or effect, which continues with the others.
+    `colours` has the r, g, b of each LED.
     """
 
     name = "ALLeds"
-    absent = ("reset", "earLedsSetAngle", "setAngle", "removeGroup")
 
     def __init__(self, nao: VirtualNao) -> None:
         super().__init__(nao)
@@ -123,7 +119,7 @@ class ALLeds(Service):
         self._actuators = actuators()
         self.colours: dict[str, Colour] = dict.fromkeys(ALL, (1.0, 1.0, 1.0)) | dict.fromkeys(BLUE, (0.0, 0.0, 1.0))
         self._own_groups: set[str] = set()
-        # What each LED was last given to; an effect that began before leaves it alone.
+        # The last call for each LED; earlier effects no longer change it.
         self._owners: dict[str, object] = {}
 
     # --- groups ---------------------------------------------------------------------------------------------------
@@ -153,7 +149,7 @@ class ALLeds(Service):
     # --- light ----------------------------------------------------------------------------------------------------
 
     def on(self, name: Any) -> None:
-        """Light a LED or group fully, in the colour that it has or in white."""
+        """Light a LED or group fully, in white or its only colour."""
         self._fade(self._parts(name), (1.0, 1.0, 1.0))
 
     def off(self, name: Any) -> None:
@@ -161,7 +157,7 @@ class ALLeds(Service):
         self._fade(self._parts(name), (0.0, 0.0, 0.0))
 
     def setIntensity(self, name: Any, intensity: Any) -> None:
-        """Set the brightness of a LED or group, from 0 to 1: white, or the channel that its name ends in."""
+        """Set the brightness of a LED or group, from 0 to 1: white, or the channel at the end of its name."""
         value = arguments.fraction(intensity, "intensity")
         self._fade(self._parts(name), (value, value, value))
 
@@ -170,35 +166,26 @@ class ALLeds(Service):
         return list(self.colours[self._parts(name)[0][0]])
 
     def fade(self, name: Any, intensity: Any, duration: Any) -> Call:
-        """Bring a LED or group to a brightness over some seconds; returns at the end."""
+        """Fade a LED or group to a brightness in some seconds; returns at the end."""
         parts, value = self._parts(name), arguments.fraction(intensity, "intensity")
         seconds = arguments.duration(duration, "duration", zero=True)
         return self._fade(parts, (value, value, value), seconds)
 
     def fadeRGB(self, name: Any, *colour: Any) -> Call:
-        """Bring a LED or group to a colour over some seconds; returns at the end.
+        """Fade a LED or group to a colour in some seconds; returns at the end.
 
-        Args:
-            name: LED or group.
-            colour: 0x00RRGGBB and seconds; or the colour's name and seconds; or red, green, blue from 0 to 1 and
-                seconds.
+        The colour is 0x00RRGGBB, a name, or three numbers from 0 to 1; the seconds follow.
         """
         parts = self._parts(name)
-        if len(colour) == 4:
-            r, g, b = (
-                arguments.fraction(value, what) for value, what in zip(colour, ("red", "green", "blue"), strict=False)
-            )
-        elif len(colour) == 2:
-            r, g, b = _colour(colour[0])
-        else:
-            raise BadArgument(
-                f"takes name, rgb, seconds or name, red, green, blue, seconds, got {len(colour) + 1} arguments"
-            )
-        seconds = arguments.duration(colour[-1], "duration", zero=True)
-        return self._fade(parts, (r, g, b), seconds)
+        if len(colour) not in (2, 4):
+            count = len(colour) + 1
+            raise BadArgument(f"takes name, rgb, seconds or name, red, green, blue, seconds, got {count} arguments")
+        channels = zip(colour, ("red", "green", "blue"), strict=False)
+        r, g, b = _colour(colour[0]) if len(colour) == 2 else [arguments.fraction(*channel) for channel in channels]
+        return self._fade(parts, (r, g, b), arguments.duration(colour[-1], "duration", zero=True))
 
     def fadeListRGB(self, name: Any, rgbList: Any, timeList: Any) -> Call:
-        """Bring a LED or group through colours at times from now; returns at the end."""
+        """Fade a LED or group through colours at times from now; returns at the end."""
         parts = self._parts(name)
         if not isinstance(rgbList, (list, tuple)) or not rgbList:
             raise BadArgument("rgbList must be a list of colours")
@@ -211,25 +198,25 @@ class ALLeds(Service):
         return self._play(frames)
 
     def rasta(self, duration: Any) -> Call:
-        """Green, yellow and red in the eyes for some seconds; returns at the end."""
+        """Show green, yellow and red in the eyes for some seconds; returns at the end."""
         return self._cycle(("green", "yellow", "red"), duration)
 
     def randomEyes(self, duration: Any) -> Call:
-        """Changing colours in the eyes for some seconds, always the same ones; returns at the end."""
+        """Show a fixed sequence of colours in the eyes for some seconds; returns at the end."""
         return self._cycle(("cyan", "magenta", "yellow", "blue", "green", "red"), duration)
 
     def rotateEyes(self, rgb: Any, timeForRotation: Any, totalDuration: Any) -> Call:
-        """One lit LED running round each eye for some seconds; returns at the end."""
+        """Rotate one lit LED in each eye for some seconds; returns at the end."""
         colour = _colour(rgb)
         turn = arguments.duration(timeForRotation, "timeForRotation")
         total = arguments.duration(totalDuration, "totalDuration", zero=True)
-        count = min(math.ceil(total / turn * 8), _MOST_FRAMES)
+        count = min(math.ceil(total / turn * 8), _MAX_FRAMES)
         return self._eyes(lambda i, led: colour if led == i % 8 else (0.0, 0.0, 0.0), count, turn / 8, total)
 
     # --- inside ---------------------------------------------------------------------------------------------------
 
     def _parts(self, name: Any) -> tuple[Part, ...]:
-        """The LEDs of a name, each with the channel that it means."""
+        """The LEDs of a name, each with its channel."""
         wanted = arguments.text(name, "name")
         actuator = self._actuators.get(wanted.removeprefix(_PREFIX).removesuffix(_SUFFIX))
         if actuator is not None:
@@ -241,7 +228,7 @@ class ALLeds(Service):
         raise UnknownName("LED or group", wanted, (*self._groups, *self.colours))
 
     def _with(self, parts: tuple[Part, ...], colour: Colour) -> dict[str, Colour]:
-        """The colours of LEDs when some or all of their channels are those of a colour."""
+        """The colours of LEDs after some or all of their channels get those of a colour."""
         found: dict[str, Colour] = {}
         for led, channel in parts:
             mixed = list(found.get(led, self.colours[led]))
@@ -257,23 +244,23 @@ class ALLeds(Service):
         self.nao.log.change("leds", {led: self.colours[led] for led in colours})
 
     def _fade(self, parts: tuple[Part, ...], colour: Colour, seconds: float = 0.0) -> Call:
-        """Bring LEDs to a colour; at once in no seconds."""
+        """Fade LEDs to a colour; at once in zero seconds."""
         return self._play([(self._with(parts, colour), seconds)])
 
     def _cycle(self, names: tuple[str, ...], duration: Any) -> Call:
-        """The eyes in one colour after the other, four a second, and then as they were."""
+        """Show one colour after the other in the eyes, four a second, and then the previous colours."""
         seconds = arguments.duration(duration, "duration")
-        count = min(math.ceil(seconds * 4), _MOST_FRAMES)
+        count = min(math.ceil(seconds * 4), _MAX_FRAMES)
         return self._eyes(lambda i, _: _NAMED[names[i % len(names)]], count, seconds / count, seconds)
 
     def _eyes(self, colour: Callable[[int, int], Colour], count: int, step: float, seconds: float) -> Call:
-        """Frames of the eyes every `step` seconds, by their number and that of each LED, and then as they were."""
+        """Show frames in the eyes every `step` seconds, by frame and LED number, and then the previous colours."""
         before = {led: self.colours[led] for led, _ in self._groups["FaceLeds"]}
         frames = [({led: colour(i, int(led[-1])) for led in before}, i * step) for i in range(count)]
         return self._play([*frames, (before, seconds)], smooth=False)
 
     def _play(self, frames: list[tuple[dict[str, Colour], float]], *, smooth: bool = True) -> Call:
-        """Show colours at times from now, between them a straight line where `smooth`; the call ends with the last."""
+        """Show colours at times from now, interpolated if `smooth`; the call ends with the last."""
         begin = self.nao.clock.now
         call = Call(lambda: call.finish())
         start = {led: self.colours[led] for led in frames[-1][0]}
@@ -281,9 +268,9 @@ class ALLeds(Service):
         self._owners |= dict.fromkeys(start, call)
 
         def write(colours: dict[str, Colour]) -> None:
-            mine = {led: colour for led, colour in colours.items() if self._owners[led] is call}
-            if mine:
-                self._write(mine)
+            owned = {led: colour for led, colour in colours.items() if self._owners[led] is call}
+            if owned:
+                self._write(owned)
 
         def show(index: int) -> None:
             nonlocal start, last
@@ -325,7 +312,7 @@ def _mixed(one: Colour, other: Colour, share: float) -> Colour:
 
 # --- ALTextToSpeech: words that take time, without a sound.
 
-# How long a text takes: a moment before it, and so many characters a second at speed 100.
+# The duration of a text: a pause before it [s], and its characters at speed 100 [1/s].
 BEFORE_SPEAKING = 0.3
 CHARACTERS_PER_SECOND = 14.0
 _LANGUAGES = ("English", "French", "German", "Italian", "Spanish", "Japanese", "Chinese")
@@ -336,46 +323,32 @@ def _language(value: Any, _: str) -> str:
     return arguments.choice(value, "language", _LANGUAGES)
 
 
-_SOUNDS = "Choose a language; it sounds like any other here.", "The language chosen; at first English."
-_CHOSEN = "Choose a voice; kept.", 'The voice chosen; at first "naoenu".'
-_LOUD = "Set the volume, from 0 to 1; kept.", "The volume; at first 1."
-
-
-@keeps(
-    Kept("Language", _SOUNDS[0], "English", ("pLanguage",), _language, read=_SOUNDS[1]),
-    Kept("Voice", _CHOSEN[0], "naoenu", ("pVoiceID",), arguments.text, read=_CHOSEN[1]),
-    Kept("Volume", _LOUD[0], 1.0, ("volume",), arguments.fraction, read=_LOUD[1]),
+@settings(
+    Setting("Language", "Set the language; without effect.", "English", ("pLanguage",), _language),
+    Setting("Voice", "Set the voice; without effect.", "naoenu", ("pVoiceID",), arguments.text),
+    Setting("Volume", "Set the volume, from 0 to 1; without effect.", 1.0, ("volume",), arguments.fraction),
 )
 class ALTextToSpeech(Service):
-    r"""Words that are said one text after the other, written to the log and given to watchers.
+    r"""Texts, spoken one after the other, in the log and for the watcher; without a voice.
 
-    There is no voice. A text takes 0.3 s and 1/14 s for each character, more or less by the parameter "speed" (100 is
-    as said), and its `\pau=milliseconds\`; other tags take no time. Watchers get a `Change` of kind "speech" with the
-    text when it begins, and with "" at its end.
-
-    Attributes:
-        saying: the text that is being said; "" for none.
+    A text takes 0.3 s and 1/14 s for each character, scaled by the parameter "speed" (100 is normal), and its
+    `\pau=milliseconds\`; other tags take no time. The watcher gets a `Change` of kind "speech" with the text at its
+    beginning, and with "" at its end. `saying` is the current text, "" for none.
     """
 
     name = "ALTextToSpeech"
-    absent = tuple(
-        "sayToFile sayToFileAndPlay addToDictionary deleteFromDictionary enableNotifications disableNotifications "
-        "loadVoicePreference getSupportedLanguages locale".split()
-    )
 
     def __init__(self, nao: VirtualNao) -> None:
         super().__init__(nao)
         self.saying = ""
         self._queue: deque[tuple[str, Call]] = deque()
         self._timer: Timer | None = None
-        self._parameters = {"pitchShift": 1.0}
-        self._parameters |= dict.fromkeys(
-            ("doubleVoice", "doubleVoiceLevel", "doubleVoiceTimeShift", "enableCompression"), 0.0
-        )
+        zero = "doubleVoice doubleVoiceLevel doubleVoiceTimeShift enableCompression".split()
+        self._parameters = {"pitchShift": 1.0} | dict.fromkeys(zero, 0.0)
         self._parameters |= dict.fromkeys(("speed", "defaultVoiceSpeed", "volume", "pitch"), 100.0)
 
     def say(self, stringToSay: Any, language: Any = None) -> Call:
-        """Say a text, after those that were given before; returns when it is said."""
+        """Say a text, after those before it; returns when it is said."""
         if language is not None:
             arguments.choice(language, "language", _LANGUAGES)
         words = arguments.text(stringToSay, "stringToSay")
@@ -386,7 +359,7 @@ class ALTextToSpeech(Service):
         return call
 
     def stopAll(self) -> None:
-        """Be silent at once; whoever waits for a text gets an answer."""
+        """Stop speaking at once; pending texts end."""
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
@@ -396,15 +369,15 @@ class ALTextToSpeech(Service):
         self._tell("")
 
     def getAvailableLanguages(self) -> list[str]:
-        """The languages that setLanguage takes."""
+        """The languages that setLanguage accepts."""
         return list(_LANGUAGES)
 
     def getAvailableVoices(self) -> list[str]:
-        """The one voice that is pretended."""
+        """The name of one voice."""
         return ["naoenu"]
 
     def setParameter(self, pEffectName: Any, pEffectValue: Any) -> None:
-        """Set a parameter; "speed" changes how long a text takes, the others are kept."""
+        """Set a parameter; "speed" changes the duration of texts, the others are only stored."""
         name = arguments.choice(pEffectName, "parameter", tuple(self._parameters))
         value = arguments.number(pEffectValue, name)
         if name in ("speed", "defaultVoiceSpeed") and not 50.0 <= value <= 400.0:
@@ -412,15 +385,15 @@ class ALTextToSpeech(Service):
         self._parameters["speed" if name == "defaultVoiceSpeed" else name] = value
 
     def getParameter(self, pParameterName: Any) -> float:
-        """A parameter as it was set."""
+        """The stored value of a parameter."""
         return self._parameters[arguments.choice(pParameterName, "parameter", tuple(self._parameters))]
 
     def resetSpeed(self) -> None:
-        """Speak at speed 100 again."""
+        """Set the speed to 100."""
         self._parameters["speed"] = 100.0
 
     def _duration(self, words: str) -> float:
-        """How long a text takes [s]."""
+        """The duration of a text [s]."""
         pauses = sum(int(milliseconds) for milliseconds in _PAUSE.findall(words)) / 1000.0
         letters = len(spoken_words(words))
         return BEFORE_SPEAKING + pauses + letters / (CHARACTERS_PER_SECOND * self._parameters["speed"] / 100.0)

@@ -1,4 +1,4 @@
-"""A robot without a life of its own: ALAutonomousLife, its abilities, and the small services of the system."""
+"""ALAutonomousLife and its abilities, which do nothing here, and the small services of the system."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from nao_kin.errors import UnknownName
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import Call
-from nao_kin.naoqi.virtual.service import Kept, Service, answers, keeps
+from nao_kin.naoqi.virtual.service import Service, Setting, constant_answers, settings
 
 if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 _STATES = ("solitary", "interactive", "disabled", "safeguard")
 _ABILITIES = ("AutonomousBlinking", "BackgroundMovement", "BasicAwareness", "ListeningMovement", "SpeakingMovement")
-_ABILITY = Kept(
+_ABILITY = Setting(
     "AutonomousAbilityEnabled",
-    "Kept; no ability does anything here.",
+    "Stored; no ability does anything here.",
     True,
     ("autonomousAbility", "enabled"),
     arguments.flag,
@@ -27,31 +27,27 @@ _ABILITY = Kept(
 )
 
 
-@answers(
+@constant_answers(
     focusedActivity=("", "The activity in focus: none here."),
     stopAll=(None, "End all activities: there are none here."),
 )
-@keeps(_ABILITY, Kept("RobotOffsetFromFloor", "Kept [m].", 0.0, ("offset",), arguments.number))
+@settings(_ABILITY, Setting("RobotOffsetFromFloor", "Stored [m].", 0.0, ("offset",), arguments.number))
 class ALAutonomousLife(Service):
-    """A robot without a life of its own: the state is kept, and nothing is done by itself.
+    """The state of autonomous life, which is stored; the robot does nothing by itself.
 
-    As on the robot, "disabled" lets it rest, and solitary and interactive wake it up.
+    As on the robot, "disabled" makes it rest, and "solitary" and "interactive" wake it up.
     """
 
     name = "ALAutonomousLife"
-    absent = tuple(
-        "switchFocus getActivityNature getLaunchpadPluginsForGroup getEnabledLaunchpadPlugins getFocusHistory "
-        "getStateHistory startMonitoringLaunchpadConditions stopFocus".split()
-    )
 
     _state = "disabled"
 
     def getState(self) -> str:
-        """One of "solitary", "interactive", "safeguard" and, at first, "disabled"."""
+        """One of "solitary", "interactive", "safeguard" and, initially, "disabled"."""
         return self._state
 
     def setState(self, state: Any) -> Call | None:
-        """Change the state; "disabled" rests and returns when the robot does."""
+        """Change the state; "disabled" returns when the robot rests."""
         wanted = arguments.choice(state, "state", _STATES)
         before, self._state = self._state, wanted
         self.nao.log.change("life", wanted)
@@ -66,27 +62,23 @@ class ALAutonomousLife(Service):
 
     def getAutonomousAbilitiesStatus(self) -> list[list[Any]]:
         """[name, enabled, running] of each ability; none runs."""
-        return [[ability, self.kept(_ABILITY, ability), False] for ability in _ABILITIES]
+        return [[ability, self.get_setting(_ABILITY, ability), False] for ability in _ABILITIES]
 
 
-@answers(
+@constant_answers(
     systemVersion=("2.8", "The version of NAOqi whose documentation this follows: 2.8."),
     freeMemory=(0, "0: not looked at here."),
     totalMemory=(0, "0: not looked at here."),
 )
 class ALSystem(Service):
-    """Names and versions; this machine's are not given away."""
+    """Names and versions, without those of this machine."""
 
     name = "ALSystem"
-    absent = tuple(
-        "reboot shutdown upgrade setRobotIcon robotIcon changePassword setTimezone timezone diskFree "
-        "previousSystemVersion getDefaultRobotName".split()
-    )
 
     _name = "nao"
 
     def robotName(self) -> str:
-        """The robot's name; at first "nao"."""
+        """The robot's name; initially "nao"."""
         return self._name
 
     def setRobotName(self, name: Any) -> bool:
@@ -95,59 +87,57 @@ class ALSystem(Service):
         return True
 
     def systemInfo(self) -> list[list[str]]:
-        """What this is."""
+        """The robot's model and the version of Python."""
         return [["robot", self.nao.robot.name], ["python", sys.version.split()[0]]]
 
 
 class ALBattery(Service):
-    """A battery that is always full; what is inserted in ALMemory's key of its charge counts."""
+    """A full battery, or the charge inserted in ALMemory's key."""
 
     name = "ALBattery"
-    absent = ("enablePowerMonitoring",)
 
     def getBatteryCharge(self) -> int:
-        """Per cent of the charge."""
+        """The charge in per cent."""
         value = self.nao.services["ALMemory"].invoke("getData", "Device/SubDeviceList/Battery/Charge/Sensor/Value")
         return round(100.0 * arguments.number(value, "the battery's charge"))
 
 
-@answers(
+@constant_answers(
     getRobotType=("Nao", 'The kind of robot: "Nao".'),
     hasArms=(True, "Whether it has arms: True."),
     hasHands=(True, "Whether it has hands that open: True."),
     hasLegs=(True, "Whether it has legs: True."),
 )
 class ALRobotModel(Service):
-    """What the robot is and has."""
+    """The robot's type and parts."""
 
     name = "ALRobotModel"
 
     def getConfig(self) -> str:
-        """The robot as an XML document: its URDF; a robot has one of NAOqi's own."""
+        """The robot's URDF; NAOqi has an XML format of its own."""
         return Path(self.nao.robot.urdf_path).read_text(encoding="utf-8")
 
 
 class ALPreferenceManager(Service):
-    """Preferences by domain and name, kept until the virtual NAO ends."""
+    """Preferences by domain and name, stored until the virtual NAO ends."""
 
     name = "ALPreferenceManager"
-    absent = ("importPrefFile", "update")
 
     def __init__(self, nao: VirtualNao) -> None:
         super().__init__(nao)
         self._domains: dict[str, dict[str, Any]] = {}
 
     def getValue(self, domain: Any, setting: Any) -> Any:
-        """The value of a setting; None where there is none."""
-        return self._settings(domain).get(arguments.text(setting, "setting"))
+        """The value of a setting; None for an unknown one."""
+        return self._domain(domain).get(arguments.text(setting, "setting"))
 
     def setValue(self, domain: Any, setting: Any, value: Any) -> None:
-        """Keep a value."""
-        self._domains[domain] = self._settings(domain) | {arguments.text(setting, "setting"): value}
+        """Store a value."""
+        self._domains[domain] = self._domain(domain) | {arguments.text(setting, "setting"): value}
 
     def getValueList(self, domain: Any) -> list[list[Any]]:
         """[setting, value] of a domain."""
-        return [[name, value] for name, value in self._settings(domain).items()]
+        return [[name, value] for name, value in self._domain(domain).items()]
 
     def getDomainList(self) -> list[str]:
         """All domains, in alphabetical order."""
@@ -155,7 +145,7 @@ class ALPreferenceManager(Service):
 
     def removeValue(self, domain: Any, setting: Any) -> None:
         """Forget a value."""
-        values, name = self._settings(domain), arguments.text(setting, "setting")
+        values, name = self._domain(domain), arguments.text(setting, "setting")
         if name not in values:
             raise UnknownName("setting", name, tuple(values))
         del values[name]
@@ -164,41 +154,36 @@ class ALPreferenceManager(Service):
         """Forget all values of a domain."""
         self._domains.pop(arguments.text(domain, "domain"), None)
 
-    def _settings(self, domain: Any) -> dict[str, Any]:
+    def _domain(self, domain: Any) -> dict[str, Any]:
         return self._domains.get(arguments.text(domain, "domain"), {})
 
 
-# --- The autonomous abilities, which scripts switch off before they begin: kept, and nothing moves by itself here.
+# --- The autonomous abilities, which scripts switch off first: stored, without effect.
 
 
 class _Ability(Service):
-    """An autonomous ability; ALAutonomousLife keeps whether it is enabled, and it does nothing here."""
+    """An autonomous ability, which does nothing here; ALAutonomousLife stores whether it is enabled."""
 
     ability: ClassVar[str]
 
     def setEnabled(self, enabled: Any) -> None:
-        """Kept; the ability does nothing here."""
+        """Stored; the ability does nothing here."""
         self.nao.services["ALAutonomousLife"].invoke("setAutonomousAbilityEnabled", self.ability, enabled)
 
     def isEnabled(self) -> bool:
-        """As it was set; at first True."""
+        """The stored value; initially True."""
         return bool(self.nao.services["ALAutonomousLife"].invoke("getAutonomousAbilityEnabled", self.ability))
 
     def isRunning(self, id: Any = None) -> bool:
-        """Whether the ability does something: False; with an id, whether a motion task is not over."""
+        """False; with an id, whether a motion task is not over."""
         return False if id is None else super().isRunning(id)
 
 
-@answers(isAwarenessRunning=(False, "The same as isRunning, under its name before NAOqi 2.5."))
+@constant_answers(isAwarenessRunning=(False, "The same as isRunning, under its name before NAOqi 2.5."))
 class ALBasicAwareness(_Ability):
     """The ability to look at people; it sees none here."""
 
     name, ability = "ALBasicAwareness", "BasicAwareness"
-    absent = tuple(
-        "engagePerson getEngagementMode setEngagementMode getTrackingMode setTrackingMode getParameter setParameter "
-        "resetAllParameters isStimulusDetectionEnabled setStimulusDetectionEnabled pauseAwareness"
-        " resumeAwareness".split()
-    )
 
     def startAwareness(self) -> None:
         """The same as setEnabled(True), under its name before NAOqi 2.5."""
@@ -213,9 +198,9 @@ def _strategy(value: Any, what: str) -> str:
     return arguments.choice(value, what, ("none", "backToNeutral"))
 
 
-@keeps(
-    Kept("ExpressiveListeningEnabled", "Kept; the robot does not listen here.", True, ("enable",), arguments.flag),
-    Kept("BackgroundStrategy", 'Kept: "none" or "backToNeutral".', "backToNeutral", ("strategy",), _strategy),
+@settings(
+    Setting("ExpressiveListeningEnabled", "Stored; the robot does not listen here.", True, ("enable",), arguments.flag),
+    Setting("BackgroundStrategy", 'Stored: "none" or "backToNeutral".', "backToNeutral", ("strategy",), _strategy),
 )
 class ALAutonomousMoves(Service):
     """Moves between the moves of scripts, before NAOqi 2.5; there are none here."""

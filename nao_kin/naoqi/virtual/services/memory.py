@@ -1,4 +1,4 @@
-"""ALMemory: values by key, the robot's own among them, and events; ALTouch and ALSonar, which sense by its keys."""
+"""ALMemory with the robot's keys and events, and ALTouch and ALSonar, whose sensors are keys."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.spaces import position6d
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import Call
-from nao_kin.naoqi.virtual.service import Service, formerly
+from nao_kin.naoqi.virtual.service import Service, former_names
 from nao_kin.naoqi.virtual.services.expression import actuators as led_actuators
 
 if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
 
 
-# --- Keys of the robot's own in ALMemory: switches with their events, sonars, and what is constant here.
+# --- The robot's own keys in ALMemory: switches with their events, sonars, and constants.
 #
 # Sources: Aldebaran documentation 2.1, actuator and sensor list of NAO
 # (doc.aldebaran.com/2-1/family/nao_dcm/actuator_sensor_names.html), ALSensors, ALTouch, ALSonar and ALFsr; the short
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 DEVICE = "Device/SubDeviceList/"
 SENSOR = "/Sensor/Value"
 
-# Switches and touch sensors → the event that each raises, and the part of the body that ALTouch names.
+# Switches and touch sensors → their events, and the part of the body that ALTouch names.
 SWITCHES: Mapping[str, tuple[str, str]] = {
     "Head/Touch/Front": ("FrontTactilTouched", "Head"),
     "Head/Touch/Middle": ("MiddleTactilTouched", "Head"),
@@ -48,9 +48,9 @@ SWITCH_EVENTS = tuple(dict.fromkeys(event for event, _ in SWITCHES.values()))
 
 SONARS = ("Left", "Right")
 _ECHOES = ("", *map(str, range(1, 10)))
-_NO_ECHO = 2.55  # the farthest that a sonar sees [m]
+_NO_ECHO = 2.55  # the range of a sonar [m]
 
-_CALM = 38.0  # degrees Celsius of what has nothing to do
+_IDLE_TEMPERATURE = 38.0  # [°C]
 _PER_FOOT = "FrontLeft FrontRight RearLeft RearRight TotalWeight CenterOfPressure/X CenterOfPressure/Y".split()
 _GYROSCOPES = "GyroscopeX GyroscopeY GyroscopeZ GyrX GyrY GyrRef".split()
 
@@ -61,18 +61,18 @@ def sonar_key(side: str) -> str:
 
 
 def constants(joints: Iterable[str]) -> dict[str, Any]:
-    """Each key whose value nothing here changes, with this value; nothing has weight, works or warms up."""
+    """The keys with constant values: nothing has weight, uses current or warms up."""
     found: dict[str, Any] = {f"{DEVICE}{switch}{SENSOR}": 0.0 for switch in SWITCHES}
     found |= {f"{sonar_key(side)}{echo}": _NO_ECHO for side in SONARS for echo in _ECHOES}
     found |= {f"{DEVICE}{foot}/FSR/{place}{SENSOR}": 0.0 for foot in ("LFoot", "RFoot") for place in _PER_FOOT}
     found |= {f"{DEVICE}InertialSensor/{name}{SENSOR}": 0.0 for name in _GYROSCOPES}
     for joint in joints:
-        found[f"{DEVICE}{joint}/Temperature{SENSOR}"] = _CALM
+        found[f"{DEVICE}{joint}/Temperature{SENSOR}"] = _IDLE_TEMPERATURE
         found[f"{DEVICE}{joint}/Temperature/Sensor/Status"] = 0
         found[f"{DEVICE}{joint}/ElectricCurrent{SENSOR}"] = 0.0
     return found | {
         f"{DEVICE}US/Actuator/Value": 0.0,
-        f"{DEVICE}Head/Temperature{SENSOR}": _CALM,
+        f"{DEVICE}Head/Temperature{SENSOR}": _IDLE_TEMPERATURE,
         f"{DEVICE}Battery/Charge{SENSOR}": 1.0,
         f"{DEVICE}Battery/Current{SENSOR}": -0.5,
         f"{DEVICE}Battery/Temperature{SENSOR}": 35.0,
@@ -81,35 +81,30 @@ def constants(joints: Iterable[str]) -> dict[str, Any]:
     }
 
 
-# --- ALMemory: values by key, the robot's own among them, and events.
+# --- ALMemory: values by key, and events.
 
-# What a joint's keys say → of which of its devices.
+# A quantity of a joint → its device and sensor or actuator in keys.
 _QUANTITIES = {"sensor": "Position/Sensor", "command": "Position/Actuator", "stiffness": "Hardness/Actuator"}
 _GRAVITY = 9.81  # m/s²
-_ON_FLOOR = 1e-3  # a sole that is not higher touches the floor [m]
+_ON_FLOOR = 1e-3  # the largest height of a sole on the floor [m]
 
 
 class Subscriber:
-    """What `ALMemory.subscriber` gives: tells of every value that is raised under its key.
-
-    Args:
-        memory: whose events.
-        key: which event.
-    """
+    """The answer of `ALMemory.subscriber`: it reports every value that is raised under its key."""
 
     def __init__(self, memory: ALMemory, key: str) -> None:
         self.key = key
         self._memory = memory
 
     def connect(self, callback: Callable[[Any], object]) -> int:
-        """Have `callback` called with every value from now on; returns a number to disconnect it by."""
+        """Call `callback` with every value from now on; return a number for `disconnect`."""
         with self._memory.nao.monitor:
             number = next(self._memory.numbers)
             self._memory.listening.setdefault(self.key, {})[number] = callback
         return number
 
     def disconnect(self, number: int) -> bool:
-        """Call a callback no more; whether there was one of this number."""
+        """Remove a callback; return whether there was one with this number."""
         with self._memory.nao.monitor:
             listening = self._memory.listening.get(self.key, {})
             found = listening.pop(number, None) is not None
@@ -118,26 +113,22 @@ class Subscriber:
         return found
 
 
-@formerly(unsubscribeToMicroEvent="unsubscribeToEvent")
-@formerly("The same as {} here.", raiseMicroEvent="raiseEvent")
+@former_names(unsubscribeToMicroEvent="unsubscribeToEvent")
+@former_names("The same as {} here.", raiseMicroEvent="raiseEvent")
 class ALMemory(Service):
     """Values by key, and events.
 
-    The robot's own keys are read where they are asked for. What follows the robot: for each joint
+    The robot's own keys are evaluated when they are read. These follow the robot: for each joint
     `Device/SubDeviceList/<joint>/Position/Sensor/Value`, `…/Position/Actuator/Value` and `…/Hardness/Actuator/Value`;
-    LEDs; of the inertial sensor the angles of the torso (AngleX, AngleY, AngleZ) and gravity in its frame
-    (AccelerometerX …); footContact, leftFootContact and rightFootContact; postures; `robotIsWakeUp`; `DCM/Time`.
-    Constants are those of `constants`. RHipYawPitch shows LHipYawPitch.
+    LEDs; the torso's angles (AngleX, AngleY, AngleZ) and gravity in its frame (AccelerometerX …) of the inertial
+    sensor; footContact, leftFootContact and rightFootContact; postures; `robotIsWakeUp`; `DCM/Time`. RHipYawPitch has
+    the values of LHipYawPitch. The other keys are constant.
 
-    A value that is inserted under such a key is read instead, until it is removed; under the key of a switch or sonar
-    it is what ALTouch and ALSonar sense, and raises their events.
+    An inserted value replaces the robot's own until it is removed; under the key of a switch or sonar, ALTouch and
+    ALSonar sense it, and raise their events.
     """
 
     name = "ALMemory"
-    absent = tuple(
-        "getDataPtr getEventHistory getTimestamp getListTimestamp insertMapping addMapping getMicroEventList "
-        "getType".split()
-    )
 
     def __init__(self, nao: VirtualNao) -> None:
         super().__init__(nao)
@@ -153,29 +144,29 @@ class ALMemory(Service):
     # --- values ---------------------------------------------------------------------------------------------------
 
     def getData(self, key: Any, iDummy: Any = 0) -> Any:
-        """The value of a key; an error where there is none. A second argument, of old scripts, counts for nothing."""
+        """The value of a key; an error for an unknown one. A second argument, of old scripts, is ignored."""
         return self._value(arguments.text(key, "key"))
 
     def getListData(self, keyList: Any) -> list[Any]:
-        """The values of several keys of one moment; None where a key has none."""
+        """The values of several keys at one moment; None for an unknown key."""
         if not isinstance(keyList, (list, tuple)):
             raise BadArgument("keyList must be a list of keys")
         keys = [arguments.text(key, "key") for key in keyList]
         return [self._value(key) if key in self._values or key in self._own else None for key in keys]
 
     def insertData(self, key: Any, data: Any) -> None:
-        """Keep a value under a key; nobody is told, but of switches and sonars."""
+        """Store a value under a key; only switches and sonars raise events."""
         self._keep(_key(key), data)
 
     def insertListData(self, pairs: Any) -> None:
-        """Keep several values: a list of [key, value]."""
+        """Store several values: a list of [key, value]."""
         if not isinstance(pairs, (list, tuple)) or not all(isinstance(p, (list, tuple)) and len(p) > 1 for p in pairs):
             raise BadArgument("pairs must be a list of [key, value]")
         for pair in pairs:
             self._keep(_key(pair[0]), pair[1])
 
     def removeData(self, key: Any) -> None:
-        """Remove a value, or an inserted one that stood before the robot's own; an error where there is none."""
+        """Remove a value, or an inserted one that replaces the robot's own; an error for an unknown key."""
         name = arguments.text(key, "key")
         if name not in self._values:
             raise self._unknown(name)
@@ -192,7 +183,7 @@ class ALMemory(Service):
         return self.getDataList("")
 
     def getDataOnChange(self, key: Any, iDummy: Any = 0) -> Call:
-        """Wait for the next time that the event is raised, and return its value."""
+        """Wait until the event is raised next, and return its value."""
         wanted, waiting = Subscriber(self, _key(key)), Call()
         number = wanted.connect(waiting.finish)
         waiting.add_done_callback(lambda _: wanted.disconnect(number))
@@ -215,11 +206,11 @@ class ALMemory(Service):
         self._events.add(_key(eventName))
 
     def getEventList(self) -> list[str]:
-        """Names of the events that were declared or raised, in alphabetical order."""
+        """Names of the declared or raised events, in alphabetical order."""
         return sorted(self._events)
 
     def raiseEvent(self, name: Any, value: Any) -> None:
-        """Keep a value under a key, and tell whoever listens."""
+        """Store a value under a key, and notify the subscribers."""
         key = _key(name)
         self._keep(key, value)
         self._raise(key, value)
@@ -231,7 +222,7 @@ class ALMemory(Service):
     def subscribeToEvent(self, name: Any, callbackModule: Any, callbackMethod: Any, *more: Any) -> None:
         """Have a method of a service called with key, value and message whenever the event is raised.
 
-        With four arguments they are key, service, message and method; with three, the message is the service's name.
+        Four arguments are key, service, message and method; with three, the message is the service's name.
         """
         if len(more) > 1:
             raise BadArgument("takes an event, a service, a message or none, and a method")
@@ -242,7 +233,7 @@ class ALMemory(Service):
         self._modules.setdefault(key, {})[arguments.text(callbackModule, "callbackModule")] = (function, note)
 
     def unsubscribeToEvent(self, name: Any, callbackModule: Any) -> None:
-        """Call a service no more."""
+        """No longer call a service."""
         module = arguments.text(callbackModule, "callbackModule")
         if self._modules.get(_key(name), {}).pop(module, None) is None:
             raise BadArgument(f"{module} has not subscribed to {name}")
@@ -256,7 +247,7 @@ class ALMemory(Service):
         return sorted(self._modules.get(_key(name), {}))
 
     def _announce(self, key: str, value: Any) -> None:
-        """Raise an event of the robot's own; a value that is read from the robot is not kept."""
+        """Raise an event of the robot; values of its own keys are not stored."""
         if key not in self._own:
             self._values[key] = value
         self._raise(key, value)
@@ -268,7 +259,7 @@ class ALMemory(Service):
         self._sense(key)
 
     def _sense(self, key: str) -> None:
-        """Have the sensors notice that the value of a key of theirs is another."""
+        """Notify the sensors of a new value under a key of the robot."""
         if key in self._own:
             for service in ("ALTouch", "ALSonar"):
                 self.nao.services[service]._sensed(key, self._value(key))  # type: ignore[attr-defined]
@@ -293,7 +284,7 @@ class ALMemory(Service):
         return UnknownName("key", key, tuple(sorted({*self._values, *self._own})))
 
     def _own_keys(self) -> dict[str, Any]:
-        """Every key of the robot's own, with its value, or with what reads it."""
+        """The robot's own keys, with a constant or a function that returns the value."""
         joints = self.nao.joints.column
         own = constants(joints)
         for joint in joints:
@@ -308,22 +299,23 @@ class ALMemory(Service):
             own[f"{place}/Angle{letter}/Sensor/Value"] = partial(self._torso_angle, axis)
             for quantity in ("Accelerometer", "Acc"):
                 own[f"{place}/{quantity}{letter}/Sensor/Value"] = partial(self._acceleration, axis)
-        own["footContact"] = lambda: self._contact("LLeg") or self._contact("RLeg")
-        own["leftFootContact"] = partial(self._contact, "LLeg")
-        own["rightFootContact"] = partial(self._contact, "RLeg")
-        own["PostureChanged"] = lambda: self.nao.services["ALRobotPosture"].invoke("getPosture")
-        own["PostureFamilyChanged"] = lambda: self.nao.services["ALRobotPosture"].invoke("getPostureFamily")
-        own["robotIsWakeUp"] = lambda: self.nao.services["ALMotion"].invoke("robotIsWakeUp")
-        own["BatteryChargeChanged"] = lambda: self.nao.services["ALBattery"].invoke("getBatteryCharge")
-        own["DCM/Time"] = lambda: int(1000.0 * self.nao.clock.now)
-        return own
+        return own | {
+            "footContact": lambda: self._contact("LLeg") or self._contact("RLeg"),
+            "leftFootContact": partial(self._contact, "LLeg"),
+            "rightFootContact": partial(self._contact, "RLeg"),
+            "PostureChanged": lambda: self.nao.services["ALRobotPosture"].invoke("getPosture"),
+            "PostureFamilyChanged": lambda: self.nao.services["ALRobotPosture"].invoke("getPostureFamily"),
+            "robotIsWakeUp": lambda: self.nao.services["ALMotion"].invoke("robotIsWakeUp"),
+            "BatteryChargeChanged": lambda: self.nao.services["ALBattery"].invoke("getBatteryCharge"),
+            "DCM/Time": lambda: int(1000.0 * self.nao.clock.now),
+        }
 
     def _joint(self, quantity: str, joint: str) -> float:
         joints = self.nao.joints
         return float(getattr(joints, quantity)[joints.column[joint]])
 
     def _led(self, led: str, channel: int | None) -> float:
-        """How bright a channel of a LED is, from 0 to 1; of a LED with one colour, its brightest."""
+        """Brightness of a channel of a LED, from 0 to 1; of a LED with one colour, its brightest channel."""
         colour = self.nao.services["ALLeds"].colours[led]  # type: ignore[attr-defined]
         return float(max(colour) if channel is None else colour[channel])
 
@@ -339,11 +331,11 @@ class ALMemory(Service):
         return self.nao.base.support is not None and bool(height <= _ON_FLOOR)
 
     def _torso_angle(self, axis: int) -> float:
-        """Roll, pitch or yaw of the torso in the world, as its inertial sensor shows them at rest [rad]."""
+        """Roll, pitch or yaw of the torso in the world, as its inertial sensor measures them at rest [rad]."""
         return float(position6d(self.nao.base.torso(self.nao.joints.q()))[3 + axis])
 
     def _acceleration(self, axis: int) -> float:
-        """What an accelerometer in the torso shows at rest: gravity, upwards [m/s²]."""
+        """The acceleration that the torso's accelerometer measures at rest: gravity, upwards [m/s²]."""
         return _GRAVITY * float(self.nao.base.vertical(self.nao.joints.q())[axis])
 
 
@@ -354,21 +346,19 @@ def _key(key: object) -> str:
     return name
 
 
-# --- ALTouch and ALSonar: what the robot would feel and hear, as ALMemory's keys say it.
+# --- ALTouch and ALSonar, whose sensors are keys of ALMemory.
 
 _NEAR = 0.5  # an obstacle nearer than this is detected [m]
 
 
 class ALTouch(Service):
-    """Bumpers, the button of the chest, touch sensors of head and hands.
+    """Bumpers, the chest button, and the touch sensors of head and hands.
 
-    All are released until a value is inserted in ALMemory under a sensor's key. Each change raises the event of the
-    sensor (FrontTactilTouched …: 1.0 or 0.0) and TouchChanged, with [name, pressed] of the part of the body and of the
-    sensor.
+    All are released until a value is inserted in ALMemory under a sensor's key. Each change raises the sensor's event
+    (FrontTactilTouched …: 1.0 or 0.0) and TouchChanged, with [name, pressed] of the part of the body and of the sensor.
     """
 
     name = "ALTouch"
-    absent = ("createALMemoryEvent",)
 
     def __init__(self, nao: VirtualNao) -> None:
         super().__init__(nao)
@@ -387,7 +377,7 @@ class ALTouch(Service):
         return float(any(self._pressed[sensor] for sensor, (raised, _) in SWITCHES.items() if raised == event))
 
     def _sensed(self, key: str, value: Any) -> None:
-        """Take what ALMemory has under a key now."""
+        """Update a sensor from its new value in ALMemory."""
         sensor = key.removeprefix(DEVICE).removesuffix(SENSOR)
         pressed = isinstance(value, (int, float)) and value > 0.5
         if self._pressed.get(sensor, pressed) == pressed:
@@ -401,41 +391,37 @@ class ALTouch(Service):
 
 
 class ALSonar(Service):
-    """The two sonars.
+    """The two sonars; ALMemory's keys Device/SubDeviceList/US/Left/Sensor/Value and …/Right/… hold their distances.
 
-    No echo comes until a distance is inserted in ALMemory, under Device/SubDeviceList/US/Left/Sensor/Value or
-    …/US/Right/Sensor/Value.
-
-    While somebody subscribes, each inserted distance raises SonarLeftDetected or SonarRightDetected if it is below
+    While a script subscribes, each inserted distance raises SonarLeftDetected or SonarRightDetected if it is below
     0.5 m, else SonarLeftNothingDetected or SonarRightNothingDetected, with the distance.
     """
 
     name = "ALSonar"
-    absent = tuple("updatePeriod updatePrecision getMyPeriod getMyPrecision getOutputNames getEventList".split())
 
     def __init__(self, nao: VirtualNao) -> None:
         super().__init__(nao)
         self._subscribers: list[str] = []
 
     def subscribe(self, name: Any, period: Any = 500, precision: Any = 0.0) -> None:
-        """Switch the sonars on; period and precision count for nothing."""
+        """Switch the sonars on; period and precision are ignored."""
         subscriber = arguments.text(name, "name")
         if subscriber not in self._subscribers:
             self._subscribers.append(subscriber)
 
     def unsubscribe(self, name: Any) -> None:
-        """Switch the sonars off, when the last has unsubscribed."""
+        """Switch the sonars off after the last subscriber has left."""
         subscriber = arguments.text(name, "name")
         if subscriber not in self._subscribers:
             raise BadArgument(f"{subscriber} has not subscribed")
         self._subscribers.remove(subscriber)
 
     def getSubscribersInfo(self) -> list[list[Any]]:
-        """[name, period, precision] of those who have subscribed."""
+        """[name, period, precision] of each subscriber."""
         return [[name, 500, 0.0] for name in self._subscribers]
 
     def _sensed(self, key: str, value: Any) -> None:
-        """Take what ALMemory has under a key now."""
+        """Raise the event of a new value in ALMemory."""
         for side in SONARS if self._subscribers and isinstance(value, (int, float)) else ():
             if key == sonar_key(side):
                 self.nao.announce(f"Sonar{side}{'' if value < _NEAR else 'Nothing'}Detected", float(value))

@@ -1,4 +1,4 @@
-"""ALMotion, put together from its topics."""
+"""ALMotion, joined from its topics; here joints, stiffness and general tools."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.body import WHOLE, mass_and_com
 from nao_kin.naoqi.virtual.engine import Call
 from nao_kin.naoqi.virtual.interpolation import Approach, AtSpeed, HandMove, Interpolation, StiffnessRamp, through
-from nao_kin.naoqi.virtual.service import Kept, Service, formerly, keeps, variants
+from nao_kin.naoqi.virtual.service import Service, Setting, former_names, settings, variants
 from nao_kin.naoqi.virtual.services.movements import GoToPosture
 from nao_kin.naoqi.virtual.walk import Locomotion
 from nao_kin.naoqi.virtual.whole_body import WholeBodyControl
@@ -27,8 +27,8 @@ from nao_kin.naoqi.virtual.whole_body import WholeBodyControl
 
 _HANDS = ("LHand", "RHand")
 _THIRD = 1.0 / 3.0
-_CHANGE = "Change angles from what the joints are commanded now; else as setAngles."
-_CLOSE = "Close a hand at its maximum speed, and let go of its motor."
+_CHANGE = "Change the commanded angles; else as setAngles."
+_CLOSE = "Close a hand at its maximum speed, and remove its stiffness."
 
 
 @variants("setAngles", "_approach", changeAngles=("names changes", _CHANGE))
@@ -36,47 +36,37 @@ _CLOSE = "Close a hand at its maximum speed, and let go of its motor."
 class JointControl(Service):
     """The methods of ALMotion that move joints by angles.
 
-    - angleInterpolation goes from what the joints are commanded when they are free through the keys, each at its time,
+    - angleInterpolation goes from the commanded values, when the joints are free, through the keys at their times,
       along a monotone cubic that is at rest at both ends.
     - angleInterpolationWithSpeed goes straight: the joint with the longest way at the fraction of its maximum speed,
       the others so that all arrive together.
-    - angleInterpolationBezier goes along NAOqi's handles; on the way to the first key, it leaves at rest.
+    - angleInterpolationBezier follows NAOqi's handles, and starts at rest.
     - setAngles and changeAngles return at once; each joint goes at the fraction of its own maximum speed.
 
-    Where keys ask for more than a joint's maximum speed, the command is at the keys in time, and the joint follows
-    late; the log says so. The blocking methods return when the command is at its last key.
+    If keys demand more than a joint's maximum speed, the command is at the keys in time, and the joint follows late;
+    the log says so. The blocking methods return when the command is at its last key.
     """
 
     def getAngles(self, names: Any, useSensors: Any) -> list[float]:
-        """Angles of joints [rad; 0 to 1 for the hands].
-
-        Args:
-            names: a joint, a chain, "Body", "Joints", "Actuators", or a list of these.
-            useSensors: True for where the joints are, False for what they are commanded.
-        """
+        """Measured or commanded angles of a joint, a chain, a group, or a list of these [rad; 0 to 1 for the hands]."""
         columns = self.nao.joints.columns(language.joint_names(self.nao.robot, names))
         sensor = arguments.flag(useSensors, "useSensors")
         values: Floats = (self.nao.joints.sensor if sensor else self.nao.joints.command)[columns]
         return [float(value) for value in values]
 
     def setAngles(self, names: Any, angles: Any, fractionMaxSpeed: Any) -> None:
-        """Send joints to angles, each at a fraction of its maximum speed; returns at once.
+        """Send joints to angles at a fraction of their maximum speeds, above 0; returns at once.
 
-        Args:
-            names: a joint, a chain, "Body", or a list of these.
-            angles: one for all, or a list of one for each [rad].
-            fractionMaxSpeed: above 0, at most 1.
+        angles is one for all joints, or a list of one for each [rad].
         """
         self._approach("setAngles", names, angles, fractionMaxSpeed)
 
     def angleInterpolation(self, names: Any, angleLists: Any, timeLists: Any, isAbsolute: Any) -> Call:
         """Move joints through angles at times; returns when the last is reached.
 
-        Args:
-            names: a joint, a chain, "Body", or a list of these.
-            angleLists: an angle, a list of one for each joint, or of a list for each; of one joint also its list [rad].
-            timeLists: the same of times from now, ascending, above 0 [s]; one time for each angle.
-            isAbsolute: False for angles relative to what the joints are commanded at the beginning.
+        angleLists is an angle, a list of one for each joint, or a list of a list for each; for one joint also its list
+        [rad]. timeLists has a time for each angle, ascending, above 0 [s]. With isAbsolute False, angles are relative
+        to the commanded ones.
         """
         joints = self.joints(names)
         angles, times = arguments.timed(angleLists, timeLists, joints, "angles")
@@ -91,10 +81,7 @@ class JointControl(Service):
     def angleInterpolationWithSpeed(self, names: Any, targetAngles: Any, maxSpeedFraction: Any) -> Call:
         """Move joints to angles, the one with the longest way at a fraction of its maximum speed; returns at the end.
 
-        Args:
-            names: a joint, a chain, "Body", or a list of these.
-            targetAngles: one for all, or a list of one for each [rad].
-            maxSpeedFraction: above 0, at most 1.
+        targetAngles is one for all joints, or a list of one for each [rad].
         """
         joints = self.joints(names)
         targets = arguments.one_each(targetAngles, joints, "targetAngles")
@@ -104,12 +91,9 @@ class JointControl(Service):
     def angleInterpolationBezier(self, jointNames: Any, times: Any, controlPoints: Any) -> Call:
         """Move joints along Bezier curves in time and angle; returns when the last key is reached.
 
-        Args:
-            jointNames: a list of joints.
-            times: a list of times for each joint, ascending, above 0 [s].
-            controlPoints: a list for each joint, for each time the angle, or [angle, handle before, handle after], a
-                handle being [type, offset in time, offset in angle] [s, rad]. The type counts for nothing: the offsets
-                say it all. A handle that is left out is a third of its segment long, without slope.
+        times and controlPoints have a list for each joint. For each time, ascending, above 0 [s], a point is an angle,
+        or [angle, handle before, handle after], a handle being [type, offset in time, offset in angle] [s, rad]. The
+        type is ignored. A missing handle is a third of its segment long, and level.
         """
         joints = self.joints(jointNames, "jointNames")
         rows = arguments.list_each(times, joints, "times")
@@ -127,7 +111,7 @@ class JointControl(Service):
         return self.nao.start_task(Interpolation("angleInterpolationBezier", joints, plan))
 
     def openHand(self, handName: Any) -> Call:
-        """Open a hand at its maximum speed, and let go of its motor."""
+        """Open a hand at its maximum speed, and remove its stiffness."""
         return self._hand("openHand", handName)
 
     # --- inside ---------------------------------------------------------------------------------------------------
@@ -144,7 +128,7 @@ class JointControl(Service):
 
 
 def _points(points: Any, times: Floats, joint: str) -> tuple[Floats, Floats]:
-    """Angles (k,) and handles (k + 1, 2, 2) of one joint, the handles of where it begins before the others."""
+    """Angles (k,) and handles (k + 1, 2, 2) of one joint, those at its start first."""
     what = f"controlPoints of {joint}"
     if not arguments.is_list(points) or len(points) != len(times):
         got = arguments.length(points)
@@ -153,54 +137,49 @@ def _points(points: Any, times: Floats, joint: str) -> tuple[Floats, Floats]:
     gaps = np.diff(times, prepend=0.0) * _THIRD
     handles[1:, 0, 0], handles[:-1, 1, 0] = -gaps, gaps
     for index, point in enumerate(points):
-        parts = list(point) if arguments.is_list(point) else [point]
+        entry, parts = f"entry {index}", list(point) if arguments.is_list(point) else [point]
         if len(parts) not in (1, 3):
-            raise BadArgument(
-                f"{what}: entry {index} must be an angle or [angle, handle, handle], got {quoted(point, 60)}"
-            )
+            raise BadArgument(f"{what}: {entry} must be an angle or [angle, handle, handle], got {quoted(point, 60)}")
         keys[index] = arguments.number(parts[0], f"{what}: angle {index}")
         for side, handle in enumerate(parts[1:]):
             if not arguments.is_list(handle) or len(handle) != 3:
-                raise BadArgument(
-                    f"{what}: handle of entry {index} must be [type, time, angle], got {quoted(handle, 60)}"
-                )
-            for axis in (0, 1):
-                handles[index + 1, side, axis] = arguments.number(handle[axis + 1], f"{what}: handle of entry {index}")
+                raise BadArgument(f"{what}: handle of {entry} must be [type, time, angle], got {quoted(handle, 60)}")
+            handles[index + 1, side] = [arguments.number(value, f"{what}: handle of {entry}") for value in handle[1:]]
     return keys, handles
 
 
-# --- ALMotion's stiffness control: awake, at rest, and everything between.
+# --- ALMotion's stiffness control.
 
-# How fast the robot crouches on its way to rest, as a share of the maximum speeds.
+# The share of the maximum speeds at which the robot crouches to rest.
 REST_SPEED = 0.3
 
 
 class StiffnessControl(Service):
-    """The methods of ALMotion that give and take power; 1 is full stiffness, 0 is none.
+    """The methods of ALMotion that set stiffness, from 0 to 1.
 
     A joint without stiffness does not move, and does not sink either.
     """
 
     def wakeUp(self) -> None:
-        """Give all joints stiffness and have them stay where they are, as a NAO does."""
+        """Give all joints stiffness and keep them at their places, as a NAO does."""
         self.nao.joints.hold()
         self._awake(True)
 
     def rest(self) -> Call | None:
-        """End all that moves, go to Crouch at three tenths of the maximum speeds, and take the stiffness away."""
+        """End all tasks, go to Crouch at three tenths of the maximum speeds, and remove the stiffness."""
         self.nao.tasks.kill_all()
         if not self.nao.joints.stiffness.any():
             self._awake(False)
             return None
 
-        def let_go(_: object) -> None:
+        def release(_: object) -> None:
             with self.nao.monitor:
                 self._awake(False)
             done.finish()
 
         crouching = self.nao.start_task(GoToPosture("rest", "Crouch", self.nao, REST_SPEED))
         done = Call(crouching.cancel)
-        crouching.add_done_callback(let_go)
+        crouching.add_done_callback(release)
         return done
 
     def _awake(self, awake: bool) -> None:
@@ -214,12 +193,7 @@ class StiffnessControl(Service):
         return bool((self.nao.joints.stiffness[columns] > 0.0).all())
 
     def setStiffnesses(self, names: Any, stiffnesses: Any) -> None:
-        """Set stiffnesses at once.
-
-        Args:
-            names: a joint, a chain, "Body", or a list of these.
-            stiffnesses: one for all, or a list of one for each, from 0 to 1.
-        """
+        """Set stiffnesses at once: one for all joints, or a list of one for each, from 0 to 1."""
         joints = self.joints(names)
         values = arguments.one_each(stiffnesses, joints, "stiffnesses")
         _check_stiffnesses(joints, values[:, None])
@@ -233,10 +207,7 @@ class StiffnessControl(Service):
     def stiffnessInterpolation(self, names: Any, stiffnessLists: Any, timeLists: Any) -> Call:
         """Change stiffnesses on straight lines through values at times; returns when the last is reached.
 
-        Args:
-            names: a joint, a chain, "Body", or a list of these.
-            stiffnessLists: a stiffness, a list of one for each joint, or of a list for each.
-            timeLists: the same of times from now, ascending, above 0 [s].
+        stiffnessLists and timeLists are as angleLists and timeLists of angleInterpolation.
         """
         joints = self.joints(names)
         keys, times = arguments.timed(stiffnessLists, timeLists, joints, "stiffnesses")
@@ -244,7 +215,7 @@ class StiffnessControl(Service):
         return self.nao.start_task(StiffnessRamp(joints, times, keys))
 
     def setMotionConfig(self, config: Any) -> None:
-        """Taken and logged; nothing here can be configured."""
+        """Accepted and logged, without effect."""
         self.nao.log.write(f"setMotionConfig: {config!r} changes nothing here")
 
 
@@ -254,41 +225,40 @@ def _check_stiffnesses(joints: Sequence[str], rows: Iterable[Floats]) -> None:
             arguments.fraction(value, f"stiffness of {joint}")
 
 
-# --- General tools: names, limits, masses, tasks, and switches of what is not simulated.
+# --- General tools: names, limits, masses, tasks, and switches of reflexes, which are not simulated.
 
 _ARMS = ("Arms", "LArm", "RArm")
 _IDLE = ("Body", "Legs", "Arms", "LArm", "RArm", "Head")
 
 
-def _switch(name: str, log: str, note: str, *of: str, **more: Any) -> Kept:
+def _switch(name: str, log: str, note: str, *of: str, **more: Any) -> Setting:
     names = {"pChainName": ("chain", _ARMS), "pChain": ("chain", _IDLE)}.get("".join(of))
     takes = (*of, "pIsEnabled" if of == ("pChain",) else "pEnable")
     what = "the second argument" if of else "the argument"
-    return Kept(f"{name}Enabled", note, "pChain" not in of, takes, arguments.flag, what, names, log, **more)
+    return Setting(f"{name}Enabled", note, "pChain" not in of, takes, arguments.flag, what, names, log, **more)
 
 
-_COLLIDES = 'Kept for "Arms", "LArm" or "RArm"; nothing collides here.'
+_COLLIDES = 'Stored for "Arms", "LArm" or "RArm"; nothing collides here.'
 _OUTSIDE = "ExternalCollisionProtection", "external collision protection"
 
 
-@formerly("The same under its name before NAOqi 1.14.", getJointNames="getBodyNames")
-@keeps(
-    _switch("FallManager", "fall manager", "Kept; nothing falls here."),
-    _switch("SmartStiffness", "smart stiffness", "Kept; stiffness is as it is set here. Always True.", answer=True),
-    _switch("DiagnosisEffect", "diagnosis effect", "Kept; nothing breaks here."),
+@former_names("The same under its name before NAOqi 1.14.", getJointNames="getBodyNames")
+@settings(
+    _switch("FallManager", "fall manager", "Stored; nothing falls here."),
+    _switch("SmartStiffness", "smart stiffness", "Stored; stiffness is as it is set here. Always True.", answer=True),
+    _switch("DiagnosisEffect", "diagnosis effect", "Stored; nothing breaks here."),
     _switch("CollisionProtection", "collision protection", _COLLIDES, "pChainName", answer=True),
-    _switch(*_OUTSIDE, "Kept; there is nothing to collide with here.", "pName"),
-    _switch("PushRecovery", "push recovery", "Kept; nobody pushes here."),
-    _switch("Breath", "breath", "Kept; the robot does not breathe here.", "pChain"),
-    _switch("IdlePosture", "idle posture", "Kept; an idle robot stays as it is here.", "pChain"),
-    Kept("OrthogonalSecurityDistance", "Kept [m].", 0.4, ("securityDistance",), arguments.duration),
-    Kept("TangentialSecurityDistance", "Kept [m].", 0.1, ("securityDistance",), arguments.duration),
+    _switch(*_OUTSIDE, "Stored; there is nothing to collide with here.", "pName"),
+    _switch("PushRecovery", "push recovery", "Stored; nothing pushes the robot here."),
+    _switch("Breath", "breath", "Stored; the robot does not breathe here.", "pChain"),
+    _switch("IdlePosture", "idle posture", "Stored; an idle robot stays as it is here.", "pChain"),
+    Setting("OrthogonalSecurityDistance", "Stored [m].", 0.4, ("securityDistance",), arguments.duration),
+    Setting("TangentialSecurityDistance", "Stored [m].", 0.1, ("securityDistance",), arguments.duration),
 )
 class GeneralTools(Service):
-    """The methods of ALMotion that tell about the robot and its tasks.
+    """The methods of ALMotion about the robot and its tasks.
 
-    Reflexes are not simulated: nothing falls, nothing collides and nothing breathes. Their switches are kept, and read
-    back as they were set.
+    Reflexes are not simulated: nothing falls, collides or breathes. Their switches are stored.
     """
 
     def __init__(self, nao: Any) -> None:
@@ -304,7 +274,7 @@ class GeneralTools(Service):
         return list(language.joint_names(self.nao.robot, arguments.text(name, "name")))
 
     def getSensorNames(self) -> list[str]:
-        """Names of the sensors whose poses getPosition gives."""
+        """Names of the sensors for getPosition."""
         frames = [name.removesuffix("_frame") for name in self.nao.robot.frame_names if name.endswith("_frame")]
         return sorted(name.removeprefix("ImuTorso") for name in frames)
 
@@ -313,11 +283,11 @@ class GeneralTools(Service):
         return [[float(value) for value in row] for row in limits(self.nao.robot, name)]
 
     def getMotionCycleTime(self) -> int:
-        """Milliseconds of ALMotion's cycle, as NAOqi documents them: 20; the virtual NAO moves in ticks of 10."""
+        """Milliseconds of ALMotion's cycle, as NAOqi documents them: 20; a tick of the virtual NAO has 10."""
         return 20
 
     def getRobotConfig(self) -> list[list[Any]]:
-        """Names and values of what the robot is."""
+        """Names and values of the robot's configuration."""
         # As NAOqi writes them: VERSION_60 of a V6, VERSION_33 of a V3.3.
         version = f"VERSION_{self.nao.robot.version.removeprefix('v').replace('.', ''):0<2}"
         config = {"Model Type": "naoH25", "Head Version": version, "Body Version": version, "Laser": False}
@@ -339,13 +309,7 @@ class GeneralTools(Service):
         return mass_and_com(self.nao.robot, self.nao.joints.q(), self._part(pName))[0]
 
     def getCOM(self, pName: Any, pSpace: Any, pUseSensorValues: Any) -> list[float]:
-        """Centre of mass of a joint's segment, a chain, "Torso", or of all: "Body", "Joints" or "Com" [m].
-
-        Args:
-            pName: the part.
-            pSpace: FRAME_TORSO 0, FRAME_WORLD 1, FRAME_ROBOT 2.
-            pUseSensorValues: True for where the joints are, False for what they are commanded.
-        """
+        """Centre of mass of a part, as in getMass, measured or commanded, in a space [m]."""
         sensor = arguments.flag(pUseSensorValues, "pUseSensorValues")
         q = self.nao.joints.q(sensor=sensor)
         _, com = mass_and_com(self.nao.robot, q, self._part(pName))
@@ -359,7 +323,7 @@ class GeneralTools(Service):
     # --- tasks ----------------------------------------------------------------------------------------------------
 
     def getTaskList(self) -> list[list[Any]]:
-        """[name, id] of each motion task, those that wait for joints last."""
+        """[name, id] of each motion task, waiting ones last."""
         return self.nao.tasks.listing()
 
     def areResourcesAvailable(self, resourceNames: Any) -> bool:
@@ -367,7 +331,7 @@ class GeneralTools(Service):
         return self.nao.tasks.available(self.joints(resourceNames, "resourceNames"))
 
     def killTask(self, motionTaskID: Any) -> bool:
-        """End a task where it is; whether there was one with this id."""
+        """End a task in its current state; return whether there was one with this id."""
         return self.nao.tasks.kill(arguments.whole(motionTaskID, "motionTaskID"))
 
     def killTasksUsingResources(self, resourceNames: Any) -> None:
@@ -376,18 +340,18 @@ class GeneralTools(Service):
         self.nao.tasks.kill_using([*joints, *(f"{joint}/Stiffness" for joint in joints)])
 
     def killAll(self) -> None:
-        """End all tasks where they are."""
+        """End all tasks in their current state."""
         self.nao.tasks.kill_all()
 
-    # --- what is not simulated ------------------------------------------------------------------------------------
+    # --- reflexes, which are not simulated ------------------------------------------------------------------------
 
     def isCollision(self, pChainName: Any) -> str:
-        """Always "none": collisions are not looked for here."""
+        """Always "none": collisions are not detected here."""
         arguments.choice(pChainName, "chain", _ARMS)
         return "none"
 
     def setBreathConfig(self, pConfig: Any) -> None:
-        """Kept: [["Bpm", 5 to 30], ["Amplitude", 0 to 1]]."""
+        """Stored: [["Bpm", 5 to 30], ["Amplitude", 0 to 1]]."""
         pairs = pConfig if isinstance(pConfig, (list, tuple)) else [pConfig]
         for pair in pairs:
             if not isinstance(pair, (list, tuple)) or len(pair) != 2:
@@ -396,18 +360,14 @@ class GeneralTools(Service):
             self._breath[key] = arguments.number(pair[1], key)
 
     def getBreathConfig(self) -> list[list[Any]]:
-        """As it was set."""
+        """The stored values."""
         return [[key, value] for key, value in self._breath.items()]
 
 
-# --- ALMotion, put together from its topics.
+# --- ALMotion, joined from its topics.
 
 
 class ALMotion(JointControl, StiffnessControl, WholeBodyControl, Locomotion, GeneralTools):
-    """Everything that moves: joints, stiffness, effectors, tasks."""
+    """The service that moves joints, stiffness, effectors and the whole robot."""
 
     name = "ALMotion"
-    absent = tuple(
-        "getChainClosestObstaclePosition getFootGaitConfig getTaskLog getWalkArmsEnable setEnableNotifications "
-        "setFootTrajectory setWalkArmsEnable stopAll stopTasksUsingResources updateTrackerTarget".split()
-    )

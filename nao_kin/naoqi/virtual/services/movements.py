@@ -1,4 +1,4 @@
-"""Movements that are ready-made: ALRobotPosture, ALTracker, ALBehaviorManager and ALAnimationPlayer."""
+"""ALRobotPosture, ALTracker, ALBehaviorManager and ALAnimationPlayer."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from nao_kin.naoqi.spaces import FRAME_TORSO, torso_in
 from nao_kin.naoqi.virtual import arguments
 from nao_kin.naoqi.virtual.engine import TICK, Call
 from nao_kin.naoqi.virtual.interpolation import AtSpeed, Interpolation
-from nao_kin.naoqi.virtual.service import Service, formerly, variants
+from nao_kin.naoqi.virtual.service import Service, former_names, variants
 from nao_kin.robot import NaoModel
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 # --- ALRobotPosture: the robot goes to a posture.
 
-# A joint this far from a posture's is still in it [rad]; NAOqi's own measure is not published.
+# The tolerance of a posture [rad]; NAOqi's own is not published.
 _NEAR = 0.1
 _HANDS = ("LHand", "RHand")
 _FAMILIES = {
@@ -42,14 +42,7 @@ _BENT_KNEES = 1.5
 
 
 class GoToPosture(AtSpeed):
-    """Joints go to a posture, and the robot stands up, sits or lies down with them.
-
-    Args:
-        name: NAOqi's method.
-        posture: which posture.
-        nao: the virtual NAO.
-        fraction: of the maximum speeds.
-    """
+    """Joints go to a posture, and the robot stands up, sits or lies down with them."""
 
     def __init__(self, name: str, posture: str, nao: VirtualNao, fraction: float) -> None:
         self._posture = posture
@@ -67,7 +60,7 @@ class GoToPosture(AtSpeed):
         self._up_after = nao.base.vertical_on_feet(self._q) if rest is None else np.array(rest)
 
     def advance(self, nao: VirtualNao, time: float) -> bool:
-        """Move the joints, and turn the vertical as far as they have come."""
+        """Move the joints, and turn the vertical with them."""
         done = super().advance(nao, time)
         if not (self._from_feet and self._to_feet) and nao.joints.stiffness.any():
             share = 1.0 if done else (time - self._start) / self._end
@@ -75,10 +68,10 @@ class GoToPosture(AtSpeed):
         return done
 
     def end(self, nao: VirtualNao, *, killed: bool) -> None:
-        """Say whether the posture is reached, and stand on a foot where it stands on feet."""
+        """Report whether the posture is reached, and stand on a foot in a posture on feet."""
         if killed or self.started is None:
             return
-        # The last command is taken at the end of this tick; what matters is whether the joints could follow.
+        # The last command is applied at the end of this tick; check whether the joints could follow.
         step = nao.joints.max_speed * TICK * (nao.joints.stiffness > 0.0)
         near = np.abs(nao.joints.sensor - self._target) <= step + 1e-6
         # Hands do not count, as for getPosture: openHand and closeHand leave them without stiffness.
@@ -92,16 +85,15 @@ class GoToPosture(AtSpeed):
             nao.announce("PostureFamilyChanged", _FAMILIES.get(self._posture, "Unknown"))
 
 
-@variants("goToPosture", "_go", applyPosture=("", "The same; NAOqi's goes without planning its way."))
+@variants("goToPosture", "_go", applyPosture=("", "The same; in NAOqi, without planning a way."))
 class ALRobotPosture(Service):
     """Predefined postures, each reached on straight lines in the space of joints.
 
-    NAOqi plans a way from posture to posture; here all joints set out together and arrive together, the one with the
-    longest way at the given fraction of its maximum speed.
+    NAOqi plans a way from posture to posture; here all joints start and arrive together, the one with the longest way
+    at the given fraction of its maximum speed.
     """
 
     name = "ALRobotPosture"
-    absent = ("getRobotPosture", "isStandCompatible")
 
     def getPostureList(self) -> list[str]:
         """Names of the predefined postures."""
@@ -112,18 +104,18 @@ class ALRobotPosture(Service):
         return list(dict.fromkeys(_FAMILIES.values()))
 
     def getPosture(self) -> str:
-        """The predefined posture that all joints but the hands are within 0.1 rad of; "Unknown" for none."""
+        """The predefined posture within 0.1 rad of all joints except the hands; "Unknown" for none."""
         body = self.nao.joints.sensor
-        looked_at = [index for index, name in enumerate(self.nao.joints.names) if name not in _HANDS]
+        checked = [index for index, name in enumerate(self.nao.joints.names) if name not in _HANDS]
         distances = {
-            name: float(np.abs(self.nao.robot.to_body(self.nao.robot.posture(name)) - body)[looked_at].max())
+            name: float(np.abs(self.nao.robot.to_body(self.nao.robot.posture(name)) - body)[checked].max())
             for name in self.nao.robot.posture_names
         }
         nearest = min(distances, key=lambda name: distances[name])
         return nearest if distances[nearest] <= _NEAR else "Unknown"
 
     def getPostureFamily(self) -> str:
-        """The family of the posture; between postures, of what the robot does: stand, crouch, or "Unknown"."""
+        """The family of the posture; between postures "Standing", "Crouching" or "Unknown"."""
         posture = self.getPosture()
         if posture in _FAMILIES:
             return _FAMILIES[posture]
@@ -133,22 +125,19 @@ class ALRobotPosture(Service):
         return "Crouching" if float(knees.min()) > _BENT_KNEES else "Standing"
 
     def goToPosture(self, postureName: Any, maxSpeedFraction: Any) -> Call | bool:
-        """Go to a posture; True when it is reached, False where it is unknown, killed, or joints have no stiffness.
+        """Go to a posture at a fraction of the maximum speeds, above 0; a fraction above 1 counts as 1.
 
-        The hands go there too, but do not count: openHand and closeHand leave them without stiffness.
-
-        Args:
-            postureName: one of getPostureList.
-            maxSpeedFraction: above 0; more than 1 counts as 1, with a line in the log.
+        True when it is reached; False if it is unknown, the task was killed, or joints have no stiffness. The hands go
+        there too, but do not count: openHand and closeHand leave them without stiffness.
         """
         return self._go("goToPosture", postureName, maxSpeedFraction)
 
     def stopMove(self) -> None:
-        """End the way to a posture where it is, and those that wait for it."""
+        """End the movements to postures, running and waiting."""
         self.nao.tasks.kill_each(task for task in reversed(self.nao.tasks.all) if isinstance(task, GoToPosture))
 
     def setMaxTryNumber(self, pMaxTryNumber: Any) -> None:
-        """Taken and left: a posture is reached at the first try here."""
+        """Accepted without effect: a posture is reached at the first try here."""
         arguments.whole(pMaxTryNumber, "pMaxTryNumber")
 
     def _go(self, name: str, posture: Any, fraction: Any) -> Call | bool:
@@ -164,7 +153,7 @@ class ALRobotPosture(Service):
 
 
 def _between(one: Floats, other: Floats, share: float) -> Floats:
-    """A direction on the arc between two; the second half of the way by the side where they are opposite."""
+    """A direction on the arc between two; for opposite ones, the second."""
     mixed = (1.0 - share) * one + share * other
     length = float(np.linalg.norm(mixed))
     return other if length < 1e-6 else mixed / length
@@ -179,26 +168,15 @@ _TASKS = ("lookAt", "pointAt")
 
 
 class ALTracker(Service):
-    """Looks and points at places that are given as numbers; targets that would have to be seen are not followed."""
+    """Looks and points at given places; targets that must be seen are not tracked."""
 
     name = "ALTracker"
-    absent = tuple(
-        "track trackEvent registerTarget registerTargets unregisterTarget unregisterTargets unregisterAllTargets "
-        "getRegisteredTargets getSupportedTargets getActiveTarget getTargetPosition getTargetNames "
-        "getTargetCoordinates getRobotPosition isActive isNewTargetDetected isSearchEnabled isTargetLost setMode "
-        "getMode getAvailableModes setEffector getEffector addEffector removeEffector setRelativePosition "
-        "getRelativePosition setMaximumDistance setMoveConfig toggleSearch initialize setTimeOut getTimeOut "
-        "setMaximumVelocity setMaximumAcceleration".split()
-    )
 
     def lookAt(self, pPosition: Any, pFrame: Any, pMaxSpeed: Any, pUseWholeBody: Any = None) -> Call:
-        """Turn the head so that the point is in the middle of the top camera's picture, or as near as limits allow.
+        """Turn the head until a point [x, y, z] [m] is in the centre of the top camera's image, as far as limits allow.
 
-        Args:
-            pPosition: [x, y, z] [m].
-            pFrame: FRAME_TORSO 0, FRAME_WORLD 1, FRAME_ROBOT 2; left out in calls of old scripts, and then FRAME_TORSO.
-            pMaxSpeed: fraction of the maximum speed, above 0, at most 1.
-            pUseWholeBody: True is taken and left: the head turns alone.
+        pFrame may be left out, as in old scripts, and is then FRAME_TORSO. pUseWholeBody has no effect: the head turns
+        alone.
         """
         if pUseWholeBody is None:
             pFrame, pMaxSpeed, pUseWholeBody = FRAME_TORSO, pFrame, pMaxSpeed
@@ -213,13 +191,9 @@ class ALTracker(Service):
         return self.nao.start_task(AtSpeed("lookAt", self.nao, _HEAD, angles, share))
 
     def pointAt(self, pEffector: Any, pPosition: Any, pFrame: Any, pMaxSpeed: Any) -> Call:
-        """Stretch an arm towards a point: shoulder, hand and point are then in a line, as far as limits allow.
+        """Stretch an arm towards a point [x, y, z], so that shoulder, hand and point are in line, if limits allow [m].
 
-        Args:
-            pEffector: "LArm", "RArm", or "Arms" for the one on the point's side.
-            pPosition: [x, y, z] [m].
-            pFrame: FRAME_TORSO 0, FRAME_WORLD 1, FRAME_ROBOT 2.
-            pMaxSpeed: fraction of the maximum speed, above 0, at most 1.
+        pEffector is "LArm", "RArm", or "Arms" for the one on the point's side.
         """
         effector = arguments.choice(pEffector, "effector", ("LArm", "RArm", "Arms"))
         point = self._in_torso(pPosition, pFrame)
@@ -230,7 +204,7 @@ class ALTracker(Service):
         return self.nao.start_task(AtSpeed("pointAt", self.nao, joints, targets, share))
 
     def stopTracker(self) -> None:
-        """End lookAt and pointAt where they are."""
+        """End lookAt and pointAt."""
         self.nao.tasks.kill_each(task for task in reversed(self.nao.tasks.all) if task.name in _TASKS)
 
     def _in_torso(self, position: Any, frame: Any) -> Floats:
@@ -241,21 +215,10 @@ class ALTracker(Service):
 
 
 def pointing(robot: NaoModel, side: str, point: Floats) -> Floats:
-    """The joint values with which a stretched arm points at a point.
+    """The joint values, ShoulderPitch to WristYaw, with which a stretched arm points at a point in the torso (3,).
 
-    With pitch p and roll r of the shoulder the hand is at Ry(p) Rz(r) h from it, h being where it is at zero. The roll
-    makes its y, and then the pitch its x and z, those of the direction to the point.
-
-    Args:
-        robot: a NAO.
-        side: "L" or "R".
-        point: in the torso, shape (3,) [m].
-
-    Returns:
-        ShoulderPitch, ShoulderRoll, ElbowYaw, ElbowRoll and WristYaw, limits of the shoulder left aside, shape (5,).
-
-    Raises:
-        BadArgument: the point is in the shoulder.
+    With pitch p and roll r of the shoulder, the hand is at Ry(p) Rz(r) h from it, where h is its place at zero. The
+    roll determines y, and then the pitch x and z of the direction to the point. Limits of the shoulder are ignored.
     """
     names = [f"{side}{joint}" for joint in _ARM]
     columns = [robot.joint_names.index(name) for name in names]
@@ -279,34 +242,29 @@ def pointing(robot: NaoModel, side: str, point: Floats) -> Floats:
 
 # --- ALBehaviorManager and ALAnimationPlayer: the timelines of Choregraphe's behaviours, played.
 
-# The files that Choregraphe writes are called so; a behaviour is named by their folder.
+# The name of Choregraphe's files; the folder names the behaviour.
 _FILE = "behavior"
-# What ALAnimationPlayer writes in place of [posture].
+# The replacements for [posture] in ALAnimationPlayer.
 _POSTURES = {"Standing": "Stand", "Sitting": "Sit"}
 
 
-@formerly(
+@former_names(
     "The same under its name before NAOqi 1.22.",
     getBehaviorNames="getInstalledBehaviors",
     isBehaviorPresent="isBehaviorInstalled",
 )
-@formerly("The same as {}: nothing is loaded ahead here.", isBehaviorLoaded="isBehaviorRunning")
-@formerly("The same as {}.", getLoadedBehaviors="getRunningBehaviors")
-@formerly("Taken and left; whether there is such a behaviour.", preloadBehavior="isBehaviorInstalled")
+@former_names("The same as {}: behaviours are not preloaded here.", isBehaviorLoaded="isBehaviorRunning")
+@former_names("The same as {}.", getLoadedBehaviors="getRunningBehaviors")
+@former_names("Without effect; whether there is such a behaviour.", preloadBehavior="isBehaviorInstalled")
 class ALBehaviorManager(Service):
     """The behaviours (.xar) in the folder of `nao-kin serve --behaviors FOLDER`, or of `VirtualNao(behaviors=FOLDER)`.
 
     The file dance/behavior_1/behavior.xar is the behaviour dance/behavior_1, the file wave.xar is wave. Its timeline is
-    played: joints go from where they are commanded to its first keys, and through the others. Of several timelines,
+    played: joints go from their commanded values to its first keys, and through the others. Of several timelines,
     wave/1 is the first, and wave/NAME that of a box. Boxes and scripts are not run.
     """
 
     name = "ALBehaviorManager"
-    absent = tuple(
-        "addDefaultBehavior removeDefaultBehavior setDefaultBehaviors getDefaultBehaviors playDefaultProject "
-        "getBehaviorTags getBehaviorsByTag getTagList getBehaviorNature getSystemBehaviorNames getUserBehaviorNames "
-        "removeBehavior resolveBehaviorName installBehavior".split()
-    )
 
     def __init__(self, nao: VirtualNao) -> None:
         super().__init__(nao)
@@ -329,32 +287,26 @@ class ALBehaviorManager(Service):
         self._play("startBehavior", name)
 
     def stopBehavior(self, name: Any) -> None:
-        """End a behaviour where it is; does nothing when it is not played."""
+        """End a behaviour; does nothing if it is not running."""
         call = self._started.get(arguments.text(name, "name"))
         if call is not None:
             call.cancel()
 
     def stopAllBehaviors(self) -> None:
-        """End all behaviours where they are."""
+        """End all behaviours."""
         for call in self._started.values():
             call.cancel()
 
     def isBehaviorRunning(self, name: Any) -> bool:
-        """Whether a behaviour is played, or waits for its joints."""
+        """Whether a behaviour is running, or waits for its joints."""
         return arguments.text(name, "name") in self.getRunningBehaviors()
 
     def getRunningBehaviors(self) -> list[str]:
-        """Names of the behaviours that are played."""
+        """Names of the running behaviours."""
         return sorted(name for name, call in self._started.items() if not call.done())
 
     def _play(self, task: str, name: Any) -> Call:
-        """Start a behaviour, under any name of a task.
-
-        Raises:
-            UnknownName: no such behaviour.
-            BadArgument: it is played already, has several timelines, or there is no folder of behaviours.
-            BadInputFile: it cannot be read, or has no such timeline.
-        """
+        """Start a behaviour as a task of this name; refuses unknown, running and unreadable ones."""
         wanted, files = arguments.text(name, "name"), self._files()
         if self.nao.behaviors is None:
             raise BadArgument("no behaviours are installed; nao-kin serve and run take a folder of them, --behaviors")
@@ -369,13 +321,13 @@ class ALBehaviorManager(Service):
         return call
 
     def _read(self, path: Path, timeline: str, name: str) -> Motion:
-        """The motion of a timeline in a file, of its only one where `timeline` is empty."""
+        """The motion of a timeline in a file; of its only one for an empty `timeline`."""
         try:
             return read_motion(path, format="xar", timeline=timeline or None, robot=self.nao.robot)
         except BadInputFile:
             if timeline:
                 raise
-            read_motion(path, format="xar", timeline=1, robot=self.nao.robot)  # what else is wrong is raised again
+            read_motion(path, format="xar", timeline=1, robot=self.nao.robot)  # any other fault is raised again
         raise BadArgument(f"{name} has several timelines; play one by its number or its box's name, as {name}/1")
 
     def _files(self) -> dict[str, Path]:
@@ -393,14 +345,9 @@ class ALAnimationPlayer(Service):
     """Plays behaviours of ALBehaviorManager; Aldebaran's animations are not part of nao_kin."""
 
     name = "ALAnimationPlayer"
-    absent = ("runTag", "reset", "declarePathForTags", "addTagForAnimations", "declareTagForAnimations")
 
     def run(self, path: Any) -> Call:
-        """Play a behaviour; returns at its end.
-
-        Args:
-            path: its name; [robot] in it stands for Nao, [posture] for Stand or Sit.
-        """
+        """Play a behaviour; returns at its end. In its name, [robot] stands for Nao, [posture] for Stand or Sit."""
         name = arguments.text(path, "path").replace("[robot]", "Nao")
         if "[posture]" in name:
             family = self.nao.services["ALRobotPosture"].invoke("getPostureFamily")
@@ -412,20 +359,15 @@ class ALAnimationPlayer(Service):
 
 
 def led_in(motion: Motion, start: Floats) -> Motion:
-    """The motion with a key at time zero for each joint that has none: where it is, with level handles.
-
-    Args:
-        motion: of n joints, from time zero or later.
-        start: their values at time zero, shape (n,).
-    """
+    """The motion with a key at time zero for every joint, at its current value, shape (n,), with level handles."""
     curves = motion.as_bezier()
     assert curves.handles is not None
     times, keys, handles = list(curves.times), list(curves.keys), list(curves.handles)
     for joint, first in enumerate(start):
         gap = float(times[joint][0])
         if gap > 0.0:
-            times[joint] = np.concatenate([[0.0], times[joint]])
-            keys[joint] = np.concatenate([[first], keys[joint]])
-            handles[joint] = np.concatenate([np.zeros((1, 2, 2)), handles[joint]])
+            times[joint] = np.insert(times[joint], 0, 0.0)
+            keys[joint] = np.insert(keys[joint], 0, first)
+            handles[joint] = np.insert(handles[joint], 0, np.zeros((2, 2)), axis=0)
             handles[joint][0, 1, 0], handles[joint][1, 0] = gap / 3.0, (-gap / 3.0, 0.0)
     return Motion(times, motion.joint_names, keys, "bezier", handles)
