@@ -23,7 +23,7 @@ from nao_kin._core.arrays import (
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadArgument
 from nao_kin.ik.descent import FrameMotion, Goal, Minimum, descended
-from nao_kin.ik.geometry import kept_limb
+from nao_kin.ik.geometry import cached_limb
 from nao_kin.ik.limit_regions import LimitRegion
 from nao_kin.ik.results import Codes, Family, IKResult, Integers, Obstacles, Reason
 from nao_kin.ik.targets import Limits, check_threads, inside_limits, is_enforced, rigid_poses, with_unit_quaternion
@@ -208,7 +208,7 @@ def _candidates(motion: FrameMotion, seed: int, number: int) -> tuple[Floats, Fl
 def minimise(search: PoseSearch, region: LimitRegion, targets: Floats, q: Floats) -> Minimum:
     """Lessen ½‖e(q)‖² from starts (n, nq) inside the limits, one for each of the targets (n, 4, 4)."""
     motion = search.motion
-    poses, still = motion.in_base(targets, q).reshape(len(q), 16), region.still_values(motion.joint_values(q))
+    poses, still = motion.in_base(targets, q).reshape(len(q), 16), region.fixed_values(motion.joint_values(q))
     goal = Goal(search.weights, search.tolerance, search.iterations)
     found = descended(motion.chain, region, goal, poses, still, q[:, motion.columns], search.threads)
     ends: Floats = np.array(q)
@@ -360,7 +360,7 @@ def numeric(
     enforced = is_enforced(limits)
     if choice(solver, _SOLVERS, "solver") == "pink":
         need_extra('solver="pink"', "pink")
-    motion, six = kept_limb(robot, FrameMotion, frame), _six_weights(weights)
+    motion, six = cached_limb(robot, FrameMotion, frame), _six_weights(weights)
     check_tolerance(tolerance)
     search = PoseSearch(
         motion,

@@ -12,8 +12,8 @@ from nao_kin._core.arrays import Floats, as_floats, check_tolerance, common_batc
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.ik.compiling import kept
 from nao_kin.ik.descent import FrameMotion
-from nao_kin.ik.geometry import kept_limb
-from nao_kin.ik.limit_regions import Region, limit_rows, most_rows, region_type
+from nao_kin.ik.geometry import cached_limb
+from nao_kin.ik.limit_regions import Region, limit_rows, max_limit_rows, region_type
 from nao_kin.ik.quadratic_program import quadratic_program
 from nao_kin.robot import LIMIT_TOLERANCE, Expression, RobotModel, check_robot
 
@@ -294,7 +294,7 @@ def velocity(
         check_tolerance(value, name)
         if not 0.0 < value < np.inf:
             raise BadArgument(f"{name} must be a finite number above 0, got {value}")
-    motion = kept_limb(robot, FrameMotion, frame)
+    motion = cached_limb(robot, FrameMotion, frame)
     start, twists = robot.checked(q), as_floats(twist, (6,), "twist")
     batch = common_batch("q and twist", start.shape[:-1], twists.shape[:-1])
     q_rows = np.array(np.broadcast_to(start, (*batch, robot.nq)).reshape(-1, robot.nq))
@@ -380,7 +380,7 @@ class _Bounds:
         """What `_programs` takes of configurations."""
         values = self._values[rows]
         moving = np.ascontiguousarray(values[:, self._motion.joints])
-        return self._region.numbers, moving, self._region.still_values(values), self._fastest * self._dt, self._dt
+        return self._region.numbers, moving, self._region.fixed_values(values), self._fastest * self._dt, self._dt
 
     def scaled(self, speeds: Floats) -> Floats:
         """The same velocities, all slowed alike until every joint is inside."""
@@ -436,7 +436,7 @@ def _programs(
     H: Floats, g: Floats, found: Floats, solved: NDArray[np.bool_],
 ) -> None:  # fmt: skip
     """The minimum of each ½ vᵀ H v + gᵀ v whose step v dt stays inside the limits and is no longer than `longest`."""
-    A, b = np.empty((most_rows(region), g.shape[1])), np.empty(most_rows(region))
+    A, b = np.empty((max_limit_rows(region), g.shape[1])), np.empty(max_limit_rows(region))
     for k in range(len(g)):
         count = limit_rows(region, values[k], still[k], longest, A, b, 0)
         for i in range(count):
