@@ -34,7 +34,7 @@ from nao_kin.ik.body_errors import (
 )
 from nao_kin.ik.compiling import kept
 from nao_kin.ik.leg import JOINTS
-from nao_kin.ik.limit_regions import Region, clipped, limit_rows, max_limit_rows, outside
+from nao_kin.ik.limit_regions import Region, clipped, limit_rows, most_rows, outside
 from nao_kin.ik.quadratic_program import quadratic_program
 
 # --- One pose to find, what is known of a configuration on the way, and the step from it.
@@ -255,7 +255,7 @@ def search(body: Body, legs: Legs, task: Task, current: Point, trial: Point) -> 
     limits, most = body.limits, task.plan.steps
     if task.pull > 0.0:
         limits, most = _with_bent_knees(body), _MOST_WITH_POSTURE
-    size = 7 + len(task.planes) + max_limit_rows(limits)
+    size = 7 + len(task.planes) + most_rows(limits)
     A, slack, b = np.zeros((size, n + 1)), np.zeros(size), np.zeros(size)
     normal, gradient, step = np.empty((n, n)), np.empty(n), np.empty(n + 1)
     evaluate(body, task, limits, current)

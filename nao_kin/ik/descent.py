@@ -458,7 +458,7 @@ def descended(
         region: the limits; the starts are inside.
         goal: weights, tolerance, and the most steps.
         targets: poses of the frames in the base for each start, shape (n, 16 F).
-        still: as `LimitRegion.fixed_values` has them, shape (n, t).
+        still: as `LimitRegion.still_values` has them, shape (n, t).
         starts: shape (n, m).
         threads: how many; None for all cores where that is worthwhile.
 

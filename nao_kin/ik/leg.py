@@ -500,7 +500,7 @@ def nearest_feet(
     values[:, limb.index] = began.reshape(-1, c)
     values = region.project(motion.joint_values(values))
     targets = np.broadcast_to(wanted.reshape(n, -1), (len(began), n, 16 * len(frames))).reshape(len(values), -1)
-    fixed, inside = region.fixed_values(values), values[:, region.moving]
+    fixed, inside = region.still_values(values), values[:, region.moving]
     # A single search runs as Python where nothing is compiled yet.
     parts = [slice(k, k + 1) for k in range(len(inside))] if n == 1 else [slice(None)]
     found = [descended(motion.chain, region, _GOAL, targets[k], fixed[k], inside[k], options.threads) for k in parts]

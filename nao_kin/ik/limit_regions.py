@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from nao_kin._core.arrays import Floats
 from nao_kin._kernels.cache import both_ways
 from nao_kin.ik.compiling import Row, copied, in_lists, kept, run_rows
-from nao_kin.ik.ranges import interpolated
 from nao_kin.robot import LIMIT_TOLERANCE, RobotModel
 from nao_kin.robot.semantics import CoupledLimit
 
@@ -89,9 +88,19 @@ def obey(region: Region, t: int, fixed: Row, values: Row) -> bool:
 
 @both_ways
 def range_at(region: Region, t: int, of: float) -> tuple[float, float]:
-    """Return the range of the joint of a table where the other is at `of`."""
+    """Return the range of the joint of a table where the other is at `of`; constant outside the table."""
     first, last = region.tables[TABLE * t + 2], region.tables[TABLE * t + 3] - 1
-    return interpolated(region.at, region.low, region.high, first, last, of)
+    at, low, high = region.at, region.low, region.high
+    if of <= at[first]:
+        return low[first], high[first]
+    if of >= at[last]:
+        return low[last], high[last]
+    right = first + 1
+    while at[right] < of:
+        right += 1
+    left = right - 1
+    share = (of - at[left]) / (at[right] - at[left])
+    return low[left] + share * (low[right] - low[left]), high[left] + share * (high[right] - high[left])
 
 
 @both_ways
@@ -220,7 +229,7 @@ def outside(region: Region, values: Row) -> float:
 
 
 @both_ways
-def max_limit_rows(region: Region) -> int:
+def most_rows(region: Region) -> int:
     """Return how many rows `limit_rows` writes at most."""
     return 2 * (len(region.lower) + len(region.at))
 
@@ -323,7 +332,7 @@ class LimitRegion:
 
     def project(self, values: Floats) -> Floats:
         """Return the nearest values inside the limits, shape (n, joints); only moving joints change."""
-        rows, fixed = np.ascontiguousarray(values[:, self.moving]), self.fixed_values(values)
+        rows, fixed = np.ascontiguousarray(values[:, self.moving]), self.still_values(values)
         found: Floats = np.empty_like(rows)
 
         def in_python(part: slice) -> None:
@@ -351,7 +360,7 @@ class LimitRegion:
         tables = [(place[of], place[joint], bends) for bends, of, joint in self._tables]
         return region_of(self.lower[self.moving], self.upper[self.moving], winding, tables)
 
-    def fixed_values(self, values: Floats) -> Floats:
+    def still_values(self, values: Floats) -> Floats:
         """Return each table's value of its joint that does not move, shape (n, t), from values (n, joints)."""
         columns = [joint if self._is_moving[of] else of for _, of, joint in self._tables]
         return np.ascontiguousarray(values[:, columns])
@@ -437,6 +446,6 @@ def _arguments() -> tuple[Any, ...]:
 
 
 @kept("projections onto limits", _arguments)
-def _projections(region: Region, values: Floats, fixed: Floats, inside: Floats) -> None:
+def _projections(region: Region, values: Floats, still: Floats, inside: Floats) -> None:
     for i in range(values.shape[0]):
-        project(region, values[i], fixed[i], inside[i])
+        project(region, values[i], still[i], inside[i])

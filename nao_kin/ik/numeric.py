@@ -208,7 +208,7 @@ def _candidates(motion: FrameMotion, seed: int, number: int) -> tuple[Floats, Fl
 def minimise(search: PoseSearch, region: LimitRegion, targets: Floats, q: Floats) -> Minimum:
     """Lessen ½‖e(q)‖² from starts (n, nq) inside the limits, one for each of the targets (n, 4, 4)."""
     motion = search.motion
-    poses, still = motion.in_base(targets, q).reshape(len(q), 16), region.fixed_values(motion.joint_values(q))
+    poses, still = motion.in_base(targets, q).reshape(len(q), 16), region.still_values(motion.joint_values(q))
     goal = Goal(search.weights, search.tolerance, search.iterations)
     found = descended(motion.chain, region, goal, poses, still, q[:, motion.columns], search.threads)
     ends: Floats = np.array(q)

@@ -121,22 +121,18 @@ def turned_towards(value: float, near: float) -> float:
 
 @both_ways
 def table_range(ranges: Ranges, of: float) -> tuple[float, float]:
-    """Return the coupled range of `ranges.joint` with the other joint at `of`."""
-    return interpolated(ranges.at, ranges.low, ranges.high, 0, ranges.bends - 1, of)
-
-
-@both_ways
-def interpolated(at: Row, low: Row, high: Row, first: int, last: int, value: float) -> tuple[float, float]:
-    """Return lower and upper bound at a value, between rows `first` and `last` of a table; constant outside."""
-    if value <= at[first]:
-        return low[first], high[first]
-    if value >= at[last]:
+    """Return the coupled range of `ranges.joint` with the other joint at `of`; constant outside the table."""
+    # As `range_at` of limit_regions; a function shared by both would copy the tuples, which takes longer than the rest.
+    at, low, high, last = ranges.at, ranges.low, ranges.high, ranges.bends - 1
+    if of <= at[0]:
+        return low[0], high[0]
+    if of >= at[last]:
         return low[last], high[last]
-    right = first + 1
-    while at[right] < value:
+    right = 1
+    while at[right] < of:
         right += 1
     left = right - 1
-    share = (value - at[left]) / (at[right] - at[left])
+    share = (of - at[left]) / (at[right] - at[left])
     return low[left] + share * (low[right] - low[left]), high[left] + share * (high[right] - high[left])
 
 

@@ -13,7 +13,7 @@ from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.ik.compiling import kept
 from nao_kin.ik.descent import FrameMotion
 from nao_kin.ik.geometry import cached_limb
-from nao_kin.ik.limit_regions import Region, limit_rows, max_limit_rows, region_type
+from nao_kin.ik.limit_regions import Region, limit_rows, most_rows, region_type
 from nao_kin.ik.quadratic_program import quadratic_program
 from nao_kin.robot import LIMIT_TOLERANCE, Expression, RobotModel, check_robot
 
@@ -380,7 +380,7 @@ class _Bounds:
         """What `_programs` takes of configurations."""
         values = self._values[rows]
         moving = np.ascontiguousarray(values[:, self._motion.joints])
-        return self._region.numbers, moving, self._region.fixed_values(values), self._fastest * self._dt, self._dt
+        return self._region.numbers, moving, self._region.still_values(values), self._fastest * self._dt, self._dt
 
     def scaled(self, speeds: Floats) -> Floats:
         """The same velocities, all slowed alike until every joint is inside."""
@@ -436,7 +436,7 @@ def _programs(
     H: Floats, g: Floats, found: Floats, solved: NDArray[np.bool_],
 ) -> None:  # fmt: skip
     """The minimum of each ½ vᵀ H v + gᵀ v whose step v dt stays inside the limits and is no longer than `longest`."""
-    A, b = np.empty((max_limit_rows(region), g.shape[1])), np.empty(max_limit_rows(region))
+    A, b = np.empty((most_rows(region), g.shape[1])), np.empty(most_rows(region))
     for k in range(len(g)):
         count = limit_rows(region, values[k], still[k], longest, A, b, 0)
         for i in range(count):
