@@ -360,20 +360,23 @@ def solve_separately(legs: Legs, target: Row, selection: Selection, work: Worksp
     row, (ranges, reference, enforce) = OF_ONE + EXTRAS, selection
     found, report = work.found, work.report
     own, near = Workspace(work.q[:OF_ONE], found, report), work.q[OF_ONE : 2 * OF_ONE]
-    near[:] = reference[:OF_ONE]
+    for j in range(OF_ONE):
+        near[j] = reference[j]
     left = solve_leg(legs.left, target[LEFT:RIGHT], Selection(ranges.left, near, enforce), own)
     left_why = reason_of(report)
     # A foot is exact at two values of HipYawPitch, or in a family at more.
     one, other = found[0], found[0]
     for k in range(1, left):
         other = found[k * row] if abs(found[k * row] - one) > abs(other - one) else other
-    near[1:] = reference[OF_ONE:]
+    for j in range(1, OF_ONE):
+        near[j] = reference[OF_ONE - 1 + j]
     right, gap = solve_leg(legs.right, target[RIGHT:PRIORITY], Selection(ranges.right, near, enforce), own), math.inf
     for k in range(right):
         for hip in (one, other):
             off = hip - found[k * row]
             gap = min(gap, abs(off if enforce else turned_towards(off, 0.0)))
-    report[POSITION_ERROR:] = math.nan
+    for j in range(POSITION_ERROR, len(report)):
+        report[j] = math.nan
     report[MOVED] = 0.0
     # If both legs fail, report one that is too short.
     if left == 0 and (right > 0 or report[REASON] != OUT_OF_REACH or left_why[0] == OUT_OF_REACH):
