@@ -1,12 +1,12 @@
 """The arm: four real branches for a pose of the hand that five joints can make, and up to eight for five numbers of it.
 
 ShoulderPitch about y and ShoulderRoll about z meet in the shoulder; ElbowYaw about x, ElbowRoll about z and WristYaw
-about x meet in the elbow, at e = (e_x, e_y, 0) in the upper arm. With the frame at h from the elbow in the hand's axes,
+about x meet in the elbow, at e = (e_x, e_y, 0) in the upper arm. With h from elbow to frame, in the axes of the hand,
 
     R = Ry(q₁) Rz(q₂) Rx(q₃) Rz(q₄) Rx(q₅),  p = shoulder + Ry(q₁) Rz(q₂) e + R h.
 
-The pose fixes the elbow, p − R h; the arm makes it only where that is |e| from the shoulder. Its direction gives the
-shoulder (two ways), what is then left of R the three others (two ways).
+The pose determines the elbow, p − R h, which must be at |e| from the shoulder. Its direction gives the shoulder joints
+(two solutions), and the rest of R the three others (two solutions).
 """
 
 from __future__ import annotations
@@ -43,31 +43,24 @@ from nao_kin.ik.results import Family
 from nao_kin.ik.searches import least
 
 JOINTS = 5
-MOST_BRANCHES = 8
+MAX_BRANCHES = 8
 
 _ALONE, _ELBOW_LOCK = float(Family.NONE), float(Family.ELBOW_LOCK)
 _SHOULDER_AXIS = float(Family.SHOULDER_AXIS)
-# How far [m] the elbow may be from where the arm can have it, and from the axis of ShoulderPitch to be on it.
+# Tolerances of the elbow [m]: of its distance to the shoulder, and to the axis of ShoulderPitch.
 _REACHED, _ON_AXIS = 1e-11, 1e-12
-# Sine of ElbowRoll up to which the axes of ElbowYaw and WristYaw are one.
+# Sine of ElbowRoll up to which the axes of ElbowYaw and WristYaw coincide.
 _PARALLEL = 1e-12
-# Below this, or as near to half a turn, the elbow's two places on its circle are one.
+# Below this angle, or as near to half a turn, the elbow's two positions on its circle coincide [rad].
 _ONE_TURN = 1e-7
 # Steps of the search in a family.
 _STEPS = 180
 
 
 class Arm(NamedTuple):
-    """What the closed form needs to know of an arm.
+    """The geometry of an arm: shoulder in the torso, elbow in the upper arm, frame in the hand from the elbow [m].
 
-    Attributes:
-        shoulder: the shoulder in the torso [m].
-        elbow_x: the elbow in the upper arm [m].
-        elbow_y: its y.
-        weight: what a radian counts where a pose is not met [m].
-        turned: whether the frame is turned against the hand, 0 or 1.
-        rotation: its rotation in the hand, nine numbers by rows.
-        place: its origin in the hand, seen from the elbow [m].
+    `weight` is the weight of a radian in the nearest pose [m]; `turned` is 1 if the frame is turned against the hand.
     """
 
     shoulder: Vector
@@ -81,15 +74,15 @@ class Arm(NamedTuple):
 
 @both_ways
 def hand_of(arm: Arm, target: Row) -> tuple[bool, Pose]:
-    """Whether the sixteen numbers of a pose are rigid; the hand's rotation and the frame's place from the shoulder."""
-    fine, (a, b, c, d, e, f, g, h, i) = link_rotation(arm, target)
+    """Return whether a pose is rigid, the hand's rotation, and the frame's position from the shoulder."""
+    is_rigid, (a, b, c, d, e, f, g, h, i) = link_rotation(arm, target)
     x, y, z = arm.shoulder
-    return fine, Pose(a, b, c, d, e, f, g, h, i, target[3] - x, target[7] - y, target[11] - z)
+    return is_rigid, Pose(a, b, c, d, e, f, g, h, i, target[3] - x, target[7] - y, target[11] - z)
 
 
 @both_ways
 def elbow_of(arm: Arm, hand: Pose) -> Vector:
-    """The place of the elbow that a pose of the hand asks for, seen from the shoulder."""
+    """Return the position of the elbow from the shoulder for a pose of the hand."""
     x, y, z = arm.place
     return (
         hand.x - (hand.r00 * x + hand.r01 * y + hand.r02 * z),
@@ -100,13 +93,13 @@ def elbow_of(arm: Arm, hand: Pose) -> Vector:
 
 @both_ways
 def upper_arm(arm: Arm) -> float:
-    """The length of the upper arm [m]."""
+    """Return the length of the upper arm [m]."""
     return math.sqrt(arm.elbow_x * arm.elbow_x + arm.elbow_y * arm.elbow_y)
 
 
 @both_ways
 def out_of_reach(arm: Arm, x: float, y: float, z: float, report: Row) -> bool:
-    """Whether a place seen from the shoulder is out of reach of the frame, which is then reported with the distance."""
+    """Return whether a position from the shoulder is out of reach of the frame; if so, report by how much."""
     hx, hy, hz = arm.place
     upper, lower, far = upper_arm(arm), math.sqrt(hx * hx + hy * hy + hz * hz), math.sqrt(x * x + y * y + z * z)
     beyond = max(far - upper - lower, abs(upper - lower) - far)
@@ -118,10 +111,10 @@ def out_of_reach(arm: Arm, x: float, y: float, z: float, report: Row) -> bool:
 
 @both_ways
 def solve_arm(arm: Arm, target: Row, selection: Selection, work: Workspace) -> int:
-    """All branches of an arm for the pose of its frame; see `ranges` for the arguments."""
+    """Find all branches of an arm for the pose of its frame, as `ranges` describes."""
     start_report(work.report)
-    fine, hand = hand_of(arm, target)
-    if not fine:
+    is_rigid, hand = hand_of(arm, target)
+    if not is_rigid:
         work.report[REASON] = NOT_RIGID
         return 0
     if out_of_reach(arm, hand.x, hand.y, hand.z, work.report):
@@ -132,15 +125,10 @@ def solve_arm(arm: Arm, target: Row, selection: Selection, work: Workspace) -> i
 
 
 class Circle(NamedTuple):
-    """Where the elbow is, seen from the shoulder, when the forearm lies along n and the frame stands at its place.
+    """The circle of the elbow, seen from the shoulder, for a position of the frame and a direction n of the forearm.
 
-    Attributes:
-        frame: the place of the frame [m].
-        n: the direction of the forearm, a unit vector.
-        v: a unit vector across, towards the middle of the circle.
-        along: the middle of the circle along n [m].
-        across: its distance from the line through the shoulder along n [m].
-        radius: of the circle [m]: how far the frame is from the axis of the forearm.
+    Its centre is along · n + across · v [m], with v perpendicular to n; its radius is the distance of the frame from
+    the axis of the forearm [m].
     """
 
     frame: Vector
@@ -153,7 +141,7 @@ class Circle(NamedTuple):
 
 @both_ways
 def circle_of(arm: Arm, target: Row) -> Circle:
-    """The circle of the elbow for the place of the frame and a direction that is not zero, six numbers."""
+    """Return the circle of the elbow for the position of the frame and a direction, six numbers."""
     nx, ny, nz = target[3], target[4], target[5]
     length = math.sqrt(nx * nx + ny * ny + nz * nz)
     nx, ny, nz = nx / length, ny / length, nz / length
@@ -165,7 +153,7 @@ def circle_of(arm: Arm, target: Row) -> Circle:
     across = math.sqrt(vx * vx + vy * vy + vz * vz)
     size = across
     if across <= _ON_AXIS:
-        # Any direction across will do.
+        # Any perpendicular direction will do.
         sx, sy, sz = (1.0, 0.0, 0.0) if abs(nx) < 0.7 else (0.0, 1.0, 0.0)
         part = sx * nx + sy * ny + sz * nz
         vx, vy, vz = sx - part * nx, sy - part * ny, sz - part * nz
@@ -176,10 +164,10 @@ def circle_of(arm: Arm, target: Row) -> Circle:
 
 @both_ways
 def hand_on_circle(arm: Arm, circle: Circle, turn: float) -> Pose:
-    """The pose of the hand with which the elbow is at an angle on its circle, from the side of the shoulder."""
+    """Return the pose of the hand with the elbow at an angle on its circle, from the side of the shoulder."""
     c, s = math.cos(turn), math.sin(turn)
     (nx, ny, nz), (vx, vy, vz) = circle.n, circle.v
-    # From the elbow's circle to the frame, and across to that and the direction.
+    # k from the elbow's circle to the frame, and o = n × k.
     kx = c * vx + s * (ny * vz - nz * vy)
     ky = c * vy + s * (nz * vx - nx * vz)
     kz = c * vz + s * (nx * vy - ny * vx)
@@ -197,9 +185,9 @@ def hand_on_circle(arm: Arm, circle: Circle, turn: float) -> Pose:
 
 @both_ways
 def solve_direction(arm: Arm, target: Row, selection: Selection, work: Workspace) -> int:
-    """All branches for the place of the frame and the direction of the forearm, six numbers.
+    """Find all branches for the position of the frame and the direction of the forearm, six numbers.
 
-    Where the circle of the elbow meets the sphere about the shoulder, the hand's whole orientation follows.
+    Each intersection of the elbow's circle and the sphere about the shoulder gives an orientation of the hand.
     """
     report = work.report
     start_report(report)
@@ -227,21 +215,21 @@ def solve_direction(arm: Arm, target: Row, selection: Selection, work: Workspace
 
 @both_ways
 def _add_for_hand(arm: Arm, hand: Pose, selection: Selection, work: Workspace, before: int) -> int:
-    """Add the branches for a pose of the hand, if the elbow is where the arm can have it."""
+    """Add the branches for a pose of the hand, if the elbow is at the right distance from the shoulder."""
     x, y, z = elbow_of(arm, hand)
     if not abs(math.sqrt(x * x + y * y + z * z) - upper_arm(arm)) <= _REACHED:
         work.report[REASON] = NOT_ENOUGH_JOINTS
         return before
     count = _branches(arm, hand, selection, selection.enforce, work, before)
     if count == before and selection.enforce:
-        # Which joint is in the way: all branches, to see which of them is nearest to the limits.
+        # Find the branch nearest to the limits, for the reason.
         count = _branches(arm, hand, selection, False, work, count)
     return count
 
 
 @both_ways
 def _branches(arm: Arm, hand: Pose, selection: Selection, prune: bool, work: Workspace, count: int) -> int:
-    """Add all branches; with `prune` one is left as soon as a joint is seen outside its limits, without report."""
+    """Add all branches; with `prune`, skip one without report as soon as a joint is outside its limits."""
     ranges, q = selection.ranges, work.q
     wx, wy, wz = elbow_of(arm, hand)
     aside = math.sqrt(wx * wx + wz * wz)
@@ -267,7 +255,7 @@ def _branches(arm: Arm, hand: Pose, selection: Selection, prune: bool, work: Wor
 
 @both_ways
 def write_shoulder(arm: Arm, elbow: Vector, side: int, q: Row) -> None:
-    """Write q₁ and q₂ with which the elbow is in a direction, one of two ways."""
+    """Write q₁ and q₂ for a direction of the elbow, one of two solutions."""
     x, y, z = elbow
     aside = math.sqrt(x * x + z * z)
     q[0] = math.atan2(-z, x) if side == 0 else math.atan2(z, -x)
@@ -276,10 +264,10 @@ def write_shoulder(arm: Arm, elbow: Vector, side: int, q: Row) -> None:
 
 @both_ways
 def write_elbow(hand: Pose, selection: Selection, q: Row) -> float:
-    """Write the angles q₃ to q₅ that the shoulder leaves of the hand's orientation; their family.
+    """Write q₃ to q₅ for the hand's orientation and given q₁ and q₂; return their family.
 
-    With B = Rx(q₃) Rz(q₄) Rx(q₅), the first column of B is (cos q₄, cos q₃ sin q₄, sin q₃ sin q₄). The first turn is
-    taken from it and undone; the other two follow from what is left, with every digit also beside lock.
+    The first column of B = Rx(q₃) Rz(q₄) Rx(q₅) is (cos q₄, cos q₃ sin q₄, sin q₃ sin q₄). It gives q₃; the other two
+    follow from Rx(−q₃) B, to full precision near lock too.
     """
     c1, s1, c2, s2 = math.cos(q[0]), math.sin(q[0]), math.cos(q[1]), math.sin(q[1])
     # B = Rz(−q₂) Ry(−q₁) R
@@ -304,7 +292,7 @@ def write_elbow(hand: Pose, selection: Selection, q: Row) -> float:
 
 @both_ways
 def write_other_elbow(q: Row) -> None:
-    """Replace these angles by those that make the same orientation: Rx(q₃ + π) Rz(−q₄) Rx(q₅ + π)."""
+    """Replace q₃ to q₅ by the other solution, Rx(q₃ + π) Rz(−q₄) Rx(q₅ + π)."""
     q[2], q[3], q[4] = wrapped(q[2] + math.pi), -q[3], wrapped(q[4] + math.pi)
 
 
@@ -312,7 +300,7 @@ def write_other_elbow(q: Row) -> None:
 def _add_about_shoulder_axis(
     arm: Arm, hand: Pose, other: int, selection: Selection, work: Workspace, count: int
 ) -> int:
-    """Add the member of a family with the elbow on the axis of ShoulderPitch, about which the arm may turn."""
+    """Add the best member of the family with the elbow on the axis of ShoulderPitch, about which the arm may turn."""
     near = selection.reference[0]
     low, high = near - math.pi, near + math.pi
     if selection.enforce:
@@ -326,20 +314,20 @@ def _add_about_shoulder_axis(
 
 @both_ways
 def _cost_of_pitch(given: tuple[Pose, int, Selection, Row], pitch: float) -> float:
-    """Write a member of the family into q; its cost."""
+    """Write a member of the family into q; return its cost."""
     hand, other, selection, q = given
     q[0] = pitch
     family = write_elbow(hand, selection, q)
     if other == 1:
         if family != _ALONE:
-            return math.inf  # the two triples belong to one family
+            return math.inf  # both solutions belong to one family
         write_other_elbow(q)
     return branch_cost(selection, q)
 
 
 @both_ways
 def _errors(arm: Arm, hand: Pose, q: Row) -> tuple[float, float]:
-    """How far the frame is from its target by forward kinematics: distance [m] and angle [rad]."""
+    """Return the error of the frame by forward kinematics: distance [m] and angle [rad]."""
     made = forward(arm, q)
     dx, dy, dz = made.x - hand.x, made.y - hand.y, made.z - hand.z
     a, b, c = made.r00 - hand.r00, made.r01 - hand.r01, made.r02 - hand.r02
@@ -351,7 +339,7 @@ def _errors(arm: Arm, hand: Pose, q: Row) -> tuple[float, float]:
 
 @both_ways
 def forward(arm: Arm, q: Row) -> Pose:
-    """Orientation of the hand and place of the frame, seen from the shoulder."""
+    """Return the orientation of the hand and the position of the frame, from the shoulder."""
     s1, c1, s2, c2 = math.sin(q[0]), math.cos(q[0]), math.sin(q[1]), math.cos(q[1])
     s3, c3, s4, c4 = math.sin(q[2]), math.cos(q[2]), math.sin(q[3]), math.cos(q[3])
     s5, c5 = math.sin(q[4]), math.cos(q[4])

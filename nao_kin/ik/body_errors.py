@@ -32,7 +32,7 @@ from nao_kin.ik.body import (
     place_all,
     place_chain,
 )
-from nao_kin.ik.leg import JOINTS, MOST_BRANCHES, Leg, solve_leg
+from nao_kin.ik.leg import JOINTS, MAX_BRANCHES, Leg, solve_leg
 from nao_kin.ik.quadratic_program import cholesky, solve_cholesky
 from nao_kin.ik.ranges import BEST, EXTRAS, NEEDED, OUT_OF_REACH, REASON, Ranges, Selection, Workspace
 
@@ -305,7 +305,7 @@ def stand_on_both(body: Body, legs: Legs, feet: Floats, x: Floats, T_world_torso
     R, p = np.zeros((rows, 3, 3)), np.zeros((rows, 3))
     T_torso_world, T_torso_foot = np.empty((4, 4)), np.empty((4, 4))
     target, values, width = np.empty(16), np.empty(JOINTS), JOINTS + EXTRAS
-    q, found, report = np.empty(JOINTS), np.empty(MOST_BRANCHES * width), np.empty(BEST + JOINTS)
+    q, found, report = np.empty(JOINTS), np.empty(MAX_BRANCHES * width), np.empty(BEST + JOINTS)
     first, second = np.empty((6, n)), np.empty((6, n))
     hip = body.legs[1, 0]
     shared = body.variable[hip]

@@ -1,11 +1,10 @@
-"""The limbs of a robot as the closed forms need them, and closed forms run on targets.
+"""The limbs of a robot as the closed forms need them, and the closed forms run on targets.
 
-Joints are read off the model with all of them at zero, in the axes of the torso: where each stands, and its axis. What
-the closed forms suppose of these (axes that meet, are perpendicular, point along x, y or z) is verified here, and limbs
-that are not a NAO's are refused.
+The places and axes of the joints are read from the model with all joints at zero, in the axes of the torso. The
+assumptions of the closed forms (axes that meet, are perpendicular, point along x, y or z) are verified here; other
+limbs are refused.
 
-A closed form runs as Python on one target where nothing is compiled yet, and compiled on many; its numbers are made
-into an `IKResult`.
+A closed form runs as Python on one target where nothing is compiled yet, and compiled on many.
 """
 
 from __future__ import annotations
@@ -13,13 +12,13 @@ from __future__ import annotations
 import math
 import threading
 import weakref
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple, TypeVar, get_args, get_type_hints
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, choice
 from nao_kin._core.text import quoted
@@ -31,8 +30,8 @@ from nao_kin.ik.ranges import (
     EXTRAS,
     JOINT,
     LIMIT,
-    MOST_BENDS,
-    MOST_TURNED,
+    MAX_BENDS,
+    MAX_TURNED,
     NEEDED,
     NOT_RIGID,
     POSITION_ERROR,
@@ -44,13 +43,14 @@ from nao_kin.ik.ranges import (
     Workspace,
     write_branches,
 )
-from nao_kin.ik.results import IKResult, Integers, Obstacles, result_made_later
+from nao_kin.ik.results import IKResult, Obstacles, deferred_result
+from nao_kin.ik.targets import Options
 from nao_kin.robot import ModelNumbers, RobotModel, check_robot
+from nao_kin.robot.semantics import Mimic
 
-# Axes and places that are off by no more than this [rad, m] are as they should be: a URDF has so many digits.
+# Tolerance of axes and places [rad, m]: a URDF rounds its numbers.
 _TOLERANCE = 1e-9
 
-X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 _SIDES = ("L", "R")
 
 _Made = TypeVar("_Made")
@@ -58,20 +58,17 @@ _Made = TypeVar("_Made")
 
 @dataclass(frozen=True, eq=False)
 class Limb:
-    """A limb that a closed form solves.
+    """A limb that a closed form solves, with c joints from the torso outwards.
+
+    The coordinates of q with the indices `columns`, and as an array `index`, move them: value of a joint =
+    `multiplier` · coordinate + `offset`, shapes (c,); `is_scaled`: whether some joint differs from its coordinate.
 
     Attributes:
-        joints: its joints, from the torso outwards.
-        columns: which coordinates of q move them.
-        index: the same as an array, shape (c,).
-        multiplier: value of a joint = multiplier · coordinate + offset; shape (c,).
-        offset: of the same, shape (c,) [rad].
-        ranges: limits of the joints, and of a joint whose range depends on another: `Ranges`; of two limbs, of each.
-        numbers: its geometry, as its closed form takes it.
-        frame: the frame whose pose is asked for.
-        torso: the frame in which it is given.
-        rest: the whole robot with all joints at zero, or at the limit nearest to it, shape (nq,).
-        follows: whether a joint is not its coordinate itself.
+        ranges: limits of the joints: `Ranges`, or `LegsRanges` of both legs.
+        numbers: its geometry, the first argument of its closed form.
+        frame: the frame whose pose is the target.
+        torso: the frame in which targets are given.
+        rest: the configuration with all joints at zero, or at the limit nearest to it, shape (nq,).
     """
 
     joints: tuple[str, ...]
@@ -84,21 +81,19 @@ class Limb:
     frame: str
     torso: str
     rest: Floats
-    follows: bool
+    is_scaled: bool
+
+    def coordinates(self, values: Floats) -> Floats:
+        """Return the coordinates for values of the joints, shape (..., c)."""
+        return (values - self.offset) / self.multiplier if self.is_scaled else values
 
 
 @dataclass(frozen=True, eq=False)
 class ChainAtZero:
-    """The joints of a limb with all joints at zero, and a frame that the last of them carries.
+    """The joints of a limb with all joints at zero, and a frame on its last link, in the torso.
 
-    Attributes:
-        robot: whose.
-        limb: what it is called in messages.
-        joints: the names.
-        points: where they stand in the torso, shape (c, 3) [m].
-        axes: their axes, unit vectors, shape (c, 3).
-        rotation: of the frame, shape (3, 3).
-        point: its origin, shape (3,) [m].
+    `points` (c, 3) [m] and the unit vectors `axes` (c, 3) are of the joints, `rotation` (3, 3) and `point` (3,) [m] of
+    the frame; `limb` is its name in messages.
     """
 
     robot: RobotModel
@@ -109,119 +104,101 @@ class ChainAtZero:
     rotation: Floats
     point: Floats
 
-    def require_axis(self, index: int, axis: Sequence[float]) -> None:
-        """Refuse a joint that turns about another axis.
-
-        Raises:
-            BadArgument: it does.
-        """
+    def require_axis(self, index: int, axis: ArrayLike) -> None:
+        """Raise if a joint turns about another axis."""
         if np.abs(self.axes[index] - axis).max() > _TOLERANCE:
             found = ", ".join(f"{value:.6g}" for value in self.axes[index])
             wanted = "xyz"[int(np.argmax(axis))]
-            raise self.missing(f"{self.joints[index]} turns about ({found}), not about {wanted}")
+            raise self.error(f"{self.joints[index]} turns about ({found}), not about {wanted}")
 
-    def require_meeting(self, first: int, last: int) -> None:
-        """Refuse joints that do not stand in one point.
+    def require_axes(self, axes: str, first: int = 0) -> None:
+        """Raise if joints from `first` on turn about other axes than these."""
+        for index, axis in enumerate(axes, first):
+            self.require_axis(index, np.eye(3)["xyz".index(axis)])
 
-        Raises:
-            BadArgument: they do not.
-        """
-        apart = float(np.linalg.norm(self.points[last] - self.points[first]))
-        if apart > _TOLERANCE:
-            raise self.missing(
-                f"the axes of {self.joints[first]} and {self.joints[last]} do not meet, they are {apart:.3g} m apart"
-            )
+    def require_meeting(self, *pairs: tuple[int, int]) -> None:
+        """Raise if two joints of a pair are not at one point."""
+        for one, other in pairs:
+            gap = float(np.linalg.norm(self.points[other] - self.points[one]))
+            if gap > _TOLERANCE:
+                names = f"{self.joints[one]} and {self.joints[other]}"
+                raise self.error(f"the axes of {names} do not meet, they are {gap:.3g} m apart")
 
     def require_zero(self, what: str, values: Floats) -> None:
-        """Refuse offsets that should not be there.
-
-        Raises:
-            BadArgument: one is there.
-        """
+        """Raise if some of the values are not zero [m]."""
         if np.abs(values).max() > _TOLERANCE:
-            raise self.missing(f"{what} by {float(np.abs(values).max()):.3g} m")
+            raise self.error(f"{what} by {float(np.abs(values).max()):.3g} m")
 
     def frame_in_link(self, origin: Floats) -> tuple[float, Rotation, Vector]:
-        """Whether the frame is turned against its link, 0 or 1; its rotation, and its place from a point."""
+        """Return 1 if the frame is turned against its link, else 0; its rotation, and its place from a point."""
         turned = 0.0 if np.array_equal(self.rotation, np.eye(3)) else 1.0
         return turned, tuple(self.rotation.ravel().tolist()), tuple((self.point - origin).tolist())
 
-    def missing(self, why: str) -> BadArgument:
-        """The error for a limb that the closed form does not fit."""
-        return missing_geometry(self.robot, self.limb, why)
+    def error(self, why: str) -> BadArgument:
+        """Return the error for a limb that the closed form does not fit."""
+        return geometry_error(self.robot, self.limb, why)
 
 
-def missing_geometry(robot: RobotModel, limb: str, why: str) -> BadArgument:
-    """The error for a robot that lacks what a closed form needs, with what to use instead."""
+def geometry_error(robot: RobotModel, limb: str, why: str) -> BadArgument:
+    """Return the error for a robot without a limb of this geometry, with what to use instead."""
     return BadArgument(f"{robot.name} has no {limb} that the closed form fits: {why}; nk.ik.numeric takes any robot")
 
 
 def check_side(side: object) -> str:
-    """The side, "L" or "R".
-
-    Raises:
-        UnknownName: neither.
-    """
+    """Return the side, "L" or "R", or raise UnknownName."""
     return choice(side, _SIDES, "side", "the sides are the robot's own, L for left and R for right")
 
 
-# --- limbs are kept until the numbers of their model change ----------------------------------------------------------
+# --- Limbs are cached until the numbers of their model change.
 
 
-class _Limbs:
-    """What of one robot was asked for: limbs, and chains to be searched."""
+class _Cache:
+    """The limbs and chains of one robot, and the numbers of its model when they were made."""
 
     def __init__(self, robot: RobotModel) -> None:
         self.numbers = ModelNumbers(robot.model)
         self.limbs: dict[tuple[Any, ...], Any] = {}
 
 
-_KEPT: weakref.WeakKeyDictionary[RobotModel, _Limbs] = weakref.WeakKeyDictionary()
+_CACHES: weakref.WeakKeyDictionary[RobotModel, _Cache] = weakref.WeakKeyDictionary()
 _LOCK = threading.Lock()
 
 
-def kept_limb(robot: RobotModel, make: Callable[..., _Made], *arguments: str) -> _Made:
-    """What `make(robot, *arguments)` returns; made anew when somebody has written into `robot.model`.
-
-    Raises:
-        BadArgument: no robot model; or as `make`.
-        UnknownName: an argument is no name.
-    """
+def cached_limb(robot: RobotModel, make: Callable[..., _Made], *arguments: str) -> _Made:
+    """Return `make(robot, *arguments)`, made anew if `robot.model` has changed since the last call."""
     check_robot(robot)
     for name in arguments:
         if not isinstance(name, str):
             raise UnknownName("frame", name, robot.frame_names)
     key = (make, *arguments)
     with _LOCK:
-        kept = _KEPT.get(robot)
-        if kept is None or kept.numbers.placements_changed():
-            kept = _KEPT[robot] = _Limbs(robot)
-        limb: _Made | None = kept.limbs.get(key)
+        cache = _CACHES.get(robot)
+        if cache is None or cache.numbers.placements_changed():
+            cache = _CACHES[robot] = _Cache(robot)
+        limb: _Made | None = cache.limbs.get(key)
     if limb is None:
-        limb = kept.limbs[key] = make(robot, *arguments)
+        limb = cache.limbs[key] = make(robot, *arguments)
     return limb
 
 
 def chain_at_zero(robot: RobotModel, limb: str, joints: tuple[str, ...], frame: str) -> ChainAtZero:
-    """The joints of a limb and the frame that it carries.
+    """Return the joints of a limb and the frame that it carries.
 
-    Raises:
-        UnknownName: no such frame.
-        BadArgument: a joint is missing, slides or hangs elsewhere, or the frame is not on the last link.
+    BadArgument: a joint is missing, prismatic or in another order, or the frame is not on the last link.
     """
     rows = {joint.name: joint for joint in robot.tree.moving_joints}
     model = robot.model
     for joint in joints:
         if joint not in rows:
-            raise missing_geometry(robot, limb, f"there is no joint {quoted(joint)}")
+            raise geometry_error(robot, limb, f"there is no joint {quoted(joint)}")
         if rows[joint].kind == "prismatic":
-            raise missing_geometry(robot, limb, f"{joint} slides")
+            raise geometry_error(robot, limb, f"{joint} slides")
     ids = [int(model.getJointId(joint)) for joint in joints]
     base = 1 if robot.base == "floating" else 0
     for parent, own in zip([base, *ids], ids, strict=False):
         if int(model.parents[own]) != parent:
             above = model.names[int(model.parents[own])]
-            raise missing_geometry(robot, limb, f"{model.names[own]} hangs on {above}")
+            raise geometry_error(robot, limb, f"{model.names[own]} hangs on {above}")
     place = model.frames[robot.frame_ids([frame])[0]]
     if int(place.parentJoint) != ids[-1]:
         carried = [name for name, i in robot.frame_table.items() if int(model.frames[i].parentJoint) == ids[-1]]
@@ -237,80 +214,61 @@ def chain_at_zero(robot: RobotModel, limb: str, joints: tuple[str, ...], frame: 
 
 
 def limb_of(chain: ChainAtZero, frame: str, numbers: Any) -> Limb:
-    """A limb with its limits and coordinates; joints that follow others are moved through these."""
+    """Return a limb with its limits and coordinates; mimic joints are moved by the joints that drive them."""
     robot, joints = chain.robot, chain.joints
-    mimics = [robot.mimics.get(joint) for joint in joints]
-    drivers = [joint if mimic is None else mimic.joint for joint, mimic in zip(joints, mimics, strict=True)]
-    columns = [robot.joint_names.index(driver) for driver in drivers]
-    multiplier = np.array([1.0 if mimic is None else mimic.multiplier for mimic in mimics])
-    offset = np.array([0.0 if mimic is None else mimic.offset for mimic in mimics])
+    drivers = [robot.mimics.get(joint, Mimic(joint)) for joint in joints]
+    columns = [robot.joint_names.index(driver.joint) for driver in drivers]
+    multiplier, offset = np.array([(driver.multiplier, driver.offset) for driver in drivers]).T
     if not multiplier.all():
-        raise chain.missing(f"{joints[int(np.argmin(np.abs(multiplier)))]} stands still")
+        raise chain.error(f"{joints[int(np.argmin(np.abs(multiplier)))]} does not move")
     lower, upper = np.sort(multiplier * [robot.lower[columns], robot.upper[columns]] + offset, axis=0).tolist()
     tables = [table for table in robot.coupled_limits if table.joint in joints and table.of in joints]
     if len(tables) > 1:
-        raise chain.missing(f"{len(tables)} of its joints have limits that depend on others")
-    bends, bounds, places = 0, np.zeros((3, MOST_BENDS)), (0, 0)
+        raise chain.error(f"{len(tables)} of its joints have limits that depend on others")
+    bends, bounds, places = 0, np.zeros((3, MAX_BENDS)), (0, 0)
     for table in tables:
         bends, places = len(table.at), (joints.index(table.joint), joints.index(table.of))
-        if bends > MOST_BENDS:
-            raise chain.missing(f"the table of {table.joint} has more than {MOST_BENDS} rows")
+        if bends > MAX_BENDS:
+            raise chain.error(f"the table of {table.joint} has more than {MAX_BENDS} rows")
         bounds[:, :bends] = table.at, table.lower, table.upper
     at, low, high = (tuple(row) for row in bounds.tolist())
     ranges = Ranges(tuple(lower), tuple(upper), bends, at, low, high, *places)
     index = np.array(columns, dtype=np.intp) + robot.nq - len(robot.joint_names)
-    return Limb(
-        joints,
-        tuple(index.tolist()),
-        index,
-        multiplier,
-        offset,
-        ranges,
-        numbers,
-        frame,
-        torso_frame(robot),
-        robot.clamp(robot.neutral()),
-        follows=bool(np.any(multiplier != 1.0) or offset.any()),
-    )
+    in_q, rest = tuple(index.tolist()), robot.clamp(robot.neutral())
+    is_scaled = bool(np.any(multiplier != 1.0) or offset.any())
+    return Limb(joints, in_q, index, multiplier, offset, ranges, numbers, frame, torso_frame(robot), rest, is_scaled)
 
 
 def torso_frame(robot: RobotModel) -> str:
-    """The frame in which targets are given: the one that people call the torso, or the root link."""
+    """Return the frame in which targets are given: the semantics' root frame if there is one, else the root link."""
     root = robot.semantics.root
     return root if root in robot.frame_table else robot.tree.root
 
 
 def torso_in_trunk(robot: RobotModel) -> Floats:
-    """The torso's frame in the trunk, the body that carries all limbs."""
+    """Return the pose of the torso's frame in the trunk, the body that carries all limbs, shape (4, 4)."""
     place = robot.model.frames[robot.frame_ids([torso_frame(robot)])[0]]
     if int(place.parentJoint) != (1 if robot.base == "floating" else 0):
-        raise missing_geometry(robot, "torso", f"{torso_frame(robot)} is carried by a joint")
+        raise geometry_error(robot, "torso", f"{torso_frame(robot)} is carried by a joint")
     return np.array(place.placement.homogeneous)
 
 
 # --- Closed forms run on targets.
 
-# Where in a row that a kernel writes the report begins; the number of branches stands before it.
+# In a row that a kernel writes, the report follows the number of branches.
 REPORT = 1
 
 
 class ClosedForm:
     """A closed form of a limb, and the kernel that solves rows of targets with it.
 
-    The kernel writes a row for each target: how many branches there are, the report, and the branches as far as there
-    is room.
+    The kernel writes a row for each target: the number of branches, the report, and as many branches as fit.
 
-    Args:
-        name: of the kernel.
-        solve: solves one target, as `ranges` says.
-        types: makes the types of a limb's geometry and of its limits.
-        max_branches: the most that `solve` finds.
-        alone: `solve`, or the part of it without search, which solves one target as Python; None where all of it is a
-            search. Where it finds nothing, the kernel searches for the nearest pose.
-        usual: how many branches there are inside the limits; where there are more, all targets are solved once more.
-        more: how many numbers follow the joints in a report.
-        scratch: how many numbers are needed in q beside the joints.
-        seconds: about how long the kernel takes to compile [s].
+    `solve` solves one target, as `ranges` describes, with at most `max_branches` branches; `types` returns Numba's
+    types of the limb's geometry and limits. `alone` is `solve` or its part without search, which solves one target as
+    Python; None if all of it is a search. If it finds nothing, the kernel searches for the nearest pose. If a target
+    has more than the `usual` number of branches, all targets are solved once more. In a report `more` numbers follow
+    the joints; `solve` needs `scratch` numbers in q after the joints. The kernel compiles in about `seconds` [s].
     """
 
     def __init__(
@@ -353,28 +311,20 @@ class ClosedForm:
 
 
 def limb_types(numbers: type[Any], joints: int) -> tuple[Any, Any]:
-    """Numba's types of a limb's geometry and of its limits.
-
-    Args:
-        numbers: the named tuple of a limb's geometry: numbers, and tuples of numbers.
-        joints: how many joints the limb has.
-    """
+    """Return Numba's types of a limb's geometry, a named tuple of numbers and tuples of numbers, and of its limits."""
     from numba import types
 
     lengths = [len(get_args(hint)) for hint in get_type_hints(numbers).values()]
     parts = [types.UniTuple(types.float64, length) if length else types.float64 for length in lengths]
-    limits, table = types.UniTuple(types.float64, joints), types.UniTuple(types.float64, MOST_BENDS)
+    limits, table = types.UniTuple(types.float64, joints), types.UniTuple(types.float64, MAX_BENDS)
     ranges = limits, limits, types.int64, table, table, table, types.int64, types.int64
     return types.NamedTuple(parts, numbers), types.NamedTuple(ranges, Ranges)
 
 
-class Found(NamedTuple):
-    """What a closed form writes for n targets.
+class KernelOutput(NamedTuple):
+    """The output of a closed form for n targets of a limb with c joints.
 
-    Attributes:
-        rows: for each target the number of its solutions, its report and its branches, shape (n, _).
-        joints: how many joints the limb has.
-        length: how long a report is.
+    A row has the number of branches, a report of `length` numbers, and the branches.
     """
 
     rows: Floats
@@ -383,18 +333,13 @@ class Found(NamedTuple):
 
     @property
     def is_complete(self) -> bool:
-        """Whether there is a solution for every target."""
+        """Whether every target has a solution."""
         rows = self.rows
         return bool(rows[0, 0] > 0.0 if len(rows) == 1 else (rows[:, 0] > 0.0).all())
 
     @property
-    def counts(self) -> Integers:
-        """How many solutions there are, shape (n,)."""
-        return self.rows[:, 0].astype(np.int64)
-
-    @property
     def report(self) -> Floats:
-        """Shape (n, BEST + c + more)."""
+        """The reports, shape (n, BEST + c + more)."""
         return self.rows[:, REPORT : REPORT + self.length]
 
     @property
@@ -405,75 +350,52 @@ class Found(NamedTuple):
         return self.rows[:, first : first + most * width].reshape(len(self.rows), most, width)
 
 
-def solved(
-    form: ClosedForm,
-    limb: Limb,
-    targets: Floats,
-    references: tuple[Floats, tuple[str, ...]],
-    enforce: bool,
-    threads: int | None,
-    refuse: Callable[[], object] = lambda: None,
+def solve(
+    form: ClosedForm, limb: Limb, targets: Floats, options: Options, refuse: Callable[[], object] = lambda: None
 ) -> IKResult:
-    """Solve targets, shape (..., m), see `found_for`."""
-    found = found_for(form, limb, targets, references[0], enforce, threads, refuse)
-    return result_of(limb, targets.shape[:-1], found, references)
+    """Return the result for targets of shape (..., m), as `solve_targets`."""
+    return result_of(limb, targets.shape[:-1], solve_targets(form, limb, targets, options, refuse), options)
 
 
-def found_for(
-    form: ClosedForm,
-    limb: Limb,
-    targets: Floats,
-    reference: Floats,
-    enforce: bool,
-    threads: int | None,
-    refuse: Callable[[], object] = lambda: None,
-) -> Found:
-    """What a closed form finds for targets, shape (..., m).
-
-    Args:
-        form: how.
-        limb: of which limb.
-        targets: what `form.alone` takes, one row for each.
-        reference: configurations of shape (..., nq) that broadcast with the targets.
-        enforce: leave out branches outside the limits.
-        threads: how many; None for all cores where that is worthwhile.
-        refuse: raises for the first target that cannot be one.
-    """
-    batch, c = targets.shape[:-1], len(limb.joints)
-    joints = reference[..., limb.index]
-    if limb.follows:
+def solve_targets(
+    form: ClosedForm, limb: Limb, targets: Floats, options: Options, refuse: Callable[[], object] = lambda: None
+) -> KernelOutput:
+    """Solve targets of shape (..., m) with a closed form; `refuse` raises for the first target that is not rigid."""
+    enforce, batch, c = options.enforce, targets.shape[:-1], len(limb.joints)
+    joints = options.reference[..., limb.index]
+    if limb.is_scaled:
         joints = joints * limb.multiplier + limb.offset
-    # As the kernel is compiled for: one type of array.
-    joints = _plain((np.broadcast_to(joints, (*batch, c)) if batch else joints).reshape(-1, c))
-    flat = _plain(targets.reshape(math.prod(batch), targets.shape[-1]))
+    # The kernel is compiled for one type of array.
+    joints = _contiguous((np.broadcast_to(joints, (*batch, c)) if batch else joints).reshape(-1, c))
+    flat = _contiguous(targets.reshape(math.prod(batch), targets.shape[-1]))
     if batch:
-        # Room for the usual number of branches; for all where there are more.
-        room = min(form.usual, form.max_branches) if enforce else form.max_branches
-        found = _by_kernel(form, limb, flat, joints, enforce, room, threads)
-        if found.rows[:, 0].max(initial=0.0) > room:
-            found = _by_kernel(form, limb, flat, joints, enforce, form.max_branches, threads)
-        rigid = found.report[:, REASON].min(initial=0.0) != NOT_RIGID
+        # Space for the usual number of branches; for all if there are more.
+        space = min(form.usual, form.max_branches) if enforce else form.max_branches
+        output = _solve_by_kernel(form, limb, flat, joints, enforce, space, options.threads)
+        if output.rows[:, 0].max(initial=0.0) > space:
+            output = _solve_by_kernel(form, limb, flat, joints, enforce, form.max_branches, options.threads)
+        is_rigid = output.report[:, REASON].min(initial=0.0) != NOT_RIGID
     else:
-        found = _one(form, limb, flat, joints, enforce)
-        rigid = found.rows[0, REPORT + REASON] != NOT_RIGID
-    if not rigid:
+        output = _solve_one(form, limb, flat, joints, enforce)
+        is_rigid = output.rows[0, REPORT + REASON] != NOT_RIGID
+    if not is_rigid:
         refuse()
-    if not enforce and not found.is_complete:
+    if not enforce and not output.is_complete:
         # The nearest poses of targets that are missed, turned to within half a turn of the reference.
-        missed, report = found.rows[:, 0] == 0.0, found.report
+        missed, report = output.rows[:, 0] == 0.0, output.report
         near, best = joints[missed], report[missed, BEST : BEST + c]
         turns = np.floor((near - best) / (2.0 * math.pi) + 0.5)
-        report[missed, BEST : BEST + c] = best + 2.0 * math.pi * np.where(np.abs(near) > MOST_TURNED, 0.0, turns)
-    return found
+        report[missed, BEST : BEST + c] = best + 2.0 * math.pi * np.where(np.abs(near) > MAX_TURNED, 0.0, turns)
+    return output
 
 
-def _one(form: ClosedForm, limb: Limb, target: Floats, reference: Floats, enforce: bool) -> Found:
-    """One target: by the kernel where it is in memory, else by the function as it stands in Python."""
-    quick = form.kernel.entry_point
+def _solve_one(form: ClosedForm, limb: Limb, target: Floats, reference: Floats, enforce: bool) -> KernelOutput:
+    """Solve one target, with the kernel if it is in memory, else as Python."""
+    quick = form.kernel.quick
     if quick is not None:
-        found = _space(form, limb, 1, form.max_branches)
-        quick(limb.numbers, limb.ranges, target, reference, enforce, found.rows)
-        return found
+        output = _empty_output(form, limb, 1, form.max_branches)
+        quick(limb.numbers, limb.ranges, target, reference, enforce, output.rows)
+        return output
     if form.alone is not None:
         c = len(limb.joints)
         values = [0.0] * (form.max_branches * (c + EXTRAS))
@@ -482,64 +404,58 @@ def _one(form: ClosedForm, limb: Limb, target: Floats, reference: Floats, enforc
         work = Workspace([0.0] * (c + form.scratch), values, report)
         count = form.alone(limb.numbers, target[0].tolist(), selection, work)
         if count > 0 or not form.searches or report[REASON] == NOT_RIGID:
-            return Found(np.array([[count, *report, *values]]), c, len(report))
-    return _by_kernel(form, limb, target, reference, enforce, form.max_branches, 1)
+            return KernelOutput(np.array([[count, *report, *values]]), c, len(report))
+    return _solve_by_kernel(form, limb, target, reference, enforce, form.max_branches, 1)
 
 
-def _by_kernel(
-    form: ClosedForm, limb: Limb, targets: Floats, references: Floats, enforce: bool, room: int, threads: int | None
-) -> Found:
-    """Targets by the kernel's function, with room for so many branches of each."""
-    found = _space(form, limb, len(targets), room)
+def _solve_by_kernel(
+    form: ClosedForm, limb: Limb, targets: Floats, references: Floats, enforce: bool, space: int, threads: int | None
+) -> KernelOutput:
+    """Solve targets with the kernel, with space for so many branches of each."""
+    output = _empty_output(form, limb, len(targets), space)
 
     def solve(function: Callable[..., object], part: slice) -> None:
-        function(limb.numbers, limb.ranges, targets[part], references[part], enforce, found.rows[part])
+        function(limb.numbers, limb.ranges, targets[part], references[part], enforce, output.rows[part])
 
     run_rows(form.kernel, solve, len(targets), threads)
-    return found
+    return output
 
 
-def _space(form: ClosedForm, limb: Limb, n: int, room: int) -> Found:
-    """An array for what is found of n targets, with room for so many branches of each."""
+def _empty_output(form: ClosedForm, limb: Limb, n: int, space: int) -> KernelOutput:
     c = len(limb.joints)
     length = BEST + c + form.more
-    return Found(np.empty((n, REPORT + length + room * (c + EXTRAS))), c, length)
+    return KernelOutput(np.empty((n, REPORT + length + space * (c + EXTRAS))), c, length)
 
 
-def _plain(rows: Floats) -> Floats:
-    """The same numbers in the order of C, aligned, and writeable."""
+def _contiguous(rows: Floats) -> Floats:
+    """Return the same numbers in the order of C, aligned, and writeable."""
     return rows if rows.flags.carray else np.array(rows, order="C")
 
 
-def result_of(limb: Limb, batch: tuple[int, ...], found: Found, references: tuple[Floats, tuple[str, ...]]) -> IKResult:
-    """The `IKResult` for targets of a batch shape."""
+def result_of(limb: Limb, batch: tuple[int, ...], output: KernelOutput, options: Options) -> IKResult:
+    """Return the result for targets of a batch shape."""
     if batch:
-        return IKResult(**parts_of_result(limb, batch, found, references))
-    return result_made_later(partial(parts_of_result, limb, batch, found, references), references[1])
+        return IKResult(**result_fields(limb, batch, output, options))
+    return deferred_result(partial(result_fields, limb, batch, output, options), options.notes)
 
 
-def parts_of_result(
-    limb: Limb, batch: tuple[int, ...], found: Found, references: tuple[Floats, tuple[str, ...]]
-) -> dict[str, Any]:
-    """What an `IKResult` for targets of a batch shape is made of."""
-    reference, notes = references
-    c, branches = len(limb.joints), found.branches
-    report = found.report.reshape(*batch, found.length)
+def result_fields(limb: Limb, batch: tuple[int, ...], output: KernelOutput, options: Options) -> dict[str, Any]:
+    """Return the fields of an `IKResult` for targets of a batch shape."""
+    c, branches = len(limb.joints), output.branches
+    report = output.report.reshape(*batch, output.length)
     branches = branches.reshape(*batch, *branches.shape[1:])
     values, best = branches[..., :c], report[..., BEST : BEST + c]
-    if limb.follows:
-        values, best = (values - limb.offset) / limb.multiplier, (best - limb.offset) / limb.multiplier
     joint, needed, limit = (np.asarray(report[..., place]) for place in (JOINT, NEEDED, LIMIT))
     return {
         "joints": limb.joints,
         "columns": limb.columns,
-        "reference": reference,
-        "best": best,
-        "branches": values,
+        "reference": options.reference,
+        "best": limb.coordinates(best),
+        "branches": limb.coordinates(values),
         "families": branches[..., c + 3].astype(np.int8),
-        "count": found.counts.reshape(batch),
+        "count": output.rows[:, 0].astype(np.int64).reshape(batch),
         "reasons": np.asarray(report[..., REASON], dtype=np.int8),
         "residual": report[..., POSITION_ERROR : ANGLE_ERROR + 1],
         "obstacles": Obstacles(joint.astype(np.int64), needed, limit),
-        "notes": notes,
+        "notes": options.notes,
     }

@@ -1,4 +1,4 @@
-"""`head` and `look_at`: the two joints of the neck, for an orientation or for a point that a camera is to see."""
+"""`head` and `look_at`: the two joints of the neck, for an orientation, or for a point on a camera's optical axis."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from nao_kin._core.arrays import as_floats, as_vectors
 from nao_kin._kernels.cache import both_ways
 from nao_kin.errors import UnknownName
 from nao_kin.ik.compiling import Row
-from nao_kin.ik.geometry import ClosedForm, Limb, Y, Z, chain_at_zero, kept_limb, limb_of, limb_types, solved
+from nao_kin.ik.geometry import ClosedForm, Limb, cached_limb, chain_at_zero, limb_of, limb_types, solve
 from nao_kin.ik.ranges import (
     ANGLE_ERROR,
     BEST,
@@ -39,7 +39,8 @@ from nao_kin.ik.ranges import (
     table_range,
 )
 from nao_kin.ik.results import Family, IKResult
-from nao_kin.ik.targets import Limits, as_reference, check_threads, is_enforced, refuse_not_rotation
+from nao_kin.ik.searches import least
+from nao_kin.ik.targets import Limits, as_options, refuse_not_rotation
 from nao_kin.robot import LIMIT_TOLERANCE, RobotModel, check_robot
 
 _JOINTS = ("HeadYaw", "HeadPitch")
@@ -54,11 +55,10 @@ def head(
     limits: Limits = "enforce",
     threads: SupportsIndex | None = None,
 ) -> IKResult:
-    """The joint values with which the head has an orientation, or comes nearest to it.
+    """Compute the joint values with which the head has an orientation, or is nearest to it.
 
-    Two joints make two of three turns: an orientation that leans to a side is out of their reach. `best` and `q` then
-    hold the joint values that are nearest by angle, inside the limits if these are enforced, and `residual` how far
-    they are off; so they do where only the limits are in the way.
+    Two joints make two of three turns: they cannot lean the head to a side. If the target is not met, `best` and `q`
+    are the joint values with the smallest angle to it, inside the limits if these are enforced.
 
     Args:
         robot: a NAO of any version, or another robot with a neck of its geometry.
@@ -66,18 +66,16 @@ def head(
         frame: a frame on the head, a camera for instance.
         reference: configurations that broadcast with the targets, shape (..., nq), from which the other joints are
             taken; None for all joints at zero, or at the limit nearest to it.
-        limits: "enforce" keeps joints inside their limits, the range of HeadPitch at this HeadYaw included.
-        threads: how many threads may work on a batch; None for all cores where that is worthwhile.
+        limits: "enforce" keeps joints inside their limits, including the range of HeadPitch at this HeadYaw.
+        threads: how many threads may work on a batch; None for all cores if that is worthwhile.
 
     Returns:
-        One solution at most, to within 1e-10 rad. Two joints make no orientation that is rounded, to float32 for
-        instance: its reason is `NOT_ENOUGH_JOINTS`, `q` the nearest and `residual` what is left, some 1e-8 rad.
+        At most one solution, to within 1e-10 rad. Two joints cannot make a rounded orientation, of float32 for
+        instance: its reason is `NOT_ENOUGH_JOINTS`, and `q` the nearest, some 1e-8 rad off.
 
     Raises:
-        UnknownName: no such frame or policy.
         BadArgument: the robot has no such neck; the message says what is missing.
-        NotARotation: a target is no rotation; names the argument, its index and its defect.
-        WrongShape, NotFinite: arrays of other shapes, NaN or infinity.
+        NotARotation: a target is not a rotation; has the argument, its index and its defect.
 
     Examples:
         >>> nao = nk.load_nao()
@@ -87,13 +85,11 @@ def head(
     """
     limb = head_limb(robot, frame)
     R = as_vectors(as_floats(R_torso_head, (3, 3), "R_torso_head"), "R_torso_head", rows=True)
-    enforce, batch = is_enforced(limits), R.shape[:-2]
-    references = as_reference(robot, limb.rest, reference, batch, enforce)
+    batch = R.shape[:-2]
+    options = as_options(robot, limb.rest, reference, batch, limits, threads)
     T = np.zeros((*batch, 4, 4))
     T[..., :3, :3], T[..., 3, 3] = R, 1.0
-    targets = T.reshape(*batch, 16)
-    workers = check_threads(threads)
-    return solved(_HEAD, limb, targets, references, enforce, workers, lambda: refuse_not_rotation(R, "R_torso_head"))
+    return solve(_HEAD, limb, T.reshape(*batch, 16), options, lambda: refuse_not_rotation(R, "R_torso_head"))
 
 
 def look_at(
@@ -105,27 +101,24 @@ def look_at(
     limits: Limits = "enforce",
     threads: SupportsIndex | None = None,
 ) -> IKResult:
-    """The joint values with which a camera has a point on its optical axis, before it.
+    """Compute the joint values with which a camera has a point on its optical axis, in front of it.
 
-    The camera's place and tilt in the head are exact. There are two solutions, the second with the head turned round
-    and looking over the crown. For a point on the axis of HeadYaw any yaw will do (`YAW_AXIS`). What is in the way of
-    the limits, or too near the neck to be looked at, is answered with the joint values that leave the smallest angle
-    between the optical axis and the direction to the point; `residual` has that angle.
+    There are two solutions, the second with the head turned round and looking over the crown. For a point on the axis
+    of HeadYaw any yaw is possible (`YAW_AXIS`). If the limits exclude the solutions, or the point is too near to the
+    neck, `best` and `q` have the smallest angle between the optical axis and the direction to the point.
 
     Args:
         robot: a NAO of any version, or another robot with a neck of its geometry.
         point: points in the torso, shape (..., 3) [m].
-        camera: one of the robot's cameras, or any frame on the head that looks along its x axis and has its origin and
-            this axis in the plane of x and z.
+        camera: one of the robot's cameras, or any frame on the head with its origin and its x-axis, the optical axis,
+            in the head's plane of x and z.
         reference: as in `head`.
         limits: as in `head`.
         threads: as in `head`.
 
     Raises:
-        UnknownName: no such camera or policy.
         BadArgument: the robot has no such neck, or the camera is not in the head's plane of symmetry. Or a number is
             beyond ±1e150.
-        WrongShape, NotFinite: no points, NaN or infinity.
 
     Examples:
         >>> nao = nk.load_nao()
@@ -139,22 +132,16 @@ def look_at(
         raise UnknownName("camera", camera, robot.semantics.cameras)
     limb = camera_limb(robot, camera)
     points = as_vectors(point, "point")
-    enforce, batch = is_enforced(limits), points.shape[:-1]
-    references = as_reference(robot, limb.rest, reference, batch, enforce)
-    return solved(_GAZE, limb, points, references, enforce, check_threads(threads))
+    return solve(_GAZE, limb, points, as_options(robot, limb.rest, reference, points.shape[:-1], limits, threads))
 
 
-# --- What the closed forms need to know of a head, read off a robot.
+# --- The geometry of a head, read from a robot.
 
 
 class Head(NamedTuple):
-    """What the closed form needs to know of a head.
+    """The geometry of a head: the neck in the torso, and the frame in the head from the neck [m].
 
-    Attributes:
-        neck: the neck in the torso [m].
-        turned: whether the frame is turned against the head, 0 or 1.
-        rotation: its rotation in the head, nine numbers by rows.
-        place: its origin in the head, seen from the neck [m]; a camera's is in the plane of x and z.
+    `turned` is 1 if the frame is turned against the head. A camera's `place` is in the plane of x and z.
     """
 
     neck: Vector
@@ -164,29 +151,19 @@ class Head(NamedTuple):
 
 
 def head_limb(robot: RobotModel, frame: str) -> Limb:
-    """The head of a robot as the closed form takes it.
-
-    Raises:
-        BadArgument: the robot has none of this geometry.
-        UnknownName: no such frame.
-    """
-    return kept_limb(robot, _head_of, frame)
+    """Return the head of a robot for the closed form."""
+    return cached_limb(robot, _head_of, frame)
 
 
-def camera_limb(robot: RobotModel, camera: str) -> Limb:
-    """The same for a camera, which has to be in the head's plane of symmetry.
-
-    Raises:
-        BadArgument, UnknownName: as `head_limb`; or it is beside that plane.
-    """
-    return kept_limb(robot, _camera_of, camera)
+def camera_limb(robot: RobotModel, frame: str) -> Limb:
+    """Return the head for a camera, which has to be in the head's plane of symmetry."""
+    return cached_limb(robot, _camera_of, frame)
 
 
 def _head_of(robot: RobotModel, frame: str) -> Limb:
     chain = chain_at_zero(robot, "head", _JOINTS, frame)
-    chain.require_axis(0, Z)
-    chain.require_axis(1, Y)
-    chain.require_meeting(0, 1)
+    chain.require_axes("zy")
+    chain.require_meeting((0, 1))
     neck = chain.points[0]
     return limb_of(chain, frame, Head(tuple(neck.tolist()), *chain.frame_in_link(neck)))
 
@@ -200,36 +177,34 @@ def _camera_of(robot: RobotModel, camera: str) -> Limb:
 
 # --- The head: HeadYaw about z and HeadPitch about y meet in the neck, R = Rz(yaw) Ry(pitch).
 #
-# An orientation is made where its second column has no z; then there is one solution. A camera in the head's plane of
-# symmetry, at o in the head with the optical axis n, sees the point P in the middle where
+# An orientation is possible if the z of its second column is zero; then there is one solution. A camera in the head's
+# plane of symmetry, at o in the head with the optical axis n, has the point P on this axis where
 #
 #     P = Rz(yaw) Ry(pitch) (o + λ n),  λ > 0:
 #
-# |o + λ n| = |P| gives λ, P's direction the yaw (two) and the pitch. What the two joints do not make, or their limits
-# do not allow, is answered with the nearest. For an orientation the best pitch of every yaw is known, and the yaw is
-# searched for. The error of a look may have several valleys over yaw and pitch: a grid finds them, and each is
-# searched.
+# |o + λ n| = |P| gives λ, P's direction the yaw (two) and the pitch. If a target is not met, the nearest joint values
+# are searched: for an orientation the yaw, with the best pitch in closed form; for a gaze, whose error may have several
+# valleys over yaw and pitch, on a grid and from each of its valleys.
 
 JOINTS = 2
-MOST_BRANCHES = 4
+MAX_BRANCHES = 4
 
 _ALONE, _YAW_AXIS = float(Family.NONE), float(Family.YAW_AXIS)
-# Below this distance from the yaw's axis [m], every yaw looks at a point as well as another.
+# Below this distance of a point from the yaw's axis [m], every yaw is as good.
 _ON_AXIS = 1e-12
-# Steps of the search for the nearest yaw, and divisions of the best two after it.
-_STEPS, _DIVISIONS = 120, 60
-# A grid of looks over yaw and pitch, and the last steps of the searches from it [rad].
+# Steps of the search for the nearest yaw.
+_STEPS = 120
+# The grid of gazes over yaw and pitch, and the last steps of the searches from it [rad].
 _YAWS, _PITCHES, _LAST_STEP = 60, 40, 1e-10
-_GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 
 @both_ways
 def solve_head(head: Head, target: Row, selection: Selection, work: Workspace) -> int:
-    """The joint values for an orientation of the frame, or the nearest to it; see `ranges` for the arguments."""
+    """Find the joint values for an orientation of the frame, or the nearest to it, as `ranges` describes."""
     q, report = work.q, work.report
     start_report(report)
-    fine, wanted = link_rotation(head, target)
-    if not fine:
+    is_rigid, wanted = link_rotation(head, target)
+    if not is_rigid:
         report[REASON] = NOT_RIGID
         return 0
     q[0], q[1] = math.atan2(-wanted[1], wanted[4]), math.atan2(-wanted[6], wanted[8])
@@ -240,20 +215,20 @@ def solve_head(head: Head, target: Row, selection: Selection, work: Workspace) -
     elif check_limits(selection, q, report):
         count = add_branch(selection, work, (0.0, error), _ALONE, 0)
     if count == 0:
-        _report_nearest(wanted, selection, report)
+        _report_nearest(wanted, selection, work)
     finish_report(work, JOINTS, count)
     return count
 
 
 @both_ways
 def solve_gaze(head: Head, target: Row, selection: Selection, work: Workspace) -> int:
-    """The joint values with which the frame's x axis passes through a point, or nearest to it."""
+    """Find the joint values with which the frame's x-axis passes through a point, or nearest to it."""
     q, report = work.q, work.report
     start_report(report)
     point = target[0] - head.neck[0], target[1] - head.neck[1], target[2] - head.neck[2]
     x, y, z = point
     far, aside = math.sqrt(x * x + y * y + z * z), math.sqrt(x * x + y * y)
-    # The optical axis (n_x, n_z), and the camera along it and across.
+    # The optical axis (n_x, n_z), and the camera along and perpendicular to it.
     nx, nz = head.rotation[0], head.rotation[6]
     forward, _, up = head.place
     along, across = forward * nx + up * nz, forward * nz - up * nx
@@ -287,7 +262,7 @@ def solve_gaze(head: Head, target: Row, selection: Selection, work: Workspace) -
 
 @both_ways
 def _add_look(head: Head, point: Vector, family: float, selection: Selection, work: Workspace, count: int) -> int:
-    """Add a branch that looks at a point, if it does and is inside the limits."""
+    """Add a branch that looks at a point, if it is inside the limits."""
     q = work.q
     if not check_limits(selection, q, work.report):
         return count
@@ -296,7 +271,7 @@ def _add_look(head: Head, point: Vector, family: float, selection: Selection, wo
 
 @both_ways
 def _free_yaw(selection: Selection, pitch: float) -> float:
-    """The yaw nearest to the reference at which the pitch is allowed; that of the reference if it is nowhere."""
+    """Return the yaw nearest to the reference at which the pitch is allowed; that of the reference if there is none."""
     ranges: Ranges = selection.ranges
     wanted: float = selection.reference[0]
     if not selection.enforce:
@@ -307,17 +282,13 @@ def _free_yaw(selection: Selection, pitch: float) -> float:
     low, high = table_range(ranges, best)
     if low <= pitch <= high:
         return best
-    # The range is a polygon: the nearest yaw is at a bend, or where an edge has the pitch.
+    # The range is a polygon: the nearest yaw is where an edge has the pitch.
     nearest, found = math.inf, best
-    for i in range(ranges.bends):
-        for edge in range(3):
-            yaw = ranges.at[i]
-            if edge > 0 and i > 0:
-                one = ranges.low[i - 1] if edge == 1 else ranges.high[i - 1]
-                two = ranges.low[i] if edge == 1 else ranges.high[i]
-                if one != two:
-                    share = (pitch - one) / (two - one)
-                    yaw = ranges.at[i - 1] + share * (ranges.at[i] - ranges.at[i - 1])
+    for i in range(1, ranges.bends):
+        for bound in (ranges.low, ranges.high):
+            rise = bound[i] - bound[i - 1]
+            share = min(max((pitch - bound[i - 1]) / rise, 0.0), 1.0) if rise != 0.0 else 0.0
+            yaw = ranges.at[i - 1] + share * (ranges.at[i] - ranges.at[i - 1])
             low, high = table_range(ranges, yaw)
             inside = ranges.lower[0] <= yaw <= ranges.upper[0]
             inside = inside and low - LIMIT_TOLERANCE <= pitch <= high + LIMIT_TOLERANCE
@@ -327,53 +298,37 @@ def _free_yaw(selection: Selection, pitch: float) -> float:
 
 
 @both_ways
-def _report_nearest(wanted: Rotation, selection: Selection, report: Row) -> None:
+def _report_nearest(wanted: Rotation, selection: Selection, work: Workspace) -> None:
     """Report the joint values with the nearest orientation: the yaw by search, for each the best pitch."""
     low, high = _joint_bounds(selection, 0)
-    step = (high - low) / _STEPS
-    best, at = math.inf, low
-    for i in range(_STEPS + 1):
-        error = _error_at_yaw(wanted, selection, low + i * step)[0]
-        if error < best:
-            best, at = error, low + i * step
-    left, right = max(low, at - step), min(high, at + step)
-    for _ in range(_DIVISIONS):
-        width = _GOLDEN * (right - left)
-        one, two = right - width, left + width
-        error_one = _error_at_yaw(wanted, selection, one)[0]
-        error_two = _error_at_yaw(wanted, selection, two)[0]
-        if error_one < error_two:
-            right = two
-        else:
-            left = one
-        if min(error_one, error_two) < best:
-            best, at = min(error_one, error_two), one if error_one < error_two else two
-    error, pitch = _error_at_yaw(wanted, selection, at)
-    report[BEST], report[BEST + 1] = at, pitch
-    report[POSITION_ERROR], report[ANGLE_ERROR] = 0.0, error
+    given = wanted, selection, work.q
+    yaw = least(_error_at_yaw, given, low, high, math.atan2(-wanted[1], wanted[4]), _STEPS)
+    report = work.report
+    report[POSITION_ERROR], report[ANGLE_ERROR] = 0.0, _error_at_yaw(given, yaw)
+    report[BEST], report[BEST + 1] = yaw, work.q[1]
 
 
 @both_ways
-def _error_at_yaw(wanted: Rotation, selection: Selection, yaw: float) -> tuple[float, float]:
-    """The error of the best pitch at a yaw, and that pitch."""
+def _error_at_yaw(given: tuple[Rotation, Selection, Row], yaw: float) -> float:
+    """Write the best pitch at a yaw into q; return its error."""
+    wanted, selection, q = given
     c, s = math.cos(yaw), math.sin(yaw)
     # The trace of Ry(−pitch) Rz(−yaw) R has one maximum.
-    pitch = math.atan2(wanted[2] * c + wanted[5] * s - wanted[6], wanted[0] * c + wanted[3] * s + wanted[8])
+    q[1] = math.atan2(wanted[2] * c + wanted[5] * s - wanted[6], wanted[0] * c + wanted[3] * s + wanted[8])
     if selection.enforce:
         low, high = coupled_range(selection.ranges, 1, yaw)
-        if pitch < low or pitch > high:
-            below, above = orientation_error(wanted, yaw, low), orientation_error(wanted, yaw, high)
-            return (below, low) if below < above else (above, high)
-    return orientation_error(wanted, yaw, pitch), pitch
+        if q[1] < low or q[1] > high:
+            q[1] = low if orientation_error(wanted, yaw, low) < orientation_error(wanted, yaw, high) else high
+    return orientation_error(wanted, yaw, q[1])
 
 
 @both_ways
 def _report_nearest_look(head: Head, point: Vector, selection: Selection, report: Row) -> None:
-    """Report the joint values that look nearest to a point: down from the lowest of each valley of a grid."""
+    """Report the joint values with the smallest gaze error, from the valleys of a grid."""
     low, high = _joint_bounds(selection, 0)
     least, most = _joint_bounds(selection, 1)
     report[POSITION_ERROR], report[ANGLE_ERROR] = 0.0, math.inf
-    here, pitch, before = math.inf, 0.0, math.inf
+    current, pitch, previous = math.inf, 0.0, math.inf
     for i in range(_YAWS + 2):
         error, best = math.inf, 0.0
         if i <= _YAWS:
@@ -383,25 +338,25 @@ def _report_nearest_look(head: Head, point: Vector, selection: Selection, report
                 found = gaze_error(head, point, yaw, other)
                 if found < error:
                     error, best = found, other
-        if here <= before and here <= error and here < math.inf:
-            _look_down(head, point, selection, low + (high - low) * (i - 1) / _YAWS, pitch, report)
-        here, pitch, before = error, best, here
+        if current <= previous and current <= error and current < math.inf:
+            _descend(head, point, selection, low + (high - low) * (i - 1) / _YAWS, pitch, report)
+        current, pitch, previous = error, best, current
 
 
 @both_ways
-def _look_down(head: Head, point: Vector, selection: Selection, yaw: float, pitch: float, report: Row) -> None:
-    """In steps to nearer looks, along the edge of the range too, until they are tiny; report the nearest so far."""
+def _descend(head: Head, point: Vector, selection: Selection, yaw: float, pitch: float, report: Row) -> None:
+    """Report the end of a pattern search from a gaze, along the edge of the range too, if it is the best so far."""
     low, high = _joint_bounds(selection, 0)
     error, step = gaze_error(head, point, yaw, pitch), (high - low) / _YAWS
     while step > _LAST_STEP:
-        before = error
+        previous = error
         for i in range(9):
             one = min(max(yaw + step * (i // 3 - 1), low), high)
             other = _allowed_pitch(selection, one, pitch + step * (i % 3 - 1))
             found = gaze_error(head, point, one, other)
             if found < error:
                 error, yaw, pitch = found, one, other
-        if error == before:
+        if error == previous:
             step *= 0.5
     if error < report[ANGLE_ERROR]:
         report[BEST], report[BEST + 1], report[ANGLE_ERROR] = yaw, pitch, error
@@ -409,13 +364,13 @@ def _look_down(head: Head, point: Vector, selection: Selection, yaw: float, pitc
 
 @both_ways
 def _joint_bounds(selection: Selection, joint: int) -> tuple[float, float]:
-    """Between which values of a joint is searched."""
+    """Return the bounds of a search for a joint."""
     return (selection.ranges.lower[joint], selection.ranges.upper[joint]) if selection.enforce else (-math.pi, math.pi)
 
 
 @both_ways
 def _allowed_pitch(selection: Selection, yaw: float, pitch: float) -> float:
-    """The pitch nearest to one that is allowed at a yaw."""
+    """Return the nearest pitch that is allowed at a yaw."""
     if not selection.enforce:
         return pitch
     low, high = coupled_range(selection.ranges, 1, yaw)
@@ -424,7 +379,7 @@ def _allowed_pitch(selection: Selection, yaw: float, pitch: float) -> float:
 
 @both_ways
 def orientation_error(wanted: Rotation, yaw: float, pitch: float) -> float:
-    """The angle between Rz(yaw) Ry(pitch) and the orientation wanted [rad]."""
+    """Return the angle between Rz(yaw) Ry(pitch) and the desired orientation [rad]."""
     c, s, cp, sp = math.cos(yaw), math.sin(yaw), math.cos(pitch), math.sin(pitch)
     d0, d1, d2 = c * cp - wanted[0], -s - wanted[1], c * sp - wanted[2]
     d3, d4, d5 = s * cp - wanted[3], c - wanted[4], s * sp - wanted[5]
@@ -435,9 +390,9 @@ def orientation_error(wanted: Rotation, yaw: float, pitch: float) -> float:
 
 @both_ways
 def gaze_error(head: Head, point: Vector, yaw: float, pitch: float) -> float:
-    """The angle between the optical axis and the direction from the camera to a point seen from the neck [rad]."""
+    """Return the angle between the optical axis and the direction from the camera to a point from the neck [rad]."""
     c, s, cp, sp = math.cos(yaw), math.sin(yaw), math.cos(pitch), math.sin(pitch)
-    # The point as the head sees it, Ry(−pitch) Rz(−yaw) P, from the camera.
+    # The point in the head, Ry(−pitch) Rz(−yaw) P, from the camera.
     x, y = c * point[0] + s * point[1], c * point[1] - s * point[0]
     u, w = cp * x - sp * point[2] - head.place[0], sp * x + cp * point[2] - head.place[2]
     nx, nz = head.rotation[0], head.rotation[6]
@@ -446,5 +401,5 @@ def gaze_error(head: Head, point: Vector, yaw: float, pitch: float) -> float:
 
 
 _types = partial(limb_types, Head, JOINTS)
-_HEAD = ClosedForm("heads", solve_head, _types, MOST_BRANCHES, alone=solve_head)
-_GAZE = ClosedForm("gazes", solve_gaze, _types, MOST_BRANCHES, alone=solve_gaze)
+_HEAD = ClosedForm("heads", solve_head, _types, MAX_BRANCHES, alone=solve_head)
+_GAZE = ClosedForm("gazes", solve_gaze, _types, MAX_BRANCHES, alone=solve_gaze)

@@ -1,4 +1,4 @@
-"""`leg`: all branches of one leg for the pose of its foot: the call, what is read off the robot, and the equations."""
+"""`leg`: all branches of one leg for the pose of its foot: the call, the geometry, and the equations."""
 
 from __future__ import annotations
 
@@ -16,19 +16,17 @@ from nao_kin.ik.descent import FrameMotion, Goal, descended
 from nao_kin.ik.geometry import (
     ClosedForm,
     Limb,
-    X,
-    Y,
+    cached_limb,
     chain_at_zero,
     check_side,
-    found_for,
-    kept_limb,
     limb_of,
     limb_types,
     result_of,
+    solve_targets,
     torso_in_trunk,
 )
 from nao_kin.ik.ranges import (
-    MOST_TURNED,
+    MAX_TURNED,
     NEEDED,
     NOT_RIGID,
     OUT_OF_REACH,
@@ -54,7 +52,7 @@ from nao_kin.ik.ranges import (
 )
 from nao_kin.ik.results import Family, IKResult
 from nao_kin.ik.searches import least
-from nao_kin.ik.targets import Limits, as_poses, as_reference, check_threads, is_enforced, refuse_not_rigid
+from nao_kin.ik.targets import Limits, Options, as_options, as_poses, refuse_not_rigid
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import log, nearest_rotation
 
@@ -71,13 +69,13 @@ def leg(
     limits: Limits = "enforce",
     threads: SupportsIndex | None = None,
 ) -> IKResult:
-    """All joint values of a leg with which its foot has a given pose: up to eight branches, each verified.
+    """Compute all joint values of a leg with which its foot has a given pose: up to eight branches, each verified.
 
-    Where the target is not met, `best` and `q` are the nearest joint values that a search finds, inside the limits if
-    these are enforced: with the smallest √(distance² + (0.1 m · angle)²); `residual` has the distance and the angle.
+    If the target is not met, `best` and `q` are the nearest joint values that a search finds, inside the limits if
+    these are enforced: with the smallest √(distance² + (0.1 m · angle)²).
 
-    Both legs share the motor of their HipYawPitch: a solution of the right leg sets the coordinate LHipYawPitch, and
-    with it moves the left leg.
+    Both legs share the motor of HipYawPitch: a solution of the right leg sets the coordinate LHipYawPitch, which also
+    moves the left leg.
 
     Args:
         robot: a NAO of any version, or another robot with legs of its geometry.
@@ -85,26 +83,23 @@ def leg(
         T_torso_foot: the pose of the frame in the torso, shape (..., 4, 4) [m].
         frame: a frame on the foot; None for the end effector "LLeg" or "RLeg".
         reference: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
-            distance to it, and take from it the joints that are not of this leg. None for all joints at zero, or at
-            the limit nearest to it.
-        limits: "enforce" leaves out branches with a joint outside its own or a coupled limit; "ignore" gives all, each
-            joint with the whole turns that bring it within half a turn of the reference.
-        threads: how many threads may work on a batch; None for all cores where that is worthwhile.
+            distance to it, and take from it the joints of other limbs. None for all joints at zero, or at the limit
+            nearest to it.
+        limits: "enforce" leaves out branches with a joint outside its own or a coupled limit; "ignore" returns all,
+            each joint with the whole turns that bring it within half a turn of the reference.
+        threads: how many threads may work on a batch; None for all cores if that is worthwhile.
 
     Returns:
-        Solutions to within 1e-10 m and rad, the errors in `residual`: of the rotation nearest to the one of the target,
-        so that rounded poses, to float32 for instance, are met too. For the same reason a straight leg solves a target
-        that is out of its reach by up to 1e-6 m, and `residual` says by how much. A family of solutions is there once,
-        by its member that is inside the limits and nearest to the reference: the hip at lock (`HIP_LOCK`), or the hip
-        on the axis of AnkleRoll (`ANKLE_AXIS`). A knee within 1e-7 rad of straight is straight: its two branches are
-        one.
+        Solutions to within 1e-10 m and rad of the nearest rigid pose: rounded poses, of float32 for instance, have
+        solutions. For the same reason a straight leg solves a target out of its reach by up to 1e-6 m, which is in
+        `residual`. A family of solutions is listed once, by its member inside the limits that is nearest to the
+        reference: the hip at lock (`HIP_LOCK`), or the hip on the axis of AnkleRoll (`ANKLE_AXIS`). A knee within 1e-7
+        rad of straight has one branch.
 
     Raises:
-        UnknownName: no such side, frame or policy.
         BadArgument: the robot has no such leg; the message says what is missing. Or the last row of a target is not
             0, 0, 0, 1, or a number is beyond ±1e150.
-        NotARotation: a target has no rotation; names the argument, its index and its defect.
-        WrongShape, NotFinite: arrays of other shapes, NaN or infinity.
+        NotARotation: the rotation of a target is not one; has the argument, its index and its defect.
 
     Source: the derivation is in docs/inverse_kinematics.md.
 
@@ -117,36 +112,24 @@ def leg(
     """
     limb = leg_limb(robot, check_side(side), frame)
     T = as_poses(T_torso_foot, "T_torso_foot")
-    enforce, workers, batch = is_enforced(limits), check_threads(threads), T.shape[:-2]
-    references = as_reference(robot, limb.rest, reference, batch, enforce)
-    targets = T.reshape(*batch, 16)
-    refuse = partial(refuse_not_rigid, T, "T_torso_foot")
-    found = found_for(_LEG, limb, targets, references[0], enforce, workers, refuse)
-    result = result_of(limb, batch, found, references)
-    if not found.is_complete:
-        away = missed(result)
-        near = np.broadcast_to(references[0], (*batch, robot.nq))[away]
-        result.best[away], result.residual[away] = nearest_foot(robot, limb, T[away], near, enforce, workers)
+    batch = T.shape[:-2]
+    options = as_options(robot, limb.rest, reference, batch, limits, threads)
+    output = solve_targets(_LEG, limb, T.reshape(*batch, 16), options, partial(refuse_not_rigid, T, "T_torso_foot"))
+    result = result_of(limb, batch, output, options)
+    if not output.is_complete:
+        missed, options = missed_targets(result, options)
+        result.best[missed], result.residual[missed] = nearest_foot(robot, limb, T[missed], options)
     return result
 
 
-# --- What the closed form needs to know of a leg, read off a robot.
+# --- The geometry of a leg, read from a robot.
 
 
 class Leg(NamedTuple):
-    """What the closed form needs to know of a leg.
+    """The geometry of a leg: the hip in the torso, thigh L₁, tibia L₂, and the frame in the foot from the ankle [m].
 
-    Attributes:
-        hip: the hip in the torso [m].
-        kappa: the axis of HipYawPitch is (0, cos κ, sin κ) [rad].
-        cos_kappa: the y of this axis.
-        sin_kappa: its z.
-        thigh: L₁, from hip to knee [m].
-        tibia: L₂, from knee to ankle [m].
-        stretched: how far a target may be out of reach of the straight leg [m].
-        turned: whether the frame that is asked for is turned against the foot, 0 or 1.
-        rotation: its rotation in the foot, nine numbers by rows.
-        place: its origin in the foot, seen from the ankle [m].
+    The axis of HipYawPitch is (0, cos κ, sin κ). `stretched` is how far a target may be out of reach of the straight
+    leg [m]; `turned` is 1 if the frame is turned against the foot.
     """
 
     hip: Vector
@@ -162,30 +145,22 @@ class Leg(NamedTuple):
 
 
 def leg_limb(robot: RobotModel, side: str, frame: str | None) -> Limb:
-    """A leg of a robot as the closed form takes it.
-
-    Raises:
-        BadArgument: the robot has none of this geometry.
-        UnknownName: no such frame.
-    """
-    return kept_limb(robot, _leg_of, side, f"{side}Leg" if frame is None else frame)
+    """Return a leg of a robot for the closed form."""
+    return cached_limb(robot, _leg_of, side, f"{side}Leg" if frame is None else frame)
 
 
 def _leg_of(robot: RobotModel, side: str, frame: str) -> Limb:
     chain = chain_at_zero(robot, "leg", tuple(side + joint for joint in _JOINTS), frame)
-    for index, axis in ((1, X), (2, Y), (3, Y), (4, Y), (5, X)):
-        chain.require_axis(index, axis)
+    chain.require_axes("xyyyx", 1)
     _, cosine, sine = chain.axes[0].tolist()
     kappa = math.atan2(sine, cosine)
     chain.require_axis(0, (0.0, math.cos(kappa), math.sin(kappa)))
-    chain.require_meeting(0, 1)
-    chain.require_meeting(0, 2)
-    chain.require_meeting(4, 5)
+    chain.require_meeting((0, 1), (0, 2), (4, 5))
     hip, knee, ankle = chain.points[0], chain.points[3], chain.points[4]
     thigh, tibia = hip - knee, knee - ankle
     chain.require_zero("knee and ankle are not below the hip", np.concatenate([thigh[:2], tibia[:2]]))
     if min(thigh[2], tibia[2]) <= 0.0:
-        raise chain.missing("knee and ankle are not below the hip")
+        raise chain.error("knee and ankle are not below the hip")
     lengths = float(thigh[2]), float(tibia[2])
     turned, rotation, place = chain.frame_in_link(ankle)
     numbers = Leg(tuple(hip.tolist()), kappa, cosine, sine, *lengths, _STRETCHED, turned, rotation, place)
@@ -196,42 +171,42 @@ def _leg_of(robot: RobotModel, side: str, frame: str) -> Limb:
 #
 # The axes of the three hip joints, a₁ = (0, cos κ, sin κ), x and y at zero, meet in the hip; those of KneePitch and
 # AnklePitch are y; AnklePitch and AnkleRoll, about x, meet in the ankle. With F the orientation of the foot and h the
-# hip as the foot sees it from the ankle,
+# hip from the ankle, in the axes of the foot,
 #
 #     h = Rx(−q₆) w,  w = L₁ (−sin(q₄ + q₅), cos(q₄ + q₅)) + L₂ (−sin q₅, cos q₅)  in the plane of x and z,
 #     F = Rx(κ) Ry(q₁) Rx(q₂ − κ) Ry(q₃) · Ry(q₄ + q₅) Rx(q₆).
 #
-# |h| gives the knee (two signs), the direction of h the ankle's roll (two) and then its pitch, and what is left of F
-# the three angles of the hip (two).
+# |h| gives the knee (two signs), the direction of h the ankle's roll (two) and then its pitch, and the rest of F the
+# three angles of the hip (two).
 
-MOST_BRANCHES = 8
+MAX_BRANCHES = 8
 JOINTS = 6
 
 _ALONE, _HIP_LOCK, _ANKLE_AXIS = float(Family.NONE), float(Family.HIP_LOCK), float(Family.ANKLE_AXIS)
 # A distance [m] that rounding may add to the reach of the leg, and below which the hip is on the axis of AnkleRoll.
 _ROUNDING = 1e-12
-# A straight leg solves targets that are out of reach by up to this [m]: poses rounded to float32, for instance.
+# A straight leg solves targets out of its reach by up to this [m]: poses rounded to float32, for instance.
 _STRETCHED = 1e-6
-# Below this the knee is stretched or folded: its angle is a square root, of which rounding leaves half the digits.
+# Below this the knee is stretched or folded: its angle is a square root with half the digits.
 _STRAIGHT = 1e-7
 # Sine of the angle between the axes of HipYawPitch and HipPitch up to which they are parallel.
 _PARALLEL = 1e-12
 # Steps of the search in a family.
 _STEPS = 180
-# Where the hip is nearer to the axis of AnkleRoll [m], rounding may put the roll outside its limits.
+# If the hip is nearer to the axis of AnkleRoll [m], rounding may move the roll outside its limits.
 _NEAR_AXIS = 1e-5
 
 
 @both_ways
 def foot_of(leg: Leg, target: Row) -> tuple[bool, Pose]:
-    """Whether a target is rigid; the foot's rotation and the ankle, seen from the hip in axes turned by κ about x."""
-    fine, (a, b, c, d, e, f, g, h, i) = link_rotation(leg, target)
+    """Return whether a target is rigid, and the foot with its ankle from the hip, in axes turned by κ about x."""
+    is_rigid, (a, b, c, d, e, f, g, h, i) = link_rotation(leg, target)
     px, py, pz = leg.place
     x = target[3] - leg.hip[0] - (a * px + b * py + c * pz)
     y = target[7] - leg.hip[1] - (d * px + e * py + f * pz)
     z = target[11] - leg.hip[2] - (g * px + h * py + i * pz)
     C, S = leg.cos_kappa, leg.sin_kappa
-    return fine, Pose(
+    return is_rigid, Pose(
         a, b, c,
         C * d + S * g, C * e + S * h, C * f + S * i,
         C * g - S * d, C * h - S * e, C * i - S * f,
@@ -241,7 +216,7 @@ def foot_of(leg: Leg, target: Row) -> tuple[bool, Pose]:
 
 @both_ways
 def within_reach(leg: Leg, foot: Pose) -> tuple[Pose, float]:
-    """The foot with its ankle moved onto the reach of the leg, where it is out of it by a little; how far."""
+    """Return the foot with its ankle moved into reach, if it is out of reach by at most `stretched`; and how far."""
     far = math.sqrt(foot.x * foot.x + foot.y * foot.y + foot.z * foot.z)
     reached = min(max(far, abs(leg.thigh - leg.tibia)), leg.thigh + leg.tibia)
     short = abs(far - reached)
@@ -258,7 +233,7 @@ def within_reach(leg: Leg, foot: Pose) -> tuple[Pose, float]:
 
 @both_ways
 def knee_of(leg: Leg, foot: Pose, report: Row) -> tuple[float, int]:
-    """The angle of the knee, and in how many ways it bends; none where the ankle is out of reach, which is reported."""
+    """Return the angle of the knee and its number of signs; 0 if the ankle is out of reach, with a report."""
     far = math.sqrt(foot.x * foot.x + foot.y * foot.y + foot.z * foot.z)
     longest, shortest = leg.thigh + leg.tibia, abs(leg.thigh - leg.tibia)
     if far > longest + _ROUNDING or far < shortest - _ROUNDING:
@@ -277,10 +252,10 @@ def knee_of(leg: Leg, foot: Pose, report: Row) -> tuple[float, int]:
 
 @both_ways
 def solve_leg(leg: Leg, target: Row, selection: Selection, work: Workspace) -> int:
-    """All branches of a leg for the pose of its frame; see `ranges` for the arguments."""
+    """Find all branches of a leg for the pose of its frame, as `ranges` describes."""
     start_report(work.report)
-    fine, foot = foot_of(leg, target)
-    if not fine:
+    is_rigid, foot = foot_of(leg, target)
+    if not is_rigid:
         work.report[REASON] = NOT_RIGID
         return 0
     foot, short = within_reach(leg, foot)
@@ -289,7 +264,7 @@ def solve_leg(leg: Leg, target: Row, selection: Selection, work: Workspace) -> i
         return 0
     count = _branches(leg, foot, knee, selection, selection.enforce, work)
     if count == 0 and selection.enforce:
-        # Which joint is in the way: all branches, to see which of them is nearest to the limits.
+        # Find the branch nearest to the limits, for the reason.
         count = _branches(leg, foot, knee, selection, False, work)
     add_shortfall(work.found, JOINTS, count, short)
     finish_report(work, JOINTS, count)
@@ -298,12 +273,12 @@ def solve_leg(leg: Leg, target: Row, selection: Selection, work: Workspace) -> i
 
 @both_ways
 def _branches(leg: Leg, foot: Pose, knee: tuple[float, int], selection: Selection, prune: bool, work: Workspace) -> int:
-    """Add all branches, given the angle of the knee and in how many ways it bends.
+    """Add all branches, given the angle of the knee and its number of signs.
 
-    With `prune` a branch is left as soon as a joint is seen outside its limits, and nothing is reported of it.
+    With `prune`, skip a branch without report as soon as a joint is outside its limits.
     """
     ranges, q = selection.ranges, work.q
-    # The hip, seen in the foot.
+    # The hip in the axes of the foot.
     hx = -(foot.r00 * foot.x + foot.r10 * foot.y + foot.r20 * foot.z)
     hy = -(foot.r01 * foot.x + foot.r11 * foot.y + foot.r21 * foot.z)
     hz = -(foot.r02 * foot.x + foot.r12 * foot.y + foot.r22 * foot.z)
@@ -336,7 +311,7 @@ def _branches(leg: Leg, foot: Pose, knee: tuple[float, int], selection: Selectio
             if prune and is_outside(ranges, 4, q[4]):
                 continue
             if near_axis:
-                # Onto the limit of AnkleRoll, where the foot hardly moves by that.
+                # Move AnkleRoll to its limit if that hardly moves the foot.
                 low, high = coupled_range(ranges, 5, q[4])
                 inside = min(max(roll, low), high)
                 if abs(inside - roll) * height < _ROUNDING:
@@ -354,7 +329,7 @@ def _branches(leg: Leg, foot: Pose, knee: tuple[float, int], selection: Selectio
                 if prune and not is_inside(ranges, q):
                     continue
                 if prune or check_limits(selection, q, work.report):
-                    if errors[0] < 0.0:  # both triples make the same rotation
+                    if errors[0] < 0.0:  # both solutions make the same rotation
                         errors = _errors(leg, foot, (s4, cosine), ankle, q)
                     count = add_branch(selection, work, errors, family, count)
     return count
@@ -362,13 +337,13 @@ def _branches(leg: Leg, foot: Pose, knee: tuple[float, int], selection: Selectio
 
 @both_ways
 def _write_hip(leg: Leg, foot: Pose, ankle: tuple[float, float, float, float], selection: Selection, q: Row) -> float:
-    """Write the hip's angles q₁ to q₃ that knee and ankle leave of the foot's orientation; their family.
+    """Write q₁ to q₃ for the foot's orientation and given knee and ankle; return their family.
 
-    With M = Ry(q₁) Rx(ρ) Ry(q₃), ρ = q₂ − κ, the second column of M is (sin q₁ sin ρ, cos ρ, cos q₁ sin ρ). The first
-    turn is taken from it and undone; the other two follow from what is left, with every digit also beside lock.
+    The second column of M = Ry(q₁) Rx(ρ) Ry(q₃), ρ = q₂ − κ, is (sin q₁ sin ρ, cos ρ, cos q₁ sin ρ). It gives q₁; the
+    other two follow from Ry(−q₁) M, to full precision near lock too.
     """
     s, c, sine, cosine = ankle
-    # M = F Rx(−q₆) Ry(−q₄ − q₅), as far as it is needed.
+    # The entries of M = F Rx(−q₆) Ry(−q₄ − q₅) that are needed.
     m01 = foot.r01 * cosine - foot.r02 * sine
     m11 = foot.r11 * cosine - foot.r12 * sine
     m21 = foot.r21 * cosine - foot.r22 * sine
@@ -392,19 +367,19 @@ def _write_hip(leg: Leg, foot: Pose, ankle: tuple[float, float, float, float], s
 
 @both_ways
 def _write_other_hip(leg: Leg, q: Row) -> None:
-    """Replace the hip's angles by those that make the same orientation: Ry(q₁ + π) Rx(−ρ) Ry(q₃ + π)."""
+    """Replace q₁ to q₃ by the other solution, Ry(q₁ + π) Rx(−ρ) Ry(q₃ + π)."""
     q[0], q[1], q[2] = wrapped(q[0] + math.pi), wrapped(2.0 * leg.kappa - q[1]), wrapped(q[2] + math.pi)
 
 
 @both_ways
 def _add_about_ankle_axis(leg: Leg, foot: Pose, other: int, selection: Selection, work: Workspace, count: int) -> int:
-    """Add the member of a family with the hip on the axis of AnkleRoll: every q₆ meets the pose with its own hip."""
+    """Add the best member of the family with the hip on the axis of AnkleRoll, where every q₆ is possible."""
     q, near = work.q, selection.reference[5]
     low, high = near - math.pi, near + math.pi
     if selection.enforce:
         low, high = coupled_range(selection.ranges, 5, q[4])
     given = leg, foot, other, selection, q
-    # The reference's own roll is tried too: an axis that is met within rounding does not change a member that fits.
+    # The reference's roll is tried too, so that rounding of the axis does not change a reference that is a solution.
     roll = least(_cost_of_roll, given, low, high, near, _STEPS)
     if _cost_of_roll(given, roll) < math.inf and check_limits(selection, q, work.report):
         count = add_branch(selection, work, leg_errors(leg, foot, q), _ANKLE_AXIS, count)
@@ -413,21 +388,21 @@ def _add_about_ankle_axis(leg: Leg, foot: Pose, other: int, selection: Selection
 
 @both_ways
 def _cost_of_roll(given: tuple[Leg, Pose, int, Selection, Row], roll: float) -> float:
-    """Write a member of the family into q; its cost."""
+    """Write a member of the family into q; return its cost."""
     leg, foot, other, selection, q = given
     q[5] = roll
     turn = q[3] + q[4]
     family = _write_hip(leg, foot, (math.sin(turn), math.cos(turn), math.sin(roll), math.cos(roll)), selection, q)
     if other == 1:
         if family != _ALONE:
-            return math.inf  # the two triples belong to one family
+            return math.inf  # both solutions belong to one family
         _write_other_hip(leg, q)
     return branch_cost(selection, q)
 
 
 @both_ways
 def leg_errors(leg: Leg, foot: Pose, q: Row) -> tuple[float, float]:
-    """How far the frame is from its target by forward kinematics: distance [m] and angle [rad]."""
+    """Return the error of the frame by forward kinematics: distance [m] and angle [rad]."""
     turn = q[3] + q[4]
     ankle = math.sin(turn), math.cos(turn), math.sin(q[5]), math.cos(q[5])
     return _errors(leg, foot, (math.sin(q[3]), math.cos(q[3])), ankle, q)
@@ -437,7 +412,7 @@ def leg_errors(leg: Leg, foot: Pose, q: Row) -> tuple[float, float]:
 def _errors(
     leg: Leg, foot: Pose, knee: tuple[float, float], ankle: tuple[float, float, float, float], q: Row
 ) -> tuple[float, float]:
-    """As `leg_errors`, given sine and cosine of q₄, q₄ + q₅ and q₆, which two triples of the hip share."""
+    """Return `leg_errors`, given sine and cosine of q₄, q₄ + q₅ and q₆, which two solutions of the hip share."""
     s1, c1 = math.sin(q[0]), math.cos(q[0])
     rho = q[1] - leg.kappa
     s2, c2 = math.sin(rho), math.cos(rho)
@@ -449,10 +424,10 @@ def _errors(
     m01, m11, m21 = s1 * s2, c2, c1 * s2
     m00, m10, m20 = c1 * c3 - b0 * s3, s2 * s3, -s1 * c3 - b2 * s3
     m02, m12, m22 = c1 * s3 + b0 * c3, -s2 * c3, b2 * c3 - s1 * s3
-    # The ankle, in the axes of the thigh.
+    # The ankle in the axes of the thigh.
     vx, vz = -leg.tibia * s4, -leg.thigh - leg.tibia * c4
     dx, dy, dz = m00 * vx + m02 * vz - foot.x, m10 * vx + m12 * vz - foot.y, m20 * vx + m22 * vz - foot.z
-    # The foot, M Ry(q₄ + q₅) Rx(q₆), against its target.
+    # The foot, M Ry(q₄ + q₅) Rx(q₆), minus its target.
     e00, e10, e20 = m00 * c5 - m02 * s5 - foot.r00, m10 * c5 - m12 * s5 - foot.r10, m20 * c5 - m22 * s5 - foot.r20
     n02, n12, n22 = m00 * s5 + m02 * c5, m10 * s5 + m12 * c5, m20 * s5 + m22 * c5
     e01, e11, e21 = m01 * c6 + n02 * s6 - foot.r01, m11 * c6 + n12 * s6 - foot.r11, m21 * c6 + n22 * s6 - foot.r21
@@ -466,26 +441,34 @@ def _errors(
     return math.sqrt(dx * dx + dy * dy + dz * dz), angle_of_chord(squares)
 
 
-# --- The nearest pose of a foot that no branch reaches.
+# --- The nearest joint values of one or both legs if feet are out of reach: damped least squares within the limits.
+
+# The weight of one radian [m], as in `arm`.
+ANGLE_WEIGHT = 0.1
+_GOAL = Goal(np.repeat([1.0, ANGLE_WEIGHT], 3), 0.0, 200)
 
 
-def nearest_foot(
-    robot: RobotModel, limb: Limb, T: Floats, reference: Floats, enforce: bool, threads: int | None
-) -> tuple[Floats, Floats]:
-    """Coordinates nearest to n targets, and their errors, shape (n, 2), as `nearest_feet`."""
-    # From all branches for the targets brought into reach, whatever the limits.
-    targets = _brought_into_reach(limb.numbers, T).reshape(-1, 16)
-    solve = found_for(_LEG, limb, targets if len(T) > 1 else targets[0], limb.rest, False, None)
-    branches = solve.branches[..., :JOINTS]
-    if limb.follows:
-        branches = (branches - limb.offset) / limb.multiplier
+def missed_targets(result: IKResult, options: Options) -> tuple[NDArray[np.bool_], Options]:
+    """Return which targets have neither solution nor joint values, shape (...), and the options for these n targets."""
+    missed = np.asarray((result.count == 0) & np.isnan(result.best).any(axis=-1))
+    reference = np.broadcast_to(options.reference, (*missed.shape, options.reference.shape[-1]))[missed]
+    return missed, options._replace(reference=reference)
+
+
+def nearest_foot(robot: RobotModel, limb: Limb, T: Floats, options: Options) -> tuple[Floats, Floats]:
+    """Return the coordinates nearest to n targets, and their errors, shape (n, 2), as `nearest_feet`."""
+    # From all branches for the targets moved into reach, without limits.
+    targets = _moved_into_reach(limb.numbers, T).reshape(-1, 16)
+    unlimited = Options(limb.rest, (), False, None)
+    output = solve_targets(_LEG, limb, targets if len(T) > 1 else targets[0], unlimited)
+    branches = limb.coordinates(output.branches[..., :JOINTS])
     starts = np.where(np.isnan(branches), limb.rest[limb.index], branches).swapaxes(0, 1)
-    best, errors = nearest_feet(robot, (limb.frame,), limb, T[:, None], reference, list(starts), enforce, threads)
+    best, errors = nearest_feet(robot, (limb.frame,), limb, T[:, None], list(starts), options)
     return best, errors[:, 0]
 
 
-def _brought_into_reach(leg: Leg, T: Floats) -> Floats:
-    """Targets (n, 4, 4) of a leg, moved on the line through the hip until the ankle is in reach, with the knee bent."""
+def _moved_into_reach(leg: Leg, T: Floats) -> Floats:
+    """Return targets (n, 4, 4) moved towards or away from the hip until the ankle is in reach, with the knee bent."""
     R = T[:, :3, :3] @ np.reshape(leg.rotation, (3, 3)).T
     ankle = T[:, :3, 3] - R @ leg.place - leg.hip
     far = np.maximum(np.linalg.norm(ankle, axis=-1), 1e-9)
@@ -495,72 +478,42 @@ def _brought_into_reach(leg: Leg, T: Floats) -> Floats:
     return moved
 
 
-_LEG = ClosedForm("legs", solve_leg, partial(limb_types, Leg, JOINTS), MOST_BRANCHES, alone=solve_leg)
-
-
-# --- The nearest joint values of a leg, or of both, where feet are out of reach: damped least squares in the limits.
-
-
-# What one radian counts [m], as in `arm`.
-ANGLE_WEIGHT = 0.1
-_GOAL = Goal(np.repeat([1.0, ANGLE_WEIGHT], 3), 0.0, 200)
-
-
-def missed(result: IKResult) -> NDArray[np.bool_]:
-    """Which targets have no solution and no joint values yet, shape (...)."""
-    return np.asarray((result.count == 0) & np.isnan(result.best).any(axis=-1))
+_LEG = ClosedForm("legs", solve_leg, partial(limb_types, Leg, JOINTS), MAX_BRANCHES, alone=solve_leg)
 
 
 def nearest_feet(
-    robot: RobotModel,
-    frames: tuple[str, ...],
-    limb: Limb,
-    T: Floats,
-    reference: Floats,
-    starts: list[Floats],
-    enforce: bool,
-    threads: int | None,
+    robot: RobotModel, frames: tuple[str, ...], limb: Limb, T: Floats, starts: list[Floats], options: Options
 ) -> tuple[Floats, Floats]:
-    """The coordinates with the smallest Σ (distance² + (0.1 m · angle)²) over the feet that was found.
+    """Return the coordinates (n, c) of one or both legs with the smallest Σ (distance² + (0.1 m · angle)²) over F feet.
 
-    Args:
-        robot: whose feet.
-        frames: F frames.
-        limb: the leg or the legs.
-        T: targets in the torso, shape (n, F, 4, 4).
-        reference: configurations, shape (n, nq).
-        starts: coordinates at which searches begin beside those of the reference, each of shape (n, c).
-        enforce: keep limits.
-        threads: as in `leg`.
-
-    Returns:
-        Coordinates of the limb, shape (n, c), and errors of each foot in position and angle, shape (n, F, 2) [m, rad].
+    T are targets in the torso, shape (n, F, 4, 4); searches begin at the reference, shape (n, nq), and at `starts`,
+    each of shape (n, c). Also return the errors of each foot in position and angle, shape (n, F, 2) [m, rad].
     """
-    motion = kept_limb(robot, FrameMotion, *frames)
-    region = motion.limited if enforce else motion.free
+    motion = cached_limb(robot, FrameMotion, *frames)
+    region = motion.limited if options.enforce else motion.free
     n, c = len(T), len(limb.columns)
     wanted = np.array(torso_in_trunk(robot) @ T)
     wanted[..., :3, :3] = nearest_rotation(wanted[..., :3, :3])
-    near = reference[:, limb.index]
+    near = options.reference[:, limb.index]
     began = np.stack([np.broadcast_to(start, (n, c)) for start in (near, *starts)])
     values = robot.neutral()[None].repeat(len(began) * n, axis=0)
     values[:, limb.index] = began.reshape(-1, c)
     values = region.project(motion.joint_values(values))
     targets = np.broadcast_to(wanted.reshape(n, -1), (len(began), n, 16 * len(frames))).reshape(len(values), -1)
-    still, inside = region.still_values(values), values[:, region.moving]
-    # A single start is searched from as Python where nothing is compiled yet.
+    fixed, inside = region.still_values(values), values[:, region.moving]
+    # A single search runs as Python where nothing is compiled yet.
     parts = [slice(k, k + 1) for k in range(len(inside))] if n == 1 else [slice(None)]
-    found = [descended(motion.chain, region, _GOAL, targets[k], still[k], inside[k], threads) for k in parts]
+    found = [descended(motion.chain, region, _GOAL, targets[k], fixed[k], inside[k], options.threads) for k in parts]
     cost = np.concatenate([part.cost for part in found]).reshape(len(began), n)
     rows: NDArray[np.intp] = np.argmin(cost, axis=0) * n + np.arange(n)
     best = np.concatenate([part.q for part in found])[rows]
-    # The limb alone decides, and whole turns do not change it.
+    # The frame depends on the limb alone, and not on whole turns.
     q = robot.neutral()[None].repeat(n, axis=0)
     q[:, limb.index] = best
     made = np.array(robot.fk(q, list(frames), reference=limb.torso))
     errors = made[..., :3, :3].swapaxes(-1, -2) @ nearest_rotation(T[..., :3, :3])
     away = np.linalg.norm(made[..., :3, 3] - T[..., :3, 3], axis=-1)
-    if not enforce:
+    if not options.enforce:
         turns = np.round((near - best) * limb.multiplier / (2.0 * math.pi))
-        best += 2.0 * math.pi / limb.multiplier * np.where(np.abs(near) > MOST_TURNED, 0.0, turns)
+        best += 2.0 * math.pi / limb.multiplier * np.where(np.abs(near) > MAX_TURNED, 0.0, turns)
     return best, np.stack([away, np.linalg.norm(log(errors), axis=-1)], axis=-1)

@@ -1,7 +1,8 @@
-"""`legs`: both legs on the one motor that drives both hips, by the closed forms of `legs_equations`."""
+"""`legs`: both legs, whose hips share one motor: the call, the result, and the move of the torso."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, SupportsIndex
@@ -9,79 +10,79 @@ from typing import Any, Literal, SupportsIndex
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, choice, common_batch, rigid_inverse
-from nao_kin.errors import BadArgument, WrongShape
+from nao_kin._core.arrays import Floats, choice, rigid_inverse
+from nao_kin._kernels.cache import both_ways
+from nao_kin.errors import BadArgument
+from nao_kin.ik.compiling import Row
 from nao_kin.ik.geometry import (
     ClosedForm,
-    Found,
+    KernelOutput,
     Limb,
-    found_for,
-    kept_limb,
+    cached_limb,
+    geometry_error,
     limb_types,
-    missing_geometry,
-    parts_of_result,
+    result_fields,
+    solve_targets,
     torso_in_trunk,
 )
-from nao_kin.ik.leg import Leg, leg_limb, missed, nearest_feet, nearest_foot
-from nao_kin.ik.legs_apart import BALANCED, LEFT_FIRST, RIGHT_FIRST
+from nao_kin.ik.leg import Leg, foot_of, leg_limb, missed_targets, nearest_feet, nearest_foot, within_reach
+from nao_kin.ik.legs_disagree import BALANCED, LEFT_FIRST, RIGHT_FIRST, solve_disagreeing, solve_separately
 from nao_kin.ik.legs_equations import (
-    BLAMED,
+    FAILED_LEG,
+    JOINTS,
     LEFT,
     LEFT_FOOT,
+    MAX_BRANCHES,
     MORE,
-    MOST_BRANCHES,
     MOVED,
+    NEITHER,
     OF_ONE,
     PRIORITY,
     RIGHT,
+    RIGHT_FOOT,
     Legs,
     LegsRanges,
+    foot_yaw,
+    solve_legs,
 )
-from nao_kin.ik.legs_torso import (
-    FREE,
-    HEIGHT,
-    LEAN,
-    LENGTH,
-    LENGTH_IN_WORLD,
-    NOTHING,
-    SCRATCH,
-    TORSO,
-    YAW,
-    solve_at_wish,
-    solve_pair,
-)
+from nao_kin.ik.ranges import NOT_RIGID, POSITION_ERROR, REASON, Selection, Workspace, add_shortfall
 from nao_kin.ik.results import Codes, IKResult, Reason, angle_in_words, crossing_in_words, errors_in_words
-from nao_kin.ik.targets import Limits, as_poses, as_reference, check_threads, is_enforced, refuse_not_rigid
+from nao_kin.ik.searches import add_roots
+from nao_kin.ik.targets import Limits, Options, as_options, as_poses, broadcast, refuse_not_rigid
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import exp, log, nearest_rotation, quat_from_matrix, quat_to_xyzw, rot_y, rot_z
 
-# --- What inverse kinematics of both legs answers beside an `IKResult`: each foot by itself, and the torso.
+# The free number of the torso's pose, as a number in a target; `NOTHING` for feet given in the torso.
+NOTHING, HEIGHT, LEAN, YAW = -1.0, 0.0, 1.0, 2.0
+# Indices in a target of the free number and of the desired pose of the torso; lengths of a target in the torso and in
+# the world.
+FREE, TORSO = PRIORITY + 1, PRIORITY + 2
+LENGTH, LENGTH_IN_WORLD = TORSO, TORSO + 16
+# Numbers in q after the joints: the joints of both legs alone, and a target in the torso.
+IN_TORSO = 2 * OF_ONE
+SCRATCH = IN_TORSO + PRIORITY + 1
+
+# Steps between the bounds, and halvings of a bracket.
+_STEPS, _HALVINGS = 96, 60
+_MAX_LEAN = 0.5 * math.pi
+# Hips that disagree by less [rad] for every s agree everywhere.
+_AGREEMENT = 1e-10
 
 _SIDES = "left", "right"
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class LegsResult(IKResult):
-    """Solutions for both feet: HipYawPitch and five joints of each leg.
-
-    `residual` is the larger of those of both feet.
+    """Solutions for both feet: HipYawPitch and five joints of each leg; `residual` is the larger one of both feet.
 
     Attributes:
         foot_residuals: errors of the left and the right foot at `best` in position and rotation angle,
             shape (..., 2, 2) [m, rad].
-        yaw_errors: how far the left and the right foot are turned about the normals of their soles against their
-            targets, positive to the left, shape (..., 2) [rad]; nan where ankles and normals are not met.
-        leg: which leg does not reach its own target, 0 the left and 1 the right one; −1 where none is to blame, shape
-            (...).
-        torso: the pose of the torso in the world where the feet were given there, shape (..., 4, 4) [m]; else None.
-        base_coordinates: of a robot with a floating base, its base there as the first seven entries of q; else None.
-
-    Examples:
-        >>> nao = nk.load_nao()
-        >>> q = nao.posture("StandInit")
-        >>> result = nk.ik.legs(nao, *nao.fk(q, ["LLeg", "RLeg"]))
-        >>> bool(result.success), result.foot_residuals.shape
-        (True, (2, 2))
+        yaw_errors: turns of the left and the right foot about the normals of their soles, relative to their targets,
+            positive to the left, shape (..., 2) [rad]; nan if ankles and normals are not met.
+        leg: the leg that does not reach its own target, 0 the left and 1 the right one; −1 for neither, shape (...).
+        torso: for feet given in the world, the pose of the torso there, shape (..., 4, 4) [m]; else None.
+        base_coordinates: the first seven entries of q for this torso, if the robot has a floating base; else None.
     """
 
     foot_residuals: Floats
@@ -92,7 +93,7 @@ class LegsResult(IKResult):
 
     @property
     def q(self) -> Floats:
-        """The best configuration, shape (..., nq): `best`, and the base if it moves, in the reference."""
+        """The best configuration, shape (..., nq): `best`, and a floating base, in the reference."""
         q = super().q
         if self.base_coordinates is not None:
             unknown = np.isnan(self.best).any(axis=-1, keepdims=True)
@@ -104,22 +105,21 @@ class LegsResult(IKResult):
         """All solutions as configurations, best first, shape (k, nq), of a batch (..., k, nq); nan from `count` on."""
         solutions = super().solutions
         if self.base_coordinates is not None:
-            there = np.arange(solutions.shape[-2]) < self.count[..., None]
-            solutions[..., :7] = np.where(there[..., None], self.base_coordinates[..., None, :], np.nan)
+            exists = np.arange(solutions.shape[-2]) < self.count[..., None]
+            solutions[..., :7] = np.where(exists[..., None], self.base_coordinates[..., None, :], np.nan)
         return solutions
 
     def describe(self, index: tuple[int, ...] = (), *, degrees: bool = False) -> str:
-        """The reason of one pair of feet in a sentence.
+        """Return the reason of one pair of feet as a sentence.
 
         Args:
-            index: which pair of the batch; () where there is one.
-            degrees: angles in degrees.
+            index: index of the pair in the batch; () for a single one.
+            degrees: whether angles are in degrees.
 
         Examples:
             >>> nao = nk.load_nao()
             >>> q = nao.posture("StandInit")
-            >>> result = nk.ik.legs(nao, *nao.fk(q, ["LLeg", "RLeg"]))
-            >>> result.describe()
+            >>> nk.ik.legs(nao, *nao.fk(q, ["LLeg", "RLeg"])).describe()
             'reached, 1 solution'
         """
         reason = Reason(int(self.reasons[index]))
@@ -137,8 +137,6 @@ class LegsResult(IKResult):
         unit = "".join(f"; {part}" for part in hint if not part.startswith("the nearest pose"))
         return f"{_SIDES[int(self.leg[index])]} leg: {why}{unit}{feet}"
 
-
-# --- `legs`: both legs on the one motor that drives both hips, by the closed forms of `legs_equations`.
 
 Priority = Literal["left", "right", "balanced"]
 Base = Literal["fixed", "floating"]
@@ -163,53 +161,43 @@ def legs(
     free: Free = "height",
     threads: SupportsIndex | None = None,
 ) -> LegsResult:
-    """All joint values of both legs with which both feet have given poses; both hips hang on one motor.
+    """Compute all joint values of both legs with which both feet have given poses; one motor drives both hips.
 
-    Where one HipYawPitch meets both feet to 1e-10 m and rad, all such joint values are returned. That is what every
-    solution is verified to; it is asked of the feet and not of the motor, whose value rounding leaves open beside a
-    singularity, where it hardly moves the feet.
+    - If some HipYawPitch meets both feet to 1e-10 m and rad, the result has all such joint values. With `base="fixed"`
+      a foot may be out of reach of a straight leg by up to 1e-6 m, as in `leg`.
+    - Otherwise, also for poses rounded to float32 for instance, ankles and normals of both soles stay exact, and
+      HipYawPitch is the value inside the limits that turns the feet least about these normals: `q` is this best,
+      `yaw_errors` are the turns, and the reason is that the hips disagree, or the obstacle to one leg alone. A frame
+      that is not on the normal through the ankle also moves, see `foot_residuals`.
+    - If a leg is too short, or its limits exclude all such values, `q` is the nearest pose inside the limits that a
+      search finds: with the smallest Σ (distance² + (0.1 m · angle)²) over both feet, with the torso unchanged.
 
-    Feet that are rounded, to float32 for instance, are not met to that: their hips disagree by some 1e-8 rad, and `q`
-    is the nearest, as follows. With `base="fixed"` a foot may be out of reach of a straight leg by up to 1e-6 m, as in
-    `leg`.
-
-    Otherwise ankles and normals of both soles stay exact, and of all values of HipYawPitch inside the limits that one
-    is taken which turns the feet least about the normals through their ankles: `q` is this best, `yaw_errors` are the
-    turns, and the reason is that the hips disagree, or what is in the way of one leg alone. A frame that is not on the
-    normal through the ankle, as the effectors are, is carried around it, as `foot_residuals` say.
-
-    Where a leg is too short, or its limits leave no such value, `q` is the nearest pose inside the limits that a search
-    finds: with the smallest Σ (distance² + (0.1 m · angle)²) over both feet, and with the torso where it stands.
-
-    With `base="floating"` feet and torso are given in the world, and one number of the torso's pose gives way so that
-    both feet are met: the least change that does. `q` has the base of a robot whose base floats, otherwise the joints
-    only.
+    With `base="floating"` feet and torso are given in the world, and one number of the torso's pose is changed as
+    little as possible so that both feet are met. If the robot has a floating base, `q` has the changed base.
 
     Args:
         robot: a NAO of any version, or another robot with legs of its geometry on one motor.
         T_left: the pose of the left foot in the torso, or in the world, shape (..., 4, 4) [m].
-        T_right: that of the right one; they broadcast with each other.
+        T_right: the pose of the right foot; they broadcast with each other.
         frames: a frame on the left and one on the right foot; None for the end effectors "LLeg" and "RLeg".
         reference: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
             distance to it over the eleven joints, and take from it the other joints. None for all joints at zero, or
             at the limit nearest to it.
-        limits: "enforce" leaves out what has a joint outside its own or a coupled limit; "ignore" takes all, each joint
-            with the whole turns that bring it within half a turn of the reference.
-        priority: whose foot is turned less where both cannot be met: "left" or "right", the other only as little as
-            that leaves; "balanced" for the least sum of squares.
-        base: "fixed" where the feet are given in the torso, "floating" where in the world.
-        torso: with a floating base the wished pose of the torso in the world, shape (..., 4, 4) [m]; None for where
-            the reference has it relative to the middle of its own feet.
-        free: what of it gives way: "height" along the world's z, as far as both legs reach; "lean" about the torso's
-            y-axis through the middle of the hips, or "yaw" about the vertical through it, up to ±π/2.
-        threads: how many threads may work on a batch; None for all cores where that is worthwhile.
+        limits: "enforce" leaves out branches with a joint outside its own or a coupled limit; "ignore" returns all,
+            each joint with the whole turns that bring it within half a turn of the reference.
+        priority: the foot to turn less if both cannot be met: "left" or "right", and then the other as little as
+            possible; "balanced" for the least sum of squares.
+        base: "fixed" for feet in the torso, "floating" for feet in the world.
+        torso: with a floating base the desired pose of the torso in the world, shape (..., 4, 4) [m]; None for its pose
+            relative to the middle of the feet in the reference.
+        free: the number of the torso's pose to change: "height" along the world's z, as far as both legs reach; "lean"
+            about the torso's y-axis through the middle of the hips, or "yaw" about the vertical through it, up to ±π/2.
+        threads: how many threads may work on a batch; None for all cores if that is worthwhile.
 
     Raises:
-        UnknownName: no such frame, policy, priority, base or free number.
         BadArgument: the robot has no such legs; the message says what is missing. Or the last row of a target is not
             0, 0, 0, 1, or a number is beyond ±1e150.
-        NotARotation: a target has no rotation; names the argument, its index and its defect.
-        WrongShape, NotFinite: arrays of other shapes, NaN or infinity.
+        NotARotation: the rotation of a target is not one; has the argument, its index and its defect.
 
     Source: the derivation is in docs/inverse_kinematics.md.
 
@@ -221,39 +209,39 @@ def legs(
         True
     """
     left, right = _as_frames(frames)
-    limb = kept_limb(robot, _legs_of, left, right)
+    limb = cached_limb(robot, _legs_of, left, right)
     for option, value, valid in (("priority", priority, _PRIORITIES), ("base", base, _BASES), ("free", free, _FREE)):
         choice(value, valid, option)
     if base == "fixed" and torso is not None:
         raise BadArgument('a pose of the torso goes with feet in the world: base="floating"')
-    workers, enforce = check_threads(threads), is_enforced(limits)
     poses = as_poses(T_left, "T_left"), as_poses(T_right, "T_right")
     batch = _broadcast(poses[0].shape[:-2], poses[1].shape[:-2], "T_right")
-    wished = None if torso is None else as_poses(torso, "torso")
-    if wished is not None:
-        _refuse((wished,), ("torso",))
-        batch = _broadcast(batch, wished.shape[:-2], "torso")
-    references = as_reference(robot, limb.rest, reference, batch, enforce)
+    desired = None if torso is None else as_poses(torso, "torso")
+    if desired is not None:
+        _refuse((desired,), ("torso",))
+        batch = _broadcast(batch, desired.shape[:-2], "torso")
+    options = as_options(robot, limb.rest, reference, batch, limits, threads)
     rows = np.empty((*batch, LENGTH_IN_WORLD if base == "floating" else LENGTH))
     for first, T in zip((LEFT, RIGHT), poses, strict=True):
         rows[..., first : first + 16] = T.reshape(*T.shape[:-2], 16)
     rows[..., PRIORITY] = _PRIORITIES[priority]
     rows[..., FREE] = _FREE[free] if base == "floating" else NOTHING
     if base == "floating":
-        if wished is None:
+        if desired is None:
             _refuse(poses)
-            wished = _as_in_reference(robot, limb, (left, right), poses, references[0])
-        rows[..., TORSO:] = wished.reshape(*wished.shape[:-2], 16)
-    found = found_for(_LEGS, limb, rows, references[0], enforce, workers, lambda: _refuse(poses))
-    result = _as_result(robot, limb, rows, base == "floating", found, references)
-    away = missed(result)
-    if away.any():
-        T = np.stack([np.broadcast_to(pose, (*batch, 4, 4))[away] for pose in poses], axis=1)
+            desired = _as_in_reference(robot, limb, (left, right), poses, options.reference)
+        rows[..., TORSO:] = desired.reshape(*desired.shape[:-2], 16)
+    output = solve_targets(_LEGS, limb, rows, options, lambda: _refuse(poses))
+    result = _as_result(robot, limb, rows, base == "floating", output, options)
+    if output.is_complete:
+        return result
+    missed, options = missed_targets(result, options)
+    if missed.any():
+        T = np.stack([np.broadcast_to(pose, (*batch, 4, 4))[missed] for pose in poses], axis=1)
         if result.torso is not None:
-            T = rigid_inverse(result.torso[away])[:, None] @ T
-        near = np.broadcast_to(references[0], (*batch, robot.nq))[away]
-        result.best[away], errors = _nearest(robot, limb, (left, right), T, near, enforce, workers)
-        result.foot_residuals[away], result.residual[away] = errors, errors.max(axis=1)
+            T = rigid_inverse(result.torso[missed])[:, None] @ T
+        result.best[missed], errors = _nearest(robot, limb, (left, right), T, options)
+        result.foot_residuals[missed], result.residual[missed] = errors, errors.max(axis=1)
     return result
 
 
@@ -266,50 +254,37 @@ def _as_frames(frames: Sequence[str] | None) -> tuple[str, str]:
 
 
 def _broadcast(one: tuple[int, ...], other: tuple[int, ...], what: str) -> tuple[int, ...]:
-    try:
-        return common_batch(what, one, other)
-    except WrongShape:
-        raise WrongShape(what, f"(4, 4) or {(*one, 4, 4)} as T_left", (*other, 4, 4)) from None
+    return broadcast(what, one, other, f"(4, 4) or {(*one, 4, 4)} as T_left", (*other, 4, 4))
 
 
 def _refuse(poses: tuple[Floats, ...], names: tuple[str, ...] = ("T_left", "T_right")) -> None:
-    """Raise for the first pose that is no rigid transform, as `refuse_not_rigid` does."""
+    """Raise for the first pose that is not a rigid transform, as `refuse_not_rigid` does."""
     for T, name in zip(poses, names, strict=True):
         refuse_not_rigid(T, name)
 
 
 def _nearest(
-    robot: RobotModel,
-    limb: Limb,
-    frames: tuple[str, str],
-    T: Floats,
-    reference: Floats,
-    enforce: bool,
-    threads: int | None,
+    robot: RobotModel, limb: Limb, frames: tuple[str, str], T: Floats, options: Options
 ) -> tuple[Floats, Floats]:
-    """Coordinates nearest to n pairs of feet, as `nearest_feet`, searched for from what is nearest to each foot."""
-    one, other = leg_limb(robot, "L", frames[0]), leg_limb(robot, "R", frames[1])
-    left = nearest_foot(robot, one, T[:, 0], reference, enforce, threads)[0]
-    right = nearest_foot(robot, other, T[:, 1], reference, enforce, threads)[0]
+    """Return the coordinates nearest to n pairs of feet, as `nearest_feet`, from the nearest ones to each foot."""
+    left = nearest_foot(robot, leg_limb(robot, "L", frames[0]), T[:, 0], options)[0]
+    right = nearest_foot(robot, leg_limb(robot, "R", frames[1]), T[:, 1], options)[0]
     hips = left[:, :1], right[:, :1], 0.5 * (left[:, :1] + right[:, :1])
     starts = [np.concatenate([hip, left[:, 1:], right[:, 1:]], axis=-1) for hip in hips]
-    return nearest_feet(robot, frames, limb, T, reference, starts, enforce, threads)
-
-
-# --- the torso in the world -------------------------------------------------------------------------------------------
+    return nearest_feet(robot, frames, limb, T, starts, options)
 
 
 def _as_in_reference(
     robot: RobotModel, limb: Limb, frames: tuple[str, str], poses: tuple[Floats, Floats], reference: Floats
 ) -> Floats:
-    """The torso in the world as the reference has it relative to the middle of its own feet, shape (..., 4, 4)."""
+    """Return the torso in the world, relative to the middle of the feet as in the reference, shape (..., 4, 4)."""
     T_torso_feet = robot.fk(reference, list(frames), reference=limb.torso)
     T_torso_middle = _middle(T_torso_feet[..., 0, :, :], T_torso_feet[..., 1, :, :])
     return _middle(*poses) @ np.linalg.inv(T_torso_middle)
 
 
 def _middle(one: Floats, other: Floats) -> Floats:
-    """The pose half-way between two, shape (..., 4, 4)."""
+    """Return the pose half-way between two, shape (..., 4, 4)."""
     one, other = np.broadcast_arrays(one, other)
     R = nearest_rotation(one[..., :3, :3])
     middle = np.array(one)
@@ -319,65 +294,57 @@ def _middle(one: Floats, other: Floats) -> Floats:
 
 
 def _moved_torso(legs: Legs, rows: Floats, moved: Floats) -> Floats:
-    """The torso in the world after what gave way, shape (..., 4, 4)."""
-    wished = rows[..., TORSO:].reshape(*rows.shape[:-1], 4, 4)
+    """Return the moved torso in the world, shape (..., 4, 4)."""
+    desired = rows[..., TORSO:].reshape(*rows.shape[:-1], 4, 4)
     hips = 0.5 * np.add(legs.left.hip, legs.right.hip)
-    torso, free = np.array(wished), rows[..., FREE].flat[0] if rows.size else HEIGHT
+    torso, free = np.array(desired), rows[..., FREE].flat[0] if rows.size else HEIGHT
     if free == HEIGHT:
         torso[..., 2, 3] += moved
         return torso
-    R = wished[..., :3, :3]
-    pivot = R @ hips + wished[..., :3, 3]
+    R = desired[..., :3, :3]
+    pivot = R @ hips + desired[..., :3, 3]
     torso[..., :3, :3] = R @ rot_y(moved) if free == LEAN else rot_z(moved) @ R
     torso[..., :3, 3] = pivot - torso[..., :3, :3] @ hips
     return torso
 
 
-def _base_coordinates(robot: RobotModel, limb: Limb, torso: Floats) -> Floats:
-    """The first seven entries of q with the torso there: place and quaternion of the root, scalar last."""
+def _base_coordinates(robot: RobotModel, torso: Floats) -> Floats:
+    """Return the first seven entries of q for a torso: position and quaternion of the root, scalar last."""
     root = torso @ np.linalg.inv(torso_in_trunk(robot))
     quaternions = quat_to_xyzw(quat_from_matrix(nearest_rotation(root[..., :3, :3])))
     return np.concatenate([root[..., :3, 3], quaternions], axis=-1)
 
 
-# --- what comes back --------------------------------------------------------------------------------------------------
-
-
 def _as_result(
-    robot: RobotModel,
-    limb: Limb,
-    rows: Floats,
-    in_world: bool,
-    found: Found,
-    references: tuple[Floats, tuple[str, ...]],
+    robot: RobotModel, limb: Limb, rows: Floats, in_world: bool, output: KernelOutput, options: Options
 ) -> LegsResult:
     batch = rows.shape[:-1]
-    report = found.report.reshape(*batch, found.report.shape[1])
+    report = output.report.reshape(*batch, output.length)
     torso = base = None
     if in_world:
         torso = _moved_torso(limb.numbers, rows, report[..., MOVED])
-        base = _base_coordinates(robot, limb, torso) if robot.base == "floating" else None
-    parts = parts_of_result(limb, batch, found, references)
-    parts["notes"] += _notes(limb.numbers, rows, torso)
+        base = _base_coordinates(robot, torso) if robot.base == "floating" else None
+    fields = result_fields(limb, batch, output, options)
+    fields["notes"] += _notes(limb.numbers, rows, torso)
     feet = report[..., LEFT_FOOT : LEFT_FOOT + 6].reshape(*batch, 2, 3)
     return LegsResult(
-        **parts,
+        **fields,
         foot_residuals=feet[..., :2],
         yaw_errors=feet[..., 2],
-        leg=np.asarray(report[..., BLAMED], dtype=np.int8),
+        leg=np.asarray(report[..., FAILED_LEG], dtype=np.int8),
         torso=torso,
         base_coordinates=base,
     )
 
 
 def _notes(legs: Legs, rows: Floats, torso: Floats | None) -> tuple[str, ...]:
-    """Whether ankles are on swapped sides of the torso."""
-    # Along the torso's y-axis; without a torso that is the y of the target.
+    """Return a note if the ankles are on swapped sides of the torso."""
+    # Along the torso's y-axis, in the frame of the targets.
     along = np.array([0.0, 1.0, 0.0]) if torso is None else torso[..., :3, 1]
     sides = []
     for leg, first in ((legs.left, LEFT), (legs.right, RIGHT)):
         T = rows[..., first : first + 16].reshape(*rows.shape[:-1], 4, 4)
-        # The frame's origin seen from the ankle, in the axes of the frame.
+        # The frame's origin from the ankle, in the axes of the frame.
         frame = leg.place @ np.reshape(leg.rotation, (3, 3))
         sides.append((along * (T[..., :3, 3] - T[..., :3, :3] @ frame)).sum(axis=-1))
     return crossing_in_words(np.asarray(sides[0] < sides[1]), "targets")
@@ -388,7 +355,7 @@ def _legs_of(robot: RobotModel, left: str, right: str) -> Limb:
     motor = [(limb.columns[0], limb.multiplier[0], limb.offset[0]) for limb in (one, other)]
     if motor[0] != motor[1]:
         why = f"{one.joints[0]} and {other.joints[0]} are not one motor that turns both alike; nk.ik.leg takes each"
-        raise missing_geometry(robot, "pair of legs", why)
+        raise geometry_error(robot, "pair of legs", why)
     return replace(
         one,
         joints=one.joints + other.joints[1:],
@@ -398,11 +365,245 @@ def _legs_of(robot: RobotModel, left: str, right: str) -> Limb:
         offset=np.concatenate([one.offset, other.offset[1:]]),
         ranges=LegsRanges(one.ranges, other.ranges),
         numbers=Legs(one.numbers, other.numbers),
-        follows=one.follows or other.follows,
+        is_scaled=one.is_scaled or other.is_scaled,
     )
 
 
-# --- the kernels ------------------------------------------------------------------------------------------------------
+# --- Both feet in the world, with one number s of the torso's pose changed until the hips agree; or feet in the torso.
+#
+# The roots of ψ of both feet have tangents −Y_cos / Y_sin, equal where
+#
+#     G(s) = Y_cos,L Y_sin,R − Y_sin,L Y_cos,R
+#
+# is zero: a polynomial of second degree in the height, and of fourth in cosine and sine of a lean or a yaw. So even
+# steps of s bracket all roots but double ones, which are searched at the minima of |G|.
+
+
+@both_ways
+def solve_fixed(legs: Legs, target: Row, selection: Selection, work: Workspace) -> int:
+    """Find all joint values that meet both feet with the torso as desired, as `ranges` describes."""
+    short = _write_desired_target(legs, target, work.q)
+    count = solve_legs(legs, work.q[IN_TORSO:SCRATCH], selection, work)
+    _add_shortfalls(short, count, work)
+    return count
+
+
+@both_ways
+def solve_pair(legs: Legs, target: Row, selection: Selection, work: Workspace) -> int:
+    """Find the same, or the best if the hips disagree; in the world with the smallest possible move of the torso."""
+    short, moved = _write_desired_target(legs, target, work.q), 0.0
+    in_torso = work.q[IN_TORSO:SCRATCH]
+    count = solve_legs(legs, in_torso, selection, work)
+    if count > 0 or work.report[REASON] == NOT_RIGID:
+        _add_shortfalls(short, count, work)
+        return count
+    if target[FREE] != NOTHING:
+        moved = _smallest_move(legs, target, selection, work)
+        move_torso(legs, target, moved, work.q)
+        count = solve_legs(legs, in_torso, selection, work)
+    if count == 0:
+        count = solve_disagreeing(legs, in_torso, selection, work)
+    _add_shortfalls(short, count, work)
+    work.report[MOVED] = moved
+    return count
+
+
+@both_ways
+def _write_desired_target(legs: Legs, target: Row, q: Row) -> tuple[float, float]:
+    """Write the target in the desired torso; move feet given in the torso as `within_reach`, and return how far."""
+    move_torso(legs, target, 0.0, q)
+    if target[FREE] != NOTHING:
+        return 0.0, 0.0  # the torso is moved instead
+    return _into_reach(legs.left, q, IN_TORSO + LEFT), _into_reach(legs.right, q, IN_TORSO + RIGHT)
+
+
+@both_ways
+def _into_reach(leg: Leg, q: Row, first: int) -> float:
+    """Move the foot at index `first` of q as `within_reach` does; return how far."""
+    foot = foot_of(leg, q[first : first + 16])[1]
+    moved, short = within_reach(leg, foot)
+    if short > 0.0:
+        x, y, z = moved.x - foot.x, moved.y - foot.y, moved.z - foot.z
+        q[first + 3] += x
+        q[first + 7] += leg.cos_kappa * y - leg.sin_kappa * z
+        q[first + 11] += leg.sin_kappa * y + leg.cos_kappa * z
+    return short
+
+
+@both_ways
+def _add_shortfalls(short: tuple[float, float], count: int, work: Workspace) -> None:
+    """Add the distances by which the feet were moved to the errors in position."""
+    report = work.report
+    if max(short[0], short[1]) > 0.0:
+        add_shortfall(work.found, JOINTS, count, max(short[0], short[1]))
+        report[LEFT_FOOT] += short[0]
+        report[RIGHT_FOOT] += short[1]
+        report[POSITION_ERROR] = max(report[LEFT_FOOT], report[RIGHT_FOOT])
+
+
+@both_ways
+def _smallest_move(legs: Legs, target: Row, selection: Selection, work: Workspace) -> float:
+    """Return the smallest |s| with which both feet are met; if none, the s with which the hips disagree least."""
+    low, high = _bounds(legs, target)
+    if _agree_everywhere(legs, target, low, high, work.q):
+        return _nearest_reached(legs, target, low, high, selection, work)
+    values = np.empty(4 * _STEPS + 4)
+    count = add_roots(_disagreement, (legs, target, work.q), low, high, _STEPS, values, 0) if low < high else 0
+    for k in np.argsort(np.abs(values[:count])):
+        if _meets_feet(legs, target, values[k], selection, work):
+            return float(values[k])
+    return _least_gap(legs, target, low, high, selection, work)
+
+
+@both_ways
+def _meets_feet(legs: Legs, target: Row, moved: float, selection: Selection, work: Workspace) -> bool:
+    """Return whether both feet are met with the torso moved by s."""
+    move_torso(legs, target, moved, work.q)
+    return solve_legs(legs, work.q[IN_TORSO:SCRATCH], selection, work) > 0
+
+
+@both_ways
+def move_torso(legs: Legs, target: Row, moved: float, q: Row) -> None:
+    """Write the target in the torso, with the torso moved by s, into q from `IN_TORSO` on."""
+    mode = target[FREE]
+    if mode == NOTHING:
+        q[IN_TORSO:SCRATCH] = target[LEFT : PRIORITY + 1]
+        return
+    left, right = legs.left.hip, legs.right.hip
+    cx, cy, cz = 0.5 * (left[0] + right[0]), 0.5 * (left[1] + right[1]), 0.5 * (left[2] + right[2])
+    s, c = math.sin(moved), math.cos(moved)
+    ox, oy, oz = target[TORSO + 3], target[TORSO + 7], target[TORSO + 11] + (moved if mode == HEIGHT else 0.0)
+    # The torso's y-axis, or the vertical in the torso.
+    ux, uy, uz = (0.0, 1.0, 0.0) if mode == LEAN else (target[TORSO + 8], target[TORSO + 9], target[TORSO + 10])
+    for side in range(2):
+        first = LEFT if side == 0 else RIGHT
+        for column in range(4):
+            # A column of the foot's pose in the world, the position from the torso's origin.
+            part = 1.0 if column == 3 else 0.0
+            vx, vy, vz = target[first + column], target[first + 4 + column], target[first + 8 + column]
+            x, y, z = _in_torso(target, vx - part * ox, vy - part * oy, vz - part * oz)
+            if mode != HEIGHT:
+                # Rotated by −s about the axis u through the middle of the hips: Rodrigues' formula.
+                x, y, z = x - part * cx, y - part * cy, z - part * cz
+                along = (1.0 - c) * (ux * x + uy * y + uz * z)
+                x, y, z = (
+                    c * x - s * (uy * z - uz * y) + along * ux + part * cx,
+                    c * y - s * (uz * x - ux * z) + along * uy + part * cy,
+                    c * z - s * (ux * y - uy * x) + along * uz + part * cz,
+                )
+            at = IN_TORSO + first + column
+            q[at], q[at + 4], q[at + 8] = x, y, z
+            q[at + 12] = target[first + 12 + column]
+    q[IN_TORSO + PRIORITY] = target[PRIORITY]
+
+
+@both_ways
+def _in_torso(target: Row, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """Return a vector of the world in the axes of the desired torso."""
+    t = TORSO
+    return (
+        target[t] * x + target[t + 4] * y + target[t + 8] * z,
+        target[t + 1] * x + target[t + 5] * y + target[t + 9] * z,
+        target[t + 2] * x + target[t + 6] * y + target[t + 10] * z,
+    )
+
+
+@both_ways
+def _bounds(legs: Legs, target: Row) -> tuple[float, float]:
+    """Return the bounds of s: as far as both legs reach, or a quarter of a turn."""
+    if target[FREE] != HEIGHT:
+        return -_MAX_LEAN, _MAX_LEAN
+    low, high = -math.inf, math.inf
+    for side in range(2):
+        leg, first = (legs.left, LEFT) if side == 0 else (legs.right, RIGHT)
+        foot = foot_of(leg, target[first : first + 16])[1]
+        # The ankle in the world, from the one in axes turned by κ with the hip in the world's origin.
+        C, S, hip = leg.cos_kappa, leg.sin_kappa, leg.hip
+        ax, ay, az = foot.x + hip[0], C * foot.y - S * foot.z + hip[1], S * foot.y + C * foot.z + hip[2]
+        hx, hy, hz = _hip_in_world(leg, target)
+        aside = (ax - hx) * (ax - hx) + (ay - hy) * (ay - hy)
+        longest = leg.thigh + leg.tibia
+        span = math.sqrt(max(0.0, longest * longest - aside))
+        low, high = max(low, az - hz - span), min(high, az - hz + span)
+    return low, high
+
+
+@both_ways
+def _hip_in_world(leg: Leg, target: Row) -> tuple[float, float, float]:
+    t, (x, y, z) = TORSO, leg.hip
+    return (
+        target[t] * x + target[t + 1] * y + target[t + 2] * z + target[t + 3],
+        target[t + 4] * x + target[t + 5] * y + target[t + 6] * z + target[t + 7],
+        target[t + 8] * x + target[t + 9] * y + target[t + 10] * z + target[t + 11],
+    )
+
+
+@both_ways
+def _tangents(legs: Legs, target: Row, moved: float, q: Row) -> tuple[float, float]:
+    """Return G, proportional to the sine of the difference of the roots of both feet, and the same for the cosine."""
+    move_torso(legs, target, moved, q)
+    left = foot_yaw(foot_of(legs.left, q[IN_TORSO + LEFT : IN_TORSO + RIGHT])[1])
+    right = foot_yaw(foot_of(legs.right, q[IN_TORSO + RIGHT : IN_TORSO + PRIORITY])[1])
+    return left.y_cos * right.y_sin - left.y_sin * right.y_cos, left.y_cos * right.y_cos + left.y_sin * right.y_sin
+
+
+@both_ways
+def _disagreement(given: tuple[Legs, Row, Row], moved: float) -> float:
+    """Return G for a target."""
+    legs, target, q = given
+    return _tangents(legs, target, moved, q)[0]
+
+
+@both_ways
+def _agree_everywhere(legs: Legs, target: Row, low: float, high: float, q: Row) -> bool:
+    """Return whether the hips agree for every s in [low, high]."""
+    if not low < high:
+        return False
+    for k in range(_STEPS + 1):
+        sine, cosine = _tangents(legs, target, low + (high - low) / _STEPS * k, q)
+        if math.atan2(abs(sine), abs(cosine)) >= _AGREEMENT:
+            return False
+    return True
+
+
+@both_ways
+def _nearest_reached(legs: Legs, target: Row, low: float, high: float, selection: Selection, work: Workspace) -> float:
+    """Return the smallest |s| with which both feet are met; 0 if none of even steps meets them."""
+    inside = math.inf
+    for k in range(_STEPS + 1):
+        moved = low + (high - low) * k / _STEPS
+        if abs(moved) < abs(inside) and _meets_feet(legs, target, moved, selection, work):
+            inside = moved
+    if inside == math.inf:
+        return 0.0
+    outside = inside - math.copysign(min(abs(inside), (high - low) / _STEPS), inside)
+    for _ in range(_HALVINGS):
+        moved = 0.5 * (inside + outside)
+        if _meets_feet(legs, target, moved, selection, work):
+            inside = moved
+        else:
+            outside = moved
+    return inside
+
+
+@both_ways
+def _least_gap(legs: Legs, target: Row, low: float, high: float, selection: Selection, work: Workspace) -> float:
+    """Return the s with which the hips disagree least and each leg reaches its foot; 0 if none of even steps does."""
+    best, least, step = 0.0, math.inf, (high - low) / _STEPS
+    for k in range(_STEPS + 1 + 2 * _HALVINGS if low < high else 0):
+        if k <= _STEPS:
+            moved = low + step * k
+        elif least == math.inf:
+            break
+        else:
+            # On both sides of the best, with halved steps.
+            nearer = step * 0.5 ** ((k - _STEPS - 1) // 2)
+            moved = max(low, best - nearer) if k % 2 == 0 else min(high, best + nearer)
+        move_torso(legs, target, moved, work.q)
+        gap = solve_separately(legs, work.q[IN_TORSO:SCRATCH], selection, work)
+        if work.report[FAILED_LEG] == NEITHER and gap < least:
+            best, least = moved, gap
+    return best
 
 
 def _types() -> tuple[Any, Any]:
@@ -413,13 +614,5 @@ def _types() -> tuple[Any, Any]:
 
 
 _LEGS = ClosedForm(
-    "both legs",
-    solve_pair,
-    _types,
-    MOST_BRANCHES,
-    alone=solve_at_wish,
-    usual=4,
-    more=MORE,
-    scratch=SCRATCH,
-    seconds=60.0,
+    "both legs", solve_pair, _types, MAX_BRANCHES, alone=solve_fixed, usual=4, more=MORE, scratch=SCRATCH, seconds=60.0
 )

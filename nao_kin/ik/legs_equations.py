@@ -1,17 +1,17 @@
-"""Both legs on the motor of HipYawPitch: what is left of a leg when the motor stands, and where both feet are met.
+"""Both legs on the motor of HipYawPitch: the joints of a leg for a given HipYawPitch, and where both feet are met.
 
-With the names of `leg`: let e = Ry(q₁) x be the axis of HipRoll, p the ankle seen from the hip and n the
-normal of the sole. The plane of the leg contains e and p, so its own normal is along p × e, and the foot's x-axis, in
-that plane and perpendicular to n, is along
+With the names of `leg`: let e = Ry(q₁) x be the axis of HipRoll, p the ankle from the hip and n the normal of the sole.
+The plane of the leg contains e and p, so its normal is along p × e, and the foot's x-axis, in this plane and
+perpendicular to n, is along
 
     u = (p × e) × n = e (p · n) − p (e · n).
 
-p and n are met for every q₁, and the foot is turned about n by the angle ψ of u against the x-axis that is asked for,
+p and n can be met for every q₁. The foot is then turned about n by the angle ψ of u relative to the target's x-axis,
 
     tan ψ = Y / X,  X = u · x_foot,  Y = u · y_foot,
 
-both linear in (cos q₁, sin q₁). ψ never turns back, for X Y' − Y X' is constant; one foot is exact where Y = 0, at two
-values of q₁ half a turn apart. Two feet agree where one q₁ is a root of both.
+both linear in (cos q₁, sin q₁). ψ is monotonic, because X Y' − Y X' is constant; one foot is exact where Y = 0, at two
+values of q₁ half a turn apart. Both feet are exact where one q₁ is a root of both.
 """
 
 from __future__ import annotations
@@ -48,42 +48,42 @@ Joints: TypeAlias = tuple[float, float, float, float, float, float]
 # HipYawPitch, and five joints of each leg.
 JOINTS, OF_ONE = 11, 6
 # Two values of HipYawPitch, and of each leg two knees and two rolls of the hip.
-MOST_BRANCHES = 32
+MAX_BRANCHES = 32
 # Where the parts of a target begin.
 LEFT, RIGHT, PRIORITY = 0, 16, 32
-# Places in a report after the joints: errors of both feet in position, angle and yaw; which leg is to blame; how far
-# the torso is moved.
+# Numbers of a report after the joints: errors of both feet in position, angle and yaw; the leg that fails; the move of
+# the torso.
 LEFT_FOOT = BEST + JOINTS
-RIGHT_FOOT, BLAMED, MOVED, MORE = LEFT_FOOT + 3, LEFT_FOOT + 6, LEFT_FOOT + 7, 8
+RIGHT_FOOT, FAILED_LEG, MOVED, MORE = LEFT_FOOT + 3, LEFT_FOOT + 6, LEFT_FOOT + 7, 8
 NEITHER, LEFT_LEG, RIGHT_LEG = -1.0, 0.0, 1.0
 
 _ALONE = float(Family.NONE)
-# A turn of a foot [rad] up to which a solution is looked for: verified is the pose.
-_NEARLY = 1e-9
-# A slope ψ' below which HipYawPitch does not matter to a foot.
-LEVEL = 1e-11
-# What rounding may leave of Y [m].
+# Turn of a foot [rad] up to which a solution is tried; its errors are verified.
+_YAW_TOLERANCE = 1e-9
+# A slope ψ' below which HipYawPitch does not turn a foot.
+FLAT = 1e-11
+# Rounding of Y [m].
 _ROUNDING = 1e-15
-# Nearer to the axis of HipRoll [m], the ankle does not tell the roll as well as the foot does.
+# Nearer to the axis of HipRoll [m], the ankle determines the roll less precisely than the foot.
 _ALONG = 1e-4
 
 
 class Legs(NamedTuple):
-    """Both legs, as `leg` takes each."""
+    """The geometry of both legs."""
 
     left: Leg
     right: Leg
 
 
 class LegsRanges(NamedTuple):
-    """Limits of the six joints of each."""
+    """Limits of the six joints of each leg."""
 
     left: Ranges
     right: Ranges
 
 
 class FootYaw(NamedTuple):
-    """The turn ψ of a foot about its normal: X = x_cos cos q₁ + x_sin sin q₁, and Y the same."""
+    """The turn ψ of a foot about its normal: X = x_cos cos q₁ + x_sin sin q₁, Y = y_cos cos q₁ + y_sin sin q₁."""
 
     x_cos: float
     x_sin: float
@@ -92,14 +92,7 @@ class FootYaw(NamedTuple):
 
 
 class LegTask(NamedTuple):
-    """One of both legs, and what is asked of it.
-
-    Attributes:
-        leg: its geometry.
-        foot: its target.
-        knee: the angle of the knee, and in how many ways it bends.
-        yaw: how the foot turns with HipYawPitch.
-    """
+    """A leg, its target, the angle of the knee with its number of signs, and the turn of the foot."""
 
     leg: Leg
     foot: Pose
@@ -110,15 +103,12 @@ class LegTask(NamedTuple):
 class Branch(NamedTuple):
     """A branch of a leg whose ankle and normal are met.
 
-    Attributes:
-        knee: KneePitch.
-        way: 1 for the leg below the axis of HipRoll, −1 for above.
-        ankle: the sign of the cosine of AnkleRoll.
+    `hip_sign` is 1 for the leg below the axis of HipRoll, −1 for above; `ankle_sign` is that of cos AnkleRoll.
     """
 
     knee: float
-    way: float
-    ankle: float
+    hip_sign: float
+    ankle_sign: float
 
 
 Tasks: TypeAlias = tuple[LegTask, LegTask]
@@ -126,12 +116,12 @@ Tasks: TypeAlias = tuple[LegTask, LegTask]
 
 @both_ways
 def tasks_of(legs: Legs, target: Row, report: Row) -> tuple[bool, Tasks]:
-    """Whether the poses of both feet are rigid, and what is asked of the legs; a leg that is too short is reported."""
-    rigid, right = foot_of(legs.right, target[RIGHT:PRIORITY])
+    """Return whether the poses of both feet are rigid, and the tasks of the legs; report a leg that is too short."""
+    right_rigid, right = foot_of(legs.right, target[RIGHT:PRIORITY])
     right_knee = knee_of(legs.right, right, report)
-    fine, left = foot_of(legs.left, target[LEFT:RIGHT])
+    left_rigid, left = foot_of(legs.left, target[LEFT:RIGHT])
     left_knee = knee_of(legs.left, left, report)
-    return fine and rigid, (
+    return left_rigid and right_rigid, (
         LegTask(legs.left, left, left_knee, foot_yaw(left)),
         LegTask(legs.right, right, right_knee, foot_yaw(right)),
     )
@@ -139,23 +129,23 @@ def tasks_of(legs: Legs, target: Row, report: Row) -> tuple[bool, Tasks]:
 
 @both_ways
 def solve_legs(legs: Legs, target: Row, selection: Selection, work: Workspace) -> int:
-    """All joint values that meet the poses of both feet; see `ranges` for the arguments."""
+    """Find all joint values that meet the poses of both feet, as `ranges` describes."""
     report = work.report
     start_report(report)
-    report[BLAMED], report[MOVED] = NEITHER, 0.0
-    rigid, tasks = tasks_of(legs, target, report)
+    report[FAILED_LEG], report[MOVED] = NEITHER, 0.0
+    is_rigid, tasks = tasks_of(legs, target, report)
     left, right = tasks
-    if not rigid:
+    if not is_rigid:
         report[REASON] = NOT_RIGID
         return 0
     if left.knee[1] == 0 or right.knee[1] == 0:
-        report[BLAMED] = LEFT_LEG if left.knee[1] == 0 else RIGHT_LEG
+        report[FAILED_LEG] = LEFT_LEG if left.knee[1] == 0 else RIGHT_LEG
         return 0
-    if slope(left.yaw) < LEVEL and slope(right.yaw) < LEVEL:
-        return 0  # a family, over which is searched
+    if slope(left.yaw) < FLAT and slope(right.yaw) < FLAT:
+        return 0  # a family, which needs a search
     hip, count = common_hip(left.yaw, right.yaw), 0
     c, s = math.cos(hip), math.sin(hip)
-    if off_root(left.yaw, c, s) > _NEARLY or off_root(right.yaw, c, s) > _NEARLY:
+    if yaw_sine(left.yaw, c, s) > _YAW_TOLERANCE or yaw_sine(right.yaw, c, s) > _YAW_TOLERANCE:
         return 0
     for value in (hip, wrapped(hip + math.pi)):
         count = _add_with_hip(tasks, value, selection, work, count)
@@ -169,7 +159,7 @@ def solve_legs(legs: Legs, target: Row, selection: Selection, work: Workspace) -
 
 @both_ways
 def _add_with_hip(tasks: Tasks, hip: float, selection: Selection, work: Workspace, count: int) -> int:
-    """Add all solutions with a value of HipYawPitch, and report the errors of both feet in the best."""
+    """Add all solutions with a value of HipYawPitch, and report the errors of both feet in the best one."""
     ranges, reference, enforce = selection
     found, report = work.found, work.report
     left, right = tasks
@@ -196,7 +186,7 @@ def _add_with_hip(tasks: Tasks, hip: float, selection: Selection, work: Workspac
 def _exact(
     task: LegTask, ranges: Ranges, hip: float, branch: int, roll: float, enforce: bool
 ) -> tuple[bool, tuple[float, float], Joints]:
-    """Whether a branch of a leg is a solution with this value of HipYawPitch; its errors, and its joints."""
+    """Return whether a branch of a leg is a solution with this value of HipYawPitch, its errors, and its joints."""
     leg, foot = task.leg, task.foot
     bent = task.knee[0] if branch < 2 else -task.knee[0]
     if enforce and is_outside(ranges, 3, bent):
@@ -221,7 +211,7 @@ def write_joints(left: Joints, right: Joints, q: Row) -> None:
 
 @both_ways
 def errors_of_feet(tasks: Tasks, q: Row) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Errors of the left and the right foot in position and angle [m, rad]."""
+    """Return the errors of the left and the right foot in position and angle [m, rad]."""
     left, right = tasks
     return (
         leg_errors(left.leg, left.foot, (q[0], q[1], q[2], q[3], q[4], q[5])),
@@ -232,8 +222,7 @@ def errors_of_feet(tasks: Tasks, q: Row) -> tuple[tuple[float, float], tuple[flo
 @both_ways
 def report_feet(tasks: Tasks, q: Row, report: Row) -> None:
     """Report joint values as the best, with the errors of both feet."""
-    for j in range(JOINTS):
-        report[BEST + j] = q[j]
+    report[BEST : BEST + JOINTS] = q[:JOINTS]
     one, two = errors_of_feet(tasks, q)
     report[LEFT_FOOT], report[LEFT_FOOT + 1] = one
     report[RIGHT_FOOT], report[RIGHT_FOOT + 1] = two
@@ -242,12 +231,12 @@ def report_feet(tasks: Tasks, q: Row, report: Row) -> None:
     report[POSITION_ERROR], report[ANGLE_ERROR] = max(one[0], two[0]), max(one[1], two[1])
 
 
-# --- the motor and the turn of a foot ---------------------------------------------------------------------------------
+# --- HipYawPitch and the turn of a foot.
 
 
 @both_ways
 def foot_yaw(foot: Pose) -> FootYaw:
-    """X and Y of a target."""
+    """Return X and Y of a target."""
     x = foot.x * foot.r00 + foot.y * foot.r10 + foot.z * foot.r20
     y = foot.x * foot.r01 + foot.y * foot.r11 + foot.z * foot.r21
     n = foot.x * foot.r02 + foot.y * foot.r12 + foot.z * foot.r22
@@ -261,7 +250,7 @@ def foot_yaw(foot: Pose) -> FootYaw:
 
 @both_ways
 def _yaw_of(yaw: FootYaw, hip: float, angle: float) -> float:
-    """The turn ψ of the foot about its normal [rad]: of the two ways of the ankle that of a size nearer to `angle`."""
+    """Return the turn ψ of the foot about its normal [rad], for the sign of the ankle with |ψ| nearer to `angle`."""
     c, s = math.cos(hip), math.sin(hip)
     turn = math.atan2(yaw.y_cos * c + yaw.y_sin * s, yaw.x_cos * c + yaw.x_sin * s)
     other = wrapped(turn + math.pi)
@@ -270,13 +259,13 @@ def _yaw_of(yaw: FootYaw, hip: float, angle: float) -> float:
 
 @both_ways
 def hip_of(yaw: FootYaw) -> float:
-    """The value of HipYawPitch with which the foot is exact; there is another half a turn away."""
+    """Return a value of HipYawPitch with which the foot is exact; the other one is half a turn away."""
     return math.atan2(-yaw.y_cos, yaw.y_sin)
 
 
 @both_ways
 def slope(yaw: FootYaw) -> float:
-    """The size of ψ' where ψ = 0; infinite where ψ has no value there."""
+    """Return |ψ'| where ψ = 0; infinite if ψ is undefined there."""
     # With Y = ‖Y‖ sin (q₁ − root), X at the root is the constant X Y' − Y X' over ‖Y‖.
     square = yaw.y_cos * yaw.y_cos + yaw.y_sin * yaw.y_sin
     constant = abs(yaw.x_cos * yaw.y_sin - yaw.x_sin * yaw.y_cos)
@@ -285,16 +274,16 @@ def slope(yaw: FootYaw) -> float:
 
 @both_ways
 def common_hip(left: FootYaw, right: FootYaw) -> float:
-    """The value of HipYawPitch beside the roots of both, up to half a turn, with the least ψ² of both feet together.
+    """Return the value of HipYawPitch between a root of each foot with the least sum of ψ².
 
-    Beside a singularity a root is lost in rounding, but there ψ hardly changes with it: the slopes weigh both.
+    Near a singularity rounding displaces a root, but there ψ hardly changes: the slopes are the weights.
     """
     hip = hip_of(left)
-    # How far the other root is away: sine and cosine of the difference of two arcus tangents, within ±π/2.
+    # The distance to the other root: sine and cosine of the difference of two arctangents, within ±π/2.
     sine = left.y_cos * right.y_sin - left.y_sin * right.y_cos
     cosine = left.y_cos * right.y_cos + left.y_sin * right.y_sin
     gap = math.atan2(sine, cosine) if cosine >= 0.0 else math.atan2(-sine, -cosine)
-    # As `slope`, without what may be zero below.
+    # As `slope`, without a denominator that may be zero.
     one = (left.y_cos * left.y_cos + left.y_sin * left.y_sin) * (right.x_cos * right.y_sin - right.x_sin * right.y_cos)
     two = (right.y_cos * right.y_cos + right.y_sin * right.y_sin) * (left.x_cos * left.y_sin - left.x_sin * left.y_cos)
     one, two = one * one, two * two
@@ -302,41 +291,37 @@ def common_hip(left: FootYaw, right: FootYaw) -> float:
 
 
 @both_ways
-def off_root(yaw: FootYaw, c: float, s: float) -> float:
-    """|sin ψ|: how far a foot is turned, up to half a turn and to rounding, from cosine and sine of HipYawPitch."""
+def yaw_sine(yaw: FootYaw, c: float, s: float) -> float:
+    """Return |sin ψ|, up to rounding, from cosine and sine of HipYawPitch."""
     x, y = yaw.x_cos * c + yaw.x_sin * s, yaw.y_cos * c + yaw.y_sin * s
     size = math.sqrt(x * x + y * y)
     return max(0.0, abs(y) - _ROUNDING) / size if size > 0.0 else 0.0
 
 
-# --- the other five joints --------------------------------------------------------------------------------------------
+# --- The other five joints.
 
 
 @both_ways
-def _roll(foot: Pose, hip: float, way: float, otherwise: float) -> tuple[float, float]:
-    """Cosine and sine of ρ, the turn of the plane of a leg about the axis of HipRoll, where the foot is met.
+def _roll(foot: Pose, hip: float, hip_sign: float, default: float) -> tuple[float, float]:
+    """Return cosine and sine of ρ, the turn of the leg's plane about the axis of HipRoll, with which the foot is met.
 
-    Args:
-        foot: the target.
-        hip: HipYawPitch.
-        way: 1 for the leg below the axis of HipRoll, −1 for above.
-        otherwise: ρ where it does not matter: with hip, ankle and foot on the axis.
+    `default` is ρ if any value is possible: with hip, ankle and foot on the axis.
     """
     c, s = math.cos(hip), math.sin(hip)
-    # The ankle and the foot's x-axis, beside the axis.
+    # The ankle and the foot's x-axis, perpendicular to the axis.
     py, pz = foot.y, s * foot.x + c * foot.z
     fy, fz = foot.r10, s * foot.r00 + c * foot.r20
     aside, turned = math.sqrt(py * py + pz * pz), math.sqrt(fy * fy + fz * fz)
     if aside > _ALONG or (aside >= turned and aside > 0.0):
-        return -way * pz / aside, way * py / aside
+        return -hip_sign * pz / aside, hip_sign * py / aside
     if turned > 0.0:
-        return -way * fz / turned, way * fy / turned
-    return math.cos(otherwise), math.sin(otherwise)
+        return -hip_sign * fz / turned, hip_sign * fy / turned
+    return math.cos(default), math.sin(default)
 
 
 @both_ways
 def _exact_joints(leg: Leg, foot: Pose, hip: float, hip_roll: float, knee: float, cosine: float, sine: float) -> Joints:
-    """The joints of a leg whose pose a value of HipYawPitch meets, with cosine and sine of ρ."""
+    """Return the joints of a leg that meets its pose at a value of HipYawPitch, from cosine and sine of ρ."""
     c, s = math.cos(hip), math.sin(hip)
     px, pz = c * foot.x - s * foot.z, s * foot.x + c * foot.z
     fx, fz = c * foot.r00 - s * foot.r20, s * foot.r00 + c * foot.r20
@@ -348,18 +333,18 @@ def _exact_joints(leg: Leg, foot: Pose, hip: float, hip_roll: float, knee: float
 
 
 @both_ways
-def level_joints(task: LegTask, branch: Branch, hip: float) -> Joints:
-    """The joints with which ankle and normal are met, whatever the turn of the foot about it."""
+def sole_joints(task: LegTask, branch: Branch, hip: float) -> Joints:
+    """Return the joints with which ankle and normal are met, whatever the turn of the foot."""
     leg, foot = task.leg, task.foot
-    knee, way, ankle = branch
+    knee, hip_sign, ankle_sign = branch
     c, s = math.cos(hip), math.sin(hip)
     px, py, pz = c * foot.x - s * foot.z, foot.y, s * foot.x + c * foot.z
     aside = math.sqrt(py * py + pz * pz)
-    cosine, sine = (-way * pz / aside, way * py / aside) if aside > 0.0 else (way, 0.0)
+    cosine, sine = (-hip_sign * pz / aside, hip_sign * py / aside) if aside > 0.0 else (hip_sign, 0.0)
     nx, nz = c * foot.r02 - s * foot.r22, s * foot.r02 + c * foot.r22
     up = nz * cosine - foot.r12 * sine
-    turn = math.atan2(ankle * nx, ankle * up)
-    ankle_roll = math.atan2(-foot.r12 * cosine - nz * sine, ankle * math.sqrt(nx * nx + up * up))
+    turn = math.atan2(ankle_sign * nx, ankle_sign * up)
+    ankle_roll = math.atan2(-foot.r12 * cosine - nz * sine, ankle_sign * math.sqrt(nx * nx + up * up))
     pitch = _hip_pitch(leg, px, pz * cosine - py * sine, knee)
     hip_roll = wrapped(leg.kappa + math.atan2(sine, cosine))
     return hip, hip_roll, pitch, knee, wrapped(turn - pitch - knee), ankle_roll
@@ -367,6 +352,6 @@ def level_joints(task: LegTask, branch: Branch, hip: float) -> Joints:
 
 @both_ways
 def _hip_pitch(leg: Leg, x: float, z: float, knee: float) -> float:
-    """HipPitch with which the ankle is at (x, z) in the plane of the leg."""
+    """Return the HipPitch with which the ankle is at (x, z) in the plane of the leg."""
     vx, vz = -leg.tibia * math.sin(knee), -leg.thigh - leg.tibia * math.cos(knee)
     return math.atan2(vz * x - vx * z, vx * x + vz * z)

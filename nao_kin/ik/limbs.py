@@ -1,4 +1,4 @@
-"""Which limbs of a robot the closed forms fit: the limb of a frame, and their numbers for programs in any language."""
+"""The limbs of a robot that the closed forms solve: the limb of a frame, and their numbers for other programs."""
 
 from __future__ import annotations
 
@@ -15,72 +15,55 @@ from nao_kin.ik.head import camera_limb, head_limb
 from nao_kin.ik.leg import leg_limb
 from nao_kin.robot import RobotModel, check_robot
 
+_LIMBS: dict[str, tuple[str, str, Callable[..., Limb]]] = {
+    "LArm": ("arm", "L", partial(arm_limb, side="L")),
+    "RArm": ("arm", "R", partial(arm_limb, side="R")),
+    "LLeg": ("leg", "L", partial(leg_limb, side="L")),
+    "RLeg": ("leg", "R", partial(leg_limb, side="R")),
+    "Head": ("head", "", head_limb),
+}
+
 
 def limbs(robot: RobotModel) -> list[dict[str, Any]]:
-    """What the closed forms know of a robot's limbs, as plain numbers, strings and lists that JSON can hold.
+    """Return the limbs that the closed forms solve, as numbers, strings and lists that JSON can store.
 
     Args:
         robot: any robot.
 
     Returns:
-        One dictionary for each limb that a closed form fits; none for a robot without such limbs.
+        One dictionary for each limb that a closed form fits:
 
         - `kind`: "leg", "arm", "head" or "gaze", the last for each camera that `look_at` takes; `side`: "L", "R" or "".
-        - `frame`: the frame whose pose is asked for; `torso`: the frame in which targets are given.
+        - `frame`: the frame whose pose is the target; `torso`: the frame in which targets are given.
         - `joints`: their names from the torso outwards; `columns`: the coordinates of q that move them, by
           value = `multiplier` · coordinate + `offset`.
-        - `lower`, `upper`: their limits as values of the joints [rad], None for none; `table`: None, or the joint whose
-          range depends on another: places of `joint` and `of` among the joints, and `lower` and `upper` bounds `at`
-          values of the latter, linear between them and constant outside.
-        - `geometry`: lengths and places [m], angles [rad] and rotations (nine numbers by rows) by name, as in the
+        - `lower`, `upper`: limits of the joints [rad], None if unlimited; `table`: None, or a coupled limit: indices of
+          the limited joint (`joint`) and of the other (`of`), and `lower` and `upper` bounds `at` values of the other,
+          linear between them and constant outside.
+        - `geometry`: lengths and positions [m], angles [rad] and rotations (nine numbers by rows) by name, as in the
           derivation in docs/inverse_kinematics.md.
-
-    Raises:
-        BadArgument: no robot model.
 
     Examples:
         >>> [limb["frame"] for limb in nk.ik.limbs(nk.load_nao())]
         ['LArm', 'RArm', 'LLeg', 'RLeg', 'Head', 'CameraTop', 'CameraBottom']
     """
     check_robot(robot)
-    wanted: list[tuple[str, str, Callable[[], Limb]]] = [
-        ("arm", "L", partial(arm_limb, robot, "L", None)),
-        ("arm", "R", partial(arm_limb, robot, "R", None)),
-        ("leg", "L", partial(leg_limb, robot, "L", None)),
-        ("leg", "R", partial(leg_limb, robot, "R", None)),
-        ("head", "", partial(head_limb, robot, "Head")),
-        *(("gaze", "", partial(camera_limb, robot, camera)) for camera in robot.semantics.cameras),
-    ]
+    wanted = [(kind, side, limb, name) for name, (kind, side, limb) in _LIMBS.items()]
+    wanted += [("gaze", "", camera_limb, camera) for camera in robot.semantics.cameras]
     found = []
-    for kind, side, limb in wanted:
+    for kind, side, limb, frame in wanted:
         with suppress(BadArgument, UnknownName):
-            found.append({"kind": kind, "side": side, **_described(limb())})
+            found.append({"kind": kind, "side": side, **_described(limb(robot, frame=frame))})
     return found
 
 
 def limb_of_frame(robot: RobotModel, frame: str) -> str | None:
-    """The limb whose closed form places a frame: "LLeg", "RLeg", "LArm", "RArm" or "Head"; None where none does.
-
-    Args:
-        robot: any robot.
-        frame: one of its frames.
-
-    Raises:
-        UnknownName: no such frame.
-        BadArgument: no robot model.
-    """
+    """Return the limb whose closed form solves for a frame: a key of `_LIMBS`, or None."""
     check_robot(robot)
     robot.frame_ids([frame])
-    wanted: dict[str, Callable[[], Limb]] = {
-        "LLeg": partial(leg_limb, robot, "L", frame),
-        "RLeg": partial(leg_limb, robot, "R", frame),
-        "LArm": partial(arm_limb, robot, "L", frame),
-        "RArm": partial(arm_limb, robot, "R", frame),
-        "Head": partial(head_limb, robot, frame),
-    }
-    for name, limb in wanted.items():
+    for name, (_, _, limb) in _LIMBS.items():
         with suppress(BadArgument):
-            limb()
+            limb(robot, frame=frame)
             return name
     return None
 

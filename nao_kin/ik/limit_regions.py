@@ -1,4 +1,4 @@
-"""Where joints may be: boxes, and plane regions where one joint's range depends on another's value."""
+"""Joint limits: boxes, and plane regions for coupled limits."""
 
 from __future__ import annotations
 
@@ -17,33 +17,24 @@ from nao_kin.ik.compiling import Row, cached_kernel, copied, in_lists, run_rows
 from nao_kin.robot import LIMIT_TOLERANCE, RobotModel
 from nao_kin.robot.semantics import CoupledLimit
 
-# --- Limits of the joints that move a frame, for scalar code: boxes, and plane regions of coupled limits.
-#
-# The numbers are those of a `LimitRegion`; what is done with them is the same, one configuration after the other.
+# --- The limits of a `LimitRegion` for scalar code, one configuration after the other.
 
-# Tables that share a joint are obeyed in turn, so often at most.
-MOST_TURNS = 20
-# Directions are probed by a step of this length [rad or m]: far above rounding, far below the bends of a table.
+# Most passes over tables that share a joint.
+MAX_PASSES = 20
+# Length of the step that probes a direction [rad or m]: far above rounding, far below the segments of a table.
 PROBE = 1e-6
-# A line of a table that is beyond the table's own bound by less [rad] belongs to it.
+# A line of a table at most so far beyond the table's bound [rad] coincides with it.
 _SAME = 1e-12
-# Numbers of a table: the places of the joint that is depended on and of the one that depends, −1 for one that does not
-# move; the first of its bends, and the one behind the last.
+# Numbers of a table: the indices of joint `of` and of the joint whose range depends on it, −1 for a joint that does not
+# move; the first of its rows, and the end of its rows.
 TABLE = 4
 
 
 class Region(NamedTuple):
-    """Where m joints may be.
+    """Limits of m joints: boxes `lower`, `upper`, and `TABLE` whole numbers in `tables` for each coupled limit.
 
-    Attributes:
-        lower: smallest values, m numbers.
-        upper: largest values.
-        winding: 1 for a joint that turns without limits and is the same after a whole turn.
-        tables: four whole numbers for each coupled limit.
-        at: bends of all tables: values of the joint that is depended on.
-        low: smallest value of the other one there, inside its box.
-        high: largest value there.
-        shared: whether two tables share a joint.
+    The rows of all tables are in `at` (values of joint `of`), `low` and `high` (bounds inside the box). `winding` is 1
+    for a joint without limits that is the same after a whole turn; `shared`: whether two tables share a joint.
     """
 
     lower: Row
@@ -57,69 +48,64 @@ class Region(NamedTuple):
 
 
 @both_ways
-def project(region: Region, values: Row, still: Row, inside: Row) -> None:
-    """The nearest values inside the limits; `still` has for each table the value of its joint that does not move."""
+def project(region: Region, values: Row, fixed: Row, inside: Row) -> None:
+    """Write the nearest values inside the limits; `fixed` has each table's value of its joint that does not move."""
     for j in range(len(region.lower)):
         inside[j] = min(max(values[j], region.lower[j]), region.upper[j])
     count = len(region.tables) // TABLE
-    # What a plane's nearest point is asked for are the values as given: clipping them first would move the point.
+    # The nearest point of the plane is that to the given values: clipping them first would move it.
     for t in range(count):
         of, joint = region.tables[TABLE * t], region.tables[TABLE * t + 1]
         if of >= 0 and joint >= 0:
             inside[of], inside[joint] = nearest_point(region, t, values[of], values[joint])
-    for t in range(count):
-        if region.tables[TABLE * t] < 0 or region.tables[TABLE * t + 1] < 0:
-            obey(region, t, still, inside)
-    if region.shared:
-        for _ in range(MOST_TURNS):
-            changed = False
-            for t in range(count):
-                changed = obey(region, t, still, inside) or changed
-            if not changed:
-                break
+    for _ in range(MAX_PASSES if region.shared else 1):
+        changed = False
+        for t in range(count):
+            changed = obey(region, t, fixed, inside) or changed
+        if not changed:
+            break
 
 
 @both_ways
-def obey(region: Region, t: int, still: Row, values: Row) -> bool:
-    """Take the moving joints of a table into its region; whether that changed them."""
+def obey(region: Region, t: int, fixed: Row, values: Row) -> bool:
+    """Move the moving joints of a table into its region; return whether that changed them."""
     of, joint = region.tables[TABLE * t], region.tables[TABLE * t + 1]
-    if of >= 0 and joint >= 0:
-        x, y = nearest_point(region, t, values[of], values[joint])
-        changed = bool(x != values[of] or y != values[joint])
-        values[of], values[joint] = x, y
-        return changed
+    before = values[of] if of >= 0 else fixed[t], values[joint] if joint >= 0 else fixed[t]
+    x, y = before
+    if joint < 0:
+        x = nearest_of(region, t, x, y)
+    elif of < 0:
+        low, high = range_at(region, t, x)
+        y = min(max(y, low), high)
+    else:
+        x, y = nearest_point(region, t, x, y)
+    if of >= 0:
+        values[of] = x
     if joint >= 0:
-        low, high = range_at(region, t, still[t])
-        y = min(max(values[joint], low), high)
-        changed = bool(y != values[joint])
         values[joint] = y
-        return changed
-    x = nearest_of(region, t, values[of], still[t])
-    changed = bool(x != values[of])
-    values[of] = x
-    return changed
+    return bool(x != before[0] or y != before[1])
 
 
 @both_ways
 def range_at(region: Region, t: int, of: float) -> tuple[float, float]:
-    """Smallest and largest value of the joint of a table where the other is at `of`; constant outside the table."""
+    """Return the range of the joint of a table where the other is at `of`; constant outside the table."""
     first, last = region.tables[TABLE * t + 2], region.tables[TABLE * t + 3] - 1
-    if of <= region.at[first]:
-        return region.low[first], region.high[first]
-    if of >= region.at[last]:
-        return region.low[last], region.high[last]
+    at, low, high = region.at, region.low, region.high
+    if of <= at[first]:
+        return low[first], high[first]
+    if of >= at[last]:
+        return low[last], high[last]
     right = first + 1
-    while region.at[right] < of:
+    while at[right] < of:
         right += 1
     left = right - 1
-    share = (of - region.at[left]) / (region.at[right] - region.at[left])
-    low = region.low[left] + share * (region.low[right] - region.low[left])
-    return low, region.high[left] + share * (region.high[right] - region.high[left])
+    share = (of - at[left]) / (at[right] - at[left])
+    return low[left] + share * (low[right] - low[left]), high[left] + share * (high[right] - high[left])
 
 
 @both_ways
 def nearest_point(region: Region, t: int, of: float, joint: float) -> tuple[float, float]:
-    """The nearest point of a plane region: on one of the segments of its boundary, if it is not inside."""
+    """Return the nearest point of a plane region: on a segment of its boundary, if the point is not inside."""
     first, last = region.tables[TABLE * t + 2], region.tables[TABLE * t + 3] - 1
     low, high = range_at(region, t, of)
     if region.at[first] <= of <= region.at[last] and low <= joint <= high:
@@ -142,16 +128,16 @@ def nearest_point(region: Region, t: int, of: float, joint: float) -> tuple[floa
         away = (of - region.at[i]) * (of - region.at[i]) + (joint - foot) * (joint - foot)
         if away < best:
             best, x, y = away, region.at[i], foot
-    # The foot of a perpendicular lies on the boundary to rounding; the last bit is clipped away.
+    # The foot of a perpendicular lies on the boundary only up to rounding: clip it.
     low, high = range_at(region, t, x)
     return x, min(max(y, low), high)
 
 
 @both_ways
 def nearest_of(region: Region, t: int, of: float, joint: float) -> float:
-    """The nearest value of the joint that is depended on at which the other may be at `joint`; `of` if there is none.
+    """Return the value nearest to `of` at which the range includes `joint`; `of` if there is none.
 
-    Between two bends the allowed values are an interval, given by two linear inequalities.
+    Between two rows the allowed values are an interval, given by two linear inequalities.
     """
     first, last = region.tables[TABLE * t + 2], region.tables[TABLE * t + 3] - 1
     best, found = math.inf, of
@@ -178,12 +164,12 @@ def nearest_of(region: Region, t: int, of: float, joint: float) -> float:
 
 @both_ways
 def open_directions(
-    region: Region, values: Row, still: Row, wanted: Row, ahead: Row, inside: Row, is_open: Row, along: Row
+    region: Region, values: Row, fixed: Row, wanted: Row, ahead: Row, inside: Row, is_open: Row, along: Row
 ) -> bool:
-    """Along which directions a step may go that wants to go along `wanted`; whether all are open.
+    """Write the directions in which a step along `wanted` may go; return whether all are open.
 
-    A joint held at its limit is not (`is_open` 0); of two joints at the edge of their plane region only the direction
-    along the edge is, which `along` has for each table, (2, 0) where the two are free.
+    `is_open` is 0 for a joint at its limit. Two joints at the edge of their plane region may move along this edge only,
+    whose direction is in `along`; (2, 0) if they are free.
     """
     count, width = len(region.tables) // TABLE, len(region.lower)
     for j in range(width):
@@ -197,13 +183,13 @@ def open_directions(
                 ahead[of], ahead[joint] = wanted[of] / length, wanted[joint] / length
     for j in range(width):
         ahead[j] = values[j] + PROBE * ahead[j]
-    project(region, ahead, still, inside)
-    everything = True
+    project(region, ahead, fixed, inside)
+    all_open = True
     for j in range(width):
         free = abs(inside[j] - values[j]) >= 0.5 * PROBE or ahead[j] == values[j]
         is_open[j] = 1.0 if free else 0.0
-        everything = everything and bool(inside[j] == ahead[j])
-    if everything:
+        all_open = all_open and bool(inside[j] == ahead[j])
+    if all_open:
         return True
     for t in range(count):
         of, joint = region.tables[TABLE * t], region.tables[TABLE * t + 1]
@@ -220,7 +206,7 @@ def open_directions(
 
 @both_ways
 def clipped(region: Region, values: Row) -> None:
-    """Take back what rounding and the bends of tables have left outside, where both joints of each table move."""
+    """Clip values that are outside by rounding or at the rows of tables, where both joints of each table move."""
     for j in range(len(region.lower)):
         values[j] = min(max(values[j], region.lower[j]), region.upper[j])
     for t in range(len(region.tables) // TABLE):
@@ -231,7 +217,7 @@ def clipped(region: Region, values: Row) -> None:
 
 @both_ways
 def outside(region: Region, values: Row) -> float:
-    """The sum of what the values are outside their limits by, when both joints of each table move [rad or m]."""
+    """Return the sum of the excesses over the limits, where both joints of each table move [rad or m]."""
     total = 0.0
     for j in range(len(region.lower)):
         total += max(0.0, region.lower[j] - values[j], values[j] - region.upper[j])
@@ -244,16 +230,16 @@ def outside(region: Region, values: Row) -> float:
 
 @both_ways
 def most_rows(region: Region) -> int:
-    """How many rows `limit_rows` writes at most."""
+    """Return how many rows `limit_rows` writes at most."""
     return 2 * (len(region.lower) + len(region.at))
 
 
 @both_ways
-def limit_rows(region: Region, values: Row, still: Row, longest: Row, A: Floats, b: Floats, count: int) -> int:
-    """Rows A δ ≥ b that keep a step δ inside the limits and no longer than `longest`; their number with those before.
+def limit_rows(region: Region, values: Row, fixed: Row, longest: Row, A: Floats, b: Floats, count: int) -> int:
+    """Add rows A δ ≥ b that keep a step δ inside the limits and at most `longest`; return their new number.
 
-    A joint that is outside is brought back as far as a step may go. Of a table every segment within a step's reach
-    gives a row, except where its line would cut away what is allowed at these values: the region need not be convex.
+    A joint that is outside is brought back as far as a step may go. Every segment of a table within reach of a step
+    gives a row, unless its line would exclude allowed values: the region need not be convex.
     """
     first_box = count
     for j in range(len(region.lower)):
@@ -265,8 +251,8 @@ def limit_rows(region: Region, values: Row, still: Row, longest: Row, A: Floats,
             count += 1
     for t in range(len(region.tables) // TABLE):
         of, joint = region.tables[TABLE * t], region.tables[TABLE * t + 1]
-        at_of = values[of] if of >= 0 else still[t]
-        at_joint = values[joint] if joint >= 0 else still[t]
+        at_of = values[of] if of >= 0 else fixed[t]
+        at_joint = values[joint] if joint >= 0 else fixed[t]
         reach = longest[of] if of >= 0 else 0.0
         bounds = range_at(region, t, at_of)
         for i in range(region.tables[TABLE * t + 2], region.tables[TABLE * t + 3] - 1):
@@ -280,7 +266,7 @@ def limit_rows(region: Region, values: Row, still: Row, longest: Row, A: Floats,
                 if sign * (line - bounds[side]) > _SAME:
                     continue
                 A[count] = 0.0
-                # No more is asked for than the boxes let the two joints do.
+                # A row demands at most what the boxes allow.
                 most = 0.0
                 if joint >= 0:
                     A[count, joint] = sign
@@ -293,23 +279,18 @@ def limit_rows(region: Region, values: Row, still: Row, longest: Row, A: Floats,
     return count
 
 
-# --- The same for many configurations at a time, read from a robot.
+# --- The limits of a robot, for many configurations at a time.
 
-# Where the joint that a table depends on has no limits, its region ends so far beyond the table [rad].
+# If the joint that a table depends on has no limits, the region ends so far beyond the table [rad].
 _FAR = 100.0
-# Fewer rows are projected as Python, if nothing has been compiled yet.
+# Fewer rows are projected as Python if nothing is compiled yet.
 _FEW = 16
 
 
 class Violations(NamedTuple):
-    """For each of n configurations, the joint that is farthest outside its limits.
+    """For each of n configurations the joint farthest outside its limits: index, value and nearest limit, shape (n,).
 
-    Attributes:
-        joint: its place in `RobotModel.joint_names`, shape (n,).
-        value: its value, shape (n,).
-        limit: the limit that is nearest to the value, shape (n,).
-        outside: whether it is outside at all, shape (n,).
-        coupled: whether it is inside its box, and outside the range that another joint's value leaves it, shape (n,).
+    `outside` is whether it is outside at all, `coupled` whether it is inside its box, and outside a coupled limit.
     """
 
     joint: NDArray[np.intp]
@@ -320,19 +301,13 @@ class Violations(NamedTuple):
 
 
 class LimitRegion:
-    """The joint values a search may take, when only some joints move and the others stay where they are.
+    """The limits of a search in which only the joints with the indices `moving`, shape (m,), move.
 
-    Values are those of all joints with a coordinate of their own, shape (n, joints), in the order of
-    `RobotModel.joint_names`. Boxes are obeyed by clipping. A coupled limit is obeyed by the nearest point of its plane
-    region where both of its joints move, and along a line of that plane where one of them does.
+    Values are those of all joints of `RobotModel.joint_names`, shape (n, joints). They are clipped to boxes; a coupled
+    limit is met at the nearest point of its plane region, or of a line of this plane if one of its joints moves.
 
-    Without limits, a joint that others follow still keeps within a turn of zero: whole turns of it are no whole turns
-    of the followers, and cannot be taken back.
-
-    Attributes:
-        moving: places of the joints that move, shape (m,).
-        enforced: whether limits hold.
-        winding: places of those that turn without limits, which are the same after a whole turn.
+    If limits are not enforced, a joint that drives mimic joints stays within a turn of zero: its whole turns are not
+    whole turns of the mimic joints. `winding` has the joints that are the same after a whole turn.
     """
 
     def __init__(self, robot: RobotModel, moving: NDArray[np.intp], *, enforced: bool = True) -> None:
@@ -356,17 +331,17 @@ class LimitRegion:
                 self._tables.append((_plane_region(table, boxes[0], boxes[1]), of, joint))
 
     def project(self, values: Floats) -> Floats:
-        """The nearest values inside the limits, shape (n, joints); joints that do not move stay as they are."""
-        rows, still = np.ascontiguousarray(values[:, self.moving]), self.still_values(values)
+        """Return the nearest values inside the limits, shape (n, joints); only moving joints change."""
+        rows, fixed = np.ascontiguousarray(values[:, self.moving]), self.still_values(values)
         found: Floats = np.empty_like(rows)
 
         def in_python(part: slice) -> None:
             numbers = in_lists(self.numbers)
-            for row, its_still, its_found in zip(rows[part].tolist(), still[part].tolist(), found[part], strict=True):
-                project(numbers, row, its_still, its_found)
+            for row, constant, inside in zip(rows[part].tolist(), fixed[part].tolist(), found[part], strict=True):
+                project(numbers, row, constant, inside)
 
         def solve(function: Callable[..., object], part: slice) -> None:
-            function(copied(self.numbers), rows[part], still[part], found[part])
+            function(copied(self.numbers), rows[part], fixed[part], found[part])
 
         if len(rows) < _FEW and not _projections.in_memory:
             in_python(slice(0, len(rows)))
@@ -378,7 +353,7 @@ class LimitRegion:
 
     @functools.cached_property
     def numbers(self) -> Region:
-        """The same for scalar code."""
+        """The limits for scalar code."""
         place = np.full(len(self._is_moving), -1)
         place[self.moving] = np.arange(len(self.moving))
         winding = np.isin(self.moving, self.winding).astype(np.float64)
@@ -386,18 +361,18 @@ class LimitRegion:
         return region_of(self.lower[self.moving], self.upper[self.moving], winding, tables)
 
     def still_values(self, values: Floats) -> Floats:
-        """For each table the value of its joint that does not move, shape (n, t), from those of all, (n, joints)."""
+        """Return each table's value of its joint that does not move, shape (n, t), from values (n, joints)."""
         columns = [joint if self._is_moving[of] else of for _, of, joint in self._tables]
         return np.ascontiguousarray(values[:, columns])
 
     def unwind(self, values: Floats, near: Floats | float = 0.0) -> None:
-        """Take whole turns away, in place, so that joints that turn without limits are within half a turn of `near`."""
+        """Subtract whole turns, in place, so that joints without limits are within half a turn of `near`."""
         if self.winding.size:
             centre = near if isinstance(near, float) else near[:, self.winding]
             values[:, self.winding] -= 2.0 * np.pi * np.round((values[:, self.winding] - centre) / (2.0 * np.pi))
 
     def worst(self, values: Floats) -> Violations:
-        """The joint that is farthest outside its limits, for each row of `values`, shape (n, joints)."""
+        """Return the joint farthest outside its limits for each row of `values`, shape (n, joints)."""
         below, above = self.lower - values, values - self.upper
         excess = np.where(self._is_moving, np.maximum(below, above), -np.inf)
         joint = np.argmax(excess, axis=-1)
@@ -408,7 +383,7 @@ class LimitRegion:
         for region, of, column in self._tables:
             low, high = (np.interp(values[:, of], region[0], bound) for bound in region[1:])
             over = np.maximum(low - values[:, column], values[:, column] - high)
-            # A table is to blame where no box is.
+            # A table counts only where no box is exceeded.
             worse = (over > LIMIT_TOLERANCE) & (worst <= LIMIT_TOLERANCE) | coupled & (over > worst)
             coupled |= worse
             joint = np.where(worse, column if self._is_moving[column] else of, joint)
@@ -418,7 +393,7 @@ class LimitRegion:
 
 
 def region_of(lower: Floats, upper: Floats, winding: Floats, tables: list[tuple[int, int, Floats]]) -> Region:
-    """Limits as scalar code takes them; each table with the places of its two joints and its bends, shape (3, k)."""
+    """Return limits for scalar code, from tables as indices of joint `of` and the limited joint, and rows (3, k)."""
     ends = np.cumsum([0, *(bends.shape[1] for _, _, bends in tables)])
     rows = [(of, joint, *ends[t : t + 2]) for t, (of, joint, _) in enumerate(tables)]
     places = [place for of, joint, _ in tables for place in (of, joint) if place >= 0]
@@ -429,7 +404,7 @@ def region_of(lower: Floats, upper: Floats, winding: Floats, tables: list[tuple[
 
 
 def extended(table: CoupledLimit) -> Floats:
-    """The bends of a coupled limit with its constant ends drawn out far: values, lower and upper bounds, (3, k + 2)."""
+    """Return the rows of a coupled limit with its constant ends extended far: values and bounds, (3, k + 2)."""
     bends = np.pad([table.at, table.lower, table.upper], ((0, 0), (1, 1)), mode="edge")
     bends[0, 0], bends[0, -1] = bends[0, 0] - _FAR, bends[0, -1] + _FAR
     return bends
@@ -437,13 +412,10 @@ def extended(table: CoupledLimit) -> Floats:
 
 @functools.cache
 def _plane_region(table: CoupledLimit, of_box: tuple[float, float], joint_box: tuple[float, float]) -> Floats:
-    """The points (of, joint) that a coupled limit and the boxes of its two joints allow; robots of one kind share it.
+    """Return the region of points (of, joint) inside a coupled limit and the boxes of its two joints, shape (3, k).
 
-    The region lies between two polylines over the range of `of`; it need not be convex.
-
-    Returns:
-        Values of `of` where a bound bends, both ends of its range included, and the smallest and the largest value of
-        `joint` there, shape (3, k).
+    It lies between two polylines, and need not be convex: values of `of`, with both ends of its range, and the smallest
+    and largest value of `joint` there. Robots of one kind share it.
     """
     first, last = max(of_box[0], table.at[0] - _FAR), min(of_box[1], table.at[-1] + _FAR)
     bends = {first, last, *table.at}
@@ -459,7 +431,7 @@ def _plane_region(table: CoupledLimit, of_box: tuple[float, float], joint_box: t
 
 
 def region_type() -> Any:
-    """The type of a `Region` when compiled."""
+    """Return Numba's type of a `Region`."""
     from numba import types
 
     row, whole = types.float64[::1], types.int64[::1]

@@ -23,7 +23,7 @@ from nao_kin._core.arrays import (
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadArgument
 from nao_kin.ik.descent import FrameMotion, Goal, Minimum, descended
-from nao_kin.ik.geometry import kept_limb
+from nao_kin.ik.geometry import cached_limb
 from nao_kin.ik.limit_regions import LimitRegion
 from nao_kin.ik.results import Codes, Family, IKResult, Integers, Obstacles, Reason
 from nao_kin.ik.targets import Limits, check_threads, inside_limits, is_enforced, rigid_poses, with_unit_quaternion
@@ -317,7 +317,7 @@ def numeric(
     enforced = is_enforced(limits)
     if choice(solver, get_args(Solver), "solver") == "pink":
         need_extra('solver="pink"', "pink")
-    motion, six = kept_limb(robot, FrameMotion, frame), _six_weights(weights)
+    motion, six = cached_limb(robot, FrameMotion, frame), _six_weights(weights)
     check_tolerance(tolerance)
     search = PoseSearch(
         motion,

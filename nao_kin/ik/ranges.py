@@ -1,11 +1,10 @@
-"""Which branches are inside the limits, and their order: what all closed forms share.
+"""The parts that all closed forms share: limits, the order of branches, reports, and rotations of targets.
 
 A solver is a function `solve(limb, target, selection, work) → count`: it writes the values of each branch into
-`work.q`, asks `check_limits` whether they are inside the limits, computes their errors by its own forward kinematics,
-and hands both to `add_branch`.
+`work.q`, checks them with `check_limits`, computes their errors by its own forward kinematics, and calls `add_branch`.
 
-`work.found` holds a row of c + 4 numbers for each branch: the joint values, the squared distance to the reference, the
-errors in position and angle, and the family. `work.report` holds the numbers that the constants below name, from `BEST`
+`work.found` has a row of c + 4 numbers for each branch: the joint values, the squared distance to the reference, the
+errors in position and angle, and the family. `work.report` has the numbers that the constants below name, from `BEST`
 on the joint values of the nearest pose.
 """
 
@@ -19,28 +18,32 @@ from nao_kin.ik.compiling import Row
 from nao_kin.ik.results import Reason
 from nao_kin.robot import LIMIT_TOLERANCE
 
-# Places in a report.
+# Indices in a report.
 REASON, JOINT, NEEDED, LIMIT, EXCESS, POSITION_ERROR, ANGLE_ERROR, BEST = range(8)
-# What a report says beside the numbers of `Reason`.
+# A reason in a report, in addition to those of `Reason`.
 NOT_RIGID = -1.0
 REACHED, OUT_OF_REACH = float(Reason.REACHED), float(Reason.OUT_OF_REACH)
 NOT_ENOUGH_JOINTS, NOT_CONVERGED = float(Reason.NOT_ENOUGH_JOINTS), float(Reason.NOT_CONVERGED)
 JOINT_LIMIT, COUPLED_LIMIT = float(Reason.JOINT_LIMIT), float(Reason.COUPLED_LIMIT)
 
-# How many numbers follow the joint values in a row of `found`.
+# Numbers that follow the joint values in a row of `found`.
 EXTRAS = 4
-# A branch whose pose is off by more, in m or rad, is no solution.
+# Largest error of a solution [m, rad].
 VERIFIED = 1e-10
-# How far a rotation may be from one, as everywhere in the library.
+# Largest defect of a rotation, as everywhere in the library.
 RIGID = 1e-6
-# Rotations that are closer to one are left as they are.
+# Rotations with a smaller defect are not corrected.
 ROUNDING = 1e-14
-# A search passes a limit by no more [rad].
+# A search exceeds a limit by at most this [rad].
 LIMIT_ROUNDING = 1e-9
-# Whole turns are added up to a reference of this size [rad]: beyond, they would cost digits of the solution.
-MOST_TURNED = 1e4
-# The most values at which the range of a joint that depends on another may bend.
-MOST_BENDS = 24
+# Whole turns are added up to a reference of this size [rad]: beyond it, the solution would lose digits.
+MAX_TURNED = 1e4
+# Most rows of the table of a coupled limit.
+MAX_BENDS = 24
+
+# A reason, with the joint, the value that it needs and the limit that it exceeds.
+Why: TypeAlias = tuple[float, float, float, float]
+NO_REASON, NO_OBSTACLE = (NOT_CONVERGED, -1.0, 0.0, 0.0), (REACHED, -1.0, 0.0, 0.0)
 
 Vector: TypeAlias = tuple[float, float, float]
 Rotation: TypeAlias = tuple[float, float, float, float, float, float, float, float, float]
@@ -49,17 +52,10 @@ Rotation: TypeAlias = tuple[float, float, float, float, float, float, float, flo
 class Ranges(NamedTuple):
     """Limits of the c joints of a limb, as values of these joints.
 
-    Tuples, for compiled code counts who uses an array, which threads would wait for.
+    `lower` and `upper` have c numbers [rad]. If a limit is coupled, the range of `joint` depends on joint `of`: at the
+    first `bends` values of `at` it is from `low` to `high`; zeros follow up to `MAX_BENDS`. Without one `bends` is 0.
 
-    Attributes:
-        lower: smallest values, c numbers [rad].
-        upper: largest values.
-        bends: at how many values of joint `of` the range of `joint` bends; 0 where none depends on another.
-        at: these values, and zeros up to `MOST_BENDS`.
-        low: its smallest values there.
-        high: its largest values there.
-        joint: the joint whose range depends on another.
-        of: the joint that it depends on.
+    Tuples, because compiled code counts the references to an array, for which threads would wait.
     """
 
     lower: tuple[float, ...]
@@ -73,13 +69,7 @@ class Ranges(NamedTuple):
 
 
 class Selection(NamedTuple):
-    """Which branches of a target are returned, and in which order.
-
-    Attributes:
-        ranges: limits of the joints; of two limbs those of each.
-        reference: joint values; the branch nearest to them comes first.
-        enforce: whether branches outside the limits are left out.
-    """
+    """Limits (`LegsRanges` for two legs), joint values to sort branches by, and whether to enforce the limits."""
 
     ranges: Any
     reference: Row
@@ -87,13 +77,7 @@ class Selection(NamedTuple):
 
 
 class Workspace(NamedTuple):
-    """What a solver writes into.
-
-    Attributes:
-        q: the joint values of one branch.
-        found: the branches.
-        report: the reason, and the nearest pose.
-    """
+    """Arrays for a solver's results: the joint values of one branch, all branches, and the report."""
 
     q: Row
     found: Row
@@ -101,7 +85,7 @@ class Workspace(NamedTuple):
 
 
 class Pose(NamedTuple):
-    """A rotation by rows, and a place [m]."""
+    """A rotation by rows, and a position [m]."""
 
     r00: float
     r01: float
@@ -119,7 +103,7 @@ class Pose(NamedTuple):
 
 @both_ways
 def wrapped(angle: float) -> float:
-    """An angle from within (−3π, 3π] taken into (−π, π]."""
+    """Return an angle from (−3π, 3π] wrapped into (−π, π]."""
     if angle > math.pi:
         return angle - 2.0 * math.pi
     if angle <= -math.pi:
@@ -129,32 +113,32 @@ def wrapped(angle: float) -> float:
 
 @both_ways
 def turned_towards(value: float, near: float) -> float:
-    """The same angle with the whole turns that bring it within half a turn of another."""
-    if abs(near) > MOST_TURNED:
+    """Return an angle with the whole turns that bring it within half a turn of another."""
+    if abs(near) > MAX_TURNED:
         return value
     return value + 2.0 * math.pi * math.floor((near - value) / (2.0 * math.pi) + 0.5)
 
 
 @both_ways
 def table_range(ranges: Ranges, of: float) -> tuple[float, float]:
-    """The range of the joint that depends on another, at a value of the latter; constant outside the table."""
-    at, last = ranges.at, ranges.bends - 1
+    """Return the coupled range of `ranges.joint` with the other joint at `of`; constant outside the table."""
+    # As `range_at` of limit_regions; a function shared by both would copy the tuples, which takes longer than the rest.
+    at, low, high, last = ranges.at, ranges.low, ranges.high, ranges.bends - 1
     if of <= at[0]:
-        return ranges.low[0], ranges.high[0]
+        return low[0], high[0]
     if of >= at[last]:
-        return ranges.low[last], ranges.high[last]
+        return low[last], high[last]
     right = 1
     while at[right] < of:
         right += 1
     left = right - 1
     share = (of - at[left]) / (at[right] - at[left])
-    low = ranges.low[left] + share * (ranges.low[right] - ranges.low[left])
-    return low, ranges.high[left] + share * (ranges.high[right] - ranges.high[left])
+    return low[left] + share * (low[right] - low[left]), high[left] + share * (high[right] - high[left])
 
 
 @both_ways
 def coupled_range(ranges: Ranges, joint: int, of: float) -> tuple[float, float]:
-    """The range of a joint at a value of the joint that it may depend on, inside its own range."""
+    """Return the range of a joint, narrowed by its table, if any, with the other joint at `of`."""
     low, high = ranges.lower[joint], ranges.upper[joint]
     if ranges.bends > 0:
         bounds = table_range(ranges, of)
@@ -164,44 +148,46 @@ def coupled_range(ranges: Ranges, joint: int, of: float) -> tuple[float, float]:
 
 @both_ways
 def farthest_outside(ranges: Ranges, q: Row) -> tuple[float, float, int, float]:
-    """How far a joint is outside its limits, less than 0 where all are inside; why, which joint, and the limit.
+    """Return the largest excess over the limits (negative if all are inside), the reason, the joint, and the limit.
 
-    The joint is the one that is farthest outside. A table counts only for a joint that is inside its own range.
+    A table counts only for a joint that is inside its own range.
     """
     worst, reason, joint, limit = -math.inf, JOINT_LIMIT, 0, 0.0
     for j in range(len(ranges.lower)):
-        below, above = ranges.lower[j] - q[j], q[j] - ranges.upper[j]
-        if max(below, above) > worst:
-            worst, joint, limit = max(below, above), j, ranges.lower[j] if below > above else ranges.upper[j]
+        excess, bound = _excess(q[j], ranges.lower[j], ranges.upper[j])
+        if excess > worst:
+            worst, joint, limit = excess, j, bound
     if ranges.bends > 0 and not is_outside(ranges, ranges.joint, q[ranges.joint]):
         low, high = table_range(ranges, q[ranges.of])
-        below, above = low - q[ranges.joint], q[ranges.joint] - high
-        if max(below, above) > worst:
-            worst, reason, joint = max(below, above), COUPLED_LIMIT, ranges.joint
-            limit = low if below > above else high
+        excess, bound = _excess(q[ranges.joint], low, high)
+        if excess > worst:
+            worst, reason, joint, limit = excess, COUPLED_LIMIT, ranges.joint, bound
     return worst, reason, joint, limit
 
 
 @both_ways
+def _excess(value: float, low: float, high: float) -> tuple[float, float]:
+    """Return how far a value is outside a range, negative inside, and the nearer end of the range."""
+    return (low - value, low) if low - value > value - high else (value - high, high)
+
+
+@both_ways
 def is_outside(ranges: Ranges, joint: int, value: float) -> bool:
-    """Whether a joint is outside its own range."""
+    """Return whether a joint is outside its own range."""
     return value < ranges.lower[joint] - LIMIT_TOLERANCE or value > ranges.upper[joint] + LIMIT_TOLERANCE
 
 
 @both_ways
 def angle_of_chord(squares: float) -> float:
-    """The angle between two rotations from the sum of the squared differences of their entries.
-
-    ‖R − F‖ = 2 √2 sin(angle / 2)
-    """
+    """Return the angle between two rotations, ‖R − F‖ = 2 √2 sin(angle / 2), from ‖R − F‖²."""
     half = math.sqrt(0.125 * squares)
-    # Of a small angle the sine is the angle itself.
+    # The sine of a small angle is the angle.
     return 2.0 * half if half < 1e-9 else 2.0 * math.asin(min(1.0, half))
 
 
 @both_ways
 def check_limits(selection: Selection, q: Row, report: Row) -> bool:
-    """Whether a branch may be returned; if not, its limit is reported where none before was less outside."""
+    """Return whether a branch satisfies the limits; if not, report its limit if it exceeds them the least so far."""
     if not selection.enforce or is_inside(selection.ranges, q):
         return True
     outside = farthest_outside(selection.ranges, q)[0]
@@ -213,7 +199,7 @@ def check_limits(selection: Selection, q: Row, report: Row) -> bool:
 
 @both_ways
 def is_inside(ranges: Ranges, q: Row) -> bool:
-    """Whether all joints are inside their limits."""
+    """Return whether all joints are inside their limits."""
     for j in range(len(ranges.lower)):
         if q[j] < ranges.lower[j] - LIMIT_TOLERANCE or q[j] > ranges.upper[j] + LIMIT_TOLERANCE:
             return False
@@ -233,14 +219,14 @@ def report_limit(ranges: Ranges, q: Row, report: Row) -> None:
 
 @both_ways
 def locked_pair(pair: tuple[int, int], total: float, sign: float, selection: Selection, q: Row) -> None:
-    """Write two joints about one line into q, of which only first + sign · third = total is determined.
+    """Write two joints about one line into q, with first + sign · third = total, as near to the reference as possible.
 
-    They are the pair that is nearest to the reference, inside the ranges if there is one.
+    They are inside the ranges if some pair is.
     """
     ranges, reference, enforce = selection
     i, j = pair
     if not enforce:
-        # What the reference has too much, up to whole turns, is shared by both.
+        # Both joints share the excess of the reference, up to whole turns.
         half = 0.5 * turned_towards(reference[i] + sign * reference[j] - total, 0.0)
         q[i], q[j] = reference[i] - half, reference[j] - sign * half
         return
@@ -263,13 +249,13 @@ def locked_pair(pair: tuple[int, int], total: float, sign: float, selection: Sel
 
 @both_ways
 def joint_difference(value: float, near: float, enforce: bool) -> float:
-    """How far a value is from that of the reference; without limits, to the nearest of its whole turns."""
+    """Return the difference of a value to the reference's; without limits, up to whole turns."""
     return (value if enforce else turned_towards(value, near)) - near
 
 
 @both_ways
 def squared_distance(q: Row, reference: Row, enforce: bool) -> float:
-    """Squared distance of joint values to those of the reference, as `joint_difference` has it."""
+    """Return the squared distance of joint values to those of the reference, by `joint_difference`."""
     total = 0.0
     for j in range(len(reference)):
         difference = joint_difference(q[j], reference[j], enforce)
@@ -279,7 +265,7 @@ def squared_distance(q: Row, reference: Row, enforce: bool) -> float:
 
 @both_ways
 def branch_cost(selection: Selection, q: Row) -> float:
-    """How far a member of a family is from the reference; far more where it is outside the limits."""
+    """Return the cost of a member of a family: its distance to the reference, and much more outside the limits."""
     outside = farthest_outside(selection.ranges, q)[0] if selection.enforce else 0.0
     if outside > LIMIT_ROUNDING:
         return 1e3 * (1.0 + outside)
@@ -288,10 +274,10 @@ def branch_cost(selection: Selection, q: Row) -> float:
 
 @both_ways
 def add_branch(selection: Selection, work: Workspace, errors: tuple[float, float], family: float, count: int) -> int:
-    """Add the branch in `q` to those that were found, the nearest to the reference first; their new number.
+    """Insert the branch in `q` into `found`, sorted by the distance to the reference; return the new number.
 
-    A branch whose errors in position and angle are too large is left out. Without limits, each joint is turned by whole
-    turns to within half a turn of the reference.
+    Skip a branch whose errors in position and angle are too large. Without limits, turn each joint by whole turns to
+    within half a turn of the reference.
     """
     if not (errors[0] <= VERIFIED and errors[1] <= VERIFIED):
         return count
@@ -316,16 +302,28 @@ def add_branch(selection: Selection, work: Workspace, errors: tuple[float, float
 
 @both_ways
 def add_shortfall(found: Row, joints: int, count: int, short: float) -> None:
-    """Add to the errors in position of the branches what their target was moved by to be in reach [m]."""
+    """Add the distance by which the target was moved into reach [m] to the branches' errors in position."""
     if short > 0.0:
         for k in range(count):
             found[k * (joints + EXTRAS) + joints + 1] += short
 
 
 @both_ways
+def reason_of(report: Row) -> Why:
+    """Return the reason in a report, with its joint, needed value and limit."""
+    return report[REASON], report[JOINT], report[NEEDED], report[LIMIT]
+
+
+@both_ways
+def write_reason(report: Row, why: Why) -> None:
+    """Write a reason into a report."""
+    report[REASON], report[JOINT], report[NEEDED], report[LIMIT] = why
+
+
+@both_ways
 def start_report(report: Row) -> None:
     """Clear a report."""
-    report[REASON], report[JOINT], report[NEEDED], report[LIMIT] = NOT_CONVERGED, -1.0, 0.0, 0.0
+    write_reason(report, NO_REASON)
     report[EXCESS] = math.inf
     for j in range(POSITION_ERROR, len(report)):
         report[j] = math.nan
@@ -333,10 +331,10 @@ def start_report(report: Row) -> None:
 
 @both_ways
 def finish_report(work: Workspace, joints: int, count: int) -> None:
-    """Report the best of the branches, where there is one."""
+    """Report the best of the branches, if there is one."""
     found, report = work.found, work.report
     if count > 0:
-        report[REASON], report[JOINT], report[NEEDED], report[LIMIT] = REACHED, -1.0, 0.0, 0.0
+        write_reason(report, NO_OBSTACLE)
         report[POSITION_ERROR], report[ANGLE_ERROR] = found[joints + 1], found[joints + 2]
         for j in range(joints):
             report[BEST + j] = found[j]
@@ -344,12 +342,12 @@ def finish_report(work: Workspace, joints: int, count: int) -> None:
 
 @both_ways
 def write_branches(found: Row, count: int, joints: int, out: Row) -> None:
-    """Write the branches of one target into a row, as far as it has room; nan for those that are missing."""
+    """Write the branches of one target into a row, as far as it has space, then nan."""
     width = joints + EXTRAS
-    there = min(len(out), count * width)
-    for j in range(there):
+    written = min(len(out), count * width)
+    for j in range(written):
         out[j] = found[j]
-    for first in range(there, len(out), width):
+    for first in range(written, len(out), width):
         for j in range(joints):
             out[first + j] = math.nan
         for j in range(joints, width):
@@ -358,13 +356,13 @@ def write_branches(found: Row, count: int, joints: int, out: Row) -> None:
 
 @both_ways
 def link_rotation(limb: Any, T: Row) -> tuple[bool, Rotation]:
-    """Whether the sixteen numbers of T are rigid, and the rotation of the link whose frame stands at T."""
-    fine, R = _rigid(T)
+    """Return whether the sixteen numbers of T are rigid, and the rotation of the link whose frame has pose T."""
+    is_rigid, R = _rigid_rotation(T)
     if limb.turned == 0.0:
-        return fine, R
+        return is_rigid, R
     a, b, c, d, e, f, g, h, i = R
     r00, r01, r02, r10, r11, r12, r20, r21, r22 = limb.rotation
-    return fine, (
+    return is_rigid, (
         a * r00 + b * r01 + c * r02, a * r10 + b * r11 + c * r12, a * r20 + b * r21 + c * r22,
         d * r00 + e * r01 + f * r02, d * r10 + e * r11 + f * r12, d * r20 + e * r21 + f * r22,
         g * r00 + h * r01 + i * r02, g * r10 + h * r11 + i * r12, g * r20 + h * r21 + i * r22,
@@ -372,10 +370,10 @@ def link_rotation(limb: Any, T: Row) -> tuple[bool, Rotation]:
 
 
 @both_ways
-def _rigid(T: Row) -> tuple[bool, Rotation]:
-    """Whether the sixteen numbers of T are a rigid transform, and the rotation nearest to what it has.
+def _rigid_rotation(T: Row) -> tuple[bool, Rotation]:
+    """Return whether the sixteen numbers of T are a rigid transform, and the nearest rotation.
 
-    One step of R ← R (3 − RᵀR)/2 leaves of a defect δ ≤ 1e-6 less than δ².
+    One step of R ← R (3 − RᵀR)/2 reduces a defect δ ≤ 1e-6 to less than δ².
     """
     a, b, c, d, e, f, g, h, i = T[0], T[1], T[2], T[4], T[5], T[6], T[8], T[9], T[10]
     xx, yy, zz = 1.0 - (a * a + d * d + g * g), 1.0 - (b * b + e * e + h * h), 1.0 - (c * c + f * f + i * i)
@@ -384,10 +382,10 @@ def _rigid(T: Row) -> tuple[bool, Rotation]:
     determinant = a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g)
     below = abs(T[12]) + abs(T[13]) + abs(T[14]) + abs(T[15] - 1.0)
     # Comparisons with NaN are false.
-    fine = defect <= RIGID and abs(determinant - 1.0) <= RIGID and below <= RIGID
-    fine = fine and abs(T[3]) + abs(T[7]) + abs(T[11]) < math.inf
-    if fine and defect > ROUNDING:
-        return fine, (
+    is_rigid = defect <= RIGID and abs(determinant - 1.0) <= RIGID and below <= RIGID
+    is_rigid = is_rigid and abs(T[3]) + abs(T[7]) + abs(T[11]) < math.inf
+    if is_rigid and defect > ROUNDING:
+        return is_rigid, (
             a + 0.5 * (a * xx + b * xy + c * xz),
             b + 0.5 * (a * xy + b * yy + c * yz),
             c + 0.5 * (a * xz + b * yz + c * zz),
@@ -398,4 +396,4 @@ def _rigid(T: Row) -> tuple[bool, Rotation]:
             h + 0.5 * (g * xy + h * yy + i * yz),
             i + 0.5 * (g * xz + h * yz + i * zz),
         )
-    return fine, (a, b, c, d, e, f, g, h, i)
+    return is_rigid, (a, b, c, d, e, f, g, h, i)

@@ -1,7 +1,7 @@
-"""What inverse kinematics answers: solutions, and in numbers and words why there are none.
+"""Results of inverse kinematics: the solutions, or the reason why there are none, in numbers and words.
 
-Every solver of this room returns an `IKResult`, for one target or for a batch of any shape. It keeps the joints that
-were solved for; `q` and `solutions` put them into whole configurations when they are asked for.
+Every solver of this room returns an `IKResult`, for one target or for a batch of any shape. It stores the joints that
+were solved for; `q` and `solutions` insert them into whole configurations on request.
 """
 
 from __future__ import annotations
@@ -27,22 +27,21 @@ MILLIMETRES_FROM = 10.0
 class Reason(enum.IntEnum):
     """Why a target is or is not reached; in batches as its number.
 
-    What a closed form says of limits and joints is proven; from a search it is what none of its starts disproved.
+    A closed form proves its reason; a search reports what none of its starts disproved.
 
     Attributes:
         REACHED: the pose is met, inside the limits if they are enforced.
-        OUT_OF_REACH: the target is farther from the limb's base, or nearer to it, than any joint values take the limb.
-        NOT_ENOUGH_JOINTS: in reach, but the joints of this limb do not make this pose whatever their limits.
+        OUT_OF_REACH: the target is farther from the limb's base, or nearer to it, than the limb can be.
+        NOT_ENOUGH_JOINTS: in reach, but the joints of this limb cannot make this pose, whatever their limits.
         JOINT_LIMIT: every solution has a joint outside its own range.
-        COUPLED_LIMIT: every solution has a joint outside its limits, in the best one a joint that is outside the range
-            that another joint's value leaves it.
-        HIPS_DISAGREE: the two feet ask for different values of the one motor that drives both hips.
-        NOT_CONVERGED: a numerical solver gave up; there may be solutions.
-        TARGETS_DISAGREE: a target that is met without the others was not met together with them.
+        COUPLED_LIMIT: every solution has a joint outside its limits; in the best one, outside the range at the value of
+            another joint.
+        HIPS_DISAGREE: the two feet need different values of the one motor that drives both hips.
+        NOT_CONVERGED: a numerical solver stopped without a solution; there may be one.
+        TARGETS_DISAGREE: a target that is met alone was not met together with the others.
 
     Examples:
-        >>> far = nk.ik.arm(nk.load_nao(), "L", [1.0, 0.0, 0.0])
-        >>> nk.ik.Reason(int(far.reasons)).name
+        >>> nk.ik.Reason(1).name
         'OUT_OF_REACH'
     """
 
@@ -57,16 +56,16 @@ class Reason(enum.IntEnum):
 
 
 class Family(enum.IntEnum):
-    """The one-parameter family of solutions that a solution stands for; in batches as its number.
+    """The one-parameter family of solutions that a solution represents; in batches as its number.
 
     Attributes:
-        NONE: the solution stands alone.
+        NONE: the solution is isolated.
         HIP_LOCK: the axis of HipPitch is parallel to that of HipYawPitch; only the sum of both turns is determined.
         ANKLE_AXIS: the axis of AnkleRoll passes through the hip; the leg may turn about it.
         SHOULDER_AXIS: the elbow lies on the axis of ShoulderPitch; the arm may turn about it.
         ELBOW_LOCK: the arm is stretched, and ElbowYaw and WristYaw turn about one axis.
-        YAW_AXIS: what is looked at lies on the axis of HeadYaw, or the camera would look along it.
-        REDUNDANT: fewer numbers are asked for than the limb has joints; chosen by the criterion that was given.
+        YAW_AXIS: the point lies on the axis of HeadYaw, or the camera would look along it.
+        REDUNDANT: the target has fewer numbers than the limb has joints; chosen by the given criterion.
 
     Examples:
         >>> nk.ik.Family.HIP_LOCK.name, int(nk.ik.Family.NONE)
@@ -82,24 +81,19 @@ class Family(enum.IntEnum):
     REDUNDANT = 6
 
 
-# As an int, which arrays are compared with four times as quickly.
+# An int, with which arrays are compared four times as fast.
 _REACHED = int(Reason.REACHED)
 
 
 @dataclass(frozen=True, eq=False)
 class Obstacles:
-    """What stood in the way, for each target.
+    """The obstacle to each target.
 
     Attributes:
-        joint: which of the joints solved for is outside its limits, shape (...); −1 where none is to blame.
-        needed: with a joint, the value that it needs [rad, m]; else how far the target is out of reach [m], how far
-            the two hips are apart [rad]; shape (...); 0 where the target is reached.
-        limit: the end of the joint's range that is passed, shape (...) [rad, m]; 0 where there is no joint.
-
-    Examples:
-        >>> far = nk.ik.arm(nk.load_nao(), "L", [1.0, 0.0, 0.0])
-        >>> int(far.obstacles.joint), float(far.obstacles.needed) > 0.7
-        (-1, True)
+        joint: which of the joints solved for is outside its limits, shape (...); −1 if none is.
+        needed: the value that this joint needs [rad, m]; without a joint, how far the target is out of reach [m] or by
+            how much the hips disagree [rad]; 0 if the target is reached; shape (...).
+        limit: the limit that the joint exceeds, shape (...) [rad, m]; 0 without a joint.
     """
 
     joint: Integers
@@ -108,12 +102,7 @@ class Obstacles:
 
     @staticmethod
     def none(shape: tuple[int, ...]) -> Obstacles:
-        """Nothing in the way of targets of this batch shape.
-
-        Examples:
-            >>> nk.ik.Obstacles.none((2,)).joint.tolist()
-            [-1, -1]
-        """
+        """Return no obstacles, for targets of this batch shape."""
         return Obstacles(np.full(shape, -1, dtype=np.int64), np.zeros(shape), np.zeros(shape))
 
 
@@ -123,21 +112,21 @@ class IKResult:
 
     Attributes:
         joints: the joints solved for, by name.
-        columns: their places in q.
-        reference: the configurations that the joints not solved for are taken from, and to which solutions are
-            compared, shape (..., nq); inside the limits if these are enforced.
-        best: values of the joints, shape (..., c): the first solution, or the nearest pose where the solver offers one
-            for a target that it does not reach, nan where there is neither.
-        branches: all solutions, nearest to the reference first in the Euclidean norm of the differences of `joints`,
-            shape (..., k, c); nan from `count` on.
+        columns: their indices in q.
+        reference: the configurations that give the other joints, and with which solutions are compared, shape
+            (..., nq); inside the limits if these are enforced.
+        best: values of the joints, shape (..., c): the first solution; for a target that is not reached, the nearest
+            pose if the solver finds it, else nan.
+        branches: all solutions, shape (..., k, c), by the Euclidean distance of `joints` to the reference; nan from
+            `count` on.
         families: the `Family` of each, shape (..., k).
-        count: how many solutions there are, shape (...).
+        count: the number of solutions, shape (...).
         reasons: a `Reason` for each target as a number, shape (...).
-        residual: errors of the pose at `best` in position and rotation angle, shape (..., 2) [m, rad]; of what was not
-            asked for 0; nan where `best` is.
-        obstacles: what stood in the way.
-        notes: what else is to be said about the call, one line each.
-        units: the unit of each joint; none where all are rad.
+        residual: errors of the pose at `best` in position and rotation angle, shape (..., 2) [m, rad]; 0 for a part
+            that is not in the target; nan where `best` is.
+        obstacles: the obstacle to each target.
+        notes: remarks about the call, one line each.
+        units: the unit of each joint; empty if all are rad.
 
     Examples:
         >>> nao = nk.load_nao()
@@ -164,7 +153,7 @@ class IKResult:
         own = self.__dict__
         if (parts := own.get("_parts")) is not None:
             for attribute, value in parts().items():
-                own.setdefault(attribute, value)  # of two threads the first counts
+                own.setdefault(attribute, value)  # the first of two threads wins
             own.pop("_parts", None)
         if name in own:
             return own[name]
@@ -178,12 +167,12 @@ class IKResult:
 
     @property
     def reason(self) -> Reason | Codes:
-        """Why: a `Reason`, or of a batch their numbers, shape (...)."""
+        """The `Reason`, or of a batch their numbers, shape (...)."""
         return Reason(int(self.reasons)) if self.reasons.ndim == 0 else self.reasons
 
     @property
     def q(self) -> Floats:
-        """The best configuration, shape (..., nq): `best` in the reference; all nan where there is none."""
+        """The best configuration, shape (..., nq): `best` in the reference; all nan if `best` is."""
         q = np.array(np.broadcast_to(self.reference, (*self.best.shape[:-1], self.reference.shape[-1])))
         q[..., self.columns] = self.best
         q[np.isnan(self.best).any(axis=-1)] = np.nan
@@ -212,11 +201,11 @@ class IKResult:
         return messages_of(self)
 
     def describe(self, index: tuple[int, ...] = (), *, degrees: bool = False) -> str:
-        """The reason of one target in a sentence.
+        """Return the reason of one target as a sentence.
 
         Args:
-            index: which target of the batch; () where there is one.
-            degrees: angles in degrees.
+            index: index of the target in the batch; () for a single one.
+            degrees: whether angles are in degrees.
 
         Examples:
             >>> nk.ik.arm(nk.load_nao(), "L", [1.0, 0.0, 0.0]).describe()
@@ -248,7 +237,7 @@ class IKResult:
         if unit == "rad" and degrees:
             needed, limit, unit = math.degrees(needed), math.degrees(limit), "°"
         unit = unit if unit == "°" else f" {unit}"
-        # As many digits as it takes to tell the two apart.
+        # As many digits as distinguish the two.
         digits = next((n for n in range(3, 16) if f"{needed:.{n}g}" != f"{limit:.{n}g}"), 16)
         return f"{joint} needs {needed:.{digits}g}{unit}, {which} {limit:.{digits}g}{nearest}"
 
@@ -259,15 +248,15 @@ class IKResult:
         return f"<IKResult of {', '.join(self.joints)}: {reached} of {self.reasons.size} targets reached>"
 
 
-def result_made_later(parts: Callable[[], dict[str, Any]], notes: tuple[str, ...]) -> IKResult:
-    """A result whose other attributes are made when one of them is asked for: that takes as long as to solve."""
+def deferred_result(parts: Callable[[], dict[str, Any]], notes: tuple[str, ...]) -> IKResult:
+    """Return a result that computes its other attributes on first use: this takes as long as solving."""
     result = object.__new__(IKResult)
     result.__dict__["_parts"], result.__dict__["notes"] = parts, notes
     return result
 
 
 def messages_of(result: Any) -> str | NDArray[np.object_]:
-    """What a result describes: a str, or of a batch an array of them, shape (...)."""
+    """Return the description of a result: a str, or of a batch an array of them, shape (...)."""
     if result.reasons.ndim == 0:
         return str(result.describe())
     messages = np.empty(result.reasons.shape, dtype=object)
@@ -277,19 +266,19 @@ def messages_of(result: Any) -> str | NDArray[np.object_]:
 
 
 def errors_in_words(away: float, turned: float, degrees: bool) -> str:
-    """Errors in position and angle; what is exact, or was not asked for, is left out where the other is there."""
+    """Return errors in position and angle in words; a zero is left out if the other is not zero."""
     words = (away, length_in_words(away)), (turned, angle_in_words(turned, degrees))
     return " and ".join(text for error, text in words if error > 0.0) or length_in_words(0.0)
 
 
 def angle_in_words(radians: float, degrees: bool) -> str:
-    """An angle to three digits."""
+    """Return an angle to three digits."""
     return f"{math.degrees(radians):.3g}°" if degrees else f"{radians:.3g} rad"
 
 
 def length_in_words(metres: float) -> str:
-    """A length in the unit in which people say it, to four digits."""
-    rounded = abs(float(f"{metres:.3e}"))  # 0.9999999 mm is said as 1 mm, not as 1000 µm
+    """Return a length to four digits, in the unit that suits it."""
+    rounded = abs(float(f"{metres:.3e}"))  # 0.9999999 mm is written 1 mm, not 1000 µm
     for unit, scale in (("m", 1.0), ("mm", 1e-3), ("µm", 1e-6)):
         if rounded >= scale:
             return f"{metres / scale:.4g} {unit}"
@@ -297,7 +286,7 @@ def length_in_words(metres: float) -> str:
 
 
 def crossing_in_words(crossed: NDArray[np.bool_], what: str) -> tuple[str, ...]:
-    """A note on the feet whose ankles are on swapped sides, of a batch of any shape of `what`; none where none are."""
+    """Return a note if some pairs of feet of a batch of `what` have their ankles on swapped sides."""
     if not crossed.any():
         return ()
     which = f" in {np.count_nonzero(crossed)} of {crossed.size} {what}, first at index {list(first_index(crossed))}"

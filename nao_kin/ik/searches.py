@@ -1,4 +1,4 @@
-"""Searches over one number: the least value of a function, and its roots.
+"""Searches over one variable: the minimum of a function, and its roots.
 
 A function is called as `function(given, value)`; `given` are its other arguments.
 """
@@ -12,14 +12,14 @@ from typing import Any
 from nao_kin._core.arrays import Floats
 from nao_kin._kernels.cache import both_ways
 
-# Halvings of the steps of `least`, of a bracket, and sections of a golden search.
+# Halvings of the steps of `least`; iterations of a bisection or golden-section search.
 _FINER, _HALVINGS = 48, 60
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 
 @both_ways
 def least(function: Callable[..., float], given: Any, low: float, high: float, near: float, steps: int) -> float:
-    """Where a function is least: of even steps and the value nearest to `near`, and then ever nearer to the best."""
+    """Return the minimiser of a function: the best of even steps and of `near`, refined by halved steps."""
     step = (high - low) / steps
     lowest, best = math.inf, low
     for k in range(-1, steps + 1):
@@ -38,7 +38,7 @@ def least(function: Callable[..., float], given: Any, low: float, high: float, n
 
 @both_ways
 def crossing(function: Callable[..., float], given: Any, low: float, high: float, falls: bool) -> float:
-    """Where a function falls, or rises, through zero between two values, by halvings."""
+    """Return where a function falls, or rises, through zero between two values, by bisection."""
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
         if (function(given, middle) > 0.0) == falls:
@@ -50,7 +50,7 @@ def crossing(function: Callable[..., float], given: Any, low: float, high: float
 
 @both_ways
 def nearest_to_zero(function: Callable[..., float], given: Any, low: float, high: float, sign: float) -> float:
-    """Where a function of one sign is nearest to zero, or passes it farthest, by golden sections."""
+    """Return where a function of one sign is nearest to zero, or passes it farthest, by golden sections."""
     one, two = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
     first, second = sign * function(given, one), sign * function(given, two)
     for _ in range(_HALVINGS):
@@ -69,23 +69,23 @@ def nearest_to_zero(function: Callable[..., float], given: Any, low: float, high
 def add_roots(
     function: Callable[..., float], given: Any, low: float, high: float, steps: int, roots: Floats, count: int
 ) -> int:
-    """Add where a function is zero strictly between two values, also where it touches zero; the new number of roots.
+    """Add the roots of a function strictly between two values, double ones too; return the new number of roots.
 
-    Also added is where it is nearest to zero without touching, if that is between even steps.
+    Also add its minima of |f| between even steps.
     """
     step = (high - low) / steps
-    here = before = function(given, low)
+    current = previous = function(given, low)
     for k in range(steps + 1):
         at = low + step * k
-        after = function(given, at + step) if k < steps else here
-        above = here > 0.0
-        if above != (after > 0.0):
+        following = function(given, at + step) if k < steps else current
+        above = current > 0.0
+        if above != (following > 0.0):
             count = _add(crossing(function, given, at, at + step, above), low, high, roots, count)
-        # Where it is nearer to zero than beside, zero may be touched, or passed twice.
+        # A minimum of |f|: there may be a double root, or two roots.
         elif (
-            above == (before > 0.0)
-            and abs(here) <= min(abs(before), abs(after))
-            and abs(here) <= abs(before - here) + abs(after - here)
+            above == (previous > 0.0)
+            and abs(current) <= min(abs(previous), abs(following))
+            and abs(current) <= abs(previous - current) + abs(following - current)
         ):
             left, right = max(low, at - step), min(high, at + step)
             nearest = nearest_to_zero(function, given, left, right, 1.0 if above else -1.0)
@@ -93,7 +93,7 @@ def add_roots(
                 count = _add(crossing(function, given, left, nearest, above), low, high, roots, count)
                 count = _add(crossing(function, given, nearest, right, not above), low, high, roots, count)
             count = _add(nearest, low, high, roots, count)
-        before, here = here, after
+        previous, current = current, following
     return count
 
 

@@ -1,8 +1,8 @@
-"""What callers give: poses, references and options, looked at once at the door."""
+"""Checks of what callers give: poses, references and options."""
 
 from __future__ import annotations
 
-from typing import Literal, SupportsIndex
+from typing import Literal, NamedTuple, SupportsIndex, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,16 +25,13 @@ from nao_kin.robot import RobotModel
 from nao_kin.rotations import RotationDefects, check_rotation, nearest_rotation
 
 Limits = Literal["enforce", "ignore"]
+Shape: TypeAlias = tuple[int, ...]
+Threads: TypeAlias = SupportsIndex | None
 _LIMITS = ("enforce", "ignore")
 
 
 def as_poses(T: ArrayLike, what: str) -> Floats:
-    """Poses of shape (..., 4, 4), finite; whether they are rigid is found out where they are solved.
-
-    Raises:
-        BadArgument: no numbers, or one beyond ±1e150, whose square would overflow.
-        WrongShape, NotFinite: not of this shape, NaN or infinity.
-    """
+    """Return finite poses of shape (..., 4, 4), within ±1e150; their solver checks whether they are rigid."""
     if isinstance(T, np.ndarray) and T.shape == (4, 4) and T.dtype == np.float64 and np.abs(T).max() <= LARGEST:
         return T
     with np.errstate(over="ignore"):
@@ -43,12 +40,7 @@ def as_poses(T: ArrayLike, what: str) -> Floats:
 
 
 def rigid_poses(T: ArrayLike, what: str) -> Floats:
-    """Poses of shape (..., 4, 4), what is left of rounding taken out of their rotations; a copy.
-
-    Raises:
-        NotARotation, BadArgument: one is not rigid; with its index and its defect.
-        WrongShape, NotFinite: not of shape (..., 4, 4), NaN or infinity.
-    """
+    """Return a copy of poses of shape (..., 4, 4) with the nearest rotations; raise for the first one not rigid."""
     poses = as_poses(T, what)
     off = refuse_not_rigid(poses, what).orthogonality > ROUNDING
     nearest: Floats = poses.copy()
@@ -59,12 +51,7 @@ def rigid_poses(T: ArrayLike, what: str) -> Floats:
 
 
 def refuse_not_rigid(T: Floats, what: str) -> RotationDefects:
-    """Raise for the first of these poses that is no rigid transform; the defects of their rotations.
-
-    Raises:
-        NotARotation: its rotation is none; names the argument, the index and the defect.
-        BadArgument: its last row is not 0, 0, 0, 1; names the argument and the index.
-    """
+    """Return the defects of the poses' rotations; raise NotARotation or BadArgument for the first one not rigid."""
     defects = refuse_not_rotation(T[..., :3, :3], what)
     wrong = np.abs(T[..., 3, :] - np.array([0.0, 0.0, 0.0, 1.0])).sum(axis=-1) > RIGID
     if wrong.any():
@@ -75,11 +62,7 @@ def refuse_not_rigid(T: Floats, what: str) -> RotationDefects:
 
 
 def refuse_not_rotation(R: Floats, what: str) -> RotationDefects:
-    """Raise for the first of these matrices that is no rotation; the defects of all.
-
-    Raises:
-        NotARotation: names the argument, the index and the defect.
-    """
+    """Return the defects of matrices; raise NotARotation, with the argument's name, for the first not a rotation."""
     try:
         return check_rotation(R)
     except NotARotation as error:
@@ -88,26 +71,34 @@ def refuse_not_rotation(R: Floats, what: str) -> RotationDefects:
 
 
 def is_enforced(limits: object) -> bool:
-    """Whether limits are enforced.
-
-    Raises:
-        UnknownName: neither "enforce" nor "ignore".
-    """
+    """Return whether limits are enforced."""
     return choice(limits, _LIMITS, "limits policy") == "enforce"
 
 
-def as_reference(
-    robot: RobotModel, rest: Floats, reference: ArrayLike | None, batch: tuple[int, ...], enforce: bool
-) -> tuple[Floats, tuple[str, ...]]:
-    """Reference configurations that broadcast with the targets, inside the limits if these are enforced, and notes.
+def broadcast(what: str, one: Shape, other: Shape, wanted: str, shape: Shape) -> Shape:
+    """Return the common batch shape of two; raise that argument `what` has another shape than the wanted one."""
+    try:
+        return common_batch(what, one, other)
+    except WrongShape:
+        raise WrongShape(what, wanted, shape) from None
 
-    None stands for `rest`, all joints at zero or at the limit nearest to it.
 
-    Raises:
-        WrongShape, NotFinite, BadArgument: no configurations, or more of them than targets.
-    """
+class Options(NamedTuple):
+    """Checked options of a closed form; `notes` has a note if the reference was projected into the limits."""
+
+    reference: Floats
+    notes: tuple[str, ...]
+    enforce: bool
+    threads: int | None
+
+
+def as_options(
+    robot: RobotModel, rest: Floats, reference: ArrayLike | None, batch: Shape, limits: object, threads: Threads
+) -> Options:
+    """Return the options of a call for targets of a batch shape; `rest` replaces a reference of None."""
+    enforce, workers = is_enforced(limits), check_threads(threads)
     if reference is None:
-        return rest.copy(), ()
+        return Options(rest.copy(), (), enforce, workers)
     array = as_floats(reference, (robot.nq,), "reference")
     try:
         fits = common_batch("reference", array.shape[:-1], batch) == batch
@@ -115,27 +106,20 @@ def as_reference(
         fits = False
     if not fits:
         raise WrongShape("reference", f"({robot.nq},) or {(*batch, robot.nq)} as the targets", array.shape)
-    return _projected(robot, array, "reference") if enforce else (with_unit_quaternion(robot, array), ())
+    found, notes = _projected(robot, array, "reference") if enforce else (with_unit_quaternion(robot, array), ())
+    return Options(found, notes, enforce, workers)
 
 
 def inside_limits(robot: RobotModel, reference: ArrayLike, what: str = "reference") -> tuple[Floats, tuple[str, ...]]:
-    """The nearest configurations inside the limits, shape (..., nq), and a note where they are others.
+    """Return the nearest configurations inside the limits, shape (..., nq), and a note if they differ.
 
     Two joints with a coupled limit go to the nearest point of their plane region.
-
-    Args:
-        robot: whose limits.
-        reference: configurations.
-        what: their name in messages.
-
-    Raises:
-        WrongShape, NotFinite, BadArgument: no configurations.
     """
     return _projected(robot, _finite(robot, reference, what), what)
 
 
 def _projected(robot: RobotModel, reference: Floats, what: str) -> tuple[Floats, tuple[str, ...]]:
-    """What `inside_limits` returns, for finite configurations."""
+    """Do the same for finite configurations."""
     try:
         return robot.check_limits(reference), ()
     except OutsideLimits as error:
@@ -146,16 +130,7 @@ def _projected(robot: RobotModel, reference: Floats, what: str) -> tuple[Floats,
 
 
 def with_unit_quaternion(robot: RobotModel, reference: ArrayLike, what: str = "reference") -> Floats:
-    """Configurations wherever their joints are, shape (..., nq), a copy; a floating base with quaternions of norm 1.
-
-    Args:
-        robot: whose.
-        reference: configurations.
-        what: their name in messages.
-
-    Raises:
-        WrongShape, NotFinite, BadArgument: no configurations.
-    """
+    """Return a copy of configurations, shape (..., nq), with unit quaternions of a floating base."""
     q: Floats = np.array(_finite(robot, reference, what))
     base = robot.nq - len(robot.joint_names)
     q[..., :base] = robot.clamp(q)[..., :base]
@@ -163,7 +138,7 @@ def with_unit_quaternion(robot: RobotModel, reference: ArrayLike, what: str = "r
 
 
 def _finite(robot: RobotModel, reference: ArrayLike, what: str) -> Floats:
-    """Configurations, shape (..., nq), refused by the name of their argument and of the joint."""
+    """Return configurations, shape (..., nq); an error names the argument and the joint."""
     try:
         return as_floats(reference, (robot.nq,), what)
     except NotFinite as error:
@@ -172,10 +147,6 @@ def _finite(robot: RobotModel, reference: ArrayLike, what: str) -> Floats:
         raise NotFinite(what, error.index, error.value, name) from None
 
 
-def check_threads(threads: SupportsIndex | None) -> int | None:
-    """A number of threads, or None.
-
-    Raises:
-        BadArgument: no whole number from 1 to 10 000.
-    """
+def check_threads(threads: Threads) -> int | None:
+    """Return a number of threads from 1 to 10 000, or None."""
     return None if threads is None else whole_number(threads, "threads", 1, MAX_THREADS)

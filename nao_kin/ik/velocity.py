@@ -12,7 +12,7 @@ from nao_kin._core.arrays import Floats, as_floats, check_tolerance, choice, com
 from nao_kin.errors import BadArgument
 from nao_kin.ik.compiling import cached_kernel
 from nao_kin.ik.descent import FrameMotion
-from nao_kin.ik.geometry import kept_limb
+from nao_kin.ik.geometry import cached_limb
 from nao_kin.ik.limit_regions import Region, limit_rows, most_rows, region_type
 from nao_kin.ik.quadratic_program import quadratic_program
 from nao_kin.robot import LIMIT_TOLERANCE, Expression, RobotModel, check_robot
@@ -248,7 +248,7 @@ def velocity(
         check_tolerance(value, name)
         if not 0.0 < value < np.inf:
             raise BadArgument(f"{name} must be a finite number above 0, got {value}")
-    motion = kept_limb(robot, FrameMotion, frame)
+    motion = cached_limb(robot, FrameMotion, frame)
     start, twists = robot.checked(q), as_floats(twist, (6,), "twist")
     batch = common_batch("q and twist", start.shape[:-1], twists.shape[:-1])
     q_rows = np.array(np.broadcast_to(start, (*batch, robot.nq)).reshape(-1, robot.nq))

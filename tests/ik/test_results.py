@@ -13,7 +13,7 @@ from loops import for_all
 import nao_kin as nk
 from nao_kin.errors import BadArgument, NotARotation, UnknownName
 from nao_kin.ik import Family, IKResult, Obstacles, Reason
-from nao_kin.ik.results import result_made_later
+from nao_kin.ik.results import deferred_result
 
 JOINTS = ("LKneePitch", "LAnklePitch")
 
@@ -82,7 +82,7 @@ def test_attributes_that_are_made_later_are_made_once_and_copied_with_the_result
         asked.append(None)
         return {**vars(whole), "best": whole.best.copy()}
 
-    later = result_made_later(parts, ("a note",))
+    later = deferred_result(parts, ("a note",))
     assert (later.notes, asked) == (("a note",), [])
     assert later.best is later.best
     assert later.reason.tolist() == [0, 1]
