@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import MISSING, dataclass
 
 from nao_kin._core import files as atomic
-from nao_kin.cli.options import JSON, RobotOptions, argument, command, flag, option
+from nao_kin.cli.options import FORCE, JSON, RobotOptions, argument, command, flag, option
 from nao_kin.cli.output import print_json, print_note, print_written
 from nao_kin.cli.sources import TIMELINE, MotionFile
 from nao_kin.errors import BadArgument
@@ -45,7 +45,7 @@ def export(
     output: str = argument("OUTPUT", "The file or folder, - for standard output."),
     format_: str = option("FORMAT", "Which format: urdf, mjcf, srdf, ros2, sdf or gltf.", default=MISSING),
     options: ExportOptions,
-    force: bool = flag("Replace OUTPUT where it exists."),
+    force: bool = FORCE,
     json: bool = JSON,
     robot: RobotOptions,
 ) -> None:

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from nao_kin._core import files as atomic
 from nao_kin._core.arrays import Floats
 from nao_kin._core.process import usable_cores
 from nao_kin._core.text import quoted
-from nao_kin.cli.options import DEG, IGNORE_LIMITS, JSON, RobotOptions, argument, check_sinks, command, flag, option
+from nao_kin.cli.options import DEG, FORCE, JSON, RobotOptions, argument, check_outputs, command, flag, option
 from nao_kin.cli.output import fixed, print_json, print_json_list, print_note, print_table, print_written, progress
-from nao_kin.cli.sources import FileOptions, JointOptions, is_motion, refuse_for_motions
+from nao_kin.cli.sources import IGNORE_LIMITS, FileOptions, JointOptions, is_motion, refuse_for_motions
 from nao_kin.errors import BadArgument, BadInputFile
 
 if TYPE_CHECKING:
@@ -139,6 +140,7 @@ class StreamOptions:
     )
     on_error: Literal["stop", "skip", "nan"] | None = option(None, "With -o: what to do with a bad row. Default: stop.")
     dtype: Literal["float32", "float64"] | None = option(None, "With -o: size of the numbers. Default: float64.")
+    force: bool = FORCE
 
     def check(self, files: list[str], json: bool) -> None:
         """Refuse what does not go together, and a file that could not be written, before anything is loaded."""
@@ -149,12 +151,19 @@ class StreamOptions:
             raise BadArgument(f"{len(files)} files; several go into one --output")
         if self.output is not None and not files:
             raise BadArgument("--output is for the rows of a file; name the FILE to read")
-        check_sinks("--json" if json else None, output=self.sink)
+        outputs, printed = {"--output": self.sink}, "--json" if json else None
+        check_outputs(outputs, force=self.force, printed=printed, continued=self._continued)
 
     @property
     def sink(self) -> str | None:
         """The file to write; None for none."""
         return "/dev/stdout" if self.output == "-" else self.output
+
+    @property
+    def _continued(self) -> bool:
+        """Whether an interrupted run has left parts of the output."""
+        target = None if self.sink is None else atomic.replaced_file(self.sink)
+        return target is not None and target.with_name(f"{target.name}.parts").is_dir()
 
 
 @command("fk", _EXAMPLES)

@@ -17,9 +17,9 @@ import typer
 from nao_kin._core import files as atomic
 from nao_kin._core.arrays import Floats, join_poses
 from nao_kin._core.text import quoted
-from nao_kin.cli.options import DEG, IGNORE_LIMITS, JSON, RobotOptions, argument, check_sinks, command, flag, option
+from nao_kin.cli.options import DEG, FORCE, JSON, RobotOptions, argument, check_outputs, command, flag, option
 from nao_kin.cli.output import degrees_per, fixed, print_json, print_note, print_table
-from nao_kin.cli.sources import COLUMNS, IGNORE_OTHER, FileOptions
+from nao_kin.cli.sources import COLUMNS, IGNORE_LIMITS, IGNORE_OTHER, FileOptions
 from nao_kin.cli.targets import Targets, numbers_of, read_targets, target_of, targets_as_csv
 from nao_kin.errors import BadArgument, UnknownName
 
@@ -72,6 +72,7 @@ class Asked:
     deg: bool = DEG
     csv: bool = flag("Print configurations as CSV for fk and view: no row where there is none.")
     html: str | None = option("FILE", "Write a page: the robot, and its other solutions as ghosts.")
+    force: bool = FORCE
     json: bool = JSON
 
     @property
@@ -133,7 +134,7 @@ def ik(asked: Asked, robot: RobotOptions) -> None:
     csv, html, json = asked.csv, asked.html, asked.json
     if (asked.file is None) == (asked.target is None):
         raise BadArgument('give one target with --target "NUMBERS", or the FILE of a list of them')
-    check_sinks("--json" if json else "--csv" if csv else None, html=html)
+    check_outputs({"--html": html}, force=asked.force, printed="--json" if json else "--csv" if csv else None)
     if asked.reference is None and (asked.columns or asked.ignore_other):
         raise BadArgument("--columns and --ignore-other are for a file of configurations; name it with --reference")
     model = robot.load()
@@ -362,7 +363,7 @@ class _Answers:
                 viewer.display(shown[0])
                 if int(found.count) > 1:
                     viewer.show_ghosts(found.solutions[1 : int(found.count)], first=2)
-            return str(viewer.save_html(html))
+            return str(viewer.save_html(html, overwrite=self.asked.force))
 
 
 def _ranges(rows: list[int]) -> str:

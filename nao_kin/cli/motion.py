@@ -10,7 +10,7 @@ import typer
 
 from nao_kin._core import files as atomic
 from nao_kin._core.text import abbreviated
-from nao_kin.cli.options import JSON, RobotOptions, argument, check_replaceable, command, flag, option
+from nao_kin.cli.options import FORCE, JSON, RobotOptions, argument, check_outputs, command, flag, option
 from nao_kin.cli.output import degrees_per, print_json, print_note, print_table, print_written
 from nao_kin.cli.sources import HIPS, IGNORE_OTHER, TIMELINE, MotionFile, check_posture
 from nao_kin.errors import BadArgument
@@ -62,7 +62,7 @@ def convert(
     clamp: bool = flag("Move it into the limits and the coupled limits."),
     slow_down: bool = flag("Stretch time where a joint would be too fast."),
     rate: float | None = option("N", "Write N samples per second instead of the keys."),
-    force: bool = flag("Replace OUT where it exists."),
+    force: bool = FORCE,
     json: bool = JSON,
     robot: RobotOptions,
 ) -> None:
@@ -75,7 +75,7 @@ def convert(
     if gap is not None and loop is None:
         raise BadArgument("--gap is the pause of --loop; give both")
     sink = "/dev/stdout" if sink == "-" else sink
-    check_replaceable(sink, force, json)
+    check_outputs({"": sink}, force=force, printed="--json" if json else None)
     model = robot.load()
     check_posture(model, posture)
     motion = MotionFile(source, from_, deg, timeline, ignore_other).read(model)
@@ -156,7 +156,7 @@ def plot(
     deg: bool = flag("Angles of FILE in degrees, where it does not say."),
     timeline: str | None = option(*TIMELINE),
     ignore_other: bool = flag(IGNORE_OTHER),
-    force: bool = flag("Replace PICTURE where it exists."),
+    force: bool = FORCE,
     json: bool = JSON,
     robot: RobotOptions,
 ) -> None:
@@ -166,7 +166,7 @@ def plot(
     kind = Path(picture).suffix.lower().removeprefix(".")
     if kind not in ("png", "svg"):
         raise BadArgument(f"cannot write {abbreviated(picture)}: end the name in .png or .svg")
-    check_replaceable(picture, force, json)
+    check_outputs({"": picture}, force=force, printed="--json" if json else None)
     model = robot.load()
     motion = MotionFile(file, from_, deg, timeline, ignore_other).read(model)
     content = io.BytesIO()

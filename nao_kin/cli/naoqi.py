@@ -16,7 +16,7 @@ from nao_kin._core import files as atomic
 from nao_kin._core.arrays import whole_number
 from nao_kin._core.process import uninterrupted
 from nao_kin._core.text import abbreviated
-from nao_kin.cli.options import JSON, OTHER_ROBOTS, RobotOptions, argument, command, flag, option
+from nao_kin.cli.options import FORCE, JSON, OTHER_ROBOTS, RobotOptions, argument, command, flag, option
 from nao_kin.cli.output import print_json, print_note
 from nao_kin.cli.view import LivePage, PageBeside
 from nao_kin.errors import BadArgument
@@ -222,7 +222,7 @@ def live(
     seconds: float | None = option("S", "End after so many seconds of readings."),
     view: bool = flag("Show the robot in a live page.", "--view/--no-view", default=True),
     page: LivePage,
-    force: bool = flag("Overwrite the recording if it exists."),
+    force: bool = FORCE,
     robot: RobotOptions,
     json: bool = JSON,
 ) -> None:
@@ -242,8 +242,7 @@ def live(
         suffixes = dict.fromkeys(suffix for known in FORMATS.values() for suffix in known.suffixes)
         if Path(record).suffix.lower() not in suffixes:  # now, and not when all is recorded
             raise BadArgument(f"no motion format for {abbreviated(record)}; end it in one of: {', '.join(suffixes)}")
-        if atomic.would_replace(record) and not force:
-            raise BadArgument(f"{record} exists; --force overwrites it")
+        atomic.check_replaceable(record, overwrite=force)
     model = robot.load()
     from nao_kin.naoqi import LolaSource, NaoqiSource, readings, recorded
 

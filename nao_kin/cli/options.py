@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import os
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
 from functools import wraps
 from inspect import Parameter
@@ -15,7 +15,6 @@ import typer
 from typer.core import TyperCommand
 
 from nao_kin._core import files as atomic
-from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
@@ -62,7 +61,7 @@ def argument(metavar: str, help: str, default: Any = MISSING) -> Any:
 
 JSON = flag("Print JSON.")
 DEG = flag("Angles in degrees, in and out; hands stay 0 to 1.")
-IGNORE_LIMITS = flag("Take joints wherever they are.")
+FORCE = flag("Replace the output file if it exists.")
 
 # What the program consists of: the name of each command, its function and its example.
 COMMANDS: dict[str, tuple[Callable[..., None], str]] = {}
@@ -140,32 +139,26 @@ class Command(TyperCommand):
         return list(super().parse_args(ctx, args))
 
 
-def check_sinks(printed: str | None, **files: str | None) -> None:
-    """Refuse files that could not be written, before anything is loaded or drawn.
+def check_outputs(
+    outputs: Mapping[str, str | None], *, force: bool, printed: str | None = None, continued: bool = False
+) -> None:
+    """Refuse files that may not or cannot be written, before anything is loaded or drawn.
 
     Args:
-        printed: the option because of which standard output is taken; None where it is free.
-        **files: the name of an option → the file that it names, if it is given.
-
-    Raises:
-        BadArgument: one cannot be written, or two are one.
+        outputs: option that names a file, "" for an argument, → the file; None if the option is not given.
+        force: replace existing files.
+        printed: the option that uses standard output; None if no option does.
+        continued: the command continues the existing file of --output, which needs no force.
     """
-    given = {f"--{option}": path for option, path in files.items() if path is not None}
+    given = {option: path for option, path in outputs.items() if path is not None}
     for option, path in given.items():
         atomic.check_writable(path, suffix=".png" if option == "--png" else "")
+        atomic.check_replaceable(path, overwrite=force or (continued and option == "--output"))
     for option, path in given.items():
         if printed is not None and atomic.leads_to_standard_output(path):
-            raise BadArgument(f"{option} {path} and {printed} both write to standard output; give one")
+            raise BadArgument(f"{option} {path} and {printed} both write to standard output; give one".lstrip())
     if len({os.path.realpath(path) for path in given.values()}) < len(given):
-        raise BadArgument(f"{' and '.join(given)} name one file, {files['html']}; give two")
-
-
-def check_replaceable(path: str, force: bool, json: bool) -> None:
-    """Refuse a file that exists or cannot be written, before anything is read."""
-    if atomic.would_replace(path) and not force:
-        raise BadArgument(f"{abbreviated(path)} exists; --force replaces it")
-    if json and atomic.leads_to_standard_output(path):
-        raise BadArgument(f"{path} and --json both write to standard output; give one")
+        raise BadArgument(f"{' and '.join(given)} name one file, {outputs['--html']}; give two")
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from nao_kin._core import files as atomic
 from nao_kin._core.arrays import decimal
 from nao_kin._core.process import uninterrupted
 from nao_kin._core.text import abbreviated, quoted
-from nao_kin.cli.options import JSON, RobotOptions, argument, check_sinks, command, option
+from nao_kin.cli.options import FORCE, JSON, RobotOptions, argument, check_outputs, command, option
 from nao_kin.cli.output import print_json, print_note, progress
 from nao_kin.errors import BadArgument
 
@@ -38,6 +38,7 @@ def reach(
     html: str | None = option("FILE", "Write a page with the robot and its map."),
     by: str = option("NAME", "Colours of --html and .ply: best, mean, count or coverage.", default="best"),
     threads: int | None = option("N", "Default: one for each core."),
+    force: bool = FORCE,
     json: bool = JSON,
     robot: RobotOptions,
 ) -> None:
@@ -50,7 +51,9 @@ def reach(
     known = output is None or Path(output).suffix.lower() in _ENDINGS or atomic.leads_to_standard_output(output)
     if not known:
         raise BadArgument(f"cannot write {abbreviated(output)}: end the name in {', '.join(_ENDINGS)}")
-    check_sinks("--json" if json else None, output=output, html=html)
+    continued = output is not None and Path(output).suffix.lower() == ".npz"
+    outputs = {"--output": output, "--html": html}
+    check_outputs(outputs, force=force, printed="--json" if json else None, continued=continued)
     model = robot.load()
     from nao_kin import reach as room
     from nao_kin._kernels import KERNELS, warm_up
@@ -58,7 +61,7 @@ def reach(
     settings = room.map_settings(model, frame, voxel=voxel, seed=seed, reference=reference)
     room.check_column(by)
     previous = None
-    if output is not None and Path(output).suffix.lower() == ".npz" and Path(output).is_file():
+    if output is not None and continued and Path(output).is_file():
         previous = room.load(output)
     warm_up([name for name in KERNELS if name.startswith("reach")])  # what a signal should not have to wait for
     if previous is not None:
@@ -82,7 +85,7 @@ def reach(
                 progress=say,
                 stop=ending,
             )
-        files = _written(model, found, output, html, by) if found.samples else []
+        files = _written(model, found, output, html, by, force=force) if found.samples else []
         if found.samples < asked:
             kept = f"kept in {abbreviated(' and '.join(files))}" if files else "without -o FILE nothing is kept"
             print_note(f"ended after {found.samples} of {asked} samples; {kept}")
@@ -101,7 +104,9 @@ def _count(text: str) -> int:
     return int(value)
 
 
-def _written(model: RobotModel, found: ReachMap, output: str | None, html: str | None, by: str) -> list[str]:
+def _written(
+    model: RobotModel, found: ReachMap, output: str | None, html: str | None, by: str, *, force: bool
+) -> list[str]:
     if output is not None:
         savers: dict[str, Callable[[str], object]] = {
             ".vtk": found.save_vtk,
@@ -113,7 +118,7 @@ def _written(model: RobotModel, found: ReachMap, output: str | None, html: str |
 
         viewer = Viewer(model)
         viewer.show_reach(found, by=by)
-        viewer.save_html(html)
+        viewer.save_html(html, overwrite=force)
     return [file for file in (output, html) if file is not None]
 
 

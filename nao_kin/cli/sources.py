@@ -25,6 +25,7 @@ COLUMNS = (
     "Read a column as if headed so: yaw=HeadYaw, 'ms=time [ms]'; NAME= leaves it out; repeatable.",
 )
 IGNORE_OTHER = "Leave out columns that name no joint and no time."
+IGNORE_LIMITS = flag("Take joints wherever they are.")
 HIPS = "RULE", "Of a motion with two HipYawPitch: average (default), left or right."
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from nao_kin._core.arrays import Floats, decimal
 from nao_kin._core.text import quoted
-from nao_kin.cli.options import DEG, JSON, RobotOptions, argument, check_sinks, command, flag, option
+from nao_kin.cli.options import DEG, FORCE, JSON, RobotOptions, argument, check_outputs, command, flag, option
 from nao_kin.cli.output import print_json, print_note, print_written
 from nao_kin.cli.sources import FileOptions, JointOptions, is_motion
 from nao_kin.errors import BadArgument
@@ -136,6 +136,7 @@ def view(
     ),
     page: LivePage,
     robot: RobotOptions,
+    force: bool = FORCE,
     json: bool = JSON,
 ) -> None:
     """The robot in a browser: a live page until Ctrl-C, or with --html and --png files and no server.
@@ -157,7 +158,7 @@ def view(
         raise BadArgument("--html needs no server; leave out --host and --port, or add --open to serve a page too")
     if not live and (page.allow_host or page.token is not None):
         raise BadArgument("--allow-host and --token are for a live page; with --html or --png, add --open to serve one")
-    check_sinks("--json" if json else None, html=html, png=png)
+    check_outputs({"--html": html, "--png": png}, force=force, printed="--json" if json else None)
     moves = file is not None and is_motion(file)
     given.check(file, joints.posture, moves=moves, hips=given.hips)
 
@@ -187,9 +188,9 @@ def view(
         print_note(*viewer.notes)
         done: dict[str, str] = {}
         if html is not None:
-            done["html"] = str(viewer.save_html(html))
+            done["html"] = str(viewer.save_html(html, overwrite=force))
         if png is not None:
-            done["png"] = str(viewer.save_png(png, camera=camera))
+            done["png"] = str(viewer.save_png(png, camera=camera, overwrite=force))
         if live:
             done["url"] = page.address(viewer)
         serving = live and wait is not False

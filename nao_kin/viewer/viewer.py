@@ -782,6 +782,7 @@ class Viewer:
         camera: str = "three-quarter",
         size: tuple[int, int] = (1280, 800),
         timeout: float = 60.0,
+        overwrite: bool = False,
     ) -> Path:
         """Write a picture of what is on show, drawn by a headless Chromium or Chrome.
 
@@ -790,17 +791,18 @@ class Viewer:
             camera: one of `camera_names`.
             size: width and height in pixels, 16 to 8192.
             timeout: seconds to wait for the browser.
+            overwrite: replace an existing file.
 
         Returns:
             The file.
 
         Raises:
-            UnknownName: no such camera.
-            NoBrowser: there is none, or it gives no picture in time.
-            BadArgument: the file cannot be written, or is named as no PNG; a size out of range; no timeout.
+            NoBrowser: no browser was found, or it gives no picture in time.
+            BadArgument: the file exists or cannot be written, or its name ends in another suffix; a size out of range.
         """
         choice(camera, self.camera_names, "camera")
         atomic.check_writable(path, suffix=".png")
+        atomic.check_replaceable(path, overwrite=flag(overwrite, "overwrite"))
         seconds = overlays.number(timeout, "timeout")
         running = self._server is not None
         try:
@@ -823,20 +825,25 @@ class Viewer:
         """
         return static_page(self.robot.name, self._messages.messages())
 
-    def save_html(self, path: Path | str) -> Path:
-        """Write `static_html` to a file, whole or not at all.
+    def save_html(self, path: Path | str, *, overwrite: bool = False) -> Path:
+        """Write `static_html` to a file, completely or not at all.
+
+        Args:
+            path: the file.
+            overwrite: replace an existing file.
 
         Returns:
             The file.
 
         Raises:
-            BadArgument: it cannot be written.
+            BadArgument: the file exists or cannot be written.
 
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
             >>> viewer.save_html("nao.html").stat().st_size > 1_000_000
             True
         """
+        atomic.check_replaceable(path, overwrite=flag(overwrite, "overwrite"))
         atomic.write_text(path, self.static_html())
         return Path(path)
 

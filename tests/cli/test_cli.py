@@ -241,7 +241,7 @@ def test_long_files_are_worked_through_in_pieces(
     threads: int | None,
 ) -> None:
     monkeypatch.setattr("nao_kin.cli.fk._CHUNK", 2)
-    monkeypatch.setattr("FEW_ROWS", few)
+    monkeypatch.setattr("nao_kin.stream.FEW_ROWS", few)
     poses = nao.fk(nao.random(0, 5), ["LArm", "RLeg"], threads=threads)
     assert np.array_equal(_printed_csv(capsys, trajectory), poses)
 

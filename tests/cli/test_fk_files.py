@@ -109,7 +109,7 @@ def test_poses_are_the_same_on_standard_output_and_in_files(
             continue
         for ending in ("csv", "npy") if style == "rpy" else ("csv",):
             out = tmp_path / f"poses.{ending}"
-            assert run(["fk", file, *options, "-o", str(out)]) == 0, case
+            assert run(["fk", file, *options, "-o", str(out), "--force"]) == 0, case
             capsys.readouterr()
             if ending == "csv":
                 written, numbers = _poses(out.read_text())

@@ -552,7 +552,7 @@ def test_clamping_says_how_many_rows_it_moved_and_how_far(
         assert (result.clamped.rows, result.clamped.joint) == (1, "HeadYaw")
         assert result.clamped.most == pytest.approx(0.25)
         assert result.as_dict()["clamped"]["rows"] == 1
-        for options in (["-o", str(tmp_path / "poses.csv")], ["--csv"], ["--csv", "--rate", "50"]):
+        for options in (["-o", str(tmp_path / "poses.csv"), "--force"], ["--csv"], ["--csv", "--rate", "50"]):
             if "--rate" in options and name == "log.csv":
                 continue
             capsys.readouterr()
