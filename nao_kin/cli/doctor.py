@@ -1,4 +1,4 @@
-"""`nao-kin doctor` and `warmup`: what is installed, from where, what clashes, and kernels compiled ahead."""
+"""`nao-kin doctor` and `warmup`: what is installed, from where, which conflicts, and kernels compiled in advance."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _PROBE_SECONDS = 120
 
 
 def model_problem(variables: Mapping[str, str]) -> list[str]:
-    """What is wrong where the NAO does not load, if anything."""
+    """Return the problem if the NAO does not load."""
     code, out, problem = _probed(_PROBE, variables)
     if code == 0 and out.startswith("25 "):
         return []
@@ -50,13 +50,13 @@ def model_problem(variables: Mapping[str, str]) -> list[str]:
 
 
 def numba_problem(variables: Mapping[str, str]) -> list[str]:
-    """What is wrong where Numba is installed and does not load: it refuses a NumPy newer than itself."""
+    """Return the problem if Numba is installed and does not load: it refuses a NumPy newer than itself."""
     code, out, problem = _probed(_NUMBA_PROBE, variables)
     return [found] if (found := out.strip() if code == 0 else f"numba does not load: {problem}") else []
 
 
 def _probed(program: str, variables: Mapping[str, str]) -> tuple[int | None, str, str]:
-    """Exit code and output of a program in a process of its own, and what it ended with; no code where it did not."""
+    """Return exit code, None if it did not end, output and last line of a program in a separate process."""
     try:
         with uninterrupted():
             probe = subprocess.Popen(
@@ -98,7 +98,7 @@ _BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-sta
 
 @command("doctor", "Example: nao-kin doctor --json")
 def doctor(json: bool = JSON) -> None:
-    """Versions, where each library comes from, extras, known clashes, and a browser; exit 1 when something is wrong."""
+    """Print versions, the location of each library, extras, known conflicts and a browser; exit code 1 for problems."""
     state = inspect_installation()
     if json:
         print_json(state)
@@ -121,16 +121,7 @@ def doctor(json: bool = JSON) -> None:
 
 
 def inspect_installation(environment: Mapping[str, str] | None = None) -> dict[str, Any]:
-    """Look at this Python's libraries and at the surroundings that are known to disturb them.
-
-    Args:
-        environment: environment variables; those of this process by default.
-
-    Returns:
-        The document of `nao-kin doctor --json`: Python and the machine, libraries with the version that is installed
-        and the place that Python would load them from, extras, a browser for the viewer, None for what is absent; and
-        what is wrong, one line each, with what to do about it.
-    """
+    """Return the document of `nao-kin doctor --json`, for these environment variables, by default this process's."""
     variables = os.environ if environment is None else environment
     libraries = [
         {"name": name, "version": _version(name), "location": _location(module)} for name, module in _LIBRARIES.items()
@@ -159,7 +150,7 @@ def inspect_installation(environment: Mapping[str, str] | None = None) -> dict[s
 
 
 def _extra_version(extra: Extra) -> str | None:
-    """The version of the first package of an extra; None where one of its packages is absent."""
+    """Return the version of the first package of an extra; None if one of its packages is absent."""
     versions = [_version(package) for package in extra.packages]
     present = all(_spec(module) for module in extra.modules) if extra.modules else None not in versions
     return (versions[0] or "present") if present else None
@@ -180,13 +171,13 @@ def _spec(module: str) -> ModuleSpec | None:
 
 
 def _location(module: str) -> str | None:
-    """The folder that Python would load a module from, without loading it."""
+    """Return the folder that Python would load a module from, without loading it."""
     spec = _spec(module)
     return str(Path(spec.origin).parent) if spec is not None and spec.origin else None
 
 
 def _clashes(pin: str | None, place: str | None, variables: Mapping[str, str]) -> list[str]:
-    """What hides or doubles Pinocchio: its version by pip and the folder that it is loaded from, None for none."""
+    """Return what hides or duplicates Pinocchio, from its version by pip and its folder, None if absent."""
     problems = []
     for entry in filter(None, variables.get("PYTHONPATH", "").split(os.pathsep)):
         if entry.startswith(("/opt/ros", "/opt/openrobots")):
@@ -213,10 +204,10 @@ def _clashes(pin: str | None, place: str | None, variables: Mapping[str, str]) -
 
 @command("warmup", "Example: nao-kin warmup")
 def warmup(json: bool = JSON) -> None:
-    """Compile the kernels for large batches, reach maps and inverse kinematics ahead, once on a machine.
+    """Compile the kernels for large batches, reach maps and inverse kinematics in advance, once per machine.
 
-    They are kept in the user's cache; NUMBA_CACHE_DIR names another folder. Without this command, the first
-    large batch, map or inverse kinematics compiles what it needs.
+    They are kept in the user's cache; NUMBA_CACHE_DIR names another folder. Without this command, the first large
+    batch, map or inverse kinematics compiles the kernels that it needs.
     """
     need_numba("warmup")
     states = warm_up()

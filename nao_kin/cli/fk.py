@@ -1,4 +1,4 @@
-"""`nao-kin fk`: where the frames are at given joint values."""
+"""`nao-kin fk`: the poses of frames at given joint values."""
 
 from __future__ import annotations
 
@@ -41,9 +41,9 @@ class PosePrinter:
 
     Attributes:
         frames: the names.
-        style: how a pose is written.
+        style: the format of a pose.
         columns: the numbers of a pose and their names.
-        times: of the rows, shape (n,) [s]; None for none.
+        times: times of the rows, shape (n,) [s]; None for none.
     """
 
     frames: Sequence[str]
@@ -52,7 +52,7 @@ class PosePrinter:
     times: Floats | None = None
 
     def print_json(self, pieces: Pieces, robot: str, reference: str | None, *, many: bool) -> None:
-        """One document: the poses of the one configuration, or of each of `many`."""
+        """Print one document: the poses of the one configuration, or of each of `many`."""
         head: dict[str, Any] = {
             "robot": robot,
             "reference": reference or "root",
@@ -73,7 +73,7 @@ class PosePrinter:
         return dict(zip(self.columns.names, row, strict=True))
 
     def print_csv(self, pieces: Pieces) -> None:
-        """One line per configuration and frame, with a header."""
+        """Print a header, and one line per configuration and frame."""
         from nao_kin.stream import csv_header, pose_lines
 
         sys.stdout.write(csv_header(self.columns.names, timed=self.times is not None))
@@ -83,7 +83,7 @@ class PosePrinter:
             sys.stdout.write(pose_lines(rows, self.frames, numbers, times).decode())
 
     def print_table(self, pieces: Pieces) -> None:
-        """The poses of one configuration, laid out for a reader."""
+        """Print the poses of one configuration as a table."""
         turns = self.columns.orientation
         if self.style == "matrix":
             columns = ["x axis", "y axis", "z axis", "origin\n[m]"]
@@ -101,7 +101,7 @@ class PosePrinter:
         print_table(["frame", *columns], table, numbers=columns)
 
     def print_lines(self, pieces: Pieces) -> None:
-        """One line per row and frame as they come: no waiting until a table of many thousand rows is laid out."""
+        """Print one line per row and frame as they come, without waiting for the layout of a long table."""
         width = max(5, *map(len, self.frames))
         times = [] if self.times is None else [f"{time:.6f}" for time in self.times.tolist()]
         wide = max(map(len, ("time", *times)))
@@ -114,7 +114,7 @@ class PosePrinter:
 
 
 def _rows(pieces: Pieces) -> Iterator[tuple[int, list[list[float]]]]:
-    """Index of every configuration, and the numbers of each frame."""
+    """Yield the index of every configuration, and the numbers of each frame."""
     for start, numbers in pieces:
         yield from enumerate(numbers.tolist(), start)
 
@@ -138,12 +138,12 @@ class StreamOptions:
     output: str | None = option(
         "FILE", "Write .parquet, .arrow, .feather, .npy or .csv; - prints CSV.", "--output", "-o"
     )
-    on_error: Literal["stop", "skip", "nan"] | None = option(None, "With -o: what to do with a bad row. Default: stop.")
-    dtype: Literal["float32", "float64"] | None = option(None, "With -o: size of the numbers. Default: float64.")
+    on_error: Literal["stop", "skip", "nan"] | None = option(None, "With -o: treatment of bad rows. Default: stop.")
+    dtype: Literal["float32", "float64"] | None = option(None, "With -o: type of the numbers. Default: float64.")
     force: bool = FORCE
 
     def check(self, files: list[str], json: bool) -> None:
-        """Refuse what does not go together, and a file that could not be written, before anything is loaded."""
+        """Refuse contradicting options, and a file that may not be written, before anything is loaded."""
         for name, value in (("--on-error", self.on_error), ("--dtype", self.dtype)):
             if self.output is None and value is not None:
                 raise BadArgument(f"{name} is for files; name one with --output")
@@ -170,12 +170,12 @@ class StreamOptions:
 def fk(
     *,
     file: list[str] | None = argument(
-        "FILE", "CSV or JSON file of configurations, or a motion; - for standard input. With -o, several too.", None
+        "FILE", "CSV or JSON file of configurations, or a motion; - for standard input. With -o, several files.", None
     ),
     joints: JointOptions,
     frame: list[str] | None = option("NAME", "A frame to locate; repeatable. Default: the effectors."),
-    reference: str | None = option("NAME", "The frame to express poses in."),
-    as_: PoseFormat = option(None, "How to print a pose.", default="rpy"),
+    reference: str | None = option("NAME", "The frame in which poses are given."),
+    as_: PoseFormat = option(None, "Format of a pose.", default="rpy"),
     deg: bool = DEG,
     clamp: bool = flag("Move joints outside their limits to the limit."),
     ignore_limits: bool = IGNORE_LIMITS,
@@ -185,15 +185,15 @@ def fk(
     json: bool = JSON,
     robot: RobotOptions,
 ) -> None:
-    """Poses of frames at given joint values: one configuration, or every row of a file.
+    """Print poses of frames at given joint values: of one configuration, or of every row of a file.
 
-    Values are radians (hands: 0 closed to 1 open) unless --deg or the heading says otherwise, as in HeadYaw [deg]. A
-    file names all joints in its header or keys, in any order: the 25 joints, or NAOqi's 26, also as keys of ALMemory;
-    times are carried to the output. A motion file of any format (see nao-kin motion) names those that it moves; there
-    is a row for each of its key times, or --rate a second.
+    Values are in radians (hands: 0 closed to 1 open), unless --deg or the heading says otherwise, as in HeadYaw [deg].
+    A file names all joints in its header or keys, in any order: the 25 joints, or NAOqi's 26, also as keys of ALMemory;
+    times are copied to the output. A motion file of any format (see nao-kin motion) names only the joints that it
+    moves; it gives one row for each of its key times, or --rate rows per second.
 
-    With -o, the file may be larger than memory, and also be .csv.gz, .npy, .parquet, .arrow or .feather. What is ended
-    half-way goes on where it was when it is called again.
+    With -o, the file may be larger than memory, and also be .csv.gz, .npy, .parquet, .arrow or .feather. An interrupted
+    run is continued by the same command.
     """
     files = file or []
     written.check(files, json)
@@ -266,7 +266,7 @@ def fk(
 
 
 def _report(model: RobotModel, result: StreamResult, json: bool) -> None:
-    """What was written, and on standard error what could not be, and what was changed."""
+    """Print what was written; on standard error what was left out or changed."""
     if json:
         print_json(result.as_dict())
     else:
@@ -285,11 +285,7 @@ def _report(model: RobotModel, result: StreamResult, json: bool) -> None:
 
 
 def _within_limits(model: RobotModel, file: str, path: Trajectory, limits: LimitPolicy, *, deg: bool) -> Floats:
-    """The configurations of a motion, none outside the limits.
-
-    Raises:
-        BadInputFile: one is; says when.
-    """
+    """Return the configurations of a motion, clamped if requested; refuse the first one outside the limits."""
     if limits == "clamp":
         return _clamped(model, path.q)
     violations = model.limit_violations(path.q, most=1) if limits == "raise" else ()
@@ -302,7 +298,7 @@ def _within_limits(model: RobotModel, file: str, path: Trajectory, limits: Limit
 
 
 def _clamped(model: RobotModel, q: Floats) -> Floats:
-    """Configurations moved inside the limits, and a note that says how many, and how far."""
+    """Return configurations moved inside the limits, and print a note on their number and the largest change."""
     from nao_kin import stream
 
     inside, changes = stream.clamp(model, q)
@@ -311,7 +307,7 @@ def _clamped(model: RobotModel, q: Floats) -> Floats:
 
 
 def _note_clamped(model: RobotModel, changes: Clamped, rows: int) -> None:
-    """Say what --clamp has changed."""
+    """Print a note on the changes of --clamp."""
     if changes.rows:
         unit = model.unit(changes.joint)
         most = f"{changes.most:.3g}{'' if unit == '1' else f' {unit}'}"
@@ -319,7 +315,7 @@ def _note_clamped(model: RobotModel, changes: Clamped, rows: int) -> None:
 
 
 def _poses(model: RobotModel, q: Floats, frames: list[str], reference: str | None, columns: PoseColumns) -> Pieces:
-    """First row and poses (n, frames, k) of one piece after another, with a progress bar when there are many."""
+    """Yield first row and poses (n, frames, k) of one chunk after another, with a progress bar for many."""
     from nao_kin import stream
 
     many = len(q) > stream.FEW_ROWS

@@ -1,4 +1,4 @@
-"""What several commands share: options, the rules that hold between them, and the robot that they name."""
+"""Options shared by several commands, the rules between them, and the loading of the robot."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ _CONTRADICTIONS = (
 
 
 def option(metavar: str | None, help: str, *names: str, default: Any = None) -> Any:
-    """An option, as the default value of a command's parameter or of a field of a dataclass of options.
+    """Return an option, as the default value of a command's parameter or of a field of a dataclass of options.
 
     Args:
-        metavar: what stands for its value in the help; None for a choice, whose type names its values.
+        metavar: placeholder of its value in the help; None for a choice, which lists its values.
         help: its line in the help.
-        *names: as they are typed; made from the name of the parameter by default.
-        default: its value where it is not given; MISSING where it has to be.
+        *names: its names; made from the name of the parameter by default.
+        default: its default value; MISSING for a required option.
     """
 
     def info(name: str) -> Any:
@@ -50,17 +50,17 @@ def option(metavar: str | None, help: str, *names: str, default: Any = None) -> 
 
 
 def flag(help: str, *names: str, default: bool | None = False) -> Any:
-    """An option without a value, as in `option`."""
+    """Return an option without a value, as in `option`."""
     return option(None, help, *names, default=default)
 
 
 def argument(metavar: str, help: str, default: Any = MISSING) -> Any:
-    """What is typed without a name, as in `option`."""
+    """Return a positional argument, as in `option`."""
     return field(default=default, metadata={"info": lambda name: typer.Argument(metavar=metavar, help=help)})
 
 
 JSON = flag("Print JSON.")
-DEG = flag("Angles in degrees, in and out; hands stay 0 to 1.")
+DEG = flag("Use degrees in input and output; hands stay 0 to 1.")
 FORCE = flag("Replace the output file if it exists.")
 
 # What the program consists of: the name of each command, its function and its example.
@@ -72,14 +72,13 @@ def command(
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Make a function a command of the program.
 
-    Each parameter has an `option`, a `flag` or an `argument` as its default value. One whose type is a dataclass stands
-    for the options that the fields of that class are: the command has them in that place, and the function gets them
-    as one object.
+    Each parameter has an `option`, a `flag` or an `argument` as its default value. A parameter whose type is a
+    dataclass adds the fields of the class as options, and the function gets them as one object.
 
     Args:
-        name: what is typed; of a command in a group "motion check".
-        example: the last line of its help.
-        without: fields of the dataclasses that are no options of this command.
+        name: name of the command; in a group as in "motion check".
+        example: last line of its help.
+        without: fields of the dataclasses that are not options of this command.
     """
 
     def entered(function: Callable[..., None]) -> Callable[..., None]:
@@ -111,17 +110,17 @@ def command(
 
 
 def _parameter(name: str, kind: Any, given: Field[Any]) -> Parameter:
-    """The parameter that typer reads, of one that `option`, `flag` or `argument` describes."""
+    """Return the parameter for typer, made from an `option`, a `flag` or an `argument`."""
     default = Parameter.empty if given.default is MISSING else given.default
     annotation = Annotated[kind, given.metadata["info"](name)]
     return Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
 
 
 class Command(TyperCommand):
-    """A command that refuses what click would settle in silence: an option given twice, options that contradict."""
+    """A command that refuses repeated options and contradicting options, which click accepts."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Look at what is given, and how often, before the values are."""
+        """Check which options are given, and how often, before their values."""
         values, _, order = self.make_parser(ctx).parse_args(list(args))
         if not any(parameter.is_eager for parameter in order):  # --help is answered whatever stands beside it
             for parameter, times in Counter(order).items():
@@ -168,16 +167,12 @@ class RobotOptions:
     version: str = option("V", "NAO version: v3.2, v3.3, v4, v5 or v6.", default="v6")
     urdf: str | None = option("FILE", "Another robot, from a URDF, xacro or MJCF file.")
     robot: str | None = option("NAME", "Another robot, from example-robot-data or robot_descriptions.")
-    package_dir: list[str] | None = option("DIR", "Look here for packages that --urdf names; repeatable.")
-    xacro: bool = flag("Expand the file of --urdf, which runs its author's code; files named .xacro always are.")
+    package_dir: list[str] | None = option("DIR", "Search this folder for packages of --urdf; repeatable.")
+    xacro: bool = flag("Expand the file of --urdf, which runs code in it; files named .xacro are always expanded.")
     offsets: str | None = option("FILE", "Calibrated joints and frames of the robot, from a TOML file.")
 
     def load(self) -> RobotModel:
-        """The robot that the options name, with the offsets of a file.
-
-        Raises:
-            NaoKinError: no name, or the robot does not load.
-        """
+        """Return the robot that the options name, with the offsets of a file."""
         from nao_kin.robot import RobotModel, load_nao, load_robot, read_offsets
 
         # Before the robot, which may have to be downloaded.

@@ -1,4 +1,4 @@
-"""`nao-kin reach`: where a hand can be."""
+"""`nao-kin reach`: the workspace of a hand."""
 
 from __future__ import annotations
 
@@ -28,24 +28,24 @@ _ENDINGS = (".npz", ".vtk", ".ply")
 def reach(
     *,
     frame: str = argument("FRAME", "A frame, or a chain for its end effector."),
-    samples: str = option("N", "How many configurations, such as 200000 or 1e7.", default="1e6"),
+    samples: str = option("N", "Number of configurations, such as 200000 or 1e7.", default="1e6"),
     voxel: float = option("METRES", "Edge of a voxel.", default=0.01),
     seed: int = option("N", "Seed of the samples.", default=0),
-    reference: str | None = option("NAME", "The frame to count positions in."),
+    reference: str | None = option("NAME", "The frame of the positions."),
     output: str | None = option(
-        "FILE", "Write the map: .npz, which a later run goes on from, .vtk or .ply.", "--output", "-o"
+        "FILE", "Write the map: .npz, which a later run continues, .vtk or .ply.", "--output", "-o"
     ),
     html: str | None = option("FILE", "Write a page with the robot and its map."),
     by: str = option("NAME", "Colours of --html and .ply: best, mean, count or coverage.", default="best"),
-    threads: int | None = option("N", "Default: one for each core."),
+    threads: int | None = option("N", "Number of threads. Default: one per core."),
     force: bool = FORCE,
     json: bool = JSON,
     robot: RobotOptions,
 ) -> None:
-    """Where a hand can be: a voxel map of its positions at random joint values, with manipulability and directions.
+    """Compute a voxel map of a hand's positions at random joint values, with manipulability and directions.
 
-    Joints are uniform inside their limits. With -o map.npz the same command goes on where an earlier one ended, also
-    one that Ctrl-C ended: what was done until then is written.
+    Joints are uniform inside their limits. With -o map.npz the same command continues an earlier run, also one that
+    Ctrl-C ended: its samples up to then are saved.
     """
     asked = _count(samples)
     known = output is None or Path(output).suffix.lower() in _ENDINGS or atomic.leads_to_standard_output(output)

@@ -1,8 +1,8 @@
-"""Targets of inverse kinematics as people write them: numbers on the command line, or files of them.
+"""Targets of inverse kinematics: numbers on the command line, or files of them.
 
-How many numbers there are says what they are: 3 a place, 4 a quaternion and 9 a rotation matrix, 6 a place with roll,
-pitch and yaw, 7 a place with a quaternion, 16 a homogeneous matrix; for both legs twice as many as for one. In a CSV
-file the header says it, in the words of `nao-kin fk --csv`, whose output is such a file.
+The count of numbers determines the kind: 3 a position, 4 a quaternion and 9 a rotation matrix, 6 a position with roll,
+pitch and yaw, 7 a position with a quaternion, 16 a homogeneous matrix; for both legs twice as many. In a CSV file the
+header determines it, with the headings of `nao-kin fk --csv`.
 """
 
 from __future__ import annotations
@@ -62,8 +62,8 @@ class Targets:
     """Targets of one kind.
 
     Attributes:
-        kind: what each is.
-        values: places (n, 3), rotations (n, 3, 3) or poses (n, 4, 4); for both legs (n, 2, 4, 4).
+        kind: kind of all targets.
+        values: positions (n, 3), rotations (n, 3, 3) or poses (n, 4, 4); for both legs (n, 2, 4, 4).
         many: whether they come from a list.
     """
 
@@ -73,16 +73,7 @@ class Targets:
 
 
 def target_of(text: str, *, feet: bool, degrees: bool) -> Targets:
-    """One target from the numbers of --target.
-
-    Args:
-        text: numbers between blanks or commas.
-        feet: two poses are wanted, the left foot's first.
-        degrees: roll, pitch and yaw are degrees.
-
-    Raises:
-        BadArgument: other words, or another count of them.
-    """
+    """Return the target of --target; for `feet` two poses, the left one first; roll, pitch and yaw in `degrees`."""
     numbers = numbers_of(text, "--target")
     try:
         kind, values = _values(np.array([numbers]), feet, degrees)
@@ -92,11 +83,7 @@ def target_of(text: str, *, feet: bool, degrees: bool) -> Targets:
 
 
 def numbers_of(text: str, option: str) -> list[float]:
-    """The finite numbers that an option gives between blanks or commas.
-
-    Raises:
-        BadArgument: there are others.
-    """
+    """Return the finite numbers of an option, separated by blanks or commas."""
     words = text.replace(",", " ").split()
     numbers = []
     for word in words:
@@ -111,16 +98,13 @@ def numbers_of(text: str, option: str) -> list[float]:
 
 
 def read_targets(path: str, frames: Sequence[str], *, degrees: bool, roots: Sequence[str] = ()) -> Targets:
-    """The targets in a file.
+    """Return the targets in a file.
 
     Args:
         path: a CSV, JSON or .npy file, or "-" for CSV or JSON on standard input.
-        frames: the frames they are for, one or both feet: where a file names frames, rows of others are passed over.
-        degrees: roll, pitch and yaw are degrees; names that end in _deg say it themselves.
-        roots: names of the frame that targets are given in; JSON that names another one is refused.
-
-    Raises:
-        BadInputFile: with line and column where there is one to blame.
+        frames: one frame or both feet; rows of other frames are skipped.
+        degrees: roll, pitch and yaw are in degrees; names that end in _deg are anyway.
+        roots: names of the frame of the targets; JSON that names another one is refused.
     """
     if not path:
         raise BadArgument("no file name; expected a CSV, JSON or .npy file, or - for standard input")
@@ -135,7 +119,7 @@ def read_targets(path: str, frames: Sequence[str], *, degrees: bool, roots: Sequ
 
 
 def _values(rows: Floats, feet: bool, degrees: bool) -> tuple[Kind, Floats]:
-    """Rows of numbers (n, k) as what they are."""
+    """Return the kind of rows of numbers (n, k), and their values."""
     n, count = rows.shape
     if feet:
         if count not in (12, 14, 32):
@@ -154,7 +138,7 @@ def _values(rows: Floats, feet: bool, degrees: bool) -> tuple[Kind, Floats]:
 
 
 def _named(name: str, rows: Floats, feet: bool, degrees: bool, lines: Sequence[int]) -> Targets:
-    """Targets of a file; what is wrong with one is said with its line, where it has one."""
+    """Return the targets of a file; an error names the line if there is one."""
     try:
         kind, values = _values(rows, feet, degrees)
     except NaoKinError as error:
@@ -247,7 +231,7 @@ def _from_json(name: str, text: str, frames: Sequence[str], degrees: bool, roots
 
 
 def _flat(name: str, index: int, entry: Any) -> list[float]:
-    """The numbers of nested lists or of an object's values, in order."""
+    """Return the numbers of nested lists or of an object's values, in order."""
     if isinstance(entry, (list, dict)):
         parts = entry.values() if isinstance(entry, dict) else entry
         return [number for part in parts for number in _flat(name, index, part)]
@@ -257,7 +241,7 @@ def _flat(name: str, index: int, entry: Any) -> list[float]:
 
 
 def targets_as_csv(names: Sequence[str], rows: Floats) -> str:
-    """Rows of numbers under a header, with all their digits."""
+    """Return rows of numbers under a header, with all their digits."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(names)

@@ -1,4 +1,4 @@
-"""What the methods of a viewer return: robots beside its own, and recordings."""
+"""The results of a viewer's methods: additional robots, and recordings."""
 
 from __future__ import annotations
 
@@ -21,21 +21,20 @@ from nao_kin.viewer.messages import RetainedMessages, packed, panel_message, set
 
 
 class ShownRobot:
-    """A robot that stands in the scene beside the viewer's own; `Viewer.add_robot` makes it.
+    """An additional robot in the scene, made by `Viewer.add_robot`.
 
-    It is set down on its ground by the same rule as the viewer's own robot. A typed model is shown with the links of
-    the robot it was made from, in the poses of its typed configuration.
+    It is placed on its ground by the same rule as the viewer's own robot. A typed model is shown with the links of the
+    robot that it was made from.
 
     Attributes:
-        name: what it is called.
+        name: its name in the page.
         robot: the robot, or the typed model.
-        notes: what of its looks cannot be shown, one line each.
-        T_world_ground: where its ground is, shape (4, 4); the viewer's own robot stands on that of the world.
+        notes: shapes that cannot be shown, one line each.
+        T_world_ground: pose of its ground, shape (4, 4); the viewer's own robot stands on that of the world.
 
     Examples:
         >>> nao = nk.load_nao()
-        >>> viewer = nk.Viewer(nao)
-        >>> other = viewer.add_robot(nao, name="second")
+        >>> other = nk.Viewer(nao).add_robot(nao, name="second")
         >>> isinstance(other, nk.viewer.ShownRobot)
         True
     """
@@ -57,25 +56,23 @@ class ShownRobot:
 
     @property
     def q(self) -> Floats:
-        """The configuration on show, shape (nq,), of the robot or of the typed model."""
+        """The displayed configuration, shape (nq,), of the robot or of the typed model."""
         return np.array(self._q) if self._typed is None else self._typed.from_q(self._q)
 
     def display(self, q: ArrayLike, *, up: ArrayLike | None = None) -> None:
         """Show a configuration, as `Viewer.display` does.
 
         Args:
-            q: one configuration, shape (nq,); of a typed model a typed one.
-            up: the vertical in the root's frame, shape (3,); None lets the robot stand, sit or lie by itself.
+            q: one configuration, shape (nq,); for a typed model a typed one.
+            up: the vertical in the root's frame, shape (3,); None: found as in `Viewer.display`.
 
         Raises:
-            WrongShape, NotFinite, BadArgument, ZeroNorm: q is no configuration, or `up` no direction.
             DisagreeingJoints: a typed configuration in which joints of one motor disagree.
             BadArgument: the robot was removed.
 
         Examples:
             >>> nao = nk.load_nao()
-            >>> viewer = nk.Viewer(nao)
-            >>> other = viewer.add_robot(nao, name="second")
+            >>> other = nk.Viewer(nao).add_robot(nao, name="second")
             >>> other.display(nao.posture("Sit"))
         """
         self._check_shown()
@@ -87,22 +84,19 @@ class ShownRobot:
         self._show(array, None if up is None else overlays.direction(up, "up"))
 
     def place(self, T: ArrayLike) -> None:
-        """Put the ground that the robot stands on elsewhere.
+        """Move the ground that the robot stands on.
 
         Args:
-            T: pose of the ground in the world, shape (4, 4); the identity is where the viewer's own robot stands.
+            T: pose of the ground in the world, shape (4, 4); the identity is the ground of the viewer's own robot.
 
         Raises:
-            WrongShape, NotFinite, NotARotation: T is no pose.
+            NotARotation: T is no pose.
             BadArgument: farther away than 10 km; or the robot was removed.
 
         Examples:
             >>> nao = nk.load_nao()
-            >>> viewer = nk.Viewer(nao)
-            >>> other = viewer.add_robot(nao, name="second")
-            >>> T = np.eye(4)
-            >>> T[1, 3] = 0.5
-            >>> other.place(T)
+            >>> other = nk.Viewer(nao).add_robot(nao, name="second")
+            >>> other.place(nk.screws.pose(np.eye(3), [0.0, 0.5, 0.0]))
         """
         self._check_shown()
         self.T_world_ground = checked_pose(T)
@@ -112,27 +106,22 @@ class ShownRobot:
     def color_links(
         self, values: Mapping[str, float], *, low: float | None = None, high: float | None = None, label: str = ""
     ) -> None:
-        """Colour its links by a number each, as `Viewer.color_links` does; the page's legend is of the last colours.
-
-        Raises:
-            UnknownName, NotFinite, BadArgument: as there; or the robot was removed.
+        """Colour its links by numbers, as `Viewer.color_links` does; the page's legend belongs to the last colours.
 
         Examples:
             >>> nao = nk.load_nao()
-            >>> viewer = nk.Viewer(nao)
-            >>> other = viewer.add_robot(nao, name="second")
+            >>> other = nk.Viewer(nao).add_robot(nao, name="second")
             >>> other.color_links({"Head": 0.2, "torso": 0.8}, label="load")
         """
         self._check_shown()
         self._messages.put(*self._look.colours(values, low, high, label))
 
     def remove(self) -> None:
-        """Take it out of the scene; does nothing the second time.
+        """Remove it from the scene; does nothing the second time.
 
         Examples:
             >>> nao = nk.load_nao()
-            >>> viewer = nk.Viewer(nao)
-            >>> other = viewer.add_robot(nao, name="second")
+            >>> other = nk.Viewer(nao).add_robot(nao, name="second")
             >>> other.remove()
         """
         if self._shown:
@@ -154,11 +143,7 @@ class ShownRobot:
 
 
 def checked_pose(T: ArrayLike) -> Floats:
-    """`T` as a fresh pose, shape (4, 4).
-
-    Raises:
-        WrongShape, NotFinite, NotARotation, BadArgument: it is none, or too far away.
-    """
+    """Return `T` as a new pose, shape (4, 4), at most `overlays.FARTHEST` away."""
     array = as_floats(T, (), "T")
     if array.shape != (4, 4):
         raise WrongShape("T", "(4, 4)", array.shape)
@@ -176,18 +161,16 @@ _MOST = 120_000
 
 
 class Recording:
-    """What a viewer shows between the beginning and the end of a `with` block.
+    """What a viewer shows in a `with` block.
 
     Attributes:
         robot: the robot that moves.
-        fps: configurations kept per second, at most; halved whenever there are 120 000 of them, and those kept until
-            then are thinned out to as few. At 30 an hour fits, and longer recordings need no more memory.
+        fps: configurations recorded per second, at most. When there are 120 000, about an hour at 30, they are thinned
+            out and this rate is halved, so that longer recordings need no more memory.
 
     Examples:
         >>> nao = nk.load_nao()
         >>> recording = nk.viewer.Recording(nao, nao.neutral(), fps=30.0)
-        >>> recording.fps
-        30.0
     """
 
     def __init__(self, robot: RobotModel, q: Floats, fps: float) -> None:
@@ -199,7 +182,7 @@ class Recording:
 
     @property
     def times(self) -> Floats:
-        """When the configurations were shown, from 0, shape (n,) [s]."""
+        """Times at which the configurations were shown, from 0, shape (n,) [s]."""
         with self._lock:
             return np.array(self._times)
 
@@ -211,14 +194,14 @@ class Recording:
 
     @property
     def motion(self) -> Motion:
-        """The joints as a motion, linear between the configurations kept; of a floating base only `q` tells."""
+        """The joints as a motion, linear between the configurations; a floating base is only in `q`."""
         with self._lock:
             times, rows = np.array(self._times), np.array(self._rows)
         names = self.robot.joint_names
         return Motion(times, names, rows[:, rows.shape[1] - len(names) :])
 
     def show(self, q: Floats) -> None:
-        """Note that q is shown from now on.
+        """Record that q is shown from now on.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -230,14 +213,12 @@ class Recording:
                 self._note(time.monotonic() - self._begin, np.array(q))
 
     def finish(self) -> None:
-        """Note that what is shown was shown until now, and note no more; does nothing the second time.
+        """Record that the last configuration was shown until now, and stop; does nothing the second time.
 
         Examples:
             >>> nao = nk.load_nao()
             >>> recording = nk.viewer.Recording(nao, nao.neutral(), fps=30.0)
             >>> recording.finish()
-            >>> recording.q.shape[1]
-            25
         """
         with self._lock:
             if self._end is None:
@@ -264,7 +245,7 @@ class Recording:
             self._thin_out()
 
     def _thin_out(self) -> None:
-        """Halve the pace until a quarter is free; what stood still goes on doing so."""
+        """Halve the rate until a quarter is free; a configuration that is held stays held."""
         while len(self._times) > 0.75 * _MOST:
             self.fps /= 2.0
             # Numbers of equal steps are compared, which are not equal to the last digit.

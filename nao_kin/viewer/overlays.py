@@ -1,4 +1,4 @@
-"""What is drawn over the robot, as messages: checked here, so that the page can trust them.
+"""The messages of what is drawn over the robot, checked here so that the page can trust them.
 
 Arguments and errors are those of the methods of `Viewer`.
 """
@@ -55,11 +55,7 @@ FARTHEST = 1e4
 
 
 def number(value: ArrayLike, what: str) -> float:
-    """`value` as one finite number.
-
-    Raises:
-        BadArgument, WrongShape, NotFinite: it is none.
-    """
+    """Return `value` as one finite number."""
     array = as_floats(value, (), what)
     if array.shape != ():
         raise WrongShape(what, "()", array.shape)
@@ -67,11 +63,7 @@ def number(value: ArrayLike, what: str) -> float:
 
 
 def up_to(value: ArrayLike, what: str, most: float, unit: str = "") -> float:
-    """`value`, above 0 and at most `most`.
-
-    Raises:
-        BadArgument, WrongShape, NotFinite: it is none.
-    """
+    """Return `value`, above 0 and at most `largest`."""
     found = number(value, what)
     if not 0.0 < found <= most:
         raise BadArgument(f"{what} must be above 0 and at most {most:g}{unit}, got {found:g}")
@@ -79,21 +71,17 @@ def up_to(value: ArrayLike, what: str, most: float, unit: str = "") -> float:
 
 
 def checked_opacity(opacity: float) -> float:
-    """`opacity`, above 0 and at most 1."""
+    """Return `opacity`, above 0 and at most 1."""
     return up_to(opacity, "opacity", 1.0)
 
 
 def checked_length(value: ArrayLike, what: str) -> float:
-    """`value`, a size that can be drawn [m]."""
+    """Return `value`, a size that can be drawn [m]."""
     return up_to(value, what, FARTHEST, " m")
 
 
 def direction(value: ArrayLike, what: str) -> list[float]:
-    """`value` as a unit vector.
-
-    Raises:
-        BadArgument, WrongShape, NotFinite, ZeroNorm: it is none.
-    """
+    """Return `value` as a unit vector."""
     vector = as_vectors(value, what)
     if vector.shape != (3,):
         raise WrongShape(what, "(3,)", vector.shape)
@@ -102,11 +90,7 @@ def direction(value: ArrayLike, what: str) -> list[float]:
 
 
 def directions(value: ArrayLike, what: str, count: int) -> Floats:
-    """`value`, one direction for all or one for each, as `count` unit vectors, shape (count, 3).
-
-    Raises:
-        BadArgument, WrongShape, NotFinite, ZeroNorm: it is none.
-    """
+    """Return one direction for all or one for each as unit vectors, shape (count, 3)."""
     vectors = as_vectors(value, what)
     if vectors.shape not in ((3,), (count, 3)):
         raise WrongShape(what, f"(3,) or ({count}, 3)", vectors.shape)
@@ -114,11 +98,7 @@ def directions(value: ArrayLike, what: str, count: int) -> Floats:
 
 
 def one_configuration(robot: RobotModel, q: ArrayLike) -> Floats:
-    """`q` as a fresh array of shape (nq,).
-
-    Raises:
-        WrongShape, NotFinite, BadArgument: q is no configuration, or too large a one.
-    """
+    """Return `q` as a new array of shape (nq,)."""
     array = np.array(robot.checked(q))
     if array.ndim != 1:
         raise WrongShape("q", f"({robot.nq},)", array.shape)
@@ -129,12 +109,7 @@ def one_configuration(robot: RobotModel, q: ArrayLike) -> Floats:
 def clip(
     robot: RobotModel, qs: ArrayLike | Motion, fps: float, fill: str | ArrayLike, hips: Hips
 ) -> tuple[Floats, float]:
-    """Configurations to play, as a fresh array (n, nq), and how many of them in a second.
-
-    Raises:
-        WrongShape, NotFinite, BadArgument: qs are no configurations, or fps no positive number.
-        UnknownName: a motion of joints that the robot does not have, no such posture, no such rule.
-    """
+    """Return configurations to play as a new array (n, nq), and their number per second."""
     rate = number(fps, "fps")
     if rate <= 0.0:
         raise BadArgument(f"fps must be positive, got {rate:g}")
@@ -148,12 +123,9 @@ def clip(
 
 
 def check_size(robot: RobotModel, qs: Floats) -> None:
-    """Refuse configurations, shape (..., nq), with values beyond ±1e6 rad or m, which no page draws.
+    """Refuse configurations, shape (..., nq), with values beyond ±1e6 rad or m, which a page cannot draw.
 
-    They are not wrapped: q is what is shown, and a turn more or less is another q.
-
-    Raises:
-        BadArgument: there is one.
+    They are not wrapped: a turn more or less is another q.
     """
     beyond = np.argwhere(np.abs(qs) > LARGEST)
     if len(beyond):
@@ -164,12 +136,7 @@ def check_size(robot: RobotModel, qs: Floats) -> None:
 
 
 def frame_names(robot: RobotModel, names: Iterable[str]) -> list[str]:
-    """The frames to draw.
-
-    Raises:
-        BadArgument: no names.
-        UnknownName: no such frame.
-    """
+    """Return the frames to draw."""
     if not isinstance(names, Iterable):
         raise BadArgument(f"show_frames takes frame names, got {quoted(names)}")
     chosen = [names] if isinstance(names, str) else list(names)
@@ -177,13 +144,13 @@ def frame_names(robot: RobotModel, names: Iterable[str]) -> list[str]:
 
 
 def frames(names: list[str], size: float | None) -> bytes:
-    """Triads at frames."""
+    """Return the message that draws triads at frames."""
     length = None if size is None else checked_length(size, "size")
     return panel_message("frames", {"names": names, "size": length})
 
 
 def ghosts(robot: RobotModel, configurations: ArrayLike, opacity: float, first: int) -> bytes:
-    """Links in another configuration, or in several, which are numbered."""
+    """Return the message that draws ghosts; those of several configurations are numbered."""
     array = as_floats(configurations, (robot.nq,), "configurations")
     if array.ndim not in (1, 2):
         raise WrongShape("configurations", f"({robot.nq},) or (k, {robot.nq})", array.shape)
@@ -198,7 +165,7 @@ def ghosts(robot: RobotModel, configurations: ArrayLike, opacity: float, first: 
 
 
 def targets(poses: Mapping[str, ArrayLike]) -> bytes:
-    """Marks at positions or poses in the robot's root frame."""
+    """Return the message that draws marks at positions or poses in the robot's root frame."""
     if not isinstance(poses, Mapping):
         raise BadArgument(f"targets are a mapping from names to positions or poses, got {type(poses).__name__}")
     rows = []
@@ -219,7 +186,7 @@ def targets(poses: Mapping[str, ArrayLike]) -> bytes:
 
 
 def reach(robot: RobotModel, found: ReachMap | None, by: str, cut: tuple[str, float] | None) -> bytes:
-    """Voxels in the colours of a scale, behind a plane."""
+    """Return the message that draws voxels in the colours of a scale, up to a plane."""
     if found is None:
         return panel_message("reach", {"cells": None})
     if not isinstance(found, ReachMap):
@@ -253,14 +220,14 @@ def reach(robot: RobotModel, found: ReachMap | None, by: str, cut: tuple[str, fl
 
 
 def edition(name: str) -> bytes:
-    """The accents of NAO's shells in the colour of an edition, or for "" in their own."""
+    """Return the message that gives NAO's shells the colour of an edition; "" restores their own."""
     if not isinstance(name, str) or name:
         choice(name, EDITIONS, "edition")
     return panel_message("edition", {"name": name})
 
 
 def speech(text: str) -> bytes:
-    """A bubble with words."""
+    """Return the message that shows a speech bubble."""
     if not isinstance(text, str):
         raise BadArgument(f"text must be words to show, got {quoted(text)}")
     return panel_message("speech", {"text": text})
@@ -282,11 +249,7 @@ _BLUE = (0.15, 0.39, 0.92)
 
 
 def checked_name(name: str) -> str:
-    """`name`, if a shape may bear it.
-
-    Raises:
-        BadArgument: no text, or too long a one.
-    """
+    """Return `name` if a shape may have it."""
     if not isinstance(name, str) or not name or len(name) > _LONGEST_NAME:
         raise BadArgument(f"name must be 1 to {_LONGEST_NAME} characters, got {quoted(name)}")
     packed(name)  # refuses what cannot be sent
@@ -294,7 +257,7 @@ def checked_name(name: str) -> str:
 
 
 def points(array: ArrayLike, colours: ArrayLike | None, size: float) -> dict[str, Any]:
-    """A cloud of points."""
+    """Return the fields of a cloud of points."""
     rows = _positions(array, "points", MOST_POINTS)
     content = {"positions": _floats(rows), "size": checked_length(size, "size"), "colour": _BLUE, "colours": None}
     if colours is None:
@@ -311,7 +274,7 @@ def points(array: ArrayLike, colours: ArrayLike | None, size: float) -> dict[str
 def mesh(
     shape: ArrayLike | Path | str, faces: ArrayLike | None, colour: ArrayLike | None, opacity: float
 ) -> dict[str, Any]:
-    """A surface of triangles, from arrays or from a file."""
+    """Return the fields of a surface of triangles, from arrays or from a file."""
     if isinstance(shape, (str, Path)):
         if faces is not None:
             raise BadArgument("a mesh is a file, or vertices and faces; got a file and faces")
@@ -330,7 +293,7 @@ def mesh(
 
 
 def line(array: ArrayLike, colour: ArrayLike | None, width: float) -> dict[str, Any]:
-    """A line through points, round and with a width."""
+    """Return the fields of a round line through points."""
     rows = _positions(array, "points", _MOST_LINE_POINTS)
     if len(rows) < 2:
         raise WrongShape("points", "(n, 3) with n ≥ 2", rows.shape)
@@ -339,11 +302,7 @@ def line(array: ArrayLike, colour: ArrayLike | None, width: float) -> dict[str, 
 
 
 def one_colour(colour: ArrayLike) -> tuple[float, float, float]:
-    """`colour` as red, green and blue from 0 to 1.
-
-    Raises:
-        BadArgument, WrongShape, NotFinite: it is none.
-    """
+    """Return `colour` as red, green and blue from 0 to 1."""
     rgb = as_floats(colour, (), "color")
     if rgb.shape != (3,):
         raise WrongShape("color", "(3,)", rgb.shape)
@@ -412,7 +371,7 @@ _MOST_SHAPES = 1000
 
 
 class Buttons:
-    """What the page's buttons show, for all pages alike.
+    """The state of the page's buttons, shared by all pages.
 
     Attributes:
         shown: name of a button → whether it is on.
@@ -423,21 +382,21 @@ class Buttons:
         self.shown = dict(_SHOWN)
 
     def press(self, what: str, on: bool, source: str = "") -> None:
-        """Set a button; `source` is the page in which somebody did."""
+        """Set a button; `source` is the page in which it was pressed."""
         message = panel_message("shown", {"shown": {what: flag(on, "on")}, "source": source})
         with self._lock:
             self.shown[what] = bool(on)
             self._messages.put(f"shown {what}", message)
 
     def draw(self, what: str, message: bytes, *, on: bool) -> None:
-        """Put a message that draws something and sets its button; what that one said before is out of date."""
+        """Put a message that draws something and sets its button; drop the older message of the button."""
         with self._lock:
             self._messages.put(what, message)
             self.shown[what] = on
             self._messages.drop(f"shown {what}")
 
     def receive(self, shown: object, source: str) -> None:
-        """Take what a page's buttons show."""
+        """Take the state of a page's buttons."""
         for what, on in list(shown.items())[:_MOST_SHOWN] if isinstance(shown, dict) else ():
             may_begin = len(self.shown) < _MOST_SHOWN and 0 < len(what) <= _LONGEST_BUTTON and what.isprintable()
             if (what in self.shown or may_begin) and isinstance(on, bool) and self.shown.get(what) is not on:
@@ -445,18 +404,14 @@ class Buttons:
 
 
 class Extras:
-    """Shapes that are no part of a robot, by their names."""
+    """Shapes that are not part of a robot, by name."""
 
     def __init__(self, messages: RetainedMessages, lock: RLock) -> None:
         self._messages, self._lock = messages, lock
         self._names: dict[str, None] = {}
 
     def add(self, name: str, message: bytes) -> None:
-        """Put the message that draws a shape instead of the one of the same name.
-
-        Raises:
-            BadArgument: too many shapes.
-        """
+        """Put the message that draws a shape, instead of the one of the same name."""
         with self._lock:
             if name not in self._names and len(self._names) >= _MOST_SHAPES:
                 raise BadArgument(f"at most {_MOST_SHAPES} shapes are drawn; remove some before {abbreviated(name)}")
@@ -465,21 +420,17 @@ class Extras:
             self._list()
 
     def remove(self, name: str) -> None:
-        """Take a shape away.
-
-        Raises:
-            UnknownName: there is none.
-        """
+        """Remove a shape."""
         with self._lock:
             del self._names[choice(name, self._names, "shape")]
             self._messages.drop(_key(name))
             self._list()
 
     def _list(self) -> None:
-        """Which shapes there are: a page forgets all others, whatever it has missed."""
+        """Send the list of shapes: a page removes all others, even if it has missed messages."""
         self._messages.put("extras", panel_message("extras", {"names": list(self._names)}))
 
 
 def _key(name: str) -> str:
-    """The key of a shape's message, which begins no other one: `drop` goes by beginnings."""
+    """Return the key of a shape's message, which is no prefix of another one, because `drop` takes prefixes."""
     return f"extra {len(name)} {name}"

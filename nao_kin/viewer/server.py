@@ -1,8 +1,8 @@
 """The live page: one thread that serves it and keeps every open copy up to date.
 
-The server lives inside the process, so that nothing can outlive it. Each page gets the newest message of each kind; one
-that falls behind skips what is out of date instead of queueing it. What a page says is bounded in size, in pace and in
-number of pages, so that a page gone wrong costs neither memory nor the others' turn.
+The server runs inside the process and ends with it. Each page gets the newest message of each kind; a slow page skips
+outdated ones. The messages of pages are limited in size and rate, and the pages in number, so that a faulty page costs
+neither memory nor the others' time.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ Answer = dict[str, Any]
 
 
 def weak_receiver(receive: Callable[[Answer], None]) -> Callable[[Answer], None]:
-    """A method that takes answers as a function that does not keep its object alive, and does nothing without it."""
+    """Return a function that calls a method without keeping its object alive, and does nothing without it."""
     receiver = weakref.WeakMethod(receive)
 
     def on_answer(answer: Answer) -> None:
@@ -58,25 +58,20 @@ def weak_receiver(receive: Callable[[Answer], None]) -> Callable[[Answer], None]
 
 
 class LiveServer:
-    """Serves a page and its messages on one port, from construction until `close`.
+    """A server of a page and its messages on one port, from construction until `close`.
 
     Args:
-        messages: what pages are sent.
+        messages: the messages for pages.
         document: the page.
-        host: the address to listen on.
-        port: the port to listen on; None for the first free one.
-        on_answer: called with what a page sends, in the server's thread.
-        allow_hosts: names to answer to beside those of this machine.
-        token: who must know what, as in `nao_kin.viewer.access`.
-
-    Attributes:
-        host: the address it listens on.
-        port: the port it listens on.
-        token: text that the page's address carries; "" for none.
+        host: address to listen on.
+        port: port to listen on; None for the first free one.
+        on_answer: called with each message of a page, in the server's thread.
+        allow_hosts: names to answer to in addition to those of this machine.
+        token: as in `Access`.
 
     Raises:
-        BadArgument: the address or the port cannot be had, or every name is to be answered without a token; or this
-            process can open no more files.
+        BadArgument: the address or the port is not available, every name is allowed without a token, or this process
+            can open no more files.
     """
 
     def __init__(
@@ -126,22 +121,20 @@ class LiveServer:
 
     @property
     def address(self) -> str:
-        """Where the page is, without the token."""
+        """The address of the page, without the token."""
         host = _HERE.get(self.host, self.host)
         return f"http://{f'[{host}]' if ':' in host else host}:{self.port}/"
 
     @property
     def url(self) -> str:
-        """Where the page is, with the token that it asks for."""
+        """The address of the page, with the token that it needs."""
         return self.address + (f"?{urlencode({'token': self.token})}" if self.token else "")
 
     @contextmanager
     def expected(self, role: str) -> Iterator[str]:
-        """Expect one page in a role that nobody can guess; it needs no token, and may send a picture.
+        """Expect one page in a random role, which needs no token and may send a picture; yield its address.
 
-        Yields:
-            Its address. It stands on the command line of a browser, where others on the machine read it; so it opens
-            one socket, once.
+        The address is on the command line of a browser, where other users can read it; so it opens one socket, once.
         """
         self._access.expected.add(role)
         try:
@@ -150,7 +143,7 @@ class LiveServer:
             self._access.expected.discard(role)
 
     def close(self) -> None:
-        """Close all pages' connections and the port; does nothing the second time."""
+        """Close the connections of all pages and the port; does nothing the second time."""
         self._messages.unwatch(self._note_change)
         if self._thread.is_alive():
             self._call(self._stop.set)
@@ -160,12 +153,7 @@ class LiveServer:
             self._arrival.notify_all()
 
     def wait_for_page(self, timeout: float | None, role: str = "") -> bool:
-        """Wait until a page shows the scene; False when the time is over or the server closed.
-
-        Args:
-            timeout: seconds, None for ever.
-            role: only a page opened in this role counts.
-        """
+        """Wait until a page in a role shows the scene; False after `timeout` seconds or if the server closed."""
         end = None if timeout is None else time.monotonic() + timeout
         with self._arrival:
             while not self.is_shown(role):
@@ -180,7 +168,7 @@ class LiveServer:
         return any(page.ready and page.role == role for page in tuple(self._pages))
 
     def send_once(self, message: bytes, role: str = "") -> None:
-        """Send a message to the pages open now, in one role, without keeping it."""
+        """Send a message to the open pages in one role, without retaining it."""
 
         def send() -> None:
             for page in tuple(self._pages):
@@ -215,7 +203,7 @@ class LiveServer:
             self._loop.call_soon_threadsafe(function)
 
     def _note_change(self, key: str) -> None:
-        """One update in the server's thread covers all changes until it runs."""
+        """Schedule one update in the server's thread, for all changes until it runs."""
         if not self._pages:  # one that opens from now on is sent all there is
             return
         with self._lock:
@@ -284,7 +272,7 @@ class _Page(Guarded, tornado.websocket.WebSocketHandler):
         return _LARGEST_PICTURE if self.role_asked_for() in self.access.expected else _LARGEST_ANSWER
 
     def get_compression_options(self) -> dict[str, Any] | None:
-        """For pages on other machines: it makes a third of the scene, which on this one only takes longer."""
+        """Compress for pages on other machines: to a third of the size, which on this machine only takes longer."""
         return None if self.request.remote_ip in ("127.0.0.1", "::1") else {"compression_level": 1}
 
     def open(self, *_: str, **__: str) -> None:
@@ -337,7 +325,7 @@ class _Page(Guarded, tornado.websocket.WebSocketHandler):
 
 
 def _listen(host: str, port: int | None) -> socket.socket:
-    """A socket on the port asked for, or on the first free one."""
+    """Return a socket on the given port, or on the first free one."""
     if not isinstance(host, str):
         raise BadArgument(f"host must be an address or a name, got {quoted(host)}")
     if isinstance(port, bool):  # a whole number to Python
@@ -358,7 +346,7 @@ def _listen(host: str, port: int | None) -> socket.socket:
 
 
 def _bound(host: str, port: int) -> socket.socket:
-    """What tornado's bind_sockets does, but without a socket left over when the port is taken."""
+    """Return a listening socket, as tornado's bind_sockets does, but leave none open if the port is taken."""
     family, kind, protocol, _, address = socket.getaddrinfo(host or None, port, type=socket.SOCK_STREAM)[0]
     listening = socket.socket(family, kind, protocol)
     try:
