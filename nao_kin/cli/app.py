@@ -22,7 +22,7 @@ from nao_kin.cli.options import COMMANDS, Command
 from nao_kin.cli.output import print_note
 from nao_kin.errors import NaoKinError, NaoKinWarning
 
-# A quoted text, or a word, that is longer than any message repeats.
+# A quoted text, or a word, that is too long for a message.
 _LONG = re.compile(rf"'[^']{{{MOST_ECHOED},}}'|\S{{{MOST_ECHOED + 1},}}")
 
 app = typer.Typer(
@@ -49,7 +49,7 @@ _UsageError: type[Exception] = typer.BadParameter.__mro__[1]
 def run(arguments: Sequence[str] | None = None) -> int:
     """Run the program with `arguments` (default: those of this process), and return its exit code."""
     if sys.stderr is None:
-        # Without this, Python prints what is meant for standard error on standard output.
+        # Otherwise Python prints text for standard error on standard output.
         sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
     if sys.stdout is None:
         return _fail("standard output is closed")
@@ -73,8 +73,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except (KeyboardInterrupt, typer.Abort):
         return 130
     except (BrokenPipeError, SystemExit):
-        # Whoever read the output has seen enough: typer and rich then leave. Keep the interpreter from complaining
-        # when it flushes at exit.
+        # The reader of the output has closed it, and typer and rich exit. Keep the interpreter quiet when it flushes.
         _discard_output()
         return 0
     except OSError as error:

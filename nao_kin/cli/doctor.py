@@ -25,7 +25,7 @@ from nao_kin._kernels.cache import need_numba, warm_up
 from nao_kin.cli.options import JSON, command
 from nao_kin.cli.output import print_json, print_table
 
-# --- Libraries tried in a process of their own, for mixed binary libraries do not raise, they crash.
+# --- Libraries tried in a separate process, because incompatible binary libraries crash instead of raising.
 
 _PROBE = """
 import nao_kin
@@ -83,15 +83,13 @@ def _probed(program: str, variables: Mapping[str, str]) -> tuple[int | None, str
     return probe.returncode, out, abbreviated(lines[-1]) if lines else f"the process ended with code {probe.returncode}"
 
 
-# --- `nao-kin doctor`: what is installed, from where, and what is known to clash.
-#
-# It asks without importing, so that it can report a crash.
+# --- `nao-kin doctor`, which does not import the libraries, so that it can report a crash.
 
 # Distribution name → module name.
 _LIBRARIES = {"pin": "pinocchio"} | {
     name: name for name in "eigenpy coal numpy yourdfpy meshcat typer rich trimesh".split()
 }
-# Which may be absent: Pinocchio brings them, or works without.
+# May be absent: Pinocchio brings them, or works without them.
 _OPTIONAL = ("eigenpy", "coal")
 _BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "firefox")
 
@@ -199,7 +197,7 @@ def _clashes(pin: str | None, place: str | None, variables: Mapping[str, str]) -
     return problems
 
 
-# --- `nao-kin warmup`: the batch kernels compiled ahead.
+# --- `nao-kin warmup`.
 
 
 @command("warmup", "Example: nao-kin warmup")
@@ -212,16 +210,8 @@ def warmup(json: bool = JSON) -> None:
     need_numba("warmup")
     states = warm_up()
     if json:
-        kernels = [
-            {
-                "name": state.name,
-                "compiled": state.compiled,
-                "seconds": round(state.seconds, 3),
-                "folder": None if state.folder is None else str(state.folder),
-            }
-            for state in states
-        ]
-        print_json({"kernels": kernels})
+        kernels = [vars(state) | {"folder": None if state.folder is None else str(state.folder)} for state in states]
+        print_json({"kernels": [kernel | {"seconds": round(kernel["seconds"], 3)} for kernel in kernels]})
         return
     rows = [
         (state.name, "compiled" if state.compiled else "found", f"{state.seconds:.1f}", str(state.folder or "–"))

@@ -24,10 +24,10 @@ if TYPE_CHECKING:
     from nao_kin.stream import Clamped, Configurations, PoseColumns, StreamResult
 
 
-# --- Poses as the numbers people write down, and their printing: JSON, CSV, a table, or lines as they come.
+# --- Output of poses: JSON, CSV, a table, or lines as they come.
 
-# First row and numbers of the poses (n, frames, k) of one piece after another.
-Pieces = Iterator[tuple[int, Floats]]
+# First row and numbers of the poses (n, frames, k) of one chunk after another.
+Chunks = Iterator[tuple[int, Floats]]
 
 # The 16 entries of the homogeneous matrix, row by row, as NAOqi's getTransform has them; x, y, z, wx, wy, wz with
 # R = Rz(wz) Ry(wy) Rx(wx), as NAOqi's getPosition has them; the same as roll, pitch, yaw; x, y, z and the unit
@@ -37,21 +37,14 @@ PoseFormat = Literal["matrix", "position6d", "rpy", "quaternion"]
 
 @dataclass(frozen=True)
 class PosePrinter:
-    """Prints poses of named frames.
-
-    Attributes:
-        frames: the names.
-        style: the format of a pose.
-        columns: the numbers of a pose and their names.
-        times: times of the rows, shape (n,) [s]; None for none.
-    """
+    """Prints poses of named frames in a format; `times` are those of the rows, shape (n,) [s]."""
 
     frames: Sequence[str]
     style: PoseFormat
     columns: PoseColumns
     times: Floats | None = None
 
-    def print_json(self, pieces: Pieces, robot: str, reference: str | None, *, many: bool) -> None:
+    def print_json(self, chunks: Chunks, robot: str, reference: str | None, *, many: bool) -> None:
         """Print one document: the poses of the one configuration, or of each of `many`."""
         head: dict[str, Any] = {
             "robot": robot,
@@ -61,7 +54,7 @@ class PosePrinter:
         }
         if self.times is not None:
             head["times"] = self.times.tolist()
-        poses = (dict(zip(self.frames, map(self._json_pose, rows), strict=True)) for _, rows in _rows(pieces))
+        poses = (dict(zip(self.frames, map(self._json_pose, rows), strict=True)) for _, rows in _rows(chunks))
         if many:
             print_json_list(head, "configurations", poses)
         else:
@@ -72,17 +65,17 @@ class PosePrinter:
             return [row[i : i + 4] for i in range(0, 16, 4)]
         return dict(zip(self.columns.names, row, strict=True))
 
-    def print_csv(self, pieces: Pieces) -> None:
+    def print_csv(self, chunks: Chunks) -> None:
         """Print a header, and one line per configuration and frame."""
         from nao_kin.stream import csv_header, pose_lines
 
         sys.stdout.write(csv_header(self.columns.names, timed=self.times is not None))
-        for start, numbers in pieces:
+        for start, numbers in chunks:
             rows = np.arange(start, start + len(numbers))
             times = None if self.times is None else self.times[start : start + len(numbers)]
             sys.stdout.write(pose_lines(rows, self.frames, numbers, times).decode())
 
-    def print_table(self, pieces: Pieces) -> None:
+    def print_table(self, chunks: Chunks) -> None:
         """Print the poses of one configuration as a table."""
         turns = self.columns.orientation
         if self.style == "matrix":
@@ -92,36 +85,36 @@ class PosePrinter:
             columns = [f"{name}\n[m]" for name in self.columns.names[: -len(turns)]]
             columns += [name.removesuffix("_deg") + unit for name in turns]
         table = []
-        for _, rows in _rows(pieces):
+        for _, rows in _rows(chunks):
             for name, row in zip(self.frames, rows, strict=True):
                 cells = [fixed(value) for value in row]
-                if self.style == "matrix":  # as it is written on paper; its columns are the axes and the origin
+                if self.style == "matrix":  # as on paper: the columns are the axes and the origin
                     cells = ["\n".join(cells[column::4]) for column in range(4)]
                 table.append([name, *cells])
         print_table(["frame", *columns], table, numbers=columns)
 
-    def print_lines(self, pieces: Pieces) -> None:
+    def print_lines(self, chunks: Chunks) -> None:
         """Print one line per row and frame as they come, without waiting for the layout of a long table."""
         width = max(5, *map(len, self.frames))
         times = [] if self.times is None else [f"{time:.6f}" for time in self.times.tolist()]
         wide = max(map(len, ("time", *times)))
         print(f"{'row':>7}" + (f"  {'time':>{wide}}" if times else "") + f"  {'frame':{width}}", end="")
         print("".join(f"{name:>11}" for name in self.columns.names))
-        for index, rows in _rows(pieces):
+        for index, rows in _rows(chunks):
             start = f"{index:>7}" + (f"  {times[index]:>{wide}}" if times else "")
             for name, row in zip(self.frames, rows, strict=True):
                 print(f"{start}  {name:{width}}" + "".join(f"{fixed(value):>11}" for value in row))
 
 
-def _rows(pieces: Pieces) -> Iterator[tuple[int, list[list[float]]]]:
+def _rows(chunks: Chunks) -> Iterator[tuple[int, list[list[float]]]]:
     """Yield the index of every configuration, and the numbers of each frame."""
-    for start, numbers in pieces:
+    for start, numbers in chunks:
         yield from enumerate(numbers.tolist(), start)
 
 
-# --- `nao-kin fk`: where the frames are at given joint values.
+# --- The command.
 
-# One pass of the progress bar; small enough to move often, large enough to cost nothing.
+# Rows between two updates of the progress bar: small enough to move often, large enough to cost no time.
 _CHUNK = 8192
 _WORLD = "world"
 
@@ -199,7 +192,7 @@ def fk(
     written.check(files, json)
     first = files[0] if files else None
     one = first if len(files) == 1 else None
-    # Standard input may be larger than memory with -o, and is then not looked into.
+    # With -o, standard input may be larger than memory, and is not read here.
     unseen = one == "-" and written.output is not None
     moves = one is not None and not unseen and is_motion(one)
     given.check(first, joints.posture, moves=moves)
@@ -215,7 +208,7 @@ def fk(
         refuse_for_motions(first, hips=given.hips)
     if moves and given.renamed:
         raise BadArgument(f"--columns is for whole configurations; {quoted(one)} is read as a motion")
-    rule: Any = "average" if given.hips is None and timed else given.hips  # as of a motion
+    rule: Any = "average" if given.hips is None and timed else given.hips  # as for a motion
     rows: Configurations | None = None
     if moves and one is not None:
         path = given.trajectory(model, one, deg=deg, posture=joints.posture, rate=given.rate)
@@ -250,7 +243,7 @@ def fk(
         print_note(*found.notes)
     else:
         q, many = joints.configuration(model, deg=deg, limits=limits)[None], False
-    # Before anything is printed. The world is no frame of the robot, where none has that name.
+    # Refuse unknown frames before printing; the world is a reference even if no frame has this name.
     known = reference is None or (reference == _WORLD and _WORLD not in model.frame_names)
     model.frame_ids(frames if known else [*frames, str(reference)])
     printer = PosePrinter(frames, as_, stream.PoseColumns(style, deg), times)
@@ -314,7 +307,7 @@ def _note_clamped(model: RobotModel, changes: Clamped, rows: int) -> None:
         print_note(f"--clamp moved {changes.rows} of {rows} rows to the limits, by at most {most} ({changes.joint})")
 
 
-def _poses(model: RobotModel, q: Floats, frames: list[str], reference: str | None, columns: PoseColumns) -> Pieces:
+def _poses(model: RobotModel, q: Floats, frames: list[str], reference: str | None, columns: PoseColumns) -> Chunks:
     """Yield first row and poses (n, frames, k) of one chunk after another, with a progress bar for many."""
     from nao_kin import stream
 

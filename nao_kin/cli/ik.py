@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Callable
-from contextlib import closing
+from contextlib import closing, nullcontext
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -31,13 +31,13 @@ if TYPE_CHECKING:
 # Both feet together.
 LEGS = "Legs"
 _FEET = ("LLeg", "RLeg")
-# Targets not reached that are named one by one.
-_MOST_NAMED = 5
-# Groups of neighbouring targets that are listed.
-_MOST_RANGES = 30
-# So many targets may take seconds: a line says that they are worked on.
+# Unreached targets named individually.
+_MAX_NAMED = 5
+# Ranges of targets listed.
+_MAX_RANGES = 30
+# This many targets may take seconds, and get a status line.
 _MANY = 2000
-# Solutions of a list of targets are played at so many a second.
+# Solutions of a list of targets per second of the clip.
 _FPS = 25.0
 
 _EXAMPLES = (
@@ -144,7 +144,7 @@ def ik(request: Request, robot: RobotOptions) -> None:
     print_note(*found.notes)
     written = None if html is None else answers.write_page(html)
     if written is not None and not atomic.leads_to_standard_output(written) and not json:
-        # What follows on standard output under --csv is a file, which this is no line of.
+        # Under --csv standard output is a file, which must not contain this line.
         print(written, file=sys.stderr if csv else sys.stdout)
     if json:
         print_json(answers.document(len(targets.values)) | ({} if written is None else {"html": written}))
@@ -171,9 +171,8 @@ def _solved(model: RobotModel, request: Request, targets: Targets, near: Floats 
     if near is not None and not targets.many and near.ndim == 2:
         near = near[0]
     console = Console(file=sys.stderr)
-    if len(targets.values) < _MANY or not console.is_terminal:
-        return solve(values, near)
-    with console.status(f"{len(targets.values)} targets"):
+    shown = len(targets.values) >= _MANY and console.is_terminal
+    with console.status(f"{len(targets.values)} targets") if shown else nullcontext():
         return solve(values, near)
 
 
@@ -214,7 +213,7 @@ def _solver(model: RobotModel, request: Request, targets: Targets) -> Callable[[
         if is_arm and kind != "rotation":
             criterion: Any = {} if request.criterion is None else {"criterion": request.criterion}
             return room.arm(model, str(limb)[0], target, direction=direction, **common, **criterion)
-        # Of a place and of a rotation, the other half of the pose has no weight.
+        # For a position or a rotation, the other half of the pose has no weight.
         weights = {"place": (1.0, 0.0), "rotation": (0.0, 0.1), "pose": (1.0, 0.1)}[kind]
         if kind != "pose":
             target = join_poses(np.eye(3), target) if kind == "place" else join_poses(target, np.zeros(3))
@@ -274,8 +273,8 @@ class _Answers:
             shown = found.branches[row][:count] if several else found.best[row][None]
             for number, values in enumerate((shown * scales).tolist(), start=1):
                 cells = "".join(f"{'–' if math.isnan(value) else fixed(value):>{width}}" for value in values)
-                said = f"solution {number} of {count}" if several else Reason(reason).name
-                print(f"{row:>7}{cells}  {said}")
+                text = f"solution {number} of {count}" if several else Reason(reason).name
+                print(f"{row:>7}{cells}  {text}")
 
     def as_csv(self) -> str:
         """Return whole configurations of all joints as CSV: the solutions, or the nearest one, of each target."""
@@ -287,11 +286,11 @@ class _Answers:
     def note_missed(self, missed: list[int]) -> None:
         """Print which targets are not reached and why, and which of them have a row in the CSV."""
         found = self.found
-        for row in missed[:_MOST_NAMED]:
-            said = found.describe((row,) if self.many else (), degrees=self.request.deg)
-            print_note(f"target {row}: {said}" if self.many else said)
-        if len(missed) > _MOST_NAMED:
-            print_note(f"and {len(missed) - _MOST_NAMED} more of {found.reasons.size} targets")
+        for row in missed[:_MAX_NAMED]:
+            text = found.describe((row,) if self.many else (), degrees=self.request.deg)
+            print_note(f"target {row}: {text}" if self.many else text)
+        if len(missed) > _MAX_NAMED:
+            print_note(f"and {len(missed) - _MAX_NAMED} more of {found.reasons.size} targets")
         if self.request.csv and self.many:
             nothing = np.isnan(found.best[missed]).any(axis=-1)
             for chosen, what in ((nothing, "have no row"), (~nothing, "have the nearest pose in their row")):
@@ -363,5 +362,5 @@ def _ranges(rows: list[int]) -> str:
             parts[-1][1] = row
         else:
             parts.append([row, row])
-    shown = ", ".join(str(a) if a == b else f"{a}–{b}" for a, b in parts[:_MOST_RANGES])
-    return shown if len(parts) <= _MOST_RANGES else f"{shown} and more, which --json names"
+    shown = ", ".join(str(a) if a == b else f"{a}–{b}" for a, b in parts[:_MAX_RANGES])
+    return shown if len(parts) <= _MAX_RANGES else f"{shown} and more, which --json names"

@@ -12,7 +12,7 @@ from nao_kin._core import files as atomic
 from nao_kin._core.text import abbreviated
 from nao_kin.cli.options import FORCE, JSON, RobotOptions, argument, check_outputs, command, flag, option
 from nao_kin.cli.output import degrees_per, print_json, print_note, print_table, print_written
-from nao_kin.cli.sources import HIPS, IGNORE_OTHER, TIMELINE, MotionFile, check_posture
+from nao_kin.cli.sources import HIPS, MotionFile, check_posture
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
@@ -39,19 +39,12 @@ def _motion(context: typer.Context) -> None:
         typer.echo(context.get_help())
 
 
-_FROM = "FORMAT", "Format of FILE. Default: by its content."
-
-
 @command("motion convert", "Example: nao-kin motion convert wave.xar wave.csv --clamp --slow-down")
 def convert(
     *,
-    source: str = argument("IN", "A motion file, - for standard input."),
+    source: MotionFile,
     sink: str = argument("OUT", "The file to write, - for standard output."),
-    from_: str | None = option(*_FROM),
     to: str | None = option("FORMAT", "Format of OUT. Default: by its suffix."),
-    deg: bool = flag("Use degrees for a file IN without units, and in the output."),
-    timeline: str | None = option(*TIMELINE),
-    ignore_other: bool = flag(IGNORE_OTHER),
     hips: str | None = option(*HIPS),
     posture: str | None = option("NAME", "Add the joints that are not in the motion, at rest in this posture."),
     mirror: bool = flag("Exchange left and right."),
@@ -79,7 +72,7 @@ def convert(
     check_outputs({"": sink}, force=force, printed="--json" if json else None)
     model = robot.load()
     check_posture(model, posture)
-    motion = MotionFile(source, from_, deg, timeline, ignore_other).read(model)
+    motion = source.read(model)
     changes = list[motions.Change]()
 
     def mended(found: Any) -> Motion:
@@ -101,7 +94,7 @@ def convert(
     if json:
         print_json({**_facts(motion), "output": sink, "changes": [change.as_dict() for change in changes]})
         return
-    print_note(*(change.describe(degrees=deg) for change in changes))
+    print_note(*(change.describe(degrees=source.deg) for change in changes))
     print_written(sink)
 
 
@@ -149,14 +142,10 @@ def info(*, source: MotionFile, json: bool = JSON, robot: RobotOptions) -> None:
 @command("motion plot", "Example: nao-kin motion plot wave.xar wave.png --joint LShoulderRoll")
 def plot(
     *,
-    file: str = argument("FILE", "A motion file of any format, - for standard input."),
+    source: MotionFile,
     picture: str = argument("PICTURE", "The .png or .svg file to write."),
     joints: list[str] | None = option("NAME", "Draw this joint; repeatable. Default: all.", "--joint"),
     speed: bool = flag("Draw speeds instead of values."),
-    from_: str | None = option(*_FROM),
-    deg: bool = flag("Use degrees for a FILE without units."),
-    timeline: str | None = option(*TIMELINE),
-    ignore_other: bool = flag(IGNORE_OTHER),
     force: bool = FORCE,
     json: bool = JSON,
     robot: RobotOptions,
@@ -169,7 +158,7 @@ def plot(
         raise BadArgument(f"cannot write {abbreviated(picture)}: end the name in .png or .svg")
     check_outputs({"": picture}, force=force, printed="--json" if json else None)
     model = robot.load()
-    motion = MotionFile(file, from_, deg, timeline, ignore_other).read(model)
+    motion = source.read(model)
     content = io.BytesIO()
     draw(model, motion, joints=joints, speed=speed).savefig(content, format=kind, dpi=120)
     atomic.write_bytes(picture, content.getvalue())

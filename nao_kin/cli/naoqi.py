@@ -18,7 +18,7 @@ from nao_kin._core.process import uninterrupted
 from nao_kin._core.text import abbreviated
 from nao_kin.cli.options import FORCE, JSON, OTHER_ROBOTS, RobotOptions, argument, command, flag, option
 from nao_kin.cli.output import print_json, print_note
-from nao_kin.cli.view import LivePage, PageBeside
+from nao_kin.cli.view import ExtraPage, LivePage
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def serve(
     speed: float = option("X", "Speed of the robot's clock, in seconds per second.", default=1.0),
     posture: str = option("NAME", "Initial posture.", default="Crouch"),
     view: bool = flag("Show the robot in a live page."),
-    page: PageBeside,
+    page: ExtraPage,
     awake: bool = flag("Start with stiffness, as after wakeUp."),
     behaviors: str | None = option(*_BEHAVIORS),
     log: bool = flag("Print the robot's speech and remarks."),
@@ -61,7 +61,7 @@ def serve(
     shown, kinds = page if view else None, ("log",) if log else ("limp", "kernels")
     with served(robot, host=host, port=port, awake=awake, page=shown, kinds=kinds, **begin) as done:
         if json:
-            print(dumps(done))  # one line: whoever reads it waits for its end
+            print(dumps(done))  # one line: the reader waits for its end
         else:
             for where in done.values():
                 print(f"{where}  (Ctrl-C ends)")
@@ -82,18 +82,9 @@ def served(
 ) -> Iterator[dict[str, str]]:
     """Serve a virtual NAO over qi, in `page` too if given, for the time of the context.
 
-    Args:
-        options: its version, and the file of its calibrated joints and frames.
-        host: address to listen on.
-        port: port to listen on; 0 for a free one.
-        awake: begin with stiffness, as after wakeUp.
-        page: the page to show; None for none.
-        kinds: the changes to print on standard error: "log" for all messages and remarks, "limp" for commands to joints
-            without stiffness, "kernels" for remarks on compiled kernels.
-        **begin: speed, posture and behaviors, as `VirtualNao` takes them.
-
-    Yields:
-        "endpoint": address for scripts, as in tcp://127.0.0.1:9559; "url": address of the page, if there is one.
+    `kinds` are the changes printed on standard error: "log" for all messages and remarks, "limp" for commands to joints
+    without stiffness, "kernels" for remarks on compiled kernels. `begin` has speed, posture and behaviors. Yields the
+    addresses: "endpoint" for scripts, and "url" of the page.
     """
     from nao_kin.naoqi import QiServer, VirtualNao
     from nao_kin.robot import load_nao
@@ -132,7 +123,7 @@ def follow(nao: VirtualNao, viewer: Viewer, ended: threading.Event) -> None:
     from nao_kin.naoqi import light_colours, spoken_words
     from nao_kin.rotations import quat_from_matrix
 
-    shown = lit = said = None
+    shown = lit = spoken = None
     while not ended.wait(1.0 / _FRAMES_PER_SECOND):
         state = nao.state()
         r0, *vector = quat_from_matrix(state.T_world_torso[:3, :3])
@@ -143,12 +134,12 @@ def follow(nao: VirtualNao, viewer: Viewer, ended: threading.Event) -> None:
         if state.leds != lit:
             viewer.show_lights(light_colours(state.leds))
             lit = state.leds
-        if state.saying != said:
+        if state.saying != spoken:
             viewer.say(spoken_words(state.saying))
-            said = state.saying
+            spoken = state.saying
 
 
-# --- `nao-kin run`: a script for NAOqi, with a virtual NAO or a server that runs already.
+# --- `nao-kin run`: a script for NAOqi, with a virtual NAO or a running server.
 
 
 @command(
@@ -168,7 +159,7 @@ def run(
     asleep: bool = flag("Start without stiffness, until the script sets it."),
     behaviors: str | None = option(*_BEHAVIORS),
     view: bool = flag("Show the virtual NAO in a live page."),
-    page: PageBeside,
+    page: ExtraPage,
     log: bool = flag("Print the virtual NAO's speech and remarks."),
 ) -> None:
     """Run a script for NAOqi without a robot: from naoqi import ALProxy, or import qi.
@@ -201,7 +192,7 @@ def run(
     raise typer.Exit(code)
 
 
-# --- `nao-kin live`: the joints of a robot that runs, in a page and as a recording.
+# --- `nao-kin live`: the joints of a running robot, in a page and as a recording.
 
 _RATE = 25.0
 
@@ -247,7 +238,7 @@ def live(
         if view:
             viewer = running.enter_context(closing(page.viewer(model)))
             print_note(f"{page.address(viewer)}  (Ctrl-C ends)")
-        # A signal ends the reading, and what was read is still written.
+        # A signal ends the reading; the readings so far are still written.
         ended = running.enter_context(uninterrupted())
         for reading in readings(source, model, rate=rate, wanted=lambda: not ended(), on_state=print_note):
             if viewer is not None:

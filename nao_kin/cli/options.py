@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from nao_kin.robot import RobotModel
 
 
-# Options of any command that cannot stand beside each other, by the names of their parameters, and why.
+# Pairs of contradicting options, by the names of their parameters, and the error.
 _CONTRADICTIONS = (
     ("urdf", "robot", "--urdf and --robot name two robots; give one"),
     ("version", "urdf", "--version is a version of the NAO, and --urdf another robot; give one"),
@@ -36,11 +36,8 @@ _CONTRADICTIONS = (
 def option(metavar: str | None, help: str, *names: str, default: Any = None) -> Any:
     """Return an option, as the default value of a command's parameter or of a field of a dataclass of options.
 
-    Args:
-        metavar: placeholder of its value in the help; None for a choice, which lists its values.
-        help: its line in the help.
-        *names: its names; made from the name of the parameter by default.
-        default: its default value; MISSING for a required option.
+    `metavar` is the placeholder in the help, None for a choice, which lists its values; the names are made from the
+    name of the parameter by default. MISSING is the default value of a required option.
     """
 
     def info(name: str) -> Any:
@@ -63,22 +60,18 @@ JSON = flag("Print JSON.")
 DEG = flag("Use degrees in input and output; hands stay 0 to 1.")
 FORCE = flag("Replace the output file if it exists.")
 
-# What the program consists of: the name of each command, its function and its example.
+# Name of a command → its function and its example.
 COMMANDS: dict[str, tuple[Callable[..., None], str]] = {}
 
 
 def command(
     name: str, example: str, without: Sequence[str] = ()
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Make a function a command of the program.
+    """Make a function a command of the program; `name` is "motion check" for a command in a group.
 
     Each parameter has an `option`, a `flag` or an `argument` as its default value. A parameter whose type is a
-    dataclass adds the fields of the class as options, and the function gets them as one object.
-
-    Args:
-        name: name of the command; in a group as in "motion check".
-        example: last line of its help.
-        without: fields of the dataclasses that are not options of this command.
+    dataclass adds the fields of the class as options, except those in `without`, and the function gets them as one
+    object. `example` is the last line of the help.
     """
 
     def entered(function: Callable[..., None]) -> Callable[..., None]:
@@ -122,12 +115,12 @@ class Command(TyperCommand):
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Check which options are given, and how often, before their values."""
         values, _, order = self.make_parser(ctx).parse_args(list(args))
-        if not any(parameter.is_eager for parameter in order):  # --help is answered whatever stands beside it
+        if not any(parameter.is_eager for parameter in order):  # --help works with any other options
             for parameter, times in Counter(order).items():
                 if times > 1 and not getattr(parameter, "multiple", False):
                     option = " or ".join([*parameter.opts, *parameter.secondary_opts])
                     raise BadArgument(f"{option} is given {'twice' if times == 2 else f'{times} times'}; give it once")
-            # An argument is listed whether it is given or not; one that takes several is then empty, or no tuple.
+            # An argument is listed even if it is not given; if it takes several it is then empty, or no tuple.
             names = {str(parameter.name) for parameter in order}
             file = values.get("file")
             if not isinstance(file, str) and not (isinstance(file, tuple) and file):
@@ -143,11 +136,8 @@ def check_outputs(
 ) -> None:
     """Refuse files that may not or cannot be written, before anything is loaded or drawn.
 
-    Args:
-        outputs: option that names a file, "" for an argument, → the file; None if the option is not given.
-        force: replace existing files.
-        printed: the option that uses standard output; None if no option does.
-        continued: the command continues the existing file of --output, which needs no force.
+    `outputs` is option, "" for an argument, → file, None if not given; `printed` is the option that uses standard
+    output. An existing file of --output that the command continues needs no force.
     """
     given = {option: path for option, path in outputs.items() if path is not None}
     for option, path in given.items():
@@ -190,5 +180,5 @@ class RobotOptions:
         return robot if offsets is None else robot.with_offsets(**offsets)
 
 
-# The options that a command for a NAO alone is without.
+# Options that commands for a NAO alone do not have.
 OTHER_ROBOTS = ("urdf", "robot", "package_dir", "xacro")

@@ -42,7 +42,7 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[str]], *, number
     """Print a table without truncation; columns named in `numbers` are aligned right."""
     table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
     for column in columns:
-        # Text: names from foreign files are not markup.
+        # Text, so that names from foreign files are not markup.
         table.add_column(Text(column), justify="right" if column in numbers else "left", no_wrap=True)
     for row in rows:
         table.add_row(*(Text(cell) for cell in row))

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -47,7 +45,7 @@ def reach(
     Joints are uniform inside their limits. With -o map.npz the same command continues an earlier run, also one that
     Ctrl-C ended: its samples up to then are saved.
     """
-    asked = _count(samples)
+    requested = _count(samples)
     known = output is None or Path(output).suffix.lower() in _ENDINGS or atomic.leads_to_standard_output(output)
     if not known:
         raise BadArgument(f"cannot write {abbreviated(output)}: end the name in {', '.join(_ENDINGS)}")
@@ -63,20 +61,20 @@ def reach(
     previous = None
     if output is not None and continued and Path(output).is_file():
         previous = room.load(output)
-    warm_up([name for name in KERNELS if name.startswith("reach")])  # what a signal should not have to wait for
+    warm_up([name for name in KERNELS if name.startswith("reach")])  # so that a signal does not have to wait for it
     if previous is not None:
         settings.check_same(previous.settings, abbreviated(output))
-        most = previous.ranges[-1][1] if previous.ranges else 0
-        if most > asked:
-            raise BadArgument(f"{abbreviated(output)} has samples up to {most} already; ask for as many, or more")
+        done = previous.ranges[-1][1] if previous.ranges else 0
+        if done > requested:
+            raise BadArgument(f"{abbreviated(output)} has samples up to {done} already; ask for as many, or more")
 
-    # A signal ends the counting, and then the program, when what was counted is written.
+    # A signal ends the sampling; the program ends when the samples so far are written.
     with uninterrupted() as ending:
         with progress("samples") as say:
             found = room.workspace(
                 model,
                 frame,
-                asked,
+                requested,
                 voxel=voxel,
                 seed=seed,
                 reference=reference,
@@ -86,9 +84,9 @@ def reach(
                 stop=ending,
             )
         files = _written(model, found, output, html, by, force=force) if found.samples else []
-        if found.samples < asked:
+        if found.samples < requested:
             kept = f"kept in {abbreviated(' and '.join(files))}" if files else "without -o FILE nothing is kept"
-            print_note(f"ended after {found.samples} of {asked} samples; {kept}")
+            print_note(f"ended after {found.samples} of {requested} samples; {kept}")
         else:
             _report(found, files, json)
         sys.stdout.flush()
@@ -108,11 +106,13 @@ def _written(
     model: RobotModel, found: ReachMap, output: str | None, html: str | None, by: str, *, force: bool
 ) -> list[str]:
     if output is not None:
-        savers: dict[str, Callable[[str], object]] = {
-            ".vtk": found.save_vtk,
-            ".ply": partial(found.save_ply, colour_by=by),
-        }
-        savers.get(Path(output).suffix.lower(), found.save)(output)
+        suffix = Path(output).suffix.lower()
+        if suffix == ".vtk":
+            found.save_vtk(output)
+        elif suffix == ".ply":
+            found.save_ply(output, colour_by=by)
+        else:
+            found.save(output)
     if html is not None:
         from nao_kin.viewer import Viewer
 
@@ -128,7 +128,7 @@ def _report(found: ReachMap, files: list[str], json: bool) -> None:
         print_json({**summary, "files": files})
         return
     if any(atomic.leads_to_standard_output(file) for file in files):
-        return  # which has the file, and nothing behind it
+        return  # which contains the file and nothing else
     settings, best = found.settings, summary["best"]
     print(
         f"{settings.frame} in {settings.reference} of {settings.robot}, {found.samples} samples, seed {settings.seed}"

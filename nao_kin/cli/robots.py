@@ -54,7 +54,7 @@ def _text(value: object) -> str:
     return f"{value:.5f}" if isinstance(value, float) else str(value)
 
 
-# --- `nao-kin joints`: the joints, their axes as lines of space, their limits, and the lower pairs they make.
+# --- `nao-kin joints`.
 
 
 @command("joints", "Example: nao-kin joints --typed --deg")
@@ -93,7 +93,7 @@ def _document(model: RobotModel, table: JointTable, deg: bool) -> dict[str, Any]
         scales = [degrees_per(unit, deg) for unit in row["units"]]
         for bound in ("lower", "upper"):
             row[bound] = [None if v is None else v * s for v, s in zip(row[bound], scales, strict=True)]
-        # A part that follows another joint has that one's motor.
+        # A mimic joint has the motor of the joint that it follows.
         drivers = [model.mimics[part].joint if part in model.mimics else part for part in row["parts"]]
         columns = [model.joint_names.index(name) for name in drivers]
         row["velocity"] = [
@@ -132,7 +132,7 @@ def _vector(values: tuple[float, ...]) -> str:
     return " ".join(f"{round(value, 4) + 0.0:.4g}" for value in values)  # adding zero takes the sign off a negative one
 
 
-# --- `nao-kin check`: do independent implementations agree.
+# --- `nao-kin check`.
 
 
 @command("check", "Example: nao-kin check --version v5 --samples 100 --json")

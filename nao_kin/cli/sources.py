@@ -20,10 +20,7 @@ if TYPE_CHECKING:
     from nao_kin.robot import LimitPolicy, RobotModel
 
 TIMELINE = "NAME", "One of several motions in the file, by name or number."
-COLUMNS = (
-    "NAME=HEADING",
-    "Read a column under this heading: yaw=HeadYaw, 'ms=time [ms]'; NAME= skips it; repeatable.",
-)
+COLUMNS = ("NAME=HEADING", "Read a column under this heading: yaw=HeadYaw, 'ms=time [ms]'; NAME= skips it; repeatable.")
 IGNORE_OTHER = "Skip columns that are neither a joint nor a time."
 IGNORE_LIMITS = flag("Accept joints outside their limits.")
 HIPS = "RULE", "For a motion with two HipYawPitch joints: average (default), left or right."
@@ -48,7 +45,7 @@ class JointOptions:
             return model.posture(self.posture, values, limits=limits)
         except OutsideLimits as error:
             advice = "; --clamp and --ignore-limits take it"
-            # So large an angle is one in degrees.
+            # So large an angle is probably in degrees.
             advice += ", --deg?" if not deg and any(abs(value) > 2.0 * math.pi for value in values.values()) else ""
             raise BadArgument(error.describe(degrees=deg) + advice) from None
         except CouplingViolated as error:
@@ -84,7 +81,7 @@ class MotionFile:
 
     file: str = argument("FILE", "A motion file of any format, - for standard input.")
     from_: str | None = option("FORMAT", "Format of FILE. Default: by its content.")
-    deg: bool = flag("Use degrees for a FILE without units, and in the output.")
+    deg: bool = flag("Use degrees for a FILE without units, and in messages.")
     timeline: str | None = option(*TIMELINE)
     ignore_other: bool = flag(IGNORE_OTHER)
 
@@ -140,13 +137,7 @@ class FileOptions:
 
         rule: Any = hips
         return read_log(
-            model,
-            file,
-            limits=limits,
-            degrees=deg,
-            columns=self.renamed,
-            ignore_other=self.ignore_other,
-            hips=rule,
+            model, file, limits=limits, degrees=deg, columns=self.renamed, ignore_other=self.ignore_other, hips=rule
         )
 
     def log_columns(self, model: RobotModel, file: str) -> TableColumns | None:
@@ -196,6 +187,6 @@ def is_motion(file: str) -> bool:
     try:
         data = read_bounded(sys.stdin.buffer, file)
     except OSError:
-        return False  # which is said where it is read
+        return False  # reported where the file is read
     sys.stdin = io.TextIOWrapper(io.BytesIO(data), encoding="utf-8")
     return is_motion_file("-", data)

@@ -29,7 +29,7 @@ from nao_kin.rotations import matrix_from_quat, matrix_from_rpy
 Kind = Literal["place", "rotation", "pose"]
 
 _TURN = 2.0 * math.pi
-# Count of numbers → what they are, and rows of them as that.
+# Count of numbers → kind of target, and conversion of rows.
 _READ: dict[int, tuple[Kind, Callable[[Floats], Floats]]] = {
     3: ("place", lambda rows: rows),
     4: ("rotation", matrix_from_quat),
@@ -38,23 +38,19 @@ _READ: dict[int, tuple[Kind, Callable[[Floats], Floats]]] = {
     7: ("pose", lambda rows: join_poses(matrix_from_quat(rows[:, 3:]), rows[:, :3])),
     16: ("pose", lambda rows: rows.reshape(-1, 4, 4)),
 }
-# Where the mistake is in a list of one.
+# Part of an error that is redundant for a single target.
 _ONLY = " at index [0]"
 _EXPECTED = "3 numbers for a place, 4 or 9 for an orientation, 6, 7 or 16 for a pose"
 
 _PLACE = ("x", "y", "z")
 _QUATERNION = ("r0", "r1", "r2", "r3")
 _MATRIX = tuple(f"t{row}{column}" for row in range(1, 5) for column in range(1, 5))
-_HEADERS: tuple[tuple[str, ...], ...] = (
-    _PLACE,
-    _QUATERNION,
-    (*_PLACE, "roll", "pitch", "yaw"),
-    (*_PLACE, "wx", "wy", "wz"),
-    (*_PLACE, "roll_deg", "pitch_deg", "yaw_deg"),
-    (*_PLACE, "wx_deg", "wy_deg", "wz_deg"),
-    (*_PLACE, *_QUATERNION),
-    _MATRIX,
-)
+_ANGLES = [
+    tuple(name + unit for name in names)
+    for unit in ("", "_deg")
+    for names in (("roll", "pitch", "yaw"), ("wx", "wy", "wz"))
+]
+_HEADERS = (_PLACE, _QUATERNION, *((*_PLACE, *turns) for turns in (*_ANGLES, _QUATERNION)), _MATRIX)
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,13 +94,10 @@ def numbers_of(text: str, option: str) -> list[float]:
 
 
 def read_targets(path: str, frames: Sequence[str], *, degrees: bool, roots: Sequence[str] = ()) -> Targets:
-    """Return the targets in a file.
+    """Return the targets in a CSV, JSON or .npy file, "-" for standard input, for one frame or both feet.
 
-    Args:
-        path: a CSV, JSON or .npy file, or "-" for CSV or JSON on standard input.
-        frames: one frame or both feet; rows of other frames are skipped.
-        degrees: roll, pitch and yaw are in degrees; names that end in _deg are anyway.
-        roots: names of the frame of the targets; JSON that names another one is refused.
+    Rows of other frames are skipped. Angles are in `degrees` also if their names end in _deg. JSON that names another
+    reference than one of `roots` is refused.
     """
     if not path:
         raise BadArgument("no file name; expected a CSV, JSON or .npy file, or - for standard input")

@@ -20,16 +20,15 @@ if TYPE_CHECKING:
     from nao_kin.viewer import Viewer
 
 
-# --- The live page that a command shows: its options, what they mean for a viewer, and its address.
+# --- The live page of a command.
 #
-# A command that listens for nothing else names them --host and --port; one that serves a robot too has those for the
-# robot, and --page-host and --page-port for the page.
+# Its options are --host and --port, or --page-host and --page-port if the command serves a robot under the former.
 
 _HOST = "127.0.0.1"
 _HOST_HELP = f"Address of the page; 0.0.0.0 for other machines too. Default: {_HOST}."
 _PORT_HELP = "Port of the page. Default: the next free one."
 
-# A page that is served on all addresses of this machine names one of them.
+# Note for a page that is served on all addresses of this machine.
 _ELSEWHERE = "on another machine, put the name or the address of this one into the page's address"
 _EVERYWHERE = ("", "0.0.0.0", "::")
 
@@ -81,7 +80,7 @@ class LivePage:
 
 
 @dataclass(frozen=True)
-class PageBeside(LivePage):
+class ExtraPage(LivePage):
     """The options of a live page for a command that serves a robot under --host and --port."""
 
     page_host: str | None = option("ADDRESS", _HOST_HELP)
@@ -89,7 +88,7 @@ class PageBeside(LivePage):
     prefix: ClassVar[str] = "--page-"
 
 
-# --- `nao-kin view`: the robot in a browser, as a file, or as a picture.
+# --- The command.
 
 _FPS = 30.0
 _BROWSER_SECONDS = 30.0
@@ -101,8 +100,7 @@ def view(
     file: str | None = argument("[FILE]", "CSV or JSON trajectory or motion to play, - for standard input.", None),
     joints: JointOptions,
     up: str | None = option(
-        "X,Y,Z|NAME",
-        "The vertical in the root's frame, or a posture's name. Default: found from the joint values.",
+        "X,Y,Z|NAME", "The vertical in the root's frame, or a posture's name. Default: found from the joint values."
     ),
     deg: bool = DEG,
     fps: float | None = option("N", f"Configurations of FILE per second. Default: {_FPS:g}."),
@@ -146,7 +144,7 @@ def view(
     given.check(file, joints.posture, moves=moves, hips=given.hips)
 
     model = robot.load()
-    # Read before any mesh: what is wrong with the file is said at once.
+    # Read before any mesh, so that errors of the file come at once.
     q: Floats | None = None
     many, speed = False, _FPS if fps is None else fps
     if file is not None and moves and not given.renamed and not (given.ignore_other and given.log_columns(model, file)):

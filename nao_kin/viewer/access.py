@@ -44,7 +44,7 @@ import tornado.web
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, BadModel
 
-# Given as a name, it lets every name in, provided that there is a token.
+# As an allowed name, it accepts every name, provided that there is a token.
 ANY_NAME = "*"
 _NAME = re.compile(r"[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)*\.?")
 _HOST = re.compile(r"(?P<name>\[[0-9A-Fa-f:.]+\]|[A-Za-z0-9_.-]+)(:\d{1,5})?")
@@ -55,21 +55,11 @@ Token = bool | str | None
 
 
 class Access:
-    """The access rules of one server.
+    """The access rules of a server that listens on the numeric `address`, given as `host`, with allowed `names`.
 
-    Args:
-        address: numeric address that the server listens on.
-        host: the address as the user gave it; it is answered to.
-        names: further names and addresses to answer to; "*" for all.
-        token: the token, True for a random one, False for none; None for a random one if the address or a name is not
-            loopback.
-
-    Attributes:
-        token: the required token; "" for none.
-        expected: random roles in which a page needs no token; each for one socket.
-
-    Raises:
-        BadArgument: "*" without a token.
+    `token` is text, True for a random one, False for none; None for a random one if the address or a name is not
+    loopback. The attribute `token` is the required text, "" for none; `expected` has random roles in which a page needs
+    no token, each for one socket. Raises BadArgument for "*" without a token.
     """
 
     def __init__(self, address: str, host: str, names: Sequence[str], token: Token) -> None:
@@ -190,22 +180,14 @@ def _address(name: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
     return None
 
 
-# --- The live page as an HTTP document, and what every answer of its server has in common.
+# --- The live page as an HTTP document, and the common part of the server's handlers.
 
 _LOG = logging.getLogger(__name__)
 _NO_GZIP = re.compile(r"gzip\s*;\s*q\s*=\s*0(\.0*)?")
 
 
 class Document:
-    """A page, compressed and hashed once for all requests.
-
-    Args:
-        html: the page.
-        policy: its content security policy, without the parts on connections and frames.
-
-    Attributes:
-        tag: digest by which a browser recognises its cached page.
-    """
+    """A page, compressed and hashed once; `policy` is its content security policy without connections and frames."""
 
     def __init__(self, html: str, policy: str) -> None:
         self.plain, self.policy = html.encode("utf-8"), policy
@@ -321,7 +303,7 @@ def _takes_gzip(headers: tornado.httputil.HTTPHeaders) -> bool:
 
 _FOLDER = Path(__file__).resolve().parent / "page"
 
-# Everything is inside the document; a page that nothing can lead out of needs no trust.
+# Everything is inside the document, which may load nothing else.
 POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
 
 

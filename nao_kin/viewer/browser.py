@@ -28,39 +28,23 @@ _MAC_APPLICATIONS = (
     "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
     "/Applications/Chromium.app/Contents/MacOS/Chromium",
 )
-# Drawing in software is the same everywhere; and a browser that only takes a picture has nobody to call.
 _PREFIX = "nao_kin_browser_"
 _RANDOM = 8  # characters that a temporary folder's name ends in
 # A socket's path has at most 107 bytes, and the browser's adds /org.chromium.Chromium.XXXXXX/SingletonSocket.
 _LONGEST_PATH = 60
-_OPTIONS = (
-    "--headless=new",
-    "--use-gl=angle",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--disable-gpu",
-    "--disable-dev-shm-usage",
-    "--disable-background-networking",
-    "--disable-breakpad",
-    "--disable-component-update",
-    "--disable-crash-reporter",
-    "--disable-default-apps",
-    "--disable-extensions",
-    "--disable-quic",
-    "--disable-sync",
-    "--hide-scrollbars",
-    "--mute-audio",
-    "--no-default-browser-check",
-    "--no-first-run",
-    "--password-store=basic",
-)
+_OPTIONS = """
+    --headless=new --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader --disable-gpu
+    --disable-dev-shm-usage --disable-background-networking --disable-breakpad --disable-component-update
+    --disable-crash-reporter --disable-default-apps --disable-extensions --disable-quic --disable-sync
+    --hide-scrollbars --mute-audio --no-default-browser-check --no-first-run --password-store=basic
+""".split()
 _SUPERVISOR = str(Path(__file__).resolve().parents[1] / "_core" / "supervisor.py")
-# Killing and removing take less, unless the disk is slow: then the supervisor goes on alone.
+# Killing and removing take less time, unless the disk is slow: then the supervisor continues alone.
 _END_SECONDS = 0.7
 _LOOK_SECONDS = 0.05
 _KEY_BYTES = 16
 # Width and height of a picture in pixels.
-_LEAST_EDGE, _MOST_EDGE = 16, 8192
+_MIN_EDGE, _MAX_EDGE = 16, 8192
 
 
 class Screenshots:
@@ -77,10 +61,10 @@ class Screenshots:
             NoBrowser: there is no browser, it ends, or it gives no picture in time.
         """
         if not isinstance(size, (tuple, list)) or len(size) != 2:
-            raise BadArgument(f"size must be two whole numbers from {_LEAST_EDGE} to {_MOST_EDGE}, got {quoted(size)}")
-        width, height = (whole_number(edge, "size", _LEAST_EDGE, _MOST_EDGE) for edge in size)
+            raise BadArgument(f"size must be two whole numbers from {_MIN_EDGE} to {_MAX_EDGE}, got {quoted(size)}")
+        width, height = (whole_number(edge, "size", _MIN_EDGE, _MAX_EDGE) for edge in size)
         end = time.monotonic() + timeout
-        # Nobody else can answer for the browser, or take its place.
+        # A random role, so that no other page can answer for the browser.
         mine = secrets.token_urlsafe(_KEY_BYTES)
         role = f"capture-{mine}"
         answers = self._waiting[mine] = queue.Queue(1)
@@ -102,7 +86,7 @@ class Screenshots:
                     if time.monotonic() > end:
                         raise NoBrowser(f"the browser gave no picture within {timeout:g} s")
         except (KeyError, ValueError):
-            raise NoBrowser("the browser gave something else than a picture") from None
+            raise NoBrowser("the browser's answer is not a picture") from None
         finally:
             del self._waiting[mine]
 
@@ -146,7 +130,7 @@ class Browser:
         """Let the supervisor end the browser and remove its files; wait briefly until that is done."""
         with suppress(OSError, ValueError):
             if self._supervisor.stdin is not None:
-                # A byte, for the end of the pipe is not seen where a copy of this process has inherited it.
+                # A byte, because the pipe stays open if a copy of this process has inherited it.
                 self._supervisor.stdin.write(b"\n")
                 self._supervisor.stdin.close()
         end = time.monotonic() + _END_SECONDS

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import COLD_TO_WARM, Vector, as_floats, choice, colours as scale_colours, finite_or_none
-from nao_kin.errors import BadArgument, UnknownName, WrongShape
+from nao_kin._core.arrays import COLD_TO_WARM, Vector, choice, colours as scale_colours, finite_or_none
+from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.ik import limbs
 from nao_kin.joints import group_joints
 from nao_kin.motion import mirrored_joints
@@ -72,13 +72,13 @@ class SceneRobot:
     def reaches_aside(self) -> float:
         """Largest distance of its shapes from its root's frame along y at the start [m]."""
         poses = dict(zip(self.robot.link_names, self.robot.fk(self.start), strict=True))
-        most = 0.0
+        widest = 0.0
         for drawable in self.drawables:
             T = poses[drawable.link] @ drawable.T_link_shape
             low, high = shape_box(drawable.shape)
             middle, half = T[:3, :3] @ ((low + high) / 2.0) + T[:3, 3], np.abs(T[:3, :3]) @ ((high - low) / 2.0)
-            most = max(most, abs(middle[1]) + half[1])
-        return float(most)
+            widest = max(widest, abs(middle[1]) + half[1])
+        return float(widest)
 
     def link_of(self, frame: str) -> str:
         """Return the link whose node carries a frame: the link itself, the child of a moving joint, or the root."""
@@ -121,12 +121,8 @@ class SceneRobot:
             raise BadArgument(f"lights are a mapping from names to colours, got {type(values).__name__}")
         rgb: dict[str, list[float]] = {}
         for name in sorted(values, key=lambda name: name not in self._light_groups):
-            colour = as_floats(values[choice(name, self.light_names, "light")], (), f"colour of {name}")
-            if colour.shape != (3,):
-                raise WrongShape(f"colour of {name}", "(3,)", colour.shape)
-            if colour.min() < 0.0 or colour.max() > 1.0:
-                raise BadArgument(f"colour of {name} must be red, green and blue from 0 to 1, got {colour.tolist()}")
-            rgb |= dict.fromkeys(self._light_groups.get(name, (name,)), colour.tolist())
+            colour = overlays.one_colour(values[choice(name, self.light_names, "light")], f"colour of {name}")
+            rgb |= dict.fromkeys(self._light_groups.get(name, (name,)), colour)
         return panel_message("lights", {"lights": [{"name": name, "rgb": colour} for name, colour in rgb.items()]})
 
     def colours(

@@ -117,13 +117,7 @@ class Scene:
         self.axes.annotate(text, place, step, textcoords="offset points", path_effects=halo, **how)
 
     def path(
-        self,
-        points: ArrayLike,
-        colour: str = DARK,
-        *,
-        width: float = 1.8,
-        style: str = "-",
-        order: float | None = None,
+        self, points: ArrayLike, colour: str = DARK, *, width: float = 1.8, style: str = "-", order: float | None = None
     ) -> None:
         """Draw a line through points; a higher order is drawn later."""
         places, depth = self.seen(points)

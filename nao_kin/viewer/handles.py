@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats, join_poses
+from nao_kin._core.arrays import Floats, join_poses
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.joints import MultiDofModel
 from nao_kin.motion import Motion
@@ -144,20 +144,19 @@ class ShownRobot:
 
 def checked_pose(T: ArrayLike) -> Floats:
     """Return `T` as a new pose, shape (4, 4), at most `overlays.FARTHEST` away."""
-    array = as_floats(T, (), "T")
-    if array.shape != (4, 4):
-        raise WrongShape("T", "(4, 4)", array.shape)
-    check_rotation(array[:3, :3])
-    if np.abs(array[:3, 3]).max() > overlays.FARTHEST:
-        raise BadArgument(f"T is {np.abs(array[:3, 3]).max():g} m away; at most {overlays.FARTHEST:g} m is shown")
-    return join_poses(array[:3, :3], array[:3, 3])
+    array = overlays.shaped(T, (4, 4), "T")
+    R, t = array[:3, :3], array[:3, 3]
+    check_rotation(R)
+    if np.abs(t).max() > overlays.FARTHEST:
+        raise BadArgument(f"T is {np.abs(t).max():g} m away; at most {overlays.FARTHEST:g} m is shown")
+    return join_poses(R, t)
 
 
-# --- What is shown in a stretch of time, as a motion.
+# --- Recordings.
 
 
-# With so many configurations a recording is thinned out. Of a NAO they take some 30 MB.
-_MOST = 120_000
+# At this size, some 30 MB for a NAO, a recording is thinned out.
+_MAX_ROWS = 120_000
 
 
 class Recording:
@@ -230,7 +229,7 @@ class Recording:
     def _note(self, now: float, q: Floats) -> None:
         step = 1.0 / self.fps
         last = self._times[-1]
-        if now - last > 2.0 * step:  # it stood still until just now
+        if now - last > 2.0 * step:  # the last configuration was held until just now
             self._times.append(now - step)
             self._rows.append(self._rows[-1])
         elif now - last < step and len(self._times) > 1:
@@ -241,21 +240,21 @@ class Recording:
             return
         self._times.append(now)
         self._rows.append(q)
-        if len(self._times) >= _MOST:
+        if len(self._times) >= _MAX_ROWS:
             self._thin_out()
 
     def _thin_out(self) -> None:
         """Halve the rate until a quarter is free; a configuration that is held stays held."""
-        while len(self._times) > 0.75 * _MOST:
+        while len(self._times) > 0.75 * _MAX_ROWS:
             self.fps /= 2.0
-            # Numbers of equal steps are compared, which are not equal to the last digit.
+            # The margin is for rounding: steps of equal length differ in their last digits.
             longest = 1.01 / self.fps
-            kept = [0]
+            indices = [0]
             for index in range(1, len(self._times) - 1):
-                if self._times[index + 1] - self._times[kept[-1]] > longest:
-                    kept.append(index)
-            kept.append(len(self._times) - 1)
-            self._times, self._rows = [self._times[k] for k in kept], [self._rows[k] for k in kept]
+                if self._times[index + 1] - self._times[indices[-1]] > longest:
+                    indices.append(index)
+            indices.append(len(self._times) - 1)
+            self._times, self._rows = [self._times[i] for i in indices], [self._rows[i] for i in indices]
 
     def __len__(self) -> int:
         return len(self._times)

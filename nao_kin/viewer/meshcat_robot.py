@@ -29,7 +29,7 @@ _ARROWS = {
     "z": ((0.0, 0.0, 0.0), (0.15, 0.35, 0.95, 1.0)),
 }
 _SLENDERNESS = 30.0  # length of an arrow : its radius
-# A browser turns from one key to the next the shorter way round; keys are this close, so that no turn is half a circle.
+# A browser turns the shorter way from key to key; closer keys than this avoid half a circle.
 _LARGEST_STEP = math.pi / 2.0
 
 
@@ -71,7 +71,7 @@ class MeshcatRobot:
         self._joints = [
             _MovingJoint(joint, drivers[joint.name], self._paths[joint.child]) for joint in robot.tree.moving_joints
         ]
-        # Path of a node → what it was sent last: a joint's value, or the base's coordinates.
+        # Path of a node → the values sent last: of a joint, or of the base.
         self._sent: dict[str, tuple[float, ...]] = {}
         self._frames: list[str] = []
         self._plays = self._deleted = False
@@ -129,7 +129,6 @@ class MeshcatRobot:
 
         Raises:
             BadArgument: the robot was deleted.
-            UnknownName: a motion names joints that the robot does not have.
 
         Examples:
             >>> shown.animate(np.linspace(nao.posture("Stand"), nao.posture("Crouch"), 30))  # doctest: +SKIP

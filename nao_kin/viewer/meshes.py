@@ -59,8 +59,7 @@ def load_meshes(path: Path, scale: Floats) -> tuple[Mesh, ...]:
     """
 
     def parts_of(scene: Any) -> list[Mesh]:
-        # Normals written in the file are the author's word on what is smooth; elsewhere the angle between faces
-        # decides.
+        # Normals in the file say which edges are smooth; otherwise the angle between faces does.
         return list(_parts(scene, path.suffix.lower() == ".obj" and b"\nvn " in path.read_bytes()))
 
     parts = read_mesh(path, parts_of)
@@ -82,7 +81,7 @@ def mesh_of(vertices: Floats, faces: NDArray[np.uint32]) -> Mesh:
 
 def pieces(mesh: Mesh) -> tuple[Mesh, ...]:
     """Return the connected parts of a mesh, in the order of their first triangles."""
-    _, point = np.unique(mesh.vertices, axis=0, return_inverse=True)  # vertices at an edge stand there once per face
+    _, point = np.unique(mesh.vertices, axis=0, return_inverse=True)  # an edge has separate vertices for each face
     corners = point.reshape(-1)[mesh.faces]
     labels = np.arange(len(mesh.vertices))
     while True:  # each triangle gives its points the lowest label among them, until nothing changes
@@ -183,17 +182,17 @@ def _colour(mesh: Any) -> Rgba | None:
 
 # --- The lights among a robot's shapes: the LEDs of this library's own NAO meshes.
 #
-# A mesh of LEDs is drawn piece by piece, so that each light shines in a colour of its own. Other shapes are no
-# lights, whatever their looks: a robot without such meshes has none.
+# A mesh of LEDs is drawn in separate pieces, so that each light has its own colour. Robots without these meshes have no
+# lights.
 
-# The light that a mesh is, by the stem of its file.
+# Stem of a mesh file → light.
 _WHOLE: Mapping[str, str] = {"torso_led": "Chest", "l_foot_led": "LeftFoot", "r_foot_led": "RightFoot"}
 _EYES = "head_led"
-# Which side of the head, y > 0 or < 0, each eye is on.
+# Eye → sign of its y.
 _SIDES: Mapping[str, float] = {"LeftEye": 1.0, "RightEye": -1.0}
 _SEGMENTS = 8
 
-# Name of several lights → their names.
+# Group of lights → their names.
 GROUPS: Mapping[str, tuple[str, ...]] = {eye: tuple(f"{eye}{number}" for number in range(_SEGMENTS)) for eye in _SIDES}
 
 

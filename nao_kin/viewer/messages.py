@@ -10,7 +10,7 @@ import hashlib
 import math
 import threading
 import uuid
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
@@ -42,9 +42,7 @@ _NAMESPACE = uuid.UUID("6f3c1c0e-5a0b-4f6e-9d6b-2c8f6f0b7a11")
 class RetainedMessages:
     """The newest message of every key, retained for pages that open later; safe for several threads.
 
-    Attributes:
-        scene: keys of the constant messages, set by `scene_is_complete`.
-        scene_tag: digest of these messages.
+    `scene` has the keys of the constant messages, and `scene_tag` their digest, set by `scene_is_complete`.
     """
 
     def __init__(self) -> None:
@@ -82,11 +80,10 @@ class RetainedMessages:
         with self._lock:
             return tuple(self._messages)
 
-    def messages(self) -> Iterator[bytes]:
-        """Yield the newest messages, in the order of the keys."""
+    def messages(self) -> tuple[bytes, ...]:
+        """Return the newest messages, in the order of the keys."""
         with self._lock:
-            kept = list(self._messages.values())
-        yield from kept
+            return tuple(self._messages.values())
 
     def watch(self, watcher: Callable[[str], None]) -> None:
         """Call `watcher` with the key of every new message, in the thread that puts it."""
@@ -208,7 +205,7 @@ def _matrix(shape: Shape) -> list[float]:
     return [float(entry) for entry in np.eye(4).flat]
 
 
-# --- The messages for the panel, each kind with its fields: what is sent, and what web/src/messages.js takes.
+# --- The messages for the panel, each kind with its fields: as sent here and read by web/src/messages.js.
 
 
 @dataclass(frozen=True)
@@ -227,20 +224,20 @@ class Kind:
 
 
 _SCALE = {"stops": "Vector[] | null", "label": "string", "low": "string", "high": "string"}
-# What shows links in their own colours.
+# Fields of the message that shows links in their own colours.
 COLOURLESS: Mapping[str, Any] = {"robot": 0, "links": [], "label": "", "low": "", "high": "", "stops": None}
 
 KINDS: Mapping[str, Kind] = {
-    # The robot that leads.
+    # The leading robot.
     "robot": Kind({"about": "About"}),
     "joints": Kind({"q": "Float64Array", "up": "Vector | null", "source": "string"}),
     "still": Kind({}),
-    # The others, each with its number.
+    # Additional robots, with their numbers.
     "robot_added": Kind({"robot": "number", "name": "string", "about": "About"}),
     "robot_joints": Kind({"robot": "number", "q": "Float64Array", "up": "Vector | null"}),
     "robot_removed": Kind({"robot": "number"}),
     "robots": Kind({"robots": "number[]"}, blank={"robots": []}),
-    # What is drawn.
+    # Drawings.
     "shown": Kind({"shown": "Record<string, boolean>", "source": "string"}),
     "frames": Kind({"names": "string[]", "size": "number | null"}),
     "ghosts": Kind(
@@ -264,13 +261,13 @@ KINDS: Mapping[str, Kind] = {
         | {"parts?": "{ geometry: object; colour: Vector; opacity: number }[]"}
     ),
     "extras": Kind({"names": "string[]"}, blank={"names": []}),
-    # The picture, and the connection.
+    # Pictures, and the connection.
     "camera": Kind({"name": "string"}),
     "capture": Kind({"id": "string", "camera": "string", "width": "number", "height": "number"}, is_kept=False),
     "version": Kind({"version": "string"}, is_kept=False),
     "complete": Kind({}, is_kept=False),
 }
-# Under the key of each message that shows something, the one that takes it away.
+# Key of a message that shows something → the message that removes it.
 BLANKS: Mapping[str, bytes] = {
     "clip": panel_message("still", {}),
     **{name: panel_message(name, kind.blank) for name, kind in KINDS.items() if kind.blank is not None},

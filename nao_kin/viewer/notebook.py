@@ -24,10 +24,10 @@ from nao_kin.viewer.messages import RetainedMessages, note_last
 from nao_kin.viewer.server import Answer, weak_receiver
 
 _SCRIPT = Path(__file__).resolve().parent / "page" / "bridge.js"
-# Drawing more often than a screen does helps nobody.
+# The period of a common screen.
 _PAUSE_SECONDS = 1.0 / 30.0
 
-# Unpacks the page that stands in its own text; a third of the size counts where every output is kept in a file.
+# Unpacks the page: compression makes a notebook's outputs a third of the size.
 _LOADER = """<script type="module">
 const packed = Uint8Array.from(atob("{packed}"), (letter) => letter.charCodeAt(0));
 const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
@@ -59,15 +59,10 @@ def has_bridge() -> bool:
 
 
 class Bridge:
-    """A connection of one frame in a notebook to the messages of a viewer, until `close`.
+    """A connection of the frame `name` in a notebook to the messages of a viewer, until `close`.
 
     It sends what has changed since its construction; `on_answer` is called in the kernel's thread with the page's
-    messages.
-
-    Attributes:
-        name: the name of the frame.
-        end: closes it; for one made by `bridge_of`, without keeping anything of it.
-        widget: to be displayed next to the frame.
+    messages. The cell displays `widget` next to the frame.
     """
 
     def __init__(self, messages: RetainedMessages, on_answer: Callable[[Answer], None]) -> None:
@@ -98,8 +93,8 @@ class Bridge:
             self._on_answer(content)
             return
         with self._news:
-            names = self._messages.names()
-            self._changed = {key: None for key in names if self._messages.get(key) is not self._in_frame.get(key)}
+            get, before = self._messages.get, self._in_frame.get
+            self._changed = dict.fromkeys(key for key in self._messages.names() if get(key) is not before(key))
             if self._thread is None:
                 self._thread = threading.Thread(target=self._send_changes, name="nao_kin notebook", daemon=True)
                 self._thread.start()

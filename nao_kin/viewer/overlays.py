@@ -34,39 +34,43 @@ from nao_kin.rotations import check_rotation
 from nao_kin.viewer.meshes import Mesh, load_meshes, mesh_of
 from nao_kin.viewer.messages import RetainedMessages, mesh_document, packed, panel_message, typed_array
 
-# What the numbers of a voxel are called in the legend.
+# Quantity of a voxel → its name in the legend.
 REACH_LABELS = {
     "best": "best manipulability",
     "mean": "mean manipulability",
     "count": "samples",
     "coverage": "share of directions",
 }
-# A browser without a graphics card still turns so many cubes.
-_MOST_CUBES = 40_000
-_MOST_GHOSTS = 64
+# A browser without a graphics card can still turn this many cubes.
+_MAX_CUBES = 40_000
+_MAX_GHOSTS = 64
 _LARGEST_FIRST = 1_000_000
 # The colours that NAO's shells were sold in.
 EDITIONS = ("orange", "blue", "red", "grey")
-# Further out a double keeps an angle to 1e-10 rad no longer, and a graphics card, which computes in floats, draws
-# nothing that is still a robot.
+# Beyond this, a double resolves angles worse than 1e-10 rad, and a graphics card, which uses floats, distorts robots.
 LARGEST = 1e6
-# Further away [m] it draws nothing that keeps its shape.
+# Beyond this distance [m] a graphics card distorts shapes.
 FARTHEST = 1e4
+
+
+def shaped(value: ArrayLike, shape: tuple[int, ...], what: str) -> Floats:
+    """Return `value` as finite numbers of one shape."""
+    array = as_floats(value, (), what)
+    if array.shape != shape:
+        raise WrongShape(what, str(shape), array.shape)
+    return array
 
 
 def number(value: ArrayLike, what: str) -> float:
     """Return `value` as one finite number."""
-    array = as_floats(value, (), what)
-    if array.shape != ():
-        raise WrongShape(what, "()", array.shape)
-    return float(array)
+    return float(shaped(value, (), what))
 
 
-def up_to(value: ArrayLike, what: str, most: float, unit: str = "") -> float:
+def up_to(value: ArrayLike, what: str, largest: float, unit: str = "") -> float:
     """Return `value`, above 0 and at most `largest`."""
     found = number(value, what)
-    if not 0.0 < found <= most:
-        raise BadArgument(f"{what} must be above 0 and at most {most:g}{unit}, got {found:g}")
+    if not 0.0 < found <= largest:
+        raise BadArgument(f"{what} must be above 0 and at most {largest:g}{unit}, got {found:g}")
     return found
 
 
@@ -82,11 +86,8 @@ def checked_length(value: ArrayLike, what: str) -> float:
 
 def direction(value: ArrayLike, what: str) -> list[float]:
     """Return `value` as a unit vector."""
-    vector = as_vectors(value, what)
-    if vector.shape != (3,):
-        raise WrongShape(what, "(3,)", vector.shape)
-    unit_vector: list[float] = unit(vector, what)[0].tolist()
-    return unit_vector
+    vector: list[float] = unit(shaped(value, (3,), what), what)[0].tolist()
+    return vector
 
 
 def directions(value: ArrayLike, what: str, count: int) -> Floats:
@@ -145,8 +146,7 @@ def frame_names(robot: RobotModel, names: Iterable[str]) -> list[str]:
 
 def frames(names: list[str], size: float | None) -> bytes:
     """Return the message that draws triads at frames."""
-    length = None if size is None else checked_length(size, "size")
-    return panel_message("frames", {"names": names, "size": length})
+    return panel_message("frames", {"names": names, "size": None if size is None else checked_length(size, "size")})
 
 
 def ghosts(robot: RobotModel, configurations: ArrayLike, opacity: float, first: int) -> bytes:
@@ -157,11 +157,11 @@ def ghosts(robot: RobotModel, configurations: ArrayLike, opacity: float, first: 
     numbered_from = whole_number(first, "first", 0, _LARGEST_FIRST) if array.ndim == 2 else None
     array = robot.checked(np.atleast_2d(array))
     check_size(robot, array)
-    if len(array) > _MOST_GHOSTS:
-        raise BadArgument(f"at most {_MOST_GHOSTS} ghosts are drawn, got {len(array)} configurations")
+    if len(array) > _MAX_GHOSTS:
+        raise BadArgument(f"at most {_MAX_GHOSTS} ghosts are drawn, got {len(array)} configurations")
     share = checked_opacity(opacity)
-    content = {"qs": typed_array(array.reshape(-1)), "count": len(array), "opacity": share}
-    return panel_message("ghosts", {**content, "first": numbered_from})
+    content = {"qs": typed_array(array.reshape(-1)), "count": len(array), "opacity": share, "first": numbered_from}
+    return panel_message("ghosts", content)
 
 
 def targets(poses: Mapping[str, ArrayLike]) -> bytes:
@@ -198,8 +198,8 @@ def reach(robot: RobotModel, found: ReachMap | None, by: str, cut: tuple[str, fl
         raise UnknownName("frame", settings.reference, robot.frame_names)
     if len(found.count) == 0:
         raise BadArgument("the reach map is empty: nothing to show")
-    factor = max(1, round((len(found.count) / _MOST_CUBES) ** (1 / 3)))
-    while len((shown := found.coarser(factor)).count) > _MOST_CUBES or np.ptp(shown.indices, axis=0).max() > 0xFFFF:
+    factor = max(1, round((len(found.count) / _MAX_CUBES) ** (1 / 3)))
+    while len((shown := found.coarser(factor)).count) > _MAX_CUBES or np.ptp(shown.indices, axis=0).max() > 0xFFFF:
         factor += 1
     values, first = shown.column(by), shown.indices.min(axis=0)
     low, high = float(values.min()), float(values.max())
@@ -239,11 +239,11 @@ def _plane(cut: tuple[str, float]) -> dict[str, Any]:
     return {"axis": cut[0], "place": number(cut[1], "cut")}
 
 
-# --- Points, meshes and lines that are no part of a robot, as the fields of messages.
+# --- Points, meshes and lines that are not part of a robot, as the fields of messages.
 
-MOST_POINTS = 2_000_000
-_MOST_CORNERS = 2_000_000
-_MOST_LINE_POINTS = 100_000
+MAX_POINTS = 2_000_000
+_MAX_CORNERS = 2_000_000
+_MAX_LINE_POINTS = 100_000
 _LONGEST_NAME = 200
 _BLUE = (0.15, 0.39, 0.92)
 
@@ -258,7 +258,7 @@ def checked_name(name: str) -> str:
 
 def points(array: ArrayLike, colours: ArrayLike | None, size: float) -> dict[str, Any]:
     """Return the fields of a cloud of points."""
-    rows = _positions(array, "points", MOST_POINTS)
+    rows = _positions(array, "points", MAX_POINTS)
     content = {"positions": _floats(rows), "size": checked_length(size, "size"), "colour": _BLUE, "colours": None}
     if colours is None:
         return content
@@ -294,21 +294,19 @@ def mesh(
 
 def line(array: ArrayLike, colour: ArrayLike | None, width: float) -> dict[str, Any]:
     """Return the fields of a round line through points."""
-    rows = _positions(array, "points", _MOST_LINE_POINTS)
+    rows = _positions(array, "points", _MAX_LINE_POINTS)
     if len(rows) < 2:
         raise WrongShape("points", "(n, 3) with n ≥ 2", rows.shape)
     rgb = _BLUE if colour is None else one_colour(colour)
     return {"positions": _floats(rows), "colour": rgb, "width": checked_length(width, "width")}
 
 
-def one_colour(colour: ArrayLike) -> tuple[float, float, float]:
+def one_colour(colour: ArrayLike, what: str = "color") -> list[float]:
     """Return `colour` as red, green and blue from 0 to 1."""
-    rgb = as_floats(colour, (), "color")
-    if rgb.shape != (3,):
-        raise WrongShape("color", "(3,)", rgb.shape)
-    _check_colours(rgb, "color")
-    red, green, blue = rgb.tolist()
-    return red, green, blue
+    rgb = shaped(colour, (3,), what)
+    _check_colours(rgb, what)
+    found: list[float] = rgb.tolist()
+    return found
 
 
 def _check_colours(rgb: Floats, what: str) -> None:
@@ -316,24 +314,24 @@ def _check_colours(rgb: Floats, what: str) -> None:
         raise BadArgument(f"{what} must be red, green and blue from 0 to 1, got {rgb.min():g} to {rgb.max():g}")
 
 
-def _positions(array: ArrayLike, what: str, most: int) -> Floats:
+def _positions(array: ArrayLike, what: str, max_count: int) -> Floats:
     rows = as_floats(array, (3,), what)
     if rows.ndim != 2:
         raise WrongShape(what, "(n, 3)", rows.shape)
-    if len(rows) > most:
-        raise BadArgument(f"at most {most} {what} are drawn, got {len(rows)}; leave some out")
+    if len(rows) > max_count:
+        raise BadArgument(f"at most {max_count} {what} are drawn, got {len(rows)}; leave some out")
     if rows.size and np.abs(rows).max() > FARTHEST:
         raise BadArgument(f"{what} reach to {np.abs(rows).max():g} m; at most {FARTHEST:g} m is drawn")
     return rows
 
 
 def _built(vertices: ArrayLike, faces: ArrayLike) -> Mesh:
-    rows = _positions(vertices, "vertices", _MOST_CORNERS)
+    rows = _positions(vertices, "vertices", _MAX_CORNERS)
     corners = as_numbers(faces, "faces")
     if corners.ndim != 2 or corners.shape[1] != 3 or len(corners) == 0:
         raise WrongShape("faces", "(m, 3) with m ≥ 1", corners.shape)
-    if len(corners) > _MOST_CORNERS:
-        raise BadArgument(f"at most {_MOST_CORNERS} faces are drawn, got {len(corners)}; leave some out")
+    if len(corners) > _MAX_CORNERS:
+        raise BadArgument(f"at most {_MAX_CORNERS} faces are drawn, got {len(corners)}; leave some out")
     if not np.isin(corners % 1.0, 0.0).all() or corners.min() < 0 or corners.max() >= len(rows):
         raise BadArgument(f"faces must be whole numbers from 0 to {len(rows) - 1}, the places of their corners")
     triangles: NDArray[np.uint32] = corners.astype(np.uint32)
@@ -348,10 +346,10 @@ def _read(path: Path) -> tuple[Mesh, ...]:
         parts = load_meshes(path, np.ones(3))
     except UnreadableShape as reason:
         raise BadArgument(f"{abbreviated(path)} is no mesh that can be drawn: {abbreviated(reason)}") from None
-    if sum(len(part.vertices) for part in parts) > _MOST_CORNERS:
-        raise BadArgument(f"{abbreviated(path)} has more than {_MOST_CORNERS} vertices")
+    if sum(len(part.vertices) for part in parts) > _MAX_CORNERS:
+        raise BadArgument(f"{abbreviated(path)} has more than {_MAX_CORNERS} vertices")
     for part in parts:
-        _positions(part.vertices, "vertices", _MOST_CORNERS)
+        _positions(part.vertices, "vertices", _MAX_CORNERS)
     return parts
 
 
@@ -359,23 +357,19 @@ def _floats(rows: Floats) -> Any:
     return typed_array(rows.astype(np.float32).reshape(-1))
 
 
-# --- Buttons of the page, and shapes beside the robot by their names.
+# --- Buttons of the page, and shapes that are not part of a robot.
 
 
-# What the page's buttons show and hide, as it begins.
+# Initial state of the page's buttons.
 _SHOWN = {"frames": False, "axes": False, "com": False, "support": False, "ghosts": True, "handles": True}
-# What a page may say of buttons at once, and how long their names may be.
-_MOST_SHOWN = 64
+# Limits of a page's message on buttons: their number, and the length of their names.
+_MAX_SHOWN = 64
 _LONGEST_BUTTON = 40
-_MOST_SHAPES = 1000
+_MAX_SHAPES = 1000
 
 
 class Buttons:
-    """The state of the page's buttons, shared by all pages.
-
-    Attributes:
-        shown: name of a button → whether it is on.
-    """
+    """The state of the page's buttons, shared by all pages: `shown`, name → whether it is on."""
 
     def __init__(self, messages: RetainedMessages, lock: RLock) -> None:
         self._messages, self._lock = messages, lock
@@ -397,8 +391,8 @@ class Buttons:
 
     def receive(self, shown: object, source: str) -> None:
         """Take the state of a page's buttons."""
-        for what, on in list(shown.items())[:_MOST_SHOWN] if isinstance(shown, dict) else ():
-            may_begin = len(self.shown) < _MOST_SHOWN and 0 < len(what) <= _LONGEST_BUTTON and what.isprintable()
+        for what, on in list(shown.items())[:_MAX_SHOWN] if isinstance(shown, dict) else ():
+            may_begin = len(self.shown) < _MAX_SHOWN and 0 < len(what) <= _LONGEST_BUTTON and what.isprintable()
             if (what in self.shown or may_begin) and isinstance(on, bool) and self.shown.get(what) is not on:
                 self.press(what, on, source)
 
@@ -413,8 +407,8 @@ class Extras:
     def add(self, name: str, message: bytes) -> None:
         """Put the message that draws a shape, instead of the one of the same name."""
         with self._lock:
-            if name not in self._names and len(self._names) >= _MOST_SHAPES:
-                raise BadArgument(f"at most {_MOST_SHAPES} shapes are drawn; remove some before {abbreviated(name)}")
+            if name not in self._names and len(self._names) >= _MAX_SHAPES:
+                raise BadArgument(f"at most {_MAX_SHAPES} shapes are drawn; remove some before {abbreviated(name)}")
             self._names[name] = None
             self._messages.put(_key(name), message)
             self._list()

@@ -20,22 +20,16 @@ from nao_kin.viewer.meshes import Mesh, Shape, lights_of, load_meshes
 from nao_kin.viewer.messages import node_name
 
 ROBOT = "robot"
-# What the names of our NAO's meshes end in that its editions differ by.
+# Suffix of the meshes of our NAO whose colour differs between its editions.
 _ACCENT = "_accent"
 _GREY: Rgba = (0.75, 0.77, 0.8, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
 class Drawable:
-    """One shape of one link, in one colour.
+    """One shape of one link, in one colour and opacity, each in [0, 1].
 
-    Attributes:
-        link: name of the link.
-        T_link_shape: pose of the shape in the link's frame.
-        shape: the geometry.
-        rgba: colour and opacity, each in [0, 1].
-        light: name of the light; "" for other shapes.
-        accent: whether its colour differs between the editions of our NAO.
+    `light` is the name of the light, "" for other shapes; `accent`: its colour differs between the editions of our NAO.
     """
 
     link: str
@@ -101,13 +95,9 @@ def link_paths(tree: UrdfTree) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class Driver:
-    """The coordinate that moves a joint: its value is multiplier · q[column] + offset.
+    """The coordinate that moves a joint: its value is multiplier · q[column] + offset [rad or m].
 
-    Attributes:
-        column: index of the coordinate in q.
-        multiplier: factor of the coordinate.
-        offset: value at zero [rad or m].
-        follows: the joint that it follows, "" for none.
+    `follows` is the joint that it follows, "" for none.
     """
 
     column: int

@@ -15,7 +15,7 @@ import socket
 import threading
 import time
 import weakref
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
 from urllib.parse import urlencode
@@ -33,13 +33,13 @@ from nao_kin.viewer.messages import BLANKS, RetainedMessages, note_last, panel_m
 
 _FIRST_PORT, _PORTS_TRIED = 7000, 200
 _LARGEST_PICTURE, _LARGEST_ANSWER = 1 << 27, 1 << 20
-# Nothing here is asked for with a body; tornado would keep 100 MB of one before it is refused.
+# Requests here have no body; by default tornado would read 100 MB before it refuses one.
 _LARGEST_BODY = 1 << 10
-_MOST_PAGES = 64
-# No page has so much to say: one that draws 240 times a second says less.
+_MAX_PAGES = 64
+# More often than any page sends: one that draws 240 times a second sends less.
 _SECONDS_BETWEEN_ANSWERS = 1.0 / 500.0
 _JOIN_SECONDS = 5.0
-# A browser asked for an address that stands for all addresses would not know where to go.
+# Address that means all addresses → one that a browser can open.
 _HERE = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}
 
 Answer = dict[str, Any]
@@ -58,20 +58,10 @@ def weak_receiver(receive: Callable[[Answer], None]) -> Callable[[Answer], None]
 
 
 class LiveServer:
-    """A server of a page and its messages on one port, from construction until `close`.
+    """A server of a page and its messages on one port, the first free one for None, from construction until `close`.
 
-    Args:
-        messages: the messages for pages.
-        document: the page.
-        host: address to listen on.
-        port: port to listen on; None for the first free one.
-        on_answer: called with each message of a page, in the server's thread.
-        allow_hosts: names to answer to in addition to those of this machine.
-        token: as in `Access`.
-
-    Raises:
-        BadArgument: the address or the port is not available, every name is allowed without a token, or this process
-            can open no more files.
+    `on_answer` is called with each message of a page, in the server's thread. Raises BadArgument if the address or the
+    port is not available, every name is allowed without a token, or this process can open no more files.
     """
 
     def __init__(
@@ -97,7 +87,6 @@ class LiveServer:
         self._messages, self._document, self._on_answer = messages, document, on_answer
         self._pages: set[_Page] = set()
         self._changed: dict[str, None] = {}
-        self._update_scheduled = False
         self._lock = threading.Lock()
         self._arrival = threading.Condition()
         self._application = tornado.web.Application(
@@ -204,18 +193,17 @@ class LiveServer:
 
     def _note_change(self, key: str) -> None:
         """Schedule one update in the server's thread, for all changes until it runs."""
-        if not self._pages:  # one that opens from now on is sent all there is
+        if not self._pages:  # a page that opens later gets all messages
             return
         with self._lock:
+            schedule = not self._changed
             note_last(self._changed, key)
-            schedule = not self._update_scheduled
-            self._update_scheduled = True
         if schedule:
             self._call(self._update_pages)
 
     def _update_pages(self) -> None:
         with self._lock:
-            changed, self._changed, self._update_scheduled = self._changed, {}, False
+            changed, self._changed = self._changed, {}
         for page in tuple(self._pages):
             page.refresh(changed)
 
@@ -226,14 +214,14 @@ class LiveServer:
         had = page.get_query_argument("have", "")
         page.send_once(panel_message("version", {"version": version}))
         if had in ("", version):
-            # A page that has the scene, from here or from a program before, keeps it and where it is looked at from.
-            kept = messages.scene | {"camera"} if had else frozenset[str]()
+            # A page that has the scene, from here or from an earlier program, keeps it and its camera.
+            retained = messages.scene | {"camera"} if had else frozenset[str]()
             shown = messages.names()
             if had:
-                # What it shows from a program before, and this one does not.
+                # Remove what it shows from an earlier program.
                 for key in BLANKS.keys() - set(shown):
                     page.send_once(BLANKS[key])
-            page.refresh(dict.fromkeys(key for key in shown if key not in kept))
+            page.refresh(key for key in shown if key not in retained)
             page.send_once(panel_message("complete", {}))
 
     def _page_answered(self, page: _Page, answer: Answer) -> None:
@@ -261,11 +249,11 @@ class _Page(Guarded, tornado.websocket.WebSocketHandler):
         refusal = self.access.refusal_of_origin(headers.get_list("Origin"), headers["Host"], self.given_token())
         if refusal is not None:
             self.refuse(403, refusal)
-        elif len(self.server._pages) >= _MOST_PAGES:
-            self.refuse(503, f"{_MOST_PAGES} pages are open already.")
+        elif len(self.server._pages) >= _MAX_PAGES:
+            self.refuse(503, f"{_MAX_PAGES} pages are open already.")
 
     def check_origin(self, origin: str) -> bool:
-        return True  # looked at in `prepare`
+        return True  # checked in `prepare`
 
     @property
     def max_message_size(self) -> int:
@@ -290,10 +278,10 @@ class _Page(Guarded, tornado.websocket.WebSocketHandler):
             answer = json.loads(message)
         if isinstance(answer, dict):
             self.server._page_answered(self, answer)
-        # The next message of this page is read no sooner. A page in a hurry fills its own buffers, not ours.
+        # Until then no further message of this page is read: a fast page fills its own buffers, not ours.
         await asyncio.sleep(_SECONDS_BETWEEN_ANSWERS)
 
-    def refresh(self, keys: dict[str, None]) -> None:
+    def refresh(self, keys: Iterable[str]) -> None:
         for key in keys:
             note_last(self._pending, key)
         self._start_sending()
@@ -311,8 +299,7 @@ class _Page(Guarded, tornado.websocket.WebSocketHandler):
         try:
             while self._pending or self._once:
                 keys, self._pending = self._pending, {}
-                for key in keys:
-                    message = self.server._messages.get(key)
+                for message in map(self.server._messages.get, keys):
                     if message is not None:
                         await self.write_message(message, binary=True)
                 once, self._once = self._once, []

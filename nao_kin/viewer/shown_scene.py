@@ -14,10 +14,10 @@ from nao_kin._core.warn import warn_caller
 from nao_kin.errors import NaoKinWarning
 from nao_kin.robot import RobotModel
 
-# --- Which page says where a motion is that is played.
+# --- The page whose playback is followed.
 
-# A page that plays says where it is up to thirty times a second. One that is silent for so long [s] leads no more: it
-# has ended or is gone, for even a browser that is busy with another page is heard sooner.
+# A page that plays reports up to thirty times a second. After this silence [s] it loses the lead: even a busy browser
+# reports sooner.
 _SILENCE = 3.0
 
 
@@ -53,7 +53,7 @@ class Lead:
             return True
 
 
-# --- Who wants to know what a page does to the robot, and how they hear of it.
+# --- Callbacks on changes by a page.
 
 # Called with the configuration and the names of the joints that changed.
 ChangeCallback = Callable[[Floats, tuple[str, ...]], object]

@@ -34,11 +34,11 @@ from nao_kin.viewer.scene import ROBOT
 from nao_kin.viewer.server import Answer, LiveServer, weak_receiver
 from nao_kin.viewer.shown_scene import ChangeCallback, Changes, Lead, OutsideWarnings, Subscription
 
-# A page names itself in what it sends, and is sent it back.
-_MOST_OF_A_SOURCE = 64
-# Between robots that stand beside each other [m]; and how many there may be beside the first.
+# A page sends its name with its messages, and gets it back.
+_MAX_SOURCE = 64
+# Distance between neighbouring robots [m], and the largest number of additional robots.
 _GAP = 0.1
-_MOST_ROBOTS = 32
+_MAX_ROBOTS = 32
 
 
 class Viewer:
@@ -85,8 +85,7 @@ class Viewer:
         allow_hosts: Iterable[str] = (),
         token: bool | str | None = None,
     ) -> None:
-        # The server, and what ends it. A finalizer that has run holds nothing any more; others would keep every page
-        # ever served.
+        # The server, and the finalizer that ends it. Only a finalizer that has run releases its server.
         self._server: LiveServer | None = None
         self._end_server: Callable[[], object] | None = None
         self._starting = threading.Lock()
@@ -95,15 +94,15 @@ class Viewer:
         self._screenshots, self._bridges = Screenshots(), list[Bridge]()
         if not isinstance(robot, RobotModel):
             raise BadArgument(f"a viewer shows a robot model, got {type(robot).__name__}")
-        # The robots of the scene: the first leads.
+        # The robots of the scene; the first one leads.
         self._look, self._numbers = SceneRobot(robot), itertools.count(1)
         self._robots, self._edge = [self._look], self._look.reaches_aside
         self.robot, self.notes, self.light_names = robot, self._look.notes, self._look.light_names
         self.camera_names = tuple(self._look.cameras)
-        # Held while what is shown and the message that says so change: a page's answers come in another thread.
+        # Held while the state and its message change: a page's messages arrive in another thread.
         self._messages, self._lock = RetainedMessages(), threading.RLock()
         self._buttons, self._extras = Buttons(self._messages, self._lock), Extras(self._messages, self._lock)
-        # What moves the robot, and who hears of it.
+        # Sources and receivers of the robot's movements.
         self._lead, self._outside = Lead(), OutsideWarnings(robot)
         self._changes, self._recordings = Changes(), list[Recording]()
         for key, message in self._look.messages():
@@ -191,10 +190,6 @@ class Viewer:
             hips: rule for a motor that a motion names twice, as in `Motion.configurations`.
             up: as in `display`, shape (3,) for all configurations or (n, 3) for each; None: found for each of them.
 
-        Raises:
-            ZeroNorm: `up` is no direction.
-            UnknownName: a motion names joints that the robot does not have.
-
         Examples:
             >>> nao = nk.load_nao()
             >>> viewer = nk.Viewer(nao)
@@ -221,7 +216,7 @@ class Viewer:
         choice(name, self.camera_names, "camera")
         self._messages.put("camera", panel_message("camera", {"name": name}))
 
-    # --- what pages do, and what is shown meanwhile ---------------------------------------------------------------
+    # --- movements by a page, and recordings ----------------------------------------------------------------------
 
     def on_change(self, callback: ChangeCallback) -> Subscription:
         """Call a function when the robot moves in a page: by sliders, handles, postures, a clip or key frames.
@@ -251,10 +246,8 @@ class Viewer:
     def record(self, fps: float = 30.0) -> Iterator[Recording]:
         """Record in a `with` block what is displayed, dragged, and played in a page.
 
-        Move the robot in the page inside the block, and write `recording.motion` to a file afterwards.
-
-        Args:
-            fps: configurations recorded per second, at most; `Recording` bounds the memory of long recordings.
+        Move the robot in the page inside the block, and write `recording.motion` to a file afterwards. At most `fps`
+        configurations are recorded per second; `Recording` bounds the memory of long recordings.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -274,7 +267,7 @@ class Viewer:
             self._recordings.remove(recording)
             recording.finish()
 
-    # --- other robots ---------------------------------------------------------------------------------------------
+    # --- additional robots ------------------------------------------------------------------------------------------
 
     def add_robot(
         self,
@@ -309,8 +302,8 @@ class Viewer:
         model = robot.robot if isinstance(robot, MultiDofModel) else robot
         called = overlays.checked_name(model.name if name is None else name)
         share = overlays.checked_opacity(opacity)
-        if len(self._robots) > _MOST_ROBOTS:
-            raise BadArgument(f"at most {_MOST_ROBOTS} robots are added; remove some before {abbreviated(called)}")
+        if len(self._robots) > _MAX_ROBOTS:
+            raise BadArgument(f"at most {_MAX_ROBOTS} robots are added; remove some before {abbreviated(called)}")
         place = None if at is None else checked_pose(at)
         look = SceneRobot(model, next(self._numbers))
         for key, message in look.messages(called, share):
@@ -427,9 +420,6 @@ class Viewer:
         Args:
             targets: name → position, shape (3,) [m], or pose, shape (4, 4).
 
-        Raises:
-            NotARotation: the rotation of a pose is none.
-
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
             >>> viewer.show_targets({"cup": [0.2, 0.1, 0.1]})
@@ -516,7 +506,7 @@ class Viewer:
         """
         self._messages.put("edition", overlays.edition(name))
 
-    # --- shapes that are no part of it ----------------------------------------------------------------------------
+    # --- other shapes ---------------------------------------------------------------------------------------------
 
     def add_points(
         self,
@@ -773,7 +763,7 @@ class Viewer:
                     Document(live_page(self.robot.name), POLICY),
                     host=self.host,
                     port=self._port,
-                    # The server must not keep the viewer alive: whoever drops it drops the server too.
+                    # The server must not keep the viewer alive, whose end is the server's too.
                     on_answer=weak_receiver(self._receive),
                     allow_hosts=self._allow_hosts,
                     token=self._token,
@@ -820,7 +810,7 @@ class Viewer:
         self._extras.add(name, panel_message("extra", {**known, **content}))
 
     def _show_joints(self, q: Floats, up: list[float] | None, source: str = "") -> None:
-        # What a page does comes behind the clip that it stops: pages that open later have the clip, and do not play it.
+        # A page's change follows the clip that it stops: pages that open later have the clip, and do not play it.
         behind_clip = source != "" and self._messages.get("clip") is not None
         if not behind_clip:
             self._messages.drop("moved")
@@ -834,7 +824,7 @@ class Viewer:
             recording.show(q)
 
     def __repr__(self) -> str:
-        # Not the token, for what is printed is logged and shared.
+        # Without the token, because printed text is logged and shared.
         where = f"live at {self._server.address}" if self._server is not None else "not live"
         return f"<Viewer of {self.robot.name}, {where}>"
 
@@ -842,4 +832,4 @@ class Viewer:
 def _source_of(answer: Answer) -> str:
     """Return the name by which the sending page calls itself, as text that can be sent on."""
     source = answer.get("source")
-    return source[:_MOST_OF_A_SOURCE].encode("utf-8", "replace").decode("utf-8") if isinstance(source, str) else ""
+    return source[:_MAX_SOURCE].encode("utf-8", "replace").decode("utf-8") if isinstance(source, str) else ""
