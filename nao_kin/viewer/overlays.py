@@ -86,8 +86,11 @@ def checked_length(value: ArrayLike, what: str) -> float:
 
 def direction(value: ArrayLike, what: str) -> list[float]:
     """Return `value` as a unit vector."""
-    vector: list[float] = unit(shaped(value, (3,), what), what)[0].tolist()
-    return vector
+    vector = as_vectors(value, what)
+    if vector.shape != (3,):
+        raise WrongShape(what, "(3,)", vector.shape)
+    found: list[float] = unit(vector, what)[0].tolist()
+    return found
 
 
 def directions(value: ArrayLike, what: str, count: int) -> Floats:

@@ -323,7 +323,7 @@ def test_a_finished_file_is_replaced_only_by_force_and_a_run_half_done_goes_on(w
     finished = poses.read_bytes()
     code, out, err = _run("", *arguments, "--deg", cwd=walk.parent)
     assert (code, out) == (2, "")
-    assert err.endswith("is there already; overwrite=True (--force) replaces it\n")
+    assert err.endswith("; overwrite=True (--force) replaces it\n")
     assert poses.read_bytes() == finished
     assert _run("", *arguments, "--deg", "--force", "--ignore-limits", cwd=walk.parent)[0] == 0
     assert poses.read_bytes() != finished
