@@ -43,7 +43,7 @@ demo: $(PLAIN)
 	$(BIN)/nao-kin info
 	$(BIN)/nao-kin fk --posture StandInit --deg
 	$(BIN)/python scripts/forward_kinematics.py --frame LArm --frame LLeg --frame CameraTop
-	$(BIN)/nao-kin view --posture StandInit --html nao.html
+	$(BIN)/nao-kin view --posture StandInit --html nao.html --force
 	@echo "Written: $(CURDIR)/nao.html, the robot as a page: open it in a browser, for example with $(OPEN) nao.html"
 
 test: $(STAMP)

@@ -69,7 +69,7 @@ def calls(nao: nk.NaoModel, count: int, folder: Path) -> dict[str, Call]:
         "crosscheck samples": lambda: sample_configurations(nao, count, 0),
         "viewer animate": lambda: viewer.animate(inside),
         "viewer animate, outside the limits": lambda: viewer.animate(beyond),
-        "viewer save_html": lambda: viewer.save_html(page),
+        "viewer save_html": lambda: viewer.save_html(page, overwrite=True),
     }
 
 

@@ -36,4 +36,4 @@ for number, solution in enumerate(family, start=5):
 viewer = nk.Viewer(nao)
 viewer.display(q)
 viewer.show_ghosts(family, first=5, opacity=0.5)
-print("see", viewer.save_html(folder / "arm_branches.html"))
+print("see", viewer.save_html(folder / "arm_branches.html", overwrite=True))

@@ -22,4 +22,4 @@ for name, T in zip(frames, T_torso_frame):
 viewer = nk.Viewer(nao)
 viewer.display(q)
 viewer.show_frames(["torso", *frames], size=0.08)
-print("see", viewer.save_html(folder / "first_pose.html"))
+print("see", viewer.save_html(folder / "first_pose.html", overwrite=True))

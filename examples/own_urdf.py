@@ -46,4 +46,4 @@ with tempfile.TemporaryDirectory() as temporary:
     viewer = nk.Viewer(lamp)
     viewer.display(lamp.configuration({"lean": 0.4, "tilt": 0.2}))
     viewer.show_ghosts(lamp.configuration({"lean": -0.4, "tilt": 0.2}))
-    print("see", viewer.save_html(folder / "own_urdf.html"))
+    print("see", viewer.save_html(folder / "own_urdf.html", overwrite=True))

@@ -24,4 +24,4 @@ for name, q in {"stand": stand, "looking": looking, "pointing": pointing}.items(
 viewer = nk.Viewer(nao)
 viewer.display(pointing)
 viewer.show_ghosts(stand)
-print("see", viewer.save_html(folder / "posture_and_joints.html"))
+print("see", viewer.save_html(folder / "posture_and_joints.html", overwrite=True))

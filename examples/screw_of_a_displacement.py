@@ -33,4 +33,4 @@ viewer.add_line("way", steps[:, :3, 3], color=(0.9, 0.3, 0.1), width=0.006, fram
 for part in (0, 20, 40, 60):
     hand = steps[part, :3, 3]
     viewer.add_line(f"radius {part}", [screw.axis.closest_point(hand), hand], width=0.002, frame="torso")
-print("see", viewer.save_html(folder / "screw_of_a_displacement.html"))
+print("see", viewer.save_html(folder / "screw_of_a_displacement.html", overwrite=True))

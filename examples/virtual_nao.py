@@ -26,4 +26,4 @@ with nk.naoqi.VirtualNao(stepped=True) as robot:  # its time moves only while it
     viewer.display(state.q)
     viewer.show_lights(nk.naoqi.light_colours(state.leds))
     viewer.say(nk.naoqi.spoken_words(state.saying))
-    print("see", viewer.save_html(folder / "virtual_nao.html"))
+    print("see", viewer.save_html(folder / "virtual_nao.html", overwrite=True))

@@ -24,4 +24,4 @@ print("it moves most freely at", [round(float(number), 2) for number in best], "
 viewer = nk.Viewer(nao)
 viewer.display(nao.posture("StandInit"))
 viewer.show_reach(reach, by="best", cut=("x", 0.0))  # red: moves well in all directions
-print("see", viewer.save_html(folder / "workspace.html"))
+print("see", viewer.save_html(folder / "workspace.html", overwrite=True))

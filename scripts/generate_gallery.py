@@ -131,9 +131,11 @@ def pictured_pages() -> Iterator[None]:
 
     save_html = Viewer.save_html
 
-    def save(viewer: Viewer, path: Path | str) -> Path:
-        page = save_html(viewer, path)
-        viewer.save_png(page.with_suffix(".png"), camera=CAMERAS.get(page.stem, "three-quarter"), size=SIZE)
+    def save(viewer: Viewer, path: Path | str, *, overwrite: bool = False) -> Path:
+        page = save_html(viewer, path, overwrite=overwrite)
+        viewer.save_png(
+            page.with_suffix(".png"), camera=CAMERAS.get(page.stem, "three-quarter"), size=SIZE, overwrite=overwrite
+        )
         return page
 
     with mock.patch.object(Viewer, "save_html", save):

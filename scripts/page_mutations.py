@@ -365,7 +365,7 @@ _PROGRAM = (
         "test_server.py::test_no_more_than_so_many_pages_are_served "
         "test_server.py::test_a_page_that_has_the_scene_is_sent_only_the_rest "
         "test_server.py::test_the_page_of_a_picture_opens_one_socket_without_a_token",
-        ("one-page-too-many", "len(self.server._pages) >= _MOST_PAGES", "len(self.server._pages) > _MOST_PAGES"),
+        ("one-page-too-many", "len(self.server._pages) >= _MAX_PAGES", "len(self.server._pages) > _MAX_PAGES"),
         (
             "page-of-an-earlier-program-keeps-what-is-gone",
             "for key in BLANKS.keys() - set(shown):",
@@ -410,7 +410,7 @@ _PROGRAM = (
         "test_from_python_alone.py",
         (
             "halved-recording-loses-its-first-and-last",
-            "kept.append(len(self._times) - 1)",
+            "indices.append(len(self._times) - 1)",
             "pass",
         ),
         ("robot-that-stood-still-drifts-in-a-recording", "if now - last > 2.0 * step:", "if False:"),
@@ -461,7 +461,7 @@ _PROGRAM = (
     *_faults(
         "viewer/notebook.py",
         "test_notebook.py::test_a_frame_that_opens_gets_what_has_changed_since_it_was_made_and_nothing_else",
-        ("frame-is-sent-what-it-has", "if self._messages.get(key) is not self._in_frame.get(key)", "if True"),
+        ("frame-is-sent-what-it-has", "if get(key) is not before(key)", "if True"),
     ),
     *_faults(
         "_core/supervisor.py",

@@ -268,7 +268,7 @@ def main() -> int:
         viewer.camera("three-quarter")
         for file in (clip, picture):
             file.parent.mkdir(parents=True, exist_ok=True)
-        print(f"{viewer.save_html(clip)}: {len(q)} frames, {clip.stat().st_size / 1e6:.2f} MB")
+        print(f"{viewer.save_html(clip, overwrite=True)}: {len(q)} frames, {clip.stat().st_size / 1e6:.2f} MB")
         if not options.no_picture:
             viewer.show_support_polygon()
             viewer.display(drawing.q[len(drawing.q) // 2 - round(0.6 * EIGHT_TIME * FPS)])

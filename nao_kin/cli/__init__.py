@@ -24,11 +24,11 @@ _WITH_QI = ("serve", "run", "live")
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run the program and exit.
 
-    Exit codes: 0 when all is well, 1 when a check failed, 2 for bad input; 129, 130 and 143 when ended by the signals
-    HUP, INT and TERM.
+    Exit codes: 0 for success, 1 if a check failed, 2 for bad input; 129, 130 and 143 after the signals HUP, INT and
+    TERM.
 
     Args:
-        arguments: what stands behind the program's name; those of this process by default.
+        arguments: the words after the program's name; those of this process by default.
 
     Examples:
         >>> nk.cli.main(["fk", "--posture", "Stand", "--frame", "LHnd"])
@@ -50,11 +50,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
 
 
 def _leave_qi(codes: list[int]) -> None:
-    """Leave with the exit code and without the rest of Python's end, where qi is loaded.
-
-    Its threads go on, and want Python's lock for the objects that they still hold: while Python ends, that aborts the
-    program.
-    """
+    """Exit without the rest of Python's shutdown if qi is loaded: its threads would abort the program there."""
     if codes and "qi" in sys.modules:
         for stream in (sys.stdout, sys.stderr):
             with suppress(OSError, ValueError):

@@ -1,4 +1,4 @@
-"""The `nao-kin` program: its commands, and errors and warnings as one line each."""
+"""The `nao-kin` program: its commands, and one line for each error and warning."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from nao_kin.cli.options import COMMANDS, Command
 from nao_kin.cli.output import print_note
 from nao_kin.errors import NaoKinError, NaoKinWarning
 
-# A quoted text, or a word, that is longer than any message repeats.
+# A quoted text, or a word, that is too long for a message.
 _LONG = re.compile(rf"'[^']{{{MAX_ECHOED},}}'|\S{{{MAX_ECHOED + 1},}}")
 
 app = typer.Typer(
@@ -47,9 +47,9 @@ _UsageError: type[Exception] = typer.BadParameter.__mro__[1]
 
 
 def run(arguments: Sequence[str] | None = None) -> int:
-    """The exit code of the program called with `arguments` (default: those of this process)."""
+    """Run the program with `arguments` (default: those of this process), and return its exit code."""
     if sys.stderr is None:
-        # Without this, Python prints what is meant for standard error on standard output.
+        # Otherwise Python prints text for standard error on standard output.
         sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
     if sys.stdout is None:
         return _fail("standard output is closed")
@@ -73,8 +73,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except (KeyboardInterrupt, typer.Abort):
         return 130
     except (BrokenPipeError, SystemExit):
-        # Whoever read the output has seen enough: typer and rich then leave. Keep the interpreter from complaining
-        # when it flushes at exit.
+        # The reader of the output has closed it, and typer and rich exit. Keep the interpreter quiet when it flushes.
         _discard_output()
         return 0
     except OSError as error:
@@ -99,7 +98,7 @@ def _discard_output() -> None:
 
 @contextmanager
 def _warnings_as_lines() -> Iterator[None]:
-    """Print the library's own warnings as one line each, and each only once; those of others as Python does."""
+    """Print each of the library's own warnings once, as one line; other warnings as Python does."""
     printed = set[str]()
     with warnings.catch_warnings():
         others = warnings.showwarning
@@ -117,7 +116,7 @@ def _warnings_as_lines() -> Iterator[None]:
 
 
 def _terminal_restored() -> AbstractContextManager[object]:
-    """Have a signal leave a terminal with a cursor and without half a progress bar."""
+    """Let a signal leave a terminal with its cursor and without half a progress bar."""
 
     def restore() -> None:
         os.write(2, b"\r\x1b[K\x1b[?25h")

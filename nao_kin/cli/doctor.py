@@ -1,4 +1,4 @@
-"""`nao-kin doctor` and `warmup`: what is installed, from where, what clashes, and kernels compiled ahead."""
+"""`nao-kin doctor` and `warmup`: what is installed, from where, which conflicts, and kernels compiled in advance."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from nao_kin._kernels.cache import warm_up
 from nao_kin.cli.options import JSON, command
 from nao_kin.cli.output import print_json, print_table
 
-# --- Libraries tried in a process of their own, for mixed binary libraries do not raise, they crash.
+# --- Libraries tried in a separate process, because incompatible binary libraries crash instead of raising.
 
 _PROBE = """
 import nao_kin
@@ -41,7 +41,7 @@ _PROBE_SECONDS = 120
 
 
 def model_problem(variables: Mapping[str, str]) -> list[str]:
-    """What is wrong where the NAO does not load, if anything."""
+    """Return the problem if the NAO does not load."""
     code, out, problem = _probed(_PROBE, variables)
     if code == 0 and out.startswith("25 "):
         return []
@@ -51,13 +51,13 @@ def model_problem(variables: Mapping[str, str]) -> list[str]:
 
 
 def numba_problem(variables: Mapping[str, str]) -> list[str]:
-    """What is wrong where Numba is installed and does not load: it refuses a NumPy newer than itself."""
+    """Return the problem if Numba is installed and does not load: it refuses a NumPy newer than itself."""
     code, out, problem = _probed(_NUMBA_PROBE, variables)
     return [found] if (found := out.strip() if code == 0 else f"numba does not load: {problem}") else []
 
 
 def _probed(program: str, variables: Mapping[str, str]) -> tuple[int | None, str, str]:
-    """Exit code and output of a program in a process of its own, and what it ended with; no code where it did not."""
+    """Return exit code, None if it did not end, output and last line of a program in a separate process."""
     try:
         with uninterrupted():
             probe = subprocess.Popen(
@@ -84,22 +84,20 @@ def _probed(program: str, variables: Mapping[str, str]) -> tuple[int | None, str
     return probe.returncode, out, abbreviated(lines[-1]) if lines else f"the process ended with code {probe.returncode}"
 
 
-# --- `nao-kin doctor`: what is installed, from where, and what is known to clash.
-#
-# It asks without importing, so that it can report a crash.
+# --- `nao-kin doctor`, which does not import the libraries, so that it can report a crash.
 
 # Distribution name → module name.
 _LIBRARIES = {"pin": "pinocchio"} | {
     name: name for name in "eigenpy coal numpy yourdfpy meshcat typer rich trimesh".split()
 }
-# Which may be absent: Pinocchio brings them, or works without.
+# May be absent: Pinocchio brings them, or works without them.
 _OPTIONAL = ("eigenpy", "coal")
 _BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "firefox")
 
 
 @command("doctor", "Example: nao-kin doctor --json")
 def doctor(json: bool = JSON) -> None:
-    """Versions, where each library comes from, extras, known clashes, and a browser; exit 1 when something is wrong."""
+    """Print versions, the location of each library, extras, known conflicts and a browser; exit code 1 for problems."""
     state = inspect_installation()
     if json:
         print_json(state)
@@ -122,16 +120,7 @@ def doctor(json: bool = JSON) -> None:
 
 
 def inspect_installation(environment: Mapping[str, str] | None = None) -> dict[str, Any]:
-    """Look at this Python's libraries and at the surroundings that are known to disturb them.
-
-    Args:
-        environment: environment variables; those of this process by default.
-
-    Returns:
-        The document of `nao-kin doctor --json`: Python and the machine, libraries with the version that is installed
-        and the place that Python would load them from, extras, a browser for the viewer, None for what is absent; and
-        what is wrong, one line each, with what to do about it.
-    """
+    """Return the document of `nao-kin doctor --json`, for these environment variables, by default this process's."""
     variables = os.environ if environment is None else environment
     libraries = [
         {"name": name, "version": _version(name), "location": _location(module)} for name, module in _LIBRARIES.items()
@@ -160,7 +149,7 @@ def inspect_installation(environment: Mapping[str, str] | None = None) -> dict[s
 
 
 def _extra_version(extra: Extra) -> str | None:
-    """The version of the first package of an extra; None where one of its packages is absent."""
+    """Return the version of the first package of an extra; None if one of its packages is absent."""
     versions = [_version(package) for package in extra.packages]
     present = all(_spec(module) for module in extra.modules) if extra.modules else None not in versions
     return (versions[0] or "present") if present else None
@@ -181,13 +170,13 @@ def _spec(module: str) -> ModuleSpec | None:
 
 
 def _location(module: str) -> str | None:
-    """The folder that Python would load a module from, without loading it."""
+    """Return the folder that Python would load a module from, without loading it."""
     spec = _spec(module)
     return str(Path(spec.origin).parent) if spec is not None and spec.origin else None
 
 
 def _clashes(pin: str | None, place: str | None, variables: Mapping[str, str]) -> list[str]:
-    """What hides or doubles Pinocchio: its version by pip and the folder that it is loaded from, None for none."""
+    """Return what hides or duplicates Pinocchio, from its version by pip and its folder, None if absent."""
     problems = []
     for entry in filter(None, variables.get("PYTHONPATH", "").split(os.pathsep)):
         if entry.startswith(("/opt/ros", "/opt/openrobots")):
@@ -209,29 +198,21 @@ def _clashes(pin: str | None, place: str | None, variables: Mapping[str, str]) -
     return problems
 
 
-# --- `nao-kin warmup`: the batch kernels compiled ahead.
+# --- `nao-kin warmup`.
 
 
 @command("warmup", "Example: nao-kin warmup")
 def warmup(json: bool = JSON) -> None:
-    """Compile the kernels for large batches, reach maps and inverse kinematics ahead, once on a machine.
+    """Compile the kernels for large batches, reach maps and inverse kinematics in advance, once per machine.
 
-    They are kept in the user's cache; NUMBA_CACHE_DIR names another folder. Without this command, the first
-    large batch, map or inverse kinematics compiles what it needs.
+    They are kept in the user's cache; NUMBA_CACHE_DIR names another folder. Without this command, the first large
+    batch, map or inverse kinematics compiles the kernels that it needs.
     """
     need_extra("warmup", "batch")
     states = warm_up()
     if json:
-        kernels = [
-            {
-                "name": state.name,
-                "compiled": state.compiled,
-                "seconds": round(state.seconds, 3),
-                "folder": None if state.folder is None else str(state.folder),
-            }
-            for state in states
-        ]
-        print_json({"kernels": kernels})
+        kernels = [vars(state) | {"folder": None if state.folder is None else str(state.folder)} for state in states]
+        print_json({"kernels": [kernel | {"seconds": round(kernel["seconds"], 3)} for kernel in kernels]})
         return
     rows = [
         (state.name, "compiled" if state.compiled else "found", f"{state.seconds:.1f}", str(state.folder or "–"))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import MISSING, dataclass
 
 from nao_kin._core import files as atomic
-from nao_kin.cli.options import JSON, RobotOptions, argument, command, flag, option
+from nao_kin.cli.options import FORCE, JSON, RobotOptions, argument, command, flag, option
 from nao_kin.cli.output import print_json, print_note, print_written
 from nao_kin.cli.sources import TIMELINE, MotionFile
 from nao_kin.errors import BadArgument
@@ -13,24 +13,24 @@ from nao_kin.errors import BadArgument
 
 @dataclass(frozen=True)
 class ExportOptions:
-    """The options of all formats; one that is None is left to the format."""
+    """The options of all formats; None leaves an option to the format."""
 
     frames: str | None = option("WHICH", "Links on fixed joints: all, effectors or none.")
     names: str | None = option("WHOSE", "Names of links and joints: naoqi or ros.")
     meshes: str | None = option("HOW", "relative (copied), absolute, package://NAME or none; for ros2 package or none.")
-    coupling: str | None = option("HOW", "Joints that follow others: mimic, locked or independent.")
-    inertia: str | None = option("WHICH", "published, or physical: mended for simulators.")
-    typed: bool | None = flag("Three joints with one centre as one spherical joint.", default=None)
-    axes: str | None = option("HOW", "published, or aligned: no joint axis is oblique.")
+    coupling: str | None = option("HOW", "Mimic joints: mimic, locked or independent.")
+    inertia: str | None = option("WHICH", "published, or physical: corrected for simulators.")
+    typed: bool | None = flag("Merge three joints with one centre into a spherical joint.", default=None)
+    axes: str | None = option("HOW", "published, or aligned: without oblique joint axes.")
     base: str | None = option("HOW", "The root: floating or fixed.")
     samples: int | None = option("N", "srdf, ros2: configurations tried for contacts.")
-    seed: int | None = option("N", "srdf, ros2: of their random numbers.")
+    seed: int | None = option("N", "srdf, ros2: seed of these configurations.")
     package: str | None = option("NAME", "ros2: name of the package.")
     package_version: str | None = option("X.Y.Z", "ros2: version of the package.")
     maintainer: str | None = option("WHO", "ros2: as 'Name <name@example.org>'.")
-    license: str | None = option("NAME", "ros2: of what is in the package.")
-    posture: str | None = option("NAME", "gltf: the posture it stands in.")
-    motion: str | None = option("FILE", "gltf: a motion, to be the animation.")
+    license: str | None = option("NAME", "ros2: licence of the package.")
+    posture: str | None = option("NAME", "gltf: the posture of the robot.")
+    motion: str | None = option("FILE", "gltf: a motion for the animation.")
     timeline: str | None = option(*TIMELINE)
     fps: float | None = option("F", "gltf: poses per second in the animation.")
 
@@ -43,13 +43,13 @@ class ExportOptions:
 def export(
     *,
     output: str = argument("OUTPUT", "The file or folder, - for standard output."),
-    format_: str = option("FORMAT", "Which format: urdf, mjcf, srdf, ros2, sdf or gltf.", default=MISSING),
+    format_: str = option("FORMAT", "urdf, mjcf, srdf, ros2, sdf or gltf.", default=MISSING),
     options: ExportOptions,
-    force: bool = flag("Replace OUTPUT where it exists."),
+    force: bool = FORCE,
     json: bool = JSON,
     robot: RobotOptions,
 ) -> None:
-    """Write a robot for another tool; what differs from the robot is said, line by line."""
+    """Write a robot for another tool. Every difference from the robot is reported, line by line."""
     from nao_kin import export as exports
 
     output = "/dev/stdout" if output == "-" else output

@@ -1,4 +1,4 @@
-"""`nao-kin fk`: where the frames are at given joint values."""
+"""`nao-kin fk`: the poses of frames at given joint values."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from nao_kin._core import files as atomic
 from nao_kin._core.arrays import Floats
 from nao_kin._core.process import usable_cores
 from nao_kin._core.text import quoted
-from nao_kin.cli.options import DEG, IGNORE_LIMITS, JSON, RobotOptions, argument, check_sinks, command, flag, option
+from nao_kin.cli.options import DEG, FORCE, JSON, RobotOptions, argument, check_outputs, command, flag, option
 from nao_kin.cli.output import fixed, print_json, print_json_list, print_note, print_table, print_written, progress
-from nao_kin.cli.sources import FileOptions, JointOptions, is_motion, refuse_for_motions
+from nao_kin.cli.sources import IGNORE_LIMITS, FileOptions, JointOptions, is_motion, refuse_for_motions
 from nao_kin.errors import BadArgument, BadInputFile
 
 if TYPE_CHECKING:
@@ -23,10 +24,10 @@ if TYPE_CHECKING:
     from nao_kin.stream import Clamped, Configurations, PoseColumns, StreamResult
 
 
-# --- Poses as the numbers people write down, and their printing: JSON, CSV, a table, or lines as they come.
+# --- Output of poses: JSON, CSV, a table, or lines as they come.
 
-# First row and numbers of the poses (n, frames, k) of one piece after another.
-Pieces = Iterator[tuple[int, Floats]]
+# First row and numbers of the poses (n, frames, k) of one chunk after another.
+Chunks = Iterator[tuple[int, Floats]]
 
 # The 16 entries of the homogeneous matrix, row by row, as NAOqi's getTransform has them; x, y, z, wx, wy, wz with
 # R = Rz(wz) Ry(wy) Rx(wx), as NAOqi's getPosition has them; the same as roll, pitch, yaw; x, y, z and the unit
@@ -36,22 +37,15 @@ PoseFormat = Literal["matrix", "position6d", "rpy", "quaternion"]
 
 @dataclass(frozen=True)
 class PosePrinter:
-    """Prints poses of named frames.
-
-    Attributes:
-        frames: the names.
-        style: how a pose is written.
-        columns: the numbers of a pose and their names.
-        times: of the rows, shape (n,) [s]; None for none.
-    """
+    """Prints poses of named frames in a format; `times` are those of the rows, shape (n,) [s]."""
 
     frames: Sequence[str]
     style: PoseFormat
     columns: PoseColumns
     times: Floats | None = None
 
-    def print_json(self, pieces: Pieces, robot: str, reference: str | None, *, many: bool) -> None:
-        """One document: the poses of the one configuration, or of each of `many`."""
+    def print_json(self, chunks: Chunks, robot: str, reference: str | None, *, many: bool) -> None:
+        """Print one document: the poses of the one configuration, or of each of `many`."""
         head: dict[str, Any] = {
             "robot": robot,
             "reference": reference or "root",
@@ -60,7 +54,7 @@ class PosePrinter:
         }
         if self.times is not None:
             head["times"] = self.times.tolist()
-        poses = (dict(zip(self.frames, map(self._json_pose, rows), strict=True)) for _, rows in _rows(pieces))
+        poses = (dict(zip(self.frames, map(self._json_pose, rows), strict=True)) for _, rows in _rows(chunks))
         if many:
             print_json_list(head, "configurations", poses)
         else:
@@ -71,18 +65,18 @@ class PosePrinter:
             return [row[i : i + 4] for i in range(0, 16, 4)]
         return dict(zip(self.columns.names, row, strict=True))
 
-    def print_csv(self, pieces: Pieces) -> None:
-        """One line per configuration and frame, with a header."""
+    def print_csv(self, chunks: Chunks) -> None:
+        """Print a header, and one line per configuration and frame."""
         from nao_kin.stream import csv_header, pose_lines
 
         sys.stdout.write(csv_header(self.columns.names, timed=self.times is not None))
-        for start, numbers in pieces:
+        for start, numbers in chunks:
             rows = np.arange(start, start + len(numbers))
             times = None if self.times is None else self.times[start : start + len(numbers)]
             sys.stdout.write(pose_lines(rows, self.frames, numbers, times).decode())
 
-    def print_table(self, pieces: Pieces) -> None:
-        """The poses of one configuration, laid out for a reader."""
+    def print_table(self, chunks: Chunks) -> None:
+        """Print the poses of one configuration as a table."""
         turns = self.columns.orientation
         if self.style == "matrix":
             columns = ["x axis", "y axis", "z axis", "origin\n[m]"]
@@ -91,36 +85,36 @@ class PosePrinter:
             columns = [f"{name}\n[m]" for name in self.columns.names[: -len(turns)]]
             columns += [name.removesuffix("_deg") + unit for name in turns]
         table = []
-        for _, rows in _rows(pieces):
+        for _, rows in _rows(chunks):
             for name, row in zip(self.frames, rows, strict=True):
                 cells = [fixed(value) for value in row]
-                if self.style == "matrix":  # as it is written on paper; its columns are the axes and the origin
+                if self.style == "matrix":  # as on paper: the columns are the axes and the origin
                     cells = ["\n".join(cells[column::4]) for column in range(4)]
                 table.append([name, *cells])
         print_table(["frame", *columns], table, numbers=columns)
 
-    def print_lines(self, pieces: Pieces) -> None:
-        """One line per row and frame as they come: no waiting until a table of many thousand rows is laid out."""
+    def print_lines(self, chunks: Chunks) -> None:
+        """Print one line per row and frame as they come, without waiting for the layout of a long table."""
         width = max(5, *map(len, self.frames))
         times = [] if self.times is None else [f"{time:.6f}" for time in self.times.tolist()]
         wide = max(map(len, ("time", *times)))
         print(f"{'row':>7}" + (f"  {'time':>{wide}}" if times else "") + f"  {'frame':{width}}", end="")
         print("".join(f"{name:>11}" for name in self.columns.names))
-        for index, rows in _rows(pieces):
+        for index, rows in _rows(chunks):
             start = f"{index:>7}" + (f"  {times[index]:>{wide}}" if times else "")
             for name, row in zip(self.frames, rows, strict=True):
                 print(f"{start}  {name:{width}}" + "".join(f"{fixed(value):>11}" for value in row))
 
 
-def _rows(pieces: Pieces) -> Iterator[tuple[int, list[list[float]]]]:
-    """Index of every configuration, and the numbers of each frame."""
-    for start, numbers in pieces:
+def _rows(chunks: Chunks) -> Iterator[tuple[int, list[list[float]]]]:
+    """Yield the index of every configuration, and the numbers of each frame."""
+    for start, numbers in chunks:
         yield from enumerate(numbers.tolist(), start)
 
 
-# --- `nao-kin fk`: where the frames are at given joint values.
+# --- The command.
 
-# One pass of the progress bar; small enough to move often, large enough to cost nothing.
+# Rows between two updates of the progress bar: small enough to move often, large enough to cost no time.
 _CHUNK = 8192
 _WORLD = "world"
 
@@ -137,12 +131,12 @@ class StreamOptions:
     output: str | None = option(
         "FILE", "Write .parquet, .arrow, .feather, .npy or .csv; - prints CSV.", "--output", "-o"
     )
-    on_error: Literal["stop", "skip", "nan"] | None = option(None, "With -o: what to do with a bad row. Default: stop.")
-    dtype: Literal["float32", "float64"] | None = option(None, "With -o: size of the numbers. Default: float64.")
-    force: bool = flag("With -o: replace FILE if it exists.")
+    on_error: Literal["stop", "skip", "nan"] | None = option(None, "With -o: treatment of bad rows. Default: stop.")
+    dtype: Literal["float32", "float64"] | None = option(None, "With -o: type of the numbers. Default: float64.")
+    force: bool = FORCE
 
     def check(self, files: list[str], json: bool) -> None:
-        """Refuse what does not go together, and a file that could not be written, before anything is loaded."""
+        """Refuse contradicting options, and a file that may not be written, before anything is loaded."""
         for name, value in (("--on-error", self.on_error), ("--dtype", self.dtype)):
             if self.output is None and value is not None:
                 raise BadArgument(f"{name} is for files; name one with --output")
@@ -150,24 +144,31 @@ class StreamOptions:
             raise BadArgument(f"{len(files)} files; several go into one --output")
         if self.output is not None and not files:
             raise BadArgument("--output is for the rows of a file; name the FILE to read")
-        check_sinks("--json" if json else None, output=self.sink)
+        outputs, printed = {"--output": self.sink}, "--json" if json else None
+        check_outputs(outputs, force=self.force, printed=printed, continued=self._continued)
 
     @property
     def sink(self) -> str | None:
         """The file to write; None for none."""
         return "/dev/stdout" if self.output == "-" else self.output
 
+    @property
+    def _continued(self) -> bool:
+        """Whether an interrupted run has left parts of the output."""
+        target = None if self.sink is None else atomic.replaced_file(self.sink)
+        return target is not None and target.with_name(f"{target.name}.parts").is_dir()
+
 
 @command("fk", _EXAMPLES)
 def fk(
     *,
     file: list[str] | None = argument(
-        "FILE", "CSV or JSON file of configurations, or a motion; - for standard input. With -o, several too.", None
+        "FILE", "CSV or JSON file of configurations, or a motion; - for standard input. With -o, several files.", None
     ),
     joints: JointOptions,
     frame: list[str] | None = option("NAME", "A frame to locate; repeatable. Default: the effectors."),
-    reference: str | None = option("NAME", "The frame to express poses in."),
-    as_: PoseFormat = option(None, "How to print a pose.", default="rpy"),
+    reference: str | None = option("NAME", "The frame in which poses are given."),
+    as_: PoseFormat = option(None, "Format of a pose.", default="rpy"),
     deg: bool = DEG,
     clamp: bool = flag("Move joints outside their limits to the limit."),
     ignore_limits: bool = IGNORE_LIMITS,
@@ -177,21 +178,21 @@ def fk(
     json: bool = JSON,
     robot: RobotOptions,
 ) -> None:
-    """Poses of frames at given joint values: one configuration, or every row of a file.
+    """Print poses of frames at given joint values: of one configuration, or of every row of a file.
 
-    Values are radians (hands: 0 closed to 1 open) unless --deg or the heading says otherwise, as in HeadYaw [deg]. A
-    file names all joints in its header or keys, in any order: the 25 joints, or NAOqi's 26, also as keys of ALMemory;
-    times are carried to the output. A motion file of any format (see nao-kin motion) names those that it moves; there
-    is a row for each of its key times, or --rate a second.
+    Values are in radians (hands: 0 closed to 1 open), unless --deg or the heading says otherwise, as in HeadYaw [deg].
+    A file names all joints in its header or keys, in any order: the 25 joints, or NAOqi's 26, also as keys of ALMemory;
+    times are copied to the output. A motion file of any format (see nao-kin motion) names only the joints that it
+    moves; it gives one row for each of its key times, or --rate rows per second.
 
-    With -o, the file may be larger than memory, and also be .csv.gz, .npy, .parquet, .arrow or .feather. What is ended
-    half-way goes on where it was when it is called again.
+    With -o, the file may be larger than memory, and also be .csv.gz, .npy, .parquet, .arrow or .feather. An interrupted
+    run is continued by the same command.
     """
     files = file or []
     written.check(files, json)
     first = files[0] if files else None
     one = first if len(files) == 1 else None
-    # Standard input may be larger than memory with -o, and is then not looked into.
+    # With -o, standard input may be larger than memory, and is not read here.
     unseen = one == "-" and written.output is not None
     moves = one is not None and not unseen and is_motion(one)
     given.check(first, joints.posture, moves=moves)
@@ -207,7 +208,7 @@ def fk(
         refuse_for_motions(first, hips=given.hips)
     if moves and given.renamed:
         raise BadArgument(f"--columns is for whole configurations; {quoted(one)} is read as a motion")
-    rule: Any = "average" if given.hips is None and timed else given.hips  # as of a motion
+    rule: Any = "average" if given.hips is None and timed else given.hips  # as for a motion
     rows: Configurations | None = None
     if moves and one is not None:
         path = given.trajectory(model, one, deg=deg, posture=joints.posture, rate=given.rate)
@@ -230,7 +231,7 @@ def fk(
             ignore_other=given.ignore_other,
             hips=rule if rows is None else None,
             progress=True,
-            overwrite=written.force,
+            overwrite=True,  # checked above, where a file that is continued is known
         )
         _report(model, result, json)
         return
@@ -243,7 +244,7 @@ def fk(
         print_note(*found.notes)
     else:
         q, many = joints.configuration(model, deg=deg, limits=limits)[None], False
-    # Before anything is printed. The world is no frame of the robot, where none has that name.
+    # Refuse unknown frames before printing; the world is a reference even if no frame has this name.
     known = reference is None or (reference == _WORLD and _WORLD not in model.frame_names)
     model.frame_ids(frames if known else [*frames, str(reference)])
     printer = PosePrinter(frames, as_, stream.PoseColumns(style, deg), times)
@@ -259,7 +260,7 @@ def fk(
 
 
 def _report(model: RobotModel, result: StreamResult, json: bool) -> None:
-    """What was written, and on standard error what could not be, and what was changed."""
+    """Print what was written; on standard error what was left out or changed."""
     if json:
         print_json(result.as_dict())
     else:
@@ -278,11 +279,7 @@ def _report(model: RobotModel, result: StreamResult, json: bool) -> None:
 
 
 def _within_limits(model: RobotModel, file: str, path: Trajectory, limits: LimitPolicy, *, deg: bool) -> Floats:
-    """The configurations of a motion, none outside the limits.
-
-    Raises:
-        BadInputFile: one is; says when.
-    """
+    """Return the configurations of a motion, clamped if requested; refuse the first one outside the limits."""
     if limits == "clamp":
         return _clamped(model, path.q)
     violations = model.limit_violations(path.q, most=1) if limits == "raise" else ()
@@ -295,7 +292,7 @@ def _within_limits(model: RobotModel, file: str, path: Trajectory, limits: Limit
 
 
 def _clamped(model: RobotModel, q: Floats) -> Floats:
-    """Configurations moved inside the limits, and a note that says how many, and how far."""
+    """Return configurations moved inside the limits, and print a note on their number and the largest change."""
     from nao_kin import stream
 
     inside, changes = stream.clamp(model, q)
@@ -304,15 +301,15 @@ def _clamped(model: RobotModel, q: Floats) -> Floats:
 
 
 def _note_clamped(model: RobotModel, changes: Clamped, rows: int) -> None:
-    """Say what --clamp has changed."""
+    """Print a note on the changes of --clamp."""
     if changes.rows:
         unit = model.unit(changes.joint)
         most = f"{changes.most:.3g}{'' if unit == '1' else f' {unit}'}"
         print_note(f"--clamp moved {changes.rows} of {rows} rows to the limits, by at most {most} ({changes.joint})")
 
 
-def _poses(model: RobotModel, q: Floats, frames: list[str], reference: str | None, columns: PoseColumns) -> Pieces:
-    """First row and poses (n, frames, k) of one piece after another, with a progress bar when there are many."""
+def _poses(model: RobotModel, q: Floats, frames: list[str], reference: str | None, columns: PoseColumns) -> Chunks:
+    """Yield first row and poses (n, frames, k) of one chunk after another, with a progress bar for many."""
     from nao_kin import stream
 
     many = len(q) > stream.FEW_ROWS

@@ -1,11 +1,11 @@
-"""`nao-kin ik`: joint values for a pose of a foot, a hand, the head, or of any frame of any robot."""
+"""`nao-kin ik`: joint values for a pose of a foot, a hand, the head, or any frame of any robot."""
 
 from __future__ import annotations
 
 import math
 import sys
 from collections.abc import Callable
-from contextlib import closing
+from contextlib import closing, nullcontext
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -17,9 +17,9 @@ import typer
 from nao_kin._core import files as atomic
 from nao_kin._core.arrays import Floats, join_poses
 from nao_kin._core.text import quoted
-from nao_kin.cli.options import DEG, IGNORE_LIMITS, JSON, RobotOptions, argument, check_sinks, command, flag, option
+from nao_kin.cli.options import DEG, FORCE, JSON, RobotOptions, argument, check_outputs, command, flag, option
 from nao_kin.cli.output import degrees_per, fixed, print_json, print_note, print_table
-from nao_kin.cli.sources import COLUMNS, IGNORE_OTHER, FileOptions
+from nao_kin.cli.sources import COLUMNS, IGNORE_LIMITS, IGNORE_OTHER, FileOptions
 from nao_kin.cli.targets import Targets, numbers_of, read_targets, target_of, targets_as_csv
 from nao_kin.errors import BadArgument, UnknownName
 
@@ -31,13 +31,13 @@ if TYPE_CHECKING:
 # Both feet together.
 LEGS = "Legs"
 _FEET = ("LLeg", "RLeg")
-# Targets not reached that are named one by one.
-_MOST_NAMED = 5
-# Groups of neighbouring targets that are listed.
-_MOST_RANGES = 30
-# So many targets may take seconds: a line says that they are worked on.
+# Unreached targets named individually.
+_MAX_NAMED = 5
+# Ranges of targets listed.
+_MAX_RANGES = 30
+# This many targets may take seconds, and get a status line.
 _MANY = 2000
-# Solutions of a list of targets are played at so many a second.
+# Solutions of a list of targets per second of the clip.
 _FPS = 25.0
 
 _EXAMPLES = (
@@ -48,40 +48,41 @@ _EXAMPLES = (
 
 
 @dataclass(frozen=True)
-class Asked:
-    """What is asked for, and how the answer is printed."""
+class Request:
+    """The requested targets, and the format of the answer."""
 
     frame: str = argument("FRAME", "LLeg, RLeg, LArm, RArm, Head, a camera, Legs, or any other frame.")
     file: str | None = argument("FILE", "CSV, JSON or .npy file of targets, - for standard input.", None)
-    target: str | None = option("NUMBERS", "One target, between quotes; see above.")
-    direction: str | None = option("NUMBERS", "With places: where the forearm is to point, three numbers.")
+    target: str | None = option("NUMBERS", "One target, in quotes; see above.")
+    direction: str | None = option("NUMBERS", "With positions: direction of the forearm, three numbers.")
     criterion: Literal["nearest", "limits", "manipulability"] | None = option(
-        None, "Which solution for a place alone. Default: nearest."
+        None, "Choice of the solution for a position alone. Default: nearest."
     )
     priority: Literal["left", "right", "balanced"] | None = option(
-        None, "For Legs: the foot that is turned less where the hips disagree."
+        None, "For Legs: the foot with the smaller yaw error if the hips disagree."
     )
     reference: str | None = option(
-        "POSTURE", "A posture or a file of configurations to be near. Default: all joints at zero."
+        "POSTURE", "Prefer solutions near a posture or the configurations in a file. Default: all joints at zero."
     )
     columns: list[str] | None = option(*COLUMNS)
     ignore_other: bool = flag(IGNORE_OTHER)
     every: bool = flag("Print every solution.", "--all")
     ignore_limits: bool = IGNORE_LIMITS
-    numeric: bool = flag("Search, also where there is a closed form.")
+    numeric: bool = flag("Use the numeric solver even if there is a closed form.")
     deg: bool = DEG
-    csv: bool = flag("Print configurations as CSV for fk and view: no row where there is none.")
-    html: str | None = option("FILE", "Write a page: the robot, and its other solutions as ghosts.")
+    csv: bool = flag("Print configurations as CSV for fk and view, without targets that have no solution.")
+    html: str | None = option("FILE", "Write a page with the robot, and its other solutions as ghosts.")
+    force: bool = FORCE
     json: bool = JSON
 
     @property
     def limits(self) -> Literal["enforce", "ignore"]:
-        """What becomes of solutions outside the limits."""
+        """The limit policy of the solvers."""
         return "ignore" if self.ignore_limits else "enforce"
 
     @property
     def towards(self) -> list[float] | None:
-        """What --direction says."""
+        """The three numbers of --direction."""
         if self.direction is None:
             return None
         numbers = numbers_of(self.direction, "--direction")
@@ -90,7 +91,7 @@ class Asked:
         return numbers
 
     def targets(self, model: RobotModel) -> Targets:
-        """The one target, or those of the file."""
+        """Return the one target, or those of the file."""
         frames = _FEET if self.frame == LEGS else (self.frame,)
         model.frame_ids(frames)
         if self.target is not None:
@@ -99,7 +100,7 @@ class Asked:
         return read_targets(str(self.file), frames, degrees=self.deg, roots=roots)
 
     def near(self, model: RobotModel, targets: int) -> Floats | None:
-        """The configuration, or one for each target, that --reference names."""
+        """Return the configuration of --reference, or one for each target."""
         if self.reference is None:
             return None
         if self.reference in model.posture_names:
@@ -119,31 +120,31 @@ class Asked:
 
 
 @command("ik", _EXAMPLES)
-def ik(asked: Asked, robot: RobotOptions) -> None:
-    """Joint values for a pose: all solutions inside the limits, or the reason why there are none.
+def ik(request: Request, robot: RobotOptions) -> None:
+    """Find joint values for a pose: all solutions inside the limits, or the reason why there is none.
 
-    How many numbers a target has says what it is: 3 are a place, 4 (quaternion, scalar first) or 9 (rows) an
-    orientation, 6 a place with roll, pitch, yaw, 7 a place with a quaternion, 16 the rows of a homogeneous matrix.
-    Metres and radians, in the torso. The head takes an orientation, a camera a point to look at; Legs takes the poses
-    of both feet, the left one first. A file has one target in each row; what `nao-kin fk --csv` and `--json` print is
-    such a file.
+    The number of values determines the kind of target: 3 are a position, 4 (quaternion, scalar first) or 9 (rows) an
+    orientation, 6 a position with roll, pitch, yaw, 7 a position with a quaternion, 16 the rows of a homogeneous
+    matrix. Units are metres and radians, in the torso frame. The head takes an orientation, a camera a point to look
+    at; Legs takes the poses of both feet, the left one first. A file has one target in each row, and may be the output
+    of `nao-kin fk --csv` or `--json`.
 
-    Exit code 1 when a target is not reached: then the nearest pose is given where there is one.
+    Exit code 1 if a target is not reached; then the nearest pose is given if there is one.
     """
-    csv, html, json = asked.csv, asked.html, asked.json
-    if (asked.file is None) == (asked.target is None):
+    csv, html, json = request.csv, request.html, request.json
+    if (request.file is None) == (request.target is None):
         raise BadArgument('give one target with --target "NUMBERS", or the FILE of a list of them')
-    check_sinks("--json" if json else "--csv" if csv else None, html=html)
-    if asked.reference is None and (asked.columns or asked.ignore_other):
+    check_outputs({"--html": html}, force=request.force, printed="--json" if json else "--csv" if csv else None)
+    if request.reference is None and (request.columns or request.ignore_other):
         raise BadArgument("--columns and --ignore-other are for a file of configurations; name it with --reference")
     model = robot.load()
-    targets = asked.targets(model)
-    found = _solved(model, asked, targets, asked.near(model, len(targets.values)))
-    answers = _Answers(model, asked, targets.many, found)
+    targets = request.targets(model)
+    found = _solved(model, request, targets, request.near(model, len(targets.values)))
+    answers = _Answers(model, request, targets.many, found)
     print_note(*found.notes)
     written = None if html is None else answers.write_page(html)
     if written is not None and not atomic.leads_to_standard_output(written) and not json:
-        # What follows on standard output under --csv is a file, which this is no line of.
+        # Under --csv standard output is a file, which must not contain this line.
         print(written, file=sys.stderr if csv else sys.stdout)
     if json:
         print_json(answers.document(len(targets.values)) | ({} if written is None else {"html": written}))
@@ -161,37 +162,36 @@ def ik(asked: Asked, robot: RobotOptions) -> None:
         raise typer.Exit(1)
 
 
-def _solved(model: RobotModel, asked: Asked, targets: Targets, near: Floats | None) -> IKResult:
-    """The answer for a list of targets, or for one."""
+def _solved(model: RobotModel, request: Request, targets: Targets, near: Floats | None) -> IKResult:
+    """Return the answer for one target or for a list."""
     from rich.console import Console
 
-    solve = _solver(model, asked, targets)
+    solve = _solver(model, request, targets)
     values = targets.values if targets.many else targets.values[0]
     if near is not None and not targets.many and near.ndim == 2:
         near = near[0]
     console = Console(file=sys.stderr)
-    if len(targets.values) < _MANY or not console.is_terminal:
-        return solve(values, near)
-    with console.status(f"{len(targets.values)} targets"):
+    shown = len(targets.values) >= _MANY and console.is_terminal
+    with console.status(f"{len(targets.values)} targets") if shown else nullcontext():
         return solve(values, near)
 
 
-def _solver(model: RobotModel, asked: Asked, targets: Targets) -> Callable[[Floats, Floats | None], IKResult]:
-    """The function of `nao_kin.ik` that answers for this frame and this kind of target."""
+def _solver(model: RobotModel, request: Request, targets: Targets) -> Callable[[Floats, Floats | None], IKResult]:
+    """Return the function of `nao_kin.ik` for this frame and this kind of target."""
     from nao_kin import ik as room
 
-    frame, kind, limits, direction = asked.frame, targets.kind, asked.limits, asked.towards
-    limb = LEGS if frame == LEGS else None if asked.numeric else room.limb_of_frame(model, frame)
-    if limb == LEGS and asked.numeric:
+    frame, kind, limits, direction = request.frame, targets.kind, request.limits, request.towards
+    limb = LEGS if frame == LEGS else None if request.numeric else room.limb_of_frame(model, frame)
+    if limb == LEGS and request.numeric:
         raise BadArgument("--numeric places one frame; Legs are two")
-    if limb != LEGS and asked.priority is not None:
+    if limb != LEGS and request.priority is not None:
         raise BadArgument("--priority goes with Legs, which has two feet")
     is_arm = limb in ("LArm", "RArm")
     if not (is_arm and kind == "place"):
-        for option, value in (("--direction", direction), ("--criterion", asked.criterion)):
+        for option, value in (("--direction", direction), ("--criterion", request.criterion)):
             if value is not None:
                 raise BadArgument(f"{option} goes with places of a hand, three numbers, and the closed form of an arm")
-    if direction is not None and asked.criterion is not None:
+    if direction is not None and request.criterion is not None:
         raise BadArgument("--direction leaves an arm no freedom to choose from; leave out --criterion")
 
     if limb == "Head" and kind == "place" and frame not in model.semantics.cameras:
@@ -199,7 +199,7 @@ def _solver(model: RobotModel, asked: Asked, targets: Targets) -> Callable[[Floa
 
     def solve(target: Floats, near: Floats | None) -> IKResult:
         if limb == LEGS:
-            left, right, priority = target[..., 0, :, :], target[..., 1, :, :], asked.priority or "balanced"
+            left, right, priority = target[..., 0, :, :], target[..., 1, :, :], request.priority or "balanced"
             return room.legs(model, left, right, reference=near, limits=limits, priority=priority)
         common: Any = {"frame": frame, "reference": near, "limits": limits}
         if limb in _FEET and kind == "pose":
@@ -211,9 +211,9 @@ def _solver(model: RobotModel, asked: Asked, targets: Targets) -> Callable[[Floa
                 print_note(f"of the poses of {frame} the orientations are used; two joints do not choose the place")
             return room.head(model, target if kind == "rotation" else target[..., :3, :3], **common)
         if is_arm and kind != "rotation":
-            criterion: Any = {} if asked.criterion is None else {"criterion": asked.criterion}
+            criterion: Any = {} if request.criterion is None else {"criterion": request.criterion}
             return room.arm(model, str(limb)[0], target, direction=direction, **common, **criterion)
-        # Of a place and of a rotation, the other half of the pose has no weight.
+        # For a position or a rotation, the other half of the pose has no weight.
         weights = {"place": (1.0, 0.0), "rotation": (0.0, 0.1), "pose": (1.0, 0.1)}[kind]
         if kind != "pose":
             target = join_poses(np.eye(3), target) if kind == "place" else join_poses(target, np.zeros(3))
@@ -224,93 +224,86 @@ def _solver(model: RobotModel, asked: Asked, targets: Targets) -> Callable[[Floa
 
 @dataclass(frozen=True)
 class _Answers:
-    """What was found, for printing.
-
-    Attributes:
-        model: the robot.
-        asked: what is to be printed.
-        many: whether the targets are a list.
-        found: the solutions.
-    """
+    """The solutions `found`, and their output in each format; `many` for a list of targets."""
 
     model: RobotModel
-    asked: Asked
+    request: Request
     many: bool
     found: IKResult
 
     @cached_property
     def names(self) -> list[str]:
-        """The coordinates that were solved for, by name: a joint that follows another is told by that other's."""
+        """The solved coordinates, by name: a joint that follows another is solved by that one."""
         first = self.model.nq - len(self.model.joint_names)
         return [self.model.joint_names[column - first] for column in self.found.columns]
 
     @cached_property
     def scales(self) -> Floats:
-        """What their values are multiplied with to be printed."""
+        """Factors of the coordinates in the output."""
         return self._scales(self.names)
 
     def _scales(self, names: list[str]) -> Floats:
         mimics, unit = self.model.mimics, self.model.unit
         drivers = [mimics[name].joint if name in mimics else name for name in names]
-        return np.array([degrees_per(unit(driver), self.asked.deg) for driver in drivers])
+        return np.array([degrees_per(unit(driver), self.request.deg) for driver in drivers])
 
     def print_one(self) -> None:
-        """One target: the reason, and a table of joints and solutions."""
+        """Print the answer for one target: the reason, and a table of joints and solutions."""
         found, count = self.found, int(self.found.count)
-        print(found.describe(degrees=self.asked.deg))
+        print(found.describe(degrees=self.request.deg))
         if np.isnan(found.best).any():
             return
-        several = self.asked.every and count > 1
+        several = self.request.every and count > 1
         shown = found.branches[:count] if several else found.best[None]
         heads = [f"{i + 1}" for i in range(count)] if several else ["solution" if found.success else "nearest"]
-        columns = [f"{head}\n[{'°' if self.asked.deg else 'rad'}]" for head in heads]
+        columns = [f"{head}\n[{'°' if self.request.deg else 'rad'}]" for head in heads]
         values = (shown * self.scales).T.tolist()
         rows = [[name, *map(fixed, row)] for name, row in zip(self.names, values, strict=True)]
         print_table(["joint", *columns], rows, numbers=columns)
 
     def print_lines(self) -> None:
-        """A line for each target, or for each of its solutions: joint values, and the reason."""
+        """Print a line for each target, or for each of its solutions: joint values, and the reason."""
         from nao_kin.ik import Reason
 
         found, scales = self.found, self.scales
         width = max(10, *(len(name) + 1 for name in self.names))
         print(f"{'row':>7}" + "".join(f"{name:>{width}}" for name in self.names) + "  reason")
         for row, (reason, count) in enumerate(zip(found.reasons.tolist(), found.count.tolist(), strict=True)):
-            several = self.asked.every and count > 1
+            several = self.request.every and count > 1
             shown = found.branches[row][:count] if several else found.best[row][None]
             for number, values in enumerate((shown * scales).tolist(), start=1):
                 cells = "".join(f"{'–' if math.isnan(value) else fixed(value):>{width}}" for value in values)
-                said = f"solution {number} of {count}" if several else Reason(reason).name
-                print(f"{row:>7}{cells}  {said}")
+                text = f"solution {number} of {count}" if several else Reason(reason).name
+                print(f"{row:>7}{cells}  {text}")
 
     def as_csv(self) -> str:
-        """Whole configurations under the names of all joints: solutions, or what is nearest, of each target."""
+        """Return whole configurations of all joints as CSV: the solutions, or the nearest one, of each target."""
         names = list(self.model.joint_names)
-        q = self.found.solutions if self.asked.every else self.found.q
+        q = self.found.solutions if self.request.every else self.found.q
         rows = q.reshape(-1, q.shape[-1])[:, -len(names) :]
         return targets_as_csv(names, rows[~np.isnan(rows).any(axis=-1)] * self._scales(names))
 
     def note_missed(self, missed: list[int]) -> None:
-        """Which of the targets are not reached, and why; and what CSV, of configurations only, does not say of them."""
+        """Print which targets are not reached and why, and which of them have a row in the CSV."""
         found = self.found
-        for row in missed[:_MOST_NAMED]:
-            said = found.describe((row,) if self.many else (), degrees=self.asked.deg)
-            print_note(f"target {row}: {said}" if self.many else said)
-        if len(missed) > _MOST_NAMED:
-            print_note(f"and {len(missed) - _MOST_NAMED} more of {found.reasons.size} targets")
-        if self.asked.csv and self.many:
+        for row in missed[:_MAX_NAMED]:
+            text = found.describe((row,) if self.many else (), degrees=self.request.deg)
+            print_note(f"target {row}: {text}" if self.many else text)
+        if len(missed) > _MAX_NAMED:
+            print_note(f"and {len(missed) - _MAX_NAMED} more of {found.reasons.size} targets")
+        if self.request.csv and self.many:
             nothing = np.isnan(found.best[missed]).any(axis=-1)
             for chosen, what in ((nothing, "have no row"), (~nothing, "have the nearest pose in their row")):
                 if chosen.any():
                     print_note(f"targets {_ranges(np.array(missed)[chosen].tolist())} {what}")
 
     def document(self, targets: int) -> dict[str, Any]:
-        """The answer for JSON."""
+        """Return the answer for JSON."""
         head = {
             "robot": self.model.name,
-            "frame": self.asked.frame,
-            "limits": self.asked.limits,
-            "units": {"length": "m", "angle": "deg" if self.asked.deg else "rad"},
+            "frame": self.request.frame,
+            "limits": self.request.limits,
+            "units": {"length": "m", "angle": "deg" if self.request.deg else "rad"},
             "notes": list(self.found.notes),
         }
         return head | ({"targets": [self._answer((row,)) for row in range(targets)]} if self.many else self._answer(()))
@@ -325,7 +318,7 @@ class _Answers:
         answer: dict[str, Any] = {
             "success": reason is Reason.REACHED,
             "reason": reason.name,
-            "message": found.describe(index, degrees=self.asked.deg),
+            "message": found.describe(index, degrees=self.request.deg),
             "joints": dict(zip(self.names, (best * scales).tolist(), strict=True)) if known else None,
             "residual": {"position": away, "angle_rad": turned} if known else None,
             "count": count,
@@ -333,7 +326,7 @@ class _Answers:
         if isinstance(found, LegsResult) and not np.isnan(found.yaw_errors[index]).any():
             left, right = found.yaw_errors[index].tolist()
             answer["yaw_errors_rad"] = {"left": left, "right": right}
-        if self.asked.every:
+        if self.request.every:
             branches = (found.branches[index][:count] * scales).tolist()
             answer["solutions"] = [
                 {"joints": dict(zip(self.names, values, strict=True)), "family": Family(family).name}
@@ -342,11 +335,7 @@ class _Answers:
         return answer
 
     def write_page(self, html: str) -> str | None:
-        """The best configuration with the other solutions as ghosts; of a list of targets, one after the other.
-
-        Returns:
-            The file; None where there is nothing to show.
-        """
+        """Write the best configuration with the other solutions as ghosts, or a clip; return the file."""
         from nao_kin.viewer import Viewer
 
         found = self.found
@@ -362,16 +351,16 @@ class _Answers:
                 viewer.display(shown[0])
                 if int(found.count) > 1:
                     viewer.show_ghosts(found.solutions[1 : int(found.count)], first=2)
-            return str(viewer.save_html(html))
+            return str(viewer.save_html(html, overwrite=self.request.force))
 
 
 def _ranges(rows: list[int]) -> str:
-    """Ascending numbers, neighbours taken together."""
+    """Return ascending numbers as text, with neighbours combined."""
     parts: list[list[int]] = []
     for row in rows:
         if parts and row == parts[-1][1] + 1:
             parts[-1][1] = row
         else:
             parts.append([row, row])
-    shown = ", ".join(str(a) if a == b else f"{a}–{b}" for a, b in parts[:_MOST_RANGES])
-    return shown if len(parts) <= _MOST_RANGES else f"{shown} and more, which --json names"
+    shown = ", ".join(str(a) if a == b else f"{a}–{b}" for a, b in parts[:_MAX_RANGES])
+    return shown if len(parts) <= _MAX_RANGES else f"{shown} and more, which --json names"

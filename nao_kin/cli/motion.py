@@ -1,4 +1,4 @@
-"""`nao-kin motion`: motion files converted, checked, described and drawn."""
+"""`nao-kin motion`: convert, check, describe and draw motion files."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import typer
 
 from nao_kin._core import files as atomic
 from nao_kin._core.text import abbreviated
-from nao_kin.cli.options import JSON, RobotOptions, argument, check_replaceable, command, flag, option
+from nao_kin.cli.options import FORCE, JSON, RobotOptions, argument, check_outputs, command, flag, option
 from nao_kin.cli.output import degrees_per, print_json, print_note, print_table, print_written
-from nao_kin.cli.sources import HIPS, IGNORE_OTHER, TIMELINE, MotionFile, check_posture
+from nao_kin.cli.sources import HIPS, MotionFile, check_posture
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
@@ -30,55 +30,49 @@ app = typer.Typer(
 
 @app.callback()
 def _motion(context: typer.Context) -> None:
-    """Motion files: converted, checked, described and drawn.
+    """Convert, check, describe and draw motion files.
 
-    Formats are told by content and suffix: csv, json, npz, webots, runswift, hulks, motion2, naodevils, bhuman
-    (both only read), python (Choregraphe export), xar and naoqi (arguments of angleInterpolation).
+    Formats are recognised by content and suffix: csv, json, npz, webots, runswift, hulks, motion2, naodevils, bhuman
+    (the last two are only read), python (Choregraphe export), xar and naoqi (arguments of angleInterpolation).
     """
     if context.invoked_subcommand is None:
         typer.echo(context.get_help())
 
 
-_FROM = "FORMAT", "Format of FILE. Default: by its content."
-
-
 @command("motion convert", "Example: nao-kin motion convert wave.xar wave.csv --clamp --slow-down")
 def convert(
     *,
-    source: str = argument("IN", "A motion file, - for standard input."),
+    source: MotionFile,
     sink: str = argument("OUT", "The file to write, - for standard output."),
-    from_: str | None = option(*_FROM),
     to: str | None = option("FORMAT", "Format of OUT. Default: by its suffix."),
-    deg: bool = flag("Angles of FILE in degrees, where it does not say; and of what is printed."),
-    timeline: str | None = option(*TIMELINE),
-    ignore_other: bool = flag(IGNORE_OTHER),
     hips: str | None = option(*HIPS),
-    posture: str | None = option("NAME", "Add the joints it does not name, at rest there."),
+    posture: str | None = option("NAME", "Add the joints that are not in the motion, at rest in this posture."),
     mirror: bool = flag("Exchange left and right."),
-    reverse: bool = flag("Run it backwards."),
-    stretch: float | None = option("F", "Let it take F times as long."),
+    reverse: bool = flag("Reverse it."),
+    stretch: float | None = option("F", "Multiply its duration by F."),
     loop: int | None = option("N", "Repeat it N times."),
-    gap: float | None = option("S", "With --loop: seconds from the end to the beginning."),
+    gap: float | None = option("S", "With --loop: seconds from an end to the next beginning."),
     clamp: bool = flag("Move it into the limits and the coupled limits."),
-    slow_down: bool = flag("Stretch time where a joint would be too fast."),
+    slow_down: bool = flag("Slow down where a joint would be too fast."),
     rate: float | None = option("N", "Write N samples per second instead of the keys."),
-    force: bool = flag("Replace OUT where it exists."),
+    force: bool = FORCE,
     json: bool = JSON,
     robot: RobotOptions,
 ) -> None:
-    """Write a motion in another format, changed on the way if asked for; what is changed is said.
+    """Write a motion in another format, with optional changes, which are reported.
 
-    In this order: --hips, --posture, --mirror, --reverse, --stretch, --loop, --clamp, --slow-down, --rate.
+    They are applied in this order: --hips, --posture, --mirror, --reverse, --stretch, --loop, --clamp, --slow-down,
+    --rate.
     """
     from nao_kin import motion as motions
 
     if gap is not None and loop is None:
         raise BadArgument("--gap is the pause of --loop; give both")
     sink = "/dev/stdout" if sink == "-" else sink
-    check_replaceable(sink, force, json)
+    check_outputs({"": sink}, force=force, printed="--json" if json else None)
     model = robot.load()
     check_posture(model, posture)
-    motion = MotionFile(source, from_, deg, timeline, ignore_other).read(model)
+    motion = source.read(model)
     changes = list[motions.Change]()
 
     def mended(found: Any) -> Motion:
@@ -100,7 +94,7 @@ def convert(
     if json:
         print_json({**_facts(motion), "output": sink, "changes": [change.as_dict() for change in changes]})
         return
-    print_note(*(change.describe(degrees=deg) for change in changes))
+    print_note(*(change.describe(degrees=source.deg) for change in changes))
     print_written(sink)
 
 
@@ -108,13 +102,13 @@ def convert(
 def check(
     *,
     source: MotionFile,
-    posture: str | None = option("NAME", "Where joints are that the motion does not name."),
-    rate: float | None = option("N", "Samples per second of what has no closed form."),
-    every: bool = flag("List every stretch, not only the worst of a joint.", "--all"),
+    posture: str | None = option("NAME", "Values of the joints that are not in the motion."),
+    rate: float | None = option("N", "Samples per second of curves without a closed form."),
+    every: bool = flag("List every violation, not only the worst of a joint.", "--all"),
     json: bool = JSON,
     robot: RobotOptions,
 ) -> None:
-    """Limits, coupled limits, speeds, and joints of one motor, between the keys too; exit 1 when one is not kept."""
+    """Check limits, coupled limits, speeds, and joints of one motor, also between keys; exit code 1 for violations."""
     from nao_kin import motion as motions
 
     model = robot.load()
@@ -132,7 +126,7 @@ def check(
 
 @command("motion info", "Example: nao-kin motion info wave.xar --json")
 def info(*, source: MotionFile, json: bool = JSON, robot: RobotOptions) -> None:
-    """Joints, keys, times and ranges of a motion."""
+    """Print joints, keys, times and ranges of a motion."""
     model = robot.load()
     motion = source.read(model)
     rows = _joint_rows(model, motion, deg=source.deg)
@@ -148,27 +142,23 @@ def info(*, source: MotionFile, json: bool = JSON, robot: RobotOptions) -> None:
 @command("motion plot", "Example: nao-kin motion plot wave.xar wave.png --joint LShoulderRoll")
 def plot(
     *,
-    file: str = argument("FILE", "A motion file of any format, - for standard input."),
+    source: MotionFile,
     picture: str = argument("PICTURE", "The .png or .svg file to write."),
     joints: list[str] | None = option("NAME", "Draw this joint; repeatable. Default: all.", "--joint"),
     speed: bool = flag("Draw speeds instead of values."),
-    from_: str | None = option(*_FROM),
-    deg: bool = flag("Angles of FILE in degrees, where it does not say."),
-    timeline: str | None = option(*TIMELINE),
-    ignore_other: bool = flag(IGNORE_OTHER),
-    force: bool = flag("Replace PICTURE where it exists."),
+    force: bool = FORCE,
     json: bool = JSON,
     robot: RobotOptions,
 ) -> None:
-    """Draw every joint over time between its limits, in degrees; what is outside in red."""
+    """Draw every joint over time, in degrees, with its limits; values outside are red."""
     from nao_kin.motion import plot as draw
 
     kind = Path(picture).suffix.lower().removeprefix(".")
     if kind not in ("png", "svg"):
         raise BadArgument(f"cannot write {abbreviated(picture)}: end the name in .png or .svg")
-    check_replaceable(picture, force, json)
+    check_outputs({"": picture}, force=force, printed="--json" if json else None)
     model = robot.load()
-    motion = MotionFile(file, from_, deg, timeline, ignore_other).read(model)
+    motion = source.read(model)
     content = io.BytesIO()
     draw(model, motion, joints=joints, speed=speed).savefig(content, format=kind, dpi=120)
     atomic.write_bytes(picture, content.getvalue())

@@ -16,9 +16,9 @@ from nao_kin._core import files as atomic
 from nao_kin._core.arrays import whole_number
 from nao_kin._core.process import uninterrupted
 from nao_kin._core.text import abbreviated
-from nao_kin.cli.options import JSON, OTHER_ROBOTS, RobotOptions, argument, command, flag, option
+from nao_kin.cli.options import FORCE, JSON, OTHER_ROBOTS, RobotOptions, argument, command, flag, option
 from nao_kin.cli.output import print_json, print_note
-from nao_kin.cli.view import LivePage, PageBeside
+from nao_kin.cli.view import ExtraPage, LivePage
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
@@ -36,22 +36,22 @@ _BEHAVIORS = "FOLDER", "Choregraphe's behaviours (.xar) for ALBehaviorManager to
 def serve(
     *,
     port: int = option("N", "Port to listen on; 0 for a free one.", default=_PORT),
-    host: str = option("ADDRESS", "Address to listen on; qi has no passwords, so keep others out.", default=_HOST),
+    host: str = option("ADDRESS", "Address to listen on. Caution: qi has no passwords.", default=_HOST),
     robot: RobotOptions,
-    speed: float = option("X", "Seconds of the robot's time in one second.", default=1.0),
-    posture: str = option("NAME", "Posture to begin in.", default="Crouch"),
+    speed: float = option("X", "Speed of the robot's clock, in seconds per second.", default=1.0),
+    posture: str = option("NAME", "Initial posture.", default="Crouch"),
     view: bool = flag("Show the robot in a live page."),
-    page: PageBeside,
-    awake: bool = flag("Begin with stiffness, as after wakeUp."),
+    page: ExtraPage,
+    awake: bool = flag("Start with stiffness, as after wakeUp."),
     behaviors: str | None = option(*_BEHAVIORS),
-    log: bool = flag("Print what the robot says and remarks."),
+    log: bool = flag("Print the robot's speech and remarks."),
     json: bool = JSON,
 ) -> None:
-    """A virtual NAO for NAOqi's scripts, until Ctrl-C.
+    """Serve a virtual NAO to NAOqi scripts, until Ctrl-C.
 
-    Scripts connect to it as to a robot: qi's session to tcp://127.0.0.1:9559. It begins without stiffness, as a robot
-    that was switched on, and moves as kinematics has it: within limits and speeds, without weight. A command to joints
-    without stiffness is reported on standard error.
+    Scripts connect to it as to a robot: with qi's session to tcp://127.0.0.1:9559. It starts without stiffness, like a
+    robot that was just switched on, and moves by kinematics: within limits and speeds, without mass. Commands to joints
+    without stiffness are reported on standard error.
     """
     if not host.strip():
         raise BadArgument("--host is empty; expected an address, such as 127.0.0.1, or 0.0.0.0 to let others in")
@@ -61,7 +61,7 @@ def serve(
     shown, kinds = page if view else None, ("log",) if log else ("limp", "kernels")
     with served(robot, host=host, port=port, awake=awake, page=shown, kinds=kinds, **begin) as done:
         if json:
-            print(dumps(done))  # one line: whoever reads it waits for its end
+            print(dumps(done))  # one line: the reader waits for its end
         else:
             for where in done.values():
                 print(f"{where}  (Ctrl-C ends)")
@@ -80,23 +80,11 @@ def served(
     kinds: tuple[str, ...],
     **begin: Any,
 ) -> Iterator[dict[str, str]]:
-    """A virtual NAO served over qi, and shown in a page where that is wanted, as long as the context lasts.
+    """Serve a virtual NAO over qi, in `page` too if given, for the time of the context.
 
-    Args:
-        options: its version, and the file of its calibrated joints and frames.
-        host: address to listen on.
-        port: port to listen on; 0 for a free one.
-        awake: begin with stiffness, as after wakeUp.
-        page: that shows it; None for none.
-        kinds: which of its changes are printed on standard error: "log" for all that it says and remarks, "limp" for
-            commands to joints without stiffness, "kernels" for what it says about its compiled kernels.
-        **begin: speed, posture and behaviors, as `VirtualNao` takes them.
-
-    Yields:
-        "endpoint": for scripts, as in tcp://127.0.0.1:9559; "url": of the page, if there is one.
-
-    Raises:
-        NaoKinError: qi is not installed, the port is in use, no such version, posture or speed, or bad offsets.
+    `kinds` are the changes printed on standard error: "log" for all messages and remarks, "limp" for commands to joints
+    without stiffness, "kernels" for remarks on compiled kernels. `begin` has speed, posture and behaviors. Yields the
+    addresses: "endpoint" for scripts, and "url" of the page.
     """
     from nao_kin.naoqi import QiServer, VirtualNao
     from nao_kin.robot import load_nao
@@ -126,19 +114,16 @@ def served(
 
 
 def follow(nao: VirtualNao, viewer: Viewer, ended: threading.Event) -> None:
-    """Show the robot where it is in the world, its lights and what it says, until the end.
+    """Show the pose of the virtual NAO in the world, its lights and its speech, until `ended` is set.
 
-    Args:
-        nao: the virtual NAO.
-        viewer: of the same robot with a floating base.
-        ended: set at the end.
+    `viewer` shows the same robot with a floating base.
     """
     import numpy as np
 
     from nao_kin.naoqi import light_colours, spoken_words
     from nao_kin.rotations import quat_from_matrix
 
-    shown = lit = said = None
+    shown = lit = spoken = None
     while not ended.wait(1.0 / _FRAMES_PER_SECOND):
         state = nao.state()
         r0, *vector = quat_from_matrix(state.T_world_torso[:3, :3])
@@ -149,12 +134,12 @@ def follow(nao: VirtualNao, viewer: Viewer, ended: threading.Event) -> None:
         if state.leds != lit:
             viewer.show_lights(light_colours(state.leds))
             lit = state.leds
-        if state.saying != said:
+        if state.saying != spoken:
             viewer.say(spoken_words(state.saying))
-            said = state.saying
+            spoken = state.saying
 
 
-# --- `nao-kin run`: a script for NAOqi, with a virtual NAO or a server that runs already.
+# --- `nao-kin run`: a script for NAOqi, with a virtual NAO or a running server.
 
 
 @command(
@@ -165,22 +150,22 @@ def follow(nao: VirtualNao, viewer: Viewer, ended: threading.Event) -> None:
 def run(
     *,
     script: str = argument("SCRIPT", "A Python script that drives a NAO."),
-    arguments: list[str] | None = argument("[-- ARGUMENTS]", "The script's own, behind --.", None),
-    port: int | None = option("N", "Port of a server that runs already, such as nao-kin serve's."),
+    arguments: list[str] | None = argument("[-- ARGUMENTS]", "Arguments of the script, after --.", None),
+    port: int | None = option("N", "Port of a running server, such as that of nao-kin serve."),
     host: str | None = option("ADDRESS", f"Address of that server. Default: {_HOST}."),
     robot: RobotOptions,
-    speed: float | None = option("X", "Seconds of the virtual NAO's time in one second. Default: 1."),
-    posture: str | None = option("NAME", "Posture to begin in. Default: Crouch."),
-    asleep: bool = flag("Begin without stiffness, until the script asks for it."),
+    speed: float | None = option("X", "Speed of the virtual NAO's clock, in seconds per second. Default: 1."),
+    posture: str | None = option("NAME", "Initial posture. Default: Crouch."),
+    asleep: bool = flag("Start without stiffness, until the script sets it."),
     behaviors: str | None = option(*_BEHAVIORS),
     view: bool = flag("Show the virtual NAO in a live page."),
-    page: PageBeside,
-    log: bool = flag("Print what the virtual NAO says and remarks."),
+    page: ExtraPage,
+    log: bool = flag("Print the virtual NAO's speech and remarks."),
 ) -> None:
     """Run a script for NAOqi without a robot: from naoqi import ALProxy, or import qi.
 
-    Without --port, a virtual NAO is made for it and ends with it; it begins awake, with stiffness. Wherever the script
-    wants to connect to, it is led there. Python 2 runs translated. The exit code is the script's.
+    Without --port, the script gets a virtual NAO, awake and with stiffness, which ends with it. All connections of the
+    script lead there, whatever their address. Python 2 is translated. The exit code is the script's.
     """
     from nao_kin.naoqi import run_script
 
@@ -207,7 +192,7 @@ def run(
     raise typer.Exit(code)
 
 
-# --- `nao-kin live`: the joints of a robot that runs, in a page and as a recording.
+# --- `nao-kin live`: the joints of a running robot, in a page and as a recording.
 
 _RATE = 25.0
 
@@ -216,19 +201,19 @@ _RATE = 25.0
 def live(
     *,
     address: str | None = argument("[tcp://HOST:PORT]", "A robot, or a virtual NAO, over NAOqi.", None),
-    lola: str | None = option("SOCKET", "A NAO6's RoboCup interface, a Unix socket, instead."),
-    rate: float = option("N", "At most so many readings a second.", default=_RATE),
-    record: str | None = option("FILE", "Write what was read as a motion, in the end."),
-    seconds: float | None = option("S", "End after so many seconds of readings."),
+    lola: str | None = option("SOCKET", "Instead: a NAO6's RoboCup interface, a Unix socket."),
+    rate: float = option("N", "Largest number of readings per second.", default=_RATE),
+    record: str | None = option("FILE", "Write the readings as a motion at the end."),
+    seconds: float | None = option("S", "End after this many seconds of readings."),
     view: bool = flag("Show the robot in a live page.", "--view/--no-view", default=True),
     page: LivePage,
-    force: bool = flag("Overwrite the recording if it exists."),
+    force: bool = FORCE,
     robot: RobotOptions,
     json: bool = JSON,
 ) -> None:
-    """A robot's joints as they are now, in a live page; and recorded, until Ctrl-C or for some seconds.
+    """Show a robot's current joints in a live page, or record them, until Ctrl-C or for some seconds.
 
-    It only reads: no command is ever sent. A connection that is lost is made anew.
+    It only reads: no command is ever sent. A lost connection is reestablished.
     """
     if (address is None) == (lola is None):
         raise BadArgument("give the address of a robot, as in tcp://nao.local:9559, or --lola SOCKET")
@@ -242,8 +227,7 @@ def live(
         suffixes = dict.fromkeys(suffix for known in FORMATS.values() for suffix in known.suffixes)
         if Path(record).suffix.lower() not in suffixes:  # now, and not when all is recorded
             raise BadArgument(f"no motion format for {abbreviated(record)}; end it in one of: {', '.join(suffixes)}")
-        if atomic.would_replace(record) and not force:
-            raise BadArgument(f"{record} exists; --force overwrites it")
+        atomic.check_replaceable(record, overwrite=force)
     model = robot.load()
     from nao_kin.naoqi import LolaSource, NaoqiSource, readings, recorded
 
@@ -254,7 +238,7 @@ def live(
         if view:
             viewer = running.enter_context(closing(page.viewer(model)))
             print_note(f"{page.address(viewer)}  (Ctrl-C ends)")
-        # A signal ends the reading, and what was read is still written.
+        # A signal ends the reading; the readings so far are still written.
         ended = running.enter_context(uninterrupted())
         for reading in readings(source, model, rate=rate, wanted=lambda: not ended(), on_state=print_note):
             if viewer is not None:

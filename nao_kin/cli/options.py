@@ -1,11 +1,11 @@
-"""What several commands share: options, the rules that hold between them, and the robot that they name."""
+"""Options shared by several commands, the rules between them, and the loading of the robot."""
 
 from __future__ import annotations
 
 import inspect
 import os
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
 from functools import wraps
 from inspect import Parameter
@@ -15,14 +15,13 @@ import typer
 from typer.core import TyperCommand
 
 from nao_kin._core import files as atomic
-from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
     from nao_kin.robot import RobotModel
 
 
-# Options of any command that cannot stand beside each other, by the names of their parameters, and why.
+# Pairs of contradicting options, by the names of their parameters, and the error.
 _CONTRADICTIONS = (
     ("urdf", "robot", "--urdf and --robot name two robots; give one"),
     ("version", "urdf", "--version is a version of the NAO, and --urdf another robot; give one"),
@@ -35,13 +34,10 @@ _CONTRADICTIONS = (
 
 
 def option(metavar: str | None, help: str, *names: str, default: Any = None) -> Any:
-    """An option, as the default value of a command's parameter or of a field of a dataclass of options.
+    """Return an option, as the default value of a command's parameter or of a field of a dataclass of options.
 
-    Args:
-        metavar: what stands for its value in the help; None for a choice, whose type names its values.
-        help: its line in the help.
-        *names: as they are typed; made from the name of the parameter by default.
-        default: its value where it is not given; MISSING where it has to be.
+    `metavar` is the placeholder in the help, None for a choice, which lists its values; the names are made from the
+    name of the parameter by default. MISSING is the default value of a required option.
     """
 
     def info(name: str) -> Any:
@@ -51,36 +47,31 @@ def option(metavar: str | None, help: str, *names: str, default: Any = None) -> 
 
 
 def flag(help: str, *names: str, default: bool | None = False) -> Any:
-    """An option without a value, as in `option`."""
+    """Return an option without a value, as in `option`."""
     return option(None, help, *names, default=default)
 
 
 def argument(metavar: str, help: str, default: Any = MISSING) -> Any:
-    """What is typed without a name, as in `option`."""
+    """Return a positional argument, as in `option`."""
     return field(default=default, metadata={"info": lambda name: typer.Argument(metavar=metavar, help=help)})
 
 
 JSON = flag("Print JSON.")
-DEG = flag("Angles in degrees, in and out; hands stay 0 to 1.")
-IGNORE_LIMITS = flag("Take joints wherever they are.")
+DEG = flag("Use degrees in input and output; hands stay 0 to 1.")
+FORCE = flag("Replace the output file if it exists.")
 
-# What the program consists of: the name of each command, its function and its example.
+# Name of a command → its function and its example.
 COMMANDS: dict[str, tuple[Callable[..., None], str]] = {}
 
 
 def command(
     name: str, example: str, without: Sequence[str] = ()
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Make a function a command of the program.
+    """Make a function a command of the program; `name` is "motion check" for a command in a group.
 
-    Each parameter has an `option`, a `flag` or an `argument` as its default value. One whose type is a dataclass stands
-    for the options that the fields of that class are: the command has them in that place, and the function gets them
-    as one object.
-
-    Args:
-        name: what is typed; of a command in a group "motion check".
-        example: the last line of its help.
-        without: fields of the dataclasses that are no options of this command.
+    Each parameter has an `option`, a `flag` or an `argument` as its default value. A parameter whose type is a
+    dataclass adds the fields of the class as options, except those in `without`, and the function gets them as one
+    object. `example` is the last line of the help.
     """
 
     def entered(function: Callable[..., None]) -> Callable[..., None]:
@@ -112,24 +103,24 @@ def command(
 
 
 def _parameter(name: str, kind: Any, given: Field[Any]) -> Parameter:
-    """The parameter that typer reads, of one that `option`, `flag` or `argument` describes."""
+    """Return the parameter for typer, made from an `option`, a `flag` or an `argument`."""
     default = Parameter.empty if given.default is MISSING else given.default
     annotation = Annotated[kind, given.metadata["info"](name)]
     return Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
 
 
 class Command(TyperCommand):
-    """A command that refuses what click would settle in silence: an option given twice, options that contradict."""
+    """A command that refuses repeated options and contradicting options, which click accepts."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Look at what is given, and how often, before the values are."""
+        """Check which options are given, and how often, before their values."""
         values, _, order = self.make_parser(ctx).parse_args(list(args))
-        if not any(parameter.is_eager for parameter in order):  # --help is answered whatever stands beside it
+        if not any(parameter.is_eager for parameter in order):  # --help works with any other options
             for parameter, times in Counter(order).items():
                 if times > 1 and not getattr(parameter, "multiple", False):
                     option = " or ".join([*parameter.opts, *parameter.secondary_opts])
                     raise BadArgument(f"{option} is given {'twice' if times == 2 else f'{times} times'}; give it once")
-            # An argument is listed whether it is given or not; one that takes several is then empty, or no tuple.
+            # An argument is listed even if it is not given; if it takes several it is then empty, or no tuple.
             names = {str(parameter.name) for parameter in order}
             file = values.get("file")
             if not isinstance(file, str) and not (isinstance(file, tuple) and file):
@@ -140,32 +131,23 @@ class Command(TyperCommand):
         return list(super().parse_args(ctx, args))
 
 
-def check_sinks(printed: str | None, **files: str | None) -> None:
-    """Refuse files that could not be written, before anything is loaded or drawn.
+def check_outputs(
+    outputs: Mapping[str, str | None], *, force: bool, printed: str | None = None, continued: bool = False
+) -> None:
+    """Refuse files that may not or cannot be written, before anything is loaded or drawn.
 
-    Args:
-        printed: the option because of which standard output is taken; None where it is free.
-        **files: the name of an option → the file that it names, if it is given.
-
-    Raises:
-        BadArgument: one cannot be written, or two are one.
+    `outputs` is option, "" for an argument, → file, None if not given; `printed` is the option that uses standard
+    output. An existing file of --output that the command continues needs no force.
     """
-    given = {f"--{option}": path for option, path in files.items() if path is not None}
+    given = {option: path for option, path in outputs.items() if path is not None}
     for option, path in given.items():
         atomic.check_writable(path, suffix=".png" if option == "--png" else "")
+        atomic.check_replaceable(path, overwrite=force or (continued and option == "--output"))
     for option, path in given.items():
         if printed is not None and atomic.leads_to_standard_output(path):
-            raise BadArgument(f"{option} {path} and {printed} both write to standard output; give one")
+            raise BadArgument(f"{option} {path} and {printed} both write to standard output; give one".lstrip())
     if len({os.path.realpath(path) for path in given.values()}) < len(given):
-        raise BadArgument(f"{' and '.join(given)} name one file, {files['html']}; give two")
-
-
-def check_replaceable(path: str, force: bool, json: bool) -> None:
-    """Refuse a file that exists or cannot be written, before anything is read."""
-    if atomic.would_replace(path) and not force:
-        raise BadArgument(f"{abbreviated(path)} exists; --force replaces it")
-    if json and atomic.leads_to_standard_output(path):
-        raise BadArgument(f"{path} and --json both write to standard output; give one")
+        raise BadArgument(f"{' and '.join(given)} name one file, {outputs['--html']}; give two")
 
 
 @dataclass(frozen=True)
@@ -175,16 +157,12 @@ class RobotOptions:
     version: str = option("V", "NAO version: v3.2, v3.3, v4, v5 or v6.", default="v6")
     urdf: str | None = option("FILE", "Another robot, from a URDF, xacro or MJCF file.")
     robot: str | None = option("NAME", "Another robot, from example-robot-data or robot_descriptions.")
-    package_dir: list[str] | None = option("DIR", "Look here for packages that --urdf names; repeatable.")
-    xacro: bool = flag("Expand the file of --urdf, which runs its author's code; files named .xacro always are.")
+    package_dir: list[str] | None = option("DIR", "Search this folder for packages of --urdf; repeatable.")
+    xacro: bool = flag("Expand the file of --urdf, which runs code in it; files named .xacro are always expanded.")
     offsets: str | None = option("FILE", "Calibrated joints and frames of the robot, from a TOML file.")
 
     def load(self) -> RobotModel:
-        """The robot that the options name, with the offsets of a file.
-
-        Raises:
-            NaoKinError: no name, or the robot does not load.
-        """
+        """Return the robot that the options name, with the offsets of a file."""
         from nao_kin.robot import RobotModel, load_nao, load_robot, read_offsets
 
         # Before the robot, which may have to be downloaded.
@@ -202,5 +180,5 @@ class RobotOptions:
         return robot if offsets is None else robot.with_offsets(**offsets)
 
 
-# The options that a command for a NAO alone is without.
+# Options that commands for a NAO alone do not have.
 OTHER_ROBOTS = ("urdf", "robot", "package_dir", "xacro")

@@ -1,4 +1,4 @@
-"""What commands print: tables for people, JSON for programs, and notes as lines on standard error."""
+"""The output of commands: tables for people, JSON for programs, and notes as lines on standard error."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from nao_kin._core.files import leads_to_standard_output
 
 
 def print_note(*messages: str) -> None:
-    """Each message as one line on standard error, whatever line breaks it holds."""
+    """Print each message as one line on standard error, without its line breaks."""
     for message in messages:
         print(f"nao-kin: {' '.join(message.split())}", file=sys.stderr)
 
 
 def print_json(document: Any) -> None:
-    """One JSON document on standard output; NaN has no place in it."""
+    """Print one JSON document on standard output; NaN is not allowed."""
     print(json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False))
 
 
 def print_json_list(head: dict[str, Any], name: str, items: Iterable[Any]) -> None:
-    """One JSON document whose last member is a long list, written item by item."""
+    """Print one JSON document whose last member is a long list, item by item."""
     opening = json.dumps(head, indent=2, ensure_ascii=False)[: -len("\n}")]
     print(f'{opening},\n  "{name}": [', end="")
     for index, item in enumerate(items):
@@ -39,13 +39,10 @@ def print_json_list(head: dict[str, Any], name: str, items: Iterable[Any]) -> No
 
 
 def print_table(columns: Sequence[str], rows: Iterable[Sequence[str]], *, numbers: Sequence[str] = ()) -> None:
-    """A table on standard output; columns named in `numbers` are aligned right.
-
-    Nothing is ever cut: where the terminal is narrower than the table, it breaks the lines itself.
-    """
+    """Print a table without truncation; columns named in `numbers` are aligned right."""
     table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
     for column in columns:
-        # Text: names from foreign files are not markup.
+        # Text, so that names from foreign files are not markup.
         table.add_column(Text(column), justify="right" if column in numbers else "left", no_wrap=True)
     for row in rows:
         table.add_row(*(Text(cell) for cell in row))
@@ -62,22 +59,18 @@ def print_written(*paths: str | Path) -> None:
 
 
 def fixed(value: float) -> str:
-    """A number with five digits behind the point; adding zero takes the sign off a negative zero."""
+    """Return a number with five decimals; adding zero removes the sign of a negative zero."""
     return f"{round(value, 5) + 0.0:.5f}"
 
 
 def degrees_per(unit: str, deg: bool) -> float:
-    """What a value in this unit is multiplied with to be printed: under --deg, radians become degrees."""
+    """Return the factor of values of this unit in the output: with --deg, radians become degrees."""
     return math.degrees(1.0) if deg and unit == "rad" else 1.0
 
 
 @contextmanager
 def progress(what: str, *, shown: bool = True) -> Iterator[Callable[[int, int], None]]:
-    """A progress bar on standard error, where that is a terminal.
-
-    Yields:
-        A function of how many are done, and of their total.
-    """
+    """Show a progress bar on standard error if that is a terminal; yield a function of the done and total numbers."""
     from rich.progress import Progress
 
     errors = Console(file=sys.stderr)

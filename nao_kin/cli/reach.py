@@ -1,9 +1,8 @@
-"""`nao-kin reach`: where a hand can be."""
+"""`nao-kin reach`: the workspace of a hand."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +11,7 @@ from nao_kin._core import files as atomic
 from nao_kin._core.arrays import decimal
 from nao_kin._core.process import uninterrupted
 from nao_kin._core.text import abbreviated, quoted
-from nao_kin.cli.options import JSON, RobotOptions, argument, check_sinks, command, flag, option
+from nao_kin.cli.options import FORCE, JSON, RobotOptions, argument, check_outputs, command, option
 from nao_kin.cli.output import print_json, print_note, progress
 from nao_kin.errors import BadArgument
 
@@ -28,54 +27,55 @@ _ENDINGS = (".npz", ".vtk", ".ply")
 def reach(
     *,
     frame: str = argument("FRAME", "A frame, or a chain for its end effector."),
-    samples: str = option("N", "How many configurations, such as 200000 or 1e7.", default="1e6"),
+    samples: str = option("N", "Number of configurations, such as 200000 or 1e7.", default="1e6"),
     voxel: float = option("METRES", "Edge of a voxel.", default=0.01),
     seed: int = option("N", "Seed of the samples.", default=0),
-    reference: str | None = option("NAME", "The frame to count positions in."),
+    reference: str | None = option("NAME", "The frame of the positions."),
     output: str | None = option(
-        "FILE", "Write the map: .npz, which a later run goes on from, .vtk or .ply.", "--output", "-o"
+        "FILE", "Write the map: .npz, which a later run continues, .vtk or .ply.", "--output", "-o"
     ),
     html: str | None = option("FILE", "Write a page with the robot and its map."),
     by: str = option("NAME", "Colours of --html and .ply: best, mean, count or coverage.", default="best"),
-    threads: int | None = option("N", "Default: one for each core."),
-    force: bool = flag("Replace a .vtk or .ply file that exists."),
+    threads: int | None = option("N", "Number of threads. Default: one per core."),
+    force: bool = FORCE,
     json: bool = JSON,
     robot: RobotOptions,
 ) -> None:
-    """Where a hand can be: a voxel map of its positions at random joint values, with manipulability and directions.
+    """Compute a voxel map of a hand's positions at random joint values, with manipulability and directions.
 
-    Joints are uniform inside their limits. With -o map.npz the same command goes on where an earlier one ended, also
-    one that Ctrl-C ended: what was done until then is written.
+    Joints are uniform inside their limits. With -o map.npz the same command continues an earlier run, also one that
+    Ctrl-C ended: its samples up to then are saved.
     """
-    asked = _count(samples)
+    requested = _count(samples)
     known = output is None or Path(output).suffix.lower() in _ENDINGS or atomic.leads_to_standard_output(output)
     if not known:
         raise BadArgument(f"cannot write {abbreviated(output)}: end the name in {', '.join(_ENDINGS)}")
-    check_sinks("--json" if json else None, output=output, html=html)
-    continued = output if output is not None and Path(output).suffix.lower() == ".npz" else None
-    if output is not None and continued is None:
-        atomic.check_replaceable(output, overwrite=force)
+    continued = output is not None and Path(output).suffix.lower() == ".npz"
+    outputs = {"--output": output, "--html": html}
+    check_outputs(outputs, force=force, printed="--json" if json else None, continued=continued)
     model = robot.load()
     from nao_kin import reach as room
     from nao_kin._kernels import KERNELS, warm_up
 
     settings = room.map_settings(model, frame, voxel=voxel, seed=seed, reference=reference)
     room.check_column(by)
-    previous = room.load(continued) if continued is not None and Path(continued).is_file() else None
-    warm_up([name for name in KERNELS if name.startswith("reach")])  # what a signal should not have to wait for
+    previous = None
+    if output is not None and continued and Path(output).is_file():
+        previous = room.load(output)
+    warm_up([name for name in KERNELS if name.startswith("reach")])  # so that a signal does not have to wait for it
     if previous is not None:
         settings.check_same(previous.settings, abbreviated(output))
-        most = previous.ranges[-1][1] if previous.ranges else 0
-        if most > asked:
-            raise BadArgument(f"{abbreviated(output)} has samples up to {most} already; ask for as many, or more")
+        done = previous.ranges[-1][1] if previous.ranges else 0
+        if done > requested:
+            raise BadArgument(f"{abbreviated(output)} has samples up to {done} already; ask for as many, or more")
 
-    # A signal ends the counting, and then the program, when what was counted is written.
+    # A signal ends the sampling; the program ends when the samples so far are written.
     with uninterrupted() as ending:
         with progress("samples") as say:
             found = room.workspace(
                 model,
                 frame,
-                asked,
+                requested,
                 voxel=voxel,
                 seed=seed,
                 reference=reference,
@@ -84,10 +84,10 @@ def reach(
                 progress=say,
                 stop=ending,
             )
-        files = _written(model, found, output, html, by, force or continued is not None) if found.samples else []
-        if found.samples < asked:
+        files = _written(model, found, output, html, by, force=force) if found.samples else []
+        if found.samples < requested:
             kept = f"kept in {abbreviated(' and '.join(files))}" if files else "without -o FILE nothing is kept"
-            print_note(f"ended after {found.samples} of {asked} samples; {kept}")
+            print_note(f"ended after {found.samples} of {requested} samples; {kept}")
         else:
             _report(found, files, json)
         sys.stdout.flush()
@@ -104,20 +104,17 @@ def _count(text: str) -> int:
 
 
 def _written(
-    model: RobotModel, found: ReachMap, output: str | None, html: str | None, by: str, overwrite: bool
+    model: RobotModel, found: ReachMap, output: str | None, html: str | None, by: str, *, force: bool
 ) -> list[str]:
     if output is not None:
-        savers: dict[str, Callable[..., object]] = {
-            ".vtk": found.save_vtk,
-            ".ply": partial(found.save_ply, colour_by=by),
-        }
-        savers.get(Path(output).suffix.lower(), found.save)(output, overwrite=overwrite)
+        savers = {".vtk": found.save_vtk, ".ply": partial(found.save_ply, colour_by=by)}
+        savers.get(Path(output).suffix.lower(), found.save)(output, overwrite=True)  # checked before the sampling
     if html is not None:
         from nao_kin.viewer import Viewer
 
         viewer = Viewer(model)
         viewer.show_reach(found, by=by)
-        viewer.save_html(html)
+        viewer.save_html(html, overwrite=force)
     return [file for file in (output, html) if file is not None]
 
 
@@ -127,7 +124,7 @@ def _report(found: ReachMap, files: list[str], json: bool) -> None:
         print_json({**summary, "files": files})
         return
     if any(atomic.leads_to_standard_output(file) for file in files):
-        return  # which has the file, and nothing behind it
+        return  # which contains the file and nothing else
     settings, best = found.settings, summary["best"]
     print(
         f"{settings.frame} in {settings.reference} of {settings.robot}, {found.samples} samples, seed {settings.seed}"

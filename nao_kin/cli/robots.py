@@ -1,4 +1,4 @@
-"""`nao-kin info`, `joints` and `check`: a robot, its joints, and whether independent implementations agree."""
+"""`nao-kin info`, `joints` and `check`: a robot, its joints, and its comparison with independent implementations."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @command("info", "Example: nao-kin info --version v5 --json")
 def info(*, robot: RobotOptions, json: bool = JSON) -> None:
-    """Name, degrees of freedom, mass, chains, postures and the file of a robot."""
+    """Print name, degrees of freedom, mass, chains, postures and the file of a robot."""
     model = robot.load()
     facts: dict[str, object] = {
         "name": model.name,
@@ -54,23 +54,23 @@ def _text(value: object) -> str:
     return f"{value:.5f}" if isinstance(value, float) else str(value)
 
 
-# --- `nao-kin joints`: the joints, their axes as lines of space, their limits, and the lower pairs they make.
+# --- `nao-kin joints`.
 
 
 @command("joints", "Example: nao-kin joints --typed --deg")
 def joints(
     *,
-    typed: bool = flag("Merge revolutes that share a centre into one joint."),
-    rule: str | None = option("RULE", "Merge by coincident joint centres (the default) or concurrent axes."),
-    tolerance: float | None = option("M", "Merge axes that miss their common point by no more [m]."),
+    typed: bool = flag("Merge revolute joints that share a centre into one joint."),
+    rule: str | None = option("RULE", "Merge by coincident joint centres (default) or concurrent axes."),
+    tolerance: float | None = option("M", "Largest distance of merged axes from their common point [m]."),
     deg: bool = DEG,
     json: bool = JSON,
     robot: RobotOptions,
 ) -> None:
-    """Joint by joint: axis, centre, limits, lower pair, anatomical name, and the axis as Plücker coordinates.
+    """Print each joint's axis, centre, limits, lower pair, anatomical name, and its axis as Plücker coordinates.
 
-    Lines are seen from the root with all joints at zero: direction and moment of the axis. --json adds speed, torque
-    and the joints that follow.
+    Lines are given in the root frame with all joints at zero: direction and moment of the axis. --json adds speed,
+    torque and following joints.
     """
     from nao_kin.joints import joint_table
 
@@ -93,7 +93,7 @@ def _document(model: RobotModel, table: JointTable, deg: bool) -> dict[str, Any]
         scales = [degrees_per(unit, deg) for unit in row["units"]]
         for bound in ("lower", "upper"):
             row[bound] = [None if v is None else v * s for v, s in zip(row[bound], scales, strict=True)]
-        # A part that follows another joint has that one's motor.
+        # A mimic joint has the motor of the joint that it follows.
         drivers = [model.mimics[part].joint if part in model.mimics else part for part in row["parts"]]
         columns = [model.joint_names.index(name) for name in drivers]
         row["velocity"] = [
@@ -132,7 +132,7 @@ def _vector(values: tuple[float, ...]) -> str:
     return " ".join(f"{round(value, 4) + 0.0:.4g}" for value in values)  # adding zero takes the sign off a negative one
 
 
-# --- `nao-kin check`: do independent implementations agree.
+# --- `nao-kin check`.
 
 
 @command("check", "Example: nao-kin check --version v5 --samples 100 --json")
@@ -140,10 +140,10 @@ def check(
     *,
     robot: RobotOptions,
     samples: int = option("N", "Number of configurations, 1 to 100000.", default=500),
-    seed: int = option("N", "Seed of the random ones.", default=0),
+    seed: int = option("N", "Seed of the random configurations.", default=0),
     json: bool = JSON,
 ) -> None:
-    """Poses, rotations, Jacobians, limits against Pinocchio, eigenpy, yourdfpy; exit 1 when a convention disagrees."""
+    """Compare poses, rotations, Jacobians and limits with Pinocchio, eigenpy, yourdfpy; exit code 1 for differences."""
     from nao_kin import crosscheck
 
     model = robot.load()

@@ -1,4 +1,4 @@
-"""What commands read: a posture and joints, a file of whole configurations, or a motion."""
+"""The input of commands: a posture and joints, a file of whole configurations, or a motion."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ if TYPE_CHECKING:
     from nao_kin.motion import Motion, Trajectory
     from nao_kin.robot import LimitPolicy, RobotModel
 
-TIMELINE = "NAME", "Which of several motions in the file; name or number."
-COLUMNS = (
-    "NAME=HEADING",
-    "Read a column as if headed so: yaw=HeadYaw, 'ms=time [ms]'; NAME= leaves it out; repeatable.",
-)
-IGNORE_OTHER = "Leave out columns that name no joint and no time."
-HIPS = "RULE", "Of a motion with two HipYawPitch: average (default), left or right."
+TIMELINE = "NAME", "One of several motions in the file, by name or number."
+COLUMNS = ("NAME=HEADING", "Read a column under this heading: yaw=HeadYaw, 'ms=time [ms]'; NAME= skips it; repeatable.")
+IGNORE_OTHER = "Skip columns that are neither a joint nor a time."
+IGNORE_LIMITS = flag("Accept joints outside their limits.")
+HIPS = "RULE", "For a motion with two HipYawPitch joints: average (default), left or right."
 
 
 @dataclass(frozen=True)
 class JointOptions:
-    """The options that describe one configuration, and what a motion leaves open."""
+    """The options of one configuration, and of the joints that a motion does not name."""
 
-    posture: str | None = option("NAME", "Start from a predefined posture; of a motion: of joints it does not name.")
-    joint: list[str] | None = option("NAME=VALUE", "Set a joint; repeatable. Others are at zero.")
+    posture: str | None = option(
+        "NAME", "Start from a predefined posture; for a motion: values of the joints it does not name."
+    )
+    joint: list[str] | None = option("NAME=VALUE", "Set a joint; repeatable. Other joints are at zero.")
 
     def configuration(self, model: RobotModel, *, deg: bool, limits: LimitPolicy) -> Floats:
-        """The configuration; without a posture only the named joints face limits."""
+        """Return the configuration; without a posture only the named joints must be inside their limits."""
         values = self._values(model, deg)
         check_posture(model, self.posture)
         try:
@@ -45,14 +45,14 @@ class JointOptions:
             return model.posture(self.posture, values, limits=limits)
         except OutsideLimits as error:
             advice = "; --clamp and --ignore-limits take it"
-            # So large an angle is one in degrees.
+            # So large an angle is probably in degrees.
             advice += ", --deg?" if not deg and any(abs(value) > 2.0 * math.pi for value in values.values()) else ""
             raise BadArgument(error.describe(degrees=deg) + advice) from None
         except CouplingViolated as error:
             raise BadArgument(error.describe(degrees=deg)) from None
 
     def _values(self, model: RobotModel, deg: bool) -> dict[str, float]:
-        """The values that --joint gives, by name [rad, m or ratio]."""
+        """Return the values of --joint, by name [rad, m or ratio]."""
         values: dict[str, float] = {}
         for setting in self.joint or ():
             name, _, text = setting.partition("=")
@@ -67,23 +67,23 @@ class JointOptions:
 
 
 def check_posture(model: RobotModel, posture: str | None) -> None:
-    """Refuse a posture of a robot that has none."""
+    """Refuse a posture if the robot has none."""
     if posture is not None and not model.posture_names:
         raise BadArgument(f"--posture {quoted(posture)}: {model.name} has no predefined postures")
 
 
 @dataclass(frozen=True)
 class MotionFile:
-    """A motion file of any format, and how it is read."""
+    """A motion file of any format, and the options of its reading."""
 
     file: str = argument("FILE", "A motion file of any format, - for standard input.")
     from_: str | None = option("FORMAT", "Format of FILE. Default: by its content.")
-    deg: bool = flag("Angles of FILE in degrees, where it does not say; and of what is printed.")
+    deg: bool = flag("Use degrees for a FILE without units, and in messages.")
     timeline: str | None = option(*TIMELINE)
     ignore_other: bool = flag(IGNORE_OTHER)
 
     def read(self, model: RobotModel) -> Motion:
-        """The motion, of joints of a robot."""
+        """Return the motion of a robot's joints."""
         from nao_kin.motion import read_motion
 
         return read_motion(
@@ -102,19 +102,12 @@ class FileOptions:
 
     columns: list[str] | None = option(*COLUMNS)
     ignore_other: bool = flag(IGNORE_OTHER)
-    rate: float | None = option("N", "Of a motion: configurations per second.")
+    rate: float | None = option("N", "For a motion: configurations per second.")
     hips: str | None = option(*HIPS)
     timeline: str | None = option(*TIMELINE)
 
     def check(self, file: str | None, posture: str | None, *, moves: bool, hips: str | None = None) -> None:
-        """Refuse options that only a motion takes, where there is another file or none; and those of a file, without.
-
-        Args:
-            file: the first of the files.
-            posture: which a motion takes for the joints that it does not name.
-            moves: whether the file is a motion.
-            hips: --hips, of a command that takes it for motions alone.
-        """
+        """Refuse options of motions for another file or none, and options of files without one."""
         if not moves:
             posture = None if file is None else posture
             refuse_for_motions(file, posture=posture, rate=self.rate, hips=hips, timeline=self.timeline)
@@ -123,11 +116,7 @@ class FileOptions:
 
     @property
     def renamed(self) -> dict[str, str | None] | None:
-        """What --columns says: name in the file → heading, None to leave the column out.
-
-        Raises:
-            BadArgument: no name and heading.
-        """
+        """The columns of --columns: name in the file → heading, None to leave the column out."""
         columns: dict[str, str | None] = {}
         for setting in self.columns or ():
             name, sign, heading = setting.rpartition("=")
@@ -140,22 +129,16 @@ class FileOptions:
     def log(
         self, model: RobotModel, file: str, *, deg: bool, limits: LimitPolicy = "ignore", hips: str | None = None
     ) -> Any:
-        """The whole configurations in a file, as `nao_kin.stream.read_log` gives them."""
+        """Return the whole configurations in a file, as `nao_kin.stream.read_log` gives them."""
         from nao_kin.stream import read_log
 
         rule: Any = hips
         return read_log(
-            model,
-            file,
-            limits=limits,
-            degrees=deg,
-            columns=self.renamed,
-            ignore_other=self.ignore_other,
-            hips=rule,
+            model, file, limits=limits, degrees=deg, columns=self.renamed, ignore_other=self.ignore_other, hips=rule
         )
 
     def log_columns(self, model: RobotModel, file: str) -> TableColumns | None:
-        """The columns of a file whose rows are whole configurations; None for other files, and input not read yet."""
+        """Return the columns of a file of whole configurations; None for other files, and unread standard input."""
         from nao_kin.stream import log_columns
 
         data = None
@@ -169,7 +152,7 @@ class FileOptions:
     def trajectory(
         self, model: RobotModel, file: str, *, deg: bool, posture: str | None, rate: float | None
     ) -> Trajectory:
-        """The configurations that a motion goes through."""
+        """Return the configurations of a motion."""
         from nao_kin.motion import HOLD
 
         motion = MotionFile(file, None, deg, self.timeline, self.ignore_other).read(model)
@@ -179,11 +162,7 @@ class FileOptions:
 
 
 def refuse_for_motions(file: str | None, **given: object) -> None:
-    """Refuse options that only a motion takes, where there is another file or none.
-
-    Raises:
-        BadArgument: with the first of them that is not None.
-    """
+    """Refuse options that only a motion takes, for another file or none; None if not given."""
     for name, value in given.items():
         if value is None:
             continue
@@ -195,11 +174,7 @@ def refuse_for_motions(file: str | None, **given: object) -> None:
 
 
 def is_motion(file: str) -> bool:
-    """Whether a file, "-" for standard input, holds a motion; standard input can be read again afterwards.
-
-    Raises:
-        BadInputFile: standard input is a pipe or device of more than 2³⁰ bytes, which may have no end.
-    """
+    """Whether a file, "-" for standard input, holds a motion; standard input can be read again afterwards."""
     from nao_kin.motion import is_motion_file
 
     if file != "-":
@@ -209,6 +184,6 @@ def is_motion(file: str) -> bool:
     try:
         data = read_bounded(sys.stdin.buffer, file)
     except OSError:
-        return False  # which is said where it is read
+        return False  # reported where the file is read
     sys.stdin = io.TextIOWrapper(io.BytesIO(data), encoding="utf-8")
     return is_motion_file("-", data)

@@ -1,8 +1,8 @@
-"""Targets of inverse kinematics as people write them: numbers on the command line, or files of them.
+"""Targets of inverse kinematics: numbers on the command line, or files of them.
 
-How many numbers there are says what they are: 3 a place, 4 a quaternion and 9 a rotation matrix, 6 a place with roll,
-pitch and yaw, 7 a place with a quaternion, 16 a homogeneous matrix; for both legs twice as many as for one. In a CSV
-file the header says it, in the words of `nao-kin fk --csv`, whose output is such a file.
+The count of numbers determines the kind: 3 a position, 4 a quaternion and 9 a rotation matrix, 6 a position with roll,
+pitch and yaw, 7 a position with a quaternion, 16 a homogeneous matrix; for both legs twice as many. In a CSV file the
+header determines it, with the headings of `nao-kin fk --csv`.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from nao_kin.rotations import matrix_from_quat, matrix_from_rpy
 Kind = Literal["place", "rotation", "pose"]
 
 _TURN = 2.0 * math.pi
-# Count of numbers → what they are, and rows of them as that.
+# Count of numbers → kind of target, and conversion of rows.
 _READ: dict[int, tuple[Kind, Callable[[Floats], Floats]]] = {
     3: ("place", lambda rows: rows),
     4: ("rotation", matrix_from_quat),
@@ -38,23 +38,19 @@ _READ: dict[int, tuple[Kind, Callable[[Floats], Floats]]] = {
     7: ("pose", lambda rows: join_poses(matrix_from_quat(rows[:, 3:]), rows[:, :3])),
     16: ("pose", lambda rows: rows.reshape(-1, 4, 4)),
 }
-# Where the mistake is in a list of one.
+# Part of an error that is redundant for a single target.
 _ONLY = " at index [0]"
 _EXPECTED = "3 numbers for a place, 4 or 9 for an orientation, 6, 7 or 16 for a pose"
 
 _PLACE = ("x", "y", "z")
 _QUATERNION = ("r0", "r1", "r2", "r3")
 _MATRIX = tuple(f"t{row}{column}" for row in range(1, 5) for column in range(1, 5))
-_HEADERS: tuple[tuple[str, ...], ...] = (
-    _PLACE,
-    _QUATERNION,
-    (*_PLACE, "roll", "pitch", "yaw"),
-    (*_PLACE, "wx", "wy", "wz"),
-    (*_PLACE, "roll_deg", "pitch_deg", "yaw_deg"),
-    (*_PLACE, "wx_deg", "wy_deg", "wz_deg"),
-    (*_PLACE, *_QUATERNION),
-    _MATRIX,
-)
+_ANGLES = [
+    tuple(name + unit for name in names)
+    for unit in ("", "_deg")
+    for names in (("roll", "pitch", "yaw"), ("wx", "wy", "wz"))
+]
+_HEADERS = (_PLACE, _QUATERNION, *((*_PLACE, *turns) for turns in (*_ANGLES, _QUATERNION)), _MATRIX)
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,8 +58,8 @@ class Targets:
     """Targets of one kind.
 
     Attributes:
-        kind: what each is.
-        values: places (n, 3), rotations (n, 3, 3) or poses (n, 4, 4); for both legs (n, 2, 4, 4).
+        kind: kind of all targets.
+        values: positions (n, 3), rotations (n, 3, 3) or poses (n, 4, 4); for both legs (n, 2, 4, 4).
         many: whether they come from a list.
     """
 
@@ -73,16 +69,7 @@ class Targets:
 
 
 def target_of(text: str, *, feet: bool, degrees: bool) -> Targets:
-    """One target from the numbers of --target.
-
-    Args:
-        text: numbers between blanks or commas.
-        feet: two poses are wanted, the left foot's first.
-        degrees: roll, pitch and yaw are degrees.
-
-    Raises:
-        BadArgument: other words, or another count of them.
-    """
+    """Return the target of --target; for `feet` two poses, the left one first; roll, pitch and yaw in `degrees`."""
     numbers = numbers_of(text, "--target")
     try:
         kind, values = _values(np.array([numbers]), feet, degrees)
@@ -92,11 +79,7 @@ def target_of(text: str, *, feet: bool, degrees: bool) -> Targets:
 
 
 def numbers_of(text: str, option: str) -> list[float]:
-    """The finite numbers that an option gives between blanks or commas.
-
-    Raises:
-        BadArgument: there are others.
-    """
+    """Return the finite numbers of an option, separated by blanks or commas."""
     words = text.replace(",", " ").split()
     numbers = []
     for word in words:
@@ -108,16 +91,10 @@ def numbers_of(text: str, option: str) -> list[float]:
 
 
 def read_targets(path: str, frames: Sequence[str], *, degrees: bool, roots: Sequence[str] = ()) -> Targets:
-    """The targets in a file.
+    """Return the targets in a CSV, JSON or .npy file, "-" for standard input, for one frame or both feet.
 
-    Args:
-        path: a CSV, JSON or .npy file, or "-" for CSV or JSON on standard input.
-        frames: the frames they are for, one or both feet: where a file names frames, rows of others are passed over.
-        degrees: roll, pitch and yaw are degrees; names that end in _deg say it themselves.
-        roots: names of the frame that targets are given in; JSON that names another one is refused.
-
-    Raises:
-        BadInputFile: with line and column where there is one to blame.
+    Rows of other frames are skipped. Angles are in `degrees` also if their names end in _deg. JSON that names another
+    reference than one of `roots` is refused.
     """
     if not path:
         raise BadArgument("no file name; expected a CSV, JSON or .npy file, or - for standard input")
@@ -132,7 +109,7 @@ def read_targets(path: str, frames: Sequence[str], *, degrees: bool, roots: Sequ
 
 
 def _values(rows: Floats, feet: bool, degrees: bool) -> tuple[Kind, Floats]:
-    """Rows of numbers (n, k) as what they are."""
+    """Return the kind of rows of numbers (n, k), and their values."""
     n, count = rows.shape
     if feet:
         if count not in (12, 14, 32):
@@ -151,7 +128,7 @@ def _values(rows: Floats, feet: bool, degrees: bool) -> tuple[Kind, Floats]:
 
 
 def _named(name: str, rows: Floats, feet: bool, degrees: bool, lines: Sequence[int]) -> Targets:
-    """Targets of a file; what is wrong with one is said with its line, where it has one."""
+    """Return the targets of a file; an error names the line if there is one."""
     try:
         kind, values = _values(rows, feet, degrees)
     except NaoKinError as error:
@@ -244,7 +221,7 @@ def _from_json(name: str, text: str, frames: Sequence[str], degrees: bool, roots
 
 
 def _flat(name: str, index: int, entry: Any) -> list[float]:
-    """The numbers of nested lists or of an object's values, in order."""
+    """Return the numbers of nested lists or of an object's values, in order."""
     if isinstance(entry, (list, dict)):
         parts = entry.values() if isinstance(entry, dict) else entry
         return [number for part in parts for number in _flat(name, index, part)]
@@ -254,7 +231,7 @@ def _flat(name: str, index: int, entry: Any) -> list[float]:
 
 
 def targets_as_csv(names: Sequence[str], rows: Floats) -> str:
-    """Rows of numbers under a header, with all their digits."""
+    """Return rows of numbers under a header, with all their digits."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(names)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from nao_kin._core.arrays import Floats, decimal
 from nao_kin._core.text import quoted
-from nao_kin.cli.options import DEG, JSON, RobotOptions, argument, check_sinks, command, flag, option
+from nao_kin.cli.options import DEG, FORCE, JSON, RobotOptions, argument, check_outputs, command, flag, option
 from nao_kin.cli.output import print_json, print_note, print_written
 from nao_kin.cli.sources import FileOptions, JointOptions, is_motion
 from nao_kin.errors import BadArgument
@@ -20,33 +20,28 @@ if TYPE_CHECKING:
     from nao_kin.viewer import Viewer
 
 
-# --- The live page that a command shows: its options, what they mean for a viewer, and its address.
+# --- The live page of a command.
 #
-# A command that listens for nothing else names them --host and --port; one that serves a robot too has those for the
-# robot, and --page-host and --page-port for the page.
+# Its options are --host and --port, or --page-host and --page-port if the command serves a robot under the former.
 
 _HOST = "127.0.0.1"
-_HOST_HELP = f"Address of the page; 0.0.0.0 lets others in. Default: {_HOST}."
+_HOST_HELP = f"Address of the page; 0.0.0.0 for other machines too. Default: {_HOST}."
 _PORT_HELP = "Port of the page. Default: the next free one."
 
-# A page that is served on all addresses of this machine names one of them.
+# Note for a page that is served on all addresses of this machine.
 _ELSEWHERE = "on another machine, put the name or the address of this one into the page's address"
 _EVERYWHERE = ("", "0.0.0.0", "::")
 
 
 @dataclass(frozen=True)
 class LivePage:
-    """The options of a live page.
-
-    Raises:
-        BadArgument: an empty address.
-    """
+    """The options of a live page; an empty address is refused."""
 
     page_host: str | None = option("ADDRESS", _HOST_HELP, "--host")
     page_port: int | None = option("N", _PORT_HELP, "--port")
-    allow_host: list[str] | None = option("NAME", "Answer to this name too, as of a proxy; repeatable, * for all.")
+    allow_host: list[str] | None = option("NAME", "Also accept this name, as of a proxy; repeatable, * for all.")
     token: bool | None = flag(
-        "Let in only who has the page's whole address. Default: where others could reach it.",
+        "Require the token in the page's address. Default: if other machines can reach it.",
         "--token/--no-token",
         default=None,
     )
@@ -64,35 +59,20 @@ class LivePage:
         return _HOST if self.page_host is None else self.page_host.strip()
 
     def refuse(self, instead: str) -> None:
-        """Refuse the options where no page is shown.
-
-        Args:
-            instead: what to do, the end of the message.
-
-        Raises:
-            BadArgument: one of them is given.
-        """
+        """Refuse the options if no page is shown; `instead` ends the message with the remedy."""
         if any(value is not None for value in (self.page_host, self.page_port, self.allow_host or None, self.token)):
             options = f"{self.prefix}host, {self.prefix}port, --allow-host and --token"
             raise BadArgument(f"{options} are for the live page; {instead}")
 
     def viewer(self, robot: RobotModel) -> Viewer:
-        """A viewer of a robot, which the caller closes.
-
-        Raises:
-            BadArgument: no names that could be answered to.
-        """
+        """Return a viewer of a robot, which the caller closes."""
         from nao_kin.viewer import Viewer
 
         names = self.allow_host or ()
         return Viewer(robot, host=self.host, port=self.page_port, allow_hosts=names, token=self.token)
 
     def address(self, viewer: Viewer) -> str:
-        """The address of the page, which is served from now on; with a note, where others have to change it.
-
-        Raises:
-            BadArgument: the port is in use, or the address cannot be had; every name is allowed without a token.
-        """
+        """Start serving the page and return its address, with a note if users elsewhere have to change it."""
         url = viewer.url
         if self.host in _EVERYWHERE:
             print_note(_ELSEWHERE)
@@ -100,15 +80,15 @@ class LivePage:
 
 
 @dataclass(frozen=True)
-class PageBeside(LivePage):
-    """The options of a live page, where the robot that is served has the names --host and --port."""
+class ExtraPage(LivePage):
+    """The options of a live page for a command that serves a robot under --host and --port."""
 
     page_host: str | None = option("ADDRESS", _HOST_HELP)
     page_port: int | None = option("N", _PORT_HELP)
     prefix: ClassVar[str] = "--page-"
 
 
-# --- `nao-kin view`: the robot in a browser, as a file, or as a picture.
+# --- The command.
 
 _FPS = 30.0
 _BROWSER_SECONDS = 30.0
@@ -120,30 +100,32 @@ def view(
     file: str | None = argument("[FILE]", "CSV or JSON trajectory or motion to play, - for standard input.", None),
     joints: JointOptions,
     up: str | None = option(
-        "X,Y,Z|NAME",
-        "Direction up in the root's frame, or the posture to rest as. Default: found from the joint values.",
+        "X,Y,Z|NAME", "The vertical in the root's frame, or a posture's name. Default: found from the joint values."
     ),
     deg: bool = DEG,
     fps: float | None = option("N", f"Configurations of FILE per second. Default: {_FPS:g}."),
     given: FileOptions,
-    frames: list[str] | None = option("NAMES", "Draw frames; several with commas, or repeated."),
-    html: str | None = option("FILE", "Write the page with all in it, and end."),
+    frames: list[str] | None = option("NAMES", "Draw frames, separated by commas; repeatable."),
+    html: str | None = option("FILE", "Write the page with everything in it, and end."),
     png: str | None = option("FILE", "Write a picture, and end."),
-    camera: str = option("NAME", "Look from here: front, side, three-quarter, hands, feet.", default="three-quarter"),
+    camera: str = option(
+        "NAME", "Direction of view: front, side, three-quarter, hands, feet.", default="three-quarter"
+    ),
     open_: bool = flag("Open the live page in this machine's browser."),
     wait: bool | None = flag(
         "Serve until Ctrl-C, the default; --no-wait needs --open, --html or --png.", "--wait/--no-wait", default=None
     ),
     page: LivePage,
     robot: RobotOptions,
+    force: bool = FORCE,
     json: bool = JSON,
 ) -> None:
-    """The robot in a browser: a live page until Ctrl-C, or with --html and --png files and no server.
+    """Show the robot in a browser, as a live page until Ctrl-C, or write it to files with --html and --png.
 
     A trajectory names all joints in its header or keys, as in `nao-kin fk`; its rows are played at --fps. A motion file
-    of any format (see nao-kin motion) plays at its own speed, with 30 configurations a second or --rate of them, unless
-    --fps says another. With --open and --no-wait the command ends once the browser has the scene: the page goes on
-    working alone.
+    of any format (see nao-kin motion) plays at its own speed, sampled 30 times a second or --rate times, unless --fps
+    gives another. With --open and --no-wait the command ends once the browser has the scene, and the page continues to
+    work alone.
     """
     files = [path for path in (html, png) if path is not None]
     live = open_ or not files
@@ -157,12 +139,12 @@ def view(
         raise BadArgument("--html needs no server; leave out --host and --port, or add --open to serve a page too")
     if not live and (page.allow_host or page.token is not None):
         raise BadArgument("--allow-host and --token are for a live page; with --html or --png, add --open to serve one")
-    check_sinks("--json" if json else None, html=html, png=png)
+    check_outputs({"--html": html, "--png": png}, force=force, printed="--json" if json else None)
     moves = file is not None and is_motion(file)
     given.check(file, joints.posture, moves=moves, hips=given.hips)
 
     model = robot.load()
-    # Read before any mesh: what is wrong with the file is said at once.
+    # Read before any mesh, so that errors of the file come at once.
     q: Floats | None = None
     many, speed = False, _FPS if fps is None else fps
     if file is not None and moves and not given.renamed and not (given.ignore_other and given.log_columns(model, file)):
@@ -187,9 +169,9 @@ def view(
         print_note(*viewer.notes)
         done: dict[str, str] = {}
         if html is not None:
-            done["html"] = str(viewer.save_html(html))
+            done["html"] = str(viewer.save_html(html, overwrite=force))
         if png is not None:
-            done["png"] = str(viewer.save_png(png, camera=camera))
+            done["png"] = str(viewer.save_png(png, camera=camera, overwrite=force))
         if live:
             done["url"] = page.address(viewer)
         serving = live and wait is not False
@@ -209,7 +191,7 @@ def view(
 
 
 def _vertical(viewer: Viewer, text: str) -> tuple[float, ...] | None:
-    """What --up says: three numbers, or the name of a posture."""
+    """Return the vertical of --up: three numbers, or the name of a posture."""
     if "," not in text:
         return viewer.rest(text)
     try:

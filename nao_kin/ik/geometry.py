@@ -391,7 +391,7 @@ def solve_targets(
 
 def _solve_one(form: ClosedForm, limb: Limb, target: Floats, reference: Floats, enforce: bool) -> KernelOutput:
     """Solve one target, with the kernel if it is in memory, else as Python."""
-    quick = form.kernel.quick
+    quick = form.kernel.entry_point
     if quick is not None:
         output = _empty_output(form, limb, 1, form.max_branches)
         quick(limb.numbers, limb.ranges, target, reference, enforce, output.rows)

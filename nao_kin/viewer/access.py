@@ -1,20 +1,20 @@
-"""The page as a document: what is in it, who may see and command it, and the headers of its answers.
+"""The page as an HTTP document: its contents, the access rules, and the headers of the responses.
 
-Three things decide who may see and command it.
+Three rules decide who may see and command the page.
 
-*Name.* A browser sends the name that it was asked for as `Host`. A name that a stranger owns may lead to this machine
-(DNS rebinding), and a page under it would pass for ours. So only names that nobody else can own are answered: those of
-this machine itself, the address listened on, and names that are given. Where the address is not loopback, every address
-in numbers is answered too: there is no name in it to rebind.
+*Host.* A browser sends the requested name as `Host`. A name that somebody else owns may resolve to this machine (DNS
+rebinding), and a page under it would pass for ours. So the server answers only to names that nobody else can own: those
+of this machine, the address listened on, and the allowed names. If the address is not loopback, it also answers to
+every numeric address, which cannot be rebound.
 
-*Origin.* A browser says on every socket which page opens it. It has to be the page that was served here, under the same
-name and port, or under a name that was given, where a proxy in between has changed `Host`.
+*Origin.* A browser states with every socket which page opens it. It must be the page served here, under the same name
+and port, or under an allowed name if a proxy has changed `Host`.
 
-*Token.* Text that only the page's address carries. It is asked for on the page and on the socket wherever somebody
-else could reach them: where the address listened on, or a name that is given, is not loopback. It stays in the
-address: a cookie would go to every other port of the same machine as well. With the right token a socket needs no
-origin, for programs that are no browser. Without a token there must be one: nobody who lacks it can be told apart from
-a browser whose origin was taken away on the way.
+*Token.* Text that only the page's address carries. It is required on the page and on the socket if others could reach
+them: if the address listened on, or an allowed name, is not loopback. It stays in the address, for a cookie would be
+sent to every other port of the same machine as well. With the right token a socket needs no origin, for programs that
+are not browsers. Without a token it needs one: a program without an origin looks like a browser whose origin was
+removed.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ import tornado.web
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, BadModel
 
-# Given as a name, it lets every name in, provided that there is a token.
+# As an allowed name, it accepts every name, provided that there is a token.
 ANY_NAME = "*"
 _NAME = re.compile(r"[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)*\.?")
 _HOST = re.compile(r"(?P<name>\[[0-9A-Fa-f:.]+\]|[A-Za-z0-9_.-]+)(:\d{1,5})?")
@@ -55,21 +55,11 @@ Token = bool | str | None
 
 
 class Access:
-    """The rules above, for one server.
+    """The access rules of a server that listens on the numeric `address`, given as `host`, with allowed `names`.
 
-    Args:
-        address: in numbers, that the server listens on.
-        host: what was asked for as the address; it is answered to.
-        names: further names and addresses to answer to; "*" for all.
-        token: text of its own, True for a random one, False for none; None for a random one wherever the address or a
-            name is not loopback.
-
-    Attributes:
-        token: the text to be asked for; "" for none.
-        expected: roles, too long to be guessed, in which a page needs no token; each for one socket.
-
-    Raises:
-        BadArgument: "*" without a token.
+    `token` is text, True for a random one, False for none; None for a random one if the address or a name is not
+    loopback. The attribute `token` is the required text, "" for none; `expected` has random roles in which a page needs
+    no token, each for one socket. Raises BadArgument for "*" without a token.
     """
 
     def __init__(self, address: str, host: str, names: Sequence[str], token: Token) -> None:
@@ -87,7 +77,7 @@ class Access:
             raise BadArgument('allow_hosts has "*", every name; that needs a token')
 
     def refusal_of_host(self, hosts: Sequence[str]) -> str | None:
-        """Why a request is not answered that came with these `Host` headers, in one line; None if it is."""
+        """Return why a request with these `Host` headers is refused, in one line; None if it is accepted."""
         match = _HOST.fullmatch(hosts[0].strip()) if len(hosts) == 1 else None
         if match is None:
             return "A request needs one Host header with a name."
@@ -101,19 +91,13 @@ class Access:
         )
 
     def refusal_of_token(self, token: str) -> str | None:
-        """Why a request with this token is not answered, in one line; None if it is."""
+        """Return why a request with this token is refused, in one line; None if it is accepted."""
         if self.has_token(token):
             return None
         return "This page needs its token: open the whole address that the program prints, with ?token= in it."
 
     def refusal_of_origin(self, origins: Sequence[str], host: str, token: str) -> str | None:
-        """Why a socket is not opened for a page of this origin, in one line; None if it is.
-
-        Args:
-            origins: the `Origin` headers.
-            host: the `Host` header.
-            token: that came with the request.
-        """
+        """Return why a socket is refused by its `Origin` headers, `Host` header and token; None if it is accepted."""
         if not origins:
             if self.token and self.has_token(token):
                 return None
@@ -130,14 +114,13 @@ class Access:
         return "A page from elsewhere may not open this socket."
 
     def has_token(self, token: str) -> bool:
-        """Whether this is the token, or none is asked for; takes as long whatever is wrong with it."""
+        """Whether the token is right or none is required; takes equally long for every wrong token."""
         return not self.token or hmac.compare_digest(token.encode(), self.token.encode())
 
     def embedders(self) -> str:
-        """Pages that may show this one in a frame, as sources of a content security policy.
+        """Return the pages that may frame this one, as sources of a content security policy.
 
-        They are those of this machine, where notebooks run under ports of their own, of VS Code, and of the names that
-        are given.
+        They are pages of this machine, where notebooks have their own ports, of VS Code, and of the allowed names.
         """
         if ANY_NAME in self._given:
             return "*"
@@ -152,11 +135,7 @@ class Access:
 
 
 def checked_names(names: Iterable[str]) -> tuple[str, ...]:
-    """Names and addresses in one spelling each.
-
-    Raises:
-        BadArgument: one of them is neither a name, nor an address, nor "*".
-    """
+    """Return names and addresses in one spelling each; refuse other text than names, addresses and "*"."""
     if not isinstance(names, Iterable):
         raise BadArgument(f"allow_hosts must be names, got {quoted(names)}")
     found = []
@@ -171,11 +150,7 @@ def checked_names(names: Iterable[str]) -> tuple[str, ...]:
 
 
 def checked_token(token: Token) -> Token:
-    """The token as it is.
-
-    Raises:
-        BadArgument: it is neither text that stands in an address as it is, at least 8 letters, nor True, False or None.
-    """
+    """Return the token; refuse text that an address cannot carry unescaped or that is shorter than 8 letters."""
     if isinstance(token, str) and not _TOKEN.fullmatch(token):
         raise BadArgument("a token is 8 to 256 letters, digits and -._~; or True for a random one, False for none")
     if not (token is None or isinstance(token, (bool, str))):
@@ -184,7 +159,7 @@ def checked_token(token: Token) -> Token:
 
 
 def is_loopback(name: str) -> bool:
-    """Whether a name or an address is one by which a machine calls itself."""
+    """Whether a name or an address refers to this machine itself."""
     address = _address(name)
     if address is None:
         # No resolver may answer these from outside (RFC 6761, 6.3), and browsers do not ask one.
@@ -205,22 +180,14 @@ def _address(name: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
     return None
 
 
-# --- The live page as an HTTP document, and what every answer of its server has in common.
+# --- The live page as an HTTP document, and the common part of the server's handlers.
 
 _LOG = logging.getLogger(__name__)
 _NO_GZIP = re.compile(r"gzip\s*;\s*q\s*=\s*0(\.0*)?")
 
 
 class Document:
-    """A page, compressed and named once, however often it is asked for.
-
-    Args:
-        html: the page.
-        policy: its content security policy but for what it may connect to and who may frame it.
-
-    Attributes:
-        tag: a digest, by which a browser knows the page that it has.
-    """
+    """A page, compressed and hashed once; `policy` is its content security policy without connections and frames."""
 
     def __init__(self, html: str, policy: str) -> None:
         self.plain, self.policy = html.encode("utf-8"), policy
@@ -233,12 +200,12 @@ class Document:
 
 
 class Guarded(tornado.web.RequestHandler):
-    """Answers only whom the rules of access let in; anybody else gets a 403 that says in one line why."""
+    """A handler that applies the access rules; a refused request gets a 403 with the reason in one line."""
 
     access: Access
 
     def prepare(self) -> None:
-        """Refuse what asks for another name, or lacks the token."""
+        """Refuse requests for another name, and requests without the token."""
         refusal = self.access.refusal_of_host(self.request.headers.get_list("Host"))
         if refusal is None and self.role_asked_for() not in self.access.expected:
             refusal = self.access.refusal_of_token(self.given_token())
@@ -246,11 +213,11 @@ class Guarded(tornado.web.RequestHandler):
             self.refuse(403, refusal)
 
     def given_token(self) -> str:
-        """The token in the address that was asked for."""
+        """Return the token in the requested address."""
         return self.get_query_argument("token", "")
 
     def role_asked_for(self) -> str:
-        """The role in the address that was asked for; "" for an ordinary page."""
+        """Return the role in the requested address; "" for an ordinary page."""
         return self.get_query_argument("role", "")
 
     def refuse(self, status: int, line: str) -> None:
@@ -260,48 +227,48 @@ class Guarded(tornado.web.RequestHandler):
         self.finish(line + "\n")
 
     def set_default_headers(self) -> None:
-        """What costs nothing: no guessing of types, and no address, with its token, to anybody."""
+        """Forbid type sniffing, and keep the address, with its token, out of the `Referer` header."""
         self.clear_header("Server")
         self.set_header("X-Content-Type-Options", "nosniff")
         self.set_header("Referrer-Policy", "no-referrer")
 
     def compute_etag(self) -> str | None:
-        """No tag, unless it is known without computing one."""
+        """Return no tag, so that none is computed."""
         return None
 
     def log_exception(self, kind: Any, error: Any, trace: Any) -> None:
-        """Leave a request that was wrong to whoever sent it; a fault of ours is logged, without the token."""
+        """Log internal errors, without the token; errors of the request are not logged."""
         if not isinstance(error, tornado.web.HTTPError):
             _LOG.error("%s %s failed", self.request.method, self.request.path, exc_info=(kind, error, trace))
 
     def write_error(self, status_code: int, **_: object) -> None:
-        """One line of text, whatever was wrong with the request."""
+        """Answer any error with one line of text."""
         self.refuse(status_code, f"{status_code}: {self._reason}")
 
 
 class NotFound(Guarded):
-    """Any other path."""
+    """The handler of all other paths."""
 
     def initialize(self, access: Access) -> None:
-        """Take the rules of access."""
+        """Set the access rules."""
         self.access = access
 
     def prepare(self) -> None:
-        """Say so to whom may ask."""
+        """Answer 404 to an accepted request."""
         super().prepare()
         if not self._finished:
             self.refuse(404, "There is nothing here; the page is at /.")
 
 
 class PageHandler(Guarded):
-    """Serves the page."""
+    """The handler of the page."""
 
     def initialize(self, document: Document, access: Access) -> None:
-        """Take the page and the rules of access."""
+        """Set the page and the access rules."""
         self.document, self.access = document, access
 
     def get(self) -> None:
-        """The page, or 304 to a browser that has it."""
+        """Send the page, or 304 to a browser that has it."""
         zipped = _takes_gzip(self.request.headers)
         self.set_header("Content-Type", "text/html; charset=utf-8")
         self.set_header("Cache-Control", "no-cache")  # keep it, and ask each time whether it is still the same
@@ -314,7 +281,7 @@ class PageHandler(Guarded):
     head = get
 
     def compute_etag(self) -> str:
-        """The document's tag, of which its compressed form is another spelling."""
+        """Return the document's tag, weak because it also covers the compressed page."""
         return f'W/"{self.document.tag}"'
 
     def _policy(self) -> str:
@@ -336,23 +303,17 @@ def _takes_gzip(headers: tornado.httputil.HTTPHeaders) -> bool:
 
 _FOLDER = Path(__file__).resolve().parent / "page"
 
-# Everything is inside the document; a page that nothing can lead out of needs no trust.
+# Everything is inside the document, which may load nothing else.
 POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
 
 
 def live_page(title: str) -> str:
-    """The page that takes its scene from the server it came from.
-
-    Which address that is, only the server knows: the policy in its header leaves no other one.
-    """
+    """Return the page that takes its scene from its server; the policy in the header allows no other address."""
     return _document(title, f"{POLICY}; connect-src 'self' ws: wss:", "")
 
 
 def static_page(title: str, messages: Iterable[bytes]) -> str:
-    """The page that carries its scene: one file that needs no network.
-
-    The messages are written in base64, which no name in them can break out of.
-    """
+    """Return the page with its scene, which needs no network; base64 keeps names from breaking out of messages."""
     return _document(title, POLICY, "\n".join(base64.b64encode(message).decode("ascii") for message in messages))
 
 
@@ -365,7 +326,7 @@ def _document(title: str, policy: str, scene: str) -> str:
 
 @cache
 def _parts() -> tuple[string.Template, str, str, str]:
-    """The document, its styles, meshcat's library and our scripts, which are built from the sources in web/."""
+    """Return the document, its styles, meshcat's library and our scripts, which are built from web/."""
     template, style, scripts = (
         (_FOLDER / f"page.{kind}").read_text(encoding="utf-8") for kind in ("html", "css", "js")
     )
@@ -373,7 +334,7 @@ def _parts() -> tuple[string.Template, str, str, str]:
 
 
 def _meshcat() -> str:
-    """The JavaScript of meshcat, found without importing its Python half, which brings IPython with it."""
+    """Return meshcat's JavaScript, without importing its Python half, which imports IPython."""
     spec = importlib.util.find_spec("meshcat")
     for folder in (spec.submodule_search_locations or []) if spec is not None else []:
         path = Path(folder) / "viewer" / "dist" / "main.min.js"

@@ -1,4 +1,4 @@
-"""A browser without a window, and the pictures of the scene that it draws."""
+"""A headless browser, and pictures of the scene drawn by it."""
 
 from __future__ import annotations
 
@@ -28,65 +28,43 @@ _MAC_APPLICATIONS = (
     "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
     "/Applications/Chromium.app/Contents/MacOS/Chromium",
 )
-# Drawing in software is the same everywhere; and a browser that only takes a picture has nobody to call.
 _PREFIX = "nao_kin_browser_"
 _RANDOM = 8  # characters that a temporary folder's name ends in
 # A socket's path has at most 107 bytes, and the browser's adds /org.chromium.Chromium.XXXXXX/SingletonSocket.
 _LONGEST_PATH = 60
-_OPTIONS = (
-    "--headless=new",
-    "--use-gl=angle",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--disable-gpu",
-    "--disable-dev-shm-usage",
-    "--disable-background-networking",
-    "--disable-breakpad",
-    "--disable-component-update",
-    "--disable-crash-reporter",
-    "--disable-default-apps",
-    "--disable-extensions",
-    "--disable-quic",
-    "--disable-sync",
-    "--hide-scrollbars",
-    "--mute-audio",
-    "--no-default-browser-check",
-    "--no-first-run",
-    "--password-store=basic",
-)
+_OPTIONS = """
+    --headless=new --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader --disable-gpu
+    --disable-dev-shm-usage --disable-background-networking --disable-breakpad --disable-component-update
+    --disable-crash-reporter --disable-default-apps --disable-extensions --disable-quic --disable-sync
+    --hide-scrollbars --mute-audio --no-default-browser-check --no-first-run --password-store=basic
+""".split()
 _SUPERVISOR = str(Path(__file__).resolve().parents[1] / "_core" / "supervisor.py")
-# Killing and removing take less, unless the disk is slow: then the supervisor goes on alone.
+# Killing and removing take less time, unless the disk is slow: then the supervisor continues alone.
 _END_SECONDS = 0.7
 _LOOK_SECONDS = 0.05
 _KEY_BYTES = 16
 # Width and height of a picture in pixels.
-_LEAST_EDGE, _MOST_EDGE = 16, 8192
+_MIN_EDGE, _MAX_EDGE = 16, 8192
 
 
 class Screenshots:
-    """Opens a page of its own for every picture, and knows which answer belongs to which."""
+    """Open a separate page for every picture, and match the answers with the requests."""
 
     def __init__(self) -> None:
         self._waiting: dict[str, queue.Queue[Answer]] = {}
 
     def picture(self, server: LiveServer, camera: str, size: tuple[int, int], timeout: float) -> bytes:
-        """A PNG of what is on show.
-
-        Args:
-            server: who serves the scene.
-            camera: from where to look.
-            size: width and height in pixels, 16 to 8192.
-            timeout: seconds for all of it.
+        """Return a PNG of the scene from a camera, `size` pixels in width and height, within `timeout` seconds.
 
         Raises:
             BadArgument: a size out of range.
-            NoBrowser: there is none, it ends, or it gives no picture in time.
+            NoBrowser: there is no browser, it ends, or it gives no picture in time.
         """
         if not isinstance(size, (tuple, list)) or len(size) != 2:
-            raise BadArgument(f"size must be two whole numbers from {_LEAST_EDGE} to {_MOST_EDGE}, got {quoted(size)}")
-        width, height = (whole_number(edge, "size", _LEAST_EDGE, _MOST_EDGE) for edge in size)
+            raise BadArgument(f"size must be two whole numbers from {_MIN_EDGE} to {_MAX_EDGE}, got {quoted(size)}")
+        width, height = (whole_number(edge, "size", _MIN_EDGE, _MAX_EDGE) for edge in size)
         end = time.monotonic() + timeout
-        # Nobody else can answer for the browser, or take its place.
+        # A random role, so that no other page can answer for the browser.
         mine = secrets.token_urlsafe(_KEY_BYTES)
         role = f"capture-{mine}"
         answers = self._waiting[mine] = queue.Queue(1)
@@ -108,12 +86,12 @@ class Screenshots:
                     if time.monotonic() > end:
                         raise NoBrowser(f"the browser gave no picture within {timeout:g} s")
         except (KeyError, ValueError):
-            raise NoBrowser("the browser gave something else than a picture") from None
+            raise NoBrowser("the browser's answer is not a picture") from None
         finally:
             del self._waiting[mine]
 
     def deliver(self, answer: Answer) -> None:
-        """Pass an answer on to the request that waits for it."""
+        """Pass an answer to the request that waits for it."""
         number = answer.get("id")
         waiting = self._waiting.get(number) if isinstance(number, str) else None
         if waiting is not None:
@@ -122,11 +100,7 @@ class Screenshots:
 
 
 def find_browser() -> Path:
-    """A Chromium or Chrome: the one that the environment variable NAO_KIN_BROWSER names, or the first on the path.
-
-    Raises:
-        NoBrowser: there is none.
-    """
+    """Return the program of a Chromium or Chrome: the one in the variable NAO_KIN_BROWSER, or the first on the path."""
     named = os.environ.get(VARIABLE, "")
     for name in [named] if named else [*_NAMES, *_MAC_APPLICATIONS]:
         found = shutil.which(name)
@@ -141,31 +115,22 @@ def find_browser() -> Path:
 
 
 class Browser:
-    """A browser that runs, behind its supervisor.
-
-    Args:
-        program: the browser.
-        supervisor: the process that runs it.
-    """
+    """A browser that runs under a supervisor process."""
 
     def __init__(self, program: Path, supervisor: subprocess.Popen[bytes]) -> None:
         self.program, self._supervisor = program, supervisor
 
     def check(self, when: str) -> None:
-        """Look whether it still runs.
-
-        Raises:
-            NoBrowser: it does not, which `when` puts into the story.
-        """
+        """Raise `NoBrowser` if the browser has ended; `when` ends the message."""
         if self._supervisor.poll() is not None and self._supervisor.stdout is not None:
             line = self._supervisor.stdout.read().decode("utf-8", "replace").strip() or "was ended"
             raise NoBrowser(f"the browser {self.program} {line}" + ("" if "start" in line else f" {when}"))
 
     def end(self) -> None:
-        """Have it ended, with all that it started and wrote; wait for a moment until that is done."""
+        """Let the supervisor end the browser and remove its files; wait briefly until that is done."""
         with suppress(OSError, ValueError):
             if self._supervisor.stdin is not None:
-                # A byte, for the end of the pipe is not seen where a copy of this process has inherited it.
+                # A byte, because the pipe stays open if a copy of this process has inherited it.
                 self._supervisor.stdin.write(b"\n")
                 self._supervisor.stdin.close()
         end = time.monotonic() + _END_SECONDS
@@ -175,13 +140,10 @@ class Browser:
 
 @contextmanager
 def headless(url: str, *, size: tuple[int, int]) -> Iterator[Browser]:
-    """Open `url` in a browser without a window; whatever happens, even SIGKILL here, it is gone afterwards.
+    """Open `url` in a browser without a window, which ends with the context, even if this process is killed.
 
-    Its profile and all that it writes are in a temporary folder, which goes too. `nao_kin._core.supervisor` sees to
-    that: it runs the browser as long as this process lives.
-
-    Raises:
-        NoBrowser: there is none, or no Python to start it from.
+    All that the browser writes is in a temporary folder, which is removed too: `nao_kin._core.supervisor` runs the
+    browser for as long as this process lives.
     """
     program = find_browser()
     python = _python()
@@ -209,7 +171,7 @@ def headless(url: str, *, size: tuple[int, int]) -> Iterator[Browser]:
 
 
 def _python() -> str:
-    """A Python to run the supervisor; a program that has Python inside is none."""
+    """Return a Python for the supervisor; a program that embeds Python is not one."""
     if "py" in Path(sys.executable or "").name.lower():
         return sys.executable
     found = shutil.which("python3")
@@ -219,7 +181,7 @@ def _python() -> str:
 
 
 def _short_folder() -> str:
-    """The folder for temporary ones, or a shorter one: the browser puts a socket into what it is given."""
+    """Return the folder for temporary files, or a shorter one: the browser's socket in it needs a short path."""
     usual = tempfile.gettempdir()
     length = len(os.fsencode(usual)) + 1 + len(_PREFIX) + _RANDOM
     return usual if length <= _LONGEST_PATH or not os.access("/tmp", os.W_OK) else "/tmp"

@@ -1,4 +1,4 @@
-"""What the panel offers for a robot, and all it has to know about it as one plain document."""
+"""A robot of the scene: its messages, and the description that the panel needs."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import COLD_TO_WARM, Vector, as_floats, choice, colours as scale_colours, finite_or_none
-from nao_kin.errors import BadArgument, UnknownName, WrongShape
+from nao_kin._core.arrays import COLD_TO_WARM, Vector, choice, colours as scale_colours, finite_or_none
+from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.ik import limbs
 from nao_kin.joints import group_joints
 from nao_kin.motion import mirrored_joints
@@ -29,27 +29,22 @@ _BODY_CAMERAS: Mapping[str, Vector] = {
 
 
 class SceneRobot:
-    """A robot as a scene has it: its shapes and links, and what the panel offers for it.
+    """A robot in a scene: its shapes and links, and what the panel offers for it.
 
-    What the robot's semantics leave open is taken from its tree: branches as chains, their ends as effectors.
-
-    Args:
-        robot: any robot.
-        number: of it among the robots of a scene; the first, which leads, has 0.
+    What the semantics do not define is taken from the tree: branches as chains, their ends as effectors.
 
     Attributes:
-        robot: the robot.
-        number: its number.
-        key: what the keys of its messages begin with.
+        number: its number among the robots of a scene; the leading robot has 0.
+        key: prefix of the keys of its messages.
         ground: path of the node that it stands on, with a slash; "" for the scene itself.
         drawables: its shapes.
-        notes: what of its looks cannot be shown, one line each.
+        notes: shapes that cannot be shown, one line each.
         paths: link → path of its node, parents first.
-        cameras: name of a view → the direction from what is looked at to the camera, in the world, and the links that
-            are looked at with all they carry; none for the whole robot.
-        light_names: names of all lights, those of groups first.
+        cameras: name of a view → direction to the camera in the world, and the links in view with all they carry; no
+            links for the whole robot.
+        light_names: names of all lights, groups first.
         start: the configuration that a viewer opens with, shape (nq,).
-        rest: posture → the vertical in the root's frame; postures not named stand on the soles.
+        rest: posture → vertical in the root's frame; other postures stand on the soles.
     """
 
     def __init__(self, robot: RobotModel, number: int = 0) -> None:
@@ -75,28 +70,24 @@ class SceneRobot:
 
     @property
     def reaches_aside(self) -> float:
-        """How far to the left or right of its root's frame it reaches with its shapes as it begins [m]."""
+        """Largest distance of its shapes from its root's frame along y at the start [m]."""
         poses = dict(zip(self.robot.link_names, self.robot.fk(self.start), strict=True))
-        most = 0.0
+        widest = 0.0
         for drawable in self.drawables:
             T = poses[drawable.link] @ drawable.T_link_shape
             low, high = shape_box(drawable.shape)
             middle, half = T[:3, :3] @ ((low + high) / 2.0) + T[:3, 3], np.abs(T[:3, :3]) @ ((high - low) / 2.0)
-            most = max(most, abs(middle[1]) + half[1])
-        return float(most)
+            widest = max(widest, abs(middle[1]) + half[1])
+        return float(widest)
 
     def link_of(self, frame: str) -> str:
-        """The link in whose node a frame stands: the link itself, the one that a joint moves, else the root."""
+        """Return the link whose node carries a frame: the link itself, the child of a moving joint, or the root."""
         return frame if frame in self.paths else self._moved.get(frame, self.robot.tree.root)
 
     def commands(self, under: str, opacity: float = 1.0) -> Iterator[tuple[str, Command]]:
-        """Yield key and command of everything that stands still: placements and shapes.
+        """Yield key and command of all constant placements and shapes, under a node's path with a slash at its end.
 
-        Placements are those of the model's own forward kinematics: what was calibrated stays calibrated.
-
-        Args:
-            under: path of the node that carries its root's node, with a slash; "" for the scene.
-            opacity: factor for that of every shape.
+        Placements are those of the model's own forward kinematics, so that a calibrated model stays calibrated.
         """
         robot, paths = self.robot, {link: f"{under}{path}" for link, path in self.paths.items()}
         poses = dict(zip(robot.link_names, robot.fk(robot.neutral()), strict=True))
@@ -113,12 +104,7 @@ class SceneRobot:
             yield f"place {path}", set_transform(path, drawable.T_link_shape)
 
     def messages(self, name: str = "", opacity: float = 1.0) -> Iterator[tuple[str, bytes]]:
-        """Yield key and message of everything that stands still, and of all that the panel has to know.
-
-        Args:
-            name: what a robot is called that does not lead.
-            opacity: factor for that of every shape.
-        """
+        """Yield key and message of all constant parts, and of the panel's description."""
         of = {"robot": self.number}
         if self.number:  # a page that has another robot of this number, from a program before this one, is to forget it
             yield f"{self.key}anew", panel_message("robot_removed", of)
@@ -130,25 +116,21 @@ class SceneRobot:
             yield "robot", panel_message("robot", {"about": self.about()})
 
     def lights(self, values: Mapping[str, ArrayLike]) -> bytes:
-        """The message that lights it in colours; a light that is named beside its group has its own."""
+        """Return the message that sets colours of lights; a light named in addition to its group has its own."""
         if not isinstance(values, Mapping):
             raise BadArgument(f"lights are a mapping from names to colours, got {type(values).__name__}")
         rgb: dict[str, list[float]] = {}
         for name in sorted(values, key=lambda name: name not in self._light_groups):
-            colour = as_floats(values[choice(name, self.light_names, "light")], (), f"colour of {name}")
-            if colour.shape != (3,):
-                raise WrongShape(f"colour of {name}", "(3,)", colour.shape)
-            if colour.min() < 0.0 or colour.max() > 1.0:
-                raise BadArgument(f"colour of {name} must be red, green and blue from 0 to 1, got {colour.tolist()}")
-            rgb |= dict.fromkeys(self._light_groups.get(name, (name,)), colour.tolist())
+            colour = overlays.one_colour(values[choice(name, self.light_names, "light")], f"colour of {name}")
+            rgb |= dict.fromkeys(self._light_groups.get(name, (name,)), colour)
         return panel_message("lights", {"lights": [{"name": name, "rgb": colour} for name, colour in rgb.items()]})
 
     def colours(
         self, values: Mapping[str, float], low: float | None, high: float | None, label: str
     ) -> tuple[str, bytes]:
-        """Key and message that show its links in the colours of a scale, with its legend.
+        """Return key and message that show links in the colours of a scale, with its legend.
 
-        A link without a shape gives its colour to the one with a shape that it is fixed to, unless that is named too.
+        A link without a shape colours the link with a shape that it is fixed to, unless that one is named too.
         """
         if not isinstance(values, Mapping):
             raise BadArgument(f"colours are a mapping from link names to numbers, got {type(values).__name__}")
@@ -170,11 +152,11 @@ class SceneRobot:
         return f"{self.key}colours", panel_message("colours", content)
 
     def about(self) -> dict[str, Any]:
-        """All that the panel has to know: joints, limits, postures, mirror image, frames, masses, cameras, lights.
+        """Return the description for the panel: joints, limits, postures, mirror, frames, masses, cameras, lights.
 
-        Links are named by their place in `links`, coordinates by their place in q. Names of other people's making are
-        values, never keys: JavaScript gives some keys a meaning of its own. Joints that follow another one and carry
-        none with a coordinate are no part of any pair.
+        Links are given by their index in `links`, coordinates by their index in q. Names from foreign files are values,
+        never keys, some of which have a meaning in JavaScript. Joints that follow another one and carry none with a
+        coordinate are part of no pair.
         """
         robot, semantics, place = self.robot, self.robot.semantics, self._places
         moving, drivers, views = robot.tree.moving_joints, drivers_of(robot), semantics.fields_of_view
@@ -252,21 +234,21 @@ class SceneRobot:
         }
 
     def _postures(self) -> list[dict[str, Any]]:
-        """Those of the robot; one without any has all joints at zero, or where their limits come nearest to it."""
+        """Return the robot's postures; without any, all joints at zero or at the limit nearest to it."""
         robot = self.robot
         postures = {name: robot.posture(name) for name in robot.posture_names} or {"Zero": robot.clamp(robot.neutral())}
         return [{"name": name, "q": q.tolist(), "up": self.rest.get(name)} for name, q in postures.items()]
 
 
 def _branches(robot: RobotModel) -> dict[str, tuple[str, ...]]:
-    """The joints that no chain of the semantics has, by the branches of the tree."""
+    """Return the joints that are in no chain of the semantics, by the branches of the tree."""
     named = {joint for joints in robot.chains.values() for joint in joints}
     branches = (tuple(j for j in chain if j not in named) for chain in topology(robot).chains)
     return {joints[0] if len(joints) == 1 else f"{joints[0]} … {joints[-1]}": joints for joints in branches if joints}
 
 
 def _mirror(robot: RobotModel, drivers: Mapping[str, Driver]) -> list[dict[str, Any]]:
-    """The mirror image of q: q[column] becomes multiplier · q[of] + offset. Empty for robots without two sides."""
+    """Return the mirror image of q: q[column] becomes multiplier · q[of] + offset. Empty for robots without sides."""
     try:
         pairs = mirrored_joints(robot)
     except (BadArgument, UnknownName):
@@ -284,14 +266,14 @@ def _mirror(robot: RobotModel, drivers: Mapping[str, Driver]) -> list[dict[str, 
 
 
 def _naoqi_order(robot: RobotModel) -> list[str]:
-    """The robot's joints in the order of NAOqi's Body; empty where those names do not set every joint."""
+    """Return the robot's joints in the order of NAOqi's Body; empty if those names do not set every joint."""
     names = [name for name in BODY_ORDER if name in robot.joint_names or name in robot.mimics]
     moved = {robot.mimics[name].joint if name in robot.mimics else name for name in names}
     return names if moved == set(robot.joint_names) else []
 
 
 def _bodies(robot: RobotModel, child: Mapping[str, int]) -> list[dict[str, Any]]:
-    """Mass and centre of everything that moves as one, from the model: no matter how its links share them."""
+    """Return mass and centre of each group of links that moves as one, from the model."""
     bodies = []
     for index, inertia in enumerate(robot.model.inertias):
         if inertia.mass > 0.0:

@@ -1,7 +1,7 @@
 """Small figures of frames, turns, lines and robots for texts, drawn in parallel projection with matplotlib.
 
-Axes are red, green and blue for x, y and z; their letters are at the tips, and their brightness differs, so that a
-print in black and white can be read. Importing this module needs the extra `plot`.
+Axes are red, green and blue for x, y and z, with letters at the tips and different brightness, so that they can be told
+apart in black and white. This module needs the extra `plot`.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ DART = np.array([[NOSE, LEFT, TAIL], [NOSE, TAIL, RIGHT], [NOSE, TAIL, FIN]])
 
 
 def use_style() -> None:
-    """Small pictures that stay legible: the same letters, sizes and line widths in every notebook."""
+    """Set the fonts, sizes and line widths of the notebooks, which keep small pictures legible."""
     plt.rcParams.update(
         {
             "figure.dpi": 100,
@@ -56,11 +56,11 @@ def use_style() -> None:
 def scenes(
     titles: Sequence[str], *, size: float = 1.2, width: float = 1.25, scale: float = 1.1, **view: Any
 ) -> list[Scene]:
-    """A row of empty scenes, one for each title.
+    """Return a row of empty scenes, one for each title.
 
     Args:
-        titles: stand above the scenes.
-        size: half the height of what is seen.
+        titles: titles of the scenes.
+        size: half the height of the view.
         width: half its width.
         scale: inches per unit.
         view: the other attributes of `Scene`.
@@ -75,12 +75,12 @@ class Scene:
     """A picture in the coordinates of the room: x to the front left, y to the right, z up.
 
     Attributes:
-        axes: where matplotlib draws.
-        title: stands above it.
-        size: half the height of what is seen.
-        centre: the point of the room in the middle.
-        azimuth, elevation: where the viewer stands, seen from the origin [°].
-        width: half the width of what is seen; the height's if none is given.
+        axes: the matplotlib axes.
+        title: title of the picture.
+        size: half the height of the view.
+        centre: point of the room in the middle.
+        azimuth, elevation: direction of the viewer, seen from the origin [°].
+        width: half the width of the view; None for that of the height.
     """
 
     axes: plt.Axes
@@ -101,12 +101,12 @@ class Scene:
         self.axes.axis("off")
 
     def seen(self, points: ArrayLike) -> tuple[Floats, float]:
-        """Where points are in the picture, and how near they are to the viewer on average."""
+        """Return points in the picture, and their mean nearness to the viewer."""
         picture = (np.asarray(points, dtype=float) - self.centre) @ self._to_picture.T
         return picture[..., :2], float(np.mean(picture[..., 2])) / self.size
 
     def label(self, at: ArrayLike, text: str, colour: str = DARK, away: ArrayLike | None = None) -> None:
-        """Write beside a point; `away` is the direction, in the room, in which to step aside from it."""
+        """Write text at a point, moved aside in the direction `away` of the room."""
         place, _ = self.seen(at)
         step = np.zeros(2)
         if away is not None:
@@ -117,21 +117,15 @@ class Scene:
         self.axes.annotate(text, place, step, textcoords="offset points", path_effects=halo, **how)
 
     def path(
-        self,
-        points: ArrayLike,
-        colour: str = DARK,
-        *,
-        width: float = 1.8,
-        style: str = "-",
-        order: float | None = None,
+        self, points: ArrayLike, colour: str = DARK, *, width: float = 1.8, style: str = "-", order: float | None = None
     ) -> None:
-        """A line through points; a higher order is drawn later."""
+        """Draw a line through points; a higher order is drawn later."""
         places, depth = self.seen(points)
         order = 20 + depth if order is None else order
         self.axes.plot(*places.T, style, color=colour, linewidth=width, zorder=order, solid_capstyle="round")
 
     def dot(self, at: ArrayLike, text: str = "", colour: str = DARK, away: ArrayLike = X) -> None:
-        """A point, with a name beside it."""
+        """Draw a point and its name."""
         self.axes.plot(*self.seen(at)[0], "o", color=colour, markersize=5, zorder=30)
         if text:
             self.label(at, text, colour, away)
@@ -146,7 +140,7 @@ class Scene:
         width: float = 2.0,
         style: str = "-",
     ) -> None:
-        """A vector from a point, with its name at the tip; nothing where it points at the viewer."""
+        """Draw a vector from a point, with its name at the tip; nothing if it points at the viewer."""
         start, tip = np.asarray(at, dtype=float), np.asarray(at, dtype=float) + vector
         places, depth = self.seen(np.array([start, tip]))
         if np.linalg.norm(places[1] - places[0]) > 0.02 * self.size:
@@ -162,7 +156,7 @@ class Scene:
         length: float = 1.0,
         of_the_room: bool = False,
     ) -> None:
-        """The three axes of a frame: the columns of R. Those of the room are thin and dashed."""
+        """Draw the axes of a frame, the columns of R; those of the room are thin and dashed."""
         for axis, colour, name in zip(np.transpose(R), COLOURS, names or ("", "", ""), strict=True):
             if of_the_room:
                 self.path(np.array([at, at + length * axis]), colour, width=1.0, style="--", order=5)
@@ -171,7 +165,7 @@ class Scene:
                 self.arrow(length * axis, colour, name, at=at, width=2.2)
 
     def dart(self, R: ArrayLike = AT_REST, *, at: ArrayLike = ORIGIN, scale: float = 1.0) -> None:
-        """A body to turn: a paper dart with its nose along x, its left wing along y and its fin along z."""
+        """Draw a paper dart with its nose along x, its left wing along y and its fin along z."""
         for face, shade in zip(scale * DART @ np.transpose(R) + at, ("#dddddd", "#c4c4c4", "#a8a8a8"), strict=True):
             places, depth = self.seen(face)
             self.axes.add_patch(Polygon(places, facecolor=shade, edgecolor=DARK, linewidth=0.9, zorder=10 + depth))
@@ -186,7 +180,7 @@ class Scene:
         colour: str = ACCENT,
         text: str = "",
     ) -> None:
-        """The way of the point `start` as it turns about an axis through `at`, with an arrow at its end."""
+        """Draw the path of the point `start` as it turns about an axis through `at`, with an arrow at its end."""
         e = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
         t = np.linspace(0.0, angle, 60)[:, None]
         r = np.asarray(start, dtype=float)
@@ -199,7 +193,7 @@ class Scene:
             self.label(middle, text, colour, middle - at)
 
     def robot(self, robot: RobotModel, q: ArrayLike, *, colour: str = GREY, width: float = 4.0) -> None:
-        """The links of a robot as strokes from joint to joint, and its torso as a sheet between them."""
+        """Draw the links of a robot as strokes from joint to joint, and its torso as a sheet between them."""
         roots = []
         for effector, joints in robot.chains.items():
             points = robot.position(q, [*(name for name in joints if not name.endswith("Hand")), effector])
@@ -222,7 +216,7 @@ class Scene:
         style: str = "-.",
         width: float = 1.4,
     ) -> None:
-        """The piece of a line about its point closest to `near`, named at its end, or at its start if half < 0."""
+        """Draw the part of a line around its point closest to `near`, named at its end, or at its start if half < 0."""
         middle = line.closest_point(near)
         ends = middle + np.outer([-half, half], line.direction)
         self.path(ends, colour, width=width, style=style, order=25)

@@ -1,4 +1,4 @@
-"""What the methods of a viewer return: robots beside its own, and recordings."""
+"""The results of a viewer's methods: additional robots, and recordings."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats, join_poses
+from nao_kin._core.arrays import Floats, join_poses
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.joints import MultiDofModel
 from nao_kin.motion import Motion
@@ -21,21 +21,20 @@ from nao_kin.viewer.messages import RetainedMessages, packed, panel_message, set
 
 
 class ShownRobot:
-    """A robot that stands in the scene beside the viewer's own; `Viewer.add_robot` makes it.
+    """An additional robot in the scene, made by `Viewer.add_robot`.
 
-    It is set down on its ground by the same rule as the viewer's own robot. A typed model is shown with the links of
-    the robot it was made from, in the poses of its typed configuration.
+    It is placed on its ground by the same rule as the viewer's own robot. A typed model is shown with the links of the
+    robot that it was made from.
 
     Attributes:
-        name: what it is called.
+        name: its name in the page.
         robot: the robot, or the typed model.
-        notes: what of its looks cannot be shown, one line each.
-        T_world_ground: where its ground is, shape (4, 4); the viewer's own robot stands on that of the world.
+        notes: shapes that cannot be shown, one line each.
+        T_world_ground: pose of its ground, shape (4, 4); the viewer's own robot stands on that of the world.
 
     Examples:
         >>> nao = nk.load_nao()
-        >>> viewer = nk.Viewer(nao)
-        >>> other = viewer.add_robot(nao, name="second")
+        >>> other = nk.Viewer(nao).add_robot(nao, name="second")
         >>> isinstance(other, nk.viewer.ShownRobot)
         True
     """
@@ -57,25 +56,23 @@ class ShownRobot:
 
     @property
     def q(self) -> Floats:
-        """The configuration on show, shape (nq,), of the robot or of the typed model."""
+        """The displayed configuration, shape (nq,), of the robot or of the typed model."""
         return np.array(self._q) if self._typed is None else self._typed.from_q(self._q)
 
     def display(self, q: ArrayLike, *, up: ArrayLike | None = None) -> None:
         """Show a configuration, as `Viewer.display` does.
 
         Args:
-            q: one configuration, shape (nq,); of a typed model a typed one.
-            up: the vertical in the root's frame, shape (3,); None lets the robot stand, sit or lie by itself.
+            q: one configuration, shape (nq,); for a typed model a typed one.
+            up: the vertical in the root's frame, shape (3,); None: found as in `Viewer.display`.
 
         Raises:
-            WrongShape, NotFinite, BadArgument, ZeroNorm: q is no configuration, or `up` no direction.
             DisagreeingJoints: a typed configuration in which joints of one motor disagree.
             BadArgument: the robot was removed.
 
         Examples:
             >>> nao = nk.load_nao()
-            >>> viewer = nk.Viewer(nao)
-            >>> other = viewer.add_robot(nao, name="second")
+            >>> other = nk.Viewer(nao).add_robot(nao, name="second")
             >>> other.display(nao.posture("Sit"))
         """
         self._check_shown()
@@ -87,22 +84,19 @@ class ShownRobot:
         self._show(array, None if up is None else overlays.direction(up, "up"))
 
     def place(self, T: ArrayLike) -> None:
-        """Put the ground that the robot stands on elsewhere.
+        """Move the ground that the robot stands on.
 
         Args:
-            T: pose of the ground in the world, shape (4, 4); the identity is where the viewer's own robot stands.
+            T: pose of the ground in the world, shape (4, 4); the identity is the ground of the viewer's own robot.
 
         Raises:
-            WrongShape, NotFinite, NotARotation: T is no pose.
+            NotARotation: T is no pose.
             BadArgument: farther away than 10 km; or the robot was removed.
 
         Examples:
             >>> nao = nk.load_nao()
-            >>> viewer = nk.Viewer(nao)
-            >>> other = viewer.add_robot(nao, name="second")
-            >>> T = np.eye(4)
-            >>> T[1, 3] = 0.5
-            >>> other.place(T)
+            >>> other = nk.Viewer(nao).add_robot(nao, name="second")
+            >>> other.place(nk.screws.pose(np.eye(3), [0.0, 0.5, 0.0]))
         """
         self._check_shown()
         self.T_world_ground = checked_pose(T)
@@ -112,27 +106,22 @@ class ShownRobot:
     def color_links(
         self, values: Mapping[str, float], *, low: float | None = None, high: float | None = None, label: str = ""
     ) -> None:
-        """Colour its links by a number each, as `Viewer.color_links` does; the page's legend is of the last colours.
-
-        Raises:
-            UnknownName, NotFinite, BadArgument: as there; or the robot was removed.
+        """Colour its links by numbers, as `Viewer.color_links` does; the page's legend belongs to the last colours.
 
         Examples:
             >>> nao = nk.load_nao()
-            >>> viewer = nk.Viewer(nao)
-            >>> other = viewer.add_robot(nao, name="second")
+            >>> other = nk.Viewer(nao).add_robot(nao, name="second")
             >>> other.color_links({"Head": 0.2, "torso": 0.8}, label="load")
         """
         self._check_shown()
         self._messages.put(*self._look.colours(values, low, high, label))
 
     def remove(self) -> None:
-        """Take it out of the scene; does nothing the second time.
+        """Remove it from the scene; does nothing the second time.
 
         Examples:
             >>> nao = nk.load_nao()
-            >>> viewer = nk.Viewer(nao)
-            >>> other = viewer.add_robot(nao, name="second")
+            >>> other = nk.Viewer(nao).add_robot(nao, name="second")
             >>> other.remove()
         """
         if self._shown:
@@ -154,40 +143,33 @@ class ShownRobot:
 
 
 def checked_pose(T: ArrayLike) -> Floats:
-    """`T` as a fresh pose, shape (4, 4).
-
-    Raises:
-        WrongShape, NotFinite, NotARotation, BadArgument: it is none, or too far away.
-    """
-    array = as_floats(T, (), "T")
-    if array.shape != (4, 4):
-        raise WrongShape("T", "(4, 4)", array.shape)
-    check_rotation(array[:3, :3])
-    if np.abs(array[:3, 3]).max() > overlays.FARTHEST:
-        raise BadArgument(f"T is {np.abs(array[:3, 3]).max():g} m away; at most {overlays.FARTHEST:g} m is shown")
-    return join_poses(array[:3, :3], array[:3, 3])
+    """Return `T` as a new pose, shape (4, 4), at most `overlays.FARTHEST` away."""
+    array = overlays.shaped(T, (4, 4), "T")
+    R, t = array[:3, :3], array[:3, 3]
+    check_rotation(R)
+    if np.abs(t).max() > overlays.FARTHEST:
+        raise BadArgument(f"T is {np.abs(t).max():g} m away; at most {overlays.FARTHEST:g} m is shown")
+    return join_poses(R, t)
 
 
-# --- What is shown in a stretch of time, as a motion.
+# --- Recordings.
 
 
-# With so many configurations a recording is thinned out. Of a NAO they take some 30 MB.
-_MOST = 120_000
+# At this size, some 30 MB for a NAO, a recording is thinned out.
+_MAX_ROWS = 120_000
 
 
 class Recording:
-    """What a viewer shows between the beginning and the end of a `with` block.
+    """What a viewer shows in a `with` block.
 
     Attributes:
         robot: the robot that moves.
-        fps: configurations kept per second, at most; halved whenever there are 120 000 of them, and those kept until
-            then are thinned out to as few. At 30 an hour fits, and longer recordings need no more memory.
+        fps: configurations recorded per second, at most. When there are 120 000, about an hour at 30, they are thinned
+            out and this rate is halved, so that longer recordings need no more memory.
 
     Examples:
         >>> nao = nk.load_nao()
         >>> recording = nk.viewer.Recording(nao, nao.neutral(), fps=30.0)
-        >>> recording.fps
-        30.0
     """
 
     def __init__(self, robot: RobotModel, q: Floats, fps: float) -> None:
@@ -199,7 +181,7 @@ class Recording:
 
     @property
     def times(self) -> Floats:
-        """When the configurations were shown, from 0, shape (n,) [s]."""
+        """Times at which the configurations were shown, from 0, shape (n,) [s]."""
         with self._lock:
             return np.array(self._times)
 
@@ -211,14 +193,14 @@ class Recording:
 
     @property
     def motion(self) -> Motion:
-        """The joints as a motion, linear between the configurations kept; of a floating base only `q` tells."""
+        """The joints as a motion, linear between the configurations; a floating base is only in `q`."""
         with self._lock:
             times, rows = np.array(self._times), np.array(self._rows)
         names = self.robot.joint_names
         return Motion(times, names, rows[:, rows.shape[1] - len(names) :])
 
     def show(self, q: Floats) -> None:
-        """Note that q is shown from now on.
+        """Record that q is shown from now on.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -230,14 +212,12 @@ class Recording:
                 self._note(time.monotonic() - self._begin, np.array(q))
 
     def finish(self) -> None:
-        """Note that what is shown was shown until now, and note no more; does nothing the second time.
+        """Record that the last configuration was shown until now, and stop; does nothing the second time.
 
         Examples:
             >>> nao = nk.load_nao()
             >>> recording = nk.viewer.Recording(nao, nao.neutral(), fps=30.0)
             >>> recording.finish()
-            >>> recording.q.shape[1]
-            25
         """
         with self._lock:
             if self._end is None:
@@ -249,7 +229,7 @@ class Recording:
     def _note(self, now: float, q: Floats) -> None:
         step = 1.0 / self.fps
         last = self._times[-1]
-        if now - last > 2.0 * step:  # it stood still until just now
+        if now - last > 2.0 * step:  # the last configuration was held until just now
             self._times.append(now - step)
             self._rows.append(self._rows[-1])
         elif now - last < step and len(self._times) > 1:
@@ -260,21 +240,21 @@ class Recording:
             return
         self._times.append(now)
         self._rows.append(q)
-        if len(self._times) >= _MOST:
+        if len(self._times) >= _MAX_ROWS:
             self._thin_out()
 
     def _thin_out(self) -> None:
-        """Halve the pace until a quarter is free; what stood still goes on doing so."""
-        while len(self._times) > 0.75 * _MOST:
+        """Halve the rate until a quarter is free; a configuration that is held stays held."""
+        while len(self._times) > 0.75 * _MAX_ROWS:
             self.fps /= 2.0
-            # Numbers of equal steps are compared, which are not equal to the last digit.
+            # The margin is for rounding: steps of equal length differ in their last digits.
             longest = 1.01 / self.fps
-            kept = [0]
+            indices = [0]
             for index in range(1, len(self._times) - 1):
-                if self._times[index + 1] - self._times[kept[-1]] > longest:
-                    kept.append(index)
-            kept.append(len(self._times) - 1)
-            self._times, self._rows = [self._times[k] for k in kept], [self._rows[k] for k in kept]
+                if self._times[index + 1] - self._times[indices[-1]] > longest:
+                    indices.append(index)
+            indices.append(len(self._times) - 1)
+            self._times, self._rows = [self._times[i] for i in indices], [self._rows[i] for i in indices]
 
     def __len__(self) -> int:
         return len(self._times)

@@ -1,4 +1,4 @@
-"""A robot in a meshcat that is running already."""
+"""A robot in a running meshcat."""
 
 from __future__ import annotations
 
@@ -29,40 +29,36 @@ _ARROWS = {
     "z": ((0.0, 0.0, 0.0), (0.15, 0.35, 0.95, 1.0)),
 }
 _SLENDERNESS = 30.0  # length of an arrow : its radius
-# A browser turns from one key to the next the shorter way round; keys are this close, so that no turn is half a circle.
+# A browser turns the shorter way from key to key; closer keys than this avoid half a circle.
 _LARGEST_STEP = math.pi / 2.0
 
 
 class MeshcatRobot:
-    """A robot drawn into a scene of meshcat, beside whatever else is in it.
+    """Draw a robot into a meshcat scene.
 
-    The scene is any `meshcat.Visualizer`: one that you started, the `viewer` of Pinocchio's `MeshcatVisualizer`, a
-    notebook's, or one of a server on another machine. Every moving joint is a node of the scene, so that the browser
-    composes the poses, and a configuration costs one command for each joint that moved.
+    The scene is any `meshcat.Visualizer`: your own, the `viewer` of Pinocchio's `MeshcatVisualizer`, a notebook's, or
+    one of a server on another machine. Every moving joint is a node of the scene, so that the browser composes the
+    poses, and a configuration costs one command for each joint that moved.
 
-    The root link stands at the origin of the node `path`. Move it with meshcat's own
-    `visualizer[path].set_transform(T)`: for a robot with a fixed base that stands on its left sole, T is
-    `robot.fk(q, robot.tree.root, reference="LLeg")`. A floating base is placed in that node by its configuration.
+    The root link is at the origin of the node `path`. Move it with meshcat's `visualizer[path].set_transform(T)`: for a
+    robot with a fixed base that stands on its left sole, T is `robot.fk(q, robot.tree.root, reference="LLeg")`. A
+    floating base is placed in that node by its configuration.
 
     Args:
-        robot: any robot. Its placements are those of `robot.model` now.
+        robot: any robot, with the current placements of `robot.model`.
         visualizer: a `meshcat.Visualizer`.
-        path: name of the node to draw into, below the visualizer's own. A robot that this class has drawn there before
-            is replaced.
+        path: name of the node to draw into, below the visualizer's own. A robot that this class has drawn there is
+            replaced.
 
     Attributes:
-        robot: the robot on show.
+        robot: the robot.
         path: the node, from the root of the scene.
         notes: shapes that cannot be shown, one line each.
-
-    Raises:
-        BadArgument: no robot, no `meshcat.Visualizer`, or no path.
 
     Examples:
         >>> import meshcat  # doctest: +SKIP
         >>> nao = nk.load_nao()  # doctest: +SKIP
         >>> shown = nk.viewer.MeshcatRobot(nao, meshcat.Visualizer())  # doctest: +SKIP
-        >>> shown.display(nao.posture("Crouch"))  # doctest: +SKIP
     """
 
     def __init__(self, robot: RobotModel, visualizer: Any, path: str = "nao") -> None:
@@ -75,7 +71,7 @@ class MeshcatRobot:
         self._joints = [
             _MovingJoint(joint, drivers[joint.name], self._paths[joint.child]) for joint in robot.tree.moving_joints
         ]
-        # Path of a node → what it was sent last: a joint's value, or the base's coordinates.
+        # Path of a node → the values sent last: of a joint, or of the base.
         self._sent: dict[str, tuple[float, ...]] = {}
         self._frames: list[str] = []
         self._plays = self._deleted = False
@@ -85,13 +81,13 @@ class MeshcatRobot:
         self.display(look.start)
 
     def display(self, q: ArrayLike) -> None:
-        """Show a configuration; ends a clip that `animate` has started.
+        """Show a configuration; ends a clip of `animate`.
 
         Args:
-            q: one configuration, shape (nq,). Joints are shown where they are, outside their limits too.
+            q: one configuration, shape (nq,). Joints outside their limits are shown in their positions.
 
         Raises:
-            WrongShape, NotFinite, BadArgument: q is no configuration, or beyond ±1e6; or the robot was deleted.
+            BadArgument: a value is beyond ±1e6; or the robot was deleted.
 
         Examples:
             >>> shown.display(nao.posture("Crouch"))  # doctest: +SKIP
@@ -118,23 +114,21 @@ class MeshcatRobot:
         fill: str | ArrayLike = HOLD,
         hips: Hips = "average",
     ) -> None:
-        """Give meshcat a clip of configurations, which its own controls play, pause and scrub.
+        """Send a clip of configurations to meshcat, whose own controls play, pause and scrub it.
 
-        Between two of them every joint moves at constant speed. Meshcat has one clip in the whole scene: this one
-        replaces another.
+        Between two configurations every joint moves at constant speed. Meshcat has one clip in the whole scene: this
+        one replaces another.
 
         Args:
             qs: configurations, shape (n, nq) with n ≥ 1; or a motion, which is sampled and plays at its own speed.
             fps: configurations per second.
-            play: start at once.
-            loop: play again and again.
-            fill: where joints are that a motion does not name, as in `Motion.configurations`.
-            hips: what one motor does that a motion names twice, as there.
+            play: start immediately.
+            loop: repeat the clip.
+            fill: values of the joints that a motion does not name, as in `Motion.configurations`.
+            hips: rule for a motor that a motion names twice, as in `Motion.configurations`.
 
         Raises:
-            WrongShape, NotFinite, BadArgument: qs are no configurations, or fps no positive number; or the robot was
-                deleted.
-            UnknownName: a motion of joints that the robot does not have, no such posture, no such rule.
+            BadArgument: the robot was deleted.
 
         Examples:
             >>> shown.animate(np.linspace(nao.posture("Stand"), nao.posture("Crouch"), 30))  # doctest: +SKIP
@@ -159,12 +153,8 @@ class MeshcatRobot:
         """Draw frames as triads, x red, y green, z blue, instead of those before; they move with the robot.
 
         Args:
-            names: frame names; none for none, as `hide_frames` does.
+            names: frame names; empty to remove all, as `hide_frames` does.
             size: length of the arrows [m].
-
-        Raises:
-            UnknownName: no such frame.
-            BadArgument, WrongShape, NotFinite: no names, or no positive size; or the robot was deleted.
 
         Examples:
             >>> shown.show_frames(["LArm", "CameraTop"])  # doctest: +SKIP
@@ -182,10 +172,7 @@ class MeshcatRobot:
                 self._send(set_transform(path, T))
 
     def hide_frames(self) -> None:
-        """Remove the triads of `show_frames`; does nothing when there are none.
-
-        Raises:
-            BadArgument: the robot was deleted.
+        """Remove the triads of `show_frames`.
 
         Examples:
             >>> shown.hide_frames()  # doctest: +SKIP
@@ -208,12 +195,12 @@ class MeshcatRobot:
     # --- inside ---------------------------------------------------------------------------------------------------
 
     def _is_new(self, path: str, values: tuple[float, ...]) -> bool:
-        """Note what a node is sent; whether that differs from what it has."""
+        """Record the values sent to a node, and return whether they differ from the last ones."""
         before, self._sent[path] = self._sent.get(path), values
         return before != values
 
     def _stop(self) -> None:
-        """End the clip: it would go on moving the nodes, and when it ends it puts them where they were before."""
+        """End the clip, which would go on moving the nodes, and at its end put them back."""
         if self._plays:
             self._send(set_animation({}, 1.0))
             self._sent.clear()
@@ -232,7 +219,7 @@ class MeshcatRobot:
 
 @dataclass(frozen=True)
 class _MovingJoint:
-    """A joint, what moves it, and the node that it moves."""
+    """A joint, its driver, and the path of the node that it moves."""
 
     row: UrdfJoint
     driver: Driver
@@ -240,11 +227,7 @@ class _MovingJoint:
 
 
 def _window_of(visualizer: Any) -> Any:
-    """What sends a visualizer's commands.
-
-    Raises:
-        BadArgument: no `meshcat.Visualizer`.
-    """
+    """Return the object that sends a visualizer's commands."""
     import meshcat
 
     if not isinstance(visualizer, meshcat.Visualizer):
@@ -255,11 +238,7 @@ def _window_of(visualizer: Any) -> Any:
 
 
 def _path_of(visualizer: Any, path: str) -> str:
-    """The path of a node below a visualizer's, as meshcat's commands have it.
-
-    Raises:
-        BadArgument: no path, or one that names the whole scene.
-    """
+    """Return the path of a node below a visualizer's, in the form of meshcat's commands."""
     steps = path.split("/") if isinstance(path, str) else [""]
     if not all(steps):
         raise BadArgument(
@@ -270,7 +249,7 @@ def _path_of(visualizer: Any, path: str) -> str:
 
 
 def _joint_track(joint: _MovingJoint, qs: Floats) -> dict[str, Any]:
-    """The way of a joint's node through configurations, (n, nq), at the times 0, 1, … n − 1."""
+    """Return the track of a joint's node through configurations, (n, nq), at the times 0, 1, … n − 1."""
     values = joint.driver.values(qs)
     if joint.row.kind == "prismatic":
         return track("position", "vector3", values[:, None] * joint.row.axis)

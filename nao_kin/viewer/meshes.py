@@ -1,4 +1,4 @@
-"""Mesh files as arrays ready to draw, and the lights among them."""
+"""Mesh files as arrays for drawing, and the lights among them."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ class Mesh:
     Attributes:
         vertices: positions in the frame of the file, shape (n, 3) [m].
         normals: unit vectors, shape (n, 3).
-        faces: corners of the triangles, shape (m, 3).
-        colour: what the file says about its colour, None when it says nothing.
+        faces: rows of `vertices` at the corners of the triangles, shape (m, 3).
+        colour: the colour in the file, None for none.
     """
 
     vertices: Floats
@@ -40,7 +40,7 @@ Shape = Box | Cylinder | Sphere | Mesh
 
 
 def shape_box(shape: Shape) -> tuple[Floats, Floats]:
-    """The least and the greatest coordinates of a shape in its own frame, shape (3,) each."""
+    """Return the least and the greatest coordinates of a shape in its own frame, shape (3,) each."""
     if isinstance(shape, Mesh):
         return shape.vertices.min(axis=0), shape.vertices.max(axis=0)
     if isinstance(shape, Box):
@@ -53,19 +53,13 @@ def shape_box(shape: Shape) -> tuple[Floats, Floats]:
 
 
 def load_meshes(path: Path, scale: Floats) -> tuple[Mesh, ...]:
-    """The triangles of a file, one mesh per colour.
+    """Return the triangles of a file, one mesh per colour, scaled by factors along the axes, shape (3,).
 
-    Args:
-        path: any mesh file that trimesh reads.
-        scale: factors along the axes, shape (3,); a mirror image keeps its outside outside.
-
-    Raises:
-        UnreadableShape: the file makes no triangles.
+    A mirror image keeps its outside outside. Raises UnreadableShape for a file without triangles.
     """
 
     def parts_of(scene: Any) -> list[Mesh]:
-        # Normals written in the file are the author's word on what is smooth; elsewhere the angle between faces
-        # decides.
+        # Normals in the file say which edges are smooth; otherwise the angle between faces does.
         return list(_parts(scene, path.suffix.lower() == ".obj" and b"\nvn " in path.read_bytes()))
 
     parts = read_mesh(path, parts_of)
@@ -75,11 +69,7 @@ def load_meshes(path: Path, scale: Floats) -> tuple[Mesh, ...]:
 
 
 def mesh_of(vertices: Floats, faces: NDArray[np.uint32]) -> Mesh:
-    """Triangles from arrays, smooth where their angles are small.
-
-    Raises:
-        UnreadableShape: no triangle has an area.
-    """
+    """Return a mesh from arrays, smooth at small angles; raise UnreadableShape if no triangle has an area."""
     from trimesh import Trimesh
 
     part = _split_at_creases(Trimesh(vertices, faces, process=False))
@@ -90,8 +80,8 @@ def mesh_of(vertices: Floats, faces: NDArray[np.uint32]) -> Mesh:
 
 
 def pieces(mesh: Mesh) -> tuple[Mesh, ...]:
-    """The parts of a mesh that touch nowhere, in the order of their first triangles."""
-    _, point = np.unique(mesh.vertices, axis=0, return_inverse=True)  # vertices at an edge stand there once per face
+    """Return the connected parts of a mesh, in the order of their first triangles."""
+    _, point = np.unique(mesh.vertices, axis=0, return_inverse=True)  # an edge has separate vertices for each face
     corners = point.reshape(-1)[mesh.faces]
     labels = np.arange(len(mesh.vertices))
     while True:  # each triangle gives its points the lowest label among them, until nothing changes
@@ -128,7 +118,7 @@ def _parts(scene: Any, has_normals: bool) -> Iterator[Mesh]:
 
 
 def _split_at_creases(part: Any) -> Any:
-    """The same faces, in patches that share no vertices: those that smooth edges join stay together."""
+    """Return the same faces in patches that share no vertices; faces at a smooth edge are in one patch."""
     from trimesh import Trimesh
     from trimesh.graph import smooth_shade
 
@@ -142,7 +132,7 @@ def _split_at_creases(part: Any) -> Any:
 
 
 def _area_normals(part: Any) -> Floats:
-    """Sums of the faces' areas around each vertex, as vectors: a flat face keeps its normal beside a rounding."""
+    """Return area-weighted sums of the normals around each vertex: a flat face keeps its normal at a rounded edge."""
     sums = np.zeros((len(part.vertices), 3))
     np.add.at(sums, part.faces, (part.face_normals * part.area_faces[:, None])[:, None])
     return sums
@@ -166,7 +156,7 @@ def _scaled(mesh: Mesh, scale: Floats) -> Mesh:
 
 
 def _turned(normals: Floats, linear: Floats) -> Floats:
-    """Unit normals of a surface after a linear map: they go with the cofactors, so that they stay perpendicular."""
+    """Return unit normals after a linear map: they transform with the cofactors, and so stay perpendicular."""
     cofactors = np.stack([np.cross(linear[(i + 1) % 3], linear[(i + 2) % 3]) for i in range(3)])
     turned = normals @ cofactors.T
     lengths = np.linalg.norm(turned, axis=1, keepdims=True)
@@ -174,7 +164,7 @@ def _turned(normals: Floats, linear: Floats) -> Floats:
 
 
 def _flipped(mesh: Mesh) -> Mesh:
-    """The same surface after a reflection: its corners run the other way round, its normals keep pointing outwards."""
+    """Return the surface after a reflection: corners in reverse order, normals outwards."""
     return Mesh(mesh.vertices, -mesh.normals, mesh.faces[:, ::-1], mesh.colour)
 
 
@@ -192,29 +182,25 @@ def _colour(mesh: Any) -> Rgba | None:
 
 # --- The lights among a robot's shapes: the LEDs of this library's own NAO meshes.
 #
-# A mesh of LEDs is drawn piece by piece, so that each light shines in a colour of its own. Other shapes are no
-# lights, whatever their looks: a robot without such meshes has none.
+# A mesh of LEDs is drawn in separate pieces, so that each light has its own colour. Robots without these meshes have no
+# lights.
 
-# The light that a mesh is, by the stem of its file.
+# Stem of a mesh file → light.
 _WHOLE: Mapping[str, str] = {"torso_led": "Chest", "l_foot_led": "LeftFoot", "r_foot_led": "RightFoot"}
 _EYES = "head_led"
-# Which side of the head, y > 0 or < 0, each eye is on.
+# Eye → sign of its y.
 _SIDES: Mapping[str, float] = {"LeftEye": 1.0, "RightEye": -1.0}
 _SEGMENTS = 8
 
-# Name of several lights → their names.
+# Group of lights → their names.
 GROUPS: Mapping[str, tuple[str, ...]] = {eye: tuple(f"{eye}{number}" for number in range(_SEGMENTS)) for eye in _SIDES}
 
 
 def lights_of(filename: str, mesh: Mesh) -> dict[str, Mesh]:
-    """The lights that a mesh is made of, by name; empty for a mesh that is none.
+    """Return the lights in a mesh of the URDF's file `filename`, by name; empty for other meshes.
 
-    Segments of an eye are numbered from its top towards the nose, as NAOqi's FaceLedLeft0 … 7 and FaceLedRight0 … 7
-    are. Source: docs.ros.org, nao_command_msgs, LeftEyeLeds and RightEyeLeds.
-
-    Args:
-        filename: of the mesh, as the URDF has it.
-        mesh: its triangles, x to the front and z upwards.
+    Segments of an eye are numbered from its top towards the nose, as NAOqi's FaceLedLeft0 … 7 and FaceLedRight0 … 7.
+    Source: docs.ros.org, nao_command_msgs, LeftEyeLeds and RightEyeLeds.
     """
     stem = PurePosixPath(filename).stem
     if stem in _WHOLE:

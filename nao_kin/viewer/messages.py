@@ -1,7 +1,7 @@
-"""What is sent to the page, as MessagePack: meshcat's own commands, and one message type of ours.
+"""The messages for the page, as MessagePack: meshcat's own commands, and a message type of this package.
 
-meshcat's JavaScript takes `set_object`, `set_transform` and `set_animation` as they are; messages of type "nao_kin"
-are for the panel beside it. Arrays travel as typed arrays, numbers as doubles.
+meshcat's JavaScript takes `set_object`, `set_transform` and `set_animation`; messages of type "nao_kin" are for the
+panel. Arrays are sent as typed arrays, numbers as doubles.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import hashlib
 import math
 import threading
 import uuid
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
@@ -40,13 +40,9 @@ _NAMESPACE = uuid.UUID("6f3c1c0e-5a0b-4f6e-9d6b-2c8f6f0b7a11")
 
 
 class RetainedMessages:
-    """The newest message under every key, kept for pages that open later; no history piles up.
+    """The newest message of every key, retained for pages that open later; safe for several threads.
 
-    May be used from several threads at once.
-
-    Attributes:
-        scene: keys of what never changes, once `scene_is_complete` has said so.
-        scene_tag: a digest of it.
+    `scene` has the keys of the constant messages, and `scene_tag` their digest, set by `scene_is_complete`.
     """
 
     def __init__(self) -> None:
@@ -57,41 +53,40 @@ class RetainedMessages:
         self._watchers: list[Callable[[str], None]] = []
 
     def put(self, key: str, message: bytes) -> None:
-        """Keep `message` instead of the one before it; its key keeps the place in the order that it took at first."""
+        """Replace the message of a key; the key keeps its first place in the order."""
         with self._lock:
             self._messages[key] = message
         for watcher in tuple(self._watchers):  # one may stop watching meanwhile, in another thread
             watcher(key)
 
     def drop(self, prefix: str) -> None:
-        """Keep no message under a key that begins so; pages that have it are not told."""
+        """Remove the messages of all keys with a prefix; pages that have them are not told."""
         with self._lock:
             for key in [key for key in self._messages if key.startswith(prefix)]:
                 del self._messages[key]
 
     def scene_is_complete(self) -> None:
-        """What has been put until now is the scene, which a page that has it need not be sent again."""
+        """Declare all messages so far the constant scene, which is not sent again to a page that has it."""
         with self._lock:
             self.scene = frozenset(self._messages)
             self.scene_tag = hashlib.sha256(b"".join(self._messages.values())).hexdigest()[:32]
 
     def get(self, key: str) -> bytes | None:
-        """The newest message under `key`."""
+        """Return the newest message of a key."""
         return self._messages.get(key)
 
     def names(self) -> tuple[str, ...]:
-        """All keys, in the order in which a page needs them."""
+        """Return all keys, in the order in which a page needs them."""
         with self._lock:
             return tuple(self._messages)
 
-    def messages(self) -> Iterator[bytes]:
-        """The newest messages, in that order."""
+    def messages(self) -> tuple[bytes, ...]:
+        """Return the newest messages, in the order of the keys."""
         with self._lock:
-            kept = list(self._messages.values())
-        yield from kept
+            return tuple(self._messages.values())
 
     def watch(self, watcher: Callable[[str], None]) -> None:
-        """Call `watcher` with the key of every message put from now on, in the thread that puts it."""
+        """Call `watcher` with the key of every new message, in the thread that puts it."""
         self._watchers.append(watcher)
 
     def unwatch(self, watcher: Callable[[str], None]) -> None:
@@ -111,17 +106,17 @@ def note_last(keys: dict[str, None], key: str) -> None:
 
 
 def panel_message(kind: str, content: Mapping[str, Any]) -> bytes:
-    """A message for the panel, of one of `KINDS`."""
+    """Return a message for the panel, of one of `KINDS`."""
     return packed({"type": "nao_kin", "kind": kind, **content})
 
 
 def set_transform(path: str, T: Floats) -> Command:
-    """Meshcat's command that places a node of the scene in its parent."""
+    """Return meshcat's command that places a node of the scene in its parent."""
     return {"type": "set_transform", "path": path, "matrix": [float(entry) for entry in T.T.flat]}
 
 
 def set_object(path: str, shape: Shape, rgba: Rgba) -> Command:
-    """Meshcat's command that puts a shape at a node of the scene."""
+    """Return meshcat's command that puts a shape at a node of the scene."""
     name = f"{path}#"
     geometry, material, mesh = (str(uuid.uuid5(_NAMESPACE, name + part)) for part in ("geometry", "material", "mesh"))
     r, g, b = (round(255 * value) for value in rgba[:3])
@@ -144,14 +139,7 @@ def set_object(path: str, shape: Shape, rgba: Rgba) -> Command:
 def set_animation(
     clips: Mapping[str, list[dict[str, Any]]], fps: float, *, play: bool = False, loop: bool = False
 ) -> Command:
-    """Meshcat's command that loads a clip, instead of the one before it; without nodes it ends that one.
-
-    Args:
-        clips: path of a node → the tracks of what moves in it, as `track` makes them.
-        fps: of the times in them.
-        play: start at once.
-        loop: play again and again.
-    """
+    """Return meshcat's command that replaces the clip, by tracks of nodes' paths; without nodes it ends the clip."""
     animations = [
         {"path": path, "clip": {"fps": fps, "name": "clip", "tracks": tracks}} for path, tracks in clips.items()
     ]
@@ -160,28 +148,24 @@ def set_animation(
 
 
 def track(name: str, kind: str, rows: Floats, times: Floats | None = None) -> dict[str, Any]:
-    """The way of a node's property through rows of numbers, at the times 0, 1, … where none are given."""
+    """Return a track of a node's property, one row of numbers at each of `times`, by default 0, 1, … n − 1."""
     at = np.arange(len(rows)) if times is None else times
     values = typed_array(rows.astype(np.float32).reshape(-1))
     return {"name": f".{name}", "type": kind, "times": typed_array(at.astype(np.float32)), "values": values}
 
 
 def typed_array(array: NDArray[Any]) -> Any:
-    """An array as JavaScript's typed array."""
+    """Return an array as JavaScript's typed array."""
     return umsgpack.Ext(_TYPED_ARRAYS[array.dtype.name][1], np.ascontiguousarray(array).tobytes())
 
 
 def node_name(kind: str, name: str) -> str:
-    """A name as one step of a scene path, which ends at a slash."""
+    """Return a name as one step of a scene path, with its slashes escaped."""
     return f"{kind}:{name.replace('%', '%25').replace('/', '%2F')}"
 
 
 def packed(message: Command | str) -> bytes:
-    """A command or message as it is sent.
-
-    Raises:
-        BadArgument: a text in it has no UTF-8.
-    """
+    """Return a command or message as bytes; refuse text that has no UTF-8."""
     try:
         return bytes(umsgpack.packb(message))
     except UnicodeEncodeError as error:
@@ -200,7 +184,7 @@ def _geometry(shape: Shape) -> dict[str, Any]:
 
 
 def mesh_document(shape: Mesh) -> dict[str, Any]:
-    """The triangles of a mesh as three.js's loader takes them."""
+    """Return the triangles of a mesh in the form of three.js's loader."""
     index = shape.faces.astype(np.uint16 if len(shape.vertices) <= 0xFFFF else np.uint32)
     attributes = {
         "position": _attribute(shape.vertices.astype(np.float32)),
@@ -215,13 +199,13 @@ def _attribute(rows: NDArray[Any], *, normalized: bool = False) -> dict[str, Any
 
 
 def _matrix(shape: Shape) -> list[float]:
-    """The shape's own pose, by columns: three.js draws cylinders about y."""
+    """Return the shape's own pose, by columns: three.js draws cylinders about y."""
     if isinstance(shape, Cylinder):
         return [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
     return [float(entry) for entry in np.eye(4).flat]
 
 
-# --- The messages for the panel, each kind with its fields: what is sent, and what web/src/messages.js takes.
+# --- The messages for the panel, each kind with its fields: as sent here and read by web/src/messages.js.
 
 
 @dataclass(frozen=True)
@@ -229,9 +213,9 @@ class Kind:
     """A kind of message for the panel.
 
     Attributes:
-        fields: name → type, as TypeScript writes it; with a question mark behind the name of one that may be left out.
-        is_kept: whether pages that open later get the newest one, too; others are sent once, to pages that are open.
-        blank: the fields of the message that takes away what one of this kind shows; None where nothing has to be.
+        fields: name → TypeScript type; a question mark after the name marks an optional field.
+        is_kept: whether pages that open later get the newest one; others are sent once, to open pages.
+        blank: fields of the message that removes what this kind shows; None if nothing needs to be removed.
     """
 
     fields: Mapping[str, str]
@@ -240,20 +224,20 @@ class Kind:
 
 
 _SCALE = {"stops": "Vector[] | null", "label": "string", "low": "string", "high": "string"}
-# What shows links in their own colours.
+# Fields of the message that shows links in their own colours.
 COLOURLESS: Mapping[str, Any] = {"robot": 0, "links": [], "label": "", "low": "", "high": "", "stops": None}
 
 KINDS: Mapping[str, Kind] = {
-    # The robot that leads.
+    # The leading robot.
     "robot": Kind({"about": "About"}),
     "joints": Kind({"q": "Float64Array", "up": "Vector | null", "source": "string"}),
     "still": Kind({}),
-    # The others, each with its number.
+    # Additional robots, with their numbers.
     "robot_added": Kind({"robot": "number", "name": "string", "about": "About"}),
     "robot_joints": Kind({"robot": "number", "q": "Float64Array", "up": "Vector | null"}),
     "robot_removed": Kind({"robot": "number"}),
     "robots": Kind({"robots": "number[]"}, blank={"robots": []}),
-    # What is drawn.
+    # Drawings.
     "shown": Kind({"shown": "Record<string, boolean>", "source": "string"}),
     "frames": Kind({"names": "string[]", "size": "number | null"}),
     "ghosts": Kind(
@@ -277,13 +261,13 @@ KINDS: Mapping[str, Kind] = {
         | {"parts?": "{ geometry: object; colour: Vector; opacity: number }[]"}
     ),
     "extras": Kind({"names": "string[]"}, blank={"names": []}),
-    # The picture, and the connection.
+    # Pictures, and the connection.
     "camera": Kind({"name": "string"}),
     "capture": Kind({"id": "string", "camera": "string", "width": "number", "height": "number"}, is_kept=False),
     "version": Kind({"version": "string"}, is_kept=False),
     "complete": Kind({}, is_kept=False),
 }
-# Under the key of each message that shows something, the one that takes it away.
+# Key of a message that shows something → the message that removes it.
 BLANKS: Mapping[str, bytes] = {
     "clip": panel_message("still", {}),
     **{name: panel_message(name, kind.blank) for name, kind in KINDS.items() if kind.blank is not None},

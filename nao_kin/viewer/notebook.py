@@ -1,8 +1,8 @@
-"""The page in a notebook: as it was in the cell's output, and live where a kernel is behind it.
+"""The page in a notebook: static in the cell's output, and live if there is a kernel.
 
-A cell's output is the static page in a frame, which needs nobody: it is there in an exported notebook too. Beside it
-stands an anywidget without looks, the bridge. Where the notebook has a kernel, the bridge joins the frame to it through
-the kernel's own channel, so that it does not matter where the kernel runs: only the notebook's port has to be reached.
+A cell's output is the static page in a frame, which also works in an exported notebook. An invisible anywidget, the
+bridge, connects the frame to the kernel through the kernel's own channel: the kernel may run on any machine, and only
+the notebook's port must be reachable.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ from nao_kin.viewer.messages import RetainedMessages, note_last
 from nao_kin.viewer.server import Answer, weak_receiver
 
 _SCRIPT = Path(__file__).resolve().parent / "page" / "bridge.js"
-# Drawing more often than a screen does helps nobody.
+# The period of a common screen.
 _PAUSE_SECONDS = 1.0 / 30.0
 
-# Unpacks the page that stands in its own text; a third of the size counts where every output is kept in a file.
+# Unpacks the page: compression makes a notebook's outputs a third of the size.
 _LOADER = """<script type="module">
 const packed = Uint8Array.from(atob("{packed}"), (letter) => letter.charCodeAt(0));
 const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
@@ -39,12 +39,7 @@ document.close();
 
 
 def frame(page: str, name: str = "") -> str:
-    """A page as part of another HTML document, packed, in a frame of its own.
-
-    Args:
-        page: the HTML of the page.
-        name: what the bridge finds the frame by.
-    """
+    """Return the HTML of a page, packed, as a frame of another document; the bridge finds the frame by `name`."""
     packed = base64.b64encode(gzip.compress(page.encode("utf-8"), mtime=0)).decode("ascii")
     document = html.escape(_LOADER.replace("{packed}", packed))
     named = f' data-nao-kin="{html.escape(name)}"' if name else ""
@@ -59,21 +54,15 @@ NOT_LIVE = (
 
 
 def has_bridge() -> bool:
-    """Whether anywidget is installed, which the bridge is made of."""
+    """Whether anywidget, which the bridge needs, is installed."""
     return find_spec("anywidget") is not None
 
 
 class Bridge:
-    """Joins one frame in a notebook to the messages of a viewer, from construction until `close`.
+    """A connection of the frame `name` in a notebook to the messages of a viewer, until `close`.
 
-    Attributes:
-        name: what the frame is found by.
-        end: closes it; of one that ends with a viewer, without leaving anything of it.
-        widget: what the cell is to display beside the frame.
-
-    Args:
-        messages: what is on show; what has changed since the construction is sent when the frame is there.
-        on_answer: called in the kernel's thread with what the page sends.
+    It sends what has changed since its construction; `on_answer` is called in the kernel's thread with the page's
+    messages. The cell displays `widget` next to the frame.
     """
 
     def __init__(self, messages: RetainedMessages, on_answer: Callable[[Answer], None]) -> None:
@@ -90,7 +79,7 @@ class Bridge:
         messages.watch(self._note_change)
 
     def close(self) -> None:
-        """End the connection; the frame stays as it is. Does nothing the second time."""
+        """Close the connection; the frame stays. Does nothing the second time."""
         self._messages.unwatch(self._note_change)
         with self._news:
             self._closed = True
@@ -104,8 +93,8 @@ class Bridge:
             self._on_answer(content)
             return
         with self._news:
-            names = self._messages.names()
-            self._changed = {key: None for key in names if self._messages.get(key) is not self._in_frame.get(key)}
+            get, before = self._messages.get, self._in_frame.get
+            self._changed = dict.fromkeys(key for key in self._messages.names() if get(key) is not before(key))
             if self._thread is None:
                 self._thread = threading.Thread(target=self._send_changes, name="nao_kin notebook", daemon=True)
                 self._thread.start()
@@ -133,7 +122,7 @@ class Bridge:
 
 
 def bridge_of(viewer: object, messages: RetainedMessages, receive: Callable[[Answer], None]) -> Bridge:
-    """A bridge that ends with the viewer, and does not keep it alive."""
+    """Return a bridge that ends with the viewer and does not keep it alive."""
     bridge = Bridge(messages, weak_receiver(receive))
     bridge.end = weakref.finalize(viewer, bridge.close)
     return bridge

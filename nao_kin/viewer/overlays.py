@@ -1,4 +1,4 @@
-"""What is drawn over the robot, as messages: checked here, so that the page can trust them.
+"""The messages of what is drawn over the robot, checked here so that the page can trust them.
 
 Arguments and errors are those of the methods of `Viewer`.
 """
@@ -34,79 +34,67 @@ from nao_kin.rotations import check_rotation
 from nao_kin.viewer.meshes import Mesh, load_meshes, mesh_of
 from nao_kin.viewer.messages import RetainedMessages, mesh_document, packed, panel_message, typed_array
 
-# What the numbers of a voxel are called in the legend.
+# Quantity of a voxel → its name in the legend.
 REACH_LABELS = {
     "best": "best manipulability",
     "mean": "mean manipulability",
     "count": "samples",
     "coverage": "share of directions",
 }
-# A browser without a graphics card still turns so many cubes.
-_MOST_CUBES = 40_000
-_MOST_GHOSTS = 64
+# A browser without a graphics card can still turn this many cubes.
+_MAX_CUBES = 40_000
+_MAX_GHOSTS = 64
 _LARGEST_FIRST = 1_000_000
 # The colours that NAO's shells were sold in.
 EDITIONS = ("orange", "blue", "red", "grey")
-# Further out a double keeps an angle to 1e-10 rad no longer, and a graphics card, which computes in floats, draws
-# nothing that is still a robot.
+# Beyond this, a double resolves angles worse than 1e-10 rad, and a graphics card, which uses floats, distorts robots.
 LARGEST = 1e6
-# Further away [m] it draws nothing that keeps its shape.
+# Beyond this distance [m] a graphics card distorts shapes.
 FARTHEST = 1e4
 
 
-def number(value: ArrayLike, what: str) -> float:
-    """`value` as one finite number.
-
-    Raises:
-        BadArgument, WrongShape, NotFinite: it is none.
-    """
+def shaped(value: ArrayLike, shape: tuple[int, ...], what: str) -> Floats:
+    """Return `value` as finite numbers of one shape."""
     array = as_floats(value, (), what)
-    if array.shape != ():
-        raise WrongShape(what, "()", array.shape)
-    return float(array)
+    if array.shape != shape:
+        raise WrongShape(what, str(shape), array.shape)
+    return array
 
 
-def up_to(value: ArrayLike, what: str, most: float, unit: str = "") -> float:
-    """`value`, above 0 and at most `most`.
+def number(value: ArrayLike, what: str) -> float:
+    """Return `value` as one finite number."""
+    return float(shaped(value, (), what))
 
-    Raises:
-        BadArgument, WrongShape, NotFinite: it is none.
-    """
+
+def up_to(value: ArrayLike, what: str, largest: float, unit: str = "") -> float:
+    """Return `value`, above 0 and at most `largest`."""
     found = number(value, what)
-    if not 0.0 < found <= most:
-        raise BadArgument(f"{what} must be above 0 and at most {most:g}{unit}, got {found:g}")
+    if not 0.0 < found <= largest:
+        raise BadArgument(f"{what} must be above 0 and at most {largest:g}{unit}, got {found:g}")
     return found
 
 
 def checked_opacity(opacity: float) -> float:
-    """`opacity`, above 0 and at most 1."""
+    """Return `opacity`, above 0 and at most 1."""
     return up_to(opacity, "opacity", 1.0)
 
 
 def checked_length(value: ArrayLike, what: str) -> float:
-    """`value`, a size that can be drawn [m]."""
+    """Return `value`, a size that can be drawn [m]."""
     return up_to(value, what, FARTHEST, " m")
 
 
 def direction(value: ArrayLike, what: str) -> list[float]:
-    """`value` as a unit vector.
-
-    Raises:
-        BadArgument, WrongShape, NotFinite, ZeroNorm: it is none.
-    """
+    """Return `value` as a unit vector."""
     vector = as_vectors(value, what)
     if vector.shape != (3,):
         raise WrongShape(what, "(3,)", vector.shape)
-    unit_vector: list[float] = unit(vector, what)[0].tolist()
-    return unit_vector
+    found: list[float] = unit(vector, what)[0].tolist()
+    return found
 
 
 def directions(value: ArrayLike, what: str, count: int) -> Floats:
-    """`value`, one direction for all or one for each, as `count` unit vectors, shape (count, 3).
-
-    Raises:
-        BadArgument, WrongShape, NotFinite, ZeroNorm: it is none.
-    """
+    """Return one direction for all or one for each as unit vectors, shape (count, 3)."""
     vectors = as_vectors(value, what)
     if vectors.shape not in ((3,), (count, 3)):
         raise WrongShape(what, f"(3,) or ({count}, 3)", vectors.shape)
@@ -114,11 +102,7 @@ def directions(value: ArrayLike, what: str, count: int) -> Floats:
 
 
 def one_configuration(robot: RobotModel, q: ArrayLike) -> Floats:
-    """`q` as a fresh array of shape (nq,).
-
-    Raises:
-        WrongShape, NotFinite, BadArgument: q is no configuration, or too large a one.
-    """
+    """Return `q` as a new array of shape (nq,)."""
     array = np.array(robot.checked(q))
     if array.ndim != 1:
         raise WrongShape("q", f"({robot.nq},)", array.shape)
@@ -129,12 +113,7 @@ def one_configuration(robot: RobotModel, q: ArrayLike) -> Floats:
 def clip(
     robot: RobotModel, qs: ArrayLike | Motion, fps: float, fill: str | ArrayLike, hips: Hips
 ) -> tuple[Floats, float]:
-    """Configurations to play, as a fresh array (n, nq), and how many of them in a second.
-
-    Raises:
-        WrongShape, NotFinite, BadArgument: qs are no configurations, or fps no positive number.
-        UnknownName: a motion of joints that the robot does not have, no such posture, no such rule.
-    """
+    """Return configurations to play as a new array (n, nq), and their number per second."""
     rate = number(fps, "fps")
     if rate <= 0.0:
         raise BadArgument(f"fps must be positive, got {rate:g}")
@@ -148,12 +127,9 @@ def clip(
 
 
 def check_size(robot: RobotModel, qs: Floats) -> None:
-    """Refuse configurations, shape (..., nq), with values beyond ±1e6 rad or m, which no page draws.
+    """Refuse configurations, shape (..., nq), with values beyond ±1e6 rad or m, which a page cannot draw.
 
-    They are not wrapped: q is what is shown, and a turn more or less is another q.
-
-    Raises:
-        BadArgument: there is one.
+    They are not wrapped: a turn more or less is another q.
     """
     beyond = np.argwhere(np.abs(qs) > LARGEST)
     if len(beyond):
@@ -164,12 +140,7 @@ def check_size(robot: RobotModel, qs: Floats) -> None:
 
 
 def frame_names(robot: RobotModel, names: Iterable[str]) -> list[str]:
-    """The frames to draw.
-
-    Raises:
-        BadArgument: no names.
-        UnknownName: no such frame.
-    """
+    """Return the frames to draw."""
     if not isinstance(names, Iterable):
         raise BadArgument(f"show_frames takes frame names, got {quoted(names)}")
     chosen = [names] if isinstance(names, str) else list(names)
@@ -177,28 +148,27 @@ def frame_names(robot: RobotModel, names: Iterable[str]) -> list[str]:
 
 
 def frames(names: list[str], size: float | None) -> bytes:
-    """Triads at frames."""
-    length = None if size is None else checked_length(size, "size")
-    return panel_message("frames", {"names": names, "size": length})
+    """Return the message that draws triads at frames."""
+    return panel_message("frames", {"names": names, "size": None if size is None else checked_length(size, "size")})
 
 
 def ghosts(robot: RobotModel, configurations: ArrayLike, opacity: float, first: int) -> bytes:
-    """Links in another configuration, or in several, which are numbered."""
+    """Return the message that draws ghosts; those of several configurations are numbered."""
     array = as_floats(configurations, (robot.nq,), "configurations")
     if array.ndim not in (1, 2):
         raise WrongShape("configurations", f"({robot.nq},) or (k, {robot.nq})", array.shape)
     numbered_from = whole_number(first, "first", 0, _LARGEST_FIRST) if array.ndim == 2 else None
     array = robot.checked(np.atleast_2d(array))
     check_size(robot, array)
-    if len(array) > _MOST_GHOSTS:
-        raise BadArgument(f"at most {_MOST_GHOSTS} ghosts are drawn, got {len(array)} configurations")
+    if len(array) > _MAX_GHOSTS:
+        raise BadArgument(f"at most {_MAX_GHOSTS} ghosts are drawn, got {len(array)} configurations")
     share = checked_opacity(opacity)
-    content = {"qs": typed_array(array.reshape(-1)), "count": len(array), "opacity": share}
-    return panel_message("ghosts", {**content, "first": numbered_from})
+    content = {"qs": typed_array(array.reshape(-1)), "count": len(array), "opacity": share, "first": numbered_from}
+    return panel_message("ghosts", content)
 
 
 def targets(poses: Mapping[str, ArrayLike]) -> bytes:
-    """Marks at positions or poses in the robot's root frame."""
+    """Return the message that draws marks at positions or poses in the robot's root frame."""
     if not isinstance(poses, Mapping):
         raise BadArgument(f"targets are a mapping from names to positions or poses, got {type(poses).__name__}")
     rows = []
@@ -219,7 +189,7 @@ def targets(poses: Mapping[str, ArrayLike]) -> bytes:
 
 
 def reach(robot: RobotModel, found: ReachMap | None, by: str, cut: tuple[str, float] | None) -> bytes:
-    """Voxels in the colours of a scale, behind a plane."""
+    """Return the message that draws voxels in the colours of a scale, up to a plane."""
     if found is None:
         return panel_message("reach", {"cells": None})
     if not isinstance(found, ReachMap):
@@ -231,8 +201,8 @@ def reach(robot: RobotModel, found: ReachMap | None, by: str, cut: tuple[str, fl
         raise UnknownName("frame", settings.reference, robot.frame_names)
     if len(found.count) == 0:
         raise BadArgument("the reach map is empty: nothing to show")
-    factor = max(1, round((len(found.count) / _MOST_CUBES) ** (1 / 3)))
-    while len((shown := found.coarser(factor)).count) > _MOST_CUBES or np.ptp(shown.indices, axis=0).max() > 0xFFFF:
+    factor = max(1, round((len(found.count) / _MAX_CUBES) ** (1 / 3)))
+    while len((shown := found.coarser(factor)).count) > _MAX_CUBES or np.ptp(shown.indices, axis=0).max() > 0xFFFF:
         factor += 1
     values, first = shown.column(by), shown.indices.min(axis=0)
     low, high = float(values.min()), float(values.max())
@@ -253,14 +223,14 @@ def reach(robot: RobotModel, found: ReachMap | None, by: str, cut: tuple[str, fl
 
 
 def edition(name: str) -> bytes:
-    """The accents of NAO's shells in the colour of an edition, or for "" in their own."""
+    """Return the message that gives NAO's shells the colour of an edition; "" restores their own."""
     if not isinstance(name, str) or name:
         choice(name, EDITIONS, "edition")
     return panel_message("edition", {"name": name})
 
 
 def speech(text: str) -> bytes:
-    """A bubble with words."""
+    """Return the message that shows a speech bubble."""
     if not isinstance(text, str):
         raise BadArgument(f"text must be words to show, got {quoted(text)}")
     return panel_message("speech", {"text": text})
@@ -272,21 +242,17 @@ def _plane(cut: tuple[str, float]) -> dict[str, Any]:
     return {"axis": cut[0], "place": number(cut[1], "cut")}
 
 
-# --- Points, meshes and lines that are no part of a robot, as the fields of messages.
+# --- Points, meshes and lines that are not part of a robot, as the fields of messages.
 
-MOST_POINTS = 2_000_000
-_MOST_CORNERS = 2_000_000
-_MOST_LINE_POINTS = 100_000
+MAX_POINTS = 2_000_000
+_MAX_CORNERS = 2_000_000
+_MAX_LINE_POINTS = 100_000
 _LONGEST_NAME = 200
 _BLUE = (0.15, 0.39, 0.92)
 
 
 def checked_name(name: str) -> str:
-    """`name`, if a shape may bear it.
-
-    Raises:
-        BadArgument: no text, or too long a one.
-    """
+    """Return `name` if a shape may have it."""
     if not isinstance(name, str) or not name or len(name) > _LONGEST_NAME:
         raise BadArgument(f"name must be 1 to {_LONGEST_NAME} characters, got {quoted(name)}")
     packed(name)  # refuses what cannot be sent
@@ -294,8 +260,8 @@ def checked_name(name: str) -> str:
 
 
 def points(array: ArrayLike, colours: ArrayLike | None, size: float) -> dict[str, Any]:
-    """A cloud of points."""
-    rows = _positions(array, "points", MOST_POINTS)
+    """Return the fields of a cloud of points."""
+    rows = _positions(array, "points", MAX_POINTS)
     content = {"positions": _floats(rows), "size": checked_length(size, "size"), "colour": _BLUE, "colours": None}
     if colours is None:
         return content
@@ -311,7 +277,7 @@ def points(array: ArrayLike, colours: ArrayLike | None, size: float) -> dict[str
 def mesh(
     shape: ArrayLike | Path | str, faces: ArrayLike | None, colour: ArrayLike | None, opacity: float
 ) -> dict[str, Any]:
-    """A surface of triangles, from arrays or from a file."""
+    """Return the fields of a surface of triangles, from arrays or from a file."""
     if isinstance(shape, (str, Path)):
         if faces is not None:
             raise BadArgument("a mesh is a file, or vertices and faces; got a file and faces")
@@ -330,26 +296,20 @@ def mesh(
 
 
 def line(array: ArrayLike, colour: ArrayLike | None, width: float) -> dict[str, Any]:
-    """A line through points, round and with a width."""
-    rows = _positions(array, "points", _MOST_LINE_POINTS)
+    """Return the fields of a round line through points."""
+    rows = _positions(array, "points", _MAX_LINE_POINTS)
     if len(rows) < 2:
         raise WrongShape("points", "(n, 3) with n ≥ 2", rows.shape)
     rgb = _BLUE if colour is None else one_colour(colour)
     return {"positions": _floats(rows), "colour": rgb, "width": checked_length(width, "width")}
 
 
-def one_colour(colour: ArrayLike) -> tuple[float, float, float]:
-    """`colour` as red, green and blue from 0 to 1.
-
-    Raises:
-        BadArgument, WrongShape, NotFinite: it is none.
-    """
-    rgb = as_floats(colour, (), "color")
-    if rgb.shape != (3,):
-        raise WrongShape("color", "(3,)", rgb.shape)
-    _check_colours(rgb, "color")
-    red, green, blue = rgb.tolist()
-    return red, green, blue
+def one_colour(colour: ArrayLike, what: str = "color") -> list[float]:
+    """Return `colour` as red, green and blue from 0 to 1."""
+    rgb = shaped(colour, (3,), what)
+    _check_colours(rgb, what)
+    found: list[float] = rgb.tolist()
+    return found
 
 
 def _check_colours(rgb: Floats, what: str) -> None:
@@ -357,24 +317,24 @@ def _check_colours(rgb: Floats, what: str) -> None:
         raise BadArgument(f"{what} must be red, green and blue from 0 to 1, got {rgb.min():g} to {rgb.max():g}")
 
 
-def _positions(array: ArrayLike, what: str, most: int) -> Floats:
+def _positions(array: ArrayLike, what: str, max_count: int) -> Floats:
     rows = as_floats(array, (3,), what)
     if rows.ndim != 2:
         raise WrongShape(what, "(n, 3)", rows.shape)
-    if len(rows) > most:
-        raise BadArgument(f"at most {most} {what} are drawn, got {len(rows)}; leave some out")
+    if len(rows) > max_count:
+        raise BadArgument(f"at most {max_count} {what} are drawn, got {len(rows)}; leave some out")
     if rows.size and np.abs(rows).max() > FARTHEST:
         raise BadArgument(f"{what} reach to {np.abs(rows).max():g} m; at most {FARTHEST:g} m is drawn")
     return rows
 
 
 def _built(vertices: ArrayLike, faces: ArrayLike) -> Mesh:
-    rows = _positions(vertices, "vertices", _MOST_CORNERS)
+    rows = _positions(vertices, "vertices", _MAX_CORNERS)
     corners = as_numbers(faces, "faces")
     if corners.ndim != 2 or corners.shape[1] != 3 or len(corners) == 0:
         raise WrongShape("faces", "(m, 3) with m ≥ 1", corners.shape)
-    if len(corners) > _MOST_CORNERS:
-        raise BadArgument(f"at most {_MOST_CORNERS} faces are drawn, got {len(corners)}; leave some out")
+    if len(corners) > _MAX_CORNERS:
+        raise BadArgument(f"at most {_MAX_CORNERS} faces are drawn, got {len(corners)}; leave some out")
     if not np.isin(corners % 1.0, 0.0).all() or corners.min() < 0 or corners.max() >= len(rows):
         raise BadArgument(f"faces must be whole numbers from 0 to {len(rows) - 1}, the places of their corners")
     triangles: NDArray[np.uint32] = corners.astype(np.uint32)
@@ -389,10 +349,10 @@ def _read(path: Path) -> tuple[Mesh, ...]:
         parts = load_meshes(path, np.ones(3))
     except UnreadableShape as reason:
         raise BadArgument(f"{abbreviated(path)} is no mesh that can be drawn: {abbreviated(reason)}") from None
-    if sum(len(part.vertices) for part in parts) > _MOST_CORNERS:
-        raise BadArgument(f"{abbreviated(path)} has more than {_MOST_CORNERS} vertices")
+    if sum(len(part.vertices) for part in parts) > _MAX_CORNERS:
+        raise BadArgument(f"{abbreviated(path)} has more than {_MAX_CORNERS} vertices")
     for part in parts:
-        _positions(part.vertices, "vertices", _MOST_CORNERS)
+        _positions(part.vertices, "vertices", _MAX_CORNERS)
     return parts
 
 
@@ -400,86 +360,74 @@ def _floats(rows: Floats) -> Any:
     return typed_array(rows.astype(np.float32).reshape(-1))
 
 
-# --- Buttons of the page, and shapes beside the robot by their names.
+# --- Buttons of the page, and shapes that are not part of a robot.
 
 
-# What the page's buttons show and hide, as it begins.
+# Initial state of the page's buttons.
 _SHOWN = {"frames": False, "axes": False, "com": False, "support": False, "ghosts": True, "handles": True}
-# What a page may say of buttons at once, and how long their names may be.
-_MOST_SHOWN = 64
+# Limits of a page's message on buttons: their number, and the length of their names.
+_MAX_SHOWN = 64
 _LONGEST_BUTTON = 40
-_MOST_SHAPES = 1000
+_MAX_SHAPES = 1000
 
 
 class Buttons:
-    """What the page's buttons show, for all pages alike.
-
-    Attributes:
-        shown: name of a button → whether it is on.
-    """
+    """The state of the page's buttons, shared by all pages: `shown`, name → whether it is on."""
 
     def __init__(self, messages: RetainedMessages, lock: RLock) -> None:
         self._messages, self._lock = messages, lock
         self.shown = dict(_SHOWN)
 
     def press(self, what: str, on: bool, source: str = "") -> None:
-        """Set a button; `source` is the page in which somebody did."""
+        """Set a button; `source` is the page in which it was pressed."""
         message = panel_message("shown", {"shown": {what: flag(on, "on")}, "source": source})
         with self._lock:
             self.shown[what] = bool(on)
             self._messages.put(f"shown {what}", message)
 
     def draw(self, what: str, message: bytes, *, on: bool) -> None:
-        """Put a message that draws something and sets its button; what that one said before is out of date."""
+        """Put a message that draws something and sets its button; drop the older message of the button."""
         with self._lock:
             self._messages.put(what, message)
             self.shown[what] = on
             self._messages.drop(f"shown {what}")
 
     def receive(self, shown: object, source: str) -> None:
-        """Take what a page's buttons show."""
-        for what, on in list(shown.items())[:_MOST_SHOWN] if isinstance(shown, dict) else ():
-            may_begin = len(self.shown) < _MOST_SHOWN and 0 < len(what) <= _LONGEST_BUTTON and what.isprintable()
+        """Take the state of a page's buttons."""
+        for what, on in list(shown.items())[:_MAX_SHOWN] if isinstance(shown, dict) else ():
+            may_begin = len(self.shown) < _MAX_SHOWN and 0 < len(what) <= _LONGEST_BUTTON and what.isprintable()
             if (what in self.shown or may_begin) and isinstance(on, bool) and self.shown.get(what) is not on:
                 self.press(what, on, source)
 
 
 class Extras:
-    """Shapes that are no part of a robot, by their names."""
+    """Shapes that are not part of a robot, by name."""
 
     def __init__(self, messages: RetainedMessages, lock: RLock) -> None:
         self._messages, self._lock = messages, lock
         self._names: dict[str, None] = {}
 
     def add(self, name: str, message: bytes) -> None:
-        """Put the message that draws a shape instead of the one of the same name.
-
-        Raises:
-            BadArgument: too many shapes.
-        """
+        """Put the message that draws a shape, instead of the one of the same name."""
         with self._lock:
-            if name not in self._names and len(self._names) >= _MOST_SHAPES:
-                raise BadArgument(f"at most {_MOST_SHAPES} shapes are drawn; remove some before {abbreviated(name)}")
+            if name not in self._names and len(self._names) >= _MAX_SHAPES:
+                raise BadArgument(f"at most {_MAX_SHAPES} shapes are drawn; remove some before {abbreviated(name)}")
             self._names[name] = None
             self._messages.put(_key(name), message)
             self._list()
 
     def remove(self, name: str) -> None:
-        """Take a shape away.
-
-        Raises:
-            UnknownName: there is none.
-        """
+        """Remove a shape."""
         with self._lock:
             del self._names[choice(name, self._names, "shape")]
             self._messages.drop(_key(name))
             self._list()
 
     def _list(self) -> None:
-        """Which shapes there are: a page forgets all others, whatever it has missed."""
+        """Send the list of shapes: a page removes all others, even if it has missed messages."""
         self._messages.put("extras", panel_message("extras", {"names": list(self._names)}))
 
 
 def _key(name: str) -> str:
-    """The key of a shape's message, which begins no other one: `drop` goes by beginnings."""
+    """Return the key of a shape's message, which is no prefix of another one, because `drop` takes prefixes."""
     return f"extra {len(name)} {name}"

@@ -1,8 +1,7 @@
 """A robot as a tree of scene nodes, so that the browser composes the transforms.
 
-Every moving joint is a node with its fixed placement in the link that carries it; the link it moves is a child of that
-node whose rotation, or translation, is the joint's. Nothing else ever changes, so a configuration is all that has to
-be sent.
+Every moving joint is a node with its constant placement in the parent link; the child link is a node below it whose
+rotation, or translation, is the joint's. Nothing else changes, so that only configurations have to be sent.
 """
 
 from __future__ import annotations
@@ -21,22 +20,16 @@ from nao_kin.viewer.meshes import Mesh, Shape, lights_of, load_meshes
 from nao_kin.viewer.messages import node_name
 
 ROBOT = "robot"
-# What the names of our NAO's meshes end in that its editions differ by.
+# Suffix of the meshes of our NAO whose colour differs between its editions.
 _ACCENT = "_accent"
 _GREY: Rgba = (0.75, 0.77, 0.8, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
 class Drawable:
-    """One shape of one link, in one colour.
+    """One shape of one link, in one colour and opacity, each in [0, 1].
 
-    Attributes:
-        link: name of the link.
-        T_link_shape: pose of the shape in the link's frame.
-        shape: what it is.
-        rgba: its colour and opacity, each in [0, 1].
-        light: name of the light that it is; "" for none.
-        accent: whether its colour differs between the editions of our NAO.
+    `light` is the name of the light, "" for other shapes; `accent`: its colour differs between the editions of our NAO.
     """
 
     link: str
@@ -48,10 +41,7 @@ class Drawable:
 
 
 def robot_drawables(tree: UrdfTree) -> tuple[tuple[Drawable, ...], tuple[str, ...]]:
-    """The visuals of a robot with their mesh files loaded, and a line for each not shown.
-
-    There is one drawable per colour, and one per light.
-    """
+    """Return a robot's visuals with their meshes loaded, one per colour and light, and notes on missing ones."""
     found: list[Drawable] = []
     missing: list[str] = []
     notes: list[str] = []
@@ -84,7 +74,7 @@ def robot_drawables(tree: UrdfTree) -> tuple[tuple[Drawable, ...], tuple[str, ..
 
 
 def carriers(tree: UrdfTree, shown: Iterable[Drawable]) -> dict[str, str]:
-    """Link without a shape → the nearest link with one that carries it through fixed joints alone."""
+    """Return link without a shape → nearest link with a shape that carries it through fixed joints alone."""
     seen = {drawable.link for drawable in shown}
     found: dict[str, str] = {}
     for joint in tree.joints:
@@ -96,7 +86,7 @@ def carriers(tree: UrdfTree, shown: Iterable[Drawable]) -> dict[str, str]:
 
 
 def link_paths(tree: UrdfTree) -> dict[str, str]:
-    """Path of every link's node, parents first."""
+    """Return the path of every link's node, parents first."""
     paths = {tree.root: f"{ROBOT}/{node_name('link', tree.root)}"}
     for joint in tree.joints:
         paths[joint.child] = f"{holder(paths, joint)}/{node_name('link', joint.child)}"
@@ -105,13 +95,9 @@ def link_paths(tree: UrdfTree) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class Driver:
-    """What moves a joint: its value is multiplier · q[column] + offset.
+    """The coordinate that moves a joint: its value is multiplier · q[column] + offset [rad or m].
 
-    Attributes:
-        column: place of the coordinate in q.
-        multiplier: of the coordinate.
-        offset: added to it [rad or m].
-        follows: the joint that it follows, "" for none.
+    `follows` is the joint that it follows, "" for none.
     """
 
     column: int
@@ -120,12 +106,12 @@ class Driver:
     follows: str = ""
 
     def values(self, q: Floats) -> Floats:
-        """The joint's values in configurations, shape (..., nq)."""
+        """Return the joint's values in configurations, shape (..., nq)."""
         return np.asarray(self.multiplier * q[..., self.column] + self.offset)
 
 
 def drivers_of(robot: RobotModel) -> dict[str, Driver]:
-    """What moves each joint of a robot, by the joint's name."""
+    """Return the driver of each joint of a robot, by name."""
     first = robot.nq - len(robot.joint_names)
     own = {name: Driver(first + index) for index, name in enumerate(robot.joint_names)}
     return own | {
@@ -135,7 +121,7 @@ def drivers_of(robot: RobotModel) -> dict[str, Driver]:
 
 
 def numbered(drawables: Iterable[Drawable]) -> Iterator[tuple[int, Drawable]]:
-    """Drawables with their numbers among those of their link."""
+    """Yield the drawables with their indices among those of their link."""
     count: dict[str, int] = {}
     for drawable in drawables:
         count[drawable.link] = index = count.get(drawable.link, -1) + 1
@@ -143,6 +129,6 @@ def numbered(drawables: Iterable[Drawable]) -> Iterator[tuple[int, Drawable]]:
 
 
 def holder(paths: Mapping[str, str], joint: UrdfJoint) -> str:
-    """The node that holds the moved link: the joint's own, or for a fixed joint the carrying link itself."""
+    """Return the node that holds the child link: the joint's own, or for a fixed joint the parent link's."""
     parent = paths[joint.parent]
     return parent if joint.kind == "fixed" else f"{parent}/{node_name('joint', joint.name)}"

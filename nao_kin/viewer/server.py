@@ -1,8 +1,8 @@
 """The live page: one thread that serves it and keeps every open copy up to date.
 
-The server lives inside the process, so that nothing can outlive it. Each page gets the newest message of each kind; one
-that falls behind skips what is out of date instead of queueing it. What a page says is bounded in size, in pace and in
-number of pages, so that a page gone wrong costs neither memory nor the others' turn.
+The server runs inside the process and ends with it. Each page gets the newest message of each kind; a slow page skips
+outdated ones. The messages of pages are limited in size and rate, and the pages in number, so that a faulty page costs
+neither memory nor the others' time.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import socket
 import threading
 import time
 import weakref
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
 from urllib.parse import urlencode
@@ -33,20 +33,20 @@ from nao_kin.viewer.messages import BLANKS, RetainedMessages, note_last, panel_m
 
 _FIRST_PORT, _PORTS_TRIED = 7000, 200
 _LARGEST_PICTURE, _LARGEST_ANSWER = 1 << 27, 1 << 20
-# Nothing here is asked for with a body; tornado would keep 100 MB of one before it is refused.
+# Requests here have no body; by default tornado would read 100 MB before it refuses one.
 _LARGEST_BODY = 1 << 10
-_MOST_PAGES = 64
-# No page has so much to say: one that draws 240 times a second says less.
+_MAX_PAGES = 64
+# More often than any page sends: one that draws 240 times a second sends less.
 _SECONDS_BETWEEN_ANSWERS = 1.0 / 500.0
 _JOIN_SECONDS = 5.0
-# A browser asked for an address that stands for all addresses would not know where to go.
+# Address that means all addresses → one that a browser can open.
 _HERE = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}
 
 Answer = dict[str, Any]
 
 
 def weak_receiver(receive: Callable[[Answer], None]) -> Callable[[Answer], None]:
-    """A method that takes answers as a function that does not keep its object alive, and does nothing without it."""
+    """Return a function that calls a method without keeping its object alive, and does nothing without it."""
     receiver = weakref.WeakMethod(receive)
 
     def on_answer(answer: Answer) -> None:
@@ -58,25 +58,10 @@ def weak_receiver(receive: Callable[[Answer], None]) -> Callable[[Answer], None]
 
 
 class LiveServer:
-    """Serves a page and its messages on one port, from construction until `close`.
+    """A server of a page and its messages on one port, the first free one for None, from construction until `close`.
 
-    Args:
-        messages: what pages are sent.
-        document: the page.
-        host: the address to listen on.
-        port: the port to listen on; None for the first free one.
-        on_answer: called with what a page sends, in the server's thread.
-        allow_hosts: names to answer to beside those of this machine.
-        token: who must know what, as in `nao_kin.viewer.access`.
-
-    Attributes:
-        host: the address it listens on.
-        port: the port it listens on.
-        token: text that the page's address carries; "" for none.
-
-    Raises:
-        BadArgument: the address or the port cannot be had, or every name is to be answered without a token; or this
-            process can open no more files.
+    `on_answer` is called with each message of a page, in the server's thread. Raises BadArgument if the address or the
+    port is not available, every name is allowed without a token, or this process can open no more files.
     """
 
     def __init__(
@@ -102,7 +87,6 @@ class LiveServer:
         self._messages, self._document, self._on_answer = messages, document, on_answer
         self._pages: set[_Page] = set()
         self._changed: dict[str, None] = {}
-        self._update_scheduled = False
         self._lock = threading.Lock()
         self._arrival = threading.Condition()
         self._application = tornado.web.Application(
@@ -126,22 +110,20 @@ class LiveServer:
 
     @property
     def address(self) -> str:
-        """Where the page is, without the token."""
+        """The address of the page, without the token."""
         host = _HERE.get(self.host, self.host)
         return f"http://{f'[{host}]' if ':' in host else host}:{self.port}/"
 
     @property
     def url(self) -> str:
-        """Where the page is, with the token that it asks for."""
+        """The address of the page, with the token that it needs."""
         return self.address + (f"?{urlencode({'token': self.token})}" if self.token else "")
 
     @contextmanager
     def expected(self, role: str) -> Iterator[str]:
-        """Expect one page in a role that nobody can guess; it needs no token, and may send a picture.
+        """Expect one page in a random role, which needs no token and may send a picture; yield its address.
 
-        Yields:
-            Its address. It stands on the command line of a browser, where others on the machine read it; so it opens
-            one socket, once.
+        The address is on the command line of a browser, where other users can read it; so it opens one socket, once.
         """
         self._access.expected.add(role)
         try:
@@ -150,7 +132,7 @@ class LiveServer:
             self._access.expected.discard(role)
 
     def close(self) -> None:
-        """Close all pages' connections and the port; does nothing the second time."""
+        """Close the connections of all pages and the port; does nothing the second time."""
         self._messages.unwatch(self._note_change)
         if self._thread.is_alive():
             self._call(self._stop.set)
@@ -160,12 +142,7 @@ class LiveServer:
             self._arrival.notify_all()
 
     def wait_for_page(self, timeout: float | None, role: str = "") -> bool:
-        """Wait until a page shows the scene; False when the time is over or the server closed.
-
-        Args:
-            timeout: seconds, None for ever.
-            role: only a page opened in this role counts.
-        """
+        """Wait until a page in a role shows the scene; False after `timeout` seconds or if the server closed."""
         end = None if timeout is None else time.monotonic() + timeout
         with self._arrival:
             while not self.is_shown(role):
@@ -180,7 +157,7 @@ class LiveServer:
         return any(page.ready and page.role == role for page in tuple(self._pages))
 
     def send_once(self, message: bytes, role: str = "") -> None:
-        """Send a message to the pages open now, in one role, without keeping it."""
+        """Send a message to the open pages in one role, without retaining it."""
 
         def send() -> None:
             for page in tuple(self._pages):
@@ -215,19 +192,18 @@ class LiveServer:
             self._loop.call_soon_threadsafe(function)
 
     def _note_change(self, key: str) -> None:
-        """One update in the server's thread covers all changes until it runs."""
-        if not self._pages:  # one that opens from now on is sent all there is
+        """Schedule one update in the server's thread, for all changes until it runs."""
+        if not self._pages:  # a page that opens later gets all messages
             return
         with self._lock:
+            schedule = not self._changed
             note_last(self._changed, key)
-            schedule = not self._update_scheduled
-            self._update_scheduled = True
         if schedule:
             self._call(self._update_pages)
 
     def _update_pages(self) -> None:
         with self._lock:
-            changed, self._changed, self._update_scheduled = self._changed, {}, False
+            changed, self._changed = self._changed, {}
         for page in tuple(self._pages):
             page.refresh(changed)
 
@@ -238,14 +214,14 @@ class LiveServer:
         had = page.get_query_argument("have", "")
         page.send_once(panel_message("version", {"version": version}))
         if had in ("", version):
-            # A page that has the scene, from here or from a program before, keeps it and where it is looked at from.
-            kept = messages.scene | {"camera"} if had else frozenset[str]()
+            # A page that has the scene, from here or from an earlier program, keeps it and its camera.
+            retained = messages.scene | {"camera"} if had else frozenset[str]()
             shown = messages.names()
             if had:
-                # What it shows from a program before, and this one does not.
+                # Remove what it shows from an earlier program.
                 for key in BLANKS.keys() - set(shown):
                     page.send_once(BLANKS[key])
-            page.refresh(dict.fromkeys(key for key in shown if key not in kept))
+            page.refresh(key for key in shown if key not in retained)
             page.send_once(panel_message("complete", {}))
 
     def _page_answered(self, page: _Page, answer: Answer) -> None:
@@ -273,18 +249,18 @@ class _Page(Guarded, tornado.websocket.WebSocketHandler):
         refusal = self.access.refusal_of_origin(headers.get_list("Origin"), headers["Host"], self.given_token())
         if refusal is not None:
             self.refuse(403, refusal)
-        elif len(self.server._pages) >= _MOST_PAGES:
-            self.refuse(503, f"{_MOST_PAGES} pages are open already.")
+        elif len(self.server._pages) >= _MAX_PAGES:
+            self.refuse(503, f"{_MAX_PAGES} pages are open already.")
 
     def check_origin(self, origin: str) -> bool:
-        return True  # looked at in `prepare`
+        return True  # checked in `prepare`
 
     @property
     def max_message_size(self) -> int:
         return _LARGEST_PICTURE if self.role_asked_for() in self.access.expected else _LARGEST_ANSWER
 
     def get_compression_options(self) -> dict[str, Any] | None:
-        """For pages on other machines: it makes a third of the scene, which on this one only takes longer."""
+        """Compress for pages on other machines: to a third of the size, which on this machine only takes longer."""
         return None if self.request.remote_ip in ("127.0.0.1", "::1") else {"compression_level": 1}
 
     def open(self, *_: str, **__: str) -> None:
@@ -302,10 +278,10 @@ class _Page(Guarded, tornado.websocket.WebSocketHandler):
             answer = json.loads(message)
         if isinstance(answer, dict):
             self.server._page_answered(self, answer)
-        # The next message of this page is read no sooner. A page in a hurry fills its own buffers, not ours.
+        # Until then no further message of this page is read: a fast page fills its own buffers, not ours.
         await asyncio.sleep(_SECONDS_BETWEEN_ANSWERS)
 
-    def refresh(self, keys: dict[str, None]) -> None:
+    def refresh(self, keys: Iterable[str]) -> None:
         for key in keys:
             note_last(self._pending, key)
         self._start_sending()
@@ -323,8 +299,7 @@ class _Page(Guarded, tornado.websocket.WebSocketHandler):
         try:
             while self._pending or self._once:
                 keys, self._pending = self._pending, {}
-                for key in keys:
-                    message = self.server._messages.get(key)
+                for message in map(self.server._messages.get, keys):
                     if message is not None:
                         await self.write_message(message, binary=True)
                 once, self._once = self._once, []
@@ -337,7 +312,7 @@ class _Page(Guarded, tornado.websocket.WebSocketHandler):
 
 
 def _listen(host: str, port: int | None) -> socket.socket:
-    """A socket on the port asked for, or on the first free one."""
+    """Return a socket on the given port, or on the first free one."""
     if not isinstance(host, str):
         raise BadArgument(f"host must be an address or a name, got {quoted(host)}")
     if isinstance(port, bool):  # a whole number to Python
@@ -358,7 +333,7 @@ def _listen(host: str, port: int | None) -> socket.socket:
 
 
 def _bound(host: str, port: int) -> socket.socket:
-    """What tornado's bind_sockets does, but without a socket left over when the port is taken."""
+    """Return a listening socket, as tornado's bind_sockets does, but leave none open if the port is taken."""
     family, kind, protocol, _, address = socket.getaddrinfo(host or None, port, type=socket.SOCK_STREAM)[0]
     listening = socket.socket(family, kind, protocol)
     try:

@@ -1,4 +1,4 @@
-"""What moves the robot of a viewer: which page says where it is, who is told, and what is warned of."""
+"""The robot's movements in a viewer: which page reports them, the callbacks, and the warnings."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from nao_kin._core.warn import warn_caller
 from nao_kin.errors import NaoKinWarning
 from nao_kin.robot import RobotModel
 
-# --- Which page says where a motion is that is played.
+# --- The page whose playback is followed.
 
-# A page that plays says where it is up to thirty times a second. One that is silent for so long [s] leads no more: it
-# has ended or is gone, for even a browser that is busy with another page is heard sooner.
+# A page that plays reports up to thirty times a second. After this silence [s] it loses the lead: even a busy browser
+# reports sooner.
 _SILENCE = 3.0
 
 
 class Lead:
-    """Who leads: of several pages that play at once, each at a time of its own, only one is listened to.
+    """The page whose playback is followed if several play at once.
 
-    It is the page in which somebody began to play, or went to a time, last; before anybody did, the one that was heard
-    first. Who moves the robot otherwise leads too, so that what a page has sent before it stopped is not taken for new.
+    It is the page in which a user last began to play or moved the time, and before that the first one that reported.
+    Other changes of the robot take the lead too, so that a page's reports from before its stop are not taken for new.
     """
 
     def __init__(self) -> None:
@@ -34,22 +34,17 @@ class Lead:
         self._lock = threading.Lock()
 
     def take(self, source: str) -> None:
-        """Let this page lead, or the program, ""."""
+        """Give the lead to this page, or to the program, ""."""
         with self._lock:
             self._source, self._heard = source, time.monotonic()
 
     def release(self) -> None:
-        """Let nobody lead."""
+        """Give the lead to no page."""
         with self._lock:
             self._heard = -_SILENCE
 
     def admits(self, source: str, *, begins: bool) -> bool:
-        """Whether to listen to a page that plays.
-
-        Args:
-            source: who it is.
-            begins: whether somebody has just begun to play in it, or gone to a time.
-        """
+        """Whether to follow a page that plays; `begins` if a user has just begun to play in it, or moved the time."""
         with self._lock:
             now = time.monotonic()
             if not begins and source != self._source and now - self._heard < _SILENCE:
@@ -58,7 +53,7 @@ class Lead:
             return True
 
 
-# --- Who wants to know what a page does to the robot, and how they hear of it.
+# --- Callbacks on changes by a page.
 
 # Called with the configuration and the names of the joints that changed.
 ChangeCallback = Callable[[Floats, tuple[str, ...]], object]
@@ -74,16 +69,15 @@ class Subscription:
         self._changes = changes
 
     def remove(self) -> None:
-        """Call it no more; does nothing the second time. A call under way ends by itself."""
+        """End the calls; a running call completes. Does nothing the second time."""
         self._changes.remove(self)
 
 
 class Changes:
-    """Tells callbacks of changes, one at a time and in their order, in a thread of its own.
+    """Calls callbacks on changes, one at a time and in order, in a separate thread.
 
-    The thread lives while there is something to tell. What happens while callbacks run is told in one when they have
-    ended: the newest configuration, and every joint that changed. So a slow callback holds up neither the server nor
-    the page, and nothing piles up.
+    The thread lives while there are changes. Changes during a call are combined into one: the newest configuration, and
+    every joint that changed. So a slow callback delays neither the server nor the page, and no queue grows.
     """
 
     def __init__(self) -> None:
@@ -100,13 +94,13 @@ class Changes:
         return subscription
 
     def remove(self, subscription: Subscription) -> None:
-        """Call it no more."""
+        """End the calls of a subscription."""
         with self._lock:
             if subscription in self._subscriptions:
                 self._subscriptions.remove(subscription)
 
     def tell(self, q: Floats, joints: tuple[str, ...]) -> None:
-        """Say that the configuration is q now, after these joints changed."""
+        """Report that the configuration is q now, after these joints changed."""
         with self._lock:
             if not self._subscriptions:
                 return
@@ -139,7 +133,7 @@ class Changes:
 
 
 class OutsideLimitsWarning(NaoKinWarning):
-    """A configuration on show has joints outside their limits, and not because nobody moved them from zero.
+    """A displayed configuration has joints outside their limits, other than joints at zero.
 
     Examples:
         >>> issubclass(nk.viewer.OutsideLimitsWarning, nk.errors.NaoKinWarning)
@@ -148,14 +142,14 @@ class OutsideLimitsWarning(NaoKinWarning):
 
 
 class OutsideWarnings:
-    """Warns of each joint of a robot once."""
+    """Warns once of each joint of a robot."""
 
     def __init__(self, robot: RobotModel) -> None:
         self._robot = robot
         self._warned: set[str] = set()
 
     def check(self, qs: Floats) -> None:
-        """Warn of the joints that are outside in one configuration, shape (nq,), or in several, shape (n, nq)."""
+        """Warn of the joints outside in one configuration, shape (nq,), or in several, shape (n, nq)."""
         if qs.ndim > 1:
             qs = qs[_first_outside(self._robot, qs)]
         violations = self._robot.limit_violations(qs)
@@ -167,9 +161,9 @@ class OutsideWarnings:
 
 
 def _first_outside(robot: RobotModel, qs: Floats) -> list[int]:
-    """Of a clip, the first configuration in which each joint is outside its limits and not because all is at zero.
+    """Return, for each joint, the first configuration of a clip in which it is outside its limits, except at zero.
 
-    A clip that runs outside of them for minutes has a violation in every frame, and they say no more than these.
+    A clip that runs outside of them for minutes has a violation in every frame, which would add nothing.
     """
     outside = ~robot.within_limits(qs, per_joint=True)
     values = qs[:, robot.nq - len(robot.joint_names) :]

@@ -1,8 +1,4 @@
-"""The robot in a browser: live, as one file, or as a picture.
-
-The methods of a viewer stand here with all that is to be said about them. What they are made of stands beside it: the
-robots of the scene, what is drawn over them, the messages for pages, the server, and what moves the robot.
-"""
+"""The robot in a browser: live, as one file, or as a picture."""
 
 from __future__ import annotations
 
@@ -38,43 +34,39 @@ from nao_kin.viewer.scene import ROBOT
 from nao_kin.viewer.server import Answer, LiveServer, weak_receiver
 from nao_kin.viewer.shown_scene import ChangeCallback, Changes, Lead, OutsideWarnings, Subscription
 
-# A page names itself in what it sends, and is sent it back.
-_MOST_OF_A_SOURCE = 64
-# Between robots that stand beside each other [m]; and how many there may be beside the first.
+# A page sends its name with its messages, and gets it back.
+_MAX_SOURCE = 64
+# Distance between neighbouring robots [m], and the largest number of additional robots.
 _GAP = 0.1
-_MOST_ROBOTS = 32
+_MAX_ROBOTS = 32
 
 
 class Viewer:
-    """A robot on show in a web page, with a panel of joint sliders, postures and read-outs.
+    """Show a robot in a web page, with a panel of joint sliders, postures and read-outs.
 
-    The page is meshcat's viewer and a panel beside it. The browser composes the transforms of the robot's links, so
-    that a configuration is all that is sent. The server runs inside this process, from the first time the address is
-    asked for until `close`; as a context manager a viewer closes itself::
-
-        with nk.Viewer(nao) as viewer:
-            print(viewer.url)
-            viewer.display(q)
+    The browser composes the transforms of the links, so that only configurations are sent. The server runs inside this
+    process, from the first use of `url` until `close`, or to the end of a `with` block.
 
     Args:
         robot: any robot.
-        host: the address to listen on; "127.0.0.1" lets nobody else in.
-        port: the port to listen on; None for the first free one from 7000.
-        allow_hosts: names under which the page is asked for, beside those of this machine, its loopback names and the
-            address: of a proxy before it, for one. All others get 403. "*" is every name, and needs a token.
+        host: address to listen on; "127.0.0.1" accepts only connections from this machine.
+        port: port to listen on; None for the first free one from 7000.
+        allow_hosts: further names that the page may be requested under, such as that of a proxy. The names of this
+            machine, its loopback names and the address are always accepted; others get 403. "*" accepts every name, and
+            needs a token.
         token: text of at least 8 letters that the page's address must carry to see and move the robot; True for a
-            random one, False for none. None: a random one where the address or an allowed name is not loopback.
+            random one, False for none. None: a random one if the address or an allowed name is not loopback.
 
     Attributes:
-        robot: the robot on show.
-        notes: what of its looks cannot be shown, one line each.
+        robot: the robot.
+        notes: shapes that cannot be shown, one line each.
         camera_names: names that `camera` takes.
-        light_names: names that `show_lights` takes; none for a robot without lights.
+        light_names: names that `show_lights` takes; empty for a robot without lights.
 
     Raises:
         BadModel: the robot's URDF can no longer be read.
-        BadArgument: no robot, no names, no token; and when the server starts, a port or an address that cannot be had,
-            or every name is allowed without a token.
+        BadArgument: when the server starts: the port or the address is not available, or every name is allowed without
+            a token.
 
     Examples:
         >>> nao = nk.load_nao()
@@ -93,8 +85,7 @@ class Viewer:
         allow_hosts: Iterable[str] = (),
         token: bool | str | None = None,
     ) -> None:
-        # The server, and what ends it. A finalizer that has run holds nothing any more; others would keep every page
-        # ever served.
+        # The server, and the finalizer that ends it. Only a finalizer that has run releases its server.
         self._server: LiveServer | None = None
         self._end_server: Callable[[], object] | None = None
         self._starting = threading.Lock()
@@ -103,15 +94,15 @@ class Viewer:
         self._screenshots, self._bridges = Screenshots(), list[Bridge]()
         if not isinstance(robot, RobotModel):
             raise BadArgument(f"a viewer shows a robot model, got {type(robot).__name__}")
-        # The robots of the scene: the first leads.
+        # The robots of the scene; the first one leads.
         self._look, self._numbers = SceneRobot(robot), itertools.count(1)
         self._robots, self._edge = [self._look], self._look.reaches_aside
         self.robot, self.notes, self.light_names = robot, self._look.notes, self._look.light_names
         self.camera_names = tuple(self._look.cameras)
-        # Held while what is shown and the message that says so change: a page's answers come in another thread.
+        # Held while the state and its message change: a page's messages arrive in another thread.
         self._messages, self._lock = RetainedMessages(), threading.RLock()
         self._buttons, self._extras = Buttons(self._messages, self._lock), Extras(self._messages, self._lock)
-        # What moves the robot, and who hears of it.
+        # Sources and receivers of the robot's movements.
         self._lead, self._outside = Lead(), OutsideWarnings(robot)
         self._changes, self._recordings = Changes(), list[Recording]()
         for key, message in self._look.messages():
@@ -123,30 +114,29 @@ class Viewer:
 
     @property
     def q(self) -> Floats:
-        """The configuration on show, shape (nq,): the one last displayed, moved to in a page, or played.
+        """The displayed configuration, shape (nq,): the last one displayed, set in a page, or played.
 
-        While a clip plays, or key frames of a page, it is where an open page says that it is, at most thirty times a
-        second; of several pages the one in which somebody pressed play or went to a time last, or else the first.
-        Without an open page a clip stands at its first configuration.
+        While a clip or the key frames of a page play, an open page reports the configuration, at most thirty times a
+        second. Of several pages it is the one in which a user last pressed play or moved the time, or else the first.
+        With no page open, a clip stays at its first configuration.
         """
         return np.array(self._q)
 
     def display(self, q: ArrayLike, *, up: ArrayLike | None = None) -> None:
         """Show a configuration.
 
-        A joint outside its limits is shown where it is, marked red, and warned of once (`OutsideLimitsWarning`) unless
-        it is at zero, where nobody moved it: the neutral configuration of some robots, NAO's too, is not inside. Values
-        beyond ±1e6 rad or m are refused, from here and from the page: they are no place of a joint, and not wrapped
-        because q would be another one.
+        A joint outside its limits is shown in its position, marked red, and warned of once (`OutsideLimitsWarning`),
+        unless it is at zero: the neutral configuration of some robots, the NAO too, is outside. Values are not wrapped,
+        and those beyond ±1e6 rad or m are refused.
 
         Args:
             q: one configuration, shape (nq,).
-            up: for a robot with a fixed base, the vertical in the root's frame, as an accelerometer at rest gives it,
-                shape (3,): (−1, 0, 0) lies on its belly. None lets the robot stand, sit or lie by itself: on its soles
-                where it is balanced on them, else as the nearest of its postures rests.
+            up: for a robot with a fixed base, the vertical in the root's frame, as an accelerometer at rest measures
+                it, shape (3,): (−1, 0, 0) for a robot on its belly. With None the viewer finds it: the robot stands on
+                its soles if it is balanced on them, and otherwise rests as in its nearest posture.
 
         Raises:
-            WrongShape, NotFinite, BadArgument, ZeroNorm: q is no configuration, or `up` no direction.
+            ZeroNorm: `up` is no direction.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -165,12 +155,9 @@ class Viewer:
             self._show_joints(array, vertical)
 
     def rest(self, posture: str) -> tuple[float, float, float] | None:
-        """The vertical in the root's frame where the robot rests in a posture; None if it stands on its soles.
+        """Return the vertical in the root's frame for a robot that rests in a posture; None if it stands on its soles.
 
-        What is displayed comes to rest so by itself; this is for what asks for it elsewhere, such as an `up`.
-
-        Raises:
-            UnknownName: no such posture.
+        `display` does this by itself; use it where you give `up`.
 
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
@@ -190,31 +177,23 @@ class Viewer:
         hips: Hips = "average",
         up: ArrayLike | None = None,
     ) -> None:
-        """Play configurations one after another, as a meshcat clip that the page can pause and scrub.
+        """Play a sequence of configurations, as a meshcat clip that the page can pause and scrub.
 
-        Between two of them every joint moves at constant speed, so that joints of one motor stay together.
+        Between two configurations every joint moves at constant speed, so that joints of one motor stay together.
 
         Args:
             qs: configurations, shape (n, nq) with n ≥ 1; or a motion, which is sampled and plays at its own speed.
             fps: configurations per second.
-            play: start at once.
-            loop: play again and again.
-            fill: where joints are that a motion does not name, as in `Motion.configurations`.
-            hips: what one motor does that a motion names twice, as there.
-            up: as in `display`, shape (3,) for all configurations or (n, 3) for each; None lets the robot stand,
-                sit and lie by itself all along.
-
-        Raises:
-            WrongShape, NotFinite, BadArgument: qs are no configurations, or fps no positive number.
-            ZeroNorm: `up` is no direction.
-            UnknownName: a motion of joints that the robot does not have, no such posture, no such rule.
+            play: start immediately.
+            loop: repeat the clip.
+            fill: values of the joints that a motion does not name, as in `Motion.configurations`.
+            hips: rule for a motor that a motion names twice, as in `Motion.configurations`.
+            up: as in `display`, shape (3,) for all configurations or (n, 3) for each; None: found for each of them.
 
         Examples:
             >>> nao = nk.load_nao()
             >>> viewer = nk.Viewer(nao)
             >>> viewer.animate(np.linspace(nao.posture("Stand"), nao.posture("Crouch"), 30))
-            >>> viewer.save_html("down.html").name
-            'down.html'
         """
         array, rate = overlays.clip(self.robot, qs, fps, fill, hips)
         play, loop = flag(play, "play"), flag(loop, "loop")
@@ -230,36 +209,28 @@ class Viewer:
     def camera(self, name: str) -> None:
         """Look at the robot from one of `camera_names`.
 
-        Raises:
-            UnknownName: no such camera.
-
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
             >>> viewer.camera("front")
-            >>> "front" in viewer.camera_names
-            True
         """
         choice(name, self.camera_names, "camera")
         self._messages.put("camera", panel_message("camera", {"name": name}))
 
-    # --- what pages do, and what is shown meanwhile ---------------------------------------------------------------
+    # --- movements by a page, and recordings ----------------------------------------------------------------------
 
     def on_change(self, callback: ChangeCallback) -> Subscription:
-        """Call a function when the robot moves in a page: by sliders, handles, postures, by a clip or key frames.
+        """Call a function when the robot moves in a page: by sliders, handles, postures, a clip or key frames.
 
-        It is called in a thread of its own, never twice at once, with a copy of the newest configuration and the names
-        of all joints that changed since it was called last; none where the base or the direction up alone did. It may
-        take its time, and use the viewer. What it raises is logged, by the logger nao_kin.viewer.shown_scene, and
-        changes nothing. `display` does not call it. What is played calls it at most thirty times a second.
+        The calls run in a separate thread, one at a time, at most thirty a second for a clip. The function gets a copy
+        of the newest configuration and the names of all joints that changed since the last call, none if only the base
+        or the vertical changed. It may be slow, and may use the viewer. Exceptions are logged by the logger
+        nao_kin.viewer.shown_scene, and otherwise ignored. `display` causes no call.
 
         Args:
-            callback: called with q, shape (nq,), and the joints' names.
+            callback: called with q, shape (nq,), and the joint names.
 
         Returns:
-            The subscription, whose `remove` ends it.
-
-        Raises:
-            BadArgument: nothing that can be called.
+            The subscription; its `remove` ends the calls.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -273,15 +244,10 @@ class Viewer:
 
     @contextmanager
     def record(self, fps: float = 30.0) -> Iterator[Recording]:
-        """Record what is shown in a `with` block: what is displayed, dragged, and played in a page.
+        """Record in a `with` block what is displayed, dragged, and played in a page.
 
-        Move the robot in the page inside the block, and write `recording.motion` to a file after it.
-
-        Args:
-            fps: configurations kept per second, at most; see `Recording` for how long ones are kept in bounded memory.
-
-        Raises:
-            BadArgument, WrongShape, NotFinite: fps is no positive number.
+        Move the robot in the page inside the block, and write `recording.motion` to a file afterwards. At most `fps`
+        configurations are recorded per second; `Recording` bounds the memory of long recordings.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -301,7 +267,7 @@ class Viewer:
             self._recordings.remove(recording)
             recording.finish()
 
-    # --- other robots ---------------------------------------------------------------------------------------------
+    # --- additional robots ------------------------------------------------------------------------------------------
 
     def add_robot(
         self,
@@ -311,40 +277,33 @@ class Viewer:
         at: ArrayLike | None = None,
         opacity: float = 1.0,
     ) -> ShownRobot:
-        """Put another robot into the scene: a second NAO, its typed model, Romeo.
-
-            other = viewer.add_robot(nk.load_robot("romeo"), at=T_world_ground)
-            other.display(q)
-            other.remove()
+        """Add another robot to the scene, such as a second NAO, its typed model, or Romeo.
 
         Args:
             robot: any robot, or a typed model of one.
-            name: what it is called, 1 to 200 characters; None for the robot's name.
+            name: its name in the page, 1 to 200 characters; None for the robot's name.
             at: pose in the world of the ground that it stands on, shape (4, 4); the viewer's own robot stands at the
-                origin, x ahead, z up. None for beside the others, to their right.
+                origin, x ahead, z up. None to place it to the right of the others.
             opacity: above 0 and at most 1.
 
         Raises:
-            BadArgument: no robot, no name, no opacity; more than 32 robots.
-            WrongShape, NotFinite, NotARotation: `at` is no pose.
+            BadArgument: there are 32 robots already.
+            NotARotation: `at` is no pose.
             BadModel: the robot's URDF can no longer be read.
 
         Examples:
             >>> nao = nk.load_nao()
             >>> viewer = nk.Viewer(nao)
-            >>> T = np.eye(4)
-            >>> T[1, 3] = 0.5  # half a metre to the left
-            >>> other = viewer.add_robot(nao, name="second", at=T)
-            >>> other.name
-            'second'
+            >>> other = viewer.add_robot(nao, name="second")
+            >>> other.display(nao.posture("Sit"))
         """
         if not isinstance(robot, (RobotModel, MultiDofModel)):
             raise BadArgument(f"add_robot takes a robot model or a typed model, got {type(robot).__name__}")
         model = robot.robot if isinstance(robot, MultiDofModel) else robot
         called = overlays.checked_name(model.name if name is None else name)
         share = overlays.checked_opacity(opacity)
-        if len(self._robots) > _MOST_ROBOTS:
-            raise BadArgument(f"at most {_MOST_ROBOTS} robots are added; remove some before {abbreviated(called)}")
+        if len(self._robots) > _MAX_ROBOTS:
+            raise BadArgument(f"at most {_MAX_ROBOTS} robots are added; remove some before {abbreviated(called)}")
         place = None if at is None else checked_pose(at)
         look = SceneRobot(model, next(self._numbers))
         for key, message in look.messages(called, share):
@@ -366,29 +325,25 @@ class Viewer:
         self._list_robots()
 
     def _list_robots(self) -> None:
-        """Which robots there are: a page forgets all others, whatever it has missed."""
+        """Send the list of robots: a page removes all others, even if it has missed messages."""
         self._messages.put("robots", panel_message("robots", {"robots": [look.number for look in self._robots[1:]]}))
 
     # --- what is drawn over the robot -----------------------------------------------------------------------------
 
     @property
     def shown(self) -> Mapping[str, bool]:
-        """What the page's buttons show, by name: frames, axes, com, support, ghosts, handles and what else it has.
+        """The state of the page's buttons, by name: frames, axes, com, support, ghosts, handles and others.
 
-        A button pressed in one page is known here and to every other page.
+        A button pressed in one page changes it here and in every other page.
         """
         return MappingProxyType(dict(self._buttons.shown))
 
     def show_frames(self, names: Iterable[str], *, size: float | None = None) -> None:
-        """Draw frames as triads, x red, y green, z blue, with their names; none for none.
+        """Draw frames as triads, x red, y green, z blue, with their names, instead of those before.
 
         Args:
-            names: frame names.
+            names: frame names; empty to remove all.
             size: length of the arrows [m]; None for a length that suits the robot.
-
-        Raises:
-            UnknownName: no such frame.
-            BadArgument: no names, or a size that is not positive.
 
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
@@ -402,14 +357,12 @@ class Viewer:
     def show_joint_axes(self, on: bool = True) -> None:
         """Draw the joint axes as screws, turning or sliding.
 
-        Their colour is that of the joint they belong to, as `nao_kin.joints.group_joints` finds it: revolute,
-        prismatic, universal, spherical …
+        The colour is that of the joint that `nao_kin.joints.group_joints` finds: revolute, prismatic, universal,
+        spherical …
 
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
             >>> viewer.show_joint_axes()
-            >>> viewer.shown["axes"]
-            True
         """
         self._buttons.press("axes", on)
 
@@ -419,57 +372,44 @@ class Viewer:
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
             >>> viewer.show_com()
-            >>> viewer.shown["com"]
-            True
         """
         self._buttons.press("com", on)
 
     def show_support_polygon(self, on: bool = True) -> None:
-        """Draw the convex hull of what touches the floor: green while the centre of mass is above it, red otherwise.
+        """Draw the convex hull of the contacts with the floor: green if the centre of mass is above it, red otherwise.
 
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
             >>> viewer.show_support_polygon()
-            >>> viewer.shown["support"]
-            True
         """
         self._buttons.press("support", on)
 
     def show_ghosts(self, configurations: ArrayLike, *, opacity: float = 0.3, first: int = 1) -> None:
-        """Draw the links that other configurations put elsewhere, pale, instead of those before.
+        """Draw the links of other configurations, pale, instead of the ghosts before.
 
-            viewer.show_ghosts(nao.posture("StandZero"))
-
-            found = nk.ik.leg(nao, "L", T_torso_foot, reference=q, limits="ignore")
-            viewer.display(found.q)
-            viewer.show_ghosts(found.solutions[1:], first=2)
-
-        Links that are where the robot has them are not drawn twice. One configuration by itself is one to compare with:
-        it is blue, and stays until it is cleared. The rows of several have a colour each, and numbers in the legend of
-        the page; they belong to the configuration shown, and a limb that is dragged in a page removes them there.
+        Links in the same pose as those of the robot are not drawn twice. A single configuration is blue and stays until
+        it is cleared. The rows of several have one colour each, and numbers in the legend of the page; they belong to
+        the displayed configuration, and dragging a limb in a page removes them there.
 
         Args:
-            configurations: one, shape (nq,), or several, shape (k, nq), k up to 64; none for none.
+            configurations: one, shape (nq,), or several, shape (k, nq), k up to 64; none to remove all.
             opacity: of the links, above 0 and at most 1.
-            first: number of the first row in the legend, at least 0; 2 where the robot itself is solution 1.
-
-        Raises:
-            WrongShape, NotFinite, BadArgument: no configurations, too many of them, no opacity or no such number.
+            first: number of the first row in the legend, at least 0; 2 if the robot itself shows solution 1.
 
         Examples:
             >>> nao = nk.load_nao()
             >>> viewer = nk.Viewer(nao)
-            >>> viewer.show_ghosts(nao.random(rng=0, n=3), opacity=0.2)
+            >>> found = nk.ik.arm(nao, "L", nao.fk(nao.posture("Stand"), "LArm"), limits="ignore")
+            >>> viewer.display(found.q)
+            >>> viewer.show_ghosts(found.solutions[1:], first=2)
         """
         self._buttons.draw("ghosts", overlays.ghosts(self.robot, configurations, opacity, first), on=True)
 
     def clear_ghosts(self) -> None:
-        """Remove what `show_ghosts` has drawn.
+        """Remove the ghosts of `show_ghosts`.
 
         Examples:
-            >>> nao = nk.load_nao()
-            >>> viewer = nk.Viewer(nao)
-            >>> viewer.show_ghosts(nao.posture("Sit"))
+            >>> viewer = nk.Viewer(nk.load_nao())
             >>> viewer.clear_ghosts()
         """
         self.show_ghosts(np.zeros((0, self.robot.nq)))
@@ -480,9 +420,6 @@ class Viewer:
         Args:
             targets: name → position, shape (3,) [m], or pose, shape (4, 4).
 
-        Raises:
-            WrongShape, NotFinite, NotARotation, BadArgument: no position and no pose.
-
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
             >>> viewer.show_targets({"cup": [0.2, 0.1, 0.1]})
@@ -492,19 +429,15 @@ class Viewer:
     def color_links(
         self, values: Mapping[str, float], *, low: float | None = None, high: float | None = None, label: str = ""
     ) -> None:
-        """Colour links by a number each, cold to warm, with a legend; an empty mapping gives them their own back.
+        """Colour links by numbers, cold to warm, with a legend; an empty mapping restores their own colours.
 
-        A link without a shape colours the one it is fixed to, unless that is named too.
+        A link without a shape colours the link that it is fixed to, unless that one is named too.
 
         Args:
             values: link name → number.
             low: the number at the cold end; None for the smallest.
             high: the number at the warm end; None for the largest.
-            label: what the numbers are.
-
-        Raises:
-            UnknownName: no such link.
-            NotFinite, BadArgument: no numbers, or no scale from low to high.
+            label: title of the legend.
 
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
@@ -515,17 +448,16 @@ class Viewer:
     def show_reach(self, reach: ReachMap | None, *, by: str = "best", cut: tuple[str, float] | None = None) -> None:
         """Draw a reach map as coloured voxels, with a slider that cuts them along an axis; None removes it.
 
-        Where there are more than 40 000 voxels, coarser ones are drawn.
+        A map of more than 40 000 voxels is drawn with coarser ones.
 
         Args:
             reach: a map of this robot.
-            by: what colours them: "best", "mean" (manipulability), "count" or "coverage".
-            cut: axis, "x", "y" or "z", and place of the cut in the map's reference frame [m]; what is beyond is not
-                drawn. None for the middle along x.
+            by: quantity of the colours: "best", "mean" (manipulability), "count" or "coverage".
+            cut: axis, "x", "y" or "z", and coordinate of the cut in the map's reference frame [m]; voxels beyond it are
+                not drawn. None for the middle along x.
 
         Raises:
-            UnknownName: no such number.
-            BadArgument, NotFinite, WrongShape: no map, one of another robot or an empty one; no cut.
+            BadArgument: the map is of another robot, or empty.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -535,35 +467,26 @@ class Viewer:
         self._messages.put("reach", overlays.reach(self.robot, reach, by, cut))
 
     def show_lights(self, colours: Mapping[str, ArrayLike]) -> None:
-        """Light the robot in colours, instead of those before; lights that are not named have their own look.
-
-            viewer.show_lights({"LeftEye": (0, 1, 0), "RightEye": (0, 1, 0), "RightEye0": (1, 0, 0)})
+        """Set the colours of the robot's lights; lights that are not named keep their own look.
 
         A NAO has Chest, LeftFoot, RightFoot, and LeftEye0 … LeftEye7 and RightEye0 … RightEye7, counted from the top of
         each eye towards the nose; LeftEye and RightEye are all eight. Black is a light that is off. Lights are the LEDs
-        of this library's own meshes: other robots have none, and for them every name is unknown.
+        of this library's own meshes: other robots have none.
 
         Args:
             colours: one of `light_names` → red, green and blue, shape (3,), each from 0 to 1; empty for none.
 
-        Raises:
-            UnknownName: no such light.
-            WrongShape, NotFinite, BadArgument: no colour.
-
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
-            >>> viewer.show_lights({viewer.light_names[0]: (1.0, 0.0, 0.0)})
+            >>> viewer.show_lights({"LeftEye": (0.0, 1.0, 0.0), "LeftEye0": (1.0, 0.0, 0.0)})
         """
         self._messages.put("lights", self._look.lights(colours))
 
     def say(self, text: str) -> None:
-        """Show a speech bubble beside the head, until another text; "" removes it.
+        """Show a speech bubble at the head until the next text; "" removes it.
 
-        It stands beside the first link with "head" in its name, or beside the whole robot. Screen readers read it. More
-        than 280 characters are cut off in the bubble.
-
-        Raises:
-            BadArgument: no text.
+        It is placed at the first link with "head" in its name, or at the whole robot. Screen readers read it. The
+        bubble shows at most 280 characters.
 
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
@@ -572,13 +495,10 @@ class Viewer:
         self._messages.put("speech", overlays.speech(text))
 
     def color_edition(self, name: str) -> None:
-        """Give a NAO's shells the colour that they were sold in; for the meshes of this library, others keep theirs.
+        """Show a NAO's shells in a colour that they were sold in; other meshes than this library's keep their colours.
 
         Args:
             name: "orange", "blue", "red" or "grey"; "" for the colours of the URDF.
-
-        Raises:
-            UnknownName: no such edition.
 
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
@@ -586,7 +506,7 @@ class Viewer:
         """
         self._messages.put("edition", overlays.edition(name))
 
-    # --- shapes that are no part of it ----------------------------------------------------------------------------
+    # --- other shapes ---------------------------------------------------------------------------------------------
 
     def add_points(
         self,
@@ -597,19 +517,18 @@ class Viewer:
         size: float = 0.005,
         frame: str | None = None,
     ) -> None:
-        """Draw a cloud of points, instead of what bears the same name.
+        """Draw a cloud of points; it replaces the shape of the same name.
 
         Args:
-            name: what `remove` calls it, 1 to 200 characters.
+            name: name for `remove`, 1 to 200 characters.
             points: shape (n, 3), up to two million and 10 km away [m].
             colors: red, green and blue from 0 to 1, shape (3,) for all or (n, 3) for each; None for blue.
             size: diameter of a point [m].
-            frame: the frame of the robot that they are given in and move with; None for the world, x and y on the floor
-                from under the robot's root, z up.
+            frame: frame of the robot that the points are given in and move with; None for the world, with its origin on
+                the floor below the robot's root, z up.
 
         Raises:
-            WrongShape, NotFinite, BadArgument: no points, no colours, no size; too many shapes.
-            UnknownName: no such frame.
+            BadArgument: there are 1000 shapes already.
 
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
@@ -627,20 +546,18 @@ class Viewer:
         opacity: float = 1.0,
         frame: str | None = None,
     ) -> None:
-        """Draw a surface of triangles, instead of what bears the same name.
+        """Draw a surface of triangles; it replaces the shape of the same name.
 
         Args:
-            name: what `remove` calls it, 1 to 200 characters.
+            name: name for `remove`, 1 to 200 characters.
             vertices: shape (n, 3) [m]; or a file that trimesh reads (STL, OBJ, PLY, GLB …), in metres.
-            faces: places of the triangles' corners in `vertices`, shape (m, 3); not for a file.
+            faces: rows of `vertices` at the corners of the triangles, shape (m, 3); not for a file.
             color: red, green and blue from 0 to 1, shape (3,); None for the file's own, or blue.
             opacity: above 0 and at most 1.
             frame: as in `add_points`.
 
         Raises:
-            WrongShape, NotFinite, BadArgument: no mesh, no colour, no opacity; more than two million vertices or faces;
-                a file that cannot be read; too many shapes.
-            UnknownName: no such frame.
+            BadArgument: more than two million vertices or faces; the file cannot be read; 1000 shapes already.
 
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
@@ -657,18 +574,14 @@ class Viewer:
         width: float = 0.004,
         frame: str | None = None,
     ) -> None:
-        """Draw a line through points, round like a wire, instead of what bears the same name.
+        """Draw a line through points, round like a wire; it replaces the shape of the same name.
 
         Args:
-            name: what `remove` calls it, 1 to 200 characters.
+            name: name for `remove`, 1 to 200 characters.
             points: shape (n, 3) with n ≥ 2, up to 100 000 and 10 km away [m].
             color: red, green and blue from 0 to 1, shape (3,); None for blue.
             width: its thickness [m].
             frame: as in `add_points`.
-
-        Raises:
-            WrongShape, NotFinite, BadArgument: no points, no colour, no width; too many shapes.
-            UnknownName: no such frame.
 
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
@@ -677,10 +590,7 @@ class Viewer:
         self._add(name, "line", frame, overlays.line(points, color, width))
 
     def remove(self, name: str) -> None:
-        """Take away the points, the mesh or the line of a name.
-
-        Raises:
-            UnknownName: there is none.
+        """Remove the points, the mesh or the line of a name.
 
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
@@ -693,10 +603,10 @@ class Viewer:
 
     @property
     def url(self) -> str:
-        """The address of the live page, with its token if it has one; asking for it starts the server.
+        """The address of the live page, with its token if it has one; the first use starts the server.
 
         Raises:
-            BadArgument: the port is in use, or the address cannot be had.
+            BadArgument: the port is in use, or the address is not available.
         """
         return self._started().url
 
@@ -704,7 +614,7 @@ class Viewer:
         """Open the live page in this machine's web browser.
 
         Raises:
-            NoBrowser: there is none that Python knows of.
+            NoBrowser: Python knows of no browser.
         """
         if not webbrowser.open(self.url):
             raise NoBrowser(f"no web browser to open {self._started().address} with")
@@ -713,11 +623,10 @@ class Viewer:
         """Wait until a browser shows the scene.
 
         Args:
-            timeout: seconds; None for ever.
+            timeout: seconds; None to wait forever.
 
         Raises:
-            NoBrowser: none did in time, or the viewer was closed.
-            BadArgument, NotFinite: a timeout that is no number.
+            NoBrowser: no browser showed it in time, or the viewer was closed.
 
         Examples:
             >>> with nk.Viewer(nk.load_nao()) as viewer:
@@ -732,7 +641,7 @@ class Viewer:
             raise NoBrowser("no browser opened the page" + ("" if timeout is None else f" within {timeout:g} s"))
 
     def close(self) -> None:
-        """End the server, and with it the connection of every open page; does nothing when there is none.
+        """Stop the server and close the connections of all pages; does nothing if it does not run.
 
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
@@ -756,11 +665,11 @@ class Viewer:
         self.close()
 
     def _repr_html_(self) -> str:
-        """For whoever shows HTML: the page with the scene inside, which needs nobody."""
+        """Return a frame with the page and the scene inside, which needs no server."""
         return frame(self.static_html())
 
     def _ipython_display_(self) -> None:
-        """In a notebook: the page with the scene inside, and with anywidget what joins it to this program."""
+        """Show the page in a notebook, connected to this process if anywidget is installed."""
         from IPython import get_ipython
         from IPython.display import HTML, display
 
@@ -782,25 +691,27 @@ class Viewer:
         camera: str = "three-quarter",
         size: tuple[int, int] = (1280, 800),
         timeout: float = 60.0,
+        overwrite: bool = False,
     ) -> Path:
-        """Write a picture of what is on show, drawn by a headless Chromium or Chrome.
+        """Write a picture of the scene, drawn by a headless Chromium or Chrome.
 
         Args:
             path: the file; it ends in .png or has no suffix.
             camera: one of `camera_names`.
             size: width and height in pixels, 16 to 8192.
             timeout: seconds to wait for the browser.
+            overwrite: replace an existing file.
 
         Returns:
             The file.
 
         Raises:
-            UnknownName: no such camera.
-            NoBrowser: there is none, or it gives no picture in time.
-            BadArgument: the file cannot be written, or is named as no PNG; a size out of range; no timeout.
+            NoBrowser: there is no browser, or it gives no picture in time.
+            BadArgument: the file exists or cannot be written, or has another suffix.
         """
         choice(camera, self.camera_names, "camera")
         atomic.check_writable(path, suffix=".png")
+        atomic.check_replaceable(path, overwrite=flag(overwrite, "overwrite"))
         seconds = overlays.number(timeout, "timeout")
         running = self._server is not None
         try:
@@ -814,7 +725,7 @@ class Viewer:
     # --- the file ---------------------------------------------------------------------------------------------------
 
     def static_html(self) -> str:
-        """The page with all that is on show inside: it needs no server and no network.
+        """Return the page with the scene inside: it needs no server and no network.
 
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
@@ -823,20 +734,22 @@ class Viewer:
         """
         return static_page(self.robot.name, self._messages.messages())
 
-    def save_html(self, path: Path | str) -> Path:
-        """Write `static_html` to a file, whole or not at all.
+    def save_html(self, path: Path | str, *, overwrite: bool = False) -> Path:
+        """Write `static_html` to a file, completely or not at all.
 
-        Returns:
-            The file.
+        Args:
+            path: the file.
+            overwrite: replace an existing file.
 
         Raises:
-            BadArgument: it cannot be written.
+            BadArgument: the file exists or cannot be written.
 
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
             >>> viewer.save_html("nao.html").stat().st_size > 1_000_000
             True
         """
+        atomic.check_replaceable(path, overwrite=flag(overwrite, "overwrite"))
         atomic.write_text(path, self.static_html())
         return Path(path)
 
@@ -850,7 +763,7 @@ class Viewer:
                     Document(live_page(self.robot.name), POLICY),
                     host=self.host,
                     port=self._port,
-                    # The server must not keep the viewer alive: whoever drops it drops the server too.
+                    # The server must not keep the viewer alive, whose end is the server's too.
                     on_answer=weak_receiver(self._receive),
                     allow_hosts=self._allow_hosts,
                     token=self._token,
@@ -859,7 +772,7 @@ class Viewer:
             return self._server
 
     def _receive(self, answer: Answer) -> None:
-        """Take what a page sends; runs in the server's thread."""
+        """Process a message of a page; runs in the server's thread."""
         if answer.get("kind") == "picture":
             self._screenshots.deliver(answer)
         elif answer.get("kind") == "shown":
@@ -868,7 +781,7 @@ class Viewer:
             self._receive_configuration(answer, _source_of(answer))
 
     def _receive_configuration(self, answer: Answer, source: str) -> None:
-        """Take where a page has the robot: somebody moved it, or it plays the program's clip, or one of its own."""
+        """Process the configuration that a page reports: set by a user, or of the program's clip or the page's own."""
         try:
             q = overlays.one_configuration(self.robot, answer.get("q", ()))
             up = None if answer.get("up") is None else overlays.direction(answer["up"], "up")
@@ -897,7 +810,7 @@ class Viewer:
         self._extras.add(name, panel_message("extra", {**known, **content}))
 
     def _show_joints(self, q: Floats, up: list[float] | None, source: str = "") -> None:
-        # What a page does comes behind the clip that it stops: pages that open later have the clip, and do not play it.
+        # A page's change follows the clip that it stops: pages that open later have the clip, and do not play it.
         behind_clip = source != "" and self._messages.get("clip") is not None
         if not behind_clip:
             self._messages.drop("moved")
@@ -911,12 +824,12 @@ class Viewer:
             recording.show(q)
 
     def __repr__(self) -> str:
-        # Not the token, for what is printed is logged and shared.
+        # Without the token, because printed text is logged and shared.
         where = f"live at {self._server.address}" if self._server is not None else "not live"
         return f"<Viewer of {self.robot.name}, {where}>"
 
 
 def _source_of(answer: Answer) -> str:
-    """What the page that sends this calls itself, as text that can be sent on."""
+    """Return the name by which the sending page calls itself, as text that can be sent on."""
     source = answer.get("source")
-    return source[:_MOST_OF_A_SOURCE].encode("utf-8", "replace").decode("utf-8") if isinstance(source, str) else ""
+    return source[:_MAX_SOURCE].encode("utf-8", "replace").decode("utf-8") if isinstance(source, str) else ""

@@ -298,7 +298,7 @@ def test_a_page_shows_the_robot_and_its_other_solutions_as_ghosts(
     (ghosts,) = (m for m in messages_of(page.read_text("utf-8")) if m.get("kind") == "ghosts")
     assert ghosts["count"] == 7
     np.save(tmp_path / "feet.npy", nao.fk(nao.random(5, 4), "LLeg"))
-    said(capsys, "LLeg", str(tmp_path / "feet.npy"), "--html", str(page))
+    said(capsys, "LLeg", str(tmp_path / "feet.npy"), "--html", str(page), "--force")
     messages = messages_of(page.read_text("utf-8"))
     kinds, types = ({m.get(key) for m in messages} for key in ("kind", "type"))
     assert "ghosts" not in kinds
@@ -311,7 +311,8 @@ def test_a_page_beside_json_or_csv_leaves_them_what_they_are(
     page = str(tmp_path / "leg.html")
     arguments = ("LLeg", "--target", words(nao.fk(nao.posture("StandInit"), "LLeg")), "--html", page)
     assert json.loads(said(capsys, *arguments, "--json"))["html"] == page
-    assert run(["ik", *arguments, "--csv"]) == 0
+    assert "overwrite=True (--force) replaces it" in refused(capsys, *arguments, "--csv")
+    assert run(["ik", *arguments, "--csv", "--force"]) == 0
     out, err = capsys.readouterr()
     assert out.splitlines()[0].split(",") == list(nao.joint_names)
     assert err == f"{page}\n"

@@ -234,10 +234,10 @@ def test_convert_writes_samples_where_a_rate_is_given(capsys: pytest.CaptureFixt
 def test_nothing_is_overwritten_without_force(capsys: pytest.CaptureFixture, nod: str, tmp_path: Path) -> None:
     out = tmp_path / "there.json"
     out.write_text("mine", encoding="utf-8")
-    assert "--force replaces it" in _refused(capsys, "motion", "convert", nod, str(out))
+    assert "overwrite=True (--force) replaces it" in _refused(capsys, "motion", "convert", nod, str(out))
     picture = tmp_path / "there.png"
     picture.write_text("mine", encoding="utf-8")
-    assert "--force replaces it" in _refused(capsys, "motion", "plot", nod, str(picture))
+    assert "overwrite=True (--force) replaces it" in _refused(capsys, "motion", "plot", nod, str(picture))
     assert out.read_text(encoding="utf-8") == picture.read_text(encoding="utf-8") == "mine"
     assert run(["motion", "convert", nod, str(out), "--force"]) == 0
     assert read_motion(out) == _nod()

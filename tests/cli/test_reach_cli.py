@@ -129,10 +129,12 @@ def test_vtk_ply_and_page_are_written(capsys: pytest.CaptureFixture, nao: nk.Nao
         assert (tmp_path / name).read_bytes() == before
     found.save_vtk(tmp_path / "b.vtk")
     assert (tmp_path / "a.vtk").read_bytes() == (tmp_path / "b.vtk").read_bytes()
+    assert "overwrite=True (--force) replaces it" in refused(capsys, "LArm", *FEW, "-o", str(tmp_path / "a.vtk"))
     colours = trimesh.load(found.save_ply(tmp_path / "b.ply", colour_by="coverage")).colors
     with (tmp_path / "a.PLY").open("rb") as file:
         assert np.array_equal(trimesh.load(file, file_type="ply").colors, colours)
     said(capsys, "LArm", *FEW, "--html", str(tmp_path / "a.html"))
+    assert "replaces it" in refused(capsys, "LArm", *FEW, "--html", str(tmp_path / "a.html"))
     (message,) = (m for m in messages_of((tmp_path / "a.html").read_text("utf-8")) if m.get("kind") == "reach")
     assert message["frame"] == found.settings.reference
     assert len(message["values"].data) == 2 * len(found.count)

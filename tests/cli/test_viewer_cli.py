@@ -61,7 +61,7 @@ def test_it_writes_the_page_and_ends(capsys: pytest.CaptureFixture, tmp_path: Pa
     assert run(["view", "--html", str(path)]) == 0
     assert capsys.readouterr() == (f"{path}\n", "")
     assert path.read_text(encoding="utf-8") == _with_camera(nao)
-    assert run(["view", "--html", str(path), "--json", "--no-wait"]) == 0
+    assert run(["view", "--html", str(path), "--force", "--json", "--no-wait"]) == 0
     assert json.loads(capsys.readouterr().out) == {"html": str(path)}
 
 
@@ -77,12 +77,12 @@ def test_postures_and_joints_are_shown(tmp_path: Path, nao: nk.NaoModel) -> None
     q, message = _shown(Path(path))
     assert np.array_equal(q, nao.posture("Crouch"))
     assert message["up"] is None
-    assert run(["view", "--posture", "LyingBack", "--joint", "HeadYaw=30", "--deg", "--html", path]) == 0
+    assert run(["view", "--posture", "LyingBack", "--joint", "HeadYaw=30", "--deg", "--html", path, "--force"]) == 0
     q, message = _shown(Path(path))
     expected = nao.angles(nao.posture("LyingBack")) | {"HeadYaw": np.radians(30.0)}
     assert np.allclose(q, nao.configuration(expected, limits="ignore"))
     assert message["up"] is None  # the page finds how it lies
-    assert run(["view", "--joint", "RHipYawPitch=-0.2", "--version", "v4", "--html", path]) == 0
+    assert run(["view", "--joint", "RHipYawPitch=-0.2", "--version", "v4", "--html", path, "--force"]) == 0
     assert _shown(Path(path))[0][nao.joint_names.index("LHipYawPitch")] == -0.2
 
 
@@ -95,7 +95,7 @@ def test_the_direction_up_is_given_in_numbers_or_as_a_posture(
     path = str(tmp_path / "nao.html")
     expected = Viewer(nk.load_nao()).rest("LyingBack") if up is None else up
     for what in (["--posture", "Sit"], []):
-        assert run(["view", *what, "--up", text, "--html", path]) == 0
+        assert run(["view", *what, "--up", text, "--html", path, "--force"]) == 0
         assert _shown(Path(path))[1]["up"] == pytest.approx(np.divide(expected, np.linalg.norm(expected)).tolist())
 
 
@@ -196,6 +196,21 @@ def test_files_that_cannot_be_written_are_refused_before_anything_is_loaded_or_d
     assert [path.name for path in tmp_path.iterdir()] == ["old.png"]
     with pytest.raises(BadArgument, match=r"end the name in \.png"):
         Viewer(nk.load_nao()).save_png(tmp_path / "x.jpg")
+
+
+def test_a_page_and_a_picture_that_are_there_are_replaced_only_by_force(
+    capsys: pytest.CaptureFixture, tmp_path: Path
+) -> None:
+    for option in ("--html", "--png"):
+        path = tmp_path / option
+        path.write_text("mine", encoding="utf-8")
+        if option == "--png":
+            path = path.rename(tmp_path / "x.png")
+        # A URDF that is not there: the robot is not loaded before the file is looked at.
+        assert "overwrite=True (--force) replaces it" in _refused(capsys, "--urdf", "no.urdf", option, str(path))
+        assert path.read_text(encoding="utf-8") == "mine"
+    assert run(["view", "--html", str(tmp_path / "--html"), "--force"]) == 0
+    assert (tmp_path / "--html").stat().st_size > 1_000_000
 
 
 def test_a_page_goes_through_a_link_and_a_pipe(capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel) -> None:

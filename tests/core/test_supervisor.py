@@ -53,7 +53,7 @@ def _picture(folder: Path, *, before: str = "") -> subprocess.Popen[bytes]:
     code = (
         f"import nao_kin as nk\n{before}\n"
         "viewer = nk.Viewer(nk.load_nao())\n"
-        "while True: viewer.save_png('x.png', size=(4000, 4000))\n"
+        "while True: viewer.save_png('x.png', size=(4000, 4000), overwrite=True)\n"
     )
     return subprocess.Popen(
         [sys.executable, "-c", code],

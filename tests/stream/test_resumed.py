@@ -167,7 +167,7 @@ def test_a_run_that_was_killed_goes_on_and_gives_the_same_bytes(
     pyarrow.feather.write_feather(table, tmp_path / "walk.arrow", chunksize=90)
     expected = _whole(nao, tmp_path / source, poses)
     poses.write_bytes(b"old")
-    code, _, err = _run(_KILLED.format(steps=steps), "fk", source, *FEET, "-o", poses.name, cwd=tmp_path)
+    code, _, err = _run(_KILLED.format(steps=steps), "fk", source, *FEET, "-o", poses.name, "--force", cwd=tmp_path)
     assert (code, err) == (-signal.SIGKILL, "")
     assert poses.read_bytes() == b"old"
     finished = len(list(tmp_path.glob("poses.*.parts/part-*.json")))
@@ -248,7 +248,7 @@ def test_a_disk_that_is_full_at_once_leaves_the_old_file(walk: Path, tmp_path: P
     def limited() -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (3_000, 3_000))
 
-    code, out, err = _run("", "fk", "walk.npy", *FEET, "-o", poses.name, cwd=tmp_path, preexec_fn=limited)
+    code, out, err = _run("", "fk", "walk.npy", *FEET, "-o", poses.name, "--force", cwd=tmp_path, preexec_fn=limited)
     assert (code, out, err) == (2, "", f"nao-kin: cannot write {poses.name}: File too large\n")
     assert poses.read_bytes() == b"old"
     assert not list(tmp_path.glob("*.parts"))
@@ -314,6 +314,22 @@ def test_other_arguments_or_another_source_start_over_and_say_so(
     content = poses.read_bytes()
     nk.stream.fk(robot, walk, sink=poses, **given)
     assert poses.read_bytes() == content
+
+
+def test_a_finished_file_is_replaced_only_by_force_and_a_run_half_done_goes_on(walk: Path, half_done: Path) -> None:
+    poses = half_done.with_suffix("")
+    poses.write_bytes(b"old")
+    arguments = ("fk", "walk.csv", *FEET, "-o", "poses.csv")
+    code, out, err = _run("", *arguments, cwd=walk.parent)
+    assert (code, out) == (0, "poses.csv\n")
+    assert "had been done by an earlier run" in err
+    finished = poses.read_bytes()
+    code, out, err = _run("", *arguments, "--deg", cwd=walk.parent)
+    assert (code, out) == (2, "")
+    assert err.endswith("; overwrite=True (--force) replaces it\n")
+    assert poses.read_bytes() == finished
+    assert _run("", *arguments, "--deg", "--force", "--ignore-limits", cwd=walk.parent)[0] == 0
+    assert poses.read_bytes() != finished
 
 
 def test_starting_over_is_one_line_on_the_command_line(walk: Path, half_done: Path) -> None:
@@ -494,7 +510,7 @@ def test_bad_rows_are_reported_on_standard_error(walk: Path, tmp_path: Path, pol
         (("walk.csv", "-o", ""), "no file name"),
         (("walk.csv", "-o", "x.csv", "-o", "y.csv"), "--output or -o is given twice"),
         (("walk.csv", "-o", "x.csv", "--on-error", "ignore"), "'ignore' is not one of"),
-        (("walk.csv", "-o", "walk.csv"), "walk.csv is the source too"),
+        (("walk.csv", "-o", "walk.csv", "--force"), "walk.csv is the source too"),
         (("walk.json", "-o", "x.csv"), "JSON is read whole"),
     ],
 )

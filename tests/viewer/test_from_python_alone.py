@@ -41,7 +41,7 @@ def test_a_recording_stands_still_where_the_robot_did_and_keeps_both_ends_when_i
 ) -> None:
     clock = [0.0]
     monkeypatch.setattr(handles, "time", SimpleNamespace(monotonic=lambda: clock[0]))
-    monkeypatch.setattr(handles, "_MOST", 20)
+    monkeypatch.setattr(handles, "_MAX_ROWS", 20)
     viewer = Viewer(nao)
     begin = viewer.q
     with viewer.record(fps=10.0) as taken:

@@ -399,9 +399,22 @@ def test_the_file_is_written_whole_or_not_at_all(
     path.write_text("old", encoding="utf-8")
     monkeypatch.setattr(os, "replace", lambda *_: (_ for _ in ()).throw(OSError(28, "No space left on device")))
     with pytest.raises(BadArgument, match="cannot write .*: No space left on device"):
-        viewer.save_html(path)
+        viewer.save_html(path, overwrite=True)
     assert path.read_text(encoding="utf-8") == "old"
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_file_that_is_there_is_replaced_only_by_force(viewer: Viewer, tmp_path: Path) -> None:
+    page, picture = tmp_path / "nao.html", tmp_path / "nao.png"
+    for path, save in ((page, viewer.save_html), (picture, viewer.save_png)):
+        path.write_text("mine", encoding="utf-8")
+        with pytest.raises(BadArgument, match=r"overwrite=True \(--force\) replaces it"):
+            save(path)
+        with pytest.raises(BadArgument, match="overwrite must be True or False, got 'no'"):
+            save(path, overwrite="no")
+        assert path.read_text(encoding="utf-8") == "mine"
+    viewer.save_html(page, overwrite=True)
+    assert page.read_text(encoding="utf-8") == viewer.static_html()
 
 
 def test_an_unwritable_path_is_refused(viewer: Viewer, tmp_path: Path) -> None:

@@ -589,7 +589,7 @@ def test_what_is_shown_is_recorded_as_a_motion(page: Page, live: Viewer, nao: nk
 def test_recordings_of_any_length_need_bounded_memory(nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch) -> None:
     clock = iter(np.arange(0.0, 1e6, 0.04))
     monkeypatch.setattr(handles, "time", SimpleNamespace(monotonic=lambda: float(next(clock))))
-    monkeypatch.setattr(handles, "_MOST", 40)
+    monkeypatch.setattr(handles, "_MAX_ROWS", 40)
     viewer = Viewer(nao)
     with viewer.record(fps=30.0) as taken:
         for index in range(2000):
