@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -107,7 +108,7 @@ def _written(
     model: RobotModel, found: ReachMap, output: str | None, html: str | None, by: str, *, force: bool
 ) -> list[str]:
     if output is not None:
-        savers = {".vtk": found.save_vtk, ".ply": partial(found.save_ply, colour_by=by)}
+        savers: dict[str, Callable[..., Path]] = {".vtk": found.save_vtk, ".ply": partial(found.save_ply, colour_by=by)}
         savers.get(Path(output).suffix.lower(), found.save)(output, overwrite=True)  # checked before the sampling
     if html is not None:
         from nao_kin.viewer import Viewer
