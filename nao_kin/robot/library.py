@@ -64,10 +64,9 @@ def load_robot(name: str, *, base: Base = "fixed") -> RobotModel:
     described = _described_names()
     is_text = isinstance(name, str)
     lacks_theirs = is_text and name.endswith(_ENDING) and not described
-    missing = (
-        ("loading a robot by this name", "descriptions") if lacks_theirs else ("loading a robot by name", "robots")
-    )
-    files = _files(None if described else MissingExtra(*missing))
+    by_this, by_name = "loading a robot by this name", "loading a robot by name"
+    missing = MissingExtra(by_this, "descriptions") if lacks_theirs else MissingExtra(by_name, "robots")
+    files = _files(None if described else missing)
     if is_text and name in files:
         urdf = files[name]
         # example-robot-data keeps the SRDF of the same name in the folder srdf beside that of the URDF.

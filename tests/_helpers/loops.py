@@ -49,8 +49,10 @@ def for_all(names: str | tuple[str, ...], values: Iterable[Any]) -> Callable[[Te
 def first_now(values: Iterable[Any]) -> list[Any]:
     """Return values for `pytest.mark.parametrize`: `make test` runs the first, `make test-all` the others."""
     first, *others = values
-    return [first, *(pytest.param(*_parts(value), marks=pytest.mark.full) for value in others)]
+    return [first, *map(_later, others)]
 
 
-def _parts(value: Any) -> tuple[Any, ...]:
-    return value if isinstance(value, tuple) else (value,)
+def _later(value: Any) -> Any:
+    if hasattr(value, "marks"):  # of pytest.param
+        return pytest.param(*value.values, marks=[*value.marks, pytest.mark.full], id=value.id)
+    return pytest.param(*(value if isinstance(value, tuple) else (value,)), marks=pytest.mark.full)

@@ -140,7 +140,7 @@ def test_a_reference_frame_can_be_named(capsys: pytest.CaptureFixture, nao: nk.N
     assert np.array_equal(document["poses"]["Head"], nao.fk(nao.posture("Stand"), "Head", reference="LLeg"))
 
 
-@pytest.mark.slow
+@pytest.mark.full
 @pytest.mark.parametrize("width", [40, 60, 80])
 @pytest.mark.parametrize("arguments", [("fk",), ("fk", "--as", "quaternion"), ("joints",), ("info",)])
 def test_a_narrow_terminal_cuts_nothing(arguments: tuple[str, ...], width: int) -> None:
@@ -515,7 +515,7 @@ def test_closed_streams_are_named_or_done_without(tmp_path: Path) -> None:
     assert (done.returncode, done.stdout, done.stderr) == (2, "", "")
 
 
-@pytest.mark.slow
+@pytest.mark.full
 @pytest.mark.parametrize("arguments", ["fk {} --csv", "fk {}", "fk {} --json", "joints"])
 def test_a_reader_that_stops_early_is_no_error(nao: nk.NaoModel, tmp_path: Path, arguments: str) -> None:
     path, rows = tmp_path / "walk.csv", nao.random(0, 500).tolist()  # more than a pipe holds

@@ -87,6 +87,7 @@ def _matrices(numbers: np.ndarray, style: str, *, deg: bool) -> np.ndarray:
     return T
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("deg", [False, True], ids=["rad", "deg"])
 @pytest.mark.parametrize("kind", KINDS)
 def test_poses_are_the_same_on_standard_output_and_in_files(

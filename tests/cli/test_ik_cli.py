@@ -48,7 +48,7 @@ def table(out: str) -> dict[str, list[float]]:
 def test_help_gives_an_example_and_says_what_numbers_mean(capsys: pytest.CaptureFixture) -> None:
     out = " ".join(said(capsys, "--help").split())
     assert "Example: nao-kin ik LArm" in out
-    assert "6 a place with roll, pitch, yaw" in out
+    assert "6 a position with roll, pitch, yaw" in out
     for option in ("--target", "--direction", "--criterion", "--reference", "--all", "--numeric", "--html", "--csv"):
         assert option in out
 

@@ -243,6 +243,7 @@ def test_nothing_is_overwritten_without_force(capsys: pytest.CaptureFixture, nod
     assert read_motion(out) == _nod()
 
 
+@pytest.mark.full
 def test_plot_draws_a_png_and_an_svg(capsys: pytest.CaptureFixture, wild: str, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     assert run(["motion", "plot", wild, str(tmp_path / "wild.png")]) == 0

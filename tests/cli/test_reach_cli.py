@@ -123,7 +123,7 @@ def test_vtk_ply_and_page_are_written(capsys: pytest.CaptureFixture, nao: nk.Nao
     for name in ("a.vtk", "a.PLY"):
         before = (tmp_path / name).read_bytes()
         message = refused(capsys, "LArm", "--samples", "5", "-o", str(tmp_path / name))
-        assert message.endswith(f"{name} is there already; overwrite=True (--force) replaces it\n")
+        assert message.endswith(f"{name} already exists; overwrite=True (--force) replaces it\n")
         assert (tmp_path / name).read_bytes() == before
         said(capsys, "LArm", *FEW, "-o", str(tmp_path / name), "--by", "coverage", "--force")
         assert (tmp_path / name).read_bytes() == before

@@ -143,6 +143,7 @@ def test_missing_meshes_are_named(capsys: pytest.CaptureFixture, tmp_path: Path)
     assert capsys.readouterr().err == "nao-kin: mesh files not found: no.stl\n"
 
 
+@pytest.mark.full
 def test_bad_input_is_refused_in_one_line(
     capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -260,6 +261,7 @@ def test_options_that_repeat_or_contradict_are_refused(
     assert message in _refused(capsys, *arguments)
 
 
+@pytest.mark.full
 def test_a_picture_is_written(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
     try:
         find_browser()
@@ -273,6 +275,7 @@ def test_a_picture_is_written(capsys: pytest.CaptureFixture, tmp_path: Path) -> 
     assert picture.std() > 8.0
 
 
+@pytest.mark.full
 def test_without_files_it_serves_until_interrupted() -> None:
     process = subprocess.Popen(
         [sys.executable, "-m", "nao_kin", "view", "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True

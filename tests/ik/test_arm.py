@@ -225,6 +225,7 @@ def test_out_of_reach_is_said_with_the_distance_and_the_nearest(nao: nk.NaoModel
     assert nk.ik.arm(nao, "L", T[0]).count == 0
 
 
+@pytest.mark.full
 def test_a_place_is_answered_by_the_reference_that_is_there_with_joints_at_their_limits(nao: nk.NaoModel) -> None:
     rng = np.random.default_rng(3)
     columns = [nao.joint_names.index(name) for name in nao.chains["LArm"] if not name.endswith("Hand")]

@@ -27,6 +27,7 @@ SOLVERS: dict[str, Callable[[nk.NaoModel, np.ndarray], Any]] = {
 }
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("name", SOLVERS)
 def test_a_robot_that_nobody_needs_is_let_go(name: str) -> None:
     nao = nk.load_nao("v6")

@@ -670,6 +670,7 @@ def test_a_robot_that_is_no_nao_is_told_what_is_missing() -> None:
         nk.ik.legs(romeo, np.eye(4), np.eye(4))
 
 
+@pytest.mark.full
 def test_threads_change_nothing(nao: nk.NaoModel) -> None:
     T = feet_of(nao, nao.random(24, 4000))
     one, two = (nk.ik.legs(nao, T[0], T[1][::-1], threads=threads) for threads in (1, 2))

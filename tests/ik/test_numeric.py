@@ -270,6 +270,7 @@ def test_the_nearest_pose_is_a_minimum_no_step_inside_the_limits_improves(nao: n
         assert ours <= float(scipys.cost) * (1.0 + 1e-6) + 1e-15
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(("name", "frame"), [("kinova", "j2s6s200_link_5"), ("nao", "LArm"), ("nao", "LLeg")])
 def test_beyond_the_stretched_limb_no_search_of_scipy_ends_nearer(nao: nk.NaoModel, name: str, frame: str) -> None:
     robot = nao if name == "nao" else nk.load_robot(name)
@@ -443,6 +444,7 @@ def test_one_target_gets_what_it_gets_in_a_batch(nao: nk.NaoModel) -> None:
         np.testing.assert_allclose([numeric(nao, frame, target).q for target in T], together, atol=1e-12)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("which", range(3))
 def test_the_nearest_point_of_a_plane_region_is_nearer_than_all_points_of_a_fine_grid(
     nao: nk.NaoModel, which: int

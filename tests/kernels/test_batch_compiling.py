@@ -49,7 +49,7 @@ def outcome(process: subprocess.Popen[str]) -> tuple[str, str]:
     return out, err
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_of_processes_that_need_a_kernel_at_once_one_compiles_it_and_the_next_need_not(tmp_path: Path) -> None:
     outcomes = [outcome(each) for each in [start(ASK, NUMBA_CACHE_DIR=str(tmp_path)) for _ in range(3)]]
     assert [out for out, _ in outcomes] == ["right\n"] * 3
@@ -119,6 +119,7 @@ def test_a_full_disk_costs_one_warning(small: str, tmp_path: Path) -> None:
     assert not list(tmp_path.rglob("doubled"))
 
 
+@pytest.mark.full
 def test_damaged_files_are_made_anew(small: str, tmp_path: Path) -> None:
     cache = tmp_path / "cache"
     assert outcome(start(small, NUMBA_CACHE_DIR=str(cache))) == ("right\n", SAID)
@@ -129,6 +130,7 @@ def test_damaged_files_are_made_anew(small: str, tmp_path: Path) -> None:
         assert outcome(start(small, NUMBA_CACHE_DIR=str(cache))) == ("right\n", "")
 
 
+@pytest.mark.full
 def test_kernels_are_read_where_nobody_may_write(small: str, tmp_path: Path) -> None:
     """As in the image of a container: from a copy, for Numba reads only where it may write."""
     cache = tmp_path / "cache"
@@ -221,6 +223,7 @@ def test_without_a_home_or_anybody_who_listens_it_works(small: str, monkeypatch:
     assert nk.cache_folder() is None
 
 
+@pytest.mark.full
 def test_a_changed_comment_costs_no_compilation_and_a_changed_constant_does(small: str, tmp_path: Path) -> None:
     cache, source = tmp_path / "cache", tmp_path / "sources" / "small.py"
     ask = small.replace("== 6.0", "> 0.0").replace("== 1.5", "> 0.0")
@@ -255,6 +258,7 @@ print(fingerprint(package.kernel, "kernel"))
 """
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
     ("file", "old", "new", "counts"),
     [
@@ -335,7 +339,7 @@ def is_there(path: Path) -> bool:
     return path.exists()
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_a_short_program_is_answered_at_once_and_the_kernel_is_compiled_after_its_end(
     slow: str, tmp_path: Path
 ) -> None:

@@ -48,6 +48,7 @@ def answers(one: bool, **environment: str) -> np.ndarray:
     return np.asarray(np.load(io.BytesIO(done.stdout)))
 
 
+@pytest.mark.full
 def test_python_and_the_compiled_kernels_give_the_same_bits() -> None:
     compiled = answers(one=False)
     assert not np.isnan(compiled).any()

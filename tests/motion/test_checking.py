@@ -269,6 +269,7 @@ def test_two_fast_segments_beside_a_slow_one_are_two_stretches(nao: nk.NaoModel)
     assert [(row.kind, row.start, row.end) for row in rows] == [("speed", 0.0, 0.1), ("speed", 1.0, 1.1)]
 
 
+@pytest.mark.full
 def test_a_million_keys_are_checked_and_sampled_in_seconds(nao: nk.NaoModel) -> None:
     times = np.arange(1_000_000) * 0.01
     keys = 0.2 * np.sin(times)

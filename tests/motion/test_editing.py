@@ -317,6 +317,7 @@ def _short_motions(count: int) -> Iterator[nk.Motion]:
         yield nk.Motion(times, names, [rng.uniform(-1.2, 1.2, size) for size in sizes], kind)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("name", SHORT)
 def test_motions_of_one_and_two_keys_are_motions_like_any_other(nao: nk.NaoModel, name: str) -> None:
     mended = {"clamp": {"limit", "coupled limit"}, "share_motors": {"motor"}}
@@ -399,6 +400,7 @@ def test_a_joint_that_is_not_named_is_not_moved(nao: nk.NaoModel) -> None:
         clamp(nao, motion, fill=fill)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("how", ["local", "uniform"])
 @pytest.mark.parametrize("kind", INTERPOLATIONS)
 @pytest.mark.parametrize("seed", range(3))
@@ -483,6 +485,7 @@ def test_what_no_time_is_long_enough_for_is_refused(nao: nk.NaoModel, how: Any) 
         slow_down(nao, nk.Motion([0.0], ["LHand"], [[0.0]]), how="fast")  # type: ignore[arg-type]
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("rule", get_args(nk.motion.Hips))
 @pytest.mark.parametrize("kind", INTERPOLATIONS)
 @pytest.mark.parametrize("seed", range(3))

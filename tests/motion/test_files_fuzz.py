@@ -103,6 +103,7 @@ def test_every_format_is_broken_here() -> None:
     assert set(FORMAT_OF.values()) == set(FORMATS)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("name", FORMAT_OF)
 def test_cut_off_at_every_line_and_in_the_middle_of_it(path: Path, name: str) -> None:
     content = _content(name)
@@ -112,6 +113,7 @@ def test_cut_off_at_every_line_and_in_the_middle_of_it(path: Path, name: str) ->
         _reads_or_refuses(path, content[: max(end, 0)], None)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("name", FORMAT_OF)
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
@@ -165,6 +167,7 @@ def test_anything_at_all(path: Path, format: str, content: bytes) -> None:
     _reads_or_refuses(path, content, None)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("format", FORMATS)
 @pytest.mark.parametrize("bracket", ["[", '{"a":', "(", "<a>", "-", "'", "'''a"])
 def test_nests_of_brackets(path: Path, format: str, bracket: str) -> None:

@@ -239,7 +239,7 @@ def test_formats_of_all_joints_name_what_is_missing(tmp_path: Path) -> None:
 def test_runswift_has_one_hip(whole_body: Motion, tmp_path: Path) -> None:
     keys = np.stack(whole_body.keys, axis=-1)
     keys[2, BODY_ORDER.index("RHipYawPitch")] += 0.125
-    with pytest.warns(MotionFileWarning, match=r"RHipYawPitch differs by up to 0\.125 rad"):
+    with pytest.warns(MotionFileWarning, match=r"RHipYawPitch differs from it by up to 0\.125 rad"):
         write_motion(Motion(whole_body.times[0], BODY_ORDER, keys), tmp_path / "a.pos")
     right_only = [joint for joint in BODY_ORDER if joint != "LHipYawPitch"]
     columns = [BODY_ORDER.index(joint) for joint in right_only]
@@ -250,7 +250,7 @@ def test_runswift_has_one_hip(whole_body: Motion, tmp_path: Path) -> None:
 def test_nothing_is_overwritten_unasked(whole_body: Motion, tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     path.write_text("precious")
-    with pytest.raises(BadArgument, match=r"is there already; overwrite=True"):
+    with pytest.raises(BadArgument, match=r"already exists; overwrite=True"):
         write_motion(whole_body, path)
     assert path.read_text() == "precious"
     write_motion(whole_body, path, overwrite=True)

@@ -180,6 +180,7 @@ def test_a_recording_is_a_motion_that_can_be_read(nao: nk.NaoModel, short_folder
     assert (np.diff(yaw) > 0.0).all()
 
 
+@pytest.mark.full
 def test_what_was_read_until_ctrl_c_is_kept(short_folder: Path) -> None:
     file = short_folder / "nod.json"
     with _lola_robot(short_folder, 2000) as (path, robot):
@@ -209,6 +210,7 @@ def test_what_was_read_until_ctrl_c_is_kept(short_folder: Path) -> None:
     assert len(read_motion(file).times[0]) == document["readings"]
 
 
+@pytest.mark.full
 def test_a_robot_that_does_not_answer_is_asked_again_until_ctrl_c(short_folder: Path) -> None:
     silent = socket.socket(socket.AF_UNIX)
     silent.bind(str(short_folder / "silent"))

@@ -388,7 +388,7 @@ REFUSED = [
     (("getTransform", "LArm", TORSO, 7), "useSensorValues must be True or False"),
     (("positionInterpolations", "LHand", TORSO, TARGET, 7, 1.0), "unknown effector 'LHand'"),
     (("positionInterpolations", ["LArm", "LArm"], TORSO, [TARGET, TARGET], 7, [1.0, 1.0]), "named twice"),
-    (("positionInterpolations", [], TORSO, [], 7, []), "must name an effector"),
+    (("positionInterpolations", [], TORSO, [], 7, []), "must name at least one effector"),
     (("positionInterpolations", "LArm", 5, TARGET, 7, 1.0), "space must be one of"),
     (("positionInterpolations", "LArm", TORSO, TARGET, 64, 1.0), "axis mask must be a number from 0 to 63"),
     (("positionInterpolations", "LArm", TORSO, NO_POSE, 7, 1.0), "must have shape (..., 6)"),

@@ -160,6 +160,7 @@ def test_a_script_moves_the_head_as_on_a_robot(shared: Served) -> None:
     assert 0.5 < found["said"] < 2.5  # 10.3 s
 
 
+@pytest.mark.full
 def test_the_first_walk_is_not_overtaken_while_kernels_load(serve: Callable[..., Served]) -> None:
     served = serve("--posture", "StandInit")
     found = _found(
@@ -180,6 +181,7 @@ def test_the_first_walk_is_not_overtaken_while_kernels_load(serve: Callable[...,
         assert sum("ALMotion::moveTo waits for compiled kernels" in line for line in served.about_kernels) <= 1
 
 
+@pytest.mark.full
 def test_calls_of_a_script_keep_their_order_within_and_across_services(shared: Served) -> None:
     found = _found(
         shared,
@@ -486,6 +488,7 @@ def test_a_program_may_end_right_after_it_has_closed_its_server() -> None:
         assert (done.returncode, done.stderr) == (0, "")
 
 
+@pytest.mark.full
 def test_a_page_is_served_where_it_is_asked_for(serve: Callable[..., Served]) -> None:
     served = serve("--view")
     with urllib.request.urlopen(served.url, timeout=10.0) as page:

@@ -76,6 +76,7 @@ def test_limits_are_those_of_the_robot(virtual: VirtualNao, nao: nk.NaoModel) ->
     assert _motion(virtual, "getJointNames", "Body") == list(nao.body_order)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
     ("names", "angles", "times", "expected"),
     [
@@ -965,7 +966,7 @@ def test_eye_effects_take_their_time_and_leave_the_eyes_as_they_were(
         ("fadeRGB", ("FaceLeds", 0xFF, -1.0), "at least 0 s"),
         ("rasta", (0.0,), "above 0 s"),
         ("fadeListRGB", ("FaceLeds", [1, 2], [1.0]), "2 times"),
-        ("createGroup", ("FaceLeds", ["ChestLeds"]), "is there already"),
+        ("createGroup", ("FaceLeds", ["ChestLeds"]), "already exists"),
     ],
 )
 def test_bad_lights_are_refused(virtual: VirtualNao, method: str, arguments: tuple[Any, ...], reason: str) -> None:

@@ -137,6 +137,7 @@ def _walked(plan: WalkPlan, gait: Gait, most: int = 3000) -> tuple[list[Any], Wa
     return steps, walker
 
 
+@pytest.mark.full
 @given(poses, configs)
 @settings(max_examples=60, deadline=None)
 def test_every_target_is_met_exactly_by_steps_within_bounds(target: tuple, config: dict) -> None:

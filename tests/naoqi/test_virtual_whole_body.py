@@ -131,6 +131,7 @@ def test_a_hand_that_is_too_far_for_its_arm_is_taken_there_by_the_body(script: S
     assert np.abs(script.position("LArm", ROBOT)[:3] - target[:3]).max() < 1e-5
 
 
+@pytest.mark.full
 def test_balance_comes_before_what_is_out_of_reach(script: Script) -> None:
     script("wbEnable", True)
     script("wbEnableBalanceConstraint", True, "Legs")

@@ -28,7 +28,7 @@ from nao_kin.errors import MissingExtra, NotCompiledWarning
 HAS_NUMBA = importlib.util.find_spec("numba") is not None
 MANY = 100  # more than Pinocchio is left to answer where there are kernels
 # Without Numba, what takes long is warned of.
-pytestmark = [pytest.mark.full, pytest.mark.filterwarnings("ignore::nao_kin.errors.NotCompiledWarning")]
+pytestmark = pytest.mark.filterwarnings("ignore::nao_kin.errors.NotCompiledWarning")
 
 
 @pytest.fixture(scope="module")
@@ -216,7 +216,7 @@ def test_an_absent_extra_is_one_line_that_says_what_works_without_it(
 
 @pytest.mark.skipif(HAS_NUMBA, reason="Numba is installed")
 def test_without_numba_what_takes_long_is_warned_of_once(robot: nk.NaoModel, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(compiler, "_FELT", 0.01)
+    monkeypatch.setattr(compiler, "_NOTICEABLE_SECONDS", 0.01)
     slowness = compiler._Slowness()
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")

@@ -146,6 +146,7 @@ MADE: dict[str, Callable[[nk.NaoModel], Any]] = {
 WITH_THE_LOCK = ("after", "announce", "await_answer", "start_task")
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("kind", MADE)
 def test_what_shows_a_robot_or_plays_one_refuses_wrong_kinds_of_objects(
     kind: str, nao: nk.NaoModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -166,6 +167,7 @@ def test_what_shows_a_robot_or_plays_one_refuses_wrong_kinds_of_objects(
 STARTED = ("Viewer", "MeshcatRobot", "VirtualNao", "QiServer", "NaoqiSource", "LolaSource", "Packages")
 
 
+@pytest.mark.full
 @for_all("made", STARTED)
 def test_wrong_kinds_of_objects_are_refused_before_anything_starts(made: str, nao: nk.NaoModel) -> None:
     kind = next(getattr(room, made) for room in (nk.viewer, nk.naoqi, nk.urdf) if hasattr(room, made))

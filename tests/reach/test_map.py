@@ -455,7 +455,7 @@ def test_exports_that_cannot_be_written_are_refused(whole: ReachMap, tmp_path: P
 def test_a_file_is_replaced_only_with_overwrite(whole: ReachMap, tmp_path: Path, method: str) -> None:
     save, path = getattr(whole, method), tmp_path / "mine"
     path.write_bytes(b"mine")
-    with pytest.raises(BadArgument, match=r"mine is there already; overwrite=True \(--force\) replaces it"):
+    with pytest.raises(BadArgument, match=r"mine already exists; overwrite=True \(--force\) replaces it"):
         save(path)
     assert path.read_bytes() == b"mine"
     assert save(path, overwrite=True) == path

@@ -20,6 +20,7 @@ def _placements(robot: nk.RobotModel, geometry: pin.GeometryModel, q: np.ndarray
     return {shape.name: shapes.oMg[index].homogeneous for index, shape in enumerate(geometry.geometryObjects)}
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("kind", ["visual", "collision"])
 @pytest.mark.parametrize("name", ["nao", "romeo", "ur5_robot"])
 def test_every_shape_is_the_one_that_pinocchio_s_own_parser_makes(name: str, kind: str) -> None:

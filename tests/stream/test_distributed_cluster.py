@@ -69,6 +69,7 @@ def _wait_until(condition: Any, seconds: float = 20.0) -> None:
         time.sleep(0.02)
 
 
+@pytest.mark.full
 def test_each_worker_loads_the_robot_once_and_the_scheduler_never(client: Client, nao: nk.NaoModel) -> None:
     q, before = nao.random(0, 3000), client.run_on_scheduler(_loads)
     cut = da.from_array(q, chunks=(50, 9))
@@ -80,6 +81,7 @@ def test_each_worker_loads_the_robot_once_and_the_scheduler_never(client: Client
     assert client.run_on_scheduler(_loads) == before
 
 
+@pytest.mark.full
 def test_a_worker_that_is_killed_takes_no_result_with_it(client: Client, nao: nk.NaoModel) -> None:
     q = nao.random(1, 4000)
     lazy = distributed.fk(nao, da.from_array(q, chunks=(100, -1)), ["LArm", "RFoot"]).map_blocks(_slowly)
@@ -118,7 +120,7 @@ def test_a_number_that_is_none_comes_back_from_a_worker_as_our_error(client: Cli
     assert caught.value.value == np.inf
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_programs_that_run_already_do_the_work_though_one_is_killed(nao: nk.NaoModel, tmp_path: Path) -> None:
     q = nao.random(4, 2000)
     here, file = ("--host", "127.0.0.1"), tmp_path / "scheduler.json"
@@ -179,7 +181,7 @@ def test_where_no_scheduler_answers_one_line_says_so() -> None:
         distributed.connect(workers=0)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_the_program_of_the_documentation_runs(tmp_path: Path) -> None:
     text = (ROOT / "docs" / "cluster.md").read_text(encoding="utf-8")
     (block,) = re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL)

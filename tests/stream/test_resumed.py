@@ -132,7 +132,7 @@ def _whole(nao: nk.NaoModel, source: Path, path: Path) -> bytes:
 
 def _interrupt(nao: nk.NaoModel, source: Path, sink: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """End a run as Ctrl-C ends Python, at the eighth block."""
-    work, calls = run._Work.poses, []
+    work, calls = run._PoseRun.poses, []
 
     def interrupted(self, *arguments):
         calls.append(1)
@@ -141,7 +141,7 @@ def _interrupt(nao: nk.NaoModel, source: Path, sink: Path, monkeypatch: pytest.M
         return work(self, *arguments)
 
     with monkeypatch.context() as patched:
-        patched.setattr(run._Work, "poses", interrupted)
+        patched.setattr(run._PoseRun, "poses", interrupted)
         with pytest.raises(KeyboardInterrupt):
             nk.stream.fk(nao, source, ["LLeg", "RLeg"], sink, as_="rpy")
 
@@ -171,7 +171,7 @@ def test_a_run_that_was_killed_goes_on_and_gives_the_same_bytes(
     assert (code, err) == (-signal.SIGKILL, "")
     assert poses.read_bytes() == b"old"
     finished = len(list(tmp_path.glob("poses.*.parts/part-*.json")))
-    result = nk.stream.fk(nao, tmp_path / source, ["LLeg", "RLeg"], poses, as_="rpy")
+    result = nk.stream.fk(nao, tmp_path / source, ["LLeg", "RLeg"], poses, as_="rpy", overwrite=True)
     assert poses.read_bytes() == expected
     assert (result.rows_read, result.rows_written) == (500, 500)
     assert (result.rows_resumed > 0) == (finished > 0) == (steps > 2)
@@ -201,7 +201,7 @@ def test_a_signal_leaves_the_finished_parts_and_nothing_else(
 
 
 def test_ctrl_c_before_the_first_part_leaves_nothing(walk: Path, tmp_path: Path) -> None:
-    happening = _SLOW + "run._BLOCKS_OF_PART = 10**9\nrun._Work.poses = lambda *_: time.sleep(600)\n"
+    happening = _SLOW + "run._BLOCKS_OF_PART = 10**9\nrun._PoseRun.poses = lambda *_: time.sleep(600)\n"
     process = _start(happening, "fk", "walk.csv", *FEET, "-o", "poses.csv", cwd=tmp_path)
     _wait_for(tmp_path / "poses.csv.parts" / "run.json")
     process.send_signal(signal.SIGINT)
@@ -222,6 +222,7 @@ def test_an_exception_in_python_leaves_the_finished_parts(
     assert poses.read_bytes() == expected
 
 
+@pytest.mark.full
 def test_a_full_disk_is_named_and_the_next_run_goes_on(
     nao: nk.NaoModel, walk: Path, tmp_path: Path, small_parts: None
 ) -> None:
@@ -233,13 +234,14 @@ def test_a_full_disk_is_named_and_the_next_run_goes_on(
 
     code, out, err = _run("", "fk", "walk.csv", *FEET, "-o", "poses.csv", cwd=tmp_path, preexec_fn=limited)
     assert (code, out) == (2, "")
-    assert err == "nao-kin: cannot write poses.csv: File too large; run the same again to go on from row 500\n"
+    assert err == "nao-kin: cannot write poses.csv: File too large; run it again to resume from row 500\n"
     assert not poses.exists()
     assert not (tmp_path / "poses.csv.parts" / "unfinished").exists()
     assert nk.stream.fk(nao, walk, ["LLeg", "RLeg"], poses, as_="rpy").rows_resumed == 500
     assert poses.read_bytes() == expected
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("sink", first_now(SINKS))
 def test_a_disk_that_is_full_at_once_leaves_the_old_file(walk: Path, tmp_path: Path, sink: str) -> None:
     poses = tmp_path / f"poses.{sink}"
@@ -307,12 +309,12 @@ def test_other_arguments_or_another_source_start_over_and_say_so(
     robot = nk.load_nao(arguments.pop("robot", "v6"))
     given = {"frames": ["LLeg", "RLeg"], "as_": "rpy"} | arguments
     with pytest.warns(StartedOverWarning) as caught:
-        result = nk.stream.fk(robot, walk, sink=poses, **given)
+        result = nk.stream.fk(robot, walk, sink=poses, **given, overwrite=True)
     message = f"{half_done} holds parts of an earlier run, and {changed} changed: starting over"
     assert [str(warning.message) for warning in caught] == [message]
     assert result.rows_resumed == 0
     content = poses.read_bytes()
-    nk.stream.fk(robot, walk, sink=poses, **given)
+    nk.stream.fk(robot, walk, sink=poses, **given, overwrite=True)
     assert poses.read_bytes() == content
 
 
@@ -356,7 +358,7 @@ def test_damaged_parts_are_done_again(
                 path.unlink()
     else:
         (half_done / "run.json").write_text("{")
-    result = nk.stream.fk(nao, walk, ["LLeg", "RLeg"], poses, as_="rpy")
+    result = nk.stream.fk(nao, walk, ["LLeg", "RLeg"], poses, as_="rpy", overwrite=True)
     assert (result.rows_resumed > 0) == (damage not in ("no run", "half a run"))
     content = poses.read_bytes()
     assert content == _whole(nao, walk, poses)
@@ -428,6 +430,7 @@ def test_a_pipe_gets_the_whole_file(nao: nk.NaoModel, walk: Path, tmp_path: Path
     )
 
 
+@pytest.mark.full
 @pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="needs /proc")
 def test_standard_input_and_output_are_files_too(
     nao: nk.NaoModel, walk: Path, tmp_path: Path, small_parts: None
@@ -443,10 +446,11 @@ def test_standard_input_and_output_are_files_too(
     assert sorted(path.name for path in tmp_path.iterdir()) == ["walk.csv", "walk.npy"]
 
 
+@pytest.mark.full
 def test_a_pipe_is_read_once_and_a_bad_row_in_it_leaves_nothing(walk: Path, tmp_path: Path) -> None:
     text = walk.read_bytes()
     for content, code, message in ((text, 0, b""), (text + b"1,2\n", 2, b"standard input, line 502: 2 values")):
-        program = [sys.executable, "-c", _PROGRAM.format(happening=""), "fk", "-", *FEET, "-o", "poses.npy"]
+        program = [sys.executable, "-c", _PROGRAM.format(happening=""), "fk", "-", *FEET, "-o", "poses.npy", "--force"]
         done = subprocess.run(program, input=content, capture_output=True, env=ENVIRONMENT, cwd=tmp_path, check=False)
         assert done.returncode == code
         assert message in done.stderr
@@ -457,6 +461,7 @@ def test_a_pipe_is_read_once_and_a_bad_row_in_it_leaves_nothing(walk: Path, tmp_
 # --- the command line ---------------------------------------------------------------------------------------------
 
 
+@pytest.mark.full
 def test_the_file_is_what_is_printed(walk: Path, tmp_path: Path) -> None:
     code, printed, _ = _run("", "fk", "walk.csv", *FEET, "--csv", "--deg", "--ignore-limits", cwd=tmp_path)
     assert code == 0
@@ -479,6 +484,7 @@ def test_the_file_is_what_is_printed(walk: Path, tmp_path: Path) -> None:
     }
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(("policy", "done"), [("skip", "left out"), ("nan", "written as nan")])
 def test_bad_rows_are_reported_on_standard_error(walk: Path, tmp_path: Path, policy: str, done: str) -> None:
     lines = walk.read_text().splitlines()
@@ -527,6 +533,7 @@ def test_what_contradicts_is_refused_in_one_line(
     assert sorted(path.name for path in walk.parent.iterdir()) == ["walk.csv", "walk.npy"]
 
 
+@pytest.mark.full
 def test_a_terminal_shows_rows_rate_and_time_left(walk: Path, tmp_path: Path) -> None:
     import pty
 
@@ -563,8 +570,8 @@ for rows in (30_000, 150_000):
         np.lib.format.write_array_header_1_0(file, {"descr": "<f8", "fortran_order": False, "shape": (rows, 25)})
         for _ in range(rows // 1000):
             file.write(bytes(25 * 8 * 1000))
-    nk.stream.fk(nao, "q.npy", "LLeg", "poses.csv", limits="ignore")
-    nk.stream.fk(nao, "q.npy", "LLeg", "poses.parquet", limits="ignore")
+    nk.stream.fk(nao, "q.npy", "LLeg", "poses.csv", limits="ignore", overwrite=True)
+    nk.stream.fk(nao, "q.npy", "LLeg", "poses.parquet", limits="ignore", overwrite=True)
     print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
 """
 

@@ -170,7 +170,7 @@ def test_degrees_leave_lengths_alone(tmp_path: Path) -> None:
 def test_an_existing_output_is_replaced_only_if_asked(nao: nk.NaoModel, q: np.ndarray, tmp_path: Path) -> None:
     source, sink = _write(nao, q, tmp_path / "q.npy"), tmp_path / "poses.npy"
     sink.write_bytes(b"old")
-    with pytest.raises(BadArgument, match=r"poses\.npy is there already; overwrite=True \(--force\) replaces it"):
+    with pytest.raises(BadArgument, match=r"poses\.npy already exists; overwrite=True \(--force\) replaces it"):
         nk.stream.fk(nao, source, "Head", sink)
     assert sink.read_bytes() == b"old"
     nk.stream.fk(nao, source, "Head", sink, overwrite=True)

@@ -220,6 +220,7 @@ def test_a_name_that_is_allowed_may_be_that_of_a_proxy_which_keeps_or_changes_th
     assert _connect(guarded, query, Origin="https://other.example.org").status == 403
 
 
+@pytest.mark.full
 def test_a_token_is_asked_for_wherever_others_could_come_in(nao: nk.NaoModel, public: Viewer) -> None:
     def has_token(**options: Any) -> bool:
         with Viewer(nao, **options) as viewer:
@@ -368,6 +369,7 @@ def test_a_fault_of_ours_is_logged_without_the_token(
     assert token not in caplog.text
 
 
+@pytest.mark.full
 def test_the_command_line_serves_other_names_and_asks_for_a_token() -> None:
     environment = {**os.environ, "PYTHONPATH": str(Path(nk.__file__).parent.parent)}
     command = [sys.executable, "-m", "nao_kin", "view", "--host", "0.0.0.0", "--allow-host", "nao.example"]
@@ -421,6 +423,7 @@ def test_options_without_a_page_that_they_could_be_for_are_refused(
     assert err.count("\n") == 1
 
 
+@pytest.mark.full
 def test_json_has_the_whole_address() -> None:
     command = [sys.executable, "-m", "nao_kin", "view", "--token", "--json"]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)

@@ -141,6 +141,7 @@ def test_one_page_that_goes_leaves_no_other_one_behind(nao: nk.NaoModel) -> None
     assert heard == ["joints"]
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
     ("call", "message"),
     [

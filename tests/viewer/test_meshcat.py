@@ -122,6 +122,7 @@ def test_every_link_in_the_page_is_where_forward_kinematics_says(
         assert scene.shows(_nodes(nao), nao.fk(q))
 
 
+@pytest.mark.full
 def test_only_the_joints_that_moved_are_sent(connect: Callable[[], Scene], nao: nk.NaoModel) -> None:
     scene = connect()
     shown = MeshcatRobot(nao, scene.visualizer)
@@ -300,6 +301,7 @@ def test_a_robot_drawn_again_takes_the_place_of_the_first(connect: Callable[[], 
     assert scene.shows(_nodes(old), old.fk(old.posture("Sit")))
 
 
+@pytest.mark.full
 def test_it_is_drawn_as_it_looks(connect: Callable[[], Scene], nao: nk.NaoModel) -> None:
     scene = connect()
     scene.tab.evaluate("() => { window.draws = true; }")
@@ -311,6 +313,7 @@ def test_it_is_drawn_as_it_looks(connect: Callable[[], Scene], nao: nk.NaoModel)
     assert until(lambda: np.abs(read_png(scene.tab.screenshot()) - before.astype(float)).max() > 50.0, 120.0)
 
 
+@pytest.mark.full
 def test_pinocchio_s_own_visualizer_takes_the_model_and_the_geometry(
     connect: Callable[[], Scene], nao: nk.NaoModel
 ) -> None:
@@ -378,6 +381,7 @@ def test_what_is_no_visualizer_robot_path_or_configuration_is_refused(nao: nk.Na
         shown.animate([nao.neutral()], fps=0.0)
 
 
+@pytest.mark.full
 def test_the_library_s_viewer_needs_no_python_of_meshcat() -> None:
     import subprocess
     import sys

@@ -177,6 +177,7 @@ def test_a_viewer_may_be_dropped_by_what_a_page_sends(nao: nk.NaoModel) -> None:
     assert until(lambda: _viewer_threads() == [])
 
 
+@pytest.mark.full
 def test_servers_that_have_ended_leave_no_memory_behind(nao: nk.NaoModel) -> None:
     viewer = Viewer(nao)
     viewer._started()
@@ -257,6 +258,7 @@ def test_a_port_asked_for_is_taken_or_refused(nao: nk.NaoModel) -> None:
     assert _viewer_threads() == []
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
     ("host", "port"),
     [("127.0.0.1", -1), ("127.0.0.1", 70000), ("127.0.0.1", "7000"), ("a" * 70, None), ("203.0.113.7", None)],
@@ -383,6 +385,7 @@ def test_a_slider_of_one_page_moves_the_robot_here_and_in_the_other_page(viewer:
     assert np.array_equal(viewer.q, q)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
     "answer",
     [
@@ -549,6 +552,7 @@ def test_waiting_ends_when_a_page_is_ready_or_the_time_is_over(viewer: Viewer) -
     waiting.join(5.0)
 
 
+@pytest.mark.full
 def test_hundreds_of_displays_need_no_more_memory(viewer: Viewer, nao: nk.NaoModel) -> None:
     qs = nao.random(2, 50)
 
@@ -596,6 +600,7 @@ def test_configurations_of_absurd_size_are_refused_and_nothing_changes(
         Viewer(floating).display(np.concatenate([[value], floating.neutral()[1:]]))
 
 
+@pytest.mark.full
 @pytest.mark.skipif(os.name != "posix", reason="process groups")
 @pytest.mark.parametrize("ending", first_now(["interrupt", "error", "kill"]))
 def test_no_process_is_left_behind(tmp_path: Path, ending: str) -> None:

@@ -194,6 +194,7 @@ def test_a_phalanx_fits_the_fingers_of_both_hands() -> None:
 # --- the shape of the robot ---------------------------------------------------------------------------------------
 
 
+@pytest.mark.full
 @for_all("version", SHAPES)
 def test_neighbouring_links_overlap_over_the_whole_range_of_their_joint(version: str) -> None:
     """One joint alone moves a link against its neighbour: this covers every posture."""

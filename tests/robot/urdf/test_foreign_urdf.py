@@ -611,7 +611,7 @@ def test_robots_of_example_robot_data_agree_with_plain_pinocchio(name: str) -> N
                 assert np.allclose(robot.fk(q, frame.name), data.oMf[index].homogeneous, atol=2e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_every_robot_of_example_robot_data_loads_or_says_why() -> None:
     refused = {}
     for name in nk.robot_names():

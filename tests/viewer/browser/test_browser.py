@@ -41,6 +41,7 @@ def page(browser: Any, document: Path) -> Iterator[Page]:
         yield page
 
 
+@pytest.mark.full
 def test_the_page_from_disk_asks_for_nothing_but_itself(page: Page, document: Path) -> None:
     assert page.requests == [document.as_uri()]
     assert page.errors == []
@@ -178,6 +179,7 @@ def test_a_lifted_leg_leaves_the_robot_standing_on_the_other(page: Page, nao: nk
         assert abs(T[2, 3]) < 0.001
 
 
+@pytest.mark.full
 def test_the_vertical_may_be_given(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
     viewer = Viewer(nao)
     viewer.display(nao.posture("StandZero"), up=[0.0, -2.0, 0.0])
@@ -329,6 +331,7 @@ def test_whole_body_cameras_show_the_whole_robot_and_little_else(browser: Any, d
         assert min(tops) > lowest_button
 
 
+@pytest.mark.full
 def test_four_cameras_see_something_and_see_it_move(page: Page, nao: nk.NaoModel) -> None:
     pictures = {}
     page.tab.set_viewport_size({"width": 900, "height": 420})
@@ -390,6 +393,7 @@ def test_a_robot_of_one_bare_link_makes_a_page(browser: Any, tmp_path: Path) -> 
         assert page.run("() => naoKin.com()") is None
 
 
+@pytest.mark.full
 def test_a_ghost_targets_and_colours_are_drawn(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
     viewer = Viewer(nao)
     q, other = nao.posture("StandInit"), nao.posture("StandZero")
@@ -416,6 +420,7 @@ def test_a_ghost_targets_and_colours_are_drawn(browser: Any, nao: nk.NaoModel, t
         assert r2 > b2
 
 
+@pytest.mark.full
 def test_a_floating_base_moves_in_the_world(browser: Any, tmp_path: Path) -> None:
     nao = nk.load_nao(base="floating")
     q = nao.random(2)
@@ -496,6 +501,7 @@ def test_the_live_page_follows_and_answers(browser: Any, nao: nk.NaoModel) -> No
             one.close()
 
 
+@pytest.mark.full
 def test_a_killed_page_does_no_harm(browser: Any, nao: nk.NaoModel) -> None:
     with Viewer(nao) as viewer:
         Page(browser, viewer.url).close()

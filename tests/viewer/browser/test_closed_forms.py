@@ -197,6 +197,7 @@ def test_poses_of_hands_are_solved_as_in_python(each_nao: nk.NaoModel, side: str
     assert {"REACHED", "OUT_OF_REACH", "NOT_ENOUGH_JOINTS"} <= {answer["reason"] for answer in job.answers}
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("limits", first_now(["enforce", "ignore"]))
 @pytest.mark.parametrize("side", first_now(["L", "R"]))
 def test_places_and_directions_are_solved_as_in_python(each_nao: nk.NaoModel, side: str, limits: Any) -> None:
@@ -210,6 +211,7 @@ def test_places_and_directions_are_solved_as_in_python(each_nao: nk.NaoModel, si
     assert_equal_answers(job, found)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("side", first_now(["L", "R"]))
 def test_places_alone_are_met_inside_the_limits_and_no_farther_from_the_reference(
     each_nao: nk.NaoModel, side: str
@@ -234,6 +236,7 @@ def test_places_alone_are_met_inside_the_limits_and_no_farther_from_the_referenc
     assert np.quantile(np.abs(away - expected), 0.9) < 1e-6
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("limits", first_now(["enforce", "ignore"]))
 def test_heads_and_gazes_are_solved_as_in_python(each_nao: nk.NaoModel, limits: Any) -> None:
     nao, limb = each_nao, limb_of(each_nao, "head")

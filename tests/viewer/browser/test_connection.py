@@ -104,6 +104,7 @@ def _until_here(viewer: Viewer, nao: nk.NaoModel, joint: str, value: float) -> b
     return until(lambda: bool(abs(viewer.q[column] - value) <= 1e-9))
 
 
+@pytest.mark.full
 def test_however_often_it_is_told_to_try_a_page_opens_one_socket(browser: Any, nao: nk.NaoModel) -> None:
     port = free_port()
     sockets: list[str] = []
@@ -119,6 +120,7 @@ def test_however_often_it_is_told_to_try_a_page_opens_one_socket(browser: Any, n
     assert len(sockets) == 1
 
 
+@pytest.mark.full
 def test_a_page_that_loses_its_program_before_it_knows_what_that_has_is_loaded_anew(
     browser: Any, nao: nk.NaoModel
 ) -> None:
@@ -156,6 +158,7 @@ def test_a_page_that_loses_its_program_before_it_knows_what_that_has_is_loaded_a
     assert not errors
 
 
+@pytest.mark.full
 def test_a_page_whose_token_is_the_old_one_says_so_and_asks_no_more(browser: Any, nao: nk.NaoModel) -> None:
     port = free_port()
     with Viewer(nao, port=port, token=True) as first:
@@ -171,6 +174,7 @@ def test_a_page_whose_token_is_the_old_one_says_so_and_asks_no_more(browser: Any
         page.close()
 
 
+@pytest.mark.full
 def test_two_pages_whose_sliders_are_dragged_at_once_end_with_one_configuration(browser: Any, nao: nk.NaoModel) -> None:
     with Viewer(nao) as viewer, opened(browser, viewer.url) as one, opened(browser, viewer.url) as other:
         pages = (one, other)
@@ -195,6 +199,7 @@ def test_two_pages_whose_sliders_are_dragged_at_once_end_with_one_configuration(
             assert np.array_equal(one.q, viewer.q)
 
 
+@pytest.mark.full
 def test_a_report_that_another_page_overtakes_is_kept_where_it_came_last(browser: Any, nao: nk.NaoModel) -> None:
     """The other page's report arrives between this page's own and its echo."""
     with Viewer(nao) as viewer, opened(browser, viewer.url) as page:
@@ -207,6 +212,7 @@ def test_a_report_that_another_page_overtakes_is_kept_where_it_came_last(browser
         assert _shows(page, q)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("host", ["127.0.0.1", "localhost", "nao.localhost"])
 def test_a_page_reaches_its_own_server_and_no_other(browser: Any, nao: nk.NaoModel, host: str) -> None:
     with Viewer(nao, token=True) as viewer, Viewer(nao) as other:
@@ -240,6 +246,7 @@ def test_a_page_reaches_its_own_server_and_no_other(browser: Any, nao: nk.NaoMod
             page.close()
 
 
+@pytest.mark.full
 def test_self_in_the_policy_covers_the_socket_where_a_proxy_changes_the_name(
     browser: Any, nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -256,6 +263,7 @@ def test_self_in_the_policy_covers_the_socket_where_a_proxy_changes_the_name(
         assert _shows(page, nao.posture("Sit"))
 
 
+@pytest.mark.full
 def test_a_notebook_of_this_machine_may_frame_the_page_and_a_stranger_may_not(browser: Any, nao: nk.NaoModel) -> None:
     with Viewer(nao, token=True) as viewer, ExitStack() as running:
         frame = f'<!DOCTYPE html><iframe src="{viewer.url}" width="700" height="400"></iframe>'

@@ -142,6 +142,7 @@ def test_out_of_reach_the_limb_stays_at_the_nearest_and_the_page_says_how_far_it
     assert np.array_equal(page.q, q)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
     ("camera", "frame", "by"),
     [
@@ -292,6 +293,7 @@ def turn(page: Page, frame: str, axis: int, angles: np.ndarray) -> None:
         page.tab.mouse.move(*place)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(("frame", "axis"), [("LLeg", 2), ("RLeg", 2), ("RLeg", 1)])
 def test_a_ring_turns_a_foot_about_its_axis_at_its_place(page: Page, nao: nk.NaoModel, frame: str, axis: int) -> None:
     other = {"LLeg": "RLeg", "RLeg": "LLeg"}[frame]
@@ -434,6 +436,7 @@ def test_a_finger_drags_a_hand_and_a_second_one_does_nothing(page: Page, nao: nk
     session.detach()
 
 
+@pytest.mark.full
 def test_what_is_dragged_in_a_live_page_is_known_to_the_program(browser: Any, nao: nk.NaoModel) -> None:
     with Viewer(nao) as viewer:
         viewer.display(nao.posture("StandInit"))
@@ -446,6 +449,7 @@ def test_what_is_dragged_in_a_live_page_is_known_to_the_program(browser: Any, na
             assert np.array_equal(viewer.q, one.q)
 
 
+@pytest.mark.full
 def test_a_floating_robot_is_dragged_where_it_floats(browser: Any, tmp_path: Path) -> None:
     nao = nk.load_nao(base="floating")
     q = nao.neutral()
@@ -494,6 +498,7 @@ def assert_drawn_where_they_differ(page: Page, nao: nk.NaoModel, configurations:
     return drawn
 
 
+@pytest.mark.full
 def test_all_branches_of_a_leg_are_ghosts_in_the_file(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
     q = nao.posture("StandInit")
     found = nk.ik.leg(nao, "L", nao.fk(q, "LLeg"), reference=q, limits="ignore")
@@ -514,6 +519,7 @@ def test_all_branches_of_a_leg_are_ghosts_in_the_file(browser: Any, nao: nk.NaoM
         assert (0, "LThigh") in assert_drawn_where_they_differ(page, nao, found.solutions)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("size", [(400, 800), (400, 640)])
 def test_on_a_narrow_page_neither_legend_nor_line_covers_the_robot(
     browser: Any, nao: nk.NaoModel, tmp_path: Path, size: tuple[int, int]
@@ -552,6 +558,7 @@ def test_ghosts_come_and_go_on_the_live_page(browser: Any, nao: nk.NaoModel) -> 
         assert not page.tab.locator("#legend").is_visible()
 
 
+@pytest.mark.full
 def test_ghosts_are_numbered_as_wanted_hidden_by_a_button_and_removed_by_a_drag(
     browser: Any, nao: nk.NaoModel, tmp_path: Path
 ) -> None:
@@ -580,6 +587,7 @@ def test_ghosts_are_numbered_as_wanted_hidden_by_a_button_and_removed_by_a_drag(
         assert not switch.is_visible()
 
 
+@pytest.mark.full
 def test_one_ghost_is_to_compare_with_and_outlives_a_drag(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
     viewer = Viewer(nao)
     viewer.display(nao.posture("StandInit"))

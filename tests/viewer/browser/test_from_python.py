@@ -67,6 +67,7 @@ def _in_world(page: Page, number: int) -> np.ndarray:
 # --- other robots -----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.full
 def test_every_robot_of_a_saved_page_is_where_its_forward_kinematics_says(
     browser: Any, nao: nk.NaoModel, tmp_path: Path
 ) -> None:
@@ -104,6 +105,7 @@ def test_every_robot_of_a_saved_page_is_where_its_forward_kinematics_says(
     assert np.allclose(typed.fk(third.q), typed.fk(q_typed), atol=1e-12)
 
 
+@pytest.mark.full
 def test_romeo_stands_beside_a_nao(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
     try:
         romeo = nk.load_robot("romeo")
@@ -118,6 +120,7 @@ def test_romeo_stands_beside_a_nao(browser: Any, nao: nk.NaoModel, tmp_path: Pat
         assert page.run("() => naoKin.others.robots.get(1).shown.robot.lowest()") == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.full
 def test_a_robot_comes_moves_and_goes_in_an_open_page_and_leaves_nothing_behind(
     page: Page, live: Viewer, nao: nk.NaoModel
 ) -> None:
@@ -161,6 +164,7 @@ def test_a_robot_comes_moves_and_goes_in_an_open_page_and_leaves_nothing_behind(
         other.display(q)
 
 
+@pytest.mark.full
 def test_robots_are_named_hidden_and_looked_at_in_the_panel(
     browser: Any, nao: nk.NaoModel, tmp_path: Path, page: Page
 ) -> None:
@@ -249,6 +253,7 @@ def _rows(count: int) -> np.ndarray:
     return np.random.default_rng(3).normal(size=(count, 3))
 
 
+@pytest.mark.full
 def test_points_lines_and_meshes_are_in_a_saved_page(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
     viewer, points, solid = Viewer(nao), _rows(500), trimesh.creation.icosphere(subdivisions=2, radius=0.05)
     solid.export(tmp_path / "ball.stl")
@@ -326,6 +331,7 @@ def test_a_picture_has_the_shapes(browser: Any, nao: nk.NaoModel, tmp_path: Path
         assert ((g > 150) & (r < 80) & (b < 80)).sum() > 100
 
 
+@pytest.mark.full
 def test_names_of_any_kind_do_no_harm(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
     viewer = Viewer(nao)
     for name in HOSTILE:
@@ -451,6 +457,7 @@ def test_a_callback_that_fails_or_takes_its_time_harms_nobody(
         subscription.remove()
 
 
+@pytest.mark.full
 def test_a_button_of_one_page_is_known_here_and_in_the_other_page(browser: Any, page: Page, live: Viewer) -> None:
     assert live.shown["com"] is False
     with opened(browser, live.url) as other:
@@ -495,6 +502,7 @@ def test_what_a_page_says_of_buttons_is_not_believed_blindly(page: Page, live: V
     assert len(live.shown) <= 64
 
 
+@pytest.mark.full
 def test_the_configuration_is_known_while_a_clip_plays(page: Page, live: Viewer, nao: nk.NaoModel) -> None:
     clip = np.linspace(nao.posture("StandInit"), nao.posture("Crouch"), 11)
     live.animate(clip, fps=5.0, loop=False)
@@ -525,6 +533,7 @@ def test_a_clip_plays_that_takes_the_place_of_another(page: Page, live: Viewer, 
         )
 
 
+@pytest.mark.full
 def test_a_page_that_opens_when_a_slider_has_stopped_the_clip_does_not_play_it(
     browser: Any, page: Page, live: Viewer, nao: nk.NaoModel
 ) -> None:
@@ -542,6 +551,7 @@ def test_a_page_that_opens_when_a_slider_has_stopped_the_clip_does_not_play_it(
     page.tab.wait_for_function("() => !naoKin.player.loaded")
 
 
+@pytest.mark.full
 def test_of_two_pages_that_play_a_clip_callbacks_hear_one(
     browser: Any, page: Page, live: Viewer, nao: nk.NaoModel
 ) -> None:
@@ -586,6 +596,7 @@ def test_what_is_shown_is_recorded_as_a_motion(page: Page, live: Viewer, nao: nk
     assert len(taken) == len(taken.times) < 30
 
 
+@pytest.mark.full
 def test_recordings_of_any_length_need_bounded_memory(nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch) -> None:
     clock = iter(np.arange(0.0, 1e6, 0.04))
     monkeypatch.setattr(handles, "time", SimpleNamespace(monotonic=lambda: float(next(clock))))

@@ -94,6 +94,7 @@ def message_away(page: Page) -> None:
 # --- numbers and steps ------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.full
 def test_tab_leaves_a_number_and_takes_what_was_typed(page: Page) -> None:
     field(page, "HeadYaw").click()
     page.tab.keyboard.type("12.5")
@@ -236,6 +237,7 @@ def test_units_are_switched_everywhere_and_typed_too(page: Page, nao: nk.NaoMode
     assert field(page, "LKneePitch").input_value() == "28.6"
 
 
+@pytest.mark.full
 def test_units_and_colours_are_remembered(browser: Any, document: Path) -> None:
     with visitor(browser, viewport={"width": 900, "height": 600}) as context:
         for visit in range(2):
@@ -253,6 +255,7 @@ def test_units_and_colours_are_remembered(browser: Any, document: Path) -> None:
             tab.close()
 
 
+@pytest.mark.full
 def test_a_browser_that_remembers_nothing_still_switches(browser: Any, document: Path) -> None:
     forbid = """
         const refuse = () => { throw new DOMException('forbidden', 'SecurityError'); };
@@ -559,6 +562,7 @@ def state_of(tab: Any) -> dict[str, Any]:
     )
 
 
+@pytest.mark.full
 def test_a_link_reproduces_everything(page: Page, browser: Any, nao: nk.NaoModel) -> None:
     tool(page, "LyingBack").click()
     q = nao.random(6)
@@ -605,6 +609,7 @@ def test_a_link_is_followed_though_the_page_writes_its_address_at_that_moment(pa
     page.tab.wait_for_function("() => naoKin.q[0] === 0.375")
 
 
+@pytest.mark.full
 def test_the_address_follows_and_is_no_step_of_the_browsers_history(browser: Any, document: Path) -> None:
     with another(browser, document) as tab:
         entries = tab.evaluate("() => history.length")
@@ -635,6 +640,7 @@ def test_a_link_that_is_none_changes_nothing(page: Page, nao: nk.NaoModel, text:
     assert np.array_equal(page.q, nao.posture("StandInit"))
 
 
+@pytest.mark.full
 def test_a_live_page_goes_where_a_link_leads_but_not_where_it_was(browser: Any, nao: nk.NaoModel) -> None:
     with Viewer(nao) as viewer:
         viewer.display(nao.posture("Crouch"))
@@ -676,6 +682,7 @@ def test_a_page_that_is_hidden_when_it_opens_shows_the_robot_later(
         assert np.isfinite(place).all()
 
 
+@pytest.mark.full
 def test_a_page_inside_another_works_too(browser: Any, document: Path, tmp_path: Path) -> None:
     outer = framed(document, tmp_path / "outer.html", 'sandbox="allow-scripts"')
     with visitor(browser, viewport={"width": 950, "height": 650}) as context:
@@ -817,6 +824,7 @@ def test_every_joint_can_be_reached_in_every_window(
         assert tab.locator("#panel").is_visible()
 
 
+@pytest.mark.full
 def test_targets_for_fingers_are_large_enough(browser: Any, document: Path) -> None:
     small = """(shown) => [...document.querySelectorAll('button, select, input, summary, [role="separator"]')]
         .filter((e) => e.checkVisibility() && (shown ? e.closest(shown) : !e.closest('[popover], #player')))
@@ -842,6 +850,7 @@ def test_a_finger_moves_a_slider(browser: Any, document: Path) -> None:
         assert state_of(tab)["q"][0] > 0.5
 
 
+@pytest.mark.full
 def test_everything_grows_with_the_readers_font(browser: Any, document: Path) -> None:
     measure = """() => [document.querySelector('.joint .name'), document.querySelector('.tools button')]
         .map((e) => e.getBoundingClientRect().height)"""
@@ -859,6 +868,7 @@ def test_everything_grows_with_the_readers_font(browser: Any, document: Path) ->
         large.close()
 
 
+@pytest.mark.full
 def test_the_panel_is_resized_by_pointer_and_keys_and_stays_so(browser: Any, document: Path) -> None:
     with another(browser, document) as tab:
         width: Callable[[], float] = lambda: tab.locator("#panel").bounding_box()["width"]  # noqa: E731
@@ -945,6 +955,7 @@ def test_axe_finds_nothing(
         assert violations(tab) == []
 
 
+@pytest.mark.full
 def test_reduced_motion_and_forced_colours_are_obeyed(browser: Any, document: Path) -> None:
     with another(browser, document, reduced_motion="reduce", forced_colors="active") as tab:
         assert tab.evaluate("() => getComputedStyle(document.querySelector('button')).transitionDuration") == "0s"

@@ -318,6 +318,7 @@ def test_a_link_that_follows_another_joint_moves_both(page: Page, nao: nk.NaoMod
     page.tab.mouse.up()
 
 
+@pytest.mark.full
 def test_the_camera_turns_where_no_joint_is_dragged(page: Page, nao: nk.NaoModel) -> None:
     def turned(place: Any, button: str = "left", key: str | None = None) -> bool:
         view, q = np.array(page.run(CAMERA)), page.q
@@ -436,6 +437,7 @@ def test_a_click_selects_the_frame_of_a_link_and_another_beside_the_robot_lets_i
     assert frame.evaluate("(select) => select.selectedOptions[0].text") == "none selected"
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("reference", ["torso", "LForeArm", "RLeg", "CameraTop"])
 def test_the_pose_is_that_of_forward_kinematics_in_any_frame(page: Page, nao: nk.NaoModel, reference: str) -> None:
     page.set(nao.random(5))
@@ -502,6 +504,7 @@ def points(page: Page) -> list[tuple[str, list[float]]]:
         [naoKin.robot.about.links[link].name, local.toArray()])""")  # type: ignore[no-any-return]
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("way", ["shift", "button"])
 def test_two_points_of_the_surface_stay_on_their_links(page: Page, nao: nk.NaoModel, way: str) -> None:
     if way == "shift":
@@ -693,6 +696,7 @@ def crane(tmp_path: Path) -> nk.RobotModel:
     return nk.RobotModel.from_urdf(path)
 
 
+@pytest.mark.full
 def test_slides_and_what_follows_them_are_dragged_along_their_axes(
     browser: Any, crane: nk.RobotModel, tmp_path: Path
 ) -> None:
@@ -720,6 +724,7 @@ def test_slides_and_what_follows_them_are_dragged_along_their_axes(
         page.tab.mouse.up()
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("limits", [(-0.1, 2.0), (-2.0, 0.1)])
 def test_a_pendulum_is_pulled_up_the_way_that_it_can_go(
     browser: Any, tmp_path: Path, limits: tuple[float, float]
@@ -736,6 +741,7 @@ def test_a_pendulum_is_pulled_up_the_way_that_it_can_go(
         page.tab.mouse.up()
 
 
+@pytest.mark.full
 def test_romeo_is_taken_by_its_links(browser: Any, tmp_path: Path) -> None:
     romeo = nk.load_robot("romeo")
     with opened(browser, Viewer(romeo).save_html(tmp_path / "romeo.html"), SIZE) as page:
@@ -757,6 +763,7 @@ def test_romeo_is_taken_by_its_links(browser: Any, tmp_path: Path) -> None:
         assert tried >= 3
 
 
+@pytest.mark.full
 def test_names_of_other_peoples_making_are_shown_as_text(browser: Any, tmp_path: Path) -> None:
     link = "<b>" + "x" * 3000
     path = tmp_path / "hostile.urdf"

@@ -81,6 +81,7 @@ def choose(page: Page, axis: str) -> None:
     page.tab.get_by_label("Axis of the cut").select_option(axis)
 
 
+@pytest.mark.full
 def test_the_page_opens_with_the_cut_that_was_asked_for(page: Page, reach: ReachMap) -> None:
     assert page.tab.locator("#cut").is_visible()
     assert page.tab.locator("#cut output").inner_text() == "y < 150 mm"
@@ -161,6 +162,7 @@ def test_a_cut_changes_the_picture(browser: Any, nao: nk.NaoModel, reach: ReachM
         assert np.mean(np.abs(page.picture().astype(int) - whole).max(axis=-1) > 30) > 0.05
 
 
+@pytest.mark.full
 def test_the_voxels_move_with_their_reference(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
     reach = workspace(nao, "LArm", 3000, voxel=0.05, reference="Head")
     viewer = Viewer(nao)
@@ -178,6 +180,7 @@ def test_the_voxels_move_with_their_reference(browser: Any, nao: nk.NaoModel, tm
         assert page.run(CLOUDS, "ghost") == 0
 
 
+@pytest.mark.full
 def test_a_live_page_takes_it_away_and_shows_another(browser: Any, nao: nk.NaoModel, reach: ReachMap) -> None:
     with Viewer(nao) as viewer, opened(browser, viewer.url) as page:
         assert page.run(CLOUDS, "scene") == 0

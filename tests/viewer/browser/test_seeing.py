@@ -75,6 +75,7 @@ def _orbit(page: Page, steps: int) -> None:
 # --- what is drawn, and how often --------------------------------------------------------------------------------
 
 
+@pytest.mark.full
 def test_nothing_is_drawn_while_nothing_changes(page: Page) -> None:
     _rest(page)
     page.tab.wait_for_timeout(200)
@@ -96,6 +97,7 @@ def test_a_movement_is_drawn_fast_and_then_once_at_its_best(page: Page) -> None:
     assert page.run("() => [pictures.fine, pictures.fast]") == [best, page.run("() => pictures.fast")]
 
 
+@pytest.mark.full
 def test_a_tap_on_the_view_or_on_a_posture_is_never_drawn_fast(page: Page) -> None:
     _rest(page)
     page.tab.wait_for_timeout(1100)
@@ -108,6 +110,7 @@ def test_a_tap_on_the_view_or_on_a_posture_is_never_drawn_fast(page: Page) -> No
     assert page.run("() => pictures.fast") == 0
 
 
+@pytest.mark.full
 def test_two_seconds_at_60_hertz_leave_nothing_behind(browser: Any, document: Path, nao: nk.NaoModel) -> None:
     with opened(browser, document, (320, 240)) as page:
         page.run("() => naoKin.show({ frames: true, axes: true, com: true, support: true, eye: true })")

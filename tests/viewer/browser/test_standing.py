@@ -65,6 +65,7 @@ def _rests(nao: nk.NaoModel, q: np.ndarray, T: np.ndarray) -> bool:
     return bool((touching @ np.stack([np.cos(angles), np.sin(angles)])).max(axis=0).min() > 0.0)
 
 
+@pytest.mark.full
 def test_a_posture_that_is_displayed_rests_as_the_robot_does(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
     viewer = Viewer(nao)
     for name in ("SitRelax", "LyingBack"):
@@ -81,6 +82,7 @@ def test_every_posture_is_set_down_balanced_on_the_floor(page: Page, nao: nk.Nao
         assert page.run("() => naoKin.robot.lowest()") == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.full
 def test_a_robot_on_its_back_still_lies_there_when_an_arm_moves(page: Page, nao: nk.NaoModel) -> None:
     angles = nao.angles(nao.posture("LyingBack"))
     for joint, values in (("LShoulderPitch", (-1.5, 0.0, 1.0)), ("RShoulderRoll", (-1.2, -0.4)), ("HeadYaw", (1.0,))):
@@ -91,6 +93,7 @@ def test_a_robot_on_its_back_still_lies_there_when_an_arm_moves(page: Page, nao:
             assert _rests(nao, q, T), (joint, value)
 
 
+@pytest.mark.full
 def test_a_robot_on_the_floor_rests_wherever_its_joints_are(page: Page, nao: nk.NaoModel) -> None:
     rested = 0
     for q in nao.random(3, 60):
@@ -126,6 +129,7 @@ def test_what_is_shown_alone_does_not_depend_on_what_was_shown_before(page: Page
         assert np.abs(_placement(page) - alone).max() < 1e-9
 
 
+@pytest.mark.full
 def test_a_slow_way_from_crouching_to_lying_falls_once(page: Page, nao: nk.NaoModel) -> None:
     way = [nao.posture(name) for name in ("Crouch", "SitRelax", "LyingBack")]
     _set_down(page, way[0])
@@ -192,6 +196,7 @@ def _scrub(page: Page, key: str) -> None:
     page.tab.keyboard.press(key)
 
 
+@pytest.mark.full
 def test_a_clip_sits_down(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
     viewer = Viewer(nao)
     viewer.animate(np.linspace(nao.posture("Stand"), nao.posture("Sit"), 50), play=False)
@@ -202,13 +207,14 @@ def test_a_clip_sits_down(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> Non
         assert _rests(nao, page.q, _placement(page))
 
 
+@pytest.mark.full
 def test_a_clip_goes_along_with_the_directions_given(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
     viewer, q = Viewer(nao), nao.posture("StandZero")
     angles = np.linspace(0.0, np.pi / 2, 11)
     ups = np.stack([np.sin(angles), np.zeros(11), np.cos(angles)], axis=1)
     for up, begin, end in ((2.0 * ups, ups[0], ups[-1]), ([0.0, 3.0, 0.0], [0, 1, 0], [0, 1, 0])):
         viewer.animate(np.tile(q, (11, 1)), 10.0, play=False, up=up)
-        with opened(browser, viewer.save_html(tmp_path / "falls.html")) as page:
+        with opened(browser, viewer.save_html(tmp_path / "falls.html", overwrite=True)) as page:
             assert np.allclose(_up(page), begin, atol=1e-6)
             _scrub(page, "End")
             assert np.allclose(_up(page), end, atol=1e-6)

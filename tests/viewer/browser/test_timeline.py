@@ -100,6 +100,7 @@ def test_keys_are_added_behind_each_other_and_poses_between_are_those_of_python(
             assert np.abs(page.poses(nao.link_names) - nao.fk(q)).max() < 1e-6
 
 
+@pytest.mark.full
 def test_a_key_is_dragged_retimed_duplicated_replaced_and_deleted(page: Page, nao: nk.NaoModel) -> None:
     make_keys(page)
     x, y = across(page, 1.0)
@@ -182,6 +183,7 @@ def test_a_plot_says_in_words_what_it_draws(page: Page, nao: nk.NaoModel) -> Non
     assert page.tab.locator(".plot canvas").count() == 0
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("kind", ["CSV", "JSON"])
 def test_what_is_saved_is_read_by_python_and_by_the_page_again(
     page: Page, nao: nk.NaoModel, tmp_path: Path, kind: str, capsys: pytest.CaptureFixture[str]
@@ -213,6 +215,7 @@ def test_what_is_saved_is_read_by_python_and_by_the_page_again(
     assert np.abs(page.q - expected[1]).max() < 1e-12
 
 
+@pytest.mark.full
 def test_the_last_step_that_is_undone_leaves_the_focus_where_it_is(page: Page) -> None:
     make_keys(page)
     page.tab.get_by_role("button", name="Undo the change of key frames").focus()
@@ -223,6 +226,7 @@ def test_the_last_step_that_is_undone_leaves_the_focus_where_it_is(page: Page) -
     assert page.tab.get_by_role("button", name="Undo the change of key frames").is_disabled()
 
 
+@pytest.mark.full
 def test_smooth_keys_are_saved_as_they_are_or_sampled(page: Page, nao: nk.NaoModel, tmp_path: Path) -> None:
     make_keys(page)
     page.tab.get_by_label("Between the keys").select_option("smooth")
@@ -232,6 +236,7 @@ def test_smooth_keys_are_saved_as_they_are_or_sampled(page: Page, nao: nk.NaoMod
     assert np.abs(exact.sample(at) - sampled.sample(at)).max() < 2e-3
 
 
+@pytest.mark.full
 def test_a_motion_of_python_is_opened(page: Page, nao: nk.NaoModel, tmp_path: Path) -> None:
     nod = nk.Motion([[0.0, 0.5, 1.0], [0.2, 0.4]], ["HeadYaw", "HeadPitch"], [[0.0, 0.3, 0.0], [0.1, 0.2]])
     for name in ("nod.csv", "nod.json"):
@@ -243,6 +248,7 @@ def test_a_motion_of_python_is_opened(page: Page, nao: nk.NaoModel, tmp_path: Pa
             assert np.abs(page.q - nod.configurations(nao, times=[time], fill="StandInit").q[0]).max() < 1e-9
 
 
+@pytest.mark.full
 def test_a_bad_file_is_refused_in_one_line_and_changes_nothing(page: Page, tmp_path: Path) -> None:
     make_keys(page)
     before = page.q
@@ -287,6 +293,7 @@ KEYS = """() => {
 }"""
 
 
+@pytest.mark.full
 def test_a_link_leads_to_the_key_frames_too(page: Page, browser: Any, nao: nk.NaoModel) -> None:
     make_keys(page)
     page.tab.get_by_label("Between the keys").select_option("smooth")
@@ -316,6 +323,7 @@ def test_a_link_leads_to_the_key_frames_too(page: Page, browser: Any, nao: nk.Na
             other.tab.get_by_role("button", name="Close the message").click()
 
 
+@pytest.mark.full
 def test_a_link_without_room_for_the_key_frames_says_so(page: Page, nao: nk.NaoModel, tmp_path: Path) -> None:
     motion = nk.Motion(np.arange(80.0), nao.joint_names, nao.random(3, 80), "smooth")
     write_motion(motion, tmp_path / "long.json")
@@ -329,6 +337,7 @@ def test_a_link_without_room_for_the_key_frames_says_so(page: Page, nao: nk.NaoM
     page.tab.context.clear_permissions()
 
 
+@pytest.mark.full
 def test_keys_that_are_too_fast_are_named_and_slowed_down(page: Page, nao: nk.NaoModel, tmp_path: Path) -> None:
     make_keys(page)
     page.tab.get_by_role("slider", name="Key 3 of 3").focus()
@@ -345,6 +354,7 @@ def test_keys_that_are_too_fast_are_named_and_slowed_down(page: Page, nao: nk.Na
         assert [found for found in check(nao, read_motion(path)).violations if "speed" in str(found).lower()] == []
 
 
+@pytest.mark.full
 def test_what_moves_is_recorded_played_and_made_into_keys(page: Page, nao: nk.NaoModel, tmp_path: Path) -> None:
     press(page, "Record what moves")
     page.slider("HeadYaw").focus()
@@ -370,6 +380,7 @@ def test_what_moves_is_recorded_played_and_made_into_keys(page: Page, nao: nk.Na
     assert 2 <= len(times(page)) <= len(yaw)
 
 
+@pytest.mark.full
 def test_the_speed_is_chosen_for_keys_and_for_clips_of_python(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
     viewer = Viewer(nao)
     viewer.animate(np.linspace(nao.posture("StandInit"), nao.posture("Crouch"), 101), 10.0, play=False)
@@ -398,6 +409,7 @@ def test_the_speed_is_chosen_for_keys_and_for_clips_of_python(browser: Any, nao:
         assert page.run("() => naoKin.player.playback === naoKin.player.clip")
 
 
+@pytest.mark.full
 def test_trails_are_where_the_frames_go(page: Page, nao: nk.NaoModel) -> None:
     make_keys(page)
     press(page, "Trails of frames")
@@ -422,6 +434,7 @@ def test_trails_are_where_the_frames_go(page: Page, nao: nk.NaoModel) -> None:
     assert page.run("() => naoKin.player.trails.group.children.length") == 0
 
 
+@pytest.mark.full
 def test_what_the_page_plays_is_known_to_python(browser: Any, nao: nk.NaoModel) -> None:
     with Viewer(nao) as viewer, opened(browser, viewer.url, SIZE) as page:
         make_keys(page)
@@ -475,6 +488,7 @@ def test_python_and_other_pages_follow_what_one_plays(browser: Any, nao: nk.NaoM
         subscription.remove()
 
 
+@pytest.mark.full
 def test_what_python_displays_is_recorded(browser: Any, nao: nk.NaoModel) -> None:
     with Viewer(nao) as viewer, opened(browser, viewer.url, SIZE) as page:
         press(page, "Record what moves")
@@ -488,6 +502,7 @@ def test_what_python_displays_is_recorded(browser: Any, nao: nk.NaoModel) -> Non
         assert page.run("() => naoKin.player.motion.count") > 6
 
 
+@pytest.mark.full
 def test_keys_are_made_and_moved_by_touch(browser: Any, document: Path) -> None:
     with visitor(browser, viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True) as context:
         tab = context.new_page()

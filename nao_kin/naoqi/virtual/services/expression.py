@@ -140,7 +140,7 @@ class ALLeds(Service):
         """Make a group of LEDs or groups."""
         name = arguments.text(groupName, "groupName")
         if name in self.colours or (name in self._groups and name not in self._own_groups):
-            raise BadArgument(f"{name} is there already")
+            raise BadArgument(f"{name} already exists")
         if not isinstance(ledNames, (list, tuple)) or not ledNames:
             raise BadArgument("ledNames must be a list of LEDs")
         self._groups[name] = tuple(dict.fromkeys(part for each in ledNames for part in self._parts(each)))
