@@ -23,6 +23,8 @@ OPEN := $(if $(filter Darwin,$(shell uname)),open,xdg-open)
 LOWEST ?= .venv-lowest
 LIGHT ?= .venv-light
 PIP_INSTALL := python -m pip install --quiet --disable-pip-version-check --no-compile
+# Bytecode is kept: the tests start hundreds of processes, and each worker reads all tests.
+unexport PYTHONDONTWRITEBYTECODE
 QUICK := -m "not slow and not full" --hypothesis-profile=quick
 PARALLEL := -n $(WORKERS) --dist loadfile --no-loadscope-reorder
 

@@ -124,7 +124,7 @@ def _wait_for(path: Path) -> None:
 
 def _whole(nao: nk.NaoModel, source: Path, path: Path) -> bytes:
     """What a run without any interruption writes."""
-    nk.stream.fk(nao, source, ["LLeg", "RLeg"], path, as_="rpy")
+    nk.stream.fk(nao, source, ["LLeg", "RLeg"], path, as_="rpy", overwrite=True)
     content = path.read_bytes()
     path.unlink()
     return content
@@ -217,7 +217,7 @@ def test_an_exception_in_python_leaves_the_finished_parts(
     expected = _whole(nao, walk, poses)
     _interrupt(nao, walk, poses, monkeypatch)
     assert not poses.exists()
-    result = nk.stream.fk(nao, walk, ["LLeg", "RLeg"], poses, as_="rpy")
+    result = nk.stream.fk(nao, walk, ["LLeg", "RLeg"], poses, as_="rpy", overwrite=True)
     assert 0 < result.rows_resumed < 500
     assert poses.read_bytes() == expected
 
