@@ -457,7 +457,7 @@ def test_view_writes_a_page_that_plays_the_motion(
         (("--rate", "10", "--fps", "5"), 10.0, 5.0),
     ):
         page = tmp_path / "page.html"
-        assert run(["view", nod, "--posture", "Crouch", "--html", str(page), *options]) == 0
+        assert run(["view", nod, "--posture", "Crouch", "--html", str(page), "--force", *options]) == 0
         viewer = nk.Viewer(nao)
         viewer.animate(_nod().configurations(nao, rate=rate, fill="Crouch").q, fps)
         viewer.camera("three-quarter")

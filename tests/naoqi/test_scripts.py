@@ -491,7 +491,7 @@ def test_the_robot_of_the_command_may_be_calibrated(tmp_path: Path) -> None:
     assert np.allclose(np.reshape([float(word) for word in done.stdout.split()], (4, 4)), expected, atol=1e-6)
 
 
-@pytest.mark.parametrize("options", first_now([(), ("--asleep",)]))
+@pytest.mark.parametrize("options", first_now([(), (("--asleep",),)]))
 def test_a_script_that_never_asks_for_stiffness_moves_or_is_told_so(tmp_path: Path, options: tuple[str, ...]) -> None:
     script = tmp_path / "head.py"
     script.write_text(

@@ -33,7 +33,7 @@ export class Head extends Neck {
       // The trace of Ry(−pitch) Rz(−yaw) R has one maximum.
       /** @param {number} c @param {number} s */
       const bestPitch = (c, s) => Math.atan2(W[2] * c + W[5] * s - W[6], W[0] * c + W[3] * s + W[8]);
-      answer.nearest = this.bestYaw((values) => orientationError(W, values), bestPitch, enforce);
+      answer.nearest = this.bestYaw((values) => orientationError(W, values), bestPitch, q[0], enforce);
     }
     return answer.concluded();
   }

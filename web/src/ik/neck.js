@@ -3,10 +3,9 @@ import { Limb } from "./limb.js";
 
 /** @import { GazeNumbers, HeadNumbers, Nearest } from "./types.js" */
 
-// Steps of the search for the nearest yaw, divisions after it, and the share of the range that one keeps.
+// Steps of the search for the nearest yaw, and halvings of the step after it.
 const STEPS = 120;
-const DIVISIONS = 60;
-const GOLDEN = 0.5 * (Math.sqrt(5) - 1);
+const FINER = 48;
 
 /**
  * HeadYaw and HeadPitch, R = Rz(yaw) Ry(pitch), and the search for the values of both that come nearest to a target.
@@ -20,10 +19,11 @@ export class Neck extends Limb {
    *
    * @param {(values: number[]) => number} errorOf [rad]
    * @param {(c: number, s: number) => number} bestPitch at the cosine and sine of a yaw, whatever the limits
+   * @param {number} near a yaw to try beside the even steps
    * @param {boolean} enforce
    * @returns {Nearest}
    */
-  bestYaw(errorOf, bestPitch, enforce) {
+  bestYaw(errorOf, bestPitch, near, enforce) {
     const [low, high] = this.yawRange(enforce);
     /** @param {number} yaw @returns {Nearest} */
     const at = (yaw) => {
@@ -33,17 +33,16 @@ export class Neck extends Limb {
       const tried = pitches.map((pitch) => ({ values: [yaw, pitch], error: errorOf([yaw, pitch]) }));
       return tried.reduce((a, b) => (a.error < b.error ? a : b));
     };
-    const step = (high - low) / STEPS;
-    const grid = Array.from({ length: STEPS + 1 }, (_, i) => at(low + i * step));
-    let best = grid.reduce((a, b) => (b.error < a.error ? b : a));
-    let [left, right] = [Math.max(low, best.values[0] - step), Math.min(high, best.values[0] + step)];
-    for (let i = 0; i < DIVISIONS; i++) {
-      const width = GOLDEN * (right - left);
-      const [one, two] = [at(right - width), at(left + width)];
-      if (one.error < two.error) right = two.values[0];
-      else left = one.values[0];
-      const lesser = one.error < two.error ? one : two;
-      if (lesser.error < best.error) best = lesser;
+    let step = (high - low) / STEPS;
+    const yaws = [clamp(near, low, high), ...Array.from({ length: STEPS + 1 }, (_, i) => low + i * step)];
+    let best = yaws.map(at).reduce((a, b) => (b.error < a.error ? b : a));
+    for (let i = 0; i < FINER; i++) {
+      const middle = best.values[0];
+      for (const yaw of [middle - step, middle + step]) {
+        const other = at(clamp(yaw, low, high));
+        if (other.error < best.error) best = other;
+      }
+      step *= 0.5;
     }
     return best;
   }
