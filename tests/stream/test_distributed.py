@@ -263,7 +263,8 @@ def test_equal_questions_have_equal_names_and_others_have_others(nao: nk.NaoMode
     assert distributed.fk(nao, q, ("LArm",)).name == asked[2].name
 
 
-def test_another_process_finds_the_same_name(nao: nk.NaoModel) -> None:
+def test_another_process_finds_the_same_name() -> None:
+    nao = nk.load_nao()  # not that of the session, which other tests may have left with other numbers
     program = (
         "import dask.array as da, nao_kin as nk\n"
         "nao = nk.load_nao()\n"
