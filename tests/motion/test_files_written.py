@@ -324,3 +324,10 @@ def test_a_hundred_thousand_keys_come_back(tmp_path: Path, name: str) -> None:
     assert sum(map(len, again.keys)) >= 25 * rows
     column = again.joint_names.index("RHand")
     assert np.allclose(again.keys[column], keys[:, 25], atol=1e-12)
+
+
+def test_a_joint_of_webots_is_free_outside_its_own_keys_when_sampled_too(tmp_path: Path) -> None:
+    wave = Motion([[0.0, 1.0], [0.5, 0.75]], ["LShoulderRoll", "LHand"], [[0.2, 1.0], [0.0, 1.0]])
+    write_motion(wave, tmp_path / "a.motion", rate=4.0)
+    lines = (tmp_path / "a.motion").read_text().splitlines()
+    assert [line.split(",")[-1] for line in lines[1:]] == ["*", "*", "0.0", "1.0", "*"]

@@ -165,7 +165,7 @@ def write_motion(
     if chosen.write is None:
         raise BadArgument(f"{chosen.name} files are only read; write one of: {described_formats(written=True)}")
     check_replaceable(path, overwrite=overwrite)
-    write_bytes(path, chosen.write(motion if rate is None else resample(motion, rate)))
+    write_bytes(path, chosen.write(motion if rate is None else resample(motion, rate), motion))
 
 
 # --- Files with a motion, or with configurations without times.

@@ -347,7 +347,7 @@ def automatic_handles(frames: Floats, values: Floats) -> Floats:
     return handles_along(frames, slopes, slopes)
 
 
-def write(motion: Motion) -> bytes:
+def write(motion: Motion, _: Motion) -> bytes:
     """Write a behaviour with one timeline, in degrees and ratios, at 25, 50, 100 or 1000 frames a second."""
     fps, frames = _frames(motion)
     curves = motion.as_bezier()

@@ -86,7 +86,7 @@ def _read_csv(source: MotionSource) -> Motion:
     return motion_of(source, tracks, negative=True)
 
 
-def _write_csv(motion: Motion) -> bytes:
+def _write_csv(motion: Motion, _: Motion) -> bytes:
     """Write CSV in seconds and radians, hands as ratios; a cell is empty where a joint has no key."""
     warn_of_curves(motion, "CSV")
     times = motion.key_times
@@ -184,7 +184,7 @@ def _arrays(source: MotionSource) -> dict[str, NDArray[Any]]:
         raise source.error(f"no npz file of a motion: {abbreviated(error)}") from None
 
 
-def _write_npz(motion: Motion) -> bytes:
+def _write_npz(motion: Motion, _: Motion) -> bytes:
     """Write an npz file that gives back the same motion."""
     arrays: dict[str, Any] = {
         "joint_names": np.array(motion.joint_names),

@@ -119,7 +119,7 @@ def _positions(source: MotionSource, path: JsonPath) -> tuple[JsonPath, dict[str
     return path, found
 
 
-def _write_hulks(motion: Motion) -> bytes:
+def _write_hulks(motion: Motion, _: Motion) -> bytes:
     """Write a HULKs file of the newest generation with a key frame at each key time."""
     times, values = straight_rows(motion, "HULKs motion")
     table = nao_columns(motion, values, BODY_ORDER, "HULKs motion", one_hip=False)
@@ -223,7 +223,7 @@ def _read_motion2(source: MotionSource) -> Motion:
     )
 
 
-def _write_motion2(motion: Motion) -> bytes:
+def _write_motion2(motion: Motion, _: Motion) -> bytes:
     """Write a .motion2 file at full stiffness with a position at each key time."""
     times, values = straight_rows(motion, "motion2")
     named = [joint for joint in BODY_ORDER if joint in motion.joint_names]

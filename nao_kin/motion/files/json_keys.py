@@ -155,7 +155,7 @@ def _is_nested(times: list[Any]) -> bool:
     return bool(times) and isinstance(times[0], list)
 
 
-def write(motion: Motion) -> bytes:
+def write(motion: Motion, _: Motion) -> bytes:
     """Write a JSON file that gives back the same motion."""
     fields: dict[str, Any] = {
         "times": [times.tolist() for times in motion.times],

@@ -292,7 +292,7 @@ def _number(source: MotionSource, node: ast.expr, place: Place) -> float:
     return float(value)
 
 
-def _write_python(motion: Motion) -> bytes:
+def _write_python(motion: Motion, _: Motion) -> bytes:
     """Write an export: plain keys of a linear motion, else Bezier control points."""
     kind = "simplified" if motion.interpolation == "linear" else "bezier"
     call = (
@@ -417,7 +417,7 @@ def _is_points(rows: list[Any]) -> bool:
     return isinstance(rows[0], list) and bool(rows[0]) and not isinstance(rows[0][0], list) and len(rows[0]) == 3
 
 
-def _write_naoqi(motion: Motion) -> bytes:
+def _write_naoqi(motion: Motion, _: Motion) -> bytes:
     """Write the arguments of angleInterpolation for a linear motion, else of angleInterpolationBezier."""
     names = json.dumps(list(motion.joint_names), ensure_ascii=False)
     stamps, keys = ([row.tolist() for row in motion.times], points(motion))

@@ -115,7 +115,7 @@ def _numbers(source: MotionSource, line: str, number: int, names: list[str]) -> 
     return source.decimals([word[0] for word in words], names, lambda at: Place(number, words[at].start() + 1))
 
 
-def write(motion: Motion) -> bytes:
+def write(motion: Motion, _: Motion) -> bytes:
     """Write a .pos file with a pose at each key time."""
     times, values = straight_rows(motion, "rUNSWift pos")
     table = np.degrees(nao_columns(motion, values, list(SHORT_NAMES.values()), "rUNSWift pos", one_hip=True))

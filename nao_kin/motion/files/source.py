@@ -234,8 +234,8 @@ class Format:
     # Whether the content looks like this format.
     recognises: Callable[[MotionSource], bool] = field(repr=False)
     read: Callable[[MotionSource], Motion] = field(repr=False)
-    # The bytes of a file with a motion; None for a format that is only read.
-    write: Callable[[Motion], bytes] | None = field(repr=False, default=None)
+    # The bytes of a file with a motion, given also before it was sampled; None for a format that is only read.
+    write: Callable[[Motion, Motion], bytes] | None = field(repr=False, default=None)
 
 
 def has_line(pattern: re.Pattern[str]) -> Callable[[MotionSource], bool]:

@@ -141,14 +141,14 @@ def _seconds(source: MotionSource, field: str, line: int) -> float:
     return (minutes * 60000 + seconds * 1000 + thousandths) / 1000
 
 
-def write(motion: Motion) -> bytes:
-    """Write a pose at each key time; a joint has * before its first and after its last key."""
+def write(motion: Motion, original: Motion) -> bytes:
+    """Write a pose at each key time; a joint has * before its first and after its last key in the original motion."""
     times, values = straight_rows(motion, "Webots motion")
     stamps = milliseconds(times, "Webots motion")
     for joint in motion.joint_names:
         if not re.fullmatch(r"[^,\r\n]+", joint) or joint != joint.strip():
             raise BadArgument(f"a Webots motion file cannot hold the joint {quoted(joint)}")
-    free = np.stack([(times < own[0]) | (times > own[-1]) for own in motion.times], axis=-1)
+    free = np.stack([(times < own[0]) | (times > own[-1]) for own in original.times], axis=-1)
     lines = [",".join([_HEADER, _VERSION, *motion.joint_names])]
     rows = zip(stamps, values.tolist(), free.tolist(), strict=True)
     for number, (stamp, row, holds) in enumerate(rows, start=1):
