@@ -2,7 +2,7 @@
 #   make demo    sets everything up and runs the main job
 #   make test    sets everything up and checks what a change can break
 # And while working:
-#   make quick        lint and the fast tests, half a minute; with ROOM=ik, all tests of tests/ik
+#   make quick        lint and the fast tests, about a minute; with ROOM=ik, all tests of tests/ik
 #   make test-all     what `make test` leaves out: matrices, notebooks, wheels, other versions of the dependencies
 #   make test-lowest  the fast tests with the lowest versions of all dependencies that pyproject.toml allows
 #   make test-light   the wheel with the default dependencies alone answers, and says what an extra would bring
