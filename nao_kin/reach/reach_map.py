@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, as_floats, join_poses, whole_number
-from nao_kin._core.files import write_document
+from nao_kin._core.files import check_replaceable, write_document
 from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadArgument, BadInputFile, WrongShape
 from nao_kin.reach import files
@@ -347,6 +347,7 @@ class ReachMap:
             >>> reach.save("reach.npz").name
             'reach.npz'
         """
+        check_replaceable(path, overwrite=overwrite)
         arrays = {name: getattr(self, name) for name in ROW_ARRAYS}
         content = files.npz_bytes(asdict(self.settings), self.ranges, arrays)
         return write_document(path, content, overwrite=overwrite)[0]
@@ -359,6 +360,7 @@ class ReachMap:
         Raises:
             BadArgument: the map is empty, or the file exists, without `overwrite`, or cannot be written.
         """
+        check_replaceable(path, overwrite=overwrite)
         columns = {name: self.column(name) for name in files.COLUMNS}
         content = files.vtk_bytes(self.settings.robot, self.indices, self.voxel, columns)
         return write_document(path, content, overwrite=overwrite)[0]
@@ -374,6 +376,7 @@ class ReachMap:
         Raises:
             BadArgument: the map is empty, or the file exists, without `overwrite`, or cannot be written.
         """
+        check_replaceable(path, overwrite=overwrite)
         return write_document(path, files.ply_bytes(self.centres, self.column(colour_by)), overwrite=overwrite)[0]
 
     # --- inside ---------------------------------------------------------------------------------------------------
