@@ -328,9 +328,8 @@ class FrameTable:
         """Return the id of a frame."""
         if not isinstance(name, str) or name not in self._ids:
             raise UnknownName("frame", name, self.names)
-        if name in self._ambiguous and (
-            frames := self._ambiguous.pop(name, None)
-        ):  # another thread may have warned already
+        frames = self._ambiguous.pop(name, None)  # once: a later call does not warn again
+        if frames is not None:
             link, moved = frames
             warn_caller(
                 f"frame {quoted(name)}: the URDF has a link and a joint of this name. This is the link's frame "
