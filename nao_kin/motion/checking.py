@@ -16,7 +16,7 @@ from nao_kin.motion.configurations import HOLD, checked_rate, interval
 from nao_kin.motion.curves import Excesses, JointCurves, Quantity, combination, excesses, pieces_of
 from nao_kin.motion.interpolation import Segments
 from nao_kin.motion.motion import Motion, check_both
-from nao_kin.robot import COUPLING_TOLERANCE, LIMIT_TOLERANCE, RobotModel, joints_by_motor
+from nao_kin.robot import COUPLING_TOLERANCE, LIMIT_TOLERANCE, RobotModel, joint_bounds, joints_by_motor
 from nao_kin.robot.semantics import CoupledLimit
 
 # --- The violations that a check finds.
@@ -161,9 +161,13 @@ class MotionReport:
     def as_dict(self) -> dict[str, Any]:
         """Return the report for JSON, in seconds, radians, metres and ratios."""
         return {
-            **self.__dict__,
+            "robot": self.robot,
             "ok": self.ok,
             "joints": list(self.joints),
+            "start": self.start,
+            "end": self.end,
+            "sampled": self.sampled,
+            "left_out": self.left_out,
             "violations": [violation.as_dict() for violation in self.violations],
         }
 
@@ -230,14 +234,6 @@ def check(robot: RobotModel, motion: Motion, *, fill: str | ArrayLike = HOLD, ra
         left_out=sum(left_out for _, left_out in findings),
         sampled=rate if curves.sampled else None,
     )
-
-
-def joint_bounds(robot: RobotModel, joint: str) -> tuple[float, float, float]:
-    """Return the smallest and largest value of a joint and its speed limit, also of a mimic joint."""
-    mimic = robot.mimics.get(joint)
-    column = robot.joint_names.index(joint if mimic is None else mimic.joint)
-    lower, upper, speed = (float(row[column]) for row in (robot.lower, robot.upper, robot.velocity_limits))
-    return (lower, upper, speed) if mimic is None else (*mimic.range(lower, upper), abs(mimic.multiplier) * speed)
 
 
 def _limits(robot: RobotModel, joint: str, curve: Segments) -> _Found:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, choice
 from nao_kin.errors import BadArgument
-from nao_kin.motion.checking import bends, check, joint_bounds
+from nao_kin.motion.checking import bends, check
 from nao_kin.motion.configurations import HOLD, interval, sampling_times
 from nao_kin.motion.curves import JointCurves, pieces_of
 from nao_kin.motion.editing import cut, resample, time_warp
@@ -21,6 +21,7 @@ from nao_kin.robot import (
     Hips,
     RobotModel,
     check_hips,
+    joint_bounds,
     joints_by_motor,
     joints_of_side,
     motor_values,

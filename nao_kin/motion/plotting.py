@@ -10,9 +10,9 @@ import numpy as np
 
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import UnknownName
-from nao_kin.motion.checking import check, joint_bounds
+from nao_kin.motion.checking import check
 from nao_kin.motion.motion import Motion, check_both, checked_names
-from nao_kin.robot import RobotModel
+from nao_kin.robot import RobotModel, joint_bounds
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, as_floats, choice, common_batch
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.robot import RobotModel, check_robot
+from nao_kin.robot import RobotModel, check_robot, joint_bounds
 from nao_kin.robot.nao import BODY_ORDER
 
 # Body = Head + LArm + LLeg + RLeg + RArm (Aldebaran documentation 2.8, body parts of NAO6).
@@ -229,10 +229,5 @@ def limits(robot: RobotModel, names: str | Iterable[str] = "Body") -> Floats:
     """
     joints, mimics = joint_names(robot, names), robot.mimics
     columns = [robot.joint_names.index(mimics[joint].joint if joint in mimics else joint) for joint in joints]
-    table = np.stack([robot.lower, robot.upper, robot.velocity_limits, robot.effort_limits], axis=-1)
-    rows: Floats = table[columns]
-    for row, joint in zip(rows, joints, strict=True):
-        if joint in mimics:
-            row[:2] = mimics[joint].range(*row[:2].tolist())
-            row[2] *= abs(mimics[joint].multiplier)
-    return rows
+    bounds = np.array([joint_bounds(robot, joint) for joint in joints]).reshape(-1, 3)
+    return np.column_stack([bounds, robot.effort_limits[columns]])

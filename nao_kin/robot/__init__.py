@@ -30,6 +30,7 @@ from nao_kin.robot.model import RobotModel, check_robot as check_robot
 from nao_kin.robot.motors import (
     Hips as Hips,
     check_hips as check_hips,
+    joint_bounds as joint_bounds,
     joints_by_motor as joints_by_motor,
     joints_of_side as joints_of_side,
     motor_values as motor_values,

@@ -1,4 +1,4 @@
-"""Joints that share a motor, and left and right in the names of joints."""
+"""Joints and the motors that move them: bounds, shared motors, and left and right in the names of joints."""
 
 from __future__ import annotations
 
@@ -42,7 +42,16 @@ def other_side(name: str) -> str:
     return _SIDE.sub(lambda match: _WORDS.get(match.group()) or _OTHER[match.group()], name, count=1)
 
 
-# --- Joints that share a motor, such as the two HipYawPitch.
+# --- Joints and their motors; one may move several, such as the two HipYawPitch.
+
+
+def joint_bounds(robot: RobotModel, joint: str) -> tuple[float, float, float]:
+    """Return the smallest and largest value of a joint and its speed limit, also of a mimic joint."""
+    mimic = robot.mimics.get(joint)
+    column = robot.joint_names.index(joint if mimic is None else mimic.joint)
+    lower, upper, speed = (float(row[column]) for row in (robot.lower, robot.upper, robot.velocity_limits))
+    return (lower, upper, speed) if mimic is None else (*mimic.range(lower, upper), abs(mimic.multiplier) * speed)
+
 
 Hips = Literal["average", "left", "right"]
 
