@@ -19,16 +19,21 @@ class Extra:
     Attributes:
         name: as pip takes it.
         packages: its distributions, as in pyproject.toml; messages name the first.
-        modules: the modules imported from them; none if they hold data only.
         brings: what works with it.
         without: what works without it.
+        imported: the modules imported from them, none if they hold data only; None for modules of the same names.
     """
 
     name: str
     packages: tuple[str, ...]
-    modules: tuple[str, ...]
     brings: str
     without: str
+    imported: tuple[str, ...] | None = None
+
+    @property
+    def modules(self) -> tuple[str, ...]:
+        """The modules imported from the distributions."""
+        return self.packages if self.imported is None else self.imported
 
 
 EXTRAS = {
@@ -37,41 +42,26 @@ EXTRAS = {
         Extra(
             "batch",
             ("numba",),
-            ("numba",),
             "thousands of configurations or targets at once, and reach maps, by compiled code",
             "results are the same without it, and large batches slower",
         ),
         Extra(
             "robots",
             ("example-robot-data",),
-            (),
             "Romeo, TALOS, Panda and other robots by name",
             "any URDF file loads without it",
+            (),
         ),
         Extra(
             "descriptions",
             ("robot_descriptions",),
-            ("robot_descriptions",),
             "hundreds of robots by name, downloaded on first use",
             "any URDF file loads without it",
         ),
-        Extra(
-            "mujoco",
-            ("mujoco",),
-            ("mujoco",),
-            "MJCF files, read and written",
-            "URDF files are read and written without it",
-        ),
-        Extra(
-            "xacro",
-            ("xacro",),
-            ("xacro",),
-            "xacro sources, expanded on request",
-            "expanded files are read without it",
-        ),
+        Extra("mujoco", ("mujoco",), "MJCF files, read and written", "URDF files are read and written without it"),
+        Extra("xacro", ("xacro",), "xacro sources, expanded on request", "expanded files are read without it"),
         Extra(
             "arrow",
-            ("pyarrow",),
             ("pyarrow",),
             "Parquet, Arrow and large CSV files",
             ".npy files stream without it, and CSV and JSON are read whole",
@@ -79,13 +69,12 @@ EXTRAS = {
         Extra(
             "dask",
             ("dask",),
-            ("dask", "distributed"),
             "lazy arrays on many cores and machines (nao_kin.stream.distributed)",
             "arrays in memory and nao_kin.stream work without it",
+            ("dask", "distributed"),
         ),
         Extra(
             "notebook",
-            ("anywidget",),
             ("anywidget",),
             "the viewer live in a notebook",
             "without it a cell shows the robot as it was when the cell ran",
@@ -93,13 +82,11 @@ EXTRAS = {
         Extra(
             "naoqi",
             ("qi",),
-            ("qi",),
             "NAOqi's protocol: nao-kin serve, run and live",
             "names, orders, poses and files of NAOqi work without it",
         ),
         Extra(
             "plot",
-            ("matplotlib",),
             ("matplotlib",),
             "curves of motions (nao-kin motion plot)",
             "motions are checked, shown and converted without it",
@@ -107,9 +94,9 @@ EXTRAS = {
         Extra(
             "pink",
             ("pin-pink", "qpsolvers"),
-            ("pink", "quadprog"),
             'solver="pink" of nao_kin.ik.numeric',
             "the default solver, damped least squares, works without it",
+            ("pink", "quadprog"),
         ),
     )
 }

@@ -14,7 +14,6 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import TracebackType
 from typing import Any, BinaryIO, Literal, get_args
 
 import numpy as np
@@ -38,23 +37,17 @@ from nao_kin.stream.tables import JointColumns, TableOptions, times_in_seconds
 
 
 class ProgressBar:
-    """A context manager with a bar on standard error, if it is `wanted` and standard error is a terminal."""
+    """A bar that appears in the context `shown` on standard error, if it is `wanted` and that is a terminal."""
 
     def __init__(self, wanted: bool) -> None:
         from rich.console import Console
-        from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+        from rich.progress import Progress, TextColumn
 
         console = Console(file=sys.stderr)
-        self._bar = Progress(
-            TextColumn("{task.description}"),
-            BarColumn(),
-            TaskProgressColumn(),
-            TextColumn("{task.fields[rows]}"),
-            TimeRemainingColumn(),
-            console=console,
-            disable=not (wanted and console.is_terminal),
-            transient=True,
-        )
+        description, bar, share, left = Progress.get_default_columns()
+        columns = description, bar, share, TextColumn("{task.fields[rows]}"), left
+        hidden = not (wanted and console.is_terminal)
+        self.shown = self._bar = Progress(*columns, console=console, disable=hidden, transient=True)
         self._task = self._bar.add_task("forward kinematics", total=None, rows="")
         self._first, self._start = 0, time.monotonic()
 
@@ -73,13 +66,6 @@ class ProgressBar:
     def joining(self) -> None:
         """Show that the parts are being joined."""
         self._bar.update(self._task, description="joining the parts", total=None)
-
-    def __enter__(self) -> ProgressBar:
-        self._bar.start()
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        self._bar.stop()
 
 
 # --- Forward kinematics from file to file.
@@ -326,7 +312,8 @@ def _to_sink(
                 StartedOverWarning,
             )
         resumed = folder.last.rows_read if folder.last else 0
-        with ProgressBar(progress) as bar:
+        bar = ProgressBar(progress)
+        with bar.shown:
             done = _write_parts(job, folder, bar)
             now = _identity(source)
             if run is not None and now != run["source"]:

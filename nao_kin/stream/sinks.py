@@ -21,7 +21,7 @@ from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.robot import CROSSOVER, RobotModel
-from nao_kin.stream.sources import ARROW, CSV, NPY, PARQUET, kind_of
+from nao_kin.stream.sources import ARROW_ENDINGS, PARQUET_ENDINGS
 
 # --- The numbers of a pose and their names, the same on the screen and in every file format.
 
@@ -283,21 +283,26 @@ class ParquetSink(ArrowSink):
                 writer.write_table(pa.Table.from_batches(waiting, schema), _ROWS_OF_GROUP)
 
 
-_SINKS: dict[str, type[Sink]] = {CSV: CsvSink, NPY: NpySink, ARROW: ArrowSink, PARQUET: ParquetSink}
+_SINKS: dict[str, type[Sink]] = {
+    ".csv": CsvSink,
+    ".npy": NpySink,
+    **dict.fromkeys(ARROW_ENDINGS, ArrowSink),
+    **dict.fromkeys(PARQUET_ENDINGS, ParquetSink),
+}
 _ENDINGS = ".parquet, .arrow, .feather, .npy or .csv"
 
 
 def sink_class(path: str) -> type[Sink]:
     """Return the format for the suffix of a name; CSV for a device, a pipe or a descriptor without one."""
     ending = Path(path).suffix.lower()
-    kind = kind_of(path) if ending not in (".tsv", ".txt", ".gz") else None
+    kind = _SINKS.get(ending)
     if kind is None:
         if ending or atomic.replaced_file(path) is not None:
             raise BadArgument(f"cannot write {abbreviated(path)}: the ending names the format; expected {_ENDINGS}")
-        kind = CSV
-    if kind in (PARQUET, ARROW):
+        return CsvSink
+    if issubclass(kind, ArrowSink):
         need_extra(f"writing {abbreviated(path)}", "arrow")
-    return _SINKS[kind]
+    return kind
 
 
 def _append(parts: Iterable[Path], file: BinaryIO) -> None:

@@ -399,32 +399,8 @@ def _block_of(rows: Any, table: TableColumns, columns: Sequence[str], end: Posit
 
 # --- The format of a file, by its suffix, and several files as one source.
 
-CSV, NPY, PARQUET, ARROW = "csv", "npy", "parquet", "arrow"
-KINDS = {
-    ".csv": CSV,
-    ".tsv": CSV,
-    ".txt": CSV,
-    ".npy": NPY,
-    ".parquet": PARQUET,
-    ".pq": PARQUET,
-    ".arrow": ARROW,
-    ".feather": ARROW,
-    ".ipc": ARROW,
-}
-
-
-_SOURCES: dict[str | None, Callable[[str, RobotModel, TableOptions], TableSource]] = {
-    NPY: NpySource,
-    PARQUET: ParquetSource,
-    ARROW: ArrowSource,
-}
-
-
-def kind_of(path: str) -> str | None:
-    """Return the format for the suffix of a name."""
-    name = Path(path)
-    unpacked = name.with_suffix("") if name.suffix.lower() == ".gz" else name
-    return KINDS.get(unpacked.suffix.lower())
+# Suffixes of both formats of pyarrow; those of CSV are all others.
+PARQUET_ENDINGS, ARROW_ENDINGS = (".parquet", ".pq"), (".arrow", ".feather", ".ipc")
 
 
 def found_files(path: str) -> list[str]:
@@ -502,10 +478,15 @@ def _opened(path: str, robot: RobotModel, options: TableOptions) -> TableSource:
     """Return the table in a file, whose suffix is its format; other suffixes are CSV."""
     if Path(path).suffix.lower() == ".json":
         raise BadInputFile(path, "JSON is read whole, not as a stream; expected CSV, npy, Parquet or Arrow")
-    kind = kind_of(path)
-    if kind != NPY:
+    name = Path(path)
+    ending = (name.with_suffix("") if name.suffix.lower() == ".gz" else name).suffix.lower()
+    kind: Callable[[str, RobotModel, TableOptions], TableSource] = CsvSource
+    if ending == ".npy":
+        kind = NpySource
+    else:
         need_extra(f"reading {abbreviated(path)} as a stream", "arrow")
+        kind = ParquetSource if ending in PARQUET_ENDINGS else ArrowSource if ending in ARROW_ENDINGS else CsvSource
     try:
-        return _SOURCES.get(kind, CsvSource)(path, robot, options)
+        return kind(path, robot, options)
     except OSError as error:
         raise BadInputFile(path, f"cannot be read: {error.strerror or error}") from None

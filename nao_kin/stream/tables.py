@@ -22,21 +22,9 @@ from numpy.typing import NDArray
 from nao_kin._core.arrays import Floats, choice, flag, texts
 from nao_kin._core.csv_numbers import Records, TableColumns, csv_head, read_csv
 from nao_kin._core.files import described, is_finite_number, opened, read_json, read_text
-from nao_kin._core.headings import (
-    JOINT_UNITS,
-    in_si_units,
-    seconds,
-    time_unit_of,
-)
+from nao_kin._core.headings import JOINT_UNITS, in_si_units, seconds, time_unit_of
 from nao_kin._core.text import MAX_SHOWN, abbreviated, quoted
-from nao_kin.errors import (
-    BadArgument,
-    BadInputFile,
-    CouplingViolated,
-    OutsideLimits,
-    UnknownName,
-    nearest_names,
-)
+from nao_kin.errors import BadArgument, BadInputFile, CouplingViolated, OutsideLimits, UnknownName, nearest_names
 from nao_kin.robot import (
     COUPLING_TOLERANCE,
     UNIT_TOLERANCE,
@@ -49,14 +37,6 @@ from nao_kin.robot import (
     motor_values,
 )
 from nao_kin.stream.results import Clamped, clamp
-
-__all__ = [
-    "Log",
-    "log_columns",
-    "read_configurations",
-    "read_log",
-]
-
 
 # Bytes of a file to look at.
 _BEGINNING = 1 << 16
@@ -474,25 +454,17 @@ class JointColumns:
 
     def _assembled(self, values: Floats) -> tuple[Floats, NDArray[np.bool_]]:
         """Return configurations (n, nq) of finite rows, and in which of them the joints of one motor agree."""
-        robot = self.robot
-        q = np.empty((len(values), robot.nq))
-        q[:] = robot.neutral()
+        robot, found = self.robot, self.values(values)
+        # One joint of each motor, of which none can disagree.
+        first = [joints[0] for joints in joints_by_motor(robot, found).values()]
+        set_joints = robot.configuration({name: found[name] for name in first}, limits="ignore")
+        q = np.array(np.broadcast_to(set_joints, (len(values), robot.nq)))
         q[:, : self.base] = values[:, : self.base]
-        found = self.values(values)
-        joints = q[:, robot.nq - len(robot.joint_names) :]
-        place = {name: column for column, name in enumerate(robot.joint_names)}
-        named = found.keys() & place.keys()
-        for name in named:
-            joints[:, place[name]] = found[name]
+        joints = dict(zip(robot.joint_names, q.T[robot.nq - len(robot.joint_names) :], strict=True))
         agreeing = np.ones(len(q), dtype=np.bool_)
-        for name in found.keys() - named:
+        for name in found.keys() & robot.mimics.keys():
             mimic = robot.mimics[name]
-            driver, value = joints[:, place[mimic.joint]], found[name]
-            if mimic.joint not in named and mimic.multiplier != 0.0:
-                driver[:] = mimic.driver_value(value)
-                named.add(mimic.joint)
-            else:
-                agreeing &= np.abs(mimic.value(driver) - value) <= COUPLING_TOLERANCE
+            agreeing &= np.abs(mimic.value(joints[mimic.joint]) - found[name]) <= COUPLING_TOLERANCE
         return q, agreeing
 
 

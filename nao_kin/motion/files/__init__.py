@@ -19,19 +19,11 @@ from nao_kin.motion.files.hulks import HULKS, MOTION2
 from nao_kin.motion.files.json_keys import JSON
 from nao_kin.motion.files.python_scripts import NAOQI, PYTHON
 from nao_kin.motion.files.runswift import RUNSWIFT
-from nao_kin.motion.files.source import Format, MotionFileWarning, MotionSource, file_name
+from nao_kin.motion.files.source import Format, MotionSource, file_name
 from nao_kin.motion.files.webots import WEBOTS
 from nao_kin.motion.motion import Motion, check_motion
 from nao_kin.robot import RobotModel, check_robot
 from nao_kin.robot.nao import BODY_ORDER
-
-__all__ = [
-    "FORMATS",
-    "MotionFileWarning",
-    "read_motion",
-    "write_motion",
-]
-
 
 # --- Reading: the format is recognised by the content, then by the suffix.
 

@@ -21,34 +21,12 @@ from nao_kin._core.text import MAX_SHOWN, quoted
 from nao_kin.motion.files.source import Format, MotionSource, Place, has_line
 from nao_kin.motion.files.tracks import Track, check_times, milliseconds, motion_of, nao_columns, straight_rows
 from nao_kin.motion.motion import Motion
+from nao_kin.robot.nao import BODY_ORDER
 
-SHORT_NAMES = {
-    "HY": "HeadYaw",
-    "HP": "HeadPitch",
-    "LSP": "LShoulderPitch",
-    "LSR": "LShoulderRoll",
-    "LEY": "LElbowYaw",
-    "LER": "LElbowRoll",
-    "LWY": "LWristYaw",
-    "LHYP": "LHipYawPitch",
-    "LHR": "LHipRoll",
-    "LHP": "LHipPitch",
-    "LKP": "LKneePitch",
-    "LAP": "LAnklePitch",
-    "LAR": "LAnkleRoll",
-    "RHR": "RHipRoll",
-    "RHP": "RHipPitch",
-    "RKP": "RKneePitch",
-    "RAP": "RAnklePitch",
-    "RAR": "RAnkleRoll",
-    "RSP": "RShoulderPitch",
-    "RSR": "RShoulderRoll",
-    "REY": "RElbowYaw",
-    "RER": "RElbowRoll",
-    "RWY": "RWristYaw",
-    "LH": "LHand",
-    "RH": "RHand",
-}
+# Of the NAO's 25 motors, hands last; the short name of a joint is its capital letters.
+_HANDS = ("LHand", "RHand")
+_JOINTS = (*(joint for joint in BODY_ORDER if joint not in ("RHipYawPitch", *_HANDS)), *_HANDS)
+SHORT_NAMES = {"".join(filter(str.isupper, joint)): joint for joint in _JOINTS}
 _DURATION = "DUR"
 _POSE = re.compile(r"^![ \t]*[-+.\d]", re.MULTILINE | re.ASCII)
 _WORD = re.compile(r"[^\s!$]+")
