@@ -239,18 +239,15 @@ def check(robot: RobotModel, motion: Motion, *, fill: str | ArrayLike = HOLD, ra
 def _limits(robot: RobotModel, joint: str, curve: Segments) -> _Found:
     lower, upper, _ = joint_bounds(robot, joint)
     found = _both_sides(curve, "value", lower, upper, LIMIT_TOLERANCE)
-    return _violations("limit", joint, found, lower, upper, robot.unit(joint))
+    unit = robot.unit(joint)
+    return [MotionViolation("limit", joint, *row, lower, upper, unit) for row in found.rows], found.left_out
 
 
 def _speeds(robot: RobotModel, joint: str, curve: Segments) -> _Found:
     *_, limit = joint_bounds(robot, joint)
     found = _both_sides(curve, "speed", -limit, limit, SPEED_TOLERANCE * limit)
-    return _violations("speed", joint, found, -limit, limit, f"{robot.unit(joint)}/s")
-
-
-def _violations(kind: Kind, joint: str, found: Excesses, lower: float, upper: float, unit: str) -> _Found:
-    rows = ((row.start, row.end, row.time, row.value, lower, upper, unit) for row in found.rows)
-    return [MotionViolation(kind, joint, *row) for row in rows], found.left_out
+    unit = f"{robot.unit(joint)}/s"
+    return [MotionViolation("speed", joint, *row, -limit, limit, unit) for row in found.rows], found.left_out
 
 
 def _coupled(robot: RobotModel, motion: Motion, table: CoupledLimit, curves: JointCurves) -> _Found:
@@ -273,7 +270,7 @@ def _coupled(robot: RobotModel, motion: Motion, table: CoupledLimit, curves: Joi
         for row in found.rows:
             value, of_value = curves.values_at(row.time, table.joint, table.of)
             lower, upper = (float(end) for end in table.range(np.array(of_value)))
-            numbers = row.start, row.end, row.time, value, lower, upper
+            numbers = *row[:3], value, lower, upper
             rows.append(MotionViolation("coupled limit", table.joint, *numbers, unit, table.of, of_value))
     return sorted(rows, key=lambda row: row.start), left_out
 
@@ -299,7 +296,7 @@ def _disagreement(robot: RobotModel, first: str, joint: str, curves: JointCurves
     for row in found.rows:
         value, other = curves.values_at(row.time, joint, first)
         expected = float(follows.value(other))
-        numbers = row.start, row.end, row.time, value, expected, expected
+        numbers = *row[:3], value, expected, expected
         rows.append(MotionViolation("motor", joint, *numbers, robot.unit(joint), first, other))
     return rows, found.left_out
 

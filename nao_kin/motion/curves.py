@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -160,8 +160,7 @@ class Pieces:
         return self.curve.time(segment, 0.5 * (low + high))
 
 
-@dataclass(frozen=True)
-class Excess:
+class Excess(NamedTuple):
     """A time interval in which a quantity is above a bound.
 
     Attributes:

@@ -29,7 +29,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats
+from nao_kin._core.arrays import Floats, finite_decimal
 from nao_kin._core.files import described
 from nao_kin._core.text import MAX_SHOWN, abbreviated, quoted
 from nao_kin._core.warn import warn_caller
@@ -176,14 +176,9 @@ class _TimelineReader:
             if missing is None:
                 raise self._source.error(f"an element without {name}", self._place())
             return missing
-        text = attributes[name]
-        try:
-            # `float` reads only decimal digits in plain text without underscores.
-            value = float(text) if text.isascii() and "_" not in text else math.inf
-        except ValueError:
-            value = math.inf
-        if not math.isfinite(value):
-            shown = quoted(text, MAX_SHOWN)
+        value = finite_decimal(attributes[name])
+        if value is None:
+            shown = quoted(attributes[name], MAX_SHOWN)
             raise self._source.error(f"{name} is {shown}, expected a finite number", self._place())
         return value
 

@@ -26,7 +26,7 @@ from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument
 from nao_kin.motion.files.key_frames import COSINE_ERROR, eased, warn_of_sensors
 from nao_kin.motion.files.source import Format, JsonPath, MotionFileWarning, MotionSource, Place, has_field, in_json
-from nao_kin.motion.files.tracks import Track, check_times, milliseconds, motion_of, nao_columns, straight_rows
+from nao_kin.motion.files.tracks import Track, check_times, milliseconds, motion_of, nao_rows
 from nao_kin.motion.motion import Motion
 from nao_kin.robot.nao import BODY_ORDER
 
@@ -121,8 +121,7 @@ def _positions(source: MotionSource, path: JsonPath) -> tuple[JsonPath, dict[str
 
 def _write_hulks(motion: Motion, _: Motion) -> bytes:
     """Write a HULKs file of the newest generation with a key frame at each key time."""
-    times, values = straight_rows(motion, "HULKs motion")
-    table = nao_columns(motion, values, BODY_ORDER, "HULKs motion", one_hip=False)
+    times, table = nao_rows(motion, BODY_ORDER, "HULKs motion")
     if times[0] < 0.0:
         raise BadArgument(f"HULKs motion files begin at 0 s, the motion at {times[0]:g} s")
     if times[0] > 0.0:
@@ -225,9 +224,8 @@ def _read_motion2(source: MotionSource) -> Motion:
 
 def _write_motion2(motion: Motion, _: Motion) -> bytes:
     """Write a .motion2 file at full stiffness with a position at each key time."""
-    times, values = straight_rows(motion, "motion2")
     named = [joint for joint in BODY_ORDER if joint in motion.joint_names]
-    table = nao_columns(motion, values, named or BODY_ORDER, "motion2", one_hip=False)
+    times, table = nao_rows(motion, named or BODY_ORDER, "motion2")
     stamps = milliseconds(times, "motion2")
     if stamps[-1] == 0:
         raise BadArgument("motion2 files take some time, the motion ends at 0 s")

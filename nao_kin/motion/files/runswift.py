@@ -19,7 +19,7 @@ import numpy as np
 
 from nao_kin._core.text import MAX_SHOWN, quoted
 from nao_kin.motion.files.source import Format, MotionSource, Place, has_line
-from nao_kin.motion.files.tracks import Track, check_times, milliseconds, motion_of, nao_columns, straight_rows
+from nao_kin.motion.files.tracks import Track, check_times, milliseconds, motion_of, nao_rows
 from nao_kin.motion.motion import Motion
 from nao_kin.robot.nao import BODY_ORDER
 
@@ -61,7 +61,7 @@ def read(source: MotionSource) -> Motion:
     times = np.cumsum(table[:, -1]) / 1e3
     check_times(source, times, lambda row: Place(lines[row]))
     angles = np.radians(table[:, :-1].T)
-    tracks = [Track(joint, times, keys) for joint, keys in zip(SHORT_NAMES.values(), angles, strict=True)]
+    tracks = [Track(joint, times, keys) for joint, keys in zip(_JOINTS, angles, strict=True)]
     return motion_of(source, tracks)
 
 
@@ -95,11 +95,10 @@ def _numbers(source: MotionSource, line: str, number: int, names: list[str]) -> 
 
 def write(motion: Motion, _: Motion) -> bytes:
     """Write a .pos file with a pose at each key time."""
-    times, values = straight_rows(motion, "rUNSWift pos")
-    table = np.degrees(nao_columns(motion, values, list(SHORT_NAMES.values()), "rUNSWift pos", one_hip=True))
+    times, angles = nao_rows(motion, _JOINTS, "rUNSWift pos", one_hip=True)
     stamps = milliseconds(times, "rUNSWift pos")
     lines = [_line(" ", [*SHORT_NAMES, _DURATION])]
-    for row, duration in zip(table.tolist(), np.diff([0, *stamps]).tolist(), strict=True):
+    for row, duration in zip(np.degrees(angles).tolist(), np.diff([0, *stamps]).tolist(), strict=True):
         lines.append(_line("!", [*(f"{value:.15g}" for value in row), str(duration)]))
     return ("\n".join(lines) + "\n").encode()
 

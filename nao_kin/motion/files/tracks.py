@@ -178,12 +178,13 @@ def milliseconds(times: Floats, what: str) -> list[int]:
     return [int(time) for time in whole]
 
 
-def nao_columns(motion: Motion, values: Floats, wanted: Sequence[str], what: str, *, one_hip: bool) -> Floats:
-    """Return the columns (n, wanted) of a format with fixed joints of the NAO, from rows (n, joints).
+def nao_rows(motion: Motion, wanted: Sequence[str], what: str, *, one_hip: bool = False) -> tuple[Floats, Floats]:
+    """Return the times (n,) [s] and the rows (n, wanted) of a linear format with fixed joints of the NAO.
 
     A format with `one_hip` has one column for the two HipYawPitch, LHipYawPitch; else a missing one equals the other.
     """
-    given = {joint: values[:, column] for column, joint in enumerate(motion.joint_names)}
+    times, values = straight_rows(motion, what)
+    given = dict(zip(motion.joint_names, values.T, strict=True))
     left, right = "LHipYawPitch", "RHipYawPitch"
     if one_hip and left in given and right in given and not np.array_equal(given[left], given[right]):
         off = float(np.abs(given[left] - given[right]).max())
@@ -205,4 +206,4 @@ def nao_columns(motion: Motion, values: Floats, wanted: Sequence[str], what: str
             f"{what} files hold all {len(wanted)} joints, the motion lacks {shown}; "
             "nao_kin.motion.complete or --posture fills them in"
         )
-    return np.stack([given[joint] for joint in wanted], axis=-1)
+    return times, np.stack([given[joint] for joint in wanted], axis=-1)

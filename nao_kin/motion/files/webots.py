@@ -22,7 +22,7 @@ from nao_kin._core.text import MAX_SHOWN, quoted
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument
 from nao_kin.motion.files.key_frames import held_keys
-from nao_kin.motion.files.source import Format, MotionFileWarning, MotionSource, Place
+from nao_kin.motion.files.source import Format, MotionFileWarning, MotionSource, Place, has_line
 from nao_kin.motion.files.tracks import Track, check_times, milliseconds, motion_of, straight_rows
 from nao_kin.motion.motion import Motion
 
@@ -33,11 +33,6 @@ _FINGER = re.compile(r"([LR])Phalanx[1-8]")
 _EQUAL = 1e-6
 # Webots reads lines into 4096 characters.
 _MAX_LINE = 4094
-
-
-def recognises(source: MotionSource) -> bool:
-    """Whether the text begins with #WEBOTS_MOTION."""
-    return source.lines[0].startswith(_HEADER)
 
 
 def read(source: MotionSource) -> Motion:
@@ -161,4 +156,4 @@ def write(motion: Motion, original: Motion) -> bytes:
     return ("\n".join(lines) + "\n").encode()
 
 
-WEBOTS = Format("webots", (".motion",), "Webots' motion file", recognises, read, write)
+WEBOTS = Format("webots", (".motion",), "Webots' motion file", has_line(re.compile(rf"\A{_HEADER}")), read, write)
