@@ -32,6 +32,14 @@ def as_floats(value: ArrayLike, tail: tuple[int, ...], what: str) -> Floats:
     return array
 
 
+def shaped(value: ArrayLike, shape: tuple[int, ...], what: str) -> Floats:
+    """Return `value` as finite numbers of one shape."""
+    array = as_floats(value, (), what)
+    if array.shape != shape:
+        raise WrongShape(what, str(shape), array.shape)
+    return array
+
+
 def all_finite(array: Floats) -> bool:
     """Return whether no entry is NaN or infinite; for large arrays at the cost of one sum."""
     if array.size > _SMALL:

@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats, whole_number
+from nao_kin._core.arrays import Floats, as_floats, shaped, whole_number
 from nao_kin._core.text import quoted
-from nao_kin.errors import BadArgument, UnknownName, WrongShape
+from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.motion.configurations import HOLD, MAX_SAMPLES, filled, sampling_times
 from nao_kin.motion.curves import slowest
 from nao_kin.motion.interpolation import Segments, segment_of
@@ -84,10 +84,7 @@ def time_warp(motion: Motion, warp: float | Callable[[Floats], ArrayLike]) -> Mo
 
     def moved(times: Floats) -> Floats:
         scaled = motion.start + (times - motion.start) * factor
-        new = as_floats(warp(np.array(times)) if callable(warp) else scaled, (), "warped times")
-        if new.shape != times.shape:
-            raise WrongShape("warped times", str(times.shape), new.shape)
-        return new
+        return shaped(warp(np.array(times)) if callable(warp) else scaled, times.shape, "warped times")
 
     times = _each(motion.times, moved)
     handles = [np.array(offsets) for offsets in motion.handles or ()]

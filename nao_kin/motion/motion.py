@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, all_finite, as_floats, as_numbers, choice
+from nao_kin._core.arrays import Floats, all_finite, as_floats, as_numbers, choice, shaped
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, NotFinite, UnknownName, WrongShape
 from nao_kin.motion.configurations import HOLD, Trajectory, filled, sampling_times
@@ -103,9 +103,7 @@ def checked_handles(handles: Any, names: tuple[str, ...], times: Columns, interp
         raise BadArgument(f"handles must have one array for each of {len(names)} joints, got {len(rows)}")
     columns = []
     for name, row, column in zip(names, rows, times, strict=True):
-        values = np.array(as_floats(row, (), f"handles of {name}"))
-        if values.shape != (len(column), 2, 2):
-            raise WrongShape(f"handles of {name}", f"({len(column)}, 2, 2)", values.shape)
+        values = np.array(shaped(row, (len(column), 2, 2), f"handles of {name}"))
         _check_size(values, f"handles of {name}")
         _check_within(values, column, name)
         columns.append(values)

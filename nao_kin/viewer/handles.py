@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, join_poses
+from nao_kin._core.arrays import Floats, join_poses, shaped
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.joints import MultiDofModel
 from nao_kin.motion import Motion
@@ -144,7 +144,7 @@ class ShownRobot:
 
 def checked_pose(T: ArrayLike) -> Floats:
     """Return `T` as a new pose, shape (4, 4), at most `overlays.FARTHEST` away."""
-    array = overlays.shaped(T, (4, 4), "T")
+    array = shaped(T, (4, 4), "T")
     R, t = array[:3, :3], array[:3, 3]
     check_rotation(R)
     if np.abs(t).max() > overlays.FARTHEST:

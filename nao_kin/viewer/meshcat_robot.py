@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
 
@@ -20,7 +19,7 @@ from nao_kin.robot.urdf import Cylinder, Origin, UrdfJoint
 from nao_kin.viewer import overlays
 from nao_kin.viewer.description import SceneRobot
 from nao_kin.viewer.messages import Command, node_name, packed, set_animation, set_object, set_transform, track
-from nao_kin.viewer.scene import ROBOT, Driver, drivers_of
+from nao_kin.viewer.scene import ROBOT, drivers_of
 
 # The arrows of a frame: rpy of the cylinder's axis z, and colour.
 _ARROWS = {
@@ -68,9 +67,8 @@ class MeshcatRobot:
         self._look = look = SceneRobot(robot)
         drivers, under, self.notes = drivers_of(robot), f"{self.path}/", look.notes
         self._paths = {link: f"{under}{path}" for link, path in look.paths.items()}
-        self._joints = [
-            _MovingJoint(joint, drivers[joint.name], self._paths[joint.child]) for joint in robot.tree.moving_joints
-        ]
+        # Each moving joint, its driver, and the path of the node that it moves.
+        self._joints = [(joint, drivers[joint.name], self._paths[joint.child]) for joint in robot.tree.moving_joints]
         # Path of a node → the values sent last: of a joint, or of the base.
         self._sent: dict[str, tuple[float, ...]] = {}
         self._frames: list[str] = []
@@ -99,10 +97,10 @@ class MeshcatRobot:
             root = self._paths[self.robot.tree.root]
             if self._is_new(root, tuple(array[:7].tolist())):
                 self._send(set_transform(root, self.robot.fk(array, self.robot.tree.root, reference=WORLD)))
-        for joint in self._joints:
-            value = float(joint.driver.values(array))
-            if self._is_new(joint.path, (value,)):
-                self._send(set_transform(joint.path, joint.row.travel(value)))
+        for joint, driver, path in self._joints:
+            value = float(driver.values(array))
+            if self._is_new(path, (value,)):
+                self._send(set_transform(path, joint.travel(value)))
 
     def animate(
         self,
@@ -138,9 +136,9 @@ class MeshcatRobot:
         play, loop = flag(play, "play"), flag(loop, "loop")
         self.display(array[0])
         clips = {
-            joint.path: [_joint_track(joint, array)]
-            for joint in self._joints
-            if np.ptp(joint.driver.values(array)) > 0.0
+            path: [_joint_track(joint, values)]
+            for joint, driver, path in self._joints
+            if np.ptp(values := driver.values(array)) > 0.0
         }
         if self.robot.base == "floating":
             # three.js has quaternions in Pinocchio's order, x, y, z, w.
@@ -217,15 +215,6 @@ class MeshcatRobot:
         return f"<MeshcatRobot of {self.robot.name} at {self.path}>"
 
 
-@dataclass(frozen=True)
-class _MovingJoint:
-    """A joint, its driver, and the path of the node that it moves."""
-
-    row: UrdfJoint
-    driver: Driver
-    path: str
-
-
 def _window_of(visualizer: Any) -> Any:
     """Return the object that sends a visualizer's commands."""
     import meshcat
@@ -248,14 +237,13 @@ def _path_of(visualizer: Any, path: str) -> str:
     return str(visualizer[path].path.lower())
 
 
-def _joint_track(joint: _MovingJoint, qs: Floats) -> dict[str, Any]:
-    """Return the track of a joint's node through configurations, (n, nq), at the times 0, 1, … n − 1."""
-    values = joint.driver.values(qs)
-    if joint.row.kind == "prismatic":
-        return track("position", "vector3", values[:, None] * joint.row.axis)
+def _joint_track(joint: UrdfJoint, values: Floats) -> dict[str, Any]:
+    """Return the track of a joint's node through values (n,), at the times 0, 1, … n − 1."""
+    if joint.kind == "prismatic":
+        return track("position", "vector3", values[:, None] * joint.axis)
     steps = max(1, math.ceil(np.abs(np.diff(values)).max() / _LARGEST_STEP))
     times = np.arange(len(values), dtype=np.float64)
     finer = np.linspace(0.0, times[-1], steps * (len(times) - 1) + 1)
     half = np.interp(finer, times, values) / 2.0
-    turns = np.column_stack([np.sin(half)[:, None] * joint.row.axis, np.cos(half)])
+    turns = np.column_stack([np.sin(half)[:, None] * joint.axis, np.cos(half)])
     return track("quaternion", "quaternion", turns, finer)

@@ -21,6 +21,7 @@ from nao_kin._core.arrays import (
     as_vectors,
     choice,
     flag,
+    shaped,
     unit,
     whole_number,
 )
@@ -51,14 +52,6 @@ EDITIONS = ("orange", "blue", "red", "grey")
 LARGEST = 1e6
 # Beyond this distance [m] a graphics card distorts shapes.
 FARTHEST = 1e4
-
-
-def shaped(value: ArrayLike, shape: tuple[int, ...], what: str) -> Floats:
-    """Return `value` as finite numbers of one shape."""
-    array = as_floats(value, (), what)
-    if array.shape != shape:
-        raise WrongShape(what, str(shape), array.shape)
-    return array
 
 
 def number(value: ArrayLike, what: str) -> float:
@@ -147,11 +140,6 @@ def frame_names(robot: RobotModel, names: Iterable[str]) -> list[str]:
     return [choice(name, robot.frame_names, "frame") for name in chosen]
 
 
-def frames(names: list[str], size: float | None) -> bytes:
-    """Return the message that draws triads at frames."""
-    return panel_message("frames", {"names": names, "size": None if size is None else checked_length(size, "size")})
-
-
 def ghosts(robot: RobotModel, configurations: ArrayLike, opacity: float, first: int) -> bytes:
     """Return the message that draws ghosts; those of several configurations are numbered."""
     array = as_floats(configurations, (robot.nq,), "configurations")
@@ -220,20 +208,6 @@ def reach(robot: RobotModel, found: ReachMap | None, by: str, cut: tuple[str, fl
         "cut": None if cut is None else _plane(cut),
     }
     return panel_message("reach", content)
-
-
-def edition(name: str) -> bytes:
-    """Return the message that gives NAO's shells the colour of an edition; "" restores their own."""
-    if not isinstance(name, str) or name:
-        choice(name, EDITIONS, "edition")
-    return panel_message("edition", {"name": name})
-
-
-def speech(text: str) -> bytes:
-    """Return the message that shows a speech bubble."""
-    if not isinstance(text, str):
-        raise BadArgument(f"text must be words to show, got {quoted(text)}")
-    return panel_message("speech", {"text": text})
 
 
 def _plane(cut: tuple[str, float]) -> dict[str, Any]:

@@ -141,23 +141,16 @@ class OutsideLimitsWarning(NaoKinWarning):
     """
 
 
-class OutsideWarnings:
-    """Warns once of each joint of a robot."""
-
-    def __init__(self, robot: RobotModel) -> None:
-        self._robot = robot
-        self._warned: set[str] = set()
-
-    def check(self, qs: Floats) -> None:
-        """Warn of the joints outside in one configuration, shape (nq,), or in several, shape (n, nq)."""
-        if qs.ndim > 1:
-            qs = qs[_first_outside(self._robot, qs)]
-        violations = self._robot.limit_violations(qs)
-        found = dict.fromkeys(row.joint for row in violations if row.value != 0.0 or row.of_value != 0.0)
-        new = [joint for joint in found if joint not in self._warned]
-        self._warned.update(new)
-        if new:
-            warn_caller(f"outside the joint limits, shown in red: {', '.join(new)}", OutsideLimitsWarning)
+def warn_outside(robot: RobotModel, qs: Floats, warned: set[str]) -> None:
+    """Warn of joints outside in configurations, (nq,) or (n, nq), that are not yet in `warned`, and add them there."""
+    if qs.ndim > 1:
+        qs = qs[_first_outside(robot, qs)]
+    violations = robot.limit_violations(qs)
+    found = dict.fromkeys(row.joint for row in violations if row.value != 0.0 or row.of_value != 0.0)
+    new = [joint for joint in found if joint not in warned]
+    warned.update(new)
+    if new:
+        warn_caller(f"outside the joint limits, shown in red: {', '.join(new)}", OutsideLimitsWarning)
 
 
 def _first_outside(robot: RobotModel, qs: Floats) -> list[int]:

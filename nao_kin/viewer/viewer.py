@@ -32,7 +32,7 @@ from nao_kin.viewer.notebook import NOT_LIVE, Bridge, bridge_of, frame, has_brid
 from nao_kin.viewer.overlays import Buttons, Extras
 from nao_kin.viewer.scene import ROBOT
 from nao_kin.viewer.server import Answer, LiveServer, weak_receiver
-from nao_kin.viewer.shown_scene import ChangeCallback, Changes, Lead, OutsideWarnings, Subscription
+from nao_kin.viewer.shown_scene import ChangeCallback, Changes, Lead, Subscription, warn_outside
 
 # A page sends its name with its messages, and gets it back.
 _MAX_SOURCE = 64
@@ -103,7 +103,7 @@ class Viewer:
         self._messages, self._lock = RetainedMessages(), threading.RLock()
         self._buttons, self._extras = Buttons(self._messages, self._lock), Extras(self._messages, self._lock)
         # Sources and receivers of the robot's movements.
-        self._lead, self._outside = Lead(), OutsideWarnings(robot)
+        self._lead, self._warned = Lead(), set[str]()
         self._changes, self._recordings = Changes(), list[Recording]()
         for key, message in self._look.messages():
             self._messages.put(key, message)
@@ -147,7 +147,7 @@ class Viewer:
         """
         array = overlays.one_configuration(self.robot, q)
         vertical = None if up is None else overlays.direction(up, "up")
-        self._outside.check(array)
+        warn_outside(self.robot, array, self._warned)
         with self._lock:
             self._lead.take("")
             if self._messages.get("clip") is not None:
@@ -198,7 +198,7 @@ class Viewer:
         array, rate = overlays.clip(self.robot, qs, fps, fill, hips)
         play, loop = flag(play, "play"), flag(loop, "loop")
         ups = None if up is None else overlays.directions(up, "up", len(array))
-        self._outside.check(array)
+        warn_outside(self.robot, array, self._warned)
         tracks = [track("joint_values", "number", array), *([] if ups is None else [track("up_values", "number", ups)])]
         clip = set_animation({ROBOT: tracks}, rate, play=play, loop=loop)
         with self._lock:
@@ -352,7 +352,8 @@ class Viewer:
             True
         """
         chosen = overlays.frame_names(self.robot, names)
-        self._buttons.draw("frames", overlays.frames(chosen, size), on=bool(chosen))
+        length = None if size is None else overlays.checked_length(size, "size")
+        self._buttons.draw("frames", panel_message("frames", {"names": chosen, "size": length}), on=bool(chosen))
 
     def show_joint_axes(self, on: bool = True) -> None:
         """Draw the joint axes as screws, turning or sliding.
@@ -492,7 +493,9 @@ class Viewer:
             >>> viewer = nk.Viewer(nk.load_nao())
             >>> viewer.say("Hello")
         """
-        self._messages.put("speech", overlays.speech(text))
+        if not isinstance(text, str):
+            raise BadArgument(f"text must be words to show, got {quoted(text)}")
+        self._messages.put("speech", panel_message("speech", {"text": text}))
 
     def color_edition(self, name: str) -> None:
         """Show a NAO's shells in a colour that they were sold in; other meshes than this library's keep their colours.
@@ -504,7 +507,9 @@ class Viewer:
             >>> viewer = nk.Viewer(nk.load_nao())
             >>> viewer.color_edition("blue")
         """
-        self._messages.put("edition", overlays.edition(name))
+        if name != "":
+            choice(name, overlays.EDITIONS, "edition")
+        self._messages.put("edition", panel_message("edition", {"name": name}))
 
     # --- other shapes ---------------------------------------------------------------------------------------------
 

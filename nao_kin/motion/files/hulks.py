@@ -193,12 +193,12 @@ def _read_motion2(source: MotionSource) -> Motion:
         if joint in joints[:index]:
             raise source.error(f"joint {joint} ({BODY_ORDER[joint]}) is given twice", place)
     total = float(source.floats([source.at("header", "time")], "time", lambda _: in_json("header", "time"))[0])
-    rows, steps = list[Any](), list[Any]()
+    rows, steps = list[Floats](), list[Any]()
     for path, _ in source.objects_at("position"):
-        values = source.list_at(*path, "parameters")
+        values = source.floats_at("angle", *path, "parameters")
         if len(values) != len(joints):
             raise source.error(f"{len(values)} values for {len(joints)} joints", in_json(*path, "parameters"))
-        rows += values
+        rows.append(values)
         steps.append(source.at(*path, "time"))
     if not steps:
         raise source.error("no positions", in_json("position"))
@@ -213,13 +213,8 @@ def _read_motion2(source: MotionSource) -> Motion:
     sums = np.cumsum(shares)
     times = sums * (total / sums[-1]) / 1e3 if sums[-1] > 0.0 else np.zeros(len(shares))
     check_times(source, times, time_of)
-    flat = source.floats(
-        rows, "angle", lambda at: in_json("position", at // len(joints), "parameters", at % len(joints))
-    )
-    columns = flat.reshape(len(times), len(joints)).T
-    return motion_of(
-        source, [Track(BODY_ORDER[joint], times, keys) for joint, keys in zip(joints, columns, strict=True)]
-    )
+    columns = zip(joints, np.array(rows).T, strict=True)
+    return motion_of(source, [Track(BODY_ORDER[joint], times, keys) for joint, keys in columns])
 
 
 def _write_motion2(motion: Motion, _: Motion) -> bytes:
