@@ -202,8 +202,8 @@ def decimal(text: str) -> float:
 def finite_decimal(text: str) -> float | None:
     """The finite number that `text` writes in decimal digits; None without one."""
     try:
-        # `float` reads only decimal digits in plain text without underscores.
-        number = float(text) if text.isascii() and "_" not in text else math.nan
+        # `float` reads only decimal digits in plain text without underscores, and blanks of any script around them.
+        number = float(text) if text.strip().isascii() and "_" not in text else math.nan
     except ValueError:
         return None
     return number if math.isfinite(number) else None

@@ -18,7 +18,6 @@ from types import FrameType
 _SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")
 # Tidying up takes milliseconds; if a disk or a lock delays it, the program leaves without it.
 _MAX_SECONDS = 0.8
-_KILL_SECONDS = 0.3
 
 _registered: dict[object, Callable[[], object]] = {}
 _uninterrupted: set[object] = set()
@@ -61,17 +60,6 @@ def uninterrupted() -> Iterator[Callable[[], bool]]:
         _uninterrupted.discard(key)
         if _postponed and not _uninterrupted:
             _end(_postponed[0])
-
-
-def kill_group(leader: int) -> None:
-    """Kill a child that leads a process group, and the whole group; wait for a moment until they are gone."""
-    end = time.monotonic() + _KILL_SECONDS
-    with suppress(OSError):  # no such group any more
-        while time.monotonic() < end:
-            os.killpg(leader, signal.SIGKILL)
-            with suppress(ChildProcessError):
-                os.waitpid(leader, os.WNOHANG)
-            time.sleep(0.005)
 
 
 def _answer(number: int, frame: FrameType | None) -> None:

@@ -55,7 +55,7 @@ def main(folder: str, prefix: str, *command: str) -> None:
                 break
         else:
             _say(_end_of(program.poll()))
-        _kill_group(program)
+        kill_group(program)
     _remove(folder)
     del lock
 
@@ -75,7 +75,7 @@ def _end_of(code: int | None) -> str:
     return f"was ended by signal {-code}"
 
 
-def _kill_group(program: subprocess.Popen[bytes]) -> None:
+def kill_group(program: subprocess.Popen[bytes]) -> None:
     """Kill the program and its process group; wait for a moment until they are gone."""
     end = time.monotonic() + _KILL_SECONDS
     with suppress(OSError):  # no such group any more

@@ -14,7 +14,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -41,16 +41,6 @@ _READ: dict[int, tuple[Kind, Callable[[Floats], Floats]]] = {
 # Part of an error that is redundant for a single target.
 _ONLY = " at index [0]"
 _EXPECTED = "3 numbers for a place, 4 or 9 for an orientation, 6, 7 or 16 for a pose"
-
-_PLACE = ("x", "y", "z")
-_QUATERNION = ("r0", "r1", "r2", "r3")
-_MATRIX = tuple(f"t{row}{column}" for row in range(1, 5) for column in range(1, 5))
-_ANGLES = [
-    tuple(name + unit for name in names)
-    for unit in ("", "_deg")
-    for names in (("roll", "pitch", "yaw"), ("wx", "wy", "wz"))
-]
-_HEADERS = (_PLACE, _QUATERNION, *((*_PLACE, *turns) for turns in (*_ANGLES, _QUATERNION)), _MATRIX)
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,6 +147,8 @@ def _from_npy(name: str, feet: bool, degrees: bool) -> Targets:
 
 
 def _from_csv(name: str, text: str, frames: Sequence[str], degrees: bool) -> Targets:
+    from nao_kin.stream import PoseColumns, PoseStyle
+
     delimiter = delimiter_of(text.lstrip("\r\n").split("\n", 1)[0])
     records = iter(Records(text.encode(), delimiter))
     line, header, wrong = next(records)
@@ -164,7 +156,9 @@ def _from_csv(name: str, text: str, frames: Sequence[str], degrees: bool) -> Tar
         raise BadInputFile(name, wrong, line)
     names = [field.strip() for field in header]
     places = {column: index for index, column in enumerate(names)}
-    wanted = next((columns for columns in _HEADERS[::-1] if set(columns) == {*places} - {"row", "time", "frame"}), None)
+    poses = [PoseColumns(style, unit).names for style in get_args(PoseStyle) for unit in (False, True)]
+    headers = {*poses, ("x", "y", "z"), ("r0", "r1", "r2", "r3")}
+    wanted = next((columns for columns in headers if set(columns) == {*places} - {"row", "time", "frame"}), None)
     if wanted is None or len(places) < len(names):
         known = "x,y,z; r0,r1,r2,r3; x,y,z,roll,pitch,yaw; x,y,z,r0,r1,r2,r3; t11,…,t44"
         raise BadInputFile(name, f"the header names {abbreviated(', '.join(names))}; expected one of {known}", line)

@@ -17,8 +17,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats, as_floats
-from nao_kin.errors import BadArgument, WrongShape
+from nao_kin._core.arrays import Floats
 
 Interpolation = Literal["linear", "bezier", "smooth"]
 INTERPOLATIONS: tuple[Interpolation, ...] = ("linear", "bezier", "smooth")
@@ -40,11 +39,6 @@ def smooth_slopes(times: Floats, keys: Floats) -> Floats:
 
     Source: F. N. Fritsch and J. Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300–304.
     """
-    times, keys = as_floats(times, (), "times"), as_floats(keys, (), "keys")
-    if times.ndim != 1 or keys.shape != times.shape:
-        raise WrongShape("keys", f"{times.shape[:1] or '(k,)'}, one for each of the times (k,)", keys.shape)
-    if not (np.diff(times) > 0.0).all():
-        raise BadArgument("times must ascend")
     slopes = np.zeros_like(keys)
     if len(keys) > 2:
         widths = np.diff(times)

@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from nao_kin._core import files as atomic
-from nao_kin._core.arrays import Floats, choice, flag, texts
+from nao_kin._core.arrays import Floats, choice
 from nao_kin._core.csv_numbers import float_texts, has_pyarrow
-from nao_kin._core.text import abbreviated, quoted
+from nao_kin._core.text import abbreviated
 from nao_kin._core.warn import need_extra
-from nao_kin.errors import BadArgument, WrongShape
+from nao_kin.errors import BadArgument
 from nao_kin.robot import CROSSOVER, RobotModel
 from nao_kin.stream.sources import ARROW_ENDINGS, PARQUET_ENDINGS
 
@@ -106,7 +106,7 @@ _FEW = 20_000
 
 def csv_header(columns: Sequence[str], *, timed: bool = False) -> str:
     """Return the first line, with a time column if `timed`."""
-    return ",".join(("row", *(("time",) if flag(timed, "timed") else ()), "frame", *texts(columns, "columns"))) + "\n"
+    return ",".join(("row", *(("time",) if timed else ()), "frame", *columns)) + "\n"
 
 
 def pose_lines(
@@ -116,14 +116,7 @@ def pose_lines(
 
     Without pyarrow the lines are the same, and take longer.
     """
-    names = [_field(name) for name in texts(frames, "frames")]
-    for what, array, kinds in (("rows", rows, "iu"), ("numbers", numbers, "f"), ("times", times, "f")):
-        if not (isinstance(array, np.ndarray) and array.dtype.kind in kinds) and (what != "times" or times is not None):
-            raise BadArgument(f"{what} must be an array of {'whole ' * (kinds == 'iu')}numbers, got {quoted(array)}")
-    if rows.ndim != 1 or numbers.ndim != 3 or numbers.shape[:2] != (len(rows), len(names)):
-        raise WrongShape("numbers", f"(n, {len(names)}, k) for rows (n,)", numbers.shape)
-    if times is not None and times.shape != rows.shape:
-        raise WrongShape("times", str(rows.shape), times.shape)
+    names = [_field(name) for name in frames]
     flat = numbers.reshape(-1, numbers.shape[-1])
     if numbers.size > _FEW and has_pyarrow():
         return _by_pyarrow(rows, times, names, flat)

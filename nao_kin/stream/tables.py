@@ -9,7 +9,6 @@ header that begin with # are skipped. JSON holds one object name → value, or a
 from __future__ import annotations
 
 import math
-import os
 import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -263,11 +262,6 @@ def log_columns(
     None is also the answer for a table of times and some joints, or with empty cells, which is a motion, and for files
     that cannot be read, and pipes. `data` is the content, if it has been read; `columns` are those of `read_log`.
     """
-    check_robot(robot)
-    if not isinstance(path, (str, os.PathLike)):
-        raise BadArgument(f"path must be a path, got {quoted(path)}")
-    if not (data is None or isinstance(data, bytes)):
-        raise BadArgument(f"data must be bytes, got {quoted(data)}")
     try:
         if data is None and Path(path).is_file():
             with opened(str(path)) as file:

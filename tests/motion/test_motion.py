@@ -448,7 +448,7 @@ KINDS: dict[str, Any] = {
 def _calls(nao: nk.NaoModel, folder: Path) -> dict[str, tuple[Any, tuple[Any, ...], dict[str, Any]]]:
     """Every public function of motions with arguments that are right."""
     motion = nk.Motion([0.0, 1.0], ["HeadYaw"], [[0.0], [0.5]])
-    bezier, ramp = motion.as_bezier(), np.array([0.0, 1.0, 2.0])
+    bezier = motion.as_bezier()
     file, of_motion = str(folder / "nod.json"), nk.motion
     of_motion.write_motion(motion, file, overwrite=True)
     written = {"format": "json", "rate": 10.0}
@@ -466,7 +466,6 @@ def _calls(nao: nk.NaoModel, folder: Path) -> dict[str, tuple[Any, tuple[Any, ..
         "reverse": (of_motion.reverse, (motion,), {}),
         "share_motors": (of_motion.share_motors, (nao, motion, "average"), {}),
         "slow_down": (of_motion.slow_down, (nao, motion), {"how": "local"}),
-        "smooth_slopes": (smooth_slopes, (ramp, ramp), {}),
         "time_warp": (of_motion.time_warp, (motion, 2.0), {}),
         "write_motion": (of_motion.write_motion, (motion, file), {**written, "overwrite": True}),
         "Motion": (nk.Motion, ([0.0, 1.0], ["HeadYaw"], [[0.0], [0.5]], "bezier", bezier.handles), {}),

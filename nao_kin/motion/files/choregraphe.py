@@ -40,9 +40,10 @@ from nao_kin.motion.motion import Motion
 
 # --- The timelines in the XML of a behaviour: frames, values and tangents.
 
-# Kinds of tangents, by their index.
-KINDS = ("bezier_auto", "bezier", "linear")
-AUTOMATIC, BEZIER, LINEAR = range(3)
+# Kinds of tangents, with the types of NAOqi's control points: 0 constant, 1 linear, 2 Bezier, 3 Bezier with automatic
+# handles, which the points hold too. Source: Aldebaran's qicore.
+CONSTANT, LINEAR, BEZIER, AUTOMATIC = range(4)
+KINDS = {"bezier": BEZIER, "bezier_auto": AUTOMATIC, "linear": LINEAR}
 SIDES = {"left": 0, "right": 1}
 _DEEPEST = 200
 
@@ -165,11 +166,11 @@ class _TimelineReader:
                 f"side of a tangent is {quoted(side, MAX_SHOWN)}, expected left or right", self._place()
             )
         if kind not in KINDS:
-            expected = f"{KINDS[BEZIER]}, {KINDS[AUTOMATIC]} or {KINDS[LINEAR]}"
-            raise self._source.error(f"interpType is {quoted(kind, MAX_SHOWN)}, expected {expected}", self._place())
+            reason = f"interpType is {quoted(kind, MAX_SHOWN)}, expected bezier, bezier_auto or linear"
+            raise self._source.error(reason, self._place())
         offset, rise = self._number(attributes, "abscissaParam", 0.0), self._number(attributes, "ordinateParam", 0.0)
         at = len(curve.tangents) - 6 + 3 * SIDES[side]
-        curve.tangents[at : at + 3] = KINDS.index(kind), offset, rise
+        curve.tangents[at : at + 3] = KINDS[kind], offset, rise
 
     def _number(self, attributes: dict[str, str], name: str, missing: float | None = None) -> float:
         if name not in attributes:
@@ -184,11 +185,7 @@ class _TimelineReader:
 
 
 # --- NAOqi's control points: [value, [type, time, value] before, [type, time, value] after], offsets from the key.
-#
-# Types in Aldebaran's qicore: 0 constant, 1 linear, 2 Bezier, 3 Bezier with automatic handles, which the points hold
-# too.
 
-CONSTANT_CODE, LINEAR_CODE, BEZIER_CODE, AUTOMATIC_CODE = range(4)
 _EXPECTED = "[value, [type, time, value], [type, time, value]]"
 
 
@@ -207,19 +204,17 @@ def control_points(source: MotionSource, rows: list[Any], times: Floats, place: 
             and len(row[1]) == 3 == len(row[2])
         ):
             raise source.error(f"expected {_EXPECTED}, got {described(row)}", place(key))
-    if len(rows) != len(times):
-        raise source.error(f"{len(times)} times and {len(rows)} keys", place(0))
     flat = [number for row in rows for number in (row[0], *row[1], *row[2])]
     table = source.floats(flat, "control point", lambda at: place(at // 7)).reshape(-1, 7)
     types = table[:, [1, 4]]
-    known = np.isin(types, (LINEAR_CODE, BEZIER_CODE, AUTOMATIC_CODE))
+    known = np.isin(types, (LINEAR, BEZIER, AUTOMATIC))
     if not known.all():
         key = int(np.argmin(known.all(axis=1)))
         kind = types[key][~known[key]][0]
-        what = "constant, and so jumps to the next key" if kind == CONSTANT_CODE else f"of type {kind:g}"
+        what = "constant, and so jumps to the next key" if kind == CONSTANT else f"of type {kind:g}"
         raise source.error(f"the curve at this key is {what}; expected type 1, 2 or 3", place(key))
     handles = table[:, [[2, 3], [5, 6]]]
-    make_straight(times, table[:, 0], handles, types == LINEAR_CODE)
+    make_straight(times, table[:, 0], handles, types == LINEAR)
     return table[:, 0].copy(), handles
 
 
@@ -237,10 +232,7 @@ def points(motion: Motion) -> list[list[Any]]:
     curves = motion.as_bezier()
     assert curves.handles is not None
     return [
-        [
-            [key, [AUTOMATIC_CODE, *before], [AUTOMATIC_CODE, *after]]
-            for key, (before, after) in zip(keys, handles, strict=True)
-        ]
+        [[key, [AUTOMATIC, *before], [AUTOMATIC, *after]] for key, (before, after) in zip(keys, handles, strict=True)]
         for keys, handles in zip((k.tolist() for k in curves.keys), (h.tolist() for h in curves.handles), strict=True)
     ]
 
@@ -347,7 +339,7 @@ def write(motion: Motion, _: Motion) -> bytes:
     fps, frames = _frames(motion)
     curves = motion.as_bezier()
     assert curves.handles is not None
-    kind = KINDS[LINEAR if motion.interpolation == "linear" else BEZIER]
+    kind = "linear" if motion.interpolation == "linear" else "bezier"
     lines = [
         '<?xml version="1.0" encoding="UTF-8" ?>',
         '<ChoregrapheProject xmlns="http://www.aldebaran-robotics.com/schema/choregraphe/project.xsd" xar_version="3">',
