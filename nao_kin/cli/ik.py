@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import typer
+from numpy.typing import NDArray
 
 from nao_kin._core import files as atomic
 from nao_kin._core.arrays import Floats, join_poses
@@ -295,7 +296,7 @@ class _Answers:
             nothing = np.isnan(found.best[missed]).any(axis=-1)
             for chosen, what in ((nothing, "have no row"), (~nothing, "have the nearest pose in their row")):
                 if chosen.any():
-                    print_note(f"targets {_ranges(np.array(missed)[chosen].tolist())} {what}")
+                    print_note(f"targets {_ranges(np.array(missed)[chosen])} {what}")
 
     def document(self, targets: int) -> dict[str, Any]:
         """Return the answer for JSON."""
@@ -354,13 +355,8 @@ class _Answers:
             return str(viewer.save_html(html, overwrite=self.request.force))
 
 
-def _ranges(rows: list[int]) -> str:
+def _ranges(rows: NDArray[np.intp]) -> str:
     """Return ascending numbers as text, with neighbours combined."""
-    parts: list[list[int]] = []
-    for row in rows:
-        if parts and row == parts[-1][1] + 1:
-            parts[-1][1] = row
-        else:
-            parts.append([row, row])
-    shown = ", ".join(str(a) if a == b else f"{a}–{b}" for a, b in parts[:_MAX_RANGES])
+    parts = np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1)
+    shown = ", ".join(str(part[0]) if len(part) == 1 else f"{part[0]}–{part[-1]}" for part in parts[:_MAX_RANGES])
     return shown if len(parts) <= _MAX_RANGES else f"{shown} and more, which --json names"

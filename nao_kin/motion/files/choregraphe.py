@@ -77,7 +77,7 @@ class Timeline:
 
 
 class _TimelineReader:
-    """A reader of the timelines of a file, driven by the events of expat."""
+    """The timelines of a file, read by the events of expat."""
 
     def __init__(self, source: MotionSource) -> None:
         self.timelines: list[Timeline] = []
@@ -92,16 +92,13 @@ class _TimelineReader:
         parser.StartDoctypeDeclHandler = self._refuse
         parser.EntityDeclHandler = self._refuse
         parser.ExternalEntityRefHandler = self._refuse
-
-    def read(self) -> None:
-        """Read the whole file."""
         try:
-            self._parser.Parse(self._source.data, True)
+            parser.Parse(source.data, True)
         except expat.ExpatError as error:
             reason = expat.ErrorString(error.code)
-            raise self._source.error(f"malformed XML: {reason}", Place(error.lineno, error.offset + 1)) from None
+            raise source.error(f"malformed XML: {reason}", Place(error.lineno, error.offset + 1)) from None
         except (ValueError, LookupError) as error:  # an encoding that Python or expat does not know
-            raise self._source.error(f"malformed XML: {abbreviated(error)}") from None
+            raise source.error(f"malformed XML: {abbreviated(error)}") from None
 
     def _place(self) -> Place:
         return Place(*self._position())
@@ -258,9 +255,7 @@ def read(source: MotionSource) -> Motion:
 
     Timelines are named by their boxes, from the outermost inside the root: "Dance/wave".
     """
-    reader = _TimelineReader(source)
-    reader.read()
-    full = [timeline for timeline in reader.timelines if any(curve.keys for curve in timeline.curves)]
+    full = [timeline for timeline in _TimelineReader(source).timelines if any(curve.keys for curve in timeline.curves)]
     if not full:
         raise source.error("no timeline with keys")
     timeline = full[chosen(source, [timeline.name for timeline in full], "timelines")]
