@@ -77,13 +77,6 @@ def replaced_file(path: Path | str) -> Path | None:
     return target.path if target.replaceable else None
 
 
-def would_replace(path: Path | str) -> bool:
-    """Return whether writing to `path` replaces an existing file, after `check_writable`."""
-    check_writable(path)
-    target = replaced_file(path)
-    return target is not None and target.exists()
-
-
 def write_text(path: Path | str, text: str) -> None:
     """Write `text` (UTF-8) to `path`, as `write_bytes` does."""
     write_bytes(path, text.encode("utf-8"))
@@ -325,7 +318,9 @@ def _swap(target: Path, files: Mapping[str, bytes]) -> None:
 
 def check_replaceable(path: Path | str, *, overwrite: bool) -> None:
     """Raise the errors of `write_document` for the document alone, before the work whose result it is."""
-    if would_replace(path) and not overwrite:
+    check_writable(path)
+    target = replaced_file(path)
+    if target is not None and target.exists() and not overwrite:
         raise already_exists(path)
 
 

@@ -84,11 +84,6 @@ def time_unit_of(times: Floats) -> str:
     return "ns"
 
 
-def seconds(times: Floats, unit: str) -> Floats:
-    """Times in seconds."""
-    return times / TIME_UNITS[unit]
-
-
 @dataclass(frozen=True)
 class IsoTimes:
     """ISO 8601 times, such as 2026-03-01T12:00:00.5Z, as seconds from the first one.

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from nao_kin._core.arrays import Floats, choice, flag, texts
 from nao_kin._core.csv_numbers import Records, TableColumns, csv_head, read_csv
 from nao_kin._core.files import described, is_finite_number, opened, read_json, read_text
-from nao_kin._core.headings import JOINT_UNITS, in_si_units, seconds, time_unit_of
+from nao_kin._core.headings import JOINT_UNITS, TIME_UNITS, in_si_units, time_unit_of
 from nao_kin._core.text import MAX_SHOWN, abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile, CouplingViolated, OutsideLimits, UnknownName, nearest_names
 from nao_kin.robot import (
@@ -299,11 +299,9 @@ def times_in_seconds(times: Floats, unit: str | None) -> tuple[Floats, str]:
     Without a `unit`, which is "s", "ms", "us", "µs" or "ns", they are seconds, or in the unit that fits times since
     1970.
     """
-    if unit is not None:
-        return seconds(times, unit), ""
-    unit = time_unit_of(times)
-    note = f"times are taken as {unit} since 1970, by their size; a heading such as time [s] says otherwise"
-    return seconds(times, unit), "" if unit == "s" else note
+    taken = time_unit_of(times) if unit is None else unit
+    note = f"times are taken as {taken} since 1970, by their size; a heading such as time [s] says otherwise"
+    return times / TIME_UNITS[taken], "" if unit is not None or taken == "s" else note
 
 
 def limits_advice(robot: RobotModel, table: TableColumns, row: Floats) -> str:

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.csv_numbers import CsvHead, TableColumns, csv_head, read_csv
-from nao_kin._core.headings import JOINT_UNITS, in_si_units, read_heading, seconds, time_unit_of
+from nao_kin._core.headings import JOINT_UNITS, TIME_UNITS, in_si_units, read_heading, time_unit_of
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile
 from nao_kin.motion.files.source import Format, MotionSource, Place
@@ -76,7 +76,7 @@ def _read_csv(source: MotionSource) -> Motion:
     times, at = rows[:, -1], table.places[-1] + 1
     if np.isnan(times).any():
         raise source.error("a row without a time", Place(lines[int(np.argmax(np.isnan(times)))], at))
-    times = seconds(times, table.time_unit or time_unit_of(times))
+    times = times / TIME_UNITS[table.time_unit or time_unit_of(times)]
     check_times(source, times, lambda row: Place(lines[row], at), negative=True)
     for name, place, values in zip(table.names, table.places, in_si_units(rows[:, :-1], table.units).T, strict=False):
         given = np.flatnonzero(~np.isnan(values))
