@@ -75,7 +75,7 @@ def _end_of(code: int | None) -> str:
     return f"was ended by signal {-code}"
 
 
-def kill_group(program: subprocess.Popen[bytes]) -> None:
+def kill_group(program: subprocess.Popen[bytes] | subprocess.Popen[str]) -> None:
     """Kill the program and its process group; wait for a moment until they are gone."""
     end = time.monotonic() + _KILL_SECONDS
     with suppress(OSError):  # no such group any more

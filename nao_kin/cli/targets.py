@@ -20,7 +20,7 @@ import numpy as np
 
 from nao_kin._core.arrays import Floats, finite_decimal, join_poses
 from nao_kin._core.csv_numbers import Records, TableColumns, delimiter_of
-from nao_kin._core.files import described, is_finite_number, read_json, read_text
+from nao_kin._core.files import described, is_finite_number, read_json, read_table_text
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.cli.output import print_note
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinError
@@ -90,10 +90,8 @@ def read_targets(path: str, frames: Sequence[str], *, degrees: bool, roots: Sequ
         raise BadArgument("no file name; expected a CSV, JSON or .npy file, or - for standard input")
     if Path(path).suffix.lower() == ".npy":
         return _from_npy(path, len(frames) == 2, degrees)
-    text = read_text(path)
-    if not text or text.isspace():
-        raise BadInputFile(path, "empty; expected targets")
-    if Path(path).suffix.lower() == ".json" or (path == "-" and text.lstrip()[0] in "[{"):
+    text, is_json = read_table_text(path, "targets")
+    if is_json:
         return _from_json(path, text, frames, degrees, roots)
     return _from_csv(path, text, frames, degrees)
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats, choice, flag, texts
 from nao_kin._core.csv_numbers import Records, TableColumns, csv_head, read_csv
-from nao_kin._core.files import described, is_finite_number, opened, read_json, read_text
+from nao_kin._core.files import described, is_finite_number, opened, read_json, read_table_text
 from nao_kin._core.headings import JOINT_UNITS, TIME_UNITS, in_si_units, time_unit_of
 from nao_kin._core.text import MAX_SHOWN, abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile, CouplingViolated, OutsideLimits, UnknownName, nearest_names
@@ -138,13 +138,13 @@ def read_log(
     name = str(path)
     if not name:
         raise BadArgument("no file name; expected a CSV or JSON file, or - for standard input")
-    text = _read(name)
-    if not text or text.isspace():
-        raise BadInputFile(name, "empty; expected joint names and values")
+    large = Path(name).suffix.lower() in (".npy", ".parquet", ".arrow", ".feather")
+    advice = "; such a file is read with an output, as in -o poses.npy, or by nao_kin.stream" if large else ""
+    text, is_json = read_table_text(name, "joint names and values", advice)
     options = TableOptions(degrees, columns, ignore_other)
     many = True
     lines: Sequence[int]
-    if Path(name).suffix.lower() == ".json" or (name == "-" and text.lstrip()[0] in "[{"):
+    if is_json:
         table, rows, many = _from_json(name, text, robot, options)
         lines = [0] * len(rows)
     else:
@@ -315,12 +315,6 @@ def limits_advice(robot: RobotModel, table: TableColumns, row: Floats) -> str:
     q = robot.configuration(_shared(robot, table.names, values[None], "average"), limits="ignore")
     fits = bool(np.all(robot.within_limits(q)))
     return f"{advice}; are these degrees (degrees=True, --deg)?" if fits else advice
-
-
-def _read(name: str) -> str:
-    large = Path(name).suffix.lower() in (".npy", ".parquet", ".arrow", ".feather")
-    advice = "; such a file is read with an output, as in -o poses.npy, or by nao_kin.stream" if large else ""
-    return read_text(name, advice)
 
 
 def _from_json(name: str, text: str, robot: RobotModel, options: TableOptions) -> tuple[TableColumns, Floats, bool]:
