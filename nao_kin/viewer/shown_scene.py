@@ -26,31 +26,27 @@ class Lead:
 
     It is the page in which a user last began to play or moved the time, and before that the first one that reported.
     Other changes of the robot take the lead too, so that a page's reports from before its stop are not taken for new.
+    Callers hold the viewer's lock.
     """
 
     def __init__(self) -> None:
         self._source = ""
         self._heard = -_SILENCE
-        self._lock = threading.Lock()
 
     def take(self, source: str) -> None:
         """Give the lead to this page, or to the program, ""."""
-        with self._lock:
-            self._source, self._heard = source, time.monotonic()
+        self._source, self._heard = source, time.monotonic()
 
     def release(self) -> None:
         """Give the lead to no page."""
-        with self._lock:
-            self._heard = -_SILENCE
+        self._heard = -_SILENCE
 
     def admits(self, source: str, *, begins: bool) -> bool:
         """Whether to follow a page that plays; `begins` if a user has just begun to play in it, or moved the time."""
-        with self._lock:
-            now = time.monotonic()
-            if not begins and source != self._source and now - self._heard < _SILENCE:
-                return False
-            self._source, self._heard = source, now
-            return True
+        if not begins and source != self._source and time.monotonic() - self._heard < _SILENCE:
+            return False
+        self.take(source)
+        return True
 
 
 # --- Callbacks on changes by a page.
