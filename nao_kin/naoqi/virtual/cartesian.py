@@ -270,7 +270,7 @@ class _LimbFollower:
             self._segment = at
             self._look_ahead(begin, end, q, T_world_torso)
         if self._straight is None:
-            return limbs.near(self._initial.robot, self._target(time, T_world_torso), q).q
+            return limbs.descend(self._initial.robot, self._target(time, T_world_torso), q).q
         share = min(max((time - begin) / (end - begin), 0.0), 1.0)
         start, goal = self._straight
         found = q.copy()
@@ -285,7 +285,7 @@ class _LimbFollower:
         found = LimbSolution(q, 0.0)
         for time in begin + (end - begin) * np.arange(1, _CHECKED + 1) / _CHECKED:
             target = self._target(float(time), T_world_torso)
-            found = limbs.near(self._initial.robot, target, found.q)
+            found = limbs.descend(self._initial.robot, target, found.q)
         self._straight = None
         if found.missing > limbs.MET:
             other = limbs.anywhere(self._initial.robot, target, q)
