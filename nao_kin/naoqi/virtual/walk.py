@@ -22,7 +22,7 @@ from nao_kin.naoqi.virtual.service import Service, former_names
 from nao_kin.naoqi.virtual.steps import (
     Footstep,
     Gait,
-    between,
+    along,
     body_beside,
     bounded,
     composed,
@@ -431,14 +431,14 @@ class Locomotion(Service):
     def getNextRobotPosition(self) -> list[float]:
         """FRAME_ROBOT in FRAME_WORLD after the current step."""
         step, _ = self._current_step()
-        return self.getRobotPosition(False) if step is None else _pose(between(step.support, step.end))
+        return self.getRobotPosition(False) if step is None else _pose(along(step.support, step.end, 0.5))
 
     def getRobotVelocity(self) -> list[float]:
         """Mean velocity of FRAME_ROBOT in its own axes during the current step: [vx, vy, vtheta] [m/s, rad/s]."""
         step, duration = self._current_step()
         if step is None:
             return [0.0, 0.0, 0.0]
-        before, after = (between(step.support, foot) for foot in (step.start, step.end))
+        before, after = (along(step.support, foot, 0.5) for foot in (step.start, step.end))
         return [float(value) for value in seen_from(before, after) / duration]
 
     def getMoveConfig(self, config: Any) -> list[list[Any]]:
