@@ -300,26 +300,24 @@ class PathTask(MotionTask):
 
     def __init__(self, name: str, nao: VirtualNao, requests: Sequence[EffectorRequest]) -> None:
         by_name = {request.effector: request for request in requests}
-        self._joints = limbs.joints_of(nao.robot, tuple(by_name))
-        super().__init__(name, self._joints)
+        super().__init__(name, limbs.joints_of(nao.robot, tuple(by_name)))
         self.keeps_feet = not by_name.keys().isdisjoint(_FIRST)
         self._requests = by_name
 
     def start(self, nao: VirtualNao, time: float) -> None:
         """Begin at the commanded joint values."""
+        super().start(nao, time)
         hold_still(nao, tuple(self._requests.values()))
-        self._initial, self._start = CartesianState(nao), time
-        self._columns = nao.joints.columns(self._joints)
+        self._initial = CartesianState(nao)
         by_name = {effector: _LimbFollower(request, self._initial) for effector, request in self._requests.items()}
         self._end = max(float(limb.path.times[-1]) for limb in by_name.values())
         self._torso = by_name.pop(TORSO, None)
         self._legs = [by_name.pop(name) for name in list(by_name) if name in LEGS]
         self._others = list(by_name.values())
-        nao.joints.note_limp(self._columns, self.notes)
 
     def advance(self, nao: VirtualNao, time: float) -> bool:
         """Solve for this tick: torso and legs first, then the effectors that depend on the torso."""
-        t = time - self._start
+        t = time - self.begin
         q = nao.joints.q(sensor=False)
         if self._torso is not None:
             q = self._over_feet(self._torso, t, q)
@@ -327,7 +325,7 @@ class PathTask(MotionTask):
             T_world_torso = self._initial.T_world_torso if len(self._legs) == 2 else nao.base.torso(q)
             q = self._solved(self._legs, t, q, T_world_torso)
         q = self._solved(self._others, t, q, nao.base.torso(q))
-        nao.joints.set(self._columns, nao.robot.to_body(q)[self._columns], self.notes)
+        nao.joints.set(self.columns, nao.robot.to_body(q)[self.columns], self.notes)
         return t >= self._end - ON_TIME
 
     def _solved(self, limbs_on_paths: Sequence[_LimbFollower], t: float, q: Floats, T_world_torso: Floats) -> Floats:
@@ -368,12 +366,6 @@ class SynchronizedApproach(Approach):
 
 # How a method reads poses, by a part of its name.
 _FORMS: dict[str, ToPoses] = {"position": pose, "transform": pose_from_list}
-# The compiled kernels of nk.ik that an effector needs, by a part of its name.
-_KERNELS = {
-    "Arm": ("arms by pose", "arms by place"),
-    "Torso": ("both legs", "projections onto limits", "damped least squares"),
-}
-_MOVES = ("setPosition", "setTransform", "changePosition", "changeTransform", "positionInt", "transformInt")
 _ONE = "The same for one effector."
 _CHANGED = "Change an effector's {0} from its commanded one; else as set{1}."
 
@@ -412,12 +404,6 @@ class CartesianControl(Service):
       stays in place.
     - A target out of reach raises no error: the effector goes as near as it can, and the log says so.
     """
-
-    def kernels_for(self, name: str, given: tuple[Any, ...]) -> frozenset[str]:
-        """Name the kernels of arms that go to a pose at once, and of the torso."""
-        named = str(given[:1]) if name.startswith(_MOVES) else ""
-        needed = {kernel for part, kernels in _KERNELS.items() if part in named for kernel in kernels}
-        return super().kernels_for(name, given) | needed
 
     def getPosition(self, name: Any, space: Any, useSensorValues: Any) -> list[float]:
         """Position6D of an effector, joint, sensor or camera, as the sensors or the commands have it [m, rad]."""

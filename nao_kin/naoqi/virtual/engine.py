@@ -14,6 +14,7 @@ from concurrent.futures import Future, InvalidStateError
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import compress
 from typing import TYPE_CHECKING, Any
 
 from nao_kin.errors import BadArgument, NaoKinError
@@ -268,6 +269,7 @@ class MotionTask(ABC):
 
     Attributes:
         name: NAOqi's method, "angleInterpolation".
+        joints: the joints in the given order, and their `columns` in the arrays of `nao.joints`, from the start on.
         resources: the joints or stiffnesses that it needs.
         reactive: whether later tasks may take its resources.
         keeps_feet: whether its plan has the standing foot in place. Without such a task, FRAME_ROBOT stays while both
@@ -276,23 +278,25 @@ class MotionTask(ABC):
         call: the answer, given at the end.
         value: the answer of the call.
         notes: for remarks that are made once.
-        started: robot time at which its resources were free [s]; None before.
+        started: robot time at which its resources were free [s]; None before, and `begin` is not set.
     """
 
     reactive = False
     keeps_feet = False
 
     def __init__(self, name: str, resources: Iterable[str]) -> None:
-        self.name = name
-        self.resources = frozenset(resources)
+        self.name, self.joints = name, tuple(resources)
+        self.resources, self.columns = frozenset(self.joints), list[int]()
         self.id = 0
         self.call = Call()
         self.value: object = None
         self.notes: Notes
         self.started: float | None = None
 
-    def start(self, nao: VirtualNao, time: float) -> None:  # noqa: B027
+    def start(self, nao: VirtualNao, time: float) -> None:
         """Note the state of the joints when the resources are free. Nothing moves before the next tick."""
+        self.columns, self.begin = nao.joints.columns(self.joints), time
+        nao.joints.note_limp(self.columns, self.notes)
 
     @abstractmethod
     def advance(self, nao: VirtualNao, time: float) -> bool:
@@ -301,6 +305,8 @@ class MotionTask(ABC):
     def give_up(self, resources: frozenset[str]) -> None:
         """Leave some resources of a reactive task to another task, and continue with the others."""
         self.resources = self.resources - resources
+        kept = [joint not in resources for joint in self.joints]
+        self.joints, self.columns = tuple(compress(self.joints, kept)), list(compress(self.columns, kept))
 
     def end(self, nao: VirtualNao, *, killed: bool) -> None:  # noqa: B027
         """End the task; called once, whether it started or not."""

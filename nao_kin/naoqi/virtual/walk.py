@@ -187,7 +187,7 @@ class Walk(MotionTask):
         super().__init__(name, joint_names(nao.robot, "Legs"))
         self.plan = self._first = plan
         self._limp = False
-        self._motion: Floats = np.empty((0, nao.robot.nq))
+        self.motion: Floats = np.empty((0, nao.robot.nq))
         self._at = 0
         self.over = False
         self.step: Footstep | None = None
@@ -196,20 +196,19 @@ class Walk(MotionTask):
     def start(self, nao: VirtualNao, time: float) -> None:
         """Bring the torso over the feet, or refuse a robot that cannot walk from its posture."""
         nao.base.check_stands()
-        self._columns = nao.joints.columns(joint_names(nao.robot, "Legs"))
-        nao.joints.note_limp(self._columns, self.notes)
+        super().start(nao, time)
         q = nao.joints.q(sensor=False)
         self.plan.begin(body_of(nao, q))
-        self._motion = ready_motion(nao.robot, feet_of(nao, q), nao.base.torso(q), q)
+        self.motion = ready_motion(nao.robot, feet_of(nao, q), nao.base.torso(q), q)
 
     def advance(self, nao: VirtualNao, time: float) -> bool:
         """Command the next configuration; with the last of a step, plan the next one from there."""
-        if self._at >= len(self._motion) and not self._next(nao, nao.joints.q(sensor=False)):
+        if self._at >= len(self.motion) and not self._next(nao, nao.joints.q(sensor=False)):
             return True
-        q = self._motion[self._at]
+        q = self.motion[self._at]
         self._at += 1
-        nao.joints.set(self._columns, nao.robot.to_body(q)[self._columns], self.notes)
-        return self._at == len(self._motion) and not self._next(nao, q)
+        nao.joints.set(self.columns, nao.robot.to_body(q)[self.columns], self.notes)
+        return self._at == len(self.motion) and not self._next(nao, q)
 
     def take_over(self, nao: VirtualNao, plan: WalkPlan) -> Call:
         """Continue with another plan after this step; the call ends with the walk."""
@@ -243,23 +242,18 @@ class Walk(MotionTask):
             return False
         self.keeps_feet = True
         nao.base.stand_on(_FEET[other(self.step.side)], q)
-        self._motion, self._at = step_motion(nao.robot, self.step, q), 0
+        self.motion, self._at = step_motion(nao.robot, self.step, q), 0
         return True
 
     def end(self, nao: VirtualNao, *, killed: bool) -> None:
         """Note that the walk is over: its call ends a moment later."""
         self.over = True
-        self._limp = self.started is not None and bool((nao.joints.stiffness[self._columns] == 0.0).any())
+        self._limp = self.started is not None and bool((nao.joints.stiffness[self.columns] == 0.0).any())
         self.value = self._answer(self._first)
 
     def _answer(self, plan: WalkPlan) -> bool | None:
         """The answer of the call that gave a plan: whether the robot reached its goal."""
         return None if plan.arrived is None else plan.arrived and not self._limp
-
-    @property
-    def step_time(self) -> float:
-        """The duration of the current step [s]."""
-        return len(self._motion) * TICK
 
 
 def feet_of(nao: VirtualNao, q: Floats) -> dict[str, Floats]:
@@ -310,11 +304,6 @@ class Locomotion(Service):
     _walk: Walk | None = None
     _arms = (True, True)
 
-    def kernels_for(self, name: str, given: tuple[Any, ...]) -> frozenset[str]:
-        """Walking needs the kernel of both legs."""
-        walks = name.startswith(("move", "walk", "setFootSteps", "setWalkTarget")) and not name.endswith("Active")
-        return super().kernels_for(name, given) | (frozenset({"both legs"}) if walks else frozenset())
-
     # --- walking --------------------------------------------------------------------------------------------------
 
     def moveInit(self) -> Call:
@@ -347,7 +336,7 @@ class Locomotion(Service):
 
         In the move configuration, the frequency may be called "Frequency".
         """
-        shares, gait = _motion(x, y, theta, _share), gait_of(moveConfig)
+        shares, gait = _motion(x, y, theta, 1.0), gait_of(moveConfig)
         foot = gait.left
         # Sideways and turning, every second step only closes the feet.
         reach = np.array([foot.max_step_x, 0.5 * (foot.max_step_y - _STANCE), 0.5 * foot.max_step_theta])
@@ -476,7 +465,7 @@ class Locomotion(Service):
     def _current_step(self) -> tuple[Footstep | None, float]:
         """The current step, None without one, and its duration [s]."""
         walk = self._current()
-        return (None, 0.0) if walk is None else (walk.step, walk.step_time)
+        return (None, 0.0) if walk is None else (walk.step, len(walk.motion) * TICK)
 
     def _start(self, name: str, plan: WalkPlan) -> Call:
         """Walk by a plan, or have the current walk take it over."""
@@ -501,16 +490,13 @@ class Locomotion(Service):
         return self._start(name, plan)
 
 
-def _motion(x: Any, y: Any, theta: Any, read: Callable[[Any, str], float] = arguments.number) -> Floats:
-    """x, y and theta, shape (3,)."""
-    return np.array([read(x, "x"), read(y, "y"), read(theta, "theta")])
-
-
-def _share(value: Any, what: str) -> float:
-    number = arguments.number(value, what)
-    if not -1.0 <= number <= 1.0:
-        raise BadArgument(f"{what} must be from -1 to 1, got {number:g}")
-    return number
+def _motion(x: Any, y: Any, theta: Any, most: float = np.inf) -> Floats:
+    """x, y and theta, shape (3,), each at most `most` in magnitude."""
+    found = {what: arguments.number(value, what) for what, value in (("x", x), ("y", y), ("theta", theta))}
+    for what, number in found.items():
+        if abs(number) > most:
+            raise BadArgument(f"{what} must be from {-most:g} to {most:g}, got {number:g}")
+    return np.array(list(found.values()))
 
 
 def _poses(value: Any) -> list[Floats]:

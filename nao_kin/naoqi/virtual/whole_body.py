@@ -80,26 +80,22 @@ class WholeBodyTask(MotionTask):
     keeps_feet = True
 
     def __init__(self, nao: VirtualNao, name: str, balance: Balance) -> None:
-        self._joints = joint_names(nao.robot, "Joints")
-        super().__init__(name, self._joints)
+        super().__init__(name, joint_names(nao.robot, "Joints"))
         self._robot, self._balance = nao.robot, balance
 
     def start(self, nao: VirtualNao, time: float) -> None:
         """Note the initial state and the joints without stiffness."""
-        self._initial, self._start = CartesianState(nao), time
+        super().start(nao, time)
+        self._initial = CartesianState(nao)
         # The largest movement of each joint in a tick; infinite for joints that another task takes.
         self._max_step = nao.robot.velocity_limits * TICK
-        nao.joints.note_limp(nao.joints.columns(self._joints), self.notes)
 
-    def command(
-        self, nao: VirtualNao, targets: Targets, missed: str, *, com: Floats | None = None
-    ) -> LimbSolution | None:
-        """Command joint values for targets that can be reached in this tick.
+    def command(self, nao: VirtualNao, targets: Targets, missed: str, *, com: Floats | None = None) -> Floats | None:
+        """Command joint values for targets that can be reached in this tick, and return them.
 
         At the limit of its reach, the nearest pose of the whole robot may be far away. Targets are then brought nearer
         to the effectors, by halves, until no joint is too fast: joints that come late would let the feet slip.
-        Arguments and result are those of `solve`; `missed` is for the log, and `missing` is that of the original
-        targets.
+        Arguments are those of `solve`, and so is None; `missed` is for the log.
         """
         q = nao.joints.q(sensor=False)
         T_world_torso = nao.base.torso(q)
@@ -123,9 +119,8 @@ class WholeBodyTask(MotionTask):
                 break
         if missing > NOTEWORTHY:
             self.notes.once("missed", missed)
-        columns = nao.joints.columns(self._joints)
-        nao.joints.set(columns, nao.robot.to_body(joints)[columns], self.notes)
-        return LimbSolution(np.array(joints), missing)
+        nao.joints.set(self.columns, nao.robot.to_body(joints)[self.columns], self.notes)
+        return joints
 
     def solve(self, targets: Targets, q: Floats, *, com: Floats | None = None) -> LimbSolution | None:
         """Joint values of the whole robot, near to the initial ones; None if no foot stands.
@@ -216,14 +211,14 @@ class GoToBalance(WholeBodyTask):
 
     def advance(self, nao: VirtualNao, time: float) -> bool:
         """Solve the whole robot for this tick's place of the centre of mass."""
-        share = min((time - self._start) / self._duration, 1.0)
+        share = min((time - self.begin) / self._duration, 1.0)
         place = self._from + float(smooth(np.array(share))) * (self._to - self._from)
-        found = self.command(nao, {}, "the centre of mass goes as near to its place as it can", com=place)
-        assert found is not None
+        q = self.command(nao, {}, "the centre of mass goes as near to its place as it can", com=place)
+        assert q is not None
         done = share >= 1.0 - ON_TIME
         if done:
-            away = com_above(nao.robot, found.q, nao.base.torso(found.q)) - self._to
-            stiff = bool((nao.joints.stiffness[nao.joints.columns(self._joints)] > 0.0).all())
+            away = com_above(nao.robot, q, nao.base.torso(q)) - self._to
+            stiff = bool((nao.joints.stiffness[self.columns] > 0.0).all())
             self.value = stiff and float(np.linalg.norm(away)) <= NOTEWORTHY
         return done
 
@@ -244,7 +239,7 @@ class WholeBodyPathTask(WholeBodyTask):
 
     def advance(self, nao: VirtualNao, time: float) -> bool:
         """Solve the whole robot for this tick's poses."""
-        t = time - self._start
+        t = time - self.begin
         T_world_torso = nao.base.torso(nao.joints.q(sensor=False))
         targets: Targets = {}
         for request, path in zip(self._requests, self._paths, strict=True):
@@ -303,7 +298,6 @@ class EffectorControl(WholeBodyTask):
     def give_up(self, resources: frozenset[str]) -> None:
         """Leave some joints to another task."""
         super().give_up(resources)
-        self._joints = tuple(joint for joint in self._joints if joint in self.resources)
         if self.started is not None:
             self._max_step[[index for index, name in enumerate(self._robot.joint_names) if name in resources]] = np.inf
 
@@ -353,12 +347,6 @@ class WholeBodyControl(CartesianControl):
         if self.balance.enabled and all(request.mask in MASKS for request in found):
             return WholeBodyPathTask(name, self.nao, found, self.balance)
         return super()._path_task(name, found)
-
-    def kernels_for(self, name: str, given: tuple[Any, ...]) -> frozenset[str]:
-        """Whole-body control needs the kernel of bodies."""
-        paths = name.startswith(("positionInterpolation", "transformInterpolation")) and self.balance.enabled
-        needed = paths or name.startswith("wb")
-        return super().kernels_for(name, given) | (frozenset({"bodies"}) if needed else frozenset())
 
     def wbEnable(self, isEnabled: Any) -> None:
         """Switch whole-body control on or off; off forgets all constraints."""

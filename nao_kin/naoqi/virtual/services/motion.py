@@ -366,8 +366,27 @@ class GeneralTools(Service):
 
 # --- ALMotion, joined from its topics.
 
+# The compiled kernels of nk.ik that an effector needs, by a part of its name.
+_KERNELS = {
+    "Arm": ("arms by pose", "arms by place"),
+    "Torso": ("both legs", "projections onto limits", "damped least squares"),
+}
+_PATHS = ("positionInterpolation", "transformInterpolation")
+_MOVES = ("setPosition", "setTransform", "changePosition", "changeTransform", *_PATHS)
+_WALKS = ("move", "walk", "setFootSteps", "setWalkTarget")
+
 
 class ALMotion(JointControl, StiffnessControl, WholeBodyControl, Locomotion, GeneralTools):
     """The service that moves joints, stiffness, effectors and the whole robot."""
 
     name = "ALMotion"
+
+    def kernels_for(self, name: str, given: tuple[Any, ...]) -> frozenset[str]:
+        """Name the kernels of arms that go to a pose at once, of the torso, of a walk and of the whole body."""
+        named = str(given[:1]) if name.startswith(_MOVES) else ""
+        needed = {kernel for part, kernels in _KERNELS.items() if part in named for kernel in kernels}
+        if name.startswith(_WALKS) and not name.endswith("Active"):
+            needed.add("both legs")
+        if name.startswith("wb") or (name.startswith(_PATHS) and self.balance.enabled):
+            needed.add("bodies")
+        return frozenset(needed)

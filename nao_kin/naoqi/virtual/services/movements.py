@@ -63,7 +63,7 @@ class GoToPosture(AtSpeed):
         """Move the joints, and turn the vertical with them."""
         done = super().advance(nao, time)
         if not (self._from_feet and self._to_feet) and nao.joints.stiffness.any():
-            share = 1.0 if done else (time - self._start) / self._end
+            share = 1.0 if done else (time - self.begin) / self._end
             nao.base.rest(_between(self._up_before, self._up_after, share), nao.joints.q())
         return done
 
