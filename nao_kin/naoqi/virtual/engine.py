@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Callable, Collection, Hashable, Iterable
 from concurrent.futures import Future, InvalidStateError
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from itertools import compress
 from typing import TYPE_CHECKING, Any
@@ -117,19 +117,6 @@ _ROUNDING = 1e-6
 _MAX_SECONDS_BEHIND = 1.0
 
 
-@dataclass(order=True)
-class Timer:
-    """An action due at a tick."""
-
-    tick: int
-    number: int
-    action: Callable[[], None] | None = field(compare=False)
-
-    def cancel(self) -> None:
-        """Remove the action; without effect afterwards."""
-        self.action = None
-
-
 class Clock:
     """Robot time, from zero in ticks of 10 ms; `speed` is seconds of robot time per second of the wall clock.
 
@@ -141,7 +128,7 @@ class Clock:
         if self.speed <= 0.0:
             raise BadArgument(f"speed must be positive, got {self.speed:g}")
         self.ticks = 0
-        self._timers: list[Timer] = []
+        self._timers: list[tuple[int, int, Future[Any], Callable[[], None]]] = []
         self._numbers = itertools.count()
         self._wall_start: float | None = None
         self._made = 0
@@ -156,17 +143,17 @@ class Clock:
         """Make one tick; return the actions that are due, in order."""
         self.ticks += 1
         due = []
-        while self._timers and self._timers[0].tick <= self.ticks:
-            action = heapq.heappop(self._timers).action
-            if action is not None:
+        while self._timers and self._timers[0][0] <= self.ticks:
+            *_, timer, action = heapq.heappop(self._timers)
+            if not timer.cancelled():
                 due.append(action)
         return due
 
-    def after(self, seconds: float, action: Callable[[], None]) -> Timer:
-        """Schedule `action` for the first tick at or after so many seconds of robot time from now."""
+    def after(self, seconds: float, action: Callable[[], None]) -> Future[Any]:
+        """Schedule `action` for the first tick at or after so many seconds of robot time, unless it is cancelled."""
         ticks = max(1, math.ceil(seconds * TICKS_PER_SECOND - _ROUNDING))
-        timer = Timer(self.ticks + ticks, next(self._numbers), action)
-        heapq.heappush(self._timers, timer)
+        timer = Future[Any]()
+        heapq.heappush(self._timers, (self.ticks + ticks, next(self._numbers), timer, action))
         return timer
 
     def due(self, wall: float) -> int:
@@ -325,7 +312,7 @@ class Tasks:
         """Start a task, or have it wait for its resources; its call ends with it."""
         task.id = next(self._numbers)
         task.notes = Notes(self._nao.log, f"{task.name} (task {task.id})")
-        task.call = Call(lambda: self.kill(task.id))
+        task.call = Call(lambda: self.kill(lambda other: other is task))
         if task.reactive:
             self._take_over(task, [*self.running, *self._waiting])
         self._waiting.append(task)
@@ -347,10 +334,6 @@ class Tasks:
                 if done:
                     self._finish(task, killed=False)
 
-    def listing(self) -> list[list[object]]:
-        """NAOqi's task list: [name, id] of each, waiting tasks last."""
-        return [[task.name, task.id] for task in self.all]
-
     @property
     def all(self) -> tuple[MotionTask, ...]:
         """All tasks, waiting ones last."""
@@ -364,27 +347,14 @@ class Tasks:
         """Whether no running blocking task has booked any of these."""
         return self._booked().isdisjoint(resources)
 
-    def kill(self, number: int) -> bool:
-        """End a task in its current state; return whether there was one with this id."""
+    def kill(self, wanted: Callable[[MotionTask], bool] = lambda task: True) -> bool:
+        """End the tasks that are wanted in their current state, waiting ones first; return whether there were any."""
         with self._nao.monitor:
-            task = self.find(number)
-            self.kill_each([] if task is None else [task])
-        return task is not None
-
-    def kill_each(self, tasks: Iterable[MotionTask]) -> None:
-        """End tasks in their current state."""
-        for task in tuple(tasks):
-            self._finish(task, killed=True)
-        self.start_waiting()
-
-    def kill_all(self) -> None:
-        """End all tasks in their current state."""
-        self.kill_each((*self._waiting, *self.running))
-
-    def kill_using(self, resources: Collection[str]) -> None:
-        """End the blocking tasks that need any of these, running or waiting; as in NAOqi, not the reactive ones."""
-        blocking = (task for task in (*self._waiting, *self.running) if not task.reactive)
-        self.kill_each(task for task in blocking if not task.resources.isdisjoint(resources))
+            found = [task for task in (*self._waiting, *self.running) if wanted(task)]
+            for task in found:
+                self._finish(task, killed=True)
+            self.start_waiting()
+        return bool(found)
 
     def _booked(self) -> frozenset[str]:
         return frozenset[str]().union(*(task.resources for task in self.running if not task.reactive))

@@ -167,7 +167,8 @@ class Service:
 
     def stop(self, id: Any) -> None:
         """End a motion task, by its number in the task list."""
-        self.nao.tasks.kill(arguments.whole(id, "id"))
+        number = arguments.whole(id, "id")
+        self.nao.tasks.kill(lambda task: task.id == number)
 
     def wait(self, id: Any, timeoutPeriod: Any = 0) -> Call | bool:
         """Wait until a motion task is over, at most some milliseconds (0: no limit); True if the time ran out first."""

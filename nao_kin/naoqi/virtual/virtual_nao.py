@@ -316,7 +316,7 @@ class VirtualNao:
         for call in tuple(self._pending):
             call.fail(BadArgument("the virtual NAO was closed"))
         with self.monitor:
-            self.tasks.kill_all()
+            self.tasks.kill()
 
     def __enter__(self) -> VirtualNao:
         return self

@@ -354,7 +354,7 @@ class Locomotion(Service):
         """End the walk at once, in the middle of a step."""
         walk = self._current()
         if walk is not None:
-            self.nao.tasks.kill(walk.id)
+            walk.call.cancel()
 
     def waitUntilMoveIsFinished(self) -> Call | None:
         """Wait until the robot stands."""

@@ -425,5 +425,5 @@ class WholeBodyControl(CartesianControl):
 
     def _release(self) -> None:
         if self._control is not None and not self._control.over:
-            self.nao.tasks.kill(self._control.id)
+            self._control.call.cancel()
         self._control = None

@@ -7,13 +7,14 @@ import math
 import re
 from collections import deque
 from collections.abc import Callable
+from concurrent.futures import Future
 from typing import TYPE_CHECKING, Any
 
 from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.scripts import spoken_words
 from nao_kin.naoqi.virtual import arguments
-from nao_kin.naoqi.virtual.engine import Call, Timer
+from nao_kin.naoqi.virtual.engine import Call
 from nao_kin.naoqi.virtual.service import Service, Setting, settings
 
 if TYPE_CHECKING:
@@ -342,7 +343,7 @@ class ALTextToSpeech(Service):
         super().__init__(nao)
         self.saying = ""
         self._queue: deque[tuple[str, Call]] = deque()
-        self._timer: Timer | None = None
+        self._timer: Future[Any] | None = None
         zero = "doubleVoice doubleVoiceLevel doubleVoiceTimeShift enableCompression".split()
         self._parameters = {"pitchShift": 1.0} | dict.fromkeys(zero, 0.0)
         self._parameters |= dict.fromkeys(("speed", "defaultVoiceSpeed", "volume", "pitch"), 100.0)

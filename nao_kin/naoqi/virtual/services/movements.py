@@ -57,7 +57,8 @@ class GoToPosture(AtSpeed):
         rest = nao.robot.semantics.postures[self._posture].up
         self._from_feet, self._to_feet = nao.base.support is not None, rest is None
         self._up_before = nao.base.vertical(nao.joints.q())
-        self._up_after = nao.base.vertical_on_feet(self._q) if rest is None else np.array(rest)
+        foot = nao.base.standing_foot(self._q)
+        self._up_after = nao.robot.fk(self._q, foot)[:3, 2] if rest is None else np.array(rest)
 
     def advance(self, nao: VirtualNao, time: float) -> bool:
         """Move the joints, and turn the vertical with them."""
@@ -134,7 +135,7 @@ class ALRobotPosture(Service):
 
     def stopMove(self) -> None:
         """End the movements to postures, running and waiting."""
-        self.nao.tasks.kill_each(task for task in reversed(self.nao.tasks.all) if isinstance(task, GoToPosture))
+        self.nao.tasks.kill(lambda task: isinstance(task, GoToPosture))
 
     def setMaxTryNumber(self, pMaxTryNumber: Any) -> None:
         """Accepted without effect: a posture is reached at the first try here."""
@@ -205,7 +206,7 @@ class ALTracker(Service):
 
     def stopTracker(self) -> None:
         """End lookAt and pointAt."""
-        self.nao.tasks.kill_each(task for task in reversed(self.nao.tasks.all) if task.name in _TASKS)
+        self.nao.tasks.kill(lambda task: task.name in _TASKS)
 
     def _in_torso(self, position: Any, frame: Any) -> Floats:
         point = arguments.three(position, "pPosition")
