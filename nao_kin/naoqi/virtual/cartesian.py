@@ -65,39 +65,6 @@ class EffectorRequest:
     relative: bool
 
 
-def read_requests(
-    names: Any, spaces: Any, paths: Any, masks: Any, times: Any, read: ToPoses, *, relative: bool = False
-) -> tuple[EffectorRequest, ...]:
-    """The requests of a Cartesian call, from its arguments.
-
-    Args:
-        names: an effector, or a list of them.
-        spaces: one for all effectors, or a list of one for each.
-        masks: likewise.
-        paths: a list of one path for each effector, a path being a list of poses or one pose; for a single effector
-            also its path alone.
-        times: for one effector a time or a list of times; for several a list of times for each, or one list for all;
-            one time for each pose. None without times.
-        read: `pose` for positions, `pose_from_list` for transforms.
-        relative: the poses are changes.
-    """
-    effectors = tuple(choice(name, EFFECTORS, "effector") for name in as_names(names))
-    count = len(effectors)
-    if len(set(effectors)) < count:
-        raise BadArgument(f"an effector is named twice: {', '.join(effectors)}")
-    if not effectors:
-        raise BadArgument("effectorNames must name at least one effector")
-    numbers = _each(spaces, count, "spaces", space_number)
-    chosen = _each(masks, count, "axis masks", axis_mask)
-    rows = [_path(path, read, effector) for path, effector in zip(_split(paths, count), effectors, strict=True)]
-    when = [np.empty(0)] * count if times is None else _times(times, effectors, rows)
-    if (TORSO, FRAME_TORSO) in zip(effectors, numbers, strict=True):
-        raise BadArgument("Torso does not move in FRAME_TORSO, which is the torso: FRAME_WORLD or FRAME_ROBOT")
-    return tuple(
-        EffectorRequest(*fields, relative) for fields in zip(effectors, numbers, chosen, rows, when, strict=True)
-    )
-
-
 def _each(value: Any, count: int, what: str, read: Callable[[Any], int]) -> list[int]:
     """Return one number for each effector, from one for all or a list."""
     if not arguments.is_list(value):
@@ -226,18 +193,15 @@ class CartesianState:
 
     def target(self, request: EffectorRequest, T: Floats, T_world_torso: Floats) -> LimbTarget:
         """The solvers' target for a request, its pose T as `path` returns it, and the torso's current pose."""
-        axes = controlled_axes(request.mask)
-        if request.space == FRAME_TORSO:
-            return LimbTarget(request.effector, T, axes, np.eye(3))
+        effector, standing, reference = request.effector, self._standing, TORSO
         R_world_space = self.T_world_robot[:3, :3] if request.space == FRAME_ROBOT else np.eye(3)
-        if request.effector in LEGS and self._standing not in (None, request.effector):
+        T_reference_world = np.eye(4) if request.space == FRAME_TORSO else rigid_inverse(T_world_torso)
+        if request.space != FRAME_TORSO and effector in LEGS and standing is not None and standing != effector:
             # A leg moves the hip of the other leg and so the torso: only the standing foot stays.
-            T_sole_world = rigid_inverse(self.T_world_torso @ self.robot.fk(self.q, self._standing))
-            return LimbTarget(
-                request.effector, T_sole_world @ T, axes, T_sole_world[:3, :3] @ R_world_space, self._standing
-            )
-        T_torso_world = rigid_inverse(T_world_torso)
-        return LimbTarget(request.effector, T_torso_world @ T, axes, T_torso_world[:3, :3] @ R_world_space)
+            reference = standing
+            T_reference_world = rigid_inverse(self.T_world_torso @ self.robot.fk(self.q, standing))
+        R = T_reference_world[:3, :3] @ R_world_space
+        return LimbTarget(effector, T_reference_world @ T, controlled_axes(request.mask), R, reference)
 
 
 def hold_still(nao: VirtualNao, requests: Sequence[EffectorRequest]) -> None:
@@ -364,8 +328,6 @@ class SynchronizedApproach(Approach):
 
 # --- The methods.
 
-# How a method reads poses, by a part of its name.
-_FORMS: dict[str, ToPoses] = {"position": pose, "transform": pose_from_list}
 _ONE = "The same for one effector."
 _CHANGED = "Change an effector's {0} from its commanded one; else as set{1}."
 
@@ -442,11 +404,36 @@ class CartesianControl(Service):
     def _requests(
         self, name: str, names: Any, spaces: Any, paths: Any, masks: Any, times: Any, *, relative: bool
     ) -> tuple[EffectorRequest, ...]:
-        """The requests of a method; a method without an s at the end takes one effector."""
+        """The requests of a method from its arguments; a method without an s at the end takes one effector.
+
+        Args:
+            name: of the method, which says whether poses are positions or transforms.
+            names: an effector, or a list of them.
+            spaces: one for all effectors, or a list of one for each.
+            masks: likewise.
+            paths: a list of one path for each effector, a path being a list of poses or one pose; for a single effector
+                also its path alone.
+            times: for one effector a time or a list of times; for several a list of times for each, or one list for
+                all; one time for each pose. None without times.
+            relative: the poses are changes.
+        """
         if not name.endswith("s"):
             arguments.text(names, next(iter(self._signatures[name].parameters)))
-        read = next(read for form, read in _FORMS.items() if form in name.lower())
-        return read_requests(names, spaces, paths, masks, times, read, relative=relative)
+        read = pose if "position" in name.lower() else pose_from_list
+        effectors = tuple(choice(name, EFFECTORS, "effector") for name in as_names(names))
+        count = len(effectors)
+        if len(set(effectors)) < count:
+            raise BadArgument(f"an effector is named twice: {', '.join(effectors)}")
+        if not effectors:
+            raise BadArgument("effectorNames must name at least one effector")
+        numbers = _each(spaces, count, "spaces", space_number)
+        chosen = _each(masks, count, "axis masks", axis_mask)
+        rows = [_path(path, read, effector) for path, effector in zip(_split(paths, count), effectors, strict=True)]
+        when = [np.empty(0)] * count if times is None else _times(times, effectors, rows)
+        if (TORSO, FRAME_TORSO) in zip(effectors, numbers, strict=True):
+            raise BadArgument("Torso does not move in FRAME_TORSO, which is the torso: FRAME_WORLD or FRAME_ROBOT")
+        found = zip(effectors, numbers, chosen, rows, when, strict=True)
+        return tuple(EffectorRequest(*fields, relative) for fields in found)
 
     def _follow(
         self, name: str, names: Any, spaces: Any, paths: Any, masks: Any, times: Any, is_absolute: Any = True

@@ -15,7 +15,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from itertools import compress
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from nao_kin.errors import BadArgument, NaoKinError
 from nao_kin.naoqi.virtual.arguments import check_duration, number
@@ -299,6 +299,9 @@ class MotionTask(ABC):
         """End the task; called once, whether it started or not."""
 
 
+_T = TypeVar("_T", bound=MotionTask)
+
+
 class Tasks:
     """All motion tasks of a virtual NAO, in the order in which they came."""
 
@@ -342,6 +345,10 @@ class Tasks:
     def find(self, number: int) -> MotionTask | None:
         """The task with this id, running or waiting."""
         return next((task for task in self.all if task.id == number), None)
+
+    def of(self, kind: type[_T]) -> _T | None:
+        """The first task of a kind, running or waiting."""
+        return next((task for task in self.all if isinstance(task, kind)), None)
 
     def available(self, resources: Collection[str]) -> bool:
         """Whether no running blocking task has booked any of these."""

@@ -189,7 +189,6 @@ class Walk(MotionTask):
         self._limp = False
         self.motion: Floats = np.empty((0, nao.robot.nq))
         self._at = 0
-        self.over = False
         self.step: Footstep | None = None
         self.walker: Walker | None = None
 
@@ -246,8 +245,7 @@ class Walk(MotionTask):
         return True
 
     def end(self, nao: VirtualNao, *, killed: bool) -> None:
-        """Note that the walk is over: its call ends a moment later."""
-        self.over = True
+        """Note the answer of the walk's call, which ends a moment later."""
         self._limp = self.started is not None and bool((nao.joints.stiffness[self.columns] == 0.0).any())
         self.value = self._answer(self._first)
 
@@ -301,7 +299,6 @@ class Locomotion(Service):
       the robot stands.
     """
 
-    _walk: Walk | None = None
     _arms = (True, True)
 
     # --- walking --------------------------------------------------------------------------------------------------
@@ -352,9 +349,7 @@ class Locomotion(Service):
 
     def killMove(self) -> None:
         """End the walk at once, in the middle of a step."""
-        walk = self._current()
-        if walk is not None:
-            walk.call.cancel()
+        self.nao.tasks.kill(lambda task: isinstance(task, Walk))
 
     def waitUntilMoveIsFinished(self) -> Call | None:
         """Wait until the robot stands."""
@@ -460,7 +455,7 @@ class Locomotion(Service):
     # --- inside ---------------------------------------------------------------------------------------------------
 
     def _current(self) -> Walk | None:
-        return None if self._walk is None or self._walk.call.done() or self._walk.over else self._walk
+        return self.nao.tasks.of(Walk)
 
     def _current_step(self) -> tuple[Footstep | None, float]:
         """The current step, None without one, and its duration [s]."""
@@ -473,8 +468,7 @@ class Locomotion(Service):
         if walk is not None:
             return walk.take_over(self.nao, plan)
         self.nao.base.check_stands()
-        self._walk = Walk(name, self.nao, plan)
-        return self.nao.start_task(self._walk)
+        return self.nao.start_task(Walk(name, self.nao, plan))
 
     def _make_steps(
         self, name: str, legs: Sequence[str], poses: Sequence[Floats], durations: Floats, clear: Any

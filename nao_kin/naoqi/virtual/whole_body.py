@@ -266,7 +266,6 @@ class EffectorControl(WholeBodyTask):
         super().__init__(nao, "wbEnableEffectorControl", balance)
         self.goals: dict[str, Floats] = {}
         self._now: dict[str, Floats] = {}
-        self.over = False
 
     def hold(self, nao: VirtualNao, effector: str) -> None:
         """Hold an effector at its current pose."""
@@ -301,10 +300,6 @@ class EffectorControl(WholeBodyTask):
         if self.started is not None:
             self._max_step[[index for index, name in enumerate(self._robot.joint_names) if name in resources]] = np.inf
 
-    def end(self, nao: VirtualNao, *, killed: bool) -> None:
-        """Note that nothing is held any longer."""
-        self.over = True
-
 
 def _towards(now: Floats, goal: Floats) -> Floats:
     """The next target after one tick, for a place, shape (3,), or a rotation, shape (3, 3)."""
@@ -336,8 +331,6 @@ class WholeBodyControl(CartesianControl):
     - wbEnableEffectorOptimization changes nothing.
     """
 
-    _control: EffectorControl | None = None
-
     def __init__(self, nao: VirtualNao) -> None:
         super().__init__(nao)
         self.balance = Balance()
@@ -352,7 +345,7 @@ class WholeBodyControl(CartesianControl):
         """Switch whole-body control on or off; off forgets all constraints."""
         on = arguments.flag(isEnabled, "isEnabled")
         if not on:
-            self._release()
+            self.nao.tasks.kill(lambda task: isinstance(task, EffectorControl))
             self.balance = Balance()
         self.balance.enabled = on
 
@@ -389,19 +382,20 @@ class WholeBodyControl(CartesianControl):
         It switches whole-body control on.
         """
         effector = arguments.choice(effectorName, "effector", HELD)
+        control = self.nao.tasks.of(EffectorControl)
         if not arguments.flag(isEnabled, "isEnabled"):
-            held = self._held()
-            held.pop(effector, None)
-            if not held:
-                self._release()
+            if control is not None:
+                control.goals.pop(effector, None)
+                if not control.goals:
+                    control.call.cancel()
             return
         self.nao.base.check_stands()
         if not self.balance.enabled:
             self.balance.enabled, self.balance.support = True, "Legs"
-        if self._control is None or self._control.over:
-            self._control = EffectorControl(self.nao, self.balance)
-            self.nao.start_task(self._control)
-        self._control.hold(self.nao, effector)
+        if control is None:
+            control = EffectorControl(self.nao, self.balance)
+            self.nao.start_task(control)
+        control.hold(self.nao, effector)
 
     def wbSetEffectorControl(self, effectorName: Any, targetCoordinate: Any) -> None:
         """Send a held effector to a target in FRAME_ROBOT; returns at once.
@@ -410,20 +404,12 @@ class WholeBodyControl(CartesianControl):
         """
         effector = arguments.choice(effectorName, "effector", HELD)
         target = arguments.three(targetCoordinate, "targetCoordinate")
-        if self._control is None or effector not in self._held():
+        control = self.nao.tasks.of(EffectorControl)
+        if control is None or effector not in control.goals:
             raise BadArgument(f"{effector} is not held: wbEnableEffectorControl({effector!r}, True) first")
-        self._control.send(self.nao, effector, target)
+        control.send(self.nao, effector, target)
 
     def wbEnableEffectorOptimization(self, effectorName: Any, isActive: Any) -> None:
         """Accepted without effect: an effector whose target is far goes as near as it can in any case."""
         arguments.choice(effectorName, "effector", _OPTIMIZED)
         arguments.flag(isActive, "isActive")
-
-    def _held(self) -> dict[str, Floats]:
-        """The held effectors, with their goals."""
-        return {} if self._control is None or self._control.over else self._control.goals
-
-    def _release(self) -> None:
-        if self._control is not None and not self._control.over:
-            self._control.call.cancel()
-        self._control = None

@@ -249,6 +249,14 @@ _FILE = "behavior"
 _POSTURES = {"Standing": "Stand", "Sitting": "Sit"}
 
 
+class Playing(Interpolation):
+    """Joints follow the timeline of a behaviour."""
+
+    def __init__(self, name: str, behavior: str, motion: Motion) -> None:
+        super().__init__(name, motion.joint_names, lambda start: led_in(motion, start))
+        self.behavior = behavior
+
+
 @former_names(
     "The same under its name before NAOqi 1.22.",
     getBehaviorNames="getInstalledBehaviors",
@@ -266,10 +274,6 @@ class ALBehaviorManager(Service):
     """
 
     name = "ALBehaviorManager"
-
-    def __init__(self, nao: VirtualNao) -> None:
-        super().__init__(nao)
-        self._started: dict[str, Call] = {}
 
     def getInstalledBehaviors(self) -> list[str]:
         """Names of all behaviours."""
@@ -289,14 +293,12 @@ class ALBehaviorManager(Service):
 
     def stopBehavior(self, name: Any) -> None:
         """End a behaviour; does nothing if it is not running."""
-        call = self._started.get(arguments.text(name, "name"))
-        if call is not None:
-            call.cancel()
+        wanted = arguments.text(name, "name")
+        self.nao.tasks.kill(lambda task: isinstance(task, Playing) and task.behavior == wanted)
 
     def stopAllBehaviors(self) -> None:
         """End all behaviours."""
-        for call in self._started.values():
-            call.cancel()
+        self.nao.tasks.kill(lambda task: isinstance(task, Playing))
 
     def isBehaviorRunning(self, name: Any) -> bool:
         """Whether a behaviour is running, or waits for its joints."""
@@ -304,7 +306,7 @@ class ALBehaviorManager(Service):
 
     def getRunningBehaviors(self) -> list[str]:
         """Names of the running behaviours."""
-        return sorted(name for name, call in self._started.items() if not call.done())
+        return sorted(task.behavior for task in self.nao.tasks.all if isinstance(task, Playing))
 
     def _play(self, task: str, name: Any) -> Call:
         """Start a behaviour as a task of this name; refuses unknown, running and unreadable ones."""
@@ -317,9 +319,7 @@ class ALBehaviorManager(Service):
         if self.isBehaviorRunning(wanted):
             raise BadArgument(f"{wanted} is running already")
         motion = self._read(files[file], wanted[len(file) + 1 :], file)
-        call = self.nao.start_task(Interpolation(task, motion.joint_names, lambda start: led_in(motion, start)))
-        self._started[wanted] = call
-        return call
+        return self.nao.start_task(Playing(task, wanted, motion))
 
     def _read(self, path: Path, timeline: str, name: str) -> Motion:
         """The motion of a timeline in a file; of its only one for an empty `timeline`."""
