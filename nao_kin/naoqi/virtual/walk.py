@@ -145,15 +145,15 @@ class ByFootsteps(WalkPlan):
     `steps` are the remaining ones: side, pose of the foot relative to the other one, shape (3,), and duration [s].
     """
 
-    def __init__(self, steps: Sequence[tuple[str, Floats, float]], gait: Gait) -> None:
-        self.steps, self._gait = list(steps), gait
+    def __init__(self, steps: Sequence[tuple[str, Floats, float]]) -> None:
+        self.steps = list(steps)
 
     def step(self, walker: Walker) -> Footstep | None:
         """The next given step, inside the limits of the gait."""
         if not self.steps:
             return None
         side, wanted, period = self.steps.pop(0)
-        gait, support = self._gait.of(side), walker.feet[other(side)]
+        gait, support = Gait().of(side), walker.feet[other(side)]
         end = composed(support, bounded(wanted, side, gait))
         walker.body, walker.side = body_beside(end, side), other(side)
         return Footstep(side, support.copy(), walker.feet[side].copy(), end, gait.step_height, max(period, gait.period))
@@ -476,7 +476,7 @@ class Locomotion(Service):
         clears = arguments.flag(clear, "clearExisting")
         if max(durations) > _LONGEST_STEP:
             raise BadArgument(f"a step must take at most {_LONGEST_STEP:g} s, got {max(durations):g} s")
-        plan = ByFootsteps(list(zip((leg[0] for leg in legs), poses, durations.tolist(), strict=True)), Gait())
+        plan = ByFootsteps(list(zip((leg[0] for leg in legs), poses, durations.tolist(), strict=True)))
         walk = self._current()
         if walk is not None and isinstance(walk.plan, ByFootsteps):
             walk.plan.steps = [*([] if clears else walk.plan.steps), *plan.steps]

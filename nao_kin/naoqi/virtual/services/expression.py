@@ -119,7 +119,6 @@ class ALLeds(Service):
         self._groups = groups()
         self._actuators = actuators()
         self.colours: dict[str, Colour] = dict.fromkeys(ALL, (1.0, 1.0, 1.0)) | dict.fromkeys(BLUE, (0.0, 0.0, 1.0))
-        self._own_groups: set[str] = set()
         # The last call for each LED; earlier effects no longer change it.
         self._owners: dict[str, object] = {}
 
@@ -140,12 +139,11 @@ class ALLeds(Service):
     def createGroup(self, groupName: Any, ledNames: Any) -> None:
         """Make a group of LEDs or groups."""
         name = arguments.text(groupName, "groupName")
-        if name in self.colours or (name in self._groups and name not in self._own_groups):
+        if name in self.colours or name in groups():
             raise BadArgument(f"{name} already exists")
         if not isinstance(ledNames, (list, tuple)) or not ledNames:
             raise BadArgument("ledNames must be a list of LEDs")
         self._groups[name] = tuple(dict.fromkeys(part for each in ledNames for part in self._parts(each)))
-        self._own_groups.add(name)
 
     # --- light ----------------------------------------------------------------------------------------------------
 
