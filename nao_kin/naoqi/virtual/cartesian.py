@@ -12,23 +12,9 @@ from nao_kin._core.arrays import Floats, choice, join_poses, rigid_inverse
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.motion import Motion
+from nao_kin.naoqi import spaces as frames
 from nao_kin.naoqi.names import as_names
-from nao_kin.naoqi.spaces import (
-    EFFECTORS,
-    FRAME_ROBOT,
-    FRAME_TORSO,
-    LEGS,
-    TORSO,
-    axis_mask,
-    controlled_axes,
-    pose,
-    pose_from_list,
-    pose_in,
-    position6d,
-    robot_frame,
-    space_number,
-    transform_list,
-)
+from nao_kin.naoqi.spaces import EFFECTORS, FRAME_ROBOT, FRAME_TORSO, LEGS, TORSO
 from nao_kin.naoqi.virtual import arguments, limb_solvers as limbs
 from nao_kin.naoqi.virtual.engine import Call, MotionTask
 from nao_kin.naoqi.virtual.interpolation import ON_TIME, Approach
@@ -169,7 +155,7 @@ class CartesianState:
         self.robot = nao.robot
         self.q = nao.joints.q(sensor=False)
         self.T_world_torso = nao.base.torso(self.q)
-        self.T_world_robot = robot_frame(nao.robot, self.q, torso_in_world=self.T_world_torso)
+        self.T_world_robot = frames.robot_frame(nao.robot, self.q, torso_in_world=self.T_world_torso)
         self.T_world_feet = self.T_world_torso @ nao.robot.fk(self.q, LEGS)
         self._standing = nao.base.support
 
@@ -178,7 +164,7 @@ class CartesianState:
 
         They are in the world; those of FRAME_TORSO stay in the torso.
         """
-        now = pose_in(self.robot, self.q, request.effector, request.space, torso_in_world=self.T_world_torso)
+        now = frames.pose_in(self.robot, self.q, request.effector, request.space, torso_in_world=self.T_world_torso)
         poses = request.poses
         if request.relative:  # places add up, and rotations are about the axes of the space
             poses = join_poses(poses[:, :3, :3] @ now[:3, :3], now[:3, 3] + poses[:, :3, 3])
@@ -201,7 +187,7 @@ class CartesianState:
             reference = standing
             T_reference_world = rigid_inverse(self.T_world_torso @ self.robot.fk(self.q, standing))
         R = T_reference_world[:3, :3] @ R_world_space
-        return LimbTarget(effector, T_reference_world @ T, controlled_axes(request.mask), R, reference)
+        return LimbTarget(effector, T_reference_world @ T, frames.controlled_axes(request.mask), R, reference)
 
 
 def hold_still(nao: VirtualNao, requests: Sequence[EffectorRequest]) -> None:
@@ -369,11 +355,11 @@ class CartesianControl(Service):
 
     def getPosition(self, name: Any, space: Any, useSensorValues: Any) -> list[float]:
         """Position6D of an effector, joint, sensor or camera, as the sensors or the commands have it [m, rad]."""
-        return [float(value) for value in position6d(self._pose(name, space, useSensorValues))]
+        return [float(value) for value in frames.position6d(self._pose(name, space, useSensorValues))]
 
     def getTransform(self, name: Any, space: Any, useSensorValues: Any) -> list[float]:
         """The same as a 4 x 4 matrix row by row, 16 numbers."""
-        return [float(value) for value in transform_list(self._pose(name, space, useSensorValues))]
+        return [float(value) for value in frames.transform_list(self._pose(name, space, useSensorValues))]
 
     def positionInterpolations(
         self, effectorNames: Any, space: Any, paths: Any, axisMasks: Any, times: Any, isAbsolute: Any = True
@@ -398,8 +384,10 @@ class CartesianControl(Service):
 
     def _pose(self, name: Any, space: Any, use_sensors: Any) -> Floats:
         q = self.nao.joints.q(sensor=arguments.flag(use_sensors, "useSensorValues"))
-        number = space_number(space)
-        return pose_in(self.nao.robot, q, arguments.text(name, "name"), number, torso_in_world=self.nao.base.torso(q))
+        number = frames.space_number(space)
+        return frames.pose_in(
+            self.nao.robot, q, arguments.text(name, "name"), number, torso_in_world=self.nao.base.torso(q)
+        )
 
     def _requests(
         self, name: str, names: Any, spaces: Any, paths: Any, masks: Any, times: Any, *, relative: bool
@@ -419,15 +407,15 @@ class CartesianControl(Service):
         """
         if not name.endswith("s"):
             arguments.text(names, next(iter(self._signatures[name].parameters)))
-        read = pose if "position" in name.lower() else pose_from_list
+        read = frames.pose if "position" in name.lower() else frames.pose_from_list
         effectors = tuple(choice(name, EFFECTORS, "effector") for name in as_names(names))
         count = len(effectors)
         if len(set(effectors)) < count:
             raise BadArgument(f"an effector is named twice: {', '.join(effectors)}")
         if not effectors:
             raise BadArgument("effectorNames must name at least one effector")
-        numbers = _each(spaces, count, "spaces", space_number)
-        chosen = _each(masks, count, "axis masks", axis_mask)
+        numbers = _each(spaces, count, "spaces", frames.space_number)
+        chosen = _each(masks, count, "axis masks", frames.axis_mask)
         rows = [_path(path, read, effector) for path, effector in zip(_split(paths, count), effectors, strict=True)]
         when = [np.empty(0)] * count if times is None else _times(times, effectors, rows)
         if (TORSO, FRAME_TORSO) in zip(effectors, numbers, strict=True):

@@ -19,18 +19,7 @@ from nao_kin.errors import BadArgument
 from nao_kin.naoqi.virtual.body import Base, Joints
 from nao_kin.naoqi.virtual.engine import TICK, Call, Change, Clock, EventLog, Monitor, MotionTask, NaoqiError, Tasks
 from nao_kin.naoqi.virtual.service import ABSENT, Service
-from nao_kin.naoqi.virtual.services.expression import ALLeds, ALTextToSpeech
-from nao_kin.naoqi.virtual.services.life import (
-    ABILITIES,
-    ALAutonomousLife,
-    ALBattery,
-    ALPreferenceManager,
-    ALRobotModel,
-    ALSystem,
-)
-from nao_kin.naoqi.virtual.services.memory import ALMemory, ALSonar, ALTouch
-from nao_kin.naoqi.virtual.services.motion import ALMotion
-from nao_kin.naoqi.virtual.services.movements import ALAnimationPlayer, ALBehaviorManager, ALRobotPosture, ALTracker
+from nao_kin.naoqi.virtual.services import expression, life, memory, motion, movements
 from nao_kin.robot import NaoModel, load_nao
 
 # The shortest pause of the thread, which otherwise only wakes up [s].
@@ -40,22 +29,22 @@ _MAX_SECONDS = 3600.0
 
 
 SERVICES: tuple[type[Service], ...] = (
-    ALMotion,
-    ALRobotPosture,
-    ALMemory,
-    ALLeds,
-    ALTextToSpeech,
-    ALAutonomousLife,
-    ALSystem,
-    ALBattery,
-    ALPreferenceManager,
-    ALTouch,
-    ALSonar,
-    ALRobotModel,
-    ALTracker,
-    ALBehaviorManager,
-    ALAnimationPlayer,
-    *ABILITIES,
+    motion.ALMotion,
+    movements.ALRobotPosture,
+    memory.ALMemory,
+    expression.ALLeds,
+    expression.ALTextToSpeech,
+    life.ALAutonomousLife,
+    life.ALSystem,
+    life.ALBattery,
+    life.ALPreferenceManager,
+    memory.ALTouch,
+    memory.ALSonar,
+    life.ALRobotModel,
+    movements.ALTracker,
+    movements.ALBehaviorManager,
+    movements.ALAnimationPlayer,
+    *life.ABILITIES,
 )
 
 
@@ -327,8 +316,7 @@ class VirtualNao:
 
     def announce(self, event: str, value: Any) -> None:
         """Raise an event of the robot in ALMemory. Needs the lock."""
-        memory = self.services["ALMemory"]
-        memory._announce(event, value)  # type: ignore[attr-defined]
+        self.services["ALMemory"]._announce(event, value)  # type: ignore[attr-defined]
 
     def check_open(self) -> None:
         """Raise BadArgument if the virtual NAO is closed.

@@ -16,27 +16,9 @@ from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.naoqi.names import joint_names
 from nao_kin.naoqi.spaces import position6d, robot_frame
-from nao_kin.naoqi.virtual import arguments
+from nao_kin.naoqi.virtual import arguments, steps
 from nao_kin.naoqi.virtual.engine import TICK, Call, MotionTask
 from nao_kin.naoqi.virtual.service import Service, former_names
-from nao_kin.naoqi.virtual.steps import (
-    Footstep,
-    Gait,
-    along,
-    body_beside,
-    bounded,
-    composed,
-    first_side,
-    gait_of,
-    move_config,
-    next_step,
-    other,
-    ready_motion,
-    seen_from,
-    stands_beside,
-    step_motion,
-    wrapped,
-)
 
 if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
@@ -71,7 +53,7 @@ class WalkPlan(ABC):
         """Begin the walk, or take it over, with FRAME_ROBOT at this pose on the floor."""
 
     @abstractmethod
-    def step(self, walker: Walker) -> Footstep | None:
+    def step(self, walker: Walker) -> steps.Footstep | None:
         """Return the next step, and set `walker.body` and `walker.side` for the step after it; None at the end."""
 
     @abstractmethod
@@ -85,20 +67,20 @@ class ToTargets(WalkPlan):
     The first target, shape (3,), is relative to FRAME_ROBOT at the beginning, each other to the one before.
     """
 
-    def __init__(self, targets: Sequence[Floats], gait: Gait) -> None:
+    def __init__(self, targets: Sequence[Floats], gait: steps.Gait) -> None:
         self._targets, self._gait = [np.array(target) for target in targets], gait
         self._closes, self._stopped = bool(targets), False
         self.arrived = False if targets else None
 
     def begin(self, body: Floats) -> None:
         """Transform the targets into the world."""
-        self._targets = list(accumulate(self._targets, composed, initial=np.array(body)))[1:]
+        self._targets = list(accumulate(self._targets, steps.composed, initial=np.array(body)))[1:]
 
-    def step(self, walker: Walker) -> Footstep | None:
+    def step(self, walker: Walker) -> steps.Footstep | None:
         """A step towards the first target that is not reached."""
-        while self._targets and np.abs(seen_from(walker.body, self._targets[0])).max() < _THERE:
+        while self._targets and np.abs(steps.seen_from(walker.body, self._targets[0])).max() < _THERE:
             walker.body = self._targets.pop(0)
-        if not self._targets and (not self._closes or stands_beside(walker.feet, walker.body)):
+        if not self._targets and (not self._closes or steps.stands_beside(walker.feet, walker.body)):
             if self.arrived is not None:
                 self.arrived = not self._stopped
             return None
@@ -116,7 +98,7 @@ class AtVelocity(WalkPlan):
     Feet step outwards only: sideways and turning, every second step compensates for the one before.
     """
 
-    def __init__(self, velocity: Floats, gait: Gait) -> None:
+    def __init__(self, velocity: Floats, gait: steps.Gait) -> None:
         self._velocity, self._gait = np.array(velocity), gait
         self._stopped = not self._velocity.any()
 
@@ -124,14 +106,14 @@ class AtVelocity(WalkPlan):
         """Start the body's target at its pose."""
         self._target = np.array(body)
 
-    def step(self, walker: Walker) -> Footstep | None:
+    def step(self, walker: Walker) -> steps.Footstep | None:
         """A step towards the body's target at the end of the step."""
         if self._stopped:
-            return None if stands_beside(walker.feet, walker.body) else _step_to(walker, walker.body, self._gait)
-        advance = self._velocity * self._gait.of(walker.side or first_side(self._velocity)).period
+            return None if steps.stands_beside(walker.feet, walker.body) else _step_to(walker, walker.body, self._gait)
+        advance = self._velocity * self._gait.of(walker.side or steps.first_side(self._velocity)).period
         # A delay of more than one step is dropped, so that it does not accumulate.
-        late = np.clip(seen_from(walker.body, self._target), -np.abs(advance), np.abs(advance))
-        self._target = composed(composed(walker.body, late), advance)
+        late = np.clip(steps.seen_from(walker.body, self._target), -np.abs(advance), np.abs(advance))
+        self._target = steps.composed(steps.composed(walker.body, late), advance)
         return _step_to(walker, self._target, self._gait)
 
     def stop(self) -> None:
@@ -145,28 +127,29 @@ class ByFootsteps(WalkPlan):
     `steps` are the remaining ones: side, pose of the foot relative to the other one, shape (3,), and duration [s].
     """
 
-    def __init__(self, steps: Sequence[tuple[str, Floats, float]]) -> None:
-        self.steps = list(steps)
+    def __init__(self, given: Sequence[tuple[str, Floats, float]]) -> None:
+        self.steps = list(given)
 
-    def step(self, walker: Walker) -> Footstep | None:
+    def step(self, walker: Walker) -> steps.Footstep | None:
         """The next given step, inside the limits of the gait."""
         if not self.steps:
             return None
         side, wanted, period = self.steps.pop(0)
-        gait, support = Gait().of(side), walker.feet[other(side)]
-        end = composed(support, bounded(wanted, side, gait))
-        walker.body, walker.side = body_beside(end, side), other(side)
-        return Footstep(side, support.copy(), walker.feet[side].copy(), end, gait.step_height, max(period, gait.period))
+        gait, support = steps.Gait().of(side), walker.feet[steps.other(side)]
+        end = steps.composed(support, steps.bounded(wanted, side, gait))
+        walker.body, walker.side = steps.body_beside(end, side), steps.other(side)
+        start, period = walker.feet[side].copy(), max(period, gait.period)
+        return steps.Footstep(side, support.copy(), start, end, gait.step_height, period)
 
     def stop(self) -> None:
         """Make no more steps."""
         self.steps = []
 
 
-def _step_to(walker: Walker, goal: Floats, gait: Gait) -> Footstep:
-    side = walker.side or first_side(seen_from(walker.body, goal))
-    step, walker.body = next_step(walker.feet, side, walker.body, goal, gait)
-    walker.side = other(side)
+def _step_to(walker: Walker, goal: Floats, gait: steps.Gait) -> steps.Footstep:
+    side = walker.side or steps.first_side(steps.seen_from(walker.body, goal))
+    step, walker.body = steps.next_step(walker.feet, side, walker.body, goal, gait)
+    walker.side = steps.other(side)
     return step
 
 
@@ -189,7 +172,7 @@ class Walk(MotionTask):
         self._limp = False
         self.motion: Floats = np.empty((0, nao.robot.nq))
         self._at = 0
-        self.step: Footstep | None = None
+        self.step: steps.Footstep | None = None
         self.walker: Walker | None = None
 
     def start(self, nao: VirtualNao, time: float) -> None:
@@ -198,7 +181,7 @@ class Walk(MotionTask):
         super().start(nao, time)
         q = nao.joints.q(sensor=False)
         self.plan.begin(body_of(nao, q))
-        self.motion = ready_motion(nao.robot, feet_of(nao, q), nao.base.torso(q), q)
+        self.motion = steps.ready_motion(nao.robot, feet_of(nao, q), nao.base.torso(q), q)
 
     def advance(self, nao: VirtualNao, time: float) -> bool:
         """Command the next configuration; with the last of a step, plan the next one from there."""
@@ -240,8 +223,8 @@ class Walk(MotionTask):
         if self.step is None:
             return False
         self.keeps_feet = True
-        nao.base.stand_on(_FEET[other(self.step.side)], q)
-        self.motion, self._at = step_motion(nao.robot, self.step, q), 0
+        nao.base.stand_on(_FEET[steps.other(self.step.side)], q)
+        self.motion, self._at = steps.step_motion(nao.robot, self.step, q), 0
         return True
 
     def end(self, nao: VirtualNao, *, killed: bool) -> None:
@@ -305,7 +288,7 @@ class Locomotion(Service):
 
     def moveInit(self) -> Call:
         """Bring the torso over the feet, level and at walking height; returns when it is there."""
-        return self._start("moveInit", ToTargets([], Gait()))
+        return self._start("moveInit", ToTargets([], steps.Gait()))
 
     def moveTo(self, x: Any, y: Any = None, theta: Any = None, moveConfig: Any = None) -> Call:
         """Walk to a pose relative to the robot; returns when it stands.
@@ -322,18 +305,18 @@ class Locomotion(Service):
             if max(abs(target[0]), abs(target[1])) > _FARTHEST:
                 place = f"x {target[0]:g} m, y {target[1]:g} m"
                 raise BadArgument(f"a target must be at most {_FARTHEST:g} m away along each axis, got {place}")
-        return self._start("moveTo", ToTargets(targets, gait_of(config)))
+        return self._start("moveTo", ToTargets(targets, steps.gait_of(config)))
 
     def move(self, x: Any, y: Any, theta: Any, moveConfig: Any = None) -> None:
         """Walk at a velocity, forwards and to the left, until changed or stopped; returns at once [m/s, rad/s]."""
-        self._start("move", AtVelocity(_motion(x, y, theta), gait_of(moveConfig)))
+        self._start("move", AtVelocity(_motion(x, y, theta), steps.gait_of(moveConfig)))
 
     def moveToward(self, x: Any, y: Any, theta: Any, moveConfig: Any = None) -> None:
         """Walk at a share of the largest velocity, from -1 (backwards, right) to 1 (forwards, left); returns at once.
 
         In the move configuration, the frequency may be called "Frequency".
         """
-        shares, gait = _motion(x, y, theta, 1.0), gait_of(moveConfig)
+        shares, gait = _motion(x, y, theta, 1.0), steps.gait_of(moveConfig)
         foot = gait.left
         # Sideways and turning, every second step only closes the feet.
         reach = np.array([foot.max_step_x, 0.5 * (foot.max_step_y - _STANCE), 0.5 * foot.max_step_theta])
@@ -390,7 +373,7 @@ class Locomotion(Service):
             raise BadArgument(f"footSteps must be {len(legs)} as legName, got {len(poses)}")
         for share in shares:
             arguments.fraction(float(share), "fractionMaxSpeed", positive=True)
-        durations = Gait().left.period / shares
+        durations = steps.Gait().left.period / shares
         return self._make_steps("setFootStepsWithSpeed", legs, poses, durations, clearExisting)
 
     def getFootSteps(self) -> list[list[Any]]:
@@ -401,9 +384,9 @@ class Locomotion(Service):
         """
         feet, walk = feet_of(self.nao, self.nao.joints.q()), self._current()
         step, duration = self._current_step()
-        current = [] if step is None else [(step.side, seen_from(step.support, step.end), duration)]
+        current = [] if step is None else [(step.side, steps.seen_from(step.support, step.end), duration)]
         coming = walk.plan.steps if walk is not None and isinstance(walk.plan, ByFootsteps) else []
-        lists = [[[_FEET[s], float(time), pose.tolist()] for s, pose, time in steps] for steps in (current, coming)]
+        lists = [[[_FEET[s], float(time), pose.tolist()] for s, pose, time in rows] for rows in (current, coming)]
         return [[feet["L"].tolist(), feet["R"].tolist()], *lists]
 
     # --- where the robot is ---------------------------------------------------------------------------------------
@@ -415,19 +398,19 @@ class Locomotion(Service):
     def getNextRobotPosition(self) -> list[float]:
         """FRAME_ROBOT in FRAME_WORLD after the current step."""
         step, _ = self._current_step()
-        return self.getRobotPosition(False) if step is None else _pose(along(step.support, step.end, 0.5))
+        return self.getRobotPosition(False) if step is None else _pose(steps.along(step.support, step.end, 0.5))
 
     def getRobotVelocity(self) -> list[float]:
         """Mean velocity of FRAME_ROBOT in its own axes during the current step: [vx, vy, vtheta] [m/s, rad/s]."""
         step, duration = self._current_step()
         if step is None:
             return [0.0, 0.0, 0.0]
-        before, after = (along(step.support, foot, 0.5) for foot in (step.start, step.end))
-        return [float(value) for value in seen_from(before, after) / duration]
+        before, after = (steps.along(step.support, foot, 0.5) for foot in (step.start, step.end))
+        return [float(value) for value in steps.seen_from(before, after) / duration]
 
     def getMoveConfig(self, config: Any) -> list[list[Any]]:
         """The move configuration: "Default", "Min" or "Max"."""
-        return move_config(arguments.text(config, "config"))
+        return steps.move_config(arguments.text(config, "config"))
 
     # --- arms -----------------------------------------------------------------------------------------------------
 
@@ -457,7 +440,7 @@ class Locomotion(Service):
     def _current(self) -> Walk | None:
         return self.nao.tasks.of(Walk)
 
-    def _current_step(self) -> tuple[Footstep | None, float]:
+    def _current_step(self) -> tuple[steps.Footstep | None, float]:
         """The current step, None without one, and its duration [s]."""
         walk = self._current()
         return (None, 0.0) if walk is None else (walk.step, len(walk.motion) * TICK)
@@ -509,4 +492,4 @@ def _legs(value: Any) -> tuple[str, ...]:
 
 
 def _pose(place: Floats) -> list[float]:
-    return [float(place[0]), float(place[1]), wrapped(float(place[2]))]
+    return [float(place[0]), float(place[1]), steps.wrapped(float(place[2]))]

@@ -14,13 +14,7 @@ from nao_kin.errors import BadArgument
 from nao_kin.naoqi.names import joint_names
 from nao_kin.naoqi.spaces import FRAME_TORSO, LEGS, TORSO, AxisMask
 from nao_kin.naoqi.virtual import arguments
-from nao_kin.naoqi.virtual.cartesian import (
-    NOTEWORTHY,
-    CartesianControl,
-    CartesianState,
-    EffectorRequest,
-    hold_still,
-)
+from nao_kin.naoqi.virtual.cartesian import NOTEWORTHY, CartesianControl, CartesianState, EffectorRequest, hold_still
 from nao_kin.naoqi.virtual.engine import TICK, Call, MotionTask
 from nao_kin.naoqi.virtual.interpolation import ON_TIME
 from nao_kin.naoqi.virtual.limb_solvers import RADIAN, LimbSolution
