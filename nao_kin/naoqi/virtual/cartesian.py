@@ -169,7 +169,9 @@ class CartesianState:
         if request.relative:  # places add up, and rotations are about the axes of the space
             poses = join_poses(poses[:, :3, :3] @ now[:3, :3], now[:3, 3] + poses[:, :3, 3])
         if request.effector == TORSO:
-            poses = limbs.completed(poses, now, request.mask)
+            # The other coordinates of Position6D stay.
+            wanted, six = frames.position6d(poses), frames.position6d(now)
+            poses = frames.pose(np.where(frames.controlled_axes(request.mask), wanted, six))
         poses = np.concatenate([now[None], poses])
         return np.asarray(self.T_world_robot @ poses if request.space == FRAME_ROBOT else poses)
 
@@ -187,7 +189,7 @@ class CartesianState:
             reference = standing
             T_reference_world = rigid_inverse(self.T_world_torso @ self.robot.fk(self.q, standing))
         R = T_reference_world[:3, :3] @ R_world_space
-        return LimbTarget(effector, T_reference_world @ T, frames.controlled_axes(request.mask), R, reference)
+        return LimbTarget(effector, T_reference_world @ T, request.mask, R, reference)
 
 
 def hold_still(nao: VirtualNao, requests: Sequence[EffectorRequest]) -> None:

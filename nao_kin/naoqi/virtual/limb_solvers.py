@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from nao_kin import ik
 from nao_kin._core.arrays import Floats, join_poses
@@ -36,14 +35,14 @@ class LimbTarget:
     Attributes:
         frame: the robot's name of the frame.
         T_reference_target: shape (4, 4).
-        axes: the controlled ones of x, y, z, wx, wy, wz, along the axes of the space, shape (6,).
+        mask: the controlled ones of x, y, z, wx, wy, wz, along the axes of the space.
         R_reference_space: the rotation of the space, shape (3, 3).
         reference: the frame that stays in place: "Torso", or a foot whose leg moves with the joints too.
     """
 
     frame: str
     T_reference_target: Floats
-    axes: NDArray[np.bool_]
+    mask: int
     R_reference_space: Floats
     reference: str = TORSO
 
@@ -80,7 +79,7 @@ def descend(robot: NaoModel, target: LimbTarget, q: Floats) -> LimbSolution:
     last[:, :3] = last[:, :3] @ T[:3, :3].T @ R
     still = np.where(chain.place < 0, chain.ratio * q[limb.drivers], 0.0)
     chain = chain._replace(links=links, offset=chain.offset + still)
-    goal = ik.Goal(_WEIGHTS * target.axes, _CONVERGED, _MAX_STEPS)
+    goal = ik.Goal(_WEIGHTS * controlled_axes(target.mask), _CONVERGED, _MAX_STEPS)
     poses, others = join_poses(R, T[:3, 3]).reshape(1, 16), limb.region.still_values(q[None])
     found = ik.descended(chain, limb.region, goal, poses, others, q[None, limb.columns], None)
     best = q.copy()
@@ -158,15 +157,8 @@ def torso_over_feet(robot: NaoModel, T_world_torso: Floats, T_world_feet: Floats
     return LimbSolution(found.q[0], float(np.linalg.norm([T_world_torso[:3, 3] - torso[:3, 3], RADIAN * turn])))
 
 
-def completed(T_space_wanted: Floats, T_space_now: Floats, mask: int) -> Floats:
-    """The pose with the controlled coordinates of one pose and the others of another, as Position6D has them."""
-    six = np.where(controlled_axes(mask), position6d(T_space_wanted), position6d(T_space_now))
-    return pose(six)
-
-
 def _closed_form(robot: NaoModel, target: LimbTarget, q: Floats) -> Floats | None:
-    axes = int(np.dot(target.axes, 1 << np.arange(6)))
-    T, frame = target.T_reference_target, target.frame
+    T, frame, axes = target.T_reference_target, target.frame, target.mask
     if target.reference != TORSO:
         T = robot.fk(q, target.reference) @ T
     if frame in ARMS and axes in (AxisMask.ALL, AxisMask.VEL):

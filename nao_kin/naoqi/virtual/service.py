@@ -237,7 +237,7 @@ def _decorator(offer: Callable[Concatenate[type[Service], _P], None]) -> Callabl
 
 
 @_decorator
-def settings(kind: type[Service], *rows: Setting) -> None:
+def settings(kind: type[Service], /, *rows: Setting) -> None:
     """Give a service the methods that set and read settings."""
     for row in rows:
         note = f"The stored value; initially {row.default!r}."
@@ -246,21 +246,21 @@ def settings(kind: type[Service], *rows: Setting) -> None:
 
 
 @_decorator
-def former_names(kind: type[Service], note: str = "As {}.", **names: str) -> None:
+def former_names(kind: type[Service], /, note: str = "As {}.", **names: str) -> None:
     """Offer methods of a service under former names too: former name → name; `note` is the help."""
     for former, name in names.items():
         _offer(kind, former, _taken(kind, name), note.format(name), _call, name)
 
 
 @_decorator
-def constant_answers(kind: type[Service], **rows: tuple[Any, str]) -> None:
+def constant_answers(kind: type[Service], /, **rows: tuple[Any, str]) -> None:
     """Give a service methods with constant answers: name → answer and help."""
     for name, (answer, note) in rows.items():
         _offer(kind, name, (), note, lambda _, same: same, answer)
 
 
 @_decorator
-def variants(kind: type[Service], of: str, does: str, **rows: tuple[str, str]) -> None:
+def variants(kind: type[Service], /, of: str, does: str, **rows: tuple[str, str]) -> None:
     """Offer variants of the method `of` that call `does`: name → names of the first parameters instead, and help."""
     takes = _taken(kind, of)
     for name, (called, note) in rows.items():
