@@ -9,7 +9,7 @@ import math
 import threading
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Collection, Hashable, Iterable
+from collections.abc import Callable, Hashable, Iterable
 from concurrent.futures import Future, InvalidStateError
 from contextlib import suppress
 from dataclasses import dataclass
@@ -321,7 +321,7 @@ class Tasks:
         self._waiting.append(task)
         self.start_waiting()
         if task in self._waiting:
-            task.notes.once("waits", f"waits for {', '.join(sorted(task.resources & self._booked()))}")
+            task.notes.once("waits", f"waits for {', '.join(sorted(task.resources & self.booked()))}")
         return task.call
 
     def tick(self) -> None:
@@ -350,10 +350,6 @@ class Tasks:
         """The first task of a kind, running or waiting."""
         return next((task for task in self.all if isinstance(task, kind)), None)
 
-    def available(self, resources: Collection[str]) -> bool:
-        """Whether no running blocking task has booked any of these."""
-        return self._booked().isdisjoint(resources)
-
     def kill(self, wanted: Callable[[MotionTask], bool] = lambda task: True) -> bool:
         """End the tasks that are wanted in their current state, waiting ones first; return whether there were any."""
         with self._nao.monitor:
@@ -363,12 +359,13 @@ class Tasks:
             self.start_waiting()
         return bool(found)
 
-    def _booked(self) -> frozenset[str]:
+    def booked(self) -> frozenset[str]:
+        """The resources of the running blocking tasks."""
         return frozenset[str]().union(*(task.resources for task in self.running if not task.reactive))
 
     def start_waiting(self) -> None:
         """Start every task, first come first, whose resources neither a running task nor an earlier one needs."""
-        taken = set(self._booked())
+        taken = set(self.booked())
         for task in list(self._waiting):
             if taken.isdisjoint(task.resources):
                 self._waiting.remove(task)

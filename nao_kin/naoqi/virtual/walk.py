@@ -324,7 +324,7 @@ class Locomotion(Service):
 
     def stopMove(self) -> Call | bool:
         """Put the feet side by side; returns True when the robot stands."""
-        walk = self._current()
+        walk = self.nao.tasks.of(Walk)
         if walk is None:
             return True
         walk.plan.stop()
@@ -336,12 +336,12 @@ class Locomotion(Service):
 
     def waitUntilMoveIsFinished(self) -> Call | None:
         """Wait until the robot stands."""
-        walk = self._current()
+        walk = self.nao.tasks.of(Walk)
         return None if walk is None else walk.follow()
 
     def moveIsActive(self) -> bool:
         """Whether the robot walks."""
-        return self._current() is not None
+        return self.nao.tasks.of(Walk) is not None
 
     # --- footsteps ------------------------------------------------------------------------------------------------
 
@@ -382,7 +382,7 @@ class Locomotion(Service):
         A step is [leg, duration, [x, y, theta] of the foot relative to the other one] [s, m, rad]. Only setFootSteps
         and setFootStepsWithSpeed know more than one step ahead.
         """
-        feet, walk = feet_of(self.nao, self.nao.joints.q()), self._current()
+        feet, walk = feet_of(self.nao, self.nao.joints.q()), self.nao.tasks.of(Walk)
         step, duration = self._current_step()
         current = [] if step is None else [(step.side, steps.seen_from(step.support, step.end), duration)]
         coming = walk.plan.steps if walk is not None and isinstance(walk.plan, ByFootsteps) else []
@@ -437,17 +437,14 @@ class Locomotion(Service):
 
     # --- inside ---------------------------------------------------------------------------------------------------
 
-    def _current(self) -> Walk | None:
-        return self.nao.tasks.of(Walk)
-
     def _current_step(self) -> tuple[steps.Footstep | None, float]:
         """The current step, None without one, and its duration [s]."""
-        walk = self._current()
+        walk = self.nao.tasks.of(Walk)
         return (None, 0.0) if walk is None else (walk.step, len(walk.motion) * TICK)
 
     def _start(self, name: str, plan: WalkPlan) -> Call:
         """Walk by a plan, or have the current walk take it over."""
-        walk = self._current()
+        walk = self.nao.tasks.of(Walk)
         if walk is not None:
             return walk.take_over(self.nao, plan)
         self.nao.base.check_stands()
@@ -460,7 +457,7 @@ class Locomotion(Service):
         if max(durations) > _LONGEST_STEP:
             raise BadArgument(f"a step must take at most {_LONGEST_STEP:g} s, got {max(durations):g} s")
         plan = ByFootsteps(list(zip((leg[0] for leg in legs), poses, durations.tolist(), strict=True)))
-        walk = self._current()
+        walk = self.nao.tasks.of(Walk)
         if walk is not None and isinstance(walk.plan, ByFootsteps):
             walk.plan.steps = [*([] if clears else walk.plan.steps), *plan.steps]
             return walk.follow()

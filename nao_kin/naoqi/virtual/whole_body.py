@@ -182,10 +182,12 @@ class GoToBalance(WholeBodyTask):
     """
 
     def __init__(
-        self, nao: VirtualNao, name: str, support: str, duration: float, fraction: float | None = None
+        self, nao: VirtualNao, name: str, support: Any, duration: float, fraction: float | None = None
     ) -> None:
         super().__init__(nao, name, Balance(enabled=True))
-        self._support, self._duration, self._fraction = support, duration, fraction
+        self._support = arguments.choice(support, "support leg", SUPPORTS)
+        self._duration, self._fraction = duration, fraction
+        nao.base.check_stands()
         self.value = False
 
     def start(self, nao: VirtualNao, time: float) -> None:
@@ -358,17 +360,13 @@ class WholeBodyControl(CartesianControl):
 
     def wbGoToBalance(self, supportLeg: Any, duration: Any) -> Call:
         """Bring the centre of mass above the middle of "LLeg", "RLeg" or "Legs"; returns whether it is there."""
-        return self._go_to_balance("wbGoToBalance", supportLeg, arguments.duration(duration, "duration"))
+        seconds = arguments.duration(duration, "duration")
+        return self.nao.start_task(GoToBalance(self.nao, "wbGoToBalance", supportLeg, seconds))
 
     def wbGoToBalanceWithSpeed(self, supportLeg: Any, fractionMaxSpeed: Any) -> Call:
         """The same, no joint faster than a fraction of its maximum speed."""
         share = arguments.fraction(fractionMaxSpeed, "fractionMaxSpeed", positive=True)
-        return self._go_to_balance("wbGoToBalanceWithSpeed", supportLeg, _MIN_DURATION, share)
-
-    def _go_to_balance(self, name: str, support: Any, duration: float, fraction: float | None = None) -> Call:
-        leg = arguments.choice(support, "support leg", SUPPORTS)
-        self.nao.base.check_stands()
-        return self.nao.start_task(GoToBalance(self.nao, name, leg, duration, fraction))
+        return self.nao.start_task(GoToBalance(self.nao, "wbGoToBalanceWithSpeed", supportLeg, _MIN_DURATION, share))
 
     def wbEnableEffectorControl(self, effectorName: Any, isEnabled: Any) -> None:
         """Hold "Head", "LArm" or "RArm" with the whole robot, first at its current pose; False releases it.

@@ -328,7 +328,7 @@ class GeneralTools(Service):
 
     def areResourcesAvailable(self, resourceNames: Any) -> bool:
         """Whether no blocking task holds any of these joints."""
-        return self.nao.tasks.available(self.joints(resourceNames, "resourceNames"))
+        return self.nao.tasks.booked().isdisjoint(self.joints(resourceNames, "resourceNames"))
 
     def killTask(self, motionTaskID: Any) -> bool:
         """End a task in its current state; return whether there was one with this id."""
