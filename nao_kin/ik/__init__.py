@@ -1,12 +1,15 @@
 """Inverse kinematics: joint values for poses, all of them, inside the limits, and the reason where there are none."""
 
 from nao_kin.ik.arm import arm
+from nao_kin.ik.descent import Goal as Goal, descended as descended
 from nao_kin.ik.follow import FollowedPath, Stretch, follow
 from nao_kin.ik.follow_branches import FollowedLimb, Jump
+from nao_kin.ik.geometry import cached_limb as cached_limb
 from nao_kin.ik.head import head, look_at
 from nao_kin.ik.leg import leg
 from nao_kin.ik.legs import LegsResult, legs
 from nao_kin.ik.limbs import limb_of_frame as limb_of_frame, limbs
+from nao_kin.ik.limit_regions import LimitRegion as LimitRegion
 from nao_kin.ik.numeric import numeric
 from nao_kin.ik.results import Family, IKResult, Obstacles, Reason
 from nao_kin.ik.velocity import TwistMap, VelocityResult, velocity

@@ -15,13 +15,14 @@ import numpy as np
 import umsgpack
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats, check_tolerance, unit
+from nao_kin._core.arrays import Floats, as_floats, check_tolerance
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, NaoKinError, WrongShape
 from nao_kin.motion import Motion
 from nao_kin.naoqi._qi import load_qi
 from nao_kin.naoqi.names import from_order
 from nao_kin.robot import RobotModel, check_robot
+from nao_kin.rotations import matrix_from_rpy
 
 # --- LoLA, the RoboCup interface of the NAO6: frames of sensors, MessagePack maps over a Unix socket.
 #
@@ -481,9 +482,7 @@ def vertical(roll: float, pitch: float) -> Floats:
     angles = as_floats([roll, pitch], (2,), "roll and pitch")
     if angles.shape != (2,):
         raise WrongShape("roll and pitch", "(2,)", angles.shape)
-    roll, pitch = angles.tolist()
-    sr, cr, sp, cp = math.sin(roll), math.cos(roll), math.sin(pitch), math.cos(pitch)
-    return unit(np.array([-sp, sr * cp, cr * cp]), "vertical")[0]
+    return np.array(matrix_from_rpy(np.append(angles, 0.0))[2])
 
 
 def _configuration(robot: RobotModel, values: Sequence[float] | Floats | Any, order: str) -> Floats:

@@ -42,10 +42,7 @@ def run_script(script: Path | str, arguments: Sequence[str] = (), *, endpoint: s
     path = Path(script) if isinstance(script, str | os.PathLike) else None
     if path is None or "\0" in str(path) or not path.is_file():
         raise BadArgument(f"no script {quoted(str(script))}")
-    environment = dict(os.environ)
-    environment.pop(ENDPOINT_VARIABLE, None)
-    if endpoint is not None:
-        environment[ENDPOINT_VARIABLE] = endpoint
+    environment = {**os.environ, ENDPOINT_VARIABLE: endpoint or ""}
     command = [sys.executable, str(FOLDER), str(path), *arguments]
     with subprocess.Popen(command, env=environment) as process, before_ending(process.terminate):
         code = process.wait()

@@ -235,7 +235,6 @@ def torso_in(
 
 
 def _torso_in_world(robot: RobotModel, q: ArrayLike, torso_in_world: ArrayLike | None) -> Floats:
-    check_robot(robot)
     if torso_in_world is None:
         return np.eye(4) if robot.base == "fixed" else cast(Floats, robot.fk(q, frame_of(robot, TORSO)))
     return _rigid(as_batch(torso_in_world, (4, 4), "torso_in_world"), "torso_in_world")

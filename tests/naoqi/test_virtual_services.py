@@ -16,7 +16,7 @@ from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.spaces import robot_frame
 from nao_kin.naoqi.virtual import NaoqiError, Service, VirtualNao
 from nao_kin.naoqi.virtual.service import KERNELS
-from nao_kin.naoqi.virtual.services import Missing
+from nao_kin.naoqi.virtual.virtual_nao import Missing
 
 
 @pytest.fixture

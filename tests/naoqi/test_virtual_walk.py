@@ -12,8 +12,9 @@ from hypothesis import given, settings, strategies as st
 from nao_kin.errors import BadArgument, NotFinite, UnknownName
 from nao_kin.naoqi.virtual import Call, NaoqiError, VirtualNao
 from nao_kin.naoqi.virtual.steps import (
+    HIGHEST,
+    LOWEST,
     NEAREST,
-    PARAMETERS,
     Gait,
     along,
     bounded,
@@ -30,7 +31,8 @@ pytestmark = pytest.mark.slow
 
 poses = st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(-3.0, 3.0))
 STEPS = ("MaxStepX", "MaxStepY", "MaxStepTheta")
-configs = st.fixed_dictionaries({name: st.floats(PARAMETERS[name].minimum, PARAMETERS[name].maximum) for name in STEPS})
+ranges = zip(STEPS, LOWEST, HIGHEST, strict=False)
+configs = st.fixed_dictionaries({name: st.floats(least, most) for name, least, most in ranges})
 # Smaller steps reach every target, too, and take long.
 LEAST = {"MaxStepX": 0.01, "MaxStepY": 0.12, "MaxStepTheta": 0.02}
 

@@ -7,9 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-__all__ = [
-    "FOLDER",
-]
+__all__ = ["FOLDER"]
 
 
 FOLDER = Path(__file__).resolve().parent

@@ -25,11 +25,7 @@ from typing import Any
 
 import qi
 
-__all__ = [
-    "ALBroker",
-    "ALModule",
-    "ALProxy",
-]
+__all__ = ["ALBroker", "ALModule", "ALProxy"]
 
 
 ENDPOINT_VARIABLE = "NAO_KIN_ENDPOINT"

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, as_floats, as_numbers, choice as one_of, refuse_non_finite
+from nao_kin._core.arrays import Floats, as_floats, choice as one_of
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, NotFinite
 
@@ -158,11 +158,9 @@ def check_lengths(lists: Sequence[Floats], times: Sequence[Floats], joints: Sequ
 
 
 def _numbers(value: Any, what: str) -> Floats:
-    array = np.array(as_numbers(value, what))
+    array = np.array(as_floats(value, (), what))
     if array.ndim != 1:
         raise BadArgument(f"{what} must be a list of numbers, got {quoted(value, 60)}")
-    if not np.isfinite(array).all():
-        refuse_non_finite(array, what)
     return array
 
 

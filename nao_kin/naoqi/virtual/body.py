@@ -14,7 +14,7 @@ from nao_kin.naoqi.names import chain_names, joint_names
 from nao_kin.naoqi.spaces import LEGS, TORSO, robot_frame
 from nao_kin.naoqi.virtual.engine import TICK, Notes
 from nao_kin.robot import NaoModel
-from nao_kin.rotations import rot_z
+from nao_kin.rotations import rot_z, rotation_between
 
 LEFT_HIP, RIGHT_HIP = "LHipYawPitch", "RHipYawPitch"
 # The difference below which a clipped command or a late joint counts as rounding.
@@ -220,11 +220,9 @@ class Base:
 
     def __init__(self, robot: NaoModel, q: Floats, posture: str | None = None) -> None:
         self._robot = robot
-        self._points = list(robot.body_order)
         self.support: str | None = None
         self._T_world_sole = np.eye(4)
-        self._up: Floats = np.array([0.0, 0.0, 1.0])
-        self._place, self._yaw = np.zeros(2), 0.0
+        self._place, self._yaw, self._R_world_torso = np.zeros(2), 0.0, np.eye(3)
         up = None if posture is None else robot.semantics.postures[posture].up
         if up is None:
             self.stand_on(self.standing_foot(q), q)
@@ -239,10 +237,9 @@ class Base:
         if self.support is not None:
             T_torso_sole = self._robot.fk(q, self.support)
             return np.asarray(self._T_world_sole @ rigid_inverse(T_torso_sole))
-        T = join_poses(rot_z(self._yaw) @ _upright(self._up), np.append(self._place, 0.0))
-        heights = self._robot.fk(q, self._points)[:, :3, 3] @ T[2, :3]
-        soles = self._robot.fk(q, list(LEGS))[:, :3, 3] @ T[2, :3]
-        T[2, 3] = -min(float(heights.min()) - _SHELL, float(soles.min()))
+        T = join_poses(self._R_world_torso, np.append(self._place, 0.0))
+        heights = self._robot.fk(q, [*self._robot.body_order, *LEGS])[:, :3, 3] @ T[2, :3]
+        T[2, 3] = -min(float(heights[:-2].min()) - _SHELL, float(heights[-2:].min()))
         return T
 
     def update(self, q: Floats, before: Floats | None = None) -> None:
@@ -282,16 +279,11 @@ class Base:
             level = before[:3, :3] @ _upright(before[2, :3]).T
             self._place, self._yaw = before[:2, 3].copy(), math.atan2(level[1, 0], level[0, 0])
         self.support = None
-        vertical = np.asarray(up, dtype=np.float64)
-        self._up = vertical / np.linalg.norm(vertical)
+        self._R_world_torso = rot_z(self._yaw) @ _upright(up)
 
     def vertical(self, q: Floats) -> Floats:
         """The world's vertical in the torso's frame, as an accelerometer at rest measures it; shape (3,)."""
         return np.array(self.torso(q)[2, :3])
-
-    def vertical_on_feet(self, q: Floats) -> Floats:
-        """The vertical in the torso's frame for the robot on its lower sole in a configuration; shape (3,)."""
-        return np.array(self._robot.fk(q, self.standing_foot(q))[:3, 2])
 
     def _both_down(self, q: Floats) -> bool:
         """Whether the other sole is on the floor too."""
@@ -313,14 +305,9 @@ def _flat(T: Floats) -> Floats:
     return join_poses(rot_z(math.atan2(T[1, 0], T[0, 0])), T[:3, 3] * [1.0, 1.0, 0.0])
 
 
-def _upright(up: Floats) -> Floats:
+def _upright(up: ArrayLike) -> Floats:
     """The smallest rotation that makes `up` the z axis, shape (3, 3); about y where up points down."""
-    x, y, z = (float(component) for component in up)
-    if z < -1.0 + 1e-9:
-        return np.diag([-1.0, 1.0, -1.0])
-    # Rodrigues with axis up × z and cosine z.
-    cross = np.array([[0.0, 0.0, -x], [0.0, 0.0, -y], [x, y, 0.0]])
-    return np.array(np.eye(3) + cross + cross @ cross / (1.0 + z))
+    return rotation_between(up, [0.0, 0.0, 1.0], axis=[0.0, 1.0, 0.0])
 
 
 # --- Masses and centres of mass of the robot's parts, for getMass and getCOM.

@@ -12,23 +12,9 @@ from nao_kin._core.arrays import Floats, choice, join_poses, rigid_inverse
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.motion import Motion
+from nao_kin.naoqi import spaces as frames
 from nao_kin.naoqi.names import as_names
-from nao_kin.naoqi.spaces import (
-    EFFECTORS,
-    FRAME_ROBOT,
-    FRAME_TORSO,
-    LEGS,
-    TORSO,
-    axis_mask,
-    controlled_axes,
-    pose,
-    pose_from_list,
-    pose_in,
-    position6d,
-    robot_frame,
-    space_number,
-    transform_list,
-)
+from nao_kin.naoqi.spaces import EFFECTORS, FRAME_ROBOT, FRAME_TORSO, LEGS, TORSO
 from nao_kin.naoqi.virtual import arguments, limb_solvers as limbs
 from nao_kin.naoqi.virtual.engine import Call, MotionTask
 from nao_kin.naoqi.virtual.interpolation import ON_TIME, Approach
@@ -63,39 +49,6 @@ class EffectorRequest:
     poses: Floats
     times: Floats
     relative: bool
-
-
-def read_requests(
-    names: Any, spaces: Any, paths: Any, masks: Any, times: Any, read: ToPoses, *, relative: bool = False
-) -> tuple[EffectorRequest, ...]:
-    """The requests of a Cartesian call, from its arguments.
-
-    Args:
-        names: an effector, or a list of them.
-        spaces: one for all effectors, or a list of one for each.
-        masks: likewise.
-        paths: a list of one path for each effector, a path being a list of poses or one pose; for a single effector
-            also its path alone.
-        times: for one effector a time or a list of times; for several a list of times for each, or one list for all;
-            one time for each pose. None without times.
-        read: `pose` for positions, `pose_from_list` for transforms.
-        relative: the poses are changes.
-    """
-    effectors = tuple(choice(name, EFFECTORS, "effector") for name in as_names(names))
-    count = len(effectors)
-    if len(set(effectors)) < count:
-        raise BadArgument(f"an effector is named twice: {', '.join(effectors)}")
-    if not effectors:
-        raise BadArgument("effectorNames must name at least one effector")
-    numbers = _each(spaces, count, "spaces", space_number)
-    chosen = _each(masks, count, "axis masks", axis_mask)
-    rows = [_path(path, read, effector) for path, effector in zip(_split(paths, count), effectors, strict=True)]
-    when = [np.empty(0)] * count if times is None else _times(times, effectors, rows)
-    if (TORSO, FRAME_TORSO) in zip(effectors, numbers, strict=True):
-        raise BadArgument("Torso does not move in FRAME_TORSO, which is the torso: FRAME_WORLD or FRAME_ROBOT")
-    return tuple(
-        EffectorRequest(*fields, relative) for fields in zip(effectors, numbers, chosen, rows, when, strict=True)
-    )
 
 
 def _each(value: Any, count: int, what: str, read: Callable[[Any], int]) -> list[int]:
@@ -202,7 +155,7 @@ class CartesianState:
         self.robot = nao.robot
         self.q = nao.joints.q(sensor=False)
         self.T_world_torso = nao.base.torso(self.q)
-        self.T_world_robot = robot_frame(nao.robot, self.q, torso_in_world=self.T_world_torso)
+        self.T_world_robot = frames.robot_frame(nao.robot, self.q, torso_in_world=self.T_world_torso)
         self.T_world_feet = self.T_world_torso @ nao.robot.fk(self.q, LEGS)
         self._standing = nao.base.support
 
@@ -211,12 +164,14 @@ class CartesianState:
 
         They are in the world; those of FRAME_TORSO stay in the torso.
         """
-        now = pose_in(self.robot, self.q, request.effector, request.space, torso_in_world=self.T_world_torso)
+        now = frames.pose_in(self.robot, self.q, request.effector, request.space, torso_in_world=self.T_world_torso)
         poses = request.poses
         if request.relative:  # places add up, and rotations are about the axes of the space
             poses = join_poses(poses[:, :3, :3] @ now[:3, :3], now[:3, 3] + poses[:, :3, 3])
         if request.effector == TORSO:
-            poses = limbs.completed(poses, now, request.mask)
+            # The other coordinates of Position6D stay.
+            wanted, six = frames.position6d(poses), frames.position6d(now)
+            poses = frames.pose(np.where(frames.controlled_axes(request.mask), wanted, six))
         poses = np.concatenate([now[None], poses])
         return np.asarray(self.T_world_robot @ poses if request.space == FRAME_ROBOT else poses)
 
@@ -226,18 +181,15 @@ class CartesianState:
 
     def target(self, request: EffectorRequest, T: Floats, T_world_torso: Floats) -> LimbTarget:
         """The solvers' target for a request, its pose T as `path` returns it, and the torso's current pose."""
-        axes = controlled_axes(request.mask)
-        if request.space == FRAME_TORSO:
-            return LimbTarget(request.effector, T, axes, np.eye(3))
+        effector, standing, reference = request.effector, self._standing, TORSO
         R_world_space = self.T_world_robot[:3, :3] if request.space == FRAME_ROBOT else np.eye(3)
-        if request.effector in LEGS and self._standing not in (None, request.effector):
+        T_reference_world = np.eye(4) if request.space == FRAME_TORSO else rigid_inverse(T_world_torso)
+        if request.space != FRAME_TORSO and effector in LEGS and standing is not None and standing != effector:
             # A leg moves the hip of the other leg and so the torso: only the standing foot stays.
-            T_sole_world = rigid_inverse(self.T_world_torso @ self.robot.fk(self.q, self._standing))
-            return LimbTarget(
-                request.effector, T_sole_world @ T, axes, T_sole_world[:3, :3] @ R_world_space, self._standing
-            )
-        T_torso_world = rigid_inverse(T_world_torso)
-        return LimbTarget(request.effector, T_torso_world @ T, axes, T_torso_world[:3, :3] @ R_world_space)
+            reference = standing
+            T_reference_world = rigid_inverse(self.T_world_torso @ self.robot.fk(self.q, standing))
+        R = T_reference_world[:3, :3] @ R_world_space
+        return LimbTarget(effector, T_reference_world @ T, request.mask, R, reference)
 
 
 def hold_still(nao: VirtualNao, requests: Sequence[EffectorRequest]) -> None:
@@ -270,7 +222,7 @@ class _LimbFollower:
             self._segment = at
             self._look_ahead(begin, end, q, T_world_torso)
         if self._straight is None:
-            return limbs.near(self._initial.robot, self._target(time, T_world_torso), q).q
+            return limbs.descend(self._initial.robot, self._target(time, T_world_torso), q).q
         share = min(max((time - begin) / (end - begin), 0.0), 1.0)
         start, goal = self._straight
         found = q.copy()
@@ -285,7 +237,7 @@ class _LimbFollower:
         found = LimbSolution(q, 0.0)
         for time in begin + (end - begin) * np.arange(1, _CHECKED + 1) / _CHECKED:
             target = self._target(float(time), T_world_torso)
-            found = limbs.near(self._initial.robot, target, found.q)
+            found = limbs.descend(self._initial.robot, target, found.q)
         self._straight = None
         if found.missing > limbs.MET:
             other = limbs.anywhere(self._initial.robot, target, q)
@@ -300,26 +252,24 @@ class PathTask(MotionTask):
 
     def __init__(self, name: str, nao: VirtualNao, requests: Sequence[EffectorRequest]) -> None:
         by_name = {request.effector: request for request in requests}
-        self._joints = limbs.joints_of(nao.robot, tuple(by_name))
-        super().__init__(name, self._joints)
+        super().__init__(name, limbs.joints_of(nao.robot, tuple(by_name)))
         self.keeps_feet = not by_name.keys().isdisjoint(_FIRST)
         self._requests = by_name
 
     def start(self, nao: VirtualNao, time: float) -> None:
         """Begin at the commanded joint values."""
+        super().start(nao, time)
         hold_still(nao, tuple(self._requests.values()))
-        self._initial, self._start = CartesianState(nao), time
-        self._columns = nao.joints.columns(self._joints)
+        self._initial = CartesianState(nao)
         by_name = {effector: _LimbFollower(request, self._initial) for effector, request in self._requests.items()}
         self._end = max(float(limb.path.times[-1]) for limb in by_name.values())
         self._torso = by_name.pop(TORSO, None)
         self._legs = [by_name.pop(name) for name in list(by_name) if name in LEGS]
         self._others = list(by_name.values())
-        nao.joints.note_limp(self._columns, self.notes)
 
     def advance(self, nao: VirtualNao, time: float) -> bool:
         """Solve for this tick: torso and legs first, then the effectors that depend on the torso."""
-        t = time - self._start
+        t = time - self.begin
         q = nao.joints.q(sensor=False)
         if self._torso is not None:
             q = self._over_feet(self._torso, t, q)
@@ -327,7 +277,7 @@ class PathTask(MotionTask):
             T_world_torso = self._initial.T_world_torso if len(self._legs) == 2 else nao.base.torso(q)
             q = self._solved(self._legs, t, q, T_world_torso)
         q = self._solved(self._others, t, q, nao.base.torso(q))
-        nao.joints.set(self._columns, nao.robot.to_body(q)[self._columns], self.notes)
+        nao.joints.set(self.columns, nao.robot.to_body(q)[self.columns], self.notes)
         return t >= self._end - ON_TIME
 
     def _solved(self, limbs_on_paths: Sequence[_LimbFollower], t: float, q: Floats, T_world_torso: Floats) -> Floats:
@@ -366,14 +316,6 @@ class SynchronizedApproach(Approach):
 
 # --- The methods.
 
-# How a method reads poses, by a part of its name.
-_FORMS: dict[str, ToPoses] = {"position": pose, "transform": pose_from_list}
-# The compiled kernels of nk.ik that an effector needs, by a part of its name.
-_KERNELS = {
-    "Arm": ("arms by pose", "arms by place"),
-    "Torso": ("both legs", "projections onto limits", "damped least squares"),
-}
-_MOVES = ("setPosition", "setTransform", "changePosition", "changeTransform", "positionInt", "transformInt")
 _ONE = "The same for one effector."
 _CHANGED = "Change an effector's {0} from its commanded one; else as set{1}."
 
@@ -413,19 +355,13 @@ class CartesianControl(Service):
     - A target out of reach raises no error: the effector goes as near as it can, and the log says so.
     """
 
-    def kernels_for(self, name: str, given: tuple[Any, ...]) -> frozenset[str]:
-        """Name the kernels of arms that go to a pose at once, and of the torso."""
-        named = str(given[:1]) if name.startswith(_MOVES) else ""
-        needed = {kernel for part, kernels in _KERNELS.items() if part in named for kernel in kernels}
-        return super().kernels_for(name, given) | needed
-
     def getPosition(self, name: Any, space: Any, useSensorValues: Any) -> list[float]:
         """Position6D of an effector, joint, sensor or camera, as the sensors or the commands have it [m, rad]."""
-        return [float(value) for value in position6d(self._pose(name, space, useSensorValues))]
+        return [float(value) for value in frames.position6d(self._pose(name, space, useSensorValues))]
 
     def getTransform(self, name: Any, space: Any, useSensorValues: Any) -> list[float]:
         """The same as a 4 x 4 matrix row by row, 16 numbers."""
-        return [float(value) for value in transform_list(self._pose(name, space, useSensorValues))]
+        return [float(value) for value in frames.transform_list(self._pose(name, space, useSensorValues))]
 
     def positionInterpolations(
         self, effectorNames: Any, space: Any, paths: Any, axisMasks: Any, times: Any, isAbsolute: Any = True
@@ -450,17 +386,44 @@ class CartesianControl(Service):
 
     def _pose(self, name: Any, space: Any, use_sensors: Any) -> Floats:
         q = self.nao.joints.q(sensor=arguments.flag(use_sensors, "useSensorValues"))
-        number = space_number(space)
-        return pose_in(self.nao.robot, q, arguments.text(name, "name"), number, torso_in_world=self.nao.base.torso(q))
+        number = frames.space_number(space)
+        return frames.pose_in(
+            self.nao.robot, q, arguments.text(name, "name"), number, torso_in_world=self.nao.base.torso(q)
+        )
 
     def _requests(
         self, name: str, names: Any, spaces: Any, paths: Any, masks: Any, times: Any, *, relative: bool
     ) -> tuple[EffectorRequest, ...]:
-        """The requests of a method; a method without an s at the end takes one effector."""
+        """The requests of a method from its arguments; a method without an s at the end takes one effector.
+
+        Args:
+            name: of the method, which says whether poses are positions or transforms.
+            names: an effector, or a list of them.
+            spaces: one for all effectors, or a list of one for each.
+            masks: likewise.
+            paths: a list of one path for each effector, a path being a list of poses or one pose; for a single effector
+                also its path alone.
+            times: for one effector a time or a list of times; for several a list of times for each, or one list for
+                all; one time for each pose. None without times.
+            relative: the poses are changes.
+        """
         if not name.endswith("s"):
             arguments.text(names, next(iter(self._signatures[name].parameters)))
-        read = next(read for form, read in _FORMS.items() if form in name.lower())
-        return read_requests(names, spaces, paths, masks, times, read, relative=relative)
+        read = frames.pose if "position" in name.lower() else frames.pose_from_list
+        effectors = tuple(choice(name, EFFECTORS, "effector") for name in as_names(names))
+        count = len(effectors)
+        if len(set(effectors)) < count:
+            raise BadArgument(f"an effector is named twice: {', '.join(effectors)}")
+        if not effectors:
+            raise BadArgument("effectorNames must name at least one effector")
+        numbers = _each(spaces, count, "spaces", frames.space_number)
+        chosen = _each(masks, count, "axis masks", frames.axis_mask)
+        rows = [_path(path, read, effector) for path, effector in zip(_split(paths, count), effectors, strict=True)]
+        when = [np.empty(0)] * count if times is None else _times(times, effectors, rows)
+        if (TORSO, FRAME_TORSO) in zip(effectors, numbers, strict=True):
+            raise BadArgument("Torso does not move in FRAME_TORSO, which is the torso: FRAME_WORLD or FRAME_ROBOT")
+        found = zip(effectors, numbers, chosen, rows, when, strict=True)
+        return tuple(EffectorRequest(*fields, relative) for fields in found)
 
     def _follow(
         self, name: str, names: Any, spaces: Any, paths: Any, masks: Any, times: Any, is_absolute: Any = True

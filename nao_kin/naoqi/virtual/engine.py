@@ -9,12 +9,13 @@ import math
 import threading
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Collection, Hashable, Iterable
+from collections.abc import Callable, Hashable, Iterable
 from concurrent.futures import Future, InvalidStateError
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from itertools import compress
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from nao_kin.errors import BadArgument, NaoKinError
 from nao_kin.naoqi.virtual.arguments import check_duration, number
@@ -116,19 +117,6 @@ _ROUNDING = 1e-6
 _MAX_SECONDS_BEHIND = 1.0
 
 
-@dataclass(order=True)
-class Timer:
-    """An action due at a tick."""
-
-    tick: int
-    number: int
-    action: Callable[[], None] | None = field(compare=False)
-
-    def cancel(self) -> None:
-        """Remove the action; without effect afterwards."""
-        self.action = None
-
-
 class Clock:
     """Robot time, from zero in ticks of 10 ms; `speed` is seconds of robot time per second of the wall clock.
 
@@ -140,7 +128,7 @@ class Clock:
         if self.speed <= 0.0:
             raise BadArgument(f"speed must be positive, got {self.speed:g}")
         self.ticks = 0
-        self._timers: list[Timer] = []
+        self._timers: list[tuple[int, int, Future[Any], Callable[[], None]]] = []
         self._numbers = itertools.count()
         self._wall_start: float | None = None
         self._made = 0
@@ -155,17 +143,17 @@ class Clock:
         """Make one tick; return the actions that are due, in order."""
         self.ticks += 1
         due = []
-        while self._timers and self._timers[0].tick <= self.ticks:
-            action = heapq.heappop(self._timers).action
-            if action is not None:
+        while self._timers and self._timers[0][0] <= self.ticks:
+            *_, timer, action = heapq.heappop(self._timers)
+            if not timer.cancelled():
                 due.append(action)
         return due
 
-    def after(self, seconds: float, action: Callable[[], None]) -> Timer:
-        """Schedule `action` for the first tick at or after so many seconds of robot time from now."""
+    def after(self, seconds: float, action: Callable[[], None]) -> Future[Any]:
+        """Schedule `action` for the first tick at or after so many seconds of robot time, unless it is cancelled."""
         ticks = max(1, math.ceil(seconds * TICKS_PER_SECOND - _ROUNDING))
-        timer = Timer(self.ticks + ticks, next(self._numbers), action)
-        heapq.heappush(self._timers, timer)
+        timer = Future[Any]()
+        heapq.heappush(self._timers, (self.ticks + ticks, next(self._numbers), timer, action))
         return timer
 
     def due(self, wall: float) -> int:
@@ -268,6 +256,7 @@ class MotionTask(ABC):
 
     Attributes:
         name: NAOqi's method, "angleInterpolation".
+        joints: the joints in the given order, and their `columns` in the arrays of `nao.joints`, from the start on.
         resources: the joints or stiffnesses that it needs.
         reactive: whether later tasks may take its resources.
         keeps_feet: whether its plan has the standing foot in place. Without such a task, FRAME_ROBOT stays while both
@@ -276,23 +265,25 @@ class MotionTask(ABC):
         call: the answer, given at the end.
         value: the answer of the call.
         notes: for remarks that are made once.
-        started: robot time at which its resources were free [s]; None before.
+        started: robot time at which its resources were free [s]; None before, and `begin` is not set.
     """
 
     reactive = False
     keeps_feet = False
 
     def __init__(self, name: str, resources: Iterable[str]) -> None:
-        self.name = name
-        self.resources = frozenset(resources)
+        self.name, self.joints = name, tuple(resources)
+        self.resources, self.columns = frozenset(self.joints), list[int]()
         self.id = 0
         self.call = Call()
         self.value: object = None
         self.notes: Notes
         self.started: float | None = None
 
-    def start(self, nao: VirtualNao, time: float) -> None:  # noqa: B027
+    def start(self, nao: VirtualNao, time: float) -> None:
         """Note the state of the joints when the resources are free. Nothing moves before the next tick."""
+        self.columns, self.begin = nao.joints.columns(self.joints), time
+        nao.joints.note_limp(self.columns, self.notes)
 
     @abstractmethod
     def advance(self, nao: VirtualNao, time: float) -> bool:
@@ -301,9 +292,14 @@ class MotionTask(ABC):
     def give_up(self, resources: frozenset[str]) -> None:
         """Leave some resources of a reactive task to another task, and continue with the others."""
         self.resources = self.resources - resources
+        kept = [joint not in resources for joint in self.joints]
+        self.joints, self.columns = tuple(compress(self.joints, kept)), list(compress(self.columns, kept))
 
     def end(self, nao: VirtualNao, *, killed: bool) -> None:  # noqa: B027
         """End the task; called once, whether it started or not."""
+
+
+_T = TypeVar("_T", bound=MotionTask)
 
 
 class Tasks:
@@ -319,13 +315,13 @@ class Tasks:
         """Start a task, or have it wait for its resources; its call ends with it."""
         task.id = next(self._numbers)
         task.notes = Notes(self._nao.log, f"{task.name} (task {task.id})")
-        task.call = Call(lambda: self.kill(task.id))
+        task.call = Call(lambda: self.kill(lambda other: other is task))
         if task.reactive:
             self._take_over(task, [*self.running, *self._waiting])
         self._waiting.append(task)
         self.start_waiting()
         if task in self._waiting:
-            task.notes.once("waits", f"waits for {', '.join(sorted(task.resources & self._booked()))}")
+            task.notes.once("waits", f"waits for {', '.join(sorted(task.resources & self.booked()))}")
         return task.call
 
     def tick(self) -> None:
@@ -341,10 +337,6 @@ class Tasks:
                 if done:
                     self._finish(task, killed=False)
 
-    def listing(self) -> list[list[object]]:
-        """NAOqi's task list: [name, id] of each, waiting tasks last."""
-        return [[task.name, task.id] for task in self.all]
-
     @property
     def all(self) -> tuple[MotionTask, ...]:
         """All tasks, waiting ones last."""
@@ -354,38 +346,26 @@ class Tasks:
         """The task with this id, running or waiting."""
         return next((task for task in self.all if task.id == number), None)
 
-    def available(self, resources: Collection[str]) -> bool:
-        """Whether no running blocking task has booked any of these."""
-        return self._booked().isdisjoint(resources)
+    def of(self, kind: type[_T]) -> _T | None:
+        """The first task of a kind, running or waiting."""
+        return next((task for task in self.all if isinstance(task, kind)), None)
 
-    def kill(self, number: int) -> bool:
-        """End a task in its current state; return whether there was one with this id."""
+    def kill(self, wanted: Callable[[MotionTask], bool] = lambda task: True) -> bool:
+        """End the tasks that are wanted in their current state, waiting ones first; return whether there were any."""
         with self._nao.monitor:
-            task = self.find(number)
-            self.kill_each([] if task is None else [task])
-        return task is not None
+            found = [task for task in (*self._waiting, *self.running) if wanted(task)]
+            for task in found:
+                self._finish(task, killed=True)
+            self.start_waiting()
+        return bool(found)
 
-    def kill_each(self, tasks: Iterable[MotionTask]) -> None:
-        """End tasks in their current state."""
-        for task in tuple(tasks):
-            self._finish(task, killed=True)
-        self.start_waiting()
-
-    def kill_all(self) -> None:
-        """End all tasks in their current state."""
-        self.kill_each((*self._waiting, *self.running))
-
-    def kill_using(self, resources: Collection[str]) -> None:
-        """End the blocking tasks that need any of these, running or waiting; as in NAOqi, not the reactive ones."""
-        blocking = (task for task in (*self._waiting, *self.running) if not task.reactive)
-        self.kill_each(task for task in blocking if not task.resources.isdisjoint(resources))
-
-    def _booked(self) -> frozenset[str]:
+    def booked(self) -> frozenset[str]:
+        """The resources of the running blocking tasks."""
         return frozenset[str]().union(*(task.resources for task in self.running if not task.reactive))
 
     def start_waiting(self) -> None:
         """Start every task, first come first, whose resources neither a running task nor an earlier one needs."""
-        taken = set(self._booked())
+        taken = set(self.booked())
         for task in list(self._waiting):
             if taken.isdisjoint(task.resources):
                 self._waiting.remove(task)

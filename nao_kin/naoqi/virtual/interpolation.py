@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Sequence
-from itertools import compress
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -33,26 +32,24 @@ class Interpolation(MotionTask):
 
     def __init__(self, name: str, joints: Sequence[str], plan: Callable[[Floats], Motion]) -> None:
         super().__init__(name, joints)
-        self.joints = tuple(joints)
         self._plan = plan
 
     def start(self, nao: VirtualNao, time: float) -> None:
         """Make the motion from the commanded joint values."""
-        self._columns = nao.joints.columns(self.joints)
-        self._motion = self._plan(nao.joints.command[self._columns])
-        self._start, self._end = time, self._motion.end
+        super().start(nao, time)
+        self._motion = self._plan(nao.joints.command[self.columns])
+        self._end = self._motion.end
         self._ahead: deque[Floats] = deque()
         extremes = np.array([[row.min() for row in self._motion.keys], [row.max() for row in self._motion.keys]])
-        nao.joints.note_outside(self._columns, extremes, self.notes)
-        nao.joints.note_limp(self._columns, self.notes)
+        nao.joints.note_outside(self.columns, extremes, self.notes)
 
     def advance(self, nao: VirtualNao, time: float) -> bool:
         """Command the motion's values at this time."""
-        t = time - self._start
+        t = time - self.begin
         if not self._ahead:
             self._ahead.extend(self._motion.sample(t + TICK * np.arange(_TICKS_AHEAD)))
         values, done = self._ahead.popleft(), t >= self._end - ON_TIME
-        nao.joints.set(self._columns, self._motion.sample(self._end) if done else values, self.notes)
+        nao.joints.set(self.columns, self._motion.sample(self._end) if done else values, self.notes)
         return done
 
 
@@ -88,9 +85,9 @@ class HandMove(AtSpeed):
         if self.started is None:
             return
         if killed:
-            nao.joints.set_stiffness(self._columns, 0.0)
+            nao.joints.set_stiffness(self.columns, 0.0)
         else:
-            nao.joints.release(self._columns)
+            nao.joints.release(self.columns)
 
 
 class Approach(MotionTask):
@@ -102,35 +99,32 @@ class Approach(MotionTask):
         self, name: str, joints: Sequence[str], targets: Floats, fraction: float, *, relative: bool = False
     ) -> None:
         super().__init__(name, joints)
-        self._joints, self._targets = list(joints), np.array(targets)
-        self._fraction, self._relative = fraction, relative
+        self._targets, self._fraction, self._relative = np.array(targets), fraction, relative
 
     def start(self, nao: VirtualNao, time: float) -> None:
         """Begin at the commanded joint values."""
-        self._columns = nao.joints.columns(self._joints)
-        self._at = nao.joints.command[self._columns]
+        super().start(nao, time)
+        self._at = nao.joints.command[self.columns]
         if self._relative:
             self._targets = self._at + self._targets
-        self._step = self._fraction * nao.joints.max_speed[self._columns] * TICK
-        nao.joints.note_outside(self._columns, self._targets[None], self.notes)
-        self._targets = np.clip(self._targets, nao.joints.lower[self._columns], nao.joints.upper[self._columns])
-        nao.joints.note_limp(self._columns, self.notes)
+        self._step = self._fraction * nao.joints.max_speed[self.columns] * TICK
+        nao.joints.note_outside(self.columns, self._targets[None], self.notes)
+        self._targets = np.clip(self._targets, nao.joints.lower[self.columns], nao.joints.upper[self.columns])
 
     def advance(self, nao: VirtualNao, time: float) -> bool:
         """Move the joints towards the targets for one tick."""
         way = self._targets - self._at
         near = np.abs(way) <= self._step * (1.0 + ON_TIME)
         self._at = np.where(near, self._targets, self._at + np.clip(way, -self._step, self._step))
-        nao.joints.set(self._columns, self._at, self.notes)
+        nao.joints.set(self.columns, self._at, self.notes)
         return bool(near.all())
 
     def give_up(self, resources: frozenset[str]) -> None:
         """Leave some joints to another task."""
+        kept = [joint not in resources for joint in self.joints]
         super().give_up(resources)
-        kept = [joint not in resources for joint in self._joints]
-        self._joints, self._targets = list(compress(self._joints, kept)), self._targets[kept]
+        self._targets = self._targets[kept]
         if self.started is not None:
-            self._columns = list(compress(self._columns, kept))
             self._at, self._step = self._at[kept], self._step[kept]
 
 
@@ -139,18 +133,17 @@ class StiffnessRamp(MotionTask):
 
     def __init__(self, joints: Sequence[str], times: Sequence[Floats], keys: Sequence[Floats]) -> None:
         super().__init__("stiffnessInterpolation", [f"{joint}/Stiffness" for joint in joints])
-        self._joints, self._times, self._keys = tuple(joints), times, keys
+        self.joints, self._times, self._keys = tuple(joints), times, keys
 
     def start(self, nao: VirtualNao, time: float) -> None:
         """Begin at the current stiffnesses."""
-        self._columns = nao.joints.columns(self._joints)
-        self._motion = through(self._joints, self._times, self._keys, nao.joints.stiffness[self._columns], "linear")
-        self._start = time
+        self.columns, self.begin = nao.joints.columns(self.joints), time
+        self._motion = through(self.joints, self._times, self._keys, nao.joints.stiffness[self.columns], "linear")
 
     def advance(self, nao: VirtualNao, time: float) -> bool:
         """Set the motion's values at this time."""
-        done = time - self._start >= self._motion.end - ON_TIME
-        nao.joints.set_stiffness(self._columns, self._motion.sample(self._motion.end if done else time - self._start))
+        done = time - self.begin >= self._motion.end - ON_TIME
+        nao.joints.set_stiffness(self.columns, self._motion.sample(self._motion.end if done else time - self.begin))
         return done
 
 

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from nao_kin import ik
-from nao_kin._core.arrays import Floats
+from nao_kin._core.arrays import Floats, join_poses
+from nao_kin._kernels.chains import chain_of
 from nao_kin.naoqi.names import joint_names
 from nao_kin.naoqi.spaces import LEGS, TORSO, AxisMask, controlled_axes, pose, position6d
-from nao_kin.robot import NaoModel, RobotModel
+from nao_kin.robot import NaoModel, serial_chain
 from nao_kin.rotations import log
 
 # --- Joint values for targets that control some axes only.
@@ -23,10 +23,9 @@ from nao_kin.rotations import log
 
 # One radian counts as much as 0.1 m.
 RADIAN = 0.1
+_WEIGHTS = np.repeat([1.0, RADIAN], 3)
 _MAX_STEPS = 60
-_MET = 1e-10
-_SMALLEST_STEP = 1e-11
-_DAMPING, _MAX_DAMPING = 1e-6, 1e3
+_CONVERGED = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,40 +35,16 @@ class LimbTarget:
     Attributes:
         frame: the robot's name of the frame.
         T_reference_target: shape (4, 4).
-        axes: the controlled ones of x, y, z, wx, wy, wz, along the axes of the space, shape (6,).
+        mask: the controlled ones of x, y, z, wx, wy, wz, along the axes of the space.
         R_reference_space: the rotation of the space, shape (3, 3).
         reference: the frame that stays in place: "Torso", or a foot whose leg moves with the joints too.
     """
 
     frame: str
     T_reference_target: Floats
-    axes: NDArray[np.bool_]
+    mask: int
     R_reference_space: Floats
-    reference: str = "Torso"
-
-    def errors(self, T_reference_frame: Floats) -> Floats:
-        """Errors along the controlled axes: metres, and radians times `RADIAN`, shape (k,)."""
-        R = self.R_reference_space.T
-        away = R @ (self.T_reference_target[:3, 3] - T_reference_frame[:3, 3])
-        turn = R @ log(self.T_reference_target[:3, :3] @ T_reference_frame[:3, :3].T)
-        return np.concatenate([away, RADIAN * turn])[self.axes]
-
-    def missing(self, robot: RobotModel, q: Floats) -> Floats:
-        """The `errors` in a configuration."""
-        return self.errors(robot.fk(q, self.frame, reference=self.reference))
-
-    def rows(self, robot: RobotModel, q: Floats) -> Floats:
-        """The rows of the Jacobian that belong to the errors, shape (k, nv)."""
-        J = robot.jacobian(q, self.frame)
-        if self.reference != "Torso":
-            T_torso_frame, T_torso_reference = robot.fk(q, [self.frame, self.reference])
-            J_reference, away = robot.jacobian(q, self.reference), T_torso_frame[:3, 3] - T_torso_reference[:3, 3]
-            # The velocity of a point seen from a moving reference is v − v_reference − ω_reference × away.
-            carried = J_reference[:3] - np.cross(away, J_reference[3:], axis=0)
-            R_reference_torso = T_torso_reference[:3, :3].T
-            J = np.concatenate([R_reference_torso @ (J[:3] - carried), R_reference_torso @ (J[3:] - J_reference[3:])])
-        R = self.R_reference_space.T
-        return np.concatenate([R @ J[:3], RADIAN * (R @ J[3:])])[self.axes]
+    reference: str = TORSO
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,43 +55,36 @@ class LimbSolution:
     missing: float
 
 
-def descend(robot: RobotModel, target: LimbTarget, columns: Sequence[int], q: Floats) -> LimbSolution:
-    """The nearby joint values that bring a frame to its target, inside all limits, or as near as steps downhill lead.
+class _Limb:
+    """The joints of an effector, and the chain from a reference to it, of which they move all or a part."""
 
-    `columns` are the places in q of the joints that may move; q, shape (nq,), is inside the limits.
+    def __init__(self, robot: NaoModel, effector: str, reference: str) -> None:
+        chain = serial_chain(robot, reference, effector)
+        self.columns = columns_of(robot, [effector])
+        self.region = ik.LimitRegion(robot, np.array(self.columns))
+        self.chain = chain_of([chain], [robot.joint_names[column] for column in self.columns])
+        self.drivers = [robot.joint_names.index(driver.joint) for driver in chain.drivers]
+
+
+def descend(robot: NaoModel, target: LimbTarget, q: Floats) -> LimbSolution:
+    """The nearby joint values that bring an effector to its target, inside all limits, or as near as steps downhill go.
+
+    Only the effector's own joints move; q, shape (nq,), is inside the limits.
     """
-    free = np.array(columns)
-    best, e, damping = np.array(q), target.missing(robot, q), _DAMPING
-    for _ in range(_MAX_STEPS):
-        if np.abs(e).max(initial=0.0) < _MET or damping > _MAX_DAMPING:
-            break
-        step = _step(robot, target.rows(robot, best)[:, free], e, free, best, damping)
-        if np.abs(step).max(initial=0.0) < _SMALLEST_STEP:
-            break
-        trial = best.copy()
-        trial[free] += step
-        trial = robot.clamp(trial)
-        trial_errors = target.missing(robot, trial)
-        if trial_errors @ trial_errors < e @ e:
-            best, e, damping = trial, trial_errors, max(0.1 * damping, 1e-12)
-        else:
-            damping *= 10.0
-    return LimbSolution(best, float(np.linalg.norm(e)))
-
-
-def _step(robot: RobotModel, J: Floats, e: Floats, free: NDArray[np.int64], q: Floats, damping: float) -> Floats:
-    """Jᵀ (J Jᵀ + λ 1)⁻¹ e over the joints that it does not press against a limit, coupled limits included."""
-    moving = np.ones(len(free), dtype=np.bool_)
-    step = np.zeros(len(free))
-    for _ in range(len(free)):
-        step = np.where(moving, J, 0.0).T @ np.linalg.solve(J[:, moving] @ J[:, moving].T + damping * np.eye(len(e)), e)
-        nudged = q.copy()
-        nudged[free] += np.sign(step) * 1e-9
-        pressed = (step != 0.0) & (np.abs(robot.clamp(nudged)[free] - q[free]) < 1e-10)
-        if not pressed.any():
-            break
-        moving &= ~pressed
-    return step
+    limb = ik.cached_limb(robot, _Limb, target.frame, target.reference)
+    chain, T, R = limb.chain, target.T_reference_target, target.R_reference_space
+    # Errors are along the axes of the target, so the frame is turned at the end of its chain: those of the space then.
+    links = chain.links.copy()
+    last = links[-12:].reshape(3, 4)
+    last[:, :3] = last[:, :3] @ T[:3, :3].T @ R
+    still = np.where(chain.place < 0, chain.ratio * q[limb.drivers], 0.0)
+    chain = chain._replace(links=links, offset=chain.offset + still)
+    goal = ik.Goal(_WEIGHTS * controlled_axes(target.mask), _CONVERGED, _MAX_STEPS)
+    poses, others = join_poses(R, T[:3, 3]).reshape(1, 16), limb.region.still_values(q[None])
+    found = ik.descended(chain, limb.region, goal, poses, others, q[None, limb.columns], None)
+    best = q.copy()
+    best[limb.columns] = found.q[0]
+    return LimbSolution(best, float(np.sqrt(2.0 * found.cost[0])))
 
 
 # --- The six effectors of Cartesian control, each with its joints and its solvers.
@@ -142,31 +110,24 @@ def columns_of(robot: NaoModel, effectors: Sequence[str]) -> list[int]:
     return [robot.joint_names.index(name) for name in dict.fromkeys(names)]
 
 
-def near(robot: NaoModel, target: LimbTarget, q: Floats) -> LimbSolution:
-    """Joint values next to the current ones, for following a path."""
-    return descend(robot, target, columns_of(robot, [target.frame]), q)
-
-
 def anywhere(robot: NaoModel, target: LimbTarget, q: Floats) -> LimbSolution:
     """Joint values for one limb: the nearest solution to the current ones; without a solution, the nearest pose.
 
     Poses of arms and legs, places of hands and directions of the head go through closed forms, other masks through
     descents from the current joints and from random ones.
     """
-    found = near(robot, target, q)
+    found = descend(robot, target, q)
     if found.missing <= MET:
         return found
-    closed = _closed_form(robot, target, q)
-    is_finite = closed is not None and bool(np.isfinite(closed).all())
-    if closed is not None and target.reference == TORSO:
-        missing = float(np.linalg.norm(target.missing(robot, closed))) if is_finite else np.inf
-        return min(found, LimbSolution(closed, missing), key=lambda one: one.missing)
     columns = columns_of(robot, [target.frame])
     starts = np.tile(q, (_STARTS, 1))
     starts[:, columns] = robot.random(np.random.default_rng(0), _STARTS)[:, columns]
-    if closed is not None and is_finite:  # it is a solution for the torso's current pose
-        starts[0, columns] = closed[columns]
-    others = [descend(robot, target, columns, robot.clamp(start)) for start in starts]
+    closed = _closed_form(robot, target, q)
+    if closed is not None and np.isfinite(closed).all():  # it is a solution for the torso's current pose
+        starts[0] = closed
+    if closed is not None and target.reference == TORSO:
+        starts = starts[: int(np.isfinite(closed).all())]
+    others = [descend(robot, target, robot.clamp(start)) for start in starts]
     reached = [one for one in others if one.missing <= MET]
     if reached:
         return min(reached, key=lambda one: float(np.abs(one.q - q).max()))
@@ -192,19 +153,12 @@ def torso_over_feet(robot: NaoModel, T_world_torso: Floats, T_world_feet: Floats
         target_torso = pose(six)
         if np.abs(target_torso[:3, 3] - torso[:3, 3]).max() < _IN_PLACE:
             break
-    target = LimbTarget(TORSO, T_world_torso, np.ones(6, dtype=np.bool_), np.eye(3))
-    return LimbSolution(found.q[0], float(np.linalg.norm(target.errors(torso))))
-
-
-def completed(T_space_wanted: Floats, T_space_now: Floats, mask: int) -> Floats:
-    """The pose with the controlled coordinates of one pose and the others of another, as Position6D has them."""
-    six = np.where(controlled_axes(mask), position6d(T_space_wanted), position6d(T_space_now))
-    return pose(six)
+    turn = log(T_world_torso[:3, :3].T @ torso[:3, :3])
+    return LimbSolution(found.q[0], float(np.linalg.norm([T_world_torso[:3, 3] - torso[:3, 3], RADIAN * turn])))
 
 
 def _closed_form(robot: NaoModel, target: LimbTarget, q: Floats) -> Floats | None:
-    axes = int(np.dot(target.axes, 1 << np.arange(6)))
-    T, frame = target.T_reference_target, target.frame
+    T, frame, axes = target.T_reference_target, target.frame, target.mask
     if target.reference != TORSO:
         T = robot.fk(q, target.reference) @ T
     if frame in ARMS and axes in (AxisMask.ALL, AxisMask.VEL):

@@ -6,9 +6,10 @@ import inspect
 import json
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import wraps
 from inspect import Parameter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar
 
 from nao_kin._core.text import quoted
 from nao_kin._kernels.cache import compiles, warm_up
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
 
 _S = TypeVar("_S", bound="Service")
+_P = ParamSpec("_P")
 
 
 # The services and methods of NAOqi 1.14 to 2.8 that are missing here: of each service; of each missing service, by
@@ -167,7 +169,8 @@ class Service:
 
     def stop(self, id: Any) -> None:
         """End a motion task, by its number in the task list."""
-        self.nao.tasks.kill(arguments.whole(id, "id"))
+        number = arguments.whole(id, "id")
+        self.nao.tasks.kill(lambda task: task.id == number)
 
     def wait(self, id: Any, timeoutPeriod: Any = 0) -> Call | bool:
         """Wait until a motion task is over, at most some milliseconds (0: no limit); True if the time ran out first."""
@@ -219,53 +222,54 @@ class Setting:
         return arguments.text(given[0], self.takes[0]) if self.of is None else arguments.choice(given[0], *self.of)
 
 
-def settings(*rows: Setting) -> Callable[[type[_S]], type[_S]]:
+def _decorator(offer: Callable[Concatenate[type[Service], _P], None]) -> Callable[_P, Callable[[type[_S]], type[_S]]]:
+    """A decorator of services, with arguments, from a function that offers methods of a service."""
+
+    @wraps(offer)
+    def given(*arguments: _P.args, **more: _P.kwargs) -> Callable[[type[_S]], type[_S]]:
+        def completed(kind: type[_S]) -> type[_S]:
+            offer(kind, *arguments, **more)
+            return kind
+
+        return completed
+
+    return given
+
+
+@_decorator
+def settings(kind: type[Service], /, *rows: Setting) -> None:
     """Give a service the methods that set and read settings."""
-
-    def completed(kind: type[_S]) -> type[_S]:
-        for row in rows:
-            note = f"The stored value; initially {row.default!r}."
-            _offer(kind, f"set{row.name}", row.takes, row.note, Service.set_setting, row)
-            _offer(kind, f"get{row.name}", row.takes[:-1], note, Service.get_setting, row)
-        return kind
-
-    return completed
+    for row in rows:
+        note = f"The stored value; initially {row.default!r}."
+        _offer(kind, f"set{row.name}", row.takes, row.note, Service.set_setting, row)
+        _offer(kind, f"get{row.name}", row.takes[:-1], note, Service.get_setting, row)
 
 
-def former_names(note: str = "As {}.", **names: str) -> Callable[[type[_S]], type[_S]]:
+@_decorator
+def former_names(kind: type[Service], /, note: str = "As {}.", **names: str) -> None:
     """Offer methods of a service under former names too: former name → name; `note` is the help."""
-
-    def completed(kind: type[_S]) -> type[_S]:
-        for former, name in names.items():
-            _, *takes = inspect.signature(getattr(kind, name)).parameters.values()
-            _offer(kind, former, takes, note.format(name), _call, name)
-        return kind
-
-    return completed
+    for former, name in names.items():
+        _offer(kind, former, _taken(kind, name), note.format(name), _call, name)
 
 
-def constant_answers(**rows: tuple[Any, str]) -> Callable[[type[_S]], type[_S]]:
+@_decorator
+def constant_answers(kind: type[Service], /, **rows: tuple[Any, str]) -> None:
     """Give a service methods with constant answers: name → answer and help."""
-
-    def completed(kind: type[_S]) -> type[_S]:
-        for name, (answer, note) in rows.items():
-            _offer(kind, name, (), note, lambda _, same: same, answer)
-        return kind
-
-    return completed
+    for name, (answer, note) in rows.items():
+        _offer(kind, name, (), note, lambda _, same: same, answer)
 
 
-def variants(of: str, does: str, **rows: tuple[str, str]) -> Callable[[type[_S]], type[_S]]:
+@_decorator
+def variants(kind: type[Service], /, of: str, does: str, **rows: tuple[str, str]) -> None:
     """Offer variants of the method `of` that call `does`: name → names of the first parameters instead, and help."""
+    takes = _taken(kind, of)
+    for name, (called, note) in rows.items():
+        own = [each.replace(name=new) for new, each in zip(called.split(), takes, strict=False)]
+        _offer(kind, name, (*own, *takes[len(own) :]), note, _call, does, name)
 
-    def completed(kind: type[_S]) -> type[_S]:
-        _, *takes = inspect.signature(getattr(kind, of)).parameters.values()
-        for name, (called, note) in rows.items():
-            own = [each.replace(name=new) for new, each in zip(called.split(), takes, strict=False)]
-            _offer(kind, name, (*own, *takes[len(own) :]), note, _call, does, name)
-        return kind
 
-    return completed
+def _taken(kind: type[Service], name: str) -> list[Parameter]:
+    return list(inspect.signature(getattr(kind, name)).parameters.values())[1:]
 
 
 def _call(service: Service, name: str, *given: Any) -> Any:

@@ -5,11 +5,11 @@ The walk is kinematic, without balance: the centre of mass does not move over th
 
 from __future__ import annotations
 
+import bisect
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,27 +30,9 @@ from nao_kin.robot import RobotModel
 SIDES = {"L": "Left", "R": "Right"}
 
 
-class Parameter(NamedTuple):
-    """A number of the move configuration: its documented default and bounds."""
-
-    default: float
-    minimum: float
-    maximum: float
-
-
 # Aldebaran documentation 2.1, locomotion control, "Move config parameters" of NAO. getMoveConfig("Default") of a robot
 # prints the same defaults.
-PARAMETERS: MappingProxyType[str, Parameter] = MappingProxyType(
-    {
-        "MaxStepX": Parameter(0.04, 0.001, 0.08),
-        "MaxStepY": Parameter(0.14, 0.101, 0.16),
-        "MaxStepTheta": Parameter(0.349, 0.001, 0.524),
-        "MaxStepFrequency": Parameter(1.0, 0.0, 1.0),
-        "StepHeight": Parameter(0.02, 0.005, 0.04),
-        "TorsoWx": Parameter(0.0, -0.122, 0.122),
-        "TorsoWy": Parameter(0.0, -0.122, 0.122),
-    }
-)
+PARAMETERS = tuple("MaxStepX MaxStepY MaxStepTheta MaxStepFrequency StepHeight TorsoWx TorsoWy".split())
 # The name of the frequency in moveToward.
 _OTHER_NAMES = {"Frequency": "MaxStepFrequency"}
 
@@ -58,17 +40,16 @@ _OTHER_NAMES = {"Frequency": "MaxStepFrequency"}
 _SHORTEST, _LONGEST = 0.42, 0.6
 
 
-@dataclass(frozen=True)
-class FootGait:
-    """The move configuration of one foot, the fields of `PARAMETERS` [m, rad, share]; the torso's have no effect."""
+class FootGait(NamedTuple):
+    """The move configuration of one foot, with the documented defaults [m, rad, share]; the torso's have no effect."""
 
-    max_step_x: float = PARAMETERS["MaxStepX"].default
-    max_step_y: float = PARAMETERS["MaxStepY"].default
-    max_step_theta: float = PARAMETERS["MaxStepTheta"].default
-    frequency: float = PARAMETERS["MaxStepFrequency"].default
-    step_height: float = PARAMETERS["StepHeight"].default
-    torso_wx: float = PARAMETERS["TorsoWx"].default
-    torso_wy: float = PARAMETERS["TorsoWy"].default
+    max_step_x: float = 0.04
+    max_step_y: float = 0.14
+    max_step_theta: float = 0.349
+    frequency: float = 1.0
+    step_height: float = 0.02
+    torso_wx: float = 0.0
+    torso_wy: float = 0.0
 
     @property
     def period(self) -> float:
@@ -76,11 +57,12 @@ class FootGait:
         return _LONGEST + (_SHORTEST - _LONGEST) * self.frequency
 
 
-_FIELDS = dict(zip(PARAMETERS, FootGait.__dataclass_fields__, strict=True))
+# The documented bounds.
+LOWEST = FootGait(0.001, 0.101, 0.001, 0.0, 0.005, -0.122, -0.122)
+HIGHEST = FootGait(0.08, 0.16, 0.524, 1.0, 0.04, 0.122, 0.122)
 
 
-@dataclass(frozen=True)
-class Gait:
+class Gait(NamedTuple):
     """The move configuration of both feet."""
 
     left: FootGait = FootGait()
@@ -96,24 +78,23 @@ def gait_of(config: Any) -> Gait:
 
     A name counts for both feet, or with "Left" or "Right" before it for one. Later pairs override earlier ones.
     """
-    values: dict[str, dict[str, float]] = {side: {} for side in SIDES}
+    values: dict[str, list[float]] = {side: list(FootGait()) for side in SIDES}
     for name, value in [] if config is None else _pairs(config):
         sides = [side for side, prefix in SIDES.items() if name.startswith(prefix)]
         plain = name.removeprefix(SIDES[sides[0]]) if sides else name
         plain = _OTHER_NAMES.get(plain, plain)
         if plain not in PARAMETERS:
             raise UnknownName("move parameter", name, (*PARAMETERS, *_OTHER_NAMES))
-        parameter = PARAMETERS[plain]
+        place = PARAMETERS.index(plain)
         for side in sides or SIDES:
-            values[side][_FIELDS[plain]] = min(max(value, parameter.minimum), parameter.maximum)
-    return Gait(FootGait(**values["L"]), FootGait(**values["R"]))
+            values[side][place] = min(max(value, LOWEST[place]), HIGHEST[place])
+    return Gait(FootGait(*values["L"]), FootGait(*values["R"]))
 
 
 def move_config(which: str) -> list[list[object]]:
     """NAOqi's getMoveConfig: [name, value] pairs of "Default", "Min" or "Max"."""
-    columns = ("Default", "Min", "Max")
-    column = columns.index(choice(which, columns, "move configuration"))
-    return [[name, parameter[column]] for name, parameter in PARAMETERS.items()]
+    gaits = {"Default": FootGait(), "Min": LOWEST, "Max": HIGHEST}
+    return [list(row) for row in zip(PARAMETERS, gaits[choice(which, gaits, "move configuration")], strict=True)]
 
 
 def _pairs(config: Any) -> list[tuple[str, float]]:
@@ -142,7 +123,7 @@ _DONE = 1e-9
 # The tolerance for feet side by side.
 _TOGETHER = 1e-6
 _SCANNED = 40
-_HALVED = 30
+_PARTS = 2**30
 
 
 def wrapped(theta: float) -> float:
@@ -173,13 +154,6 @@ def foot_beside(body: ArrayLike, side: str) -> Floats:
 def body_beside(foot: ArrayLike, side: str) -> Floats:
     """The pose of the body above a foot: the inverse of `foot_beside`."""
     return composed(foot, (0.0, -_FOOT_Y[side], 0.0))
-
-
-def between(left: Floats, right: Floats) -> Floats:
-    """The pose half-way between two."""
-    middle = 0.5 * (left + right)
-    middle[2] = left[2] + 0.5 * wrapped(float(right[2] - left[2]))
-    return np.asarray(middle)
 
 
 def other(side: str) -> str:
@@ -262,14 +236,11 @@ def stands_beside(feet: dict[str, Floats], body: Floats) -> bool:
 
 def _largest(fits: Callable[[float], bool]) -> float:
     """The largest share that fits; 0 if none does."""
-    if fits(1.0):
+    low = next((k for k in range(_SCANNED, 0, -1) if fits(k / _SCANNED)), 0)
+    if low == _SCANNED:
         return 1.0
-    low = next((k / _SCANNED for k in range(_SCANNED - 1, 0, -1) if fits(k / _SCANNED)), 0.0)
-    high = low + 1.0 / _SCANNED
-    for _ in range(_HALVED):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if fits(middle) else (low, middle)
-    return low
+    parts = bisect.bisect(range(1, _PARTS), False, key=lambda part: not fits((low + part / _PARTS) / _SCANNED))
+    return (low + parts / _PARTS) / _SCANNED
 
 
 # --- Steps as joint values: the standing foot fixed, the other one lifted along a smooth arc, the torso between.
@@ -305,7 +276,7 @@ def ready_motion(robot: RobotModel, feet: dict[str, Floats], T_world_torso: Floa
     side.
     """
     left, right = (_flat(feet[side][None]) for side in ("L", "R"))
-    ready = _legs(robot, left, right, _torso(robot, between(feet["L"], feet["R"])[None]), q)
+    ready = _legs(robot, left, right, _torso(robot, along(feet["L"], feet["R"], 0.5)[None]), q)
     reachable = bool(np.all(ready.success))
     if not reachable:
         left, right = (_flat(foot_beside(np.zeros(3), side)[None]) for side in ("L", "R"))
@@ -341,7 +312,7 @@ def step_motion(robot: RobotModel, step: Footstep, q: Floats) -> Floats:
         moving = along(step.start, step.end, smooth(swing))
         height = step.height * 16.0 * np.square(swing * (1.0 - swing))
         standing = np.broadcast_to(step.support, moving.shape)
-        first, last = (between(step.support, foot) for foot in (step.start, step.end))
+        first, last = (along(step.support, foot, 0.5) for foot in (step.start, step.end))
         torso = _torso(robot, along(first, last, smooth(time)))
         feet = {step.side: _flat(moving, height), other(step.side): _flat(standing)}
         return _all_of(_legs(robot, feet["L"], feet["R"], torso, q))

@@ -18,13 +18,47 @@ from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.naoqi.virtual.body import Base, Joints
 from nao_kin.naoqi.virtual.engine import TICK, Call, Change, Clock, EventLog, Monitor, MotionTask, NaoqiError, Tasks
-from nao_kin.naoqi.virtual.service import Service
+from nao_kin.naoqi.virtual.service import ABSENT, Service
+from nao_kin.naoqi.virtual.services import expression, life, memory, motion, movements
 from nao_kin.robot import NaoModel, load_nao
 
 # The shortest pause of the thread, which otherwise only wakes up [s].
 _SHORTEST_SLEEP = 0.001
 # The robot time after which a stepped call counts as endless [s].
 _MAX_SECONDS = 3600.0
+
+
+SERVICES: tuple[type[Service], ...] = (
+    motion.ALMotion,
+    movements.ALRobotPosture,
+    memory.ALMemory,
+    expression.ALLeds,
+    expression.ALTextToSpeech,
+    life.ALAutonomousLife,
+    life.ALSystem,
+    life.ALBattery,
+    life.ALPreferenceManager,
+    memory.ALTouch,
+    memory.ALSonar,
+    life.ALRobotModel,
+    movements.ALTracker,
+    movements.ALBehaviorManager,
+    movements.ALAnimationPlayer,
+    *life.ABILITIES,
+)
+
+
+class Missing(Service):
+    """A service that this virtual NAO does not have."""
+
+    def __init__(self, nao: VirtualNao, name: str, why: str, methods: str) -> None:
+        self.name, self._why = name, why
+        super().__init__(nao)
+        self._methods, self.absent = {}, tuple(dict.fromkeys(methods.replace("*", ABSENT["extractor"]).split()))
+
+    def _no_method(self, name: str) -> NaoqiError:
+        others = ", ".join(other for other, service in self.nao.services.items() if not isinstance(service, Missing))
+        return NaoqiError(self.name, quoted(name)[1:-1], f"not in this virtual NAO: {self._why}; there are: {others}")
 
 
 @dataclass(frozen=True)
@@ -108,9 +142,10 @@ class VirtualNao:
         self._closed = False
         self._holds = 0
         self._pending: set[Call] = set()
-        from nao_kin.naoqi.virtual.services import make_services
-
-        self.services: Mapping[str, Service] = MappingProxyType(make_services(self))
+        services: dict[str, Service] = {kind.name: kind(self) for kind in SERVICES}
+        for why, methods_of in ABSENT["missing"].items():
+            services |= {name: Missing(self, name, why, methods) for name, methods in methods_of.items()}
+        self.services: Mapping[str, Service] = MappingProxyType(services)
         self._ended = threading.Event()
         self._thread: threading.Thread | None = None
         if not stepped:
@@ -281,8 +316,7 @@ class VirtualNao:
 
     def announce(self, event: str, value: Any) -> None:
         """Raise an event of the robot in ALMemory. Needs the lock."""
-        memory = self.services["ALMemory"]
-        memory._announce(event, value)  # type: ignore[attr-defined]
+        self.services["ALMemory"]._announce(event, value)  # type: ignore[attr-defined]
 
     def check_open(self) -> None:
         """Raise BadArgument if the virtual NAO is closed.
@@ -316,7 +350,7 @@ class VirtualNao:
         for call in tuple(self._pending):
             call.fail(BadArgument("the virtual NAO was closed"))
         with self.monitor:
-            self.tasks.kill_all()
+            self.tasks.kill()
 
     def __enter__(self) -> VirtualNao:
         return self

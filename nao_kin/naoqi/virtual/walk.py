@@ -16,27 +16,9 @@ from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.naoqi.names import joint_names
 from nao_kin.naoqi.spaces import position6d, robot_frame
-from nao_kin.naoqi.virtual import arguments
+from nao_kin.naoqi.virtual import arguments, steps
 from nao_kin.naoqi.virtual.engine import TICK, Call, MotionTask
 from nao_kin.naoqi.virtual.service import Service, former_names
-from nao_kin.naoqi.virtual.steps import (
-    Footstep,
-    Gait,
-    between,
-    body_beside,
-    bounded,
-    composed,
-    first_side,
-    gait_of,
-    move_config,
-    next_step,
-    other,
-    ready_motion,
-    seen_from,
-    stands_beside,
-    step_motion,
-    wrapped,
-)
 
 if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
@@ -71,7 +53,7 @@ class WalkPlan(ABC):
         """Begin the walk, or take it over, with FRAME_ROBOT at this pose on the floor."""
 
     @abstractmethod
-    def step(self, walker: Walker) -> Footstep | None:
+    def step(self, walker: Walker) -> steps.Footstep | None:
         """Return the next step, and set `walker.body` and `walker.side` for the step after it; None at the end."""
 
     @abstractmethod
@@ -85,20 +67,20 @@ class ToTargets(WalkPlan):
     The first target, shape (3,), is relative to FRAME_ROBOT at the beginning, each other to the one before.
     """
 
-    def __init__(self, targets: Sequence[Floats], gait: Gait) -> None:
+    def __init__(self, targets: Sequence[Floats], gait: steps.Gait) -> None:
         self._targets, self._gait = [np.array(target) for target in targets], gait
         self._closes, self._stopped = bool(targets), False
         self.arrived = False if targets else None
 
     def begin(self, body: Floats) -> None:
         """Transform the targets into the world."""
-        self._targets = list(accumulate(self._targets, composed, initial=np.array(body)))[1:]
+        self._targets = list(accumulate(self._targets, steps.composed, initial=np.array(body)))[1:]
 
-    def step(self, walker: Walker) -> Footstep | None:
+    def step(self, walker: Walker) -> steps.Footstep | None:
         """A step towards the first target that is not reached."""
-        while self._targets and np.abs(seen_from(walker.body, self._targets[0])).max() < _THERE:
+        while self._targets and np.abs(steps.seen_from(walker.body, self._targets[0])).max() < _THERE:
             walker.body = self._targets.pop(0)
-        if not self._targets and (not self._closes or stands_beside(walker.feet, walker.body)):
+        if not self._targets and (not self._closes or steps.stands_beside(walker.feet, walker.body)):
             if self.arrived is not None:
                 self.arrived = not self._stopped
             return None
@@ -116,7 +98,7 @@ class AtVelocity(WalkPlan):
     Feet step outwards only: sideways and turning, every second step compensates for the one before.
     """
 
-    def __init__(self, velocity: Floats, gait: Gait) -> None:
+    def __init__(self, velocity: Floats, gait: steps.Gait) -> None:
         self._velocity, self._gait = np.array(velocity), gait
         self._stopped = not self._velocity.any()
 
@@ -124,14 +106,14 @@ class AtVelocity(WalkPlan):
         """Start the body's target at its pose."""
         self._target = np.array(body)
 
-    def step(self, walker: Walker) -> Footstep | None:
+    def step(self, walker: Walker) -> steps.Footstep | None:
         """A step towards the body's target at the end of the step."""
         if self._stopped:
-            return None if stands_beside(walker.feet, walker.body) else _step_to(walker, walker.body, self._gait)
-        advance = self._velocity * self._gait.of(walker.side or first_side(self._velocity)).period
+            return None if steps.stands_beside(walker.feet, walker.body) else _step_to(walker, walker.body, self._gait)
+        advance = self._velocity * self._gait.of(walker.side or steps.first_side(self._velocity)).period
         # A delay of more than one step is dropped, so that it does not accumulate.
-        late = np.clip(seen_from(walker.body, self._target), -np.abs(advance), np.abs(advance))
-        self._target = composed(composed(walker.body, late), advance)
+        late = np.clip(steps.seen_from(walker.body, self._target), -np.abs(advance), np.abs(advance))
+        self._target = steps.composed(steps.composed(walker.body, late), advance)
         return _step_to(walker, self._target, self._gait)
 
     def stop(self) -> None:
@@ -145,28 +127,29 @@ class ByFootsteps(WalkPlan):
     `steps` are the remaining ones: side, pose of the foot relative to the other one, shape (3,), and duration [s].
     """
 
-    def __init__(self, steps: Sequence[tuple[str, Floats, float]], gait: Gait) -> None:
-        self.steps, self._gait = list(steps), gait
+    def __init__(self, given: Sequence[tuple[str, Floats, float]]) -> None:
+        self.steps = list(given)
 
-    def step(self, walker: Walker) -> Footstep | None:
+    def step(self, walker: Walker) -> steps.Footstep | None:
         """The next given step, inside the limits of the gait."""
         if not self.steps:
             return None
         side, wanted, period = self.steps.pop(0)
-        gait, support = self._gait.of(side), walker.feet[other(side)]
-        end = composed(support, bounded(wanted, side, gait))
-        walker.body, walker.side = body_beside(end, side), other(side)
-        return Footstep(side, support.copy(), walker.feet[side].copy(), end, gait.step_height, max(period, gait.period))
+        gait, support = steps.Gait().of(side), walker.feet[steps.other(side)]
+        end = steps.composed(support, steps.bounded(wanted, side, gait))
+        walker.body, walker.side = steps.body_beside(end, side), steps.other(side)
+        start, period = walker.feet[side].copy(), max(period, gait.period)
+        return steps.Footstep(side, support.copy(), start, end, gait.step_height, period)
 
     def stop(self) -> None:
         """Make no more steps."""
         self.steps = []
 
 
-def _step_to(walker: Walker, goal: Floats, gait: Gait) -> Footstep:
-    side = walker.side or first_side(seen_from(walker.body, goal))
-    step, walker.body = next_step(walker.feet, side, walker.body, goal, gait)
-    walker.side = other(side)
+def _step_to(walker: Walker, goal: Floats, gait: steps.Gait) -> steps.Footstep:
+    side = walker.side or steps.first_side(steps.seen_from(walker.body, goal))
+    step, walker.body = steps.next_step(walker.feet, side, walker.body, goal, gait)
+    walker.side = steps.other(side)
     return step
 
 
@@ -187,29 +170,27 @@ class Walk(MotionTask):
         super().__init__(name, joint_names(nao.robot, "Legs"))
         self.plan = self._first = plan
         self._limp = False
-        self._motion: Floats = np.empty((0, nao.robot.nq))
+        self.motion: Floats = np.empty((0, nao.robot.nq))
         self._at = 0
-        self.over = False
-        self.step: Footstep | None = None
+        self.step: steps.Footstep | None = None
         self.walker: Walker | None = None
 
     def start(self, nao: VirtualNao, time: float) -> None:
         """Bring the torso over the feet, or refuse a robot that cannot walk from its posture."""
         nao.base.check_stands()
-        self._columns = nao.joints.columns(joint_names(nao.robot, "Legs"))
-        nao.joints.note_limp(self._columns, self.notes)
+        super().start(nao, time)
         q = nao.joints.q(sensor=False)
         self.plan.begin(body_of(nao, q))
-        self._motion = ready_motion(nao.robot, feet_of(nao, q), nao.base.torso(q), q)
+        self.motion = steps.ready_motion(nao.robot, feet_of(nao, q), nao.base.torso(q), q)
 
     def advance(self, nao: VirtualNao, time: float) -> bool:
         """Command the next configuration; with the last of a step, plan the next one from there."""
-        if self._at >= len(self._motion) and not self._next(nao, nao.joints.q(sensor=False)):
+        if self._at >= len(self.motion) and not self._next(nao, nao.joints.q(sensor=False)):
             return True
-        q = self._motion[self._at]
+        q = self.motion[self._at]
         self._at += 1
-        nao.joints.set(self._columns, nao.robot.to_body(q)[self._columns], self.notes)
-        return self._at == len(self._motion) and not self._next(nao, q)
+        nao.joints.set(self.columns, nao.robot.to_body(q)[self.columns], self.notes)
+        return self._at == len(self.motion) and not self._next(nao, q)
 
     def take_over(self, nao: VirtualNao, plan: WalkPlan) -> Call:
         """Continue with another plan after this step; the call ends with the walk."""
@@ -242,24 +223,18 @@ class Walk(MotionTask):
         if self.step is None:
             return False
         self.keeps_feet = True
-        nao.base.stand_on(_FEET[other(self.step.side)], q)
-        self._motion, self._at = step_motion(nao.robot, self.step, q), 0
+        nao.base.stand_on(_FEET[steps.other(self.step.side)], q)
+        self.motion, self._at = steps.step_motion(nao.robot, self.step, q), 0
         return True
 
     def end(self, nao: VirtualNao, *, killed: bool) -> None:
-        """Note that the walk is over: its call ends a moment later."""
-        self.over = True
-        self._limp = self.started is not None and bool((nao.joints.stiffness[self._columns] == 0.0).any())
+        """Note the answer of the walk's call, which ends a moment later."""
+        self._limp = self.started is not None and bool((nao.joints.stiffness[self.columns] == 0.0).any())
         self.value = self._answer(self._first)
 
     def _answer(self, plan: WalkPlan) -> bool | None:
         """The answer of the call that gave a plan: whether the robot reached its goal."""
         return None if plan.arrived is None else plan.arrived and not self._limp
-
-    @property
-    def step_time(self) -> float:
-        """The duration of the current step [s]."""
-        return len(self._motion) * TICK
 
 
 def feet_of(nao: VirtualNao, q: Floats) -> dict[str, Floats]:
@@ -307,19 +282,13 @@ class Locomotion(Service):
       the robot stands.
     """
 
-    _walk: Walk | None = None
     _arms = (True, True)
-
-    def kernels_for(self, name: str, given: tuple[Any, ...]) -> frozenset[str]:
-        """Walking needs the kernel of both legs."""
-        walks = name.startswith(("move", "walk", "setFootSteps", "setWalkTarget")) and not name.endswith("Active")
-        return super().kernels_for(name, given) | (frozenset({"both legs"}) if walks else frozenset())
 
     # --- walking --------------------------------------------------------------------------------------------------
 
     def moveInit(self) -> Call:
         """Bring the torso over the feet, level and at walking height; returns when it is there."""
-        return self._start("moveInit", ToTargets([], Gait()))
+        return self._start("moveInit", ToTargets([], steps.Gait()))
 
     def moveTo(self, x: Any, y: Any = None, theta: Any = None, moveConfig: Any = None) -> Call:
         """Walk to a pose relative to the robot; returns when it stands.
@@ -336,18 +305,18 @@ class Locomotion(Service):
             if max(abs(target[0]), abs(target[1])) > _FARTHEST:
                 place = f"x {target[0]:g} m, y {target[1]:g} m"
                 raise BadArgument(f"a target must be at most {_FARTHEST:g} m away along each axis, got {place}")
-        return self._start("moveTo", ToTargets(targets, gait_of(config)))
+        return self._start("moveTo", ToTargets(targets, steps.gait_of(config)))
 
     def move(self, x: Any, y: Any, theta: Any, moveConfig: Any = None) -> None:
         """Walk at a velocity, forwards and to the left, until changed or stopped; returns at once [m/s, rad/s]."""
-        self._start("move", AtVelocity(_motion(x, y, theta), gait_of(moveConfig)))
+        self._start("move", AtVelocity(_motion(x, y, theta), steps.gait_of(moveConfig)))
 
     def moveToward(self, x: Any, y: Any, theta: Any, moveConfig: Any = None) -> None:
         """Walk at a share of the largest velocity, from -1 (backwards, right) to 1 (forwards, left); returns at once.
 
         In the move configuration, the frequency may be called "Frequency".
         """
-        shares, gait = _motion(x, y, theta, _share), gait_of(moveConfig)
+        shares, gait = _motion(x, y, theta, 1.0), steps.gait_of(moveConfig)
         foot = gait.left
         # Sideways and turning, every second step only closes the feet.
         reach = np.array([foot.max_step_x, 0.5 * (foot.max_step_y - _STANCE), 0.5 * foot.max_step_theta])
@@ -355,7 +324,7 @@ class Locomotion(Service):
 
     def stopMove(self) -> Call | bool:
         """Put the feet side by side; returns True when the robot stands."""
-        walk = self._current()
+        walk = self.nao.tasks.of(Walk)
         if walk is None:
             return True
         walk.plan.stop()
@@ -363,18 +332,16 @@ class Locomotion(Service):
 
     def killMove(self) -> None:
         """End the walk at once, in the middle of a step."""
-        walk = self._current()
-        if walk is not None:
-            self.nao.tasks.kill(walk.id)
+        self.nao.tasks.kill(lambda task: isinstance(task, Walk))
 
     def waitUntilMoveIsFinished(self) -> Call | None:
         """Wait until the robot stands."""
-        walk = self._current()
+        walk = self.nao.tasks.of(Walk)
         return None if walk is None else walk.follow()
 
     def moveIsActive(self) -> bool:
         """Whether the robot walks."""
-        return self._current() is not None
+        return self.nao.tasks.of(Walk) is not None
 
     # --- footsteps ------------------------------------------------------------------------------------------------
 
@@ -406,7 +373,7 @@ class Locomotion(Service):
             raise BadArgument(f"footSteps must be {len(legs)} as legName, got {len(poses)}")
         for share in shares:
             arguments.fraction(float(share), "fractionMaxSpeed", positive=True)
-        durations = Gait().left.period / shares
+        durations = steps.Gait().left.period / shares
         return self._make_steps("setFootStepsWithSpeed", legs, poses, durations, clearExisting)
 
     def getFootSteps(self) -> list[list[Any]]:
@@ -415,11 +382,11 @@ class Locomotion(Service):
         A step is [leg, duration, [x, y, theta] of the foot relative to the other one] [s, m, rad]. Only setFootSteps
         and setFootStepsWithSpeed know more than one step ahead.
         """
-        feet, walk = feet_of(self.nao, self.nao.joints.q()), self._current()
+        feet, walk = feet_of(self.nao, self.nao.joints.q()), self.nao.tasks.of(Walk)
         step, duration = self._current_step()
-        current = [] if step is None else [(step.side, seen_from(step.support, step.end), duration)]
+        current = [] if step is None else [(step.side, steps.seen_from(step.support, step.end), duration)]
         coming = walk.plan.steps if walk is not None and isinstance(walk.plan, ByFootsteps) else []
-        lists = [[[_FEET[s], float(time), pose.tolist()] for s, pose, time in steps] for steps in (current, coming)]
+        lists = [[[_FEET[s], float(time), pose.tolist()] for s, pose, time in rows] for rows in (current, coming)]
         return [[feet["L"].tolist(), feet["R"].tolist()], *lists]
 
     # --- where the robot is ---------------------------------------------------------------------------------------
@@ -431,19 +398,19 @@ class Locomotion(Service):
     def getNextRobotPosition(self) -> list[float]:
         """FRAME_ROBOT in FRAME_WORLD after the current step."""
         step, _ = self._current_step()
-        return self.getRobotPosition(False) if step is None else _pose(between(step.support, step.end))
+        return self.getRobotPosition(False) if step is None else _pose(steps.along(step.support, step.end, 0.5))
 
     def getRobotVelocity(self) -> list[float]:
         """Mean velocity of FRAME_ROBOT in its own axes during the current step: [vx, vy, vtheta] [m/s, rad/s]."""
         step, duration = self._current_step()
         if step is None:
             return [0.0, 0.0, 0.0]
-        before, after = (between(step.support, foot) for foot in (step.start, step.end))
-        return [float(value) for value in seen_from(before, after) / duration]
+        before, after = (steps.along(step.support, foot, 0.5) for foot in (step.start, step.end))
+        return [float(value) for value in steps.seen_from(before, after) / duration]
 
     def getMoveConfig(self, config: Any) -> list[list[Any]]:
         """The move configuration: "Default", "Min" or "Max"."""
-        return move_config(arguments.text(config, "config"))
+        return steps.move_config(arguments.text(config, "config"))
 
     # --- arms -----------------------------------------------------------------------------------------------------
 
@@ -470,22 +437,18 @@ class Locomotion(Service):
 
     # --- inside ---------------------------------------------------------------------------------------------------
 
-    def _current(self) -> Walk | None:
-        return None if self._walk is None or self._walk.call.done() or self._walk.over else self._walk
-
-    def _current_step(self) -> tuple[Footstep | None, float]:
+    def _current_step(self) -> tuple[steps.Footstep | None, float]:
         """The current step, None without one, and its duration [s]."""
-        walk = self._current()
-        return (None, 0.0) if walk is None else (walk.step, walk.step_time)
+        walk = self.nao.tasks.of(Walk)
+        return (None, 0.0) if walk is None else (walk.step, len(walk.motion) * TICK)
 
     def _start(self, name: str, plan: WalkPlan) -> Call:
         """Walk by a plan, or have the current walk take it over."""
-        walk = self._current()
+        walk = self.nao.tasks.of(Walk)
         if walk is not None:
             return walk.take_over(self.nao, plan)
         self.nao.base.check_stands()
-        self._walk = Walk(name, self.nao, plan)
-        return self.nao.start_task(self._walk)
+        return self.nao.start_task(Walk(name, self.nao, plan))
 
     def _make_steps(
         self, name: str, legs: Sequence[str], poses: Sequence[Floats], durations: Floats, clear: Any
@@ -493,24 +456,21 @@ class Locomotion(Service):
         clears = arguments.flag(clear, "clearExisting")
         if max(durations) > _LONGEST_STEP:
             raise BadArgument(f"a step must take at most {_LONGEST_STEP:g} s, got {max(durations):g} s")
-        plan = ByFootsteps(list(zip((leg[0] for leg in legs), poses, durations.tolist(), strict=True)), Gait())
-        walk = self._current()
+        plan = ByFootsteps(list(zip((leg[0] for leg in legs), poses, durations.tolist(), strict=True)))
+        walk = self.nao.tasks.of(Walk)
         if walk is not None and isinstance(walk.plan, ByFootsteps):
             walk.plan.steps = [*([] if clears else walk.plan.steps), *plan.steps]
             return walk.follow()
         return self._start(name, plan)
 
 
-def _motion(x: Any, y: Any, theta: Any, read: Callable[[Any, str], float] = arguments.number) -> Floats:
-    """x, y and theta, shape (3,)."""
-    return np.array([read(x, "x"), read(y, "y"), read(theta, "theta")])
-
-
-def _share(value: Any, what: str) -> float:
-    number = arguments.number(value, what)
-    if not -1.0 <= number <= 1.0:
-        raise BadArgument(f"{what} must be from -1 to 1, got {number:g}")
-    return number
+def _motion(x: Any, y: Any, theta: Any, most: float = np.inf) -> Floats:
+    """x, y and theta, shape (3,), each at most `most` in magnitude."""
+    found = {what: arguments.number(value, what) for what, value in (("x", x), ("y", y), ("theta", theta))}
+    for what, number in found.items():
+        if abs(number) > most:
+            raise BadArgument(f"{what} must be from {-most:g} to {most:g}, got {number:g}")
+    return np.array(list(found.values()))
 
 
 def _poses(value: Any) -> list[Floats]:
@@ -529,4 +489,4 @@ def _legs(value: Any) -> tuple[str, ...]:
 
 
 def _pose(place: Floats) -> list[float]:
-    return [float(place[0]), float(place[1]), wrapped(float(place[2]))]
+    return [float(place[0]), float(place[1]), steps.wrapped(float(place[2]))]

@@ -14,13 +14,7 @@ from nao_kin.errors import BadArgument
 from nao_kin.naoqi.names import joint_names
 from nao_kin.naoqi.spaces import FRAME_TORSO, LEGS, TORSO, AxisMask
 from nao_kin.naoqi.virtual import arguments
-from nao_kin.naoqi.virtual.cartesian import (
-    NOTEWORTHY,
-    CartesianControl,
-    CartesianState,
-    EffectorRequest,
-    hold_still,
-)
+from nao_kin.naoqi.virtual.cartesian import NOTEWORTHY, CartesianControl, CartesianState, EffectorRequest, hold_still
 from nao_kin.naoqi.virtual.engine import TICK, Call, MotionTask
 from nao_kin.naoqi.virtual.interpolation import ON_TIME
 from nao_kin.naoqi.virtual.limb_solvers import RADIAN, LimbSolution
@@ -80,26 +74,22 @@ class WholeBodyTask(MotionTask):
     keeps_feet = True
 
     def __init__(self, nao: VirtualNao, name: str, balance: Balance) -> None:
-        self._joints = joint_names(nao.robot, "Joints")
-        super().__init__(name, self._joints)
+        super().__init__(name, joint_names(nao.robot, "Joints"))
         self._robot, self._balance = nao.robot, balance
 
     def start(self, nao: VirtualNao, time: float) -> None:
         """Note the initial state and the joints without stiffness."""
-        self._initial, self._start = CartesianState(nao), time
+        super().start(nao, time)
+        self._initial = CartesianState(nao)
         # The largest movement of each joint in a tick; infinite for joints that another task takes.
         self._max_step = nao.robot.velocity_limits * TICK
-        nao.joints.note_limp(nao.joints.columns(self._joints), self.notes)
 
-    def command(
-        self, nao: VirtualNao, targets: Targets, missed: str, *, com: Floats | None = None
-    ) -> LimbSolution | None:
-        """Command joint values for targets that can be reached in this tick.
+    def command(self, nao: VirtualNao, targets: Targets, missed: str, *, com: Floats | None = None) -> Floats | None:
+        """Command joint values for targets that can be reached in this tick, and return them.
 
         At the limit of its reach, the nearest pose of the whole robot may be far away. Targets are then brought nearer
         to the effectors, by halves, until no joint is too fast: joints that come late would let the feet slip.
-        Arguments and result are those of `solve`; `missed` is for the log, and `missing` is that of the original
-        targets.
+        Arguments are those of `solve`, and so is None; `missed` is for the log.
         """
         q = nao.joints.q(sensor=False)
         T_world_torso = nao.base.torso(q)
@@ -123,9 +113,8 @@ class WholeBodyTask(MotionTask):
                 break
         if missing > NOTEWORTHY:
             self.notes.once("missed", missed)
-        columns = nao.joints.columns(self._joints)
-        nao.joints.set(columns, nao.robot.to_body(joints)[columns], self.notes)
-        return LimbSolution(np.array(joints), missing)
+        nao.joints.set(self.columns, nao.robot.to_body(joints)[self.columns], self.notes)
+        return joints
 
     def solve(self, targets: Targets, q: Floats, *, com: Floats | None = None) -> LimbSolution | None:
         """Joint values of the whole robot, near to the initial ones; None if no foot stands.
@@ -193,10 +182,12 @@ class GoToBalance(WholeBodyTask):
     """
 
     def __init__(
-        self, nao: VirtualNao, name: str, support: str, duration: float, fraction: float | None = None
+        self, nao: VirtualNao, name: str, support: Any, duration: float, fraction: float | None = None
     ) -> None:
         super().__init__(nao, name, Balance(enabled=True))
-        self._support, self._duration, self._fraction = support, duration, fraction
+        self._support = arguments.choice(support, "support leg", SUPPORTS)
+        self._duration, self._fraction = duration, fraction
+        nao.base.check_stands()
         self.value = False
 
     def start(self, nao: VirtualNao, time: float) -> None:
@@ -216,14 +207,14 @@ class GoToBalance(WholeBodyTask):
 
     def advance(self, nao: VirtualNao, time: float) -> bool:
         """Solve the whole robot for this tick's place of the centre of mass."""
-        share = min((time - self._start) / self._duration, 1.0)
+        share = min((time - self.begin) / self._duration, 1.0)
         place = self._from + float(smooth(np.array(share))) * (self._to - self._from)
-        found = self.command(nao, {}, "the centre of mass goes as near to its place as it can", com=place)
-        assert found is not None
+        q = self.command(nao, {}, "the centre of mass goes as near to its place as it can", com=place)
+        assert q is not None
         done = share >= 1.0 - ON_TIME
         if done:
-            away = com_above(nao.robot, found.q, nao.base.torso(found.q)) - self._to
-            stiff = bool((nao.joints.stiffness[nao.joints.columns(self._joints)] > 0.0).all())
+            away = com_above(nao.robot, q, nao.base.torso(q)) - self._to
+            stiff = bool((nao.joints.stiffness[self.columns] > 0.0).all())
             self.value = stiff and float(np.linalg.norm(away)) <= NOTEWORTHY
         return done
 
@@ -244,7 +235,7 @@ class WholeBodyPathTask(WholeBodyTask):
 
     def advance(self, nao: VirtualNao, time: float) -> bool:
         """Solve the whole robot for this tick's poses."""
-        t = time - self._start
+        t = time - self.begin
         T_world_torso = nao.base.torso(nao.joints.q(sensor=False))
         targets: Targets = {}
         for request, path in zip(self._requests, self._paths, strict=True):
@@ -271,7 +262,6 @@ class EffectorControl(WholeBodyTask):
         super().__init__(nao, "wbEnableEffectorControl", balance)
         self.goals: dict[str, Floats] = {}
         self._now: dict[str, Floats] = {}
-        self.over = False
 
     def hold(self, nao: VirtualNao, effector: str) -> None:
         """Hold an effector at its current pose."""
@@ -303,13 +293,8 @@ class EffectorControl(WholeBodyTask):
     def give_up(self, resources: frozenset[str]) -> None:
         """Leave some joints to another task."""
         super().give_up(resources)
-        self._joints = tuple(joint for joint in self._joints if joint in self.resources)
         if self.started is not None:
             self._max_step[[index for index, name in enumerate(self._robot.joint_names) if name in resources]] = np.inf
-
-    def end(self, nao: VirtualNao, *, killed: bool) -> None:
-        """Note that nothing is held any longer."""
-        self.over = True
 
 
 def _towards(now: Floats, goal: Floats) -> Floats:
@@ -342,8 +327,6 @@ class WholeBodyControl(CartesianControl):
     - wbEnableEffectorOptimization changes nothing.
     """
 
-    _control: EffectorControl | None = None
-
     def __init__(self, nao: VirtualNao) -> None:
         super().__init__(nao)
         self.balance = Balance()
@@ -354,17 +337,11 @@ class WholeBodyControl(CartesianControl):
             return WholeBodyPathTask(name, self.nao, found, self.balance)
         return super()._path_task(name, found)
 
-    def kernels_for(self, name: str, given: tuple[Any, ...]) -> frozenset[str]:
-        """Whole-body control needs the kernel of bodies."""
-        paths = name.startswith(("positionInterpolation", "transformInterpolation")) and self.balance.enabled
-        needed = paths or name.startswith("wb")
-        return super().kernels_for(name, given) | (frozenset({"bodies"}) if needed else frozenset())
-
     def wbEnable(self, isEnabled: Any) -> None:
         """Switch whole-body control on or off; off forgets all constraints."""
         on = arguments.flag(isEnabled, "isEnabled")
         if not on:
-            self._release()
+            self.nao.tasks.kill(lambda task: isinstance(task, EffectorControl))
             self.balance = Balance()
         self.balance.enabled = on
 
@@ -383,17 +360,13 @@ class WholeBodyControl(CartesianControl):
 
     def wbGoToBalance(self, supportLeg: Any, duration: Any) -> Call:
         """Bring the centre of mass above the middle of "LLeg", "RLeg" or "Legs"; returns whether it is there."""
-        return self._go_to_balance("wbGoToBalance", supportLeg, arguments.duration(duration, "duration"))
+        seconds = arguments.duration(duration, "duration")
+        return self.nao.start_task(GoToBalance(self.nao, "wbGoToBalance", supportLeg, seconds))
 
     def wbGoToBalanceWithSpeed(self, supportLeg: Any, fractionMaxSpeed: Any) -> Call:
         """The same, no joint faster than a fraction of its maximum speed."""
         share = arguments.fraction(fractionMaxSpeed, "fractionMaxSpeed", positive=True)
-        return self._go_to_balance("wbGoToBalanceWithSpeed", supportLeg, _MIN_DURATION, share)
-
-    def _go_to_balance(self, name: str, support: Any, duration: float, fraction: float | None = None) -> Call:
-        leg = arguments.choice(support, "support leg", SUPPORTS)
-        self.nao.base.check_stands()
-        return self.nao.start_task(GoToBalance(self.nao, name, leg, duration, fraction))
+        return self.nao.start_task(GoToBalance(self.nao, "wbGoToBalanceWithSpeed", supportLeg, _MIN_DURATION, share))
 
     def wbEnableEffectorControl(self, effectorName: Any, isEnabled: Any) -> None:
         """Hold "Head", "LArm" or "RArm" with the whole robot, first at its current pose; False releases it.
@@ -401,19 +374,20 @@ class WholeBodyControl(CartesianControl):
         It switches whole-body control on.
         """
         effector = arguments.choice(effectorName, "effector", HELD)
+        control = self.nao.tasks.of(EffectorControl)
         if not arguments.flag(isEnabled, "isEnabled"):
-            held = self._held()
-            held.pop(effector, None)
-            if not held:
-                self._release()
+            if control is not None:
+                control.goals.pop(effector, None)
+                if not control.goals:
+                    control.call.cancel()
             return
         self.nao.base.check_stands()
         if not self.balance.enabled:
             self.balance.enabled, self.balance.support = True, "Legs"
-        if self._control is None or self._control.over:
-            self._control = EffectorControl(self.nao, self.balance)
-            self.nao.start_task(self._control)
-        self._control.hold(self.nao, effector)
+        if control is None:
+            control = EffectorControl(self.nao, self.balance)
+            self.nao.start_task(control)
+        control.hold(self.nao, effector)
 
     def wbSetEffectorControl(self, effectorName: Any, targetCoordinate: Any) -> None:
         """Send a held effector to a target in FRAME_ROBOT; returns at once.
@@ -422,20 +396,12 @@ class WholeBodyControl(CartesianControl):
         """
         effector = arguments.choice(effectorName, "effector", HELD)
         target = arguments.three(targetCoordinate, "targetCoordinate")
-        if self._control is None or effector not in self._held():
+        control = self.nao.tasks.of(EffectorControl)
+        if control is None or effector not in control.goals:
             raise BadArgument(f"{effector} is not held: wbEnableEffectorControl({effector!r}, True) first")
-        self._control.send(self.nao, effector, target)
+        control.send(self.nao, effector, target)
 
     def wbEnableEffectorOptimization(self, effectorName: Any, isActive: Any) -> None:
         """Accepted without effect: an effector whose target is far goes as near as it can in any case."""
         arguments.choice(effectorName, "effector", _OPTIMIZED)
         arguments.flag(isActive, "isActive")
-
-    def _held(self) -> dict[str, Floats]:
-        """The held effectors, with their goals."""
-        return {} if self._control is None or self._control.over else self._control.goals
-
-    def _release(self) -> None:
-        if self._control is not None and not self._control.over:
-            self.nao.tasks.kill(self._control.id)
-        self._control = None

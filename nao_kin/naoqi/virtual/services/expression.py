@@ -7,13 +7,14 @@ import math
 import re
 from collections import deque
 from collections.abc import Callable
+from concurrent.futures import Future
 from typing import TYPE_CHECKING, Any
 
 from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.scripts import spoken_words
 from nao_kin.naoqi.virtual import arguments
-from nao_kin.naoqi.virtual.engine import Call, Timer
+from nao_kin.naoqi.virtual.engine import Call
 from nao_kin.naoqi.virtual.service import Service, Setting, settings
 
 if TYPE_CHECKING:
@@ -118,7 +119,6 @@ class ALLeds(Service):
         self._groups = groups()
         self._actuators = actuators()
         self.colours: dict[str, Colour] = dict.fromkeys(ALL, (1.0, 1.0, 1.0)) | dict.fromkeys(BLUE, (0.0, 0.0, 1.0))
-        self._own_groups: set[str] = set()
         # The last call for each LED; earlier effects no longer change it.
         self._owners: dict[str, object] = {}
 
@@ -139,12 +139,11 @@ class ALLeds(Service):
     def createGroup(self, groupName: Any, ledNames: Any) -> None:
         """Make a group of LEDs or groups."""
         name = arguments.text(groupName, "groupName")
-        if name in self.colours or (name in self._groups and name not in self._own_groups):
+        if name in self.colours or name in groups():
             raise BadArgument(f"{name} already exists")
         if not isinstance(ledNames, (list, tuple)) or not ledNames:
             raise BadArgument("ledNames must be a list of LEDs")
         self._groups[name] = tuple(dict.fromkeys(part for each in ledNames for part in self._parts(each)))
-        self._own_groups.add(name)
 
     # --- light ----------------------------------------------------------------------------------------------------
 
@@ -342,7 +341,7 @@ class ALTextToSpeech(Service):
         super().__init__(nao)
         self.saying = ""
         self._queue: deque[tuple[str, Call]] = deque()
-        self._timer: Timer | None = None
+        self._timer: Future[Any] | None = None
         zero = "doubleVoice doubleVoiceLevel doubleVoiceTimeShift enableCompression".split()
         self._parameters = {"pitchShift": 1.0} | dict.fromkeys(zero, 0.0)
         self._parameters |= dict.fromkeys(("speed", "defaultVoiceSpeed", "volume", "pitch"), 100.0)

@@ -167,7 +167,7 @@ class StiffnessControl(Service):
 
     def rest(self) -> Call | None:
         """End all tasks, go to Crouch at three tenths of the maximum speeds, and remove the stiffness."""
-        self.nao.tasks.kill_all()
+        self.nao.tasks.kill()
         if not self.nao.joints.stiffness.any():
             self._awake(False)
             return None
@@ -301,7 +301,7 @@ class GeneralTools(Service):
         lines = [f"{'Joint':<16}{'Stiffness':>10}{'Command':>12}{'Sensor':>12}"]
         rows = zip(joints.names, joints.stiffness, joints.command, joints.sensor, strict=True)
         lines += [f"{name:<16}{stiff:>10.2f}{command:>12.6f}{sensor:>12.6f}" for name, stiff, command, sensor in rows]
-        tasks = ", ".join(f"{name} ({number})" for name, number in self.nao.tasks.listing()) or "none"
+        tasks = ", ".join(f"{task.name} ({task.id})" for task in self.nao.tasks.all) or "none"
         return "\n".join([*lines, f"Tasks: {tasks}", ""])
 
     def getMass(self, pName: Any) -> float:
@@ -324,24 +324,25 @@ class GeneralTools(Service):
 
     def getTaskList(self) -> list[list[Any]]:
         """[name, id] of each motion task, waiting ones last."""
-        return self.nao.tasks.listing()
+        return [[task.name, task.id] for task in self.nao.tasks.all]
 
     def areResourcesAvailable(self, resourceNames: Any) -> bool:
         """Whether no blocking task holds any of these joints."""
-        return self.nao.tasks.available(self.joints(resourceNames, "resourceNames"))
+        return self.nao.tasks.booked().isdisjoint(self.joints(resourceNames, "resourceNames"))
 
     def killTask(self, motionTaskID: Any) -> bool:
         """End a task in its current state; return whether there was one with this id."""
-        return self.nao.tasks.kill(arguments.whole(motionTaskID, "motionTaskID"))
+        number = arguments.whole(motionTaskID, "motionTaskID")
+        return self.nao.tasks.kill(lambda task: task.id == number)
 
     def killTasksUsingResources(self, resourceNames: Any) -> None:
-        """End the blocking tasks that hold any of these joints, or wait for them."""
-        joints = self.joints(resourceNames, "resourceNames")
-        self.nao.tasks.kill_using([*joints, *(f"{joint}/Stiffness" for joint in joints)])
+        """End the blocking tasks that hold any of these joints, or wait for them; as in NAOqi, no reactive ones."""
+        needed = frozenset(self.joints(resourceNames, "resourceNames"))
+        self.nao.tasks.kill(lambda task: not task.reactive and not needed.isdisjoint(task.joints))
 
     def killAll(self) -> None:
         """End all tasks in their current state."""
-        self.nao.tasks.kill_all()
+        self.nao.tasks.kill()
 
     # --- reflexes, which are not simulated ------------------------------------------------------------------------
 
@@ -366,8 +367,27 @@ class GeneralTools(Service):
 
 # --- ALMotion, joined from its topics.
 
+# The compiled kernels of nk.ik that an effector needs, by a part of its name.
+_KERNELS = {
+    "Arm": ("arms by pose", "arms by place"),
+    "Torso": ("both legs", "projections onto limits", "damped least squares"),
+}
+_PATHS = ("positionInterpolation", "transformInterpolation")
+_MOVES = ("setPosition", "setTransform", "changePosition", "changeTransform", *_PATHS)
+_WALKS = ("move", "walk", "setFootSteps", "setWalkTarget")
+
 
 class ALMotion(JointControl, StiffnessControl, WholeBodyControl, Locomotion, GeneralTools):
     """The service that moves joints, stiffness, effectors and the whole robot."""
 
     name = "ALMotion"
+
+    def kernels_for(self, name: str, given: tuple[Any, ...]) -> frozenset[str]:
+        """Name the kernels of arms that go to a pose at once, of the torso, of a walk and of the whole body."""
+        named = str(given[:1]) if name.startswith(_MOVES) else ""
+        needed = {kernel for part, kernels in _KERNELS.items() if part in named for kernel in kernels}
+        if name.startswith(_WALKS) and not name.endswith("Active"):
+            needed.add("both legs")
+        if name.startswith("wb") or (name.startswith(_PATHS) and self.balance.enabled):
+            needed.add("bodies")
+        return frozenset(needed)

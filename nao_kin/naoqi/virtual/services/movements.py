@@ -57,13 +57,14 @@ class GoToPosture(AtSpeed):
         rest = nao.robot.semantics.postures[self._posture].up
         self._from_feet, self._to_feet = nao.base.support is not None, rest is None
         self._up_before = nao.base.vertical(nao.joints.q())
-        self._up_after = nao.base.vertical_on_feet(self._q) if rest is None else np.array(rest)
+        foot = nao.base.standing_foot(self._q)
+        self._up_after = nao.robot.fk(self._q, foot)[:3, 2] if rest is None else np.array(rest)
 
     def advance(self, nao: VirtualNao, time: float) -> bool:
         """Move the joints, and turn the vertical with them."""
         done = super().advance(nao, time)
         if not (self._from_feet and self._to_feet) and nao.joints.stiffness.any():
-            share = 1.0 if done else (time - self._start) / self._end
+            share = 1.0 if done else (time - self.begin) / self._end
             nao.base.rest(_between(self._up_before, self._up_after, share), nao.joints.q())
         return done
 
@@ -134,7 +135,7 @@ class ALRobotPosture(Service):
 
     def stopMove(self) -> None:
         """End the movements to postures, running and waiting."""
-        self.nao.tasks.kill_each(task for task in reversed(self.nao.tasks.all) if isinstance(task, GoToPosture))
+        self.nao.tasks.kill(lambda task: isinstance(task, GoToPosture))
 
     def setMaxTryNumber(self, pMaxTryNumber: Any) -> None:
         """Accepted without effect: a posture is reached at the first try here."""
@@ -205,7 +206,7 @@ class ALTracker(Service):
 
     def stopTracker(self) -> None:
         """End lookAt and pointAt."""
-        self.nao.tasks.kill_each(task for task in reversed(self.nao.tasks.all) if task.name in _TASKS)
+        self.nao.tasks.kill(lambda task: task.name in _TASKS)
 
     def _in_torso(self, position: Any, frame: Any) -> Floats:
         point = arguments.three(position, "pPosition")
@@ -248,6 +249,14 @@ _FILE = "behavior"
 _POSTURES = {"Standing": "Stand", "Sitting": "Sit"}
 
 
+class Playing(Interpolation):
+    """Joints follow the timeline of a behaviour."""
+
+    def __init__(self, name: str, behavior: str, motion: Motion) -> None:
+        super().__init__(name, motion.joint_names, lambda start: led_in(motion, start))
+        self.behavior = behavior
+
+
 @former_names(
     "The same under its name before NAOqi 1.22.",
     getBehaviorNames="getInstalledBehaviors",
@@ -265,10 +274,6 @@ class ALBehaviorManager(Service):
     """
 
     name = "ALBehaviorManager"
-
-    def __init__(self, nao: VirtualNao) -> None:
-        super().__init__(nao)
-        self._started: dict[str, Call] = {}
 
     def getInstalledBehaviors(self) -> list[str]:
         """Names of all behaviours."""
@@ -288,14 +293,12 @@ class ALBehaviorManager(Service):
 
     def stopBehavior(self, name: Any) -> None:
         """End a behaviour; does nothing if it is not running."""
-        call = self._started.get(arguments.text(name, "name"))
-        if call is not None:
-            call.cancel()
+        wanted = arguments.text(name, "name")
+        self.nao.tasks.kill(lambda task: isinstance(task, Playing) and task.behavior == wanted)
 
     def stopAllBehaviors(self) -> None:
         """End all behaviours."""
-        for call in self._started.values():
-            call.cancel()
+        self.nao.tasks.kill(lambda task: isinstance(task, Playing))
 
     def isBehaviorRunning(self, name: Any) -> bool:
         """Whether a behaviour is running, or waits for its joints."""
@@ -303,7 +306,7 @@ class ALBehaviorManager(Service):
 
     def getRunningBehaviors(self) -> list[str]:
         """Names of the running behaviours."""
-        return sorted(name for name, call in self._started.items() if not call.done())
+        return sorted(task.behavior for task in self.nao.tasks.all if isinstance(task, Playing))
 
     def _play(self, task: str, name: Any) -> Call:
         """Start a behaviour as a task of this name; refuses unknown, running and unreadable ones."""
@@ -316,9 +319,7 @@ class ALBehaviorManager(Service):
         if self.isBehaviorRunning(wanted):
             raise BadArgument(f"{wanted} is running already")
         motion = self._read(files[file], wanted[len(file) + 1 :], file)
-        call = self.nao.start_task(Interpolation(task, motion.joint_names, lambda start: led_in(motion, start)))
-        self._started[wanted] = call
-        return call
+        return self.nao.start_task(Playing(task, wanted, motion))
 
     def _read(self, path: Path, timeline: str, name: str) -> Motion:
         """The motion of a timeline in a file; of its only one for an empty `timeline`."""
