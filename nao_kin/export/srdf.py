@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 from nao_kin._core.arrays import Floats, choice, whole_number
 from nao_kin._core.text import abbreviated, fresh_name, quoted
 from nao_kin.export.inertia import hosts
-from nao_kin.export.pipeline import Exported, Target
+from nao_kin.export.pipeline import UTF_8, Exported, Target, xml_text
 from nao_kin.export.variants import Variant, joint_values, name_frames, named_semantics, new_names
 from nao_kin.robot import RobotModel, shape_geometry
 from nao_kin.robot.semantics import Posture, Semantics
-from nao_kin.robot.urdf import UnreadableShape, UrdfJoint, UrdfTree, srdf as writing
+from nao_kin.robot.urdf import UnreadableShape, UrdfJoint, UrdfTree
 
 # --- Groups of joints and end effectors for MoveIt, from the chains and effectors of a robot's semantics.
 
@@ -485,7 +485,7 @@ def srdf_document(
         _found(contacts, reasons, count),
         *_losses(body, plan, contacts, set(reasons), new),
     )
-    return writing.document_text(root), notes
+    return xml_text(root, UTF_8), notes
 
 
 def _as_written(robot: RobotModel, tree: UrdfTree) -> RobotModel:

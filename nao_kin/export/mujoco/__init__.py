@@ -20,11 +20,10 @@ from nao_kin.export.meshes import FOLDER, TakenMeshes, assets
 from nao_kin.export.mujoco.bodies import Bodies, bodies_of, give_the_root_mass
 from nao_kin.export.mujoco.devices import add_actuators, add_sites
 from nao_kin.export.mujoco.model import add_bodies, add_excludes, add_keyframes, add_shapes, on_their_soles
-from nao_kin.export.pipeline import Exported, Target, filled
+from nao_kin.export.pipeline import Exported, Target, filled, numbers
 from nao_kin.export.variants import Variant
 from nao_kin.joints import group_joints
 from nao_kin.robot import RobotModel
-from nao_kin.robot.urdf import srdf as writing
 
 __all__ = ["mjcf"]
 
@@ -75,9 +74,9 @@ def exact_xml(spec: Any) -> str:
         inertial = element.find("inertial")
         if inertial is not None:
             values = {"pos": body.ipos, "mass": [body.mass], "fullinertia": body.fullinertia}
-            inertial.attrib = {name: writing.numbers(value) for name, value in values.items()}
+            inertial.attrib = {name: numbers(value) for name, value in values.items()}
     for equality, element in _pairs(spec.equalities, root.iterfind("equality/joint")):
-        element.set("polycoef", writing.numbers(equality.data[:5]))
+        element.set("polycoef", numbers(equality.data[:5]))
     ET.indent(root)
     return ET.tostring(root, encoding="unicode") + "\n"
 
@@ -93,12 +92,12 @@ def _put(element: ET.Element, attribute: str, exact: Floats) -> None:
     if written is None:
         default = _DEFAULTS.get(attribute)
         if default is not None and tuple(exact) != default and np.allclose(exact, default, atol=_ROUNDED):
-            element.set(attribute, writing.numbers(exact))
+            element.set(attribute, numbers(exact))
         return
     rough = [float(word) for word in written.split()]
     exact = exact[: len(rough)]
     if np.allclose(rough, exact, rtol=_ROUNDED, atol=1e-12):
-        element.set(attribute, writing.numbers(exact))
+        element.set(attribute, numbers(exact))
 
 
 # --- The export.

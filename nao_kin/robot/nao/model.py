@@ -11,17 +11,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats
+from nao_kin._core.arrays import Floats, as_floats, choice
+from nao_kin.errors import BadModel
 from nao_kin.robot.build import Base
 from nao_kin.robot.limits import LimitPolicy
 from nao_kin.robot.model import RobotModel
 from nao_kin.robot.nao import v6
 from nao_kin.robot.nao.parameters import NaoParameters, nao_parameters, ros_names, version_named
-from nao_kin.robot.nao.rows import Version
-from nao_kin.robot.nao.urdf_text import nao_urdf_path
+from nao_kin.robot.nao.rows import VERSIONS, Version
 from nao_kin.robot.offsets import read_offsets
 from nao_kin.robot.semantics import Posture, Semantics, View
 from nao_kin.robot.urdf import UrdfTree, read_urdf
+
+# The package contains the files in a wheel; in a checkout they are beside it.
+_PACKAGE = Path(__file__).resolve().parents[2]
 
 
 class NaoModel(RobotModel):
@@ -121,6 +124,20 @@ def load_nao(
     """
     nao = NaoModel(version, base=base)
     return nao if offsets is None else nao.with_offsets(**read_offsets(offsets))
+
+
+def nao_urdf_path(version: str) -> Path:
+    """Return the URDF file of one NAO version, "v3.2" … "v6"; raise `BadModel` if the installation lacks it."""
+    name = urdf_name(version)
+    for folder in (_PACKAGE / "_urdf_files", _PACKAGE.parent / "urdf"):
+        if (folder / name).is_file():
+            return folder / name
+    raise BadModel(f"no urdf folder with {name} in {_PACKAGE} or beside it; reinstall nao-kin")
+
+
+def urdf_name(version: str) -> str:
+    """Return the file name of the URDF of one version: "v3.2" → "nao_v32.urdf"."""
+    return f"nao_{choice(version, VERSIONS, 'NAO version').replace('.', '')}.urdf"
 
 
 @functools.cache

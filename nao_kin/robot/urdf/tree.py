@@ -193,6 +193,9 @@ def _numbers(element: ET.Element, attribute: str, count: int, default: str = "")
 
 # --- Links, joints and inertias.
 
+# The entries of a tensor, in the order of `Inertial.inertia`.
+TENSOR_LABELS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+
 
 @dataclass(frozen=True)
 class Inertial:
