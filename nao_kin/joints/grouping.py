@@ -50,16 +50,6 @@ class JointNode:
         return self.mimic or Mimic(self.name)
 
     @property
-    def driver(self) -> str:
-        """The joint whose coordinate moves it."""
-        return self.coupling.joint
-
-    @property
-    def follows(self) -> bool:
-        """Whether another joint drives it."""
-        return self.mimic is not None
-
-    @property
     def axis_root(self) -> Floats:
         """Its axis in the root's frame, all joints at zero."""
         return np.asarray(self.T_root.rotation @ self.axis)
@@ -191,7 +181,7 @@ def _cut(nodes: Mapping[int, JointNode], rule: Rule, tolerance: float) -> list[l
 
     def mergeable(members: Sequence[JointNode]) -> bool:
         axes = np.array([node.axis_root for node in members])
-        if len({node.driver for node in members}) < len(members) or not spans_a_joint(axes):
+        if len({node.coupling.joint for node in members}) < len(members) or not spans_a_joint(axes):
             return False
         centres = np.array([node.centre_root for node in members])
         centre = _centre(centres, axes, rule)

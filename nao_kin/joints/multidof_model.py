@@ -376,9 +376,9 @@ class MultiDofModel:
         q = np.empty((len(typed), self.robot.nq))
         q[:, : self._base[0]] = typed[:, : self._base[0]]
         for slot in self._slots:
-            if not slot.derived and not slot.joint.follows:
+            if not slot.derived and slot.joint.mimic is None:
                 q[:, slot.joint.column] = typed[:, slot.column]
-        for joint in (joint for ball in self._balls for joint in ball.joints if not joint.follows):
+        for joint in (joint for ball in self._balls for joint in ball.joints if joint.mimic is None):
             q[:, joint.column] = angles[joint.name]
         return q, mismatches, batch
 

@@ -157,33 +157,24 @@ V6_LIMITS: tuple[LimitRow, ...] = (
     LimitRow("RAnkleRoll", -44.06, 22.8, "deg", "J6"),
 )
 
+
+def actuators(velocity: float, effort: float, source: str, *joints: str) -> tuple[ActuatorRow, ...]:
+    """Return the rows of joints with the same motor and gear."""
+    return tuple(ActuatorRow(joint, velocity, effort, source) for joint in joints)
+
+
 # The speeds are the no-load speeds of the V3.x motors; the official URDFs of all later versions repeat them.
 V6_ACTUATORS: tuple[ActuatorRow, ...] = (
-    ActuatorRow("HeadYaw", 8.26797, 1.547, "U6"),
-    ActuatorRow("HeadPitch", 7.19407, 1.532, "U6"),
-    ActuatorRow("LShoulderPitch", 8.26797, 1.329, "U6"),
-    ActuatorRow("LShoulderRoll", 7.19407, 1.7835, "U6"),
-    ActuatorRow("LElbowYaw", 8.26797, 1.547, "U6"),
-    ActuatorRow("LElbowRoll", 7.19407, 1.532, "U6"),
-    ActuatorRow("LWristYaw", 24.6229, 0.4075, "U6"),
-    ActuatorRow("LHand", 8.33, 0.292, "U6"),
-    ActuatorRow("LHipYawPitch", 4.16174, 3.348, "U6"),
-    ActuatorRow("LHipRoll", 4.16174, 3.348, "U6"),
-    ActuatorRow("LHipPitch", 6.40239, 3.023, "U6"),
-    ActuatorRow("LKneePitch", 6.40239, 3.023, "U6"),
-    ActuatorRow("LAnklePitch", 6.40239, 3.023, "U6"),
-    ActuatorRow("LAnkleRoll", 4.16174, 3.348, "U6"),
-    ActuatorRow("RShoulderPitch", 8.26797, 1.329, "U6"),
-    ActuatorRow("RShoulderRoll", 7.19407, 1.783, "U6"),
-    ActuatorRow("RElbowYaw", 8.26797, 1.547, "U6"),
-    ActuatorRow("RElbowRoll", 7.19407, 1.532, "U6"),
-    ActuatorRow("RWristYaw", 24.6229, 0.4075, "U6"),
-    ActuatorRow("RHand", 8.33, 0.292, "U6"),
-    ActuatorRow("RHipRoll", 4.16174, 3.348, "U6"),
-    ActuatorRow("RHipPitch", 6.40239, 3.0226, "U6"),
-    ActuatorRow("RKneePitch", 6.40239, 3.0226, "U6"),
-    ActuatorRow("RAnklePitch", 6.40239, 3.0226, "U6"),
-    ActuatorRow("RAnkleRoll", 4.16174, 3.348, "U6"),
+    *actuators(8.26797, 1.547, "U6", "HeadYaw", "LElbowYaw", "RElbowYaw"),
+    *actuators(7.19407, 1.532, "U6", "HeadPitch", "LElbowRoll", "RElbowRoll"),
+    *actuators(8.26797, 1.329, "U6", "LShoulderPitch", "RShoulderPitch"),
+    *actuators(7.19407, 1.7835, "U6", "LShoulderRoll"),
+    *actuators(7.19407, 1.783, "U6", "RShoulderRoll"),
+    *actuators(24.6229, 0.4075, "U6", "LWristYaw", "RWristYaw"),
+    *actuators(8.33, 0.292, "U6", "LHand", "RHand"),
+    *actuators(4.16174, 3.348, "U6", "LHipYawPitch", "LHipRoll", "LAnkleRoll", "RHipRoll", "RAnkleRoll"),
+    *actuators(6.40239, 3.023, "U6", "LHipPitch", "LKneePitch", "LAnklePitch"),
+    *actuators(6.40239, 3.0226, "U6", "RHipPitch", "RKneePitch", "RAnklePitch"),
 )
 
 # One table for all versions.
