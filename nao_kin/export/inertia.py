@@ -25,17 +25,15 @@ def composed(first: Origin, second: Origin) -> Origin:
     if not any(second.xyz) and not any(second.rpy):
         return first
     T = first.matrix @ second.matrix
-    if not any(second.rpy):
-        return Origin(_vector(T[:3, 3]), first.rpy)
-    if not any(first.rpy):
-        return Origin(_vector(T[:3, 3]), second.rpy)
-    return Origin(_vector(T[:3, 3]), rpy_of(T[:3, :3]))
+    found = Origin.of(T)
+    if any(first.rpy) and any(second.rpy):
+        return found
+    return replace(found, rpy=first.rpy if any(first.rpy) else second.rpy)
 
 
 def moved(joint: UrdfJoint, value: float) -> Origin:
     """Return the pose of a joint's frame at a value: turned about its axis, or moved along it."""
-    T = joint.travel(value)
-    return composed(joint.origin, Origin(_vector(T[:3, 3]), rpy_of(T[:3, :3])))
+    return composed(joint.origin, Origin.of(joint.travel(value)))
 
 
 def hosts(tree: UrdfTree, gone: Collection[str]) -> dict[str, tuple[str, Origin]]:

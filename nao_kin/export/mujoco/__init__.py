@@ -18,8 +18,6 @@ from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadModel
 from nao_kin.export.meshes import FOLDER, TakenMeshes, assets
 from nao_kin.export.mujoco.bodies import Bodies, bodies_of, give_the_root_mass
-from nao_kin.export.mujoco.devices import add_actuators, add_sites
-from nao_kin.export.mujoco.model import add_bodies, add_excludes, add_keyframes, add_shapes, on_their_soles
 from nao_kin.export.pipeline import Exported, Target, filled, numbers
 from nao_kin.export.variants import Variant
 from nao_kin.joints import group_joints
@@ -168,6 +166,9 @@ def mjcf(
     need_extra("the export for MuJoCo", "mujoco")
     import mujoco
 
+    from nao_kin.export.mujoco.devices import add_actuators, add_sites
+    from nao_kin.export.mujoco.model import add_bodies, add_excludes, add_keyframes, add_shapes, on_their_soles
+
     # Links on fixed joints become sites, and merged joints are joints of one body.
     tree, changes = replace(chosen, frames="all", typed=False).tree_of(robot)
     bodies = bodies_of(tree, group_joints(RobotModel(tree)) if typed else None)
@@ -197,7 +198,9 @@ def mjcf(
     except ValueError as error:
         hint = "" if inertia == "physical" else "; inertia='physical' corrects impossible inertias"
         raise BadModel(f"MuJoCo refuses {tree.name}: {abbreviated(error)}{hint}") from None
-    name = _file_name(tree.name)
+    # Letters, digits, dot, dash and underscore, different from the name of the scene.
+    stem = re.sub(r"[^A-Za-z0-9._-]+", "_", tree.name).strip("._") or "robot"
+    name = f"{stem}.xml" if f"{stem}.xml" != NAME else "robot.xml"
     files = {NAME: scene_xml(name, model).encode(), name: exact_xml(spec).encode(), **taken.files}
     return target.write(files, (*changes, *_merging_notes(bodies, typed), *lowered, *notes, *excludes), NAME)
 
@@ -215,9 +218,3 @@ def _merging_notes(bodies: Bodies, typed: bool) -> tuple[str, ...]:
     if typed and not any(sum(len(joint.axes) for joint in body.joints) > 1 for body in bodies.bodies):
         notes.append("no joints have one centre: there is nothing to merge")
     return tuple(notes)
-
-
-def _file_name(robot: str) -> str:
-    """Return the name of the robot's file: letters, digits, dot, dash and underscore, different from the scene's."""
-    stem = re.sub(r"[^A-Za-z0-9._-]+", "_", robot).strip("._") or "robot"
-    return f"{stem}.xml" if f"{stem}.xml" != NAME else "robot.xml"

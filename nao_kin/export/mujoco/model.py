@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
+import mujoco
 import numpy as np
 import pinocchio as pin
 
@@ -29,8 +30,6 @@ _COUPLING_SOLIMP = (0.9999, 0.9999, 0.001, 0.5, 2.0)
 
 def add_bodies(spec: Any, bodies: Bodies, *, floating: bool) -> list[Any]:
     """Add bodies with masses and joints, and an equality for each follower; return MuJoCo's body for each."""
-    import mujoco
-
     added: list[Any] = []
     for body in bodies.bodies:
         parent = spec.worldbody if body.parent < 0 else added[body.parent]
@@ -68,8 +67,6 @@ def _set_inertia(one: Any, body: Body) -> None:
 
 
 def _add_joint(one: Any, joint: BodyJoint) -> None:
-    import mujoco
-
     motor, row = motor_of(joint), joint.rows[0]
     added = one.add_joint(name=joint.name, type=getattr(mujoco.mjtJoint, f"mjJNT_{joint.kind.upper()}"))
     if joint.kind != "ball":
@@ -132,8 +129,6 @@ def add_shapes(
 
 def _add_meshes(spec: Any, geometries: Iterable[Geometry], meshes: Mapping[str, str]) -> dict[MeshFile, str]:
     """Add each mesh once in each scale; return their names in the specification."""
-    import mujoco
-
     found: dict[tuple[str, Vector], str] = {}
     scaled: dict[MeshFile, str] = {}
     for geometry in geometries:
@@ -149,8 +144,6 @@ def _add_meshes(spec: Any, geometries: Iterable[Geometry], meshes: Mapping[str, 
 
 
 def _set_geometry(geom: Any, geometry: Geometry, scaled: Mapping[MeshFile, str]) -> None:
-    import mujoco
-
     kinds = mujoco.mjtGeom
     if isinstance(geometry, Box):
         geom.type, geom.size = kinds.mjGEOM_BOX, [0.5 * length for length in geometry.size]
@@ -172,8 +165,6 @@ def add_excludes(spec: Any) -> tuple[str, ...]:
     other. The neighbour of a body is the nearest one before it that has a shape. Returns a line about pairs that are no
     neighbours.
     """
-    import mujoco
-
     model = spec.compile()
     data = mujoco.MjData(model)
     excluded: dict[tuple[int, int], None] = {}
@@ -251,8 +242,6 @@ def _to_the_plane(shape: Collision, T_sole_shape: pin.SE3) -> tuple[Collision, f
 
 def lowest_point(model: Any, data: Any) -> float:
     """Return the least height of all geoms that can touch something; without any, of the bodies' frames [m]."""
-    import mujoco
-
     kinds = mujoco.mjtGeom
     heights = []
     for geom in np.flatnonzero(model.geom_contype):
@@ -280,8 +269,6 @@ ZERO = "zero"
 
 def add_keyframes(spec: Any, robot: RobotModel, bodies: Bodies, *, floating: bool) -> None:
     """Add a key frame for each posture, the initial one first; a floating root is set on the floor z = 0."""
-    import mujoco
-
     model = spec.compile()
     data = mujoco.MjData(model)
     start = robot.semantics.start

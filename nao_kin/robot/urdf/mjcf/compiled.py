@@ -23,8 +23,8 @@ from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import mujoco_warnings, need_extra
 from nao_kin.errors import BadModel
 from nao_kin.robot.urdf.document import Packages
-from nao_kin.robot.urdf.mjcf.joints import origin, pose, translation
-from nao_kin.robot.urdf.tree import Box, Collision, Cylinder, Geometry, MeshFile, Rgba, Sphere, Visual
+from nao_kin.robot.urdf.mjcf.joints import pose, translation
+from nao_kin.robot.urdf.tree import Box, Collision, Cylinder, Geometry, MeshFile, Origin, Rgba, Sphere, Visual
 
 # --- The mesh files of an MJCF.
 
@@ -346,7 +346,7 @@ class Shapes:
         for geom in geoms:
             link, name = links[int(self._model.geom_bodyid[geom])], str(self._model.geom(geom).name)
             for T_link_shape, geometry in self._parts(geom):
-                place = origin(T_link_shape)
+                place = Origin.of(T_link_shape)
                 if geom in seen:
                     visuals.append(Visual(link, place, geometry, self._material(geom), self._colour(geom), name))
                 if self._model.geom_contype[geom] or self._model.geom_conaffinity[geom]:

@@ -23,11 +23,10 @@ from nao_kin.robot.urdf.mjcf.joints import (
     efforts,
     free_joint,
     joint_coordinates,
-    origin,
     pose,
     read_couplings,
 )
-from nao_kin.robot.urdf.tree import Inertial, UrdfJoint, UrdfTree, rename_links
+from nao_kin.robot.urdf.tree import Inertial, Origin, UrdfJoint, UrdfTree, rename_links
 from nao_kin.rotations import euler_from_matrix
 
 # --- The bodies of the robot: files also contain floors, tables and objects to grasp.
@@ -206,7 +205,7 @@ class _MjcfReader:
         """Return the joint of a coordinate, with its coupling, lock, effort, damping and friction."""
         if joint.name in couplings.locked:
             T = joint.origin.matrix @ joint.travel(couplings.locked[joint.name])
-            return UrdfJoint(joint.name, "fixed", joint.parent, joint.child, origin(T))
+            return UrdfJoint(joint.name, "fixed", joint.parent, joint.child, Origin.of(T))
         dof = int(self.model.jnt_dofadr[coordinate.id]) + coordinate.part
         return replace(
             joint,
@@ -254,11 +253,11 @@ class _MjcfReader:
         return fixed
 
     def _fixed(self, parent: str, child: str, T: Floats) -> UrdfJoint:
-        return UrdfJoint(self._unused_name(child, "_fixed"), "fixed", parent, child, origin(T))
+        return UrdfJoint(self._unused_name(child, "_fixed"), "fixed", parent, child, Origin.of(T))
 
     def _inertial(self, body: int) -> Inertial:
         a, b, c = (float(moment) for moment in self.model.body_inertia[body])
-        place = origin(pose(self.model.body_ipos[body], self.model.body_iquat[body]))
+        place = Origin.of(pose(self.model.body_ipos[body], self.model.body_iquat[body]))
         return Inertial(float(self.model.body_mass[body]), place, (a, 0.0, 0.0, b, 0.0, c))
 
     def _note_ball(self, chain: list[JointCoordinate]) -> None:
