@@ -14,7 +14,7 @@ from nao_kin.joints import JointGroups
 from nao_kin.robot.urdf import Inertial, Origin, UrdfJoint, UrdfTree
 from nao_kin.rotations import quat_from_matrix
 
-# --- Poses as MuJoCo writes them, and frames in the semantics.
+# --- Poses as MuJoCo writes them.
 
 
 def pose(origin: Origin) -> pin.SE3:
@@ -25,15 +25,6 @@ def pose(origin: Origin) -> pin.SE3:
 def pos_quat(T: pin.SE3) -> dict[str, list[float]]:
     """Return position [m] and quaternion, scalar first."""
     return {"pos": (T.translation + 0.0).tolist(), "quat": (quat_from_matrix(T.rotation) + 0.0).tolist()}
-
-
-def link_of(tree: UrdfTree, frame: str) -> str:
-    """Return the link of a frame's name: a link, or the one that the joint with this name moves."""
-    if frame in tree.links:
-        return frame
-    if frame in tree.shared_names:
-        return tree.shared_names[frame]
-    return next(joint.child for joint in tree.joints if joint.name == frame)
 
 
 # --- The bodies.

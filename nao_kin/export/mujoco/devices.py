@@ -22,7 +22,8 @@ import numpy as np
 import pinocchio as pin
 
 from nao_kin._core.arrays import Floats
-from nao_kin.export.mujoco.bodies import Bodies, BodyJoint, link_of, pos_quat
+from nao_kin.export.mujoco.bodies import Bodies, BodyJoint, pos_quat
+from nao_kin.export.variants import link_of
 from nao_kin.robot.semantics import Semantics
 from nao_kin.robot.urdf import UrdfJoint, UrdfTree
 

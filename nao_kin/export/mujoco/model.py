@@ -14,9 +14,9 @@ import pinocchio as pin
 from nao_kin._core.arrays import Floats, Vector
 from nao_kin._core.text import fresh_name
 from nao_kin.export.meshes import paint_names, shapes_of
-from nao_kin.export.mujoco.bodies import Bodies, Body, BodyJoint, link_of, pos_quat, pose
+from nao_kin.export.mujoco.bodies import Bodies, Body, BodyJoint, pos_quat, pose
 from nao_kin.export.mujoco.devices import motor_of, proper_range
-from nao_kin.export.variants import joint_values
+from nao_kin.export.variants import joint_values, link_of
 from nao_kin.robot import RobotModel
 from nao_kin.robot.semantics import Semantics
 from nao_kin.robot.urdf import Box, Collision, Cylinder, Geometry, MeshFile, Origin, Rgba, Sphere, UrdfTree, Visual

@@ -43,7 +43,7 @@ TIBIA_LENGTH = Offset("TibiaLength")
 FOOT_HEIGHT = Offset("FootHeight")
 LEG_EFFECTOR_HEIGHT = Offset("LegEffectorHeight")
 
-V6_OFFSETS: tuple[OffsetRow, ...] = (
+_OFFSETS: tuple[OffsetRow, ...] = (
     OffsetRow(NECK_OFFSET_Z, 126.5, "L6"),
     OffsetRow(SHOULDER_OFFSET_Y, 98.0, "L6"),
     OffsetRow(SHOULDER_OFFSET_Z, 100.0, "L6"),
@@ -129,7 +129,7 @@ FINGERS: tuple[FingerRow, ...] = (
 
 # Degrees, as in the documentation; the official URDF has the same values in radians. A joint that shares the motor of
 # another one uses the row of that joint.
-V6_LIMITS: tuple[LimitRow, ...] = (
+_LIMITS: tuple[LimitRow, ...] = (
     LimitRow("HeadYaw", -119.5, 119.5, "deg", "J6"),
     LimitRow("HeadPitch", -38.5, 29.5, "deg", "J6"),
     LimitRow("LShoulderPitch", -119.5, 119.5, "deg", "J6"),
@@ -164,7 +164,7 @@ def actuators(velocity: float, effort: float, source: str, *joints: str) -> tupl
 
 
 # The speeds are the no-load speeds of the V3.x motors; the official URDFs of all later versions repeat them.
-V6_ACTUATORS: tuple[ActuatorRow, ...] = (
+_ACTUATORS: tuple[ActuatorRow, ...] = (
     *actuators(8.26797, 1.547, "U6", "HeadYaw", "LElbowYaw", "RElbowYaw"),
     *actuators(7.19407, 1.532, "U6", "HeadPitch", "LElbowRoll", "RElbowRoll"),
     *actuators(8.26797, 1.329, "U6", "LShoulderPitch", "RShoulderPitch"),
@@ -179,6 +179,16 @@ V6_ACTUATORS: tuple[ActuatorRow, ...] = (
 
 # One table for all versions.
 # fmt: off
+# The right ankle has the mirror image.
+_LEFT_ANKLE = (
+    (-68.15, -2.86, 4.3),
+    (-48.13, -10.31, 9.74),
+    (-40.11, -22.8, 12.61),
+    (-25.78, -22.8, 44.06),
+    (5.73, -22.8, 44.06),
+    (20.05, -22.8, 31.54),
+    (52.87, 0.0, 2.86),
+)
 COUPLED_LIMITS: tuple[CoupledLimitRow, ...] = (
     CoupledLimitRow("HeadPitch", "HeadYaw", (
         (-119.52, -25.73, 18.91),
@@ -195,24 +205,8 @@ COUPLED_LIMITS: tuple[CoupledLimitRow, ...] = (
         (87.49, -18.91, 11.46),
         (119.52, -25.73, 18.91),
     ), "J6"),
-    CoupledLimitRow("LAnkleRoll", "LAnklePitch", (
-        (-68.15, -2.86, 4.3),
-        (-48.13, -10.31, 9.74),
-        (-40.11, -22.8, 12.61),
-        (-25.78, -22.8, 44.06),
-        (5.73, -22.8, 44.06),
-        (20.05, -22.8, 31.54),
-        (52.87, 0.0, 2.86),
-    ), "J6"),
-    CoupledLimitRow("RAnkleRoll", "RAnklePitch", (
-        (-68.15, -4.3, 2.86),
-        (-48.13, -9.74, 10.31),
-        (-40.11, -12.61, 22.8),
-        (-25.78, -44.06, 22.8),
-        (5.73, -44.06, 22.8),
-        (20.05, -31.54, 22.8),
-        (52.87, -2.86, 0.0),
-    ), "J6"),
+    CoupledLimitRow("LAnkleRoll", "LAnklePitch", _LEFT_ANKLE, "J6"),
+    CoupledLimitRow("RAnkleRoll", "RAnklePitch", tuple((at, 0.0 - high, 0.0 - low) for at, low, high in _LEFT_ANKLE), "J6"),
 )
 # fmt: on
 
@@ -222,7 +216,7 @@ COUPLED_LIMITS: tuple[CoupledLimitRow, ...] = (
 # Masses, centres of mass and inertia tensors are as published: left and right are not exact mirrors of each other.
 
 # fmt: off
-V6_INERTIALS: tuple[InertialRow, ...] = (
+_INERTIALS: tuple[InertialRow, ...] = (
     InertialRow("torso", 1.04956, (-0.00413, 0.0, 0.04342), (0.00308361, 1.43116e-05, -3.30211e-05, 0.0028835, -2.70793e-05, 0.0015924), "U6"),
     InertialRow("HeadYaw", 0.07842, (-1e-05, 0.0, -0.02742), (1.60324e-05, 1.57e-09, 3.16276e-09, 1.70394e-05, -5.295e-08, 5.53372e-06), "U6"),
     InertialRow("HeadPitch", 0.65973, (0.00108886, 0.00146278, 0.0571855), (0.00077097, 4.76784e-06, 9.62477e-06, 0.000680374, -1.85791e-05, 0.000714702), "U6"),
@@ -303,7 +297,7 @@ def both_sides(parent: str, part: str, *colours: str) -> tuple[VisualRow, Visual
     return VisualRow(f"L{parent}", f"l_{part}", colours), VisualRow(f"R{parent}", f"r_{part}", colours)
 
 
-V6_VISUALS: tuple[VisualRow, ...] = (
+_VISUALS: tuple[VisualRow, ...] = (
     VisualRow("torso", "torso", ("white", "accent", "dark", "grey", "led")),
     VisualRow("HeadYaw", "neck", ("dark",)),
     VisualRow("HeadPitch", "head", ("white", "grey", "dark", "black", "led")),
@@ -334,7 +328,7 @@ V6_VISUALS: tuple[VisualRow, ...] = (
 # Where a source has π or π/2 with five to seven digits (3.14159, 1.5708), the rows have the exact value.
 
 # fmt: off
-V6_FRAMES: tuple[FrameRow, ...] = (
+_FRAMES: tuple[FrameRow, ...] = (
     FrameRow("Accelerometer", "ImuTorsoAccelerometer_frame", "torso", (-0.008, 0.00606, 0.027), (0.0, 0.0, 0.0), "U6"),
     FrameRow("ChestBoard/Button", "ChestButton_frame", "torso", (0.049871, 0.001588, 0.055163), (0.0, 0.0, 0.0), "U6"),
     FrameRow("Gyrometer", "ImuTorsoGyrometer_frame", "torso", (-0.008, 0.006, 0.029), (0.0, 0.0, 0.0), "U6"),
@@ -381,12 +375,7 @@ V6_FRAMES: tuple[FrameRow, ...] = (
 # fmt: on
 
 V6 = VersionTables(
-    offsets=V6_OFFSETS,
-    limits=V6_LIMITS,
-    actuators=V6_ACTUATORS,
-    inertials=V6_INERTIALS,
-    frames=V6_FRAMES,
-    visuals=V6_VISUALS,
+    offsets=_OFFSETS, limits=_LIMITS, actuators=_ACTUATORS, inertials=_INERTIALS, frames=_FRAMES, visuals=_VISUALS
 )
 
 # x right, y down, z forward, as in image processing; the camera frames themselves look along x.
@@ -406,7 +395,7 @@ SOLES: tuple[str, ...] = ("LLeg", "RLeg")
 ACCELEROMETERS: tuple[str, ...] = ("Accelerometer",)
 GYROMETERS: tuple[str, ...] = ("Gyrometer",)
 # Under the corners of both feet.
-FORCE_SENSORS: tuple[str, ...] = tuple(frame.name for frame in V6_FRAMES if "/FSR/" in frame.name)
+FORCE_SENSORS: tuple[str, ...] = tuple(frame.name for frame in _FRAMES if "/FSR/" in frame.name)
 
 # Close views: name, direction from the robot to the camera, and the joints whose links it shows.
 VIEWS: tuple[tuple[str, Vector, tuple[str, ...]], ...] = (

@@ -127,7 +127,9 @@ class _MjcfReader:
     def read(self) -> tuple[UrdfTree, Semantics]:
         """Return the tree and the semantics."""
         model = self.model
-        body_names = self._body_names()
+        given = {body: str(model.body(body).name) for body in self.bodies}
+        self.taken |= {name for name in given.values() if name}
+        body_names = {body: name or self._unused_name(f"body_{body}", "") for body, name in given.items()}
         self._name_coordinates(body_names)
         coordinates = [coordinate for chain, _ in self.chains.values() for coordinate in chain]
         shared = rename_links(body_names.values(), (coordinate.joint.name for coordinate in coordinates), self.notes)
@@ -162,12 +164,6 @@ class _MjcfReader:
             collisions=shapes.collisions,
         )
         return tree, semantics
-
-    def _body_names(self) -> dict[int, str]:
-        """Return body → its name; bodies without a name are numbered."""
-        given = {body: str(self.model.body(body).name) for body in self.bodies}
-        self.taken |= {name for name in given.values() if name}
-        return {body: name or self._unused_name(f"body_{body}", "") for body, name in given.items()}
 
     def _name_coordinates(self, bodies: dict[int, str]) -> None:
         """Name the coordinates that have no name after their bodies, and rename balls that share a name."""
