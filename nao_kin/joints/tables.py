@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
 from nao_kin._core.arrays import Floats, finite_or_none, flag
-from nao_kin._core.text import html_table, quoted, text_table
-from nao_kin.errors import BadArgument
+from nao_kin._core.text import html_table, text_table
 from nao_kin.joints.grouping import Rule, group_joints, unmerged_joints
 from nao_kin.joints.pairs import KINEMATIC_PAIRS, JointGroups, KinematicPair, MultiDofJoint
 from nao_kin.robot import RobotModel
@@ -198,23 +197,18 @@ _SIDES = (
 )
 
 
-def anatomical_kind(joints: tuple[str, ...], pair: KinematicPair, *, twists: Collection[str] = NAO_TWISTS) -> str:
+def anatomical_kind(joints: tuple[str, ...], pair: KinematicPair) -> str:
     """Return the anatomical joint that a joint of these URDF joints moves like; "" when the body has none like it.
 
-    A revolute joint among `twists`, the NAO's unless given, turns a limb about its own length: it is a pivot, any other
-    a hinge.
+    A revolute joint among `NAO_TWISTS` turns a limb about its own length: it is a pivot, any other a hinge.
     """
-    if not isinstance(pair, KinematicPair):
-        raise BadArgument(f"pair must be a KinematicPair, got {type(pair).__name__}")
-    if pair.name == "revolute" and joints[0] in twists:
+    if pair.name == "revolute" and joints[0] in NAO_TWISTS:
         return "pivot"
     return _KIND_OF_PAIR.get(pair.name, "")
 
 
 def body_part(joint: str) -> str:
     """Return the part of the body that a joint's name contains, as "left hip"; "" when it contains none."""
-    if not isinstance(joint, str):
-        raise BadArgument(f"joint must be a name, got {quoted(joint)}")
     lower = joint.lower()
     # The head turns in the neck.
     part = next((part for part in _BODY_PARTS if part in lower), "neck" if "head" in lower else "")

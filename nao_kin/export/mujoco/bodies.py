@@ -11,7 +11,7 @@ import pinocchio as pin
 from nao_kin._core.arrays import Floats
 from nao_kin.export.inertia import central_tensor
 from nao_kin.joints import JointGroups
-from nao_kin.robot.urdf import Inertial, Origin, UrdfJoint, UrdfTree
+from nao_kin.robot.urdf import Origin, UrdfJoint, UrdfTree
 from nao_kin.rotations import quat_from_matrix
 
 # --- Poses as MuJoCo writes them.
@@ -112,8 +112,11 @@ def bodies_of(tree: UrdfTree, groups: JointGroups | None = None) -> Bodies:
     for link in tree.links:
         index, T_body = places[link]
         bodies[index].links[link] = T_body
-        if link in tree.inertials:
-            bodies[index].inertia += T_body.act(_inertia(tree.inertials[link]))
+        row = tree.inertials.get(link)
+        if row is not None:
+            inertia = pin.Inertia.Zero()
+            inertia.mass, inertia.lever, inertia.inertia = row.mass, np.array(row.origin.xyz), central_tensor(row)
+            bodies[index].inertia += T_body.act(inertia)
     bodies[0].name = _root_name(tree, bodies[0])
     return Bodies(tuple(bodies), frozenset(between))
 
@@ -142,9 +145,3 @@ def _root_name(tree: UrdfTree, root: Body) -> str:
     heavy = (link for link, T in root.links.items() if link in tree.inertials and identity == T)
     name = next(heavy, tree.root)
     return name if name != "world" else "world_link"
-
-
-def _inertia(body: Inertial) -> pin.Inertia:
-    inertia = pin.Inertia.Zero()
-    inertia.mass, inertia.lever, inertia.inertia = body.mass, np.array(body.origin.xyz), central_tensor(body)
-    return inertia

@@ -130,17 +130,13 @@ def add_shapes(
 def _add_meshes(spec: Any, geometries: Iterable[Geometry], meshes: Mapping[str, str]) -> dict[MeshFile, str]:
     """Add each mesh once in each scale; return their names in the specification."""
     found: dict[tuple[str, Vector], str] = {}
-    scaled: dict[MeshFile, str] = {}
-    for geometry in geometries:
-        if isinstance(geometry, MeshFile):
-            file = meshes[geometry.filename]
-            if (file, geometry.scale) not in found:
-                found[file, geometry.scale] = name = fresh_name(file.rpartition(".")[0], found.values())
-                # The bodies have the masses, so a mesh may be open, or flat.
-                shell = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
-                spec.add_mesh(name=name, file=file, scale=geometry.scale, inertia=shell)
-            scaled[geometry] = found[file, geometry.scale]
-    return scaled
+    scaled = {mesh: (meshes[mesh.filename], mesh.scale) for mesh in geometries if isinstance(mesh, MeshFile)}
+    # The bodies have the masses, so a mesh may be open, or flat.
+    shell = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
+    for file, scale in dict.fromkeys(scaled.values()):
+        found[file, scale] = name = fresh_name(file.rpartition(".")[0], found.values())
+        spec.add_mesh(name=name, file=file, scale=scale, inertia=shell)
+    return {mesh: found[key] for mesh, key in scaled.items()}
 
 
 def _set_geometry(geom: Any, geometry: Geometry, scaled: Mapping[MeshFile, str]) -> None:
