@@ -12,28 +12,10 @@ from nao_kin._core.text import quoted, with_underscores
 from nao_kin.errors import BadArgument
 from nao_kin.export.inertia import IDENTITY, hosts
 from nao_kin.export.meshes import taken_meshes
-from nao_kin.export.pipeline import (
-    Exported,
-    Target,
-    add_texts,
-    number,
-    number_texts,
-    numbers,
-    primitive_texts,
-    xml_text,
-)
+from nao_kin.export.pipeline import Exported, Target, add_texts, number_texts, numbers, primitive_texts, xml_text
 from nao_kin.export.variants import Variant
 from nao_kin.robot import RobotModel
-from nao_kin.robot.urdf import (
-    TENSOR_LABELS,
-    Collision,
-    Inertial,
-    MeshFile,
-    Origin,
-    UrdfJoint,
-    UrdfTree,
-    Visual,
-)
+from nao_kin.robot.urdf import TENSOR_LABELS, Collision, Inertial, MeshFile, Origin, UrdfJoint, UrdfTree, Visual
 
 # --- The text of an SDFormat model, as Gazebo and Drake read it.
 #
@@ -126,9 +108,9 @@ def _add_body(
         body = _NEGLIGIBLE
         changes.append(f"{link} has no mass: written as {body.mass:g} kg")
     inertial = ET.SubElement(element, "inertial")
-    add_texts(inertial, {"pose": _pose(body.origin), "mass": number(body.mass)})
-    tensor = zip(TENSOR_LABELS, map(number, body.inertia), strict=True)
-    add_texts(ET.SubElement(inertial, "inertia"), dict(tensor))
+    add_texts(inertial, {"pose": _pose(body.origin), **number_texts({"mass": body.mass})})
+    tensor = dict(zip(TENSOR_LABELS, body.inertia, strict=True))
+    add_texts(ET.SubElement(inertial, "inertia"), number_texts(tensor))
     shapes: Mapping[str, tuple[Visual | Collision, ...]] = {"visual": tree.visuals, "collision": tree.collisions}
     for tag, several in shapes.items():
         taken: set[str] = set()

@@ -10,7 +10,7 @@ from xml.etree import ElementTree as ET
 
 from nao_kin.errors import UnknownName
 from nao_kin.export.meshes import MESH_FOLDER, Paint, paint_names, shapes_of, taken_meshes
-from nao_kin.export.pipeline import UTF_8, Exported, Target, number, number_texts, numbers, primitive_texts, xml_text
+from nao_kin.export.pipeline import UTF_8, Exported, Target, number_texts, numbers, primitive_texts, xml_text
 from nao_kin.export.variants import Variant
 from nao_kin.robot import RobotModel
 from nao_kin.robot.urdf import TENSOR_LABELS, Collision, Inertial, MeshFile, Origin, UrdfJoint, UrdfTree, Visual
@@ -53,8 +53,8 @@ def _link(tree: UrdfTree, name: str, materials: Mapping[Paint, str], meshes: Map
     if body is not None:
         inertial = ET.SubElement(link, "inertial")
         _add_origin(inertial, body.origin)
-        ET.SubElement(inertial, "mass", value=number(body.mass))
-        ET.SubElement(inertial, "inertia", dict(zip(TENSOR_LABELS, map(number, body.inertia), strict=True)))
+        ET.SubElement(inertial, "mass", number_texts({"value": body.mass}))
+        ET.SubElement(inertial, "inertia", number_texts(dict(zip(TENSOR_LABELS, body.inertia, strict=True))))
     for visual in tree.visuals:
         if visual.link == name:
             element = _add_shape(link, "visual", visual, meshes)
@@ -188,19 +188,13 @@ def urdf(
     target = Target(robot, path, overwrite=overwrite)
     tree, changes = Variant(frames, names, coupling, inertia, typed, axes).tree_of(robot)
     if inertia == "physical":
-        tree, massless = _with_explicit_masses(tree)
-        changes = (*changes, *massless)
+        nothing = Inertial(0.0, Origin(), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+        massless = [link for link in tree.links if link not in tree.inertials and link != tree.root]
+        tree = replace(tree, inertials={**tree.inertials, **dict.fromkeys(massless, nothing)})
+        changes += (f"{len(massless)} links without mass get an explicit mass of 0",) if massless else ()
     taken = taken_meshes(tree, meshes, _package(meshes))
     text, losses = urdf_document(tree, taken.names)
     return target.write({"": text.encode(), **taken.files}, (*changes, *losses, *taken.notes))
-
-
-def _with_explicit_masses(tree: UrdfTree) -> tuple[UrdfTree, tuple[str, ...]]:
-    """Return the URDF tree with an explicit mass of 0 for links without `<inertial>`, except the root."""
-    nothing = Inertial(0.0, Origin(), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
-    massless = [link for link in tree.links if link not in tree.inertials and link != tree.root]
-    tree = replace(tree, inertials={**tree.inertials, **dict.fromkeys(massless, nothing)})
-    return tree, (f"{len(massless)} links without mass get an explicit mass of 0",) if massless else ()
 
 
 def _package(meshes: object) -> str:

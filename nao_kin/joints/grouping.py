@@ -251,8 +251,8 @@ def _centre(centres: Floats, axes: Floats, rule: str) -> Floats:
     if rule == "coincident":
         # The mean of the differences is exactly zero where the centres are equal.
         return np.asarray(centres[0] + (centres - centres[0]).mean(axis=0))
-    # The point nearest to all axes by least squares, relative to the first centre: of two axes, halfway along the common
-    # normal. A point x of the line through p along e has (1 − e eᵀ) x = (1 − e eᵀ) p.
+    # The point nearest to all axes by least squares, relative to the first centre: of two axes, halfway along their
+    # common normal. A point x of the line through p along e has (1 − e eᵀ) x = (1 − e eᵀ) p.
     across = np.eye(3) - axes[:, :, None] * axes[:, None, :]
     offsets = np.einsum("nij,nj->ni", across, centres - centres[0])
     solution, *_ = np.linalg.lstsq(across.reshape(-1, 3), offsets.reshape(-1), rcond=None)

@@ -83,7 +83,6 @@ class AnatomicalJoint:
     Attributes:
         name: its anatomical name.
         mechanical: names of the pairs that move like it, the closest first.
-        freedoms: degrees of freedom of each of these.
         allows: the motions that it allows.
         forbids: the motions that it forbids.
         example: where the human body has it.
@@ -92,7 +91,6 @@ class AnatomicalJoint:
 
     name: str
     mechanical: tuple[str, ...]
-    freedoms: tuple[int, ...]
     allows: str
     forbids: str
     example: str
@@ -102,6 +100,11 @@ class AnatomicalJoint:
     def pairs(self) -> tuple[KinematicPair, ...]:
         """The mechanical equivalents."""
         return tuple(KINEMATIC_PAIRS[name] for name in self.mechanical)
+
+    @property
+    def freedoms(self) -> tuple[int, ...]:
+        """Degrees of freedom of each of these."""
+        return tuple(pair.freedoms for pair in self.pairs)
 
 
 class AnatomyTable(tuple[AnatomicalJoint, ...]):
@@ -133,7 +136,6 @@ ANATOMY = AnatomyTable(
         AnatomicalJoint(
             "hinge",
             ("revolute",),
-            (1,),
             "rotation about one axis, across the bone",
             "rotation about any other axis; all translation",
             "elbow, knee, fingers",
@@ -142,7 +144,6 @@ ANATOMY = AnatomyTable(
         AnatomicalJoint(
             "pivot",
             ("revolute", "cylindrical"),
-            (1, 2),
             "rotation about one axis, along the bone; where it slides, translation along that axis too",
             "rotation about any other axis; translation across the axis",
             "atlas on the axis of the neck, radius on the ulna",
@@ -151,7 +152,6 @@ ANATOMY = AnatomyTable(
         AnatomicalJoint(
             "ball and socket",
             ("spherical",),
-            (3,),
             "rotation about every axis through one point",
             "all translation",
             "shoulder, hip",
@@ -160,7 +160,6 @@ ANATOMY = AnatomyTable(
         AnatomicalJoint(
             "ellipsoid",
             ("condyloid",),
-            (2,),
             "rotation about two axes: flexion and extension, abduction and adduction",
             "rotation about the bone's own axis; all translation",
             "wrist, skull on the atlas",
@@ -169,7 +168,6 @@ ANATOMY = AnatomyTable(
         AnatomicalJoint(
             "saddle",
             ("universal",),
-            (2,),
             "rotation about two crossing axes",
             "rotation about the bone's own axis; all translation",
             "base of the thumb",
@@ -178,7 +176,6 @@ ANATOMY = AnatomyTable(
         AnatomicalJoint(
             "plane",
             ("planar", "prismatic"),
-            (3, 1),
             "gliding in a plane and rotation about its normal; where it is guided, translation along one line only",
             "leaving the plane; rotation about directions in it",
             "between the bones of the carpus and of the tarsus, between vertebrae",

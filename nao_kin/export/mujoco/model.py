@@ -13,13 +13,13 @@ import pinocchio as pin
 
 from nao_kin._core.arrays import Floats, Vector
 from nao_kin._core.text import fresh_name
-from nao_kin.export.meshes import paint_names, shapes_of
+from nao_kin.export.meshes import GREY, paint_names, shapes_of
 from nao_kin.export.mujoco.bodies import Bodies, Body, BodyJoint, pos_quat, pose
 from nao_kin.export.mujoco.devices import motor_of, proper_range
 from nao_kin.export.variants import joint_values, link_of
 from nao_kin.robot import RobotModel
 from nao_kin.robot.semantics import Semantics
-from nao_kin.robot.urdf import Box, Collision, Cylinder, Geometry, MeshFile, Origin, Rgba, Sphere, UrdfTree, Visual
+from nao_kin.robot.urdf import Box, Collision, Cylinder, Geometry, MeshFile, Origin, Sphere, UrdfTree, Visual
 from nao_kin.rotations import log, matrix_from_natural, quat_from_matrix
 
 # The stiffest couplings that MuJoCo accepts: a time constant of two steps of the simulation, critically damped, and
@@ -84,7 +84,6 @@ def _add_joint(one: Any, joint: BodyJoint) -> None:
 
 VISUAL, COLLISION = "visual", "collision"
 _VISUAL_GROUP, _COLLISION_GROUP = 2, 3
-_GREY: Rgba = (0.7, 0.7, 0.7, 1.0)
 
 
 def add_shapes(
@@ -100,7 +99,7 @@ def add_shapes(
     everything = shapes_of(tree)
     shapes = [shape for shape in everything if meshes is not None or not isinstance(shape.geometry, MeshFile)]
     paints = {
-        shape: (shape.material or "colour", shape.rgba or _GREY)
+        shape: (shape.material or "colour", shape.rgba or GREY)
         for shape in shapes
         if isinstance(shape, Visual) and (shape.material or shape.rgba)
     }

@@ -153,8 +153,8 @@ def _semantics(version: Version) -> Semantics:
     horizontal, vertical = (math.radians(angle) for angle in v6.FIELDS_OF_VIEW[version])
     return Semantics(
         chains=v6.CHAINS,
-        end_effectors=v6.END_EFFECTORS,
-        soles=v6.SOLES,
+        end_effectors=("Head", "LArm", "RArm", "LLeg", "RLeg"),
+        soles=("LLeg", "RLeg"),
         cameras=v6.CAMERAS,
         fields_of_view=dict.fromkeys(v6.CAMERAS, (horizontal, vertical)),
         postures={
@@ -164,11 +164,14 @@ def _semantics(version: Version) -> Semantics:
         start="StandInit",
         coupled_limits=parameters.coupled_limits,
         units={joint.name: joint.unit for joint in parameters.joints if joint.unit == "1"},
-        views={name: View(direction, joints) for name, direction, joints in v6.VIEWS},
+        views={
+            "hands": View((1.0, 0.25, 0.55), ("LWristYaw", "RWristYaw")),
+            "feet": View((1.0, 0.45, 0.42), ("LAnklePitch", "RAnklePitch")),
+        },
         version=version,
         root="torso",
-        accelerometers=v6.ACCELEROMETERS,
-        gyrometers=v6.GYROMETERS,
-        force_sensors=v6.FORCE_SENSORS,
+        accelerometers=("Accelerometer",),
+        gyrometers=("Gyrometer",),
+        force_sensors=tuple(frame.name for frame in parameters.frames if "/FSR/" in frame.name),
         ros_names=ros_names(parameters),
     )

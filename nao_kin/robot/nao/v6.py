@@ -390,18 +390,6 @@ FIELDS_OF_VIEW: Mapping[Version, tuple[float, float]] = {
     "v3.3": (47.8, 36.8),
     "v3.2": (47.8, 36.8),
 }
-END_EFFECTORS: tuple[str, ...] = ("Head", "LArm", "RArm", "LLeg", "RLeg")
-SOLES: tuple[str, ...] = ("LLeg", "RLeg")
-ACCELEROMETERS: tuple[str, ...] = ("Accelerometer",)
-GYROMETERS: tuple[str, ...] = ("Gyrometer",)
-# Under the corners of both feet.
-FORCE_SENSORS: tuple[str, ...] = tuple(frame.name for frame in _FRAMES if "/FSR/" in frame.name)
-
-# Close views: name, direction from the robot to the camera, and the joints whose links it shows.
-VIEWS: tuple[tuple[str, Vector, tuple[str, ...]], ...] = (
-    ("hands", (1.0, 0.25, 0.55), ("LWristYaw", "RWristYaw")),
-    ("feet", (1.0, 0.45, 0.42), ("LAnklePitch", "RAnklePitch")),
-)
 
 
 # --- NAOqi's predefined postures, and the vertical in those in which the robot does not stand.

@@ -17,15 +17,7 @@ from nao_kin.robot.semantics import Posture, Semantics
 from nao_kin.robot.urdf.couplings import Refused, drive_order, resolve_chains, share_limits
 from nao_kin.robot.urdf.document import checked_folders, file_content, root_tag
 from nao_kin.robot.urdf.mjcf.compiled import Compiled, Shapes, compile_mjcf, import_mujoco
-from nao_kin.robot.urdf.mjcf.joints import (
-    Couplings,
-    JointCoordinate,
-    efforts,
-    free_joint,
-    joint_coordinates,
-    pose,
-    read_couplings,
-)
+from nao_kin.robot.urdf.mjcf.joints import JointCoordinate, efforts, free_joint, joint_coordinates, pose, read_couplings
 from nao_kin.robot.urdf.tree import Inertial, Origin, UrdfJoint, UrdfTree, rename_links
 from nao_kin.rotations import euler_from_matrix
 
@@ -136,7 +128,8 @@ class _MjcfReader:
         self.taken |= {*shared.values()}
         self.links = {body: shared.get(name, name) for body, name in body_names.items()}
         scalar = {coordinate.id: coordinate.joint.name for coordinate in coordinates if not coordinate.is_ball}
-        joints = self._moving_joints(read_couplings(model, scalar, self.notes))
+        self.couplings = read_couplings(model, scalar, self.notes)
+        joints = self._moving_joints()
         sites = self._frames("site", range(int(model.nsite)), joints)
         cameras = self._frames("camera", self._fixed_cameras(), joints)
         resolved = resolve_chains({joint.name: joint for joint in joints}, self.notes)
@@ -177,7 +170,7 @@ class _MjcfReader:
                     name = self._unused_name(name, "_ball")
                 chain[place] = coordinate._replace(joint=replace(coordinate.joint, name=name))
 
-    def _moving_joints(self, couplings: Couplings) -> list[UrdfJoint]:
+    def _moving_joints(self) -> list[UrdfJoint]:
         """Return the joints, with additional links between the joints of one body."""
         joints: list[UrdfJoint] = []
         strength = efforts(self.model)
@@ -188,19 +181,17 @@ class _MjcfReader:
                 last = ends_here and count == len(chain)
                 child = self.links[body] if last else self._unused_name(coordinate.joint.name, "_link")
                 joint = replace(coordinate.joint, parent=parent, child=child)
-                joints.append(self._joint(coordinate, joint, couplings, strength))
+                joints.append(self._joint(coordinate, joint, strength))
                 parent = child
             if not ends_here:
                 joints.append(self._fixed(parent, self.links[body], T_last_body))
             self._note_ball(chain)
         return joints
 
-    def _joint(
-        self, coordinate: JointCoordinate, joint: UrdfJoint, couplings: Couplings, strength: dict[int, float]
-    ) -> UrdfJoint:
+    def _joint(self, coordinate: JointCoordinate, joint: UrdfJoint, strength: dict[int, float]) -> UrdfJoint:
         """Return the joint of a coordinate, with its coupling, lock, effort, damping and friction."""
-        if joint.name in couplings.locked:
-            T = joint.origin.matrix @ joint.travel(couplings.locked[joint.name])
+        if joint.name in self.couplings.locked:
+            T = joint.origin.matrix @ joint.travel(self.couplings.locked[joint.name])
             return UrdfJoint(joint.name, "fixed", joint.parent, joint.child, Origin.of(T))
         dof = int(self.model.jnt_dofadr[coordinate.id]) + coordinate.part
         return replace(
@@ -208,7 +199,7 @@ class _MjcfReader:
             effort=strength.get(coordinate.id, math.inf),
             damping=float(self.model.dof_damping[dof]),
             friction=float(self.model.dof_frictionloss[dof]),
-            mimic=couplings.mimics.get(joint.name),
+            mimic=self.couplings.mimics.get(joint.name),
         )
 
     def _frames(self, kind: str, ids: Any, joints: list[UrdfJoint]) -> dict[int, str]:
