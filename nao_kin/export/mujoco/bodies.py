@@ -112,10 +112,10 @@ def bodies_of(tree: UrdfTree, groups: JointGroups | None = None) -> Bodies:
     for link in tree.links:
         index, T_body = places[link]
         bodies[index].links[link] = T_body
-        row = tree.inertials.get(link)
-        if row is not None:
+        held = tree.inertials.get(link)
+        if held is not None:
             inertia = pin.Inertia.Zero()
-            inertia.mass, inertia.lever, inertia.inertia = row.mass, np.array(row.origin.xyz), central_tensor(row)
+            inertia.mass, inertia.lever, inertia.inertia = held.mass, np.array(held.origin.xyz), central_tensor(held)
             bodies[index].inertia += T_body.act(inertia)
     bodies[0].name = _root_name(tree, bodies[0])
     return Bodies(tuple(bodies), frozenset(between))
