@@ -17,7 +17,7 @@ from pathlib import Path
 from nao_shapes import mesh_texts
 
 from nao_kin._core.files import write_text
-from nao_kin.robot.nao.urdf_text import MESH_FOLDER
+from nao_kin.export.meshes import MESH_FOLDER
 
 MESHES = Path(__file__).resolve().parent.parent / "urdf" / MESH_FOLDER
 

@@ -601,7 +601,11 @@ _MULTIDOF = (
             "distances(centre, centres, axes)",
         ),
         ("axes-of-a-ball-perpendicular-to-a-hundredth", "_PERPENDICULAR = 0.9e-9", "_PERPENDICULAR = 1e-2"),
-        ("joints-of-one-motor-merged", "if len({node.driver for node in members}) < len(members) or not", "if not"),
+        (
+            "joints-of-one-motor-merged",
+            "if len({node.coupling.joint for node in members}) < len(members) or not",
+            "if not",
+        ),
     ),
     *_faults(
         "joints/pairs.py",

@@ -135,15 +135,9 @@ class YourdfpyOracle:
 
 
 def _parsed_by_yourdfpy(joint: Any) -> ParsedJoint:
-    limit, mimic = joint.limit, joint.mimic
-    return ParsedJoint(
-        continuous=joint.type == "continuous",
-        lower=limit and limit.lower,
-        upper=limit and limit.upper,
-        velocity=limit and limit.velocity,
-        effort=limit and limit.effort,
-        follows=mimic and (mimic.joint, mimic.multiplier, mimic.offset),
-    )
+    limits, mimic = {kind: joint.limit and getattr(joint.limit, kind) for kind in YourdfpyOracle.kinds}, joint.mimic
+    follows = mimic and (mimic.joint, mimic.multiplier, mimic.offset)
+    return ParsedJoint(continuous=joint.type == "continuous", **limits, follows=follows)
 
 
 @contextlib.contextmanager

@@ -41,7 +41,6 @@ class PoseChecks:
         self._shared = tuple(name for name in second.frames if name in column)
         self._columns = [column[name] for name in self._shared]
         self._second_columns = [second.frames.index(name) for name in self._shared]
-        self._direct = _DirectPinocchio(robot, self.frames)
         self._steps = _StepChecks(robot, self._by_hand, self.frames)
 
         count = len(second.left_out)
@@ -73,8 +72,8 @@ class PoseChecks:
         Returns the robot's poses of `frames`, shape (n, frames, 4, 4).
         """
         n, shared, joint_names = len(q), self._columns, self._robot.joint_names
-        T, direct, second = self._robot.fk(q, self.frames), self._direct.poses(q), self._second.poses(q)
-        second = second[:, self._second_columns]
+        T, direct = self._robot.fk(q, self.frames), _pinocchio_poses(self._robot, self.frames, q)
+        second = self._second.poses(q)[:, self._second_columns]
 
         @functools.cache
         def by_hand() -> Floats:  # fails where an elementary rotation under test does
@@ -98,25 +97,18 @@ class PoseChecks:
         return difference(ours, turns_about(_AXES[axis], angles))
 
 
-class _DirectPinocchio:
-    """Poses by Pinocchio itself, one configuration at a time."""
-
-    def __init__(self, robot: RobotModel, frames: Sequence[str]) -> None:
-        self._model, self._data = robot.model, robot.model.createData()
-        ids: dict[str, int] = {}
-        for index, frame in enumerate(robot.model.frames):
-            if frame.type == pin.FrameType.BODY or frame.name not in ids:
-                ids[frame.name] = index
-        self._ids = [ids[name] for name in frames]
-
-    def poses(self, q: Floats) -> Floats:
-        """Return T_root_frame, shape (n, frames, 4, 4), for configurations of shape (n, nq)."""
-        T = np.empty((len(q), len(self._ids), 4, 4))
-        for row, configuration in zip(T, q, strict=True):
-            pin.framesForwardKinematics(self._model, self._data, configuration)
-            for pose, frame_id in zip(row, self._ids, strict=True):
-                pose[:] = self._data.oMf[frame_id].homogeneous
-        return T
+def _pinocchio_poses(robot: RobotModel, frames: Sequence[str], q: Floats) -> Floats:
+    """Return T_root_frame by Pinocchio itself, shape (n, frames, 4, 4), for configurations of shape (n, nq)."""
+    model, data, ids = robot.model, robot.model.createData(), dict[str, int]()
+    for index, frame in enumerate(model.frames):
+        if frame.type == pin.FrameType.BODY or frame.name not in ids:
+            ids[frame.name] = index
+    T = np.empty((len(q), len(frames), 4, 4))
+    for row, configuration in zip(T, q, strict=True):
+        pin.framesForwardKinematics(model, data, configuration)
+        for pose, name in zip(row, frames, strict=True):
+            pose[:] = data.oMf[ids[name]].homogeneous
+    return T
 
 
 class _StepChecks:

@@ -306,7 +306,8 @@ def _quat_from_matrix(sample: RotationSample, conversions: Conversions) -> Float
 @_row("pin.Quaternion")
 def _quat_multiply(sample: RotationSample, conversions: Conversions) -> Floats:
     p, q = sample.quaternions, np.roll(sample.quaternions, 1, axis=0)
-    return difference(conversions.quat_multiply(p, q), each(_product, (4,), p, q))
+    theirs = each(lambda p, q: _wxyz(pin.Quaternion(*p) * pin.Quaternion(*q)), (4,), p, q)
+    return difference(conversions.quat_multiply(p, q), theirs)
 
 
 @_row("pin.Quaternion")
@@ -340,10 +341,6 @@ def _slerp(sample: RotationSample, conversions: Conversions) -> Floats:
 def _canonical_difference(ours: Any, theirs: Floats) -> Floats:
     """Return the difference of quaternions, where q and −q are equivalent, and the error of r0 ≥ 0."""
     return largest(direction_difference(ours, theirs), outside(shaped(ours, theirs.shape)[:, 0], 0.0, np.inf))
-
-
-def _product(p: Floats, q: Floats) -> Floats:
-    return _wxyz(pin.Quaternion(*p) * pin.Quaternion(*q))
 
 
 def _wxyz(quaternion: pin.Quaternion) -> Floats:

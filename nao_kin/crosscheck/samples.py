@@ -51,7 +51,9 @@ def sample_configurations(robot: RobotModel, samples: int, seed: int) -> Configu
     or nearly. beyond: uniform in [−2π, 2π].
     """
     rng = np.random.default_rng(seed)
-    count = _counts(samples - 1)
+    # Rounded so that the numbers add up, and none is zero by rounding.
+    bounds = np.ceil(np.cumsum(list(_SHARES.values())) * (samples - 1) - 1e-9).astype(int)
+    count = dict(zip(_SHARES, np.diff(bounds, prepend=0).tolist(), strict=True))
     n = len(robot.joint_names)
     lower = np.where(np.isfinite(robot.lower), robot.lower, -np.pi)
     upper = np.where(np.isfinite(robot.upper), robot.upper, np.pi)
@@ -68,12 +70,6 @@ def sample_configurations(robot: RobotModel, samples: int, seed: int) -> Configu
     kinds = np.array([name for name, part in parts.items() for _ in part])
     order = np.concatenate([[0], 1 + rng.permutation(samples - 1)])
     return Configurations(np.concatenate(list(parts.values()))[order], tuple(kinds[order].tolist()))
-
-
-def _counts(samples: int) -> dict[str, int]:
-    """Return the number of configurations of each kind, rounded so that they add up and none is empty by rounding."""
-    bounds = np.ceil(np.cumsum(list(_SHARES.values())) * samples - 1e-9).astype(int)
-    return dict(zip(_SHARES, np.diff(bounds, prepend=0).tolist(), strict=True))
 
 
 def _right_angles(rng: np.random.Generator, count: int, joints: int) -> Floats:

@@ -14,7 +14,7 @@ import numpy as np
 from nao_kin._core.arrays import Floats
 from nao_kin._core.text import fresh_name, quoted, with_underscores
 from nao_kin.errors import BadArgument
-from nao_kin.export.meshes import left_out_note, resolver
+from nao_kin.export.meshes import GREY, left_out_note, resolver
 from nao_kin.export.pipeline import Exported, Target
 from nao_kin.export.variants import Variant, joint_values
 from nao_kin.motion import Motion, Trajectory, read_motion
@@ -82,8 +82,6 @@ def motion_of(joint: UrdfJoint, values: Floats) -> tuple[Floats, Floats]:
 
 
 # --- Visual shapes as triangles with a colour.
-
-GREY: Rgba = (0.7, 0.7, 0.7, 1.0)
 
 
 def _add_looks(scene: Any, tree: UrdfTree, taken: set[str]) -> tuple[dict[str, Rgba], tuple[str, ...]]:

@@ -25,17 +25,15 @@ def composed(first: Origin, second: Origin) -> Origin:
     if not any(second.xyz) and not any(second.rpy):
         return first
     T = first.matrix @ second.matrix
-    if not any(second.rpy):
-        return Origin(_vector(T[:3, 3]), first.rpy)
-    if not any(first.rpy):
-        return Origin(_vector(T[:3, 3]), second.rpy)
-    return Origin(_vector(T[:3, 3]), rpy_of(T[:3, :3]))
+    found = Origin.of(T)
+    if any(first.rpy) and any(second.rpy):
+        return found
+    return replace(found, rpy=first.rpy if any(first.rpy) else second.rpy)
 
 
 def moved(joint: UrdfJoint, value: float) -> Origin:
     """Return the pose of a joint's frame at a value: turned about its axis, or moved along it."""
-    T = joint.travel(value)
-    return composed(joint.origin, Origin(_vector(T[:3, 3]), rpy_of(T[:3, :3])))
+    return composed(joint.origin, Origin.of(joint.travel(value)))
 
 
 def hosts(tree: UrdfTree, gone: Collection[str]) -> dict[str, tuple[str, Origin]]:
@@ -87,15 +85,13 @@ def central_tensor(body: Inertial) -> Floats:
     return found
 
 
-def pseudo_inertia(body: Inertial, place: Origin | None = None) -> Floats:
-    """Return P of a body, shape (4, 4), about its link's frame, or one where that frame is at `place`."""
+def pseudo_inertia(body: Inertial, place: Origin) -> Floats:
+    """Return P of a body, shape (4, 4), about a frame in which its link's frame is at `place`."""
     centre = np.array(body.origin.xyz)
     P = np.empty((4, 4))
     P[:3, :3] = second_moments(central_tensor(body)) + body.mass * np.outer(centre, centre)
     P[:3, 3] = P[3, :3] = body.mass * centre
     P[3, 3] = body.mass
-    if place is None:
-        return P
     T = place.matrix
     return np.asarray(T @ P @ T.T)
 
@@ -232,18 +228,11 @@ def _fill(tree: UrdfTree, bodies: dict[str, Inertial], changes: list[str]) -> No
             changes.append(f"{group}: no link that carries {', '.join(wholes)} has mass; {unit * total:.3g} kg added")
             continue
         P = pseudo_inertia(bodies[giver], groups[giver][1]) - sum(wholes.values())
-        bodies[giver] = _seen_from(P, groups[giver][1])
+        inverse = np.linalg.inv(groups[giver][1].matrix)
+        bodies[giver] = body_of(inverse @ P @ inverse.T)
         changes.append(
             f"{giver}: mass {masses[giver]:.6g} → {bodies[giver].mass:.6g} kg, the rest given to links on it"
         )
-
-
-def _seen_from(P: Floats, place: Origin) -> Inertial:
-    """Return the body of a pseudo-inertia in the frame with the pose `place`."""
-    if place == IDENTITY:
-        return body_of(P)
-    inverse = np.linalg.inv(place.matrix)
-    return body_of(inverse @ P @ inverse.T)
 
 
 def _ball(mass: float, origin: Origin) -> Inertial:

@@ -17,6 +17,8 @@ from nao_kin.robot import read_mesh
 from nao_kin.robot.urdf import Collision, MeshFile, Packages, Rgba, UnreadableShape, UrdfTree, Visual
 
 MESH_FOLDER = "meshes"
+# The colour of a visual shape without one.
+GREY: Rgba = (0.7, 0.7, 0.7, 1.0)
 
 # Endings of meshes that are copied unread from the robot's package; any other file must be readable as a mesh.
 _MESHES = frozenset(".stl .obj .dae .ply .off .glb .gltf .3mf .3ds .fbx .mesh .msh .x".split())
@@ -274,7 +276,10 @@ def _readable(path: Path, packages: Packages) -> tuple[bytes, str]:
     """Return content and suffix of a mesh for MuJoCo: OBJ, and binary STL that is not too long."""
     content = _content(path)
     suffix = path.suffix.lower()
-    if suffix == ".obj" or (suffix == ".stl" and _is_short_stl(content)):
+    # Binary STL has 80 bytes, the number of its triangles, and 50 bytes for each.
+    count = int.from_bytes(content[80:84], "little")
+    is_short = len(content) == 84 + 50 * count and 0 < count <= _MOST_IN_STL
+    if suffix == ".obj" or (suffix == ".stl" and is_short):
         return content, suffix
     mesh = scene_of(path, packages).to_mesh()
     mesh.process()
@@ -282,9 +287,3 @@ def _readable(path: Path, packages: Packages) -> tuple[bytes, str]:
     file = io.BytesIO()
     mesh.export(file, file_type=kind)
     return file.getvalue(), f".{kind}"
-
-
-def _is_short_stl(content: bytes) -> bool:
-    """Return whether this is binary STL of few enough triangles: 80 bytes, their number, 50 bytes for each."""
-    count = int.from_bytes(content[80:84], "little")
-    return len(content) == 84 + 50 * count and 0 < count <= _MOST_IN_STL

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from string import Template
 from xml.etree import ElementTree as ET
 
+import numpy as np
+
 from nao_kin._core.files import check_folder, check_replaceable, write_document, write_folder
 from nao_kin.robot import RobotModel, check_robot
+from nao_kin.robot.urdf import Box, Cylinder, Sphere
 
 
 @dataclass(frozen=True)
@@ -52,10 +55,35 @@ class Target:
         return Exported(Path(self._path) / main, written, changes)
 
 
-def xml_text(root: ET.Element) -> str:
+def number(value: float) -> str:
+    """Return the shortest text that reads back as the same float; no sign on zero."""
+    text = repr(float(value) + 0.0)
+    return text[:-2] if text.endswith(".0") else text
+
+
+def numbers(values: Iterable[float]) -> str:
+    """Return several numbers separated by blanks."""
+    return " ".join(map(number, values))
+
+
+def number_texts(values: Mapping[str, float]) -> dict[str, str]:
+    """Return name → number as a text."""
+    return {name: number(value) for name, value in values.items()}
+
+
+def primitive_texts(shape: Box | Cylinder | Sphere) -> tuple[str, dict[str, str]]:
+    """Return the element of a primitive shape and its dimensions as texts, the same in URDF and in SDFormat."""
+    return type(shape).__name__.lower(), {name: numbers(np.atleast_1d(size)) for name, size in vars(shape).items()}
+
+
+def xml_text(root: ET.Element, declaration: str = 'version="1.0"') -> str:
     """Return the document, indented, with its declaration and a newline at its end."""
     ET.indent(root)
-    return '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
+    return f"<?xml {declaration}?>\n{ET.tostring(root, encoding='unicode')}\n"
+
+
+# The declaration of URDF and SRDF files.
+UTF_8 = 'version="1.0" encoding="utf-8"'
 
 
 def add_texts(element: ET.Element, texts: Mapping[str, str]) -> None:

@@ -12,23 +12,10 @@ from nao_kin._core.text import quoted, with_underscores
 from nao_kin.errors import BadArgument
 from nao_kin.export.inertia import IDENTITY, hosts
 from nao_kin.export.meshes import taken_meshes
-from nao_kin.export.pipeline import Exported, Target, add_texts, xml_text
+from nao_kin.export.pipeline import Exported, Target, add_texts, number_texts, numbers, primitive_texts, xml_text
 from nao_kin.export.variants import Variant
 from nao_kin.robot import RobotModel
-from nao_kin.robot.urdf import (
-    Box,
-    Collision,
-    Cylinder,
-    Geometry,
-    Inertial,
-    MeshFile,
-    Origin,
-    Sphere as Ball,
-    UrdfJoint,
-    UrdfTree,
-    Visual,
-    srdf as writing,
-)
+from nao_kin.robot.urdf import TENSOR_LABELS, Collision, Inertial, MeshFile, Origin, UrdfJoint, UrdfTree, Visual
 
 # --- The text of an SDFormat model, as Gazebo and Drake read it.
 #
@@ -121,9 +108,9 @@ def _add_body(
         body = _NEGLIGIBLE
         changes.append(f"{link} has no mass: written as {body.mass:g} kg")
     inertial = ET.SubElement(element, "inertial")
-    add_texts(inertial, {"pose": _pose(body.origin), "mass": writing.number(body.mass)})
-    tensor = zip(writing.TENSOR_LABELS, map(writing.number, body.inertia), strict=True)
-    add_texts(ET.SubElement(inertial, "inertia"), dict(tensor))
+    add_texts(inertial, {"pose": _pose(body.origin), **number_texts({"mass": body.mass})})
+    tensor = dict(zip(TENSOR_LABELS, body.inertia, strict=True))
+    add_texts(ET.SubElement(inertial, "inertia"), number_texts(tensor))
     shapes: Mapping[str, tuple[Visual | Collision, ...]] = {"visual": tree.visuals, "collision": tree.collisions}
     for tag, several in shapes.items():
         taken: set[str] = set()
@@ -136,22 +123,15 @@ def _add_body(
 
 def _add_shape(element: ET.Element, shape: Visual | Collision, meshes: Mapping[str, str]) -> None:
     add_texts(element, {"pose": _pose(shape.origin)})
-    tag, texts = _geometry(shape.geometry, meshes)
+    geometry = shape.geometry
+    if isinstance(geometry, MeshFile):
+        tag, texts = "mesh", {"uri": meshes[geometry.filename], "scale": numbers(geometry.scale)}
+    else:
+        tag, texts = primitive_texts(geometry)
     add_texts(ET.SubElement(ET.SubElement(element, "geometry"), tag), texts)
     if isinstance(shape, Visual) and shape.rgba is not None:
-        colour = writing.numbers(shape.rgba)
+        colour = numbers(shape.rgba)
         add_texts(ET.SubElement(element, "material"), {"ambient": colour, "diffuse": colour})
-
-
-def _geometry(shape: Geometry, meshes: Mapping[str, str]) -> tuple[str, dict[str, str]]:
-    """Return the element of a shape, and the texts in it."""
-    if isinstance(shape, Box):
-        return "box", {"size": writing.numbers(shape.size)}
-    if isinstance(shape, Ball):
-        return "sphere", {"radius": writing.number(shape.radius)}
-    if isinstance(shape, Cylinder):
-        return "cylinder", {"radius": writing.number(shape.radius), "length": writing.number(shape.length)}
-    return "mesh", {"uri": meshes[shape.filename], "scale": writing.numbers(shape.scale)}
 
 
 def _add_joint(model: ET.Element, joint: UrdfJoint, new: Mapping[str, str]) -> None:
@@ -162,23 +142,23 @@ def _add_joint(model: ET.Element, joint: UrdfJoint, new: Mapping[str, str]) -> N
     if joint.kind == "fixed":
         return
     axis = ET.SubElement(element, "axis")
-    add_texts(axis, {"xyz": writing.numbers(joint.axis)})
+    add_texts(axis, {"xyz": numbers(joint.axis)})
     bounds = {} if endless else {"lower": joint.lower, "upper": joint.upper}
     bounds |= {"effort": joint.effort, "velocity": joint.velocity}
-    limits = {name: writing.number(value) for name, value in bounds.items() if math.isfinite(value)}
-    add_texts(ET.SubElement(axis, "limit"), limits)
+    limits = {name: value for name, value in bounds.items() if math.isfinite(value)}
+    add_texts(ET.SubElement(axis, "limit"), number_texts(limits))
     if joint.damping or joint.friction:
-        losses = {"damping": writing.number(joint.damping), "friction": writing.number(joint.friction)}
+        losses = number_texts({"damping": joint.damping, "friction": joint.friction})
         add_texts(ET.SubElement(axis, "dynamics"), losses)
     if joint.mimic is not None:
-        ratio = {"multiplier": writing.number(joint.mimic.multiplier), "offset": writing.number(joint.mimic.offset)}
+        ratio = number_texts({"multiplier": joint.mimic.multiplier, "offset": joint.mimic.offset})
         add_texts(ET.SubElement(axis, "mimic", joint=joint.mimic.joint), ratio | {"reference": "0"})
         # Drake has another element for it.
         ET.SubElement(element, "drake:mimic", {"joint": joint.mimic.joint, **ratio})
 
 
 def _pose(origin: Origin) -> str:
-    return f"{writing.numbers(origin.xyz)} {writing.numbers(origin.rpy)}"
+    return f"{numbers(origin.xyz)} {numbers(origin.rpy)}"
 
 
 # --- The export.

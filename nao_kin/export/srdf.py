@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 from nao_kin._core.arrays import Floats, choice, whole_number
 from nao_kin._core.text import abbreviated, fresh_name, quoted
 from nao_kin.export.inertia import hosts
-from nao_kin.export.pipeline import Exported, Target
-from nao_kin.export.variants import Variant, joint_values, name_frames, named_semantics, new_names
+from nao_kin.export.pipeline import UTF_8, Exported, Target, xml_text
+from nao_kin.export.variants import Variant, joint_values, link_of, name_frames, named_semantics, new_names
 from nao_kin.robot import RobotModel, shape_geometry
 from nao_kin.robot.semantics import Posture, Semantics
-from nao_kin.robot.urdf import UnreadableShape, UrdfJoint, UrdfTree, srdf as writing
+from nao_kin.robot.urdf import UnreadableShape, UrdfJoint, UrdfTree
 
 # --- Groups of joints and end effectors for MoveIt, from the chains and effectors of a robot's semantics.
 
@@ -66,7 +66,7 @@ class Planning:
         self._bodies = hosts(tree, {joint.child for joint in tree.joints if joint.kind == "fixed"})
         self.groups: dict[str, Group] = {}
         self.end_effectors: list[EndEffector] = []
-        frames = {self._link(name): name for name in semantics.end_effectors}
+        frames = {link_of(tree, name): name for name in semantics.end_effectors}
         # End effector → the moving joints between the root and it.
         self._ends = {link: self._moving_above(link) for link in frames if link in tree.links}
         lacking = [name for link, name in frames.items() if link not in tree.links]
@@ -82,11 +82,6 @@ class Planning:
             self.groups = {whole.name: whole, **self.groups}
         for link, path in self._ends.items():
             self._add_effector(link, path)
-
-    def _link(self, frame: str) -> str:
-        """Return the link of a frame: of a joint's frame, the link that it moves."""
-        frame = self._tree.shared_names.get(frame, frame)
-        return self._joints[frame].child if frame in self._joints and frame not in self._tree.links else frame
 
     def _path(self, link: str) -> list[UrdfJoint]:
         """Return the joints from the root to a link."""
@@ -485,7 +480,7 @@ def srdf_document(
         _found(contacts, reasons, count),
         *_losses(body, plan, contacts, set(reasons), new),
     )
-    return writing.document_text(root), notes
+    return xml_text(root, UTF_8), notes
 
 
 def _as_written(robot: RobotModel, tree: UrdfTree) -> RobotModel:

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
 from nao_kin.errors import UnknownName
 from nao_kin.export.meshes import MESH_FOLDER, Paint, paint_names, shapes_of, taken_meshes
-from nao_kin.export.pipeline import Exported, Target
+from nao_kin.export.pipeline import UTF_8, Exported, Target, number_texts, numbers, primitive_texts, xml_text
 from nao_kin.export.variants import Variant
 from nao_kin.robot import RobotModel
-from nao_kin.robot.urdf import Collision, Inertial, MeshFile, Origin, UrdfJoint, UrdfTree, Visual, srdf as writing
+from nao_kin.robot.urdf import TENSOR_LABELS, Collision, Inertial, MeshFile, Origin, UrdfJoint, UrdfTree, Visual
 
 # --- The text of a URDF: deterministic, with the shortest numbers that read back exactly.
 
@@ -21,18 +21,20 @@ from nao_kin.robot.urdf import Collision, Inertial, MeshFile, Origin, UrdfJoint,
 UNBOUNDED = 1e9
 
 
-def urdf_document(tree: UrdfTree, meshes: Mapping[str, str] | None = None) -> tuple[str, tuple[str, ...]]:
+def urdf_document(
+    tree: UrdfTree, meshes: Mapping[str, str] | None = None, paints: Iterable[Paint] = ()
+) -> tuple[str, tuple[str, ...]]:
     """Return the URDF of a tree, ending in a newline, and one line for each loss.
 
     Each link is written before the joint that moves it, and joints in the order of the tree, so that a follower comes
     after its driver. Colours are materials of the robot with distinct names. `meshes` maps the name of a mesh in the
-    tree to the name to write; None leaves out shapes that are meshes.
+    tree to the name to write; None leaves out shapes that are meshes. The colours of `paints` are written first.
     """
     changes: list[str] = []
-    materials = paint_names((shown.material, shown.rgba) for shown in tree.visuals if shown.rgba is not None)
+    materials = paint_names((*paints, *((seen.material, seen.rgba) for seen in tree.visuals if seen.rgba is not None)))
     robot = ET.Element("robot", name=tree.name)
     for (_, rgba), name in materials.items():
-        writing.add_colour(robot, name, rgba)
+        ET.SubElement(ET.SubElement(robot, "material", name=name), "color", rgba=numbers(rgba))
     joints = {joint.name: joint for joint in tree.joints}
     robot.append(_link(tree, tree.root, materials, meshes))
     for joint in tree.joints:
@@ -42,13 +44,17 @@ def urdf_document(tree: UrdfTree, meshes: Mapping[str, str] | None = None) -> tu
         omitted = {shape.link for shape in shapes_of(tree) if isinstance(shape.geometry, MeshFile)}
         if omitted:
             changes.append(f"the meshes of {len(omitted)} links are left out")
-    return writing.document_text(robot), tuple(changes)
+    return xml_text(robot, UTF_8), tuple(changes)
 
 
 def _link(tree: UrdfTree, name: str, materials: Mapping[Paint, str], meshes: Mapping[str, str] | None) -> ET.Element:
     link = ET.Element("link", name=name)
-    if name in tree.inertials:
-        writing.add_inertial(link, tree.inertials[name])
+    body = tree.inertials.get(name)
+    if body is not None:
+        inertial = ET.SubElement(link, "inertial")
+        _add_origin(inertial, body.origin)
+        ET.SubElement(inertial, "mass", number_texts({"value": body.mass}))
+        ET.SubElement(inertial, "inertia", number_texts(dict(zip(TENSOR_LABELS, body.inertia, strict=True))))
     for visual in tree.visuals:
         if visual.link == name:
             element = _add_shape(link, "visual", visual, meshes)
@@ -65,32 +71,42 @@ def _add_shape(
     link: ET.Element, tag: str, shape: Visual | Collision, meshes: Mapping[str, str] | None
 ) -> ET.Element | None:
     geometry = shape.geometry
-    if isinstance(geometry, MeshFile):
-        if meshes is None:
-            return None
-        geometry = replace(geometry, filename=meshes[geometry.filename])
+    if not isinstance(geometry, MeshFile):
+        kind, texts = primitive_texts(geometry)
+    elif meshes is None:
+        return None
+    else:
+        kind, texts = "mesh", {"filename": meshes[geometry.filename]}
+        if geometry.scale != (1.0, 1.0, 1.0):
+            texts["scale"] = numbers(geometry.scale)
     element = ET.SubElement(link, tag, {"name": shape.name} if shape.name else {})
-    writing.add_origin(element, shape.origin)
-    writing.add_geometry(element, geometry)
+    _add_origin(element, shape.origin)
+    ET.SubElement(ET.SubElement(element, "geometry"), kind, texts)
     return element
+
+
+def _add_origin(element: ET.Element, origin: Origin) -> None:
+    ET.SubElement(element, "origin", xyz=numbers(origin.xyz), rpy=numbers(origin.rpy))
 
 
 def _joint(joint: UrdfJoint, joints: Mapping[str, UrdfJoint], changes: list[str]) -> ET.Element:
     element = ET.Element("joint", name=joint.name, type=joint.kind)
-    writing.add_ends(element, joint.parent, joint.child, joint.origin)
+    ET.SubElement(element, "parent", link=joint.parent)
+    ET.SubElement(element, "child", link=joint.child)
+    _add_origin(element, joint.origin)
     if joint.kind not in ("revolute", "prismatic"):
         return element
-    ET.SubElement(element, "axis", xyz=writing.numbers(joint.axis))
+    ET.SubElement(element, "axis", xyz=numbers(joint.axis))
     limits = _limits(joint, joints, changes)
     if "lower" not in limits:
         element.set("type", "continuous")
     if limits:
-        ET.SubElement(element, "limit", {name: writing.number(value) for name, value in limits.items()})
+        ET.SubElement(element, "limit", number_texts(limits))
     if joint.mimic is not None:
-        writing.add_mimic(element, joint.mimic)
+        ratio = number_texts({"multiplier": joint.mimic.multiplier, "offset": joint.mimic.offset})
+        ET.SubElement(element, "mimic", {"joint": joint.mimic.joint, **ratio})
     if joint.damping or joint.friction:
-        losses = {"damping": writing.number(joint.damping), "friction": writing.number(joint.friction)}
-        ET.SubElement(element, "dynamics", losses)
+        ET.SubElement(element, "dynamics", number_texts({"damping": joint.damping, "friction": joint.friction}))
     return element
 
 
@@ -172,19 +188,13 @@ def urdf(
     target = Target(robot, path, overwrite=overwrite)
     tree, changes = Variant(frames, names, coupling, inertia, typed, axes).tree_of(robot)
     if inertia == "physical":
-        tree, massless = _with_explicit_masses(tree)
-        changes = (*changes, *massless)
+        nothing = Inertial(0.0, Origin(), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+        massless = [link for link in tree.links if link not in tree.inertials and link != tree.root]
+        tree = replace(tree, inertials={**tree.inertials, **dict.fromkeys(massless, nothing)})
+        changes += (f"{len(massless)} links without mass get an explicit mass of 0",) if massless else ()
     taken = taken_meshes(tree, meshes, _package(meshes))
     text, losses = urdf_document(tree, taken.names)
     return target.write({"": text.encode(), **taken.files}, (*changes, *losses, *taken.notes))
-
-
-def _with_explicit_masses(tree: UrdfTree) -> tuple[UrdfTree, tuple[str, ...]]:
-    """Return the URDF tree with an explicit mass of 0 for links without `<inertial>`, except the root."""
-    nothing = Inertial(0.0, Origin(), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
-    massless = [link for link in tree.links if link not in tree.inertials and link != tree.root]
-    tree = replace(tree, inertials={**tree.inertials, **dict.fromkeys(massless, nothing)})
-    return tree, (f"{len(massless)} links without mass get an explicit mass of 0",) if massless else ()
 
 
 def _package(meshes: object) -> str:

@@ -195,19 +195,19 @@ class Assembly:
 
     def _set_holder(self, node: JointNode, index: int, place: int, *, derived: bool) -> None:
         """Make coordinate `place` of a joint of this model the value of a joint of the robot."""
-        if not node.follows:
+        if node.mimic is None:
             self._holders[node.name] = _Holder(index, place, derived)
         joint, model = self.model.joints[index], self.model
         column, row = joint.idx_q + place, joint.idx_v + place
         self.slots.append(Slot(node, column, row, derived))
         if derived:
             # A carrier of links between the axes of a merged joint does not decide its value.
-            readings = self.followers if node.follows and node.name not in self.carriers else self.hints
+            readings = self.followers if node.mimic is not None and node.name not in self.carriers else self.hints
             readings.append((node, Reading(column)))
         model.lowerPositionLimit[column], model.upperPositionLimit[column] = node.lower, node.upper
         speed = abs(node.coupling.multiplier) * self._source.upperVelocityLimit[node.row]
         model.lowerVelocityLimit[row], model.upperVelocityLimit[row] = -speed, speed
-        if not node.follows:
+        if node.mimic is None:
             effort = self._source.upperEffortLimit[node.row]
             model.lowerEffortLimit[row], model.upperEffortLimit[row] = -effort, effort
 

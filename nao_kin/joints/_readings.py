@@ -110,7 +110,7 @@ def coupling_violations(mismatches: Sequence[Mismatch], batch: tuple[int, ...]) 
     """Return the violations of a flattened batch, in the order of its configurations."""
     rows = [
         CouplingViolation(
-            primary=mismatch.follower.driver,
+            primary=mismatch.follower.coupling.joint,
             mimic=mismatch.follower.name,
             primary_value=float(mismatch.driver_value[i]),
             mimic_value=float(mismatch.follower_value[i]),

@@ -84,12 +84,12 @@ def motors_of(balls: Sequence[Ball], slots: Iterable[Slot], followers: Readings,
     in_balls: list[tuple[JointNode, Place]] = [
         (joint, Angle(index, place)) for index, ball in enumerate(balls) for place, joint in enumerate(ball.joints)
     ]
-    motors = {joint.name: Motor(joint, at) for joint, at in written + in_balls if not joint.follows}
+    motors = {joint.name: Motor(joint, at) for joint, at in written + in_balls if joint.mimic is None}
     for joint, at in (*in_balls, *written, *followers):
-        if joint.follows:
-            motors[joint.driver].followers.append((joint, at))
+        if joint.mimic is not None:
+            motors[joint.mimic.joint].followers.append((joint, at))
     for joint, source in hints:
-        motors[joint.driver].hints.append(source.driver_of(joint.coupling))
+        motors[joint.coupling.joint].hints.append(source.driver_of(joint.coupling))
     for motor in motors.values():
         motor.hints.extend(at.driver_of(joint.coupling) for joint, at in motor.followers if isinstance(at, Reading))
     return [motor for motor in motors.values() if motor.balls or motor.followers]
@@ -209,7 +209,7 @@ class TurnSelection:
         return candidates
 
     def _hints(self, joint: JointNode) -> list[Reading]:
-        motor = self._drivers[joint.driver]
+        motor = self._drivers[joint.coupling.joint]
         sources = [motor.at] if isinstance(motor.at, Reading) else motor.hints
         return [source.follower_of(joint.coupling) for source in sources]
 

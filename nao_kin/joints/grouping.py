@@ -16,7 +16,7 @@ from nao_kin._core.arrays import Floats, choice, dot, norm, rigid_inverse
 from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadArgument
 from nao_kin.joints.pairs import KINEMATIC_PAIRS, PARALLEL, JointGroups, MultiDofJoint, Singularity
-from nao_kin.robot import Expression, RobotModel, check_robot, expression_named, joint_rows, joints_below
+from nao_kin.robot import Expression, RobotModel, check_robot, expression_named, joint_bounds, joint_rows, joints_below
 from nao_kin.robot.semantics import Mimic
 from nao_kin.screws.lines import PluckerLine, geometric_jacobian
 
@@ -50,16 +50,6 @@ class JointNode:
         return self.mimic or Mimic(self.name)
 
     @property
-    def driver(self) -> str:
-        """The joint whose coordinate moves it."""
-        return self.coupling.joint
-
-    @property
-    def follows(self) -> bool:
-        """Whether another joint drives it."""
-        return self.mimic is not None
-
-    @property
     def axis_root(self) -> Floats:
         """Its axis in the root's frame, all joints at zero."""
         return np.asarray(self.T_root.rotation @ self.axis)
@@ -89,7 +79,6 @@ def read_joint_tree(robot: RobotModel) -> dict[int, JointNode]:
     check_robot(robot)
     model, rows = robot.model, joint_rows(robot)
     ids = {name: index for index, name in enumerate(model.names) if index in rows}
-    ranges = dict(zip(robot.joint_names, zip(robot.lower.tolist(), robot.upper.tolist(), strict=True), strict=True))
     nodes: dict[int, JointNode] = {}
     for index in range(1, model.njoints):
         name, parent = str(model.names[index]), int(model.parents[index])
@@ -98,7 +87,7 @@ def read_joint_tree(robot: RobotModel) -> dict[int, JointNode]:
         driver = model.joints[index if mimic is None else ids[mimic.joint]]
         if index in rows:
             kind, axis, unit = rows[index].kind, np.array(rows[index].axis), robot.unit(name)
-            lower, upper = ranges[name] if mimic is None else mimic.range(*ranges[mimic.joint])
+            lower, upper, _ = joint_bounds(robot, name)
             if mimic is not None and mimic.multiplier == 0.0:
                 T_root = T_root * pin.SE3(rows[index].travel(mimic.offset))
                 kind, axis = "fixed", np.zeros(3)
@@ -191,7 +180,7 @@ def _cut(nodes: Mapping[int, JointNode], rule: Rule, tolerance: float) -> list[l
 
     def mergeable(members: Sequence[JointNode]) -> bool:
         axes = np.array([node.axis_root for node in members])
-        if len({node.driver for node in members}) < len(members) or not spans_a_joint(axes):
+        if len({node.coupling.joint for node in members}) < len(members) or not spans_a_joint(axes):
             return False
         centres = np.array([node.centre_root for node in members])
         centre = _centre(centres, axes, rule)
@@ -258,10 +247,16 @@ def _merged_joint(members: Sequence[JointNode], parent: str, rule: str) -> Multi
 
 
 def _centre(centres: Floats, axes: Floats, rule: str) -> Floats:
+    """Return the common point of several axes through `centres` (n, 3), with unit directions (n, 3), by a rule."""
     if rule == "coincident":
         # The mean of the differences is exactly zero where the centres are equal.
         return np.asarray(centres[0] + (centres - centres[0]).mean(axis=0))
-    return meeting_point(centres, axes)
+    # The point nearest to all axes by least squares, relative to the first centre: of two axes, halfway along their
+    # common normal. A point x of the line through p along e has (1 − e eᵀ) x = (1 − e eᵀ) p.
+    across = np.eye(3) - axes[:, :, None] * axes[:, None, :]
+    offsets = np.einsum("nij,nj->ni", across, centres - centres[0])
+    solution, *_ = np.linalg.lstsq(across.reshape(-1, 3), offsets.reshape(-1), rcond=None)
+    return np.asarray(centres[0] + solution)
 
 
 def partition(
@@ -287,18 +282,6 @@ def partition(
         cuts.append(list(run[start : start - negative]))
         start -= negative
     return cuts
-
-
-def meeting_point(centres: Floats, axes: Floats) -> Floats:
-    """Return the point nearest to all axes by least squares: of two, halfway along the common normal.
-
-    Takes a point on each axis (n, 3), the first as origin of the computation, and unit directions (n, 3).
-    """
-    # A point x of the line through p along e has (1 − e eᵀ) x = (1 − e eᵀ) p.
-    across = np.eye(3) - axes[:, :, None] * axes[:, None, :]
-    offsets = np.einsum("nij,nj->ni", across, centres - centres[0])
-    solution, *_ = np.linalg.lstsq(across.reshape(-1, 3), offsets.reshape(-1), rcond=None)
-    return np.asarray(centres[0] + solution)
 
 
 def distances(point: Floats, centres: Floats, axes: Floats) -> Floats:

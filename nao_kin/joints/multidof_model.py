@@ -101,12 +101,11 @@ class MultiDofModel:
         self._intermediate = intermediate
         self.model: pin.Model = assembly.model
         self.carriers = tuple(assembly.carriers)
-        moving = [joint for joint in list(self.model.joints)[1:] if joint.nq > 0]
-        names = [self.model.names[joint.id] for joint in moving]
-        columns = (slice(joint.idx_q, joint.idx_q + joint.nq) for joint in moving)
-        rows = (slice(joint.idx_v, joint.idx_v + joint.nv) for joint in moving)
-        self.columns: Mapping[str, slice] = MappingProxyType(dict(zip(names, columns, strict=True)))
-        self.rows: Mapping[str, slice] = MappingProxyType(dict(zip(names, rows, strict=True)))
+        moving = {self.model.names[joint.id]: joint for joint in list(self.model.joints)[1:] if joint.nq > 0}
+        columns = {name: slice(joint.idx_q, joint.idx_q + joint.nq) for name, joint in moving.items()}
+        rows = {name: slice(joint.idx_v, joint.idx_v + joint.nv) for name, joint in moving.items()}
+        self.columns: Mapping[str, slice] = MappingProxyType(columns)
+        self.rows: Mapping[str, slice] = MappingProxyType(rows)
         self._slots, self._balls = tuple(assembly.slots), tuple(assembly.balls)
         self._base = (7, 6) if robot.base == "floating" else (0, 0)
         # Joint, or "base" → the column where its quaternion begins.
@@ -376,9 +375,9 @@ class MultiDofModel:
         q = np.empty((len(typed), self.robot.nq))
         q[:, : self._base[0]] = typed[:, : self._base[0]]
         for slot in self._slots:
-            if not slot.derived and not slot.joint.follows:
+            if not slot.derived and slot.joint.mimic is None:
                 q[:, slot.joint.column] = typed[:, slot.column]
-        for joint in (joint for ball in self._balls for joint in ball.joints if not joint.follows):
+        for joint in (joint for ball in self._balls for joint in ball.joints if joint.mimic is None):
             q[:, joint.column] = angles[joint.name]
         return q, mismatches, batch
 

@@ -79,10 +79,9 @@ class KinematicPair:
         directions = self._directions(axes)
         if (pitch is not None) != (self.name == "helical"):
             raise BadArgument(f"a {self.name} joint {'needs a' if self.name == 'helical' else 'has no'} pitch")
-        if self.name == "helical":
-            advance = float(as_floats(0.0 if pitch is None else pitch, (), "pitch"))
-            return pin.JointModel(pin.JointModelHelicalUnaligned(directions[0], advance))
-        return pin.JointModel(_MAKERS[self.name](directions))
+        make = _COMPOSED.get(self.name) or getattr(pin, self.pinocchio)
+        advance = () if pitch is None else (float(as_floats(pitch, (), "pitch")),)
+        return pin.JointModel(make(*directions, *advance))
 
     def _directions(self, axes: ArrayLike) -> Floats:
         what = f"axes of a {self.name} joint"
@@ -108,8 +107,11 @@ def _composite(*parts: pin.JointModel) -> pin.JointModelComposite:
     return composite
 
 
-def _planar(axes: Floats) -> pin.JointModel:
-    normal = axes[0]
+def _cylindrical(axis: Floats) -> pin.JointModel:
+    return _composite(pin.JointModelPrismaticUnaligned(axis), pin.JointModelRevoluteUnaligned(axis))
+
+
+def _planar(normal: Floats) -> pin.JointModel:
     if np.array_equal(normal, (0.0, 0.0, 1.0)):
         return pin.JointModelPlanar()
     u, _ = unit(np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))]), "a direction of the plane")
@@ -117,18 +119,8 @@ def _planar(axes: Floats) -> pin.JointModel:
     return _composite(*slides, pin.JointModelRevoluteUnaligned(normal))
 
 
-_MAKERS: dict[str, Callable[[Floats], pin.JointModel]] = {
-    "revolute": lambda axes: pin.JointModelRevoluteUnaligned(axes[0]),
-    "prismatic": lambda axes: pin.JointModelPrismaticUnaligned(axes[0]),
-    "cylindrical": lambda axes: _composite(
-        pin.JointModelPrismaticUnaligned(axes[0]), pin.JointModelRevoluteUnaligned(axes[0])
-    ),
-    "universal": lambda axes: pin.JointModelUniversal(axes[0], axes[1]),
-    "condyloid": lambda axes: pin.JointModelUniversal(axes[0], axes[1]),
-    "spherical": lambda axes: pin.JointModelSpherical(),
-    "planar": _planar,
-    "free": lambda axes: pin.JointModelFreeFlyer(),
-}
+# The joints that are not simply Pinocchio's joint of the name in the table.
+_COMPOSED: dict[str, Callable[[Floats], pin.JointModel]] = {"cylindrical": _cylindrical, "planar": _planar}
 
 _PAIRS = (
     KinematicPair("revolute", "R", 1, 0, 1, "JointModelRevoluteUnaligned", True),

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
 from nao_kin._core.arrays import Floats, finite_or_none, flag
-from nao_kin._core.text import html_table, quoted, text_table
-from nao_kin.errors import BadArgument
+from nao_kin._core.text import html_table, text_table
 from nao_kin.joints.grouping import Rule, group_joints, unmerged_joints
 from nao_kin.joints.pairs import KINEMATIC_PAIRS, JointGroups, KinematicPair, MultiDofJoint
 from nao_kin.robot import RobotModel
@@ -84,7 +83,6 @@ class AnatomicalJoint:
     Attributes:
         name: its anatomical name.
         mechanical: names of the pairs that move like it, the closest first.
-        freedoms: degrees of freedom of each of these.
         allows: the motions that it allows.
         forbids: the motions that it forbids.
         example: where the human body has it.
@@ -93,7 +91,6 @@ class AnatomicalJoint:
 
     name: str
     mechanical: tuple[str, ...]
-    freedoms: tuple[int, ...]
     allows: str
     forbids: str
     example: str
@@ -103,6 +100,11 @@ class AnatomicalJoint:
     def pairs(self) -> tuple[KinematicPair, ...]:
         """The mechanical equivalents."""
         return tuple(KINEMATIC_PAIRS[name] for name in self.mechanical)
+
+    @property
+    def freedoms(self) -> tuple[int, ...]:
+        """Degrees of freedom of each of these."""
+        return tuple(pair.freedoms for pair in self.pairs)
 
 
 class AnatomyTable(tuple[AnatomicalJoint, ...]):
@@ -134,7 +136,6 @@ ANATOMY = AnatomyTable(
         AnatomicalJoint(
             "hinge",
             ("revolute",),
-            (1,),
             "rotation about one axis, across the bone",
             "rotation about any other axis; all translation",
             "elbow, knee, fingers",
@@ -143,7 +144,6 @@ ANATOMY = AnatomyTable(
         AnatomicalJoint(
             "pivot",
             ("revolute", "cylindrical"),
-            (1, 2),
             "rotation about one axis, along the bone; where it slides, translation along that axis too",
             "rotation about any other axis; translation across the axis",
             "atlas on the axis of the neck, radius on the ulna",
@@ -152,7 +152,6 @@ ANATOMY = AnatomyTable(
         AnatomicalJoint(
             "ball and socket",
             ("spherical",),
-            (3,),
             "rotation about every axis through one point",
             "all translation",
             "shoulder, hip",
@@ -161,7 +160,6 @@ ANATOMY = AnatomyTable(
         AnatomicalJoint(
             "ellipsoid",
             ("condyloid",),
-            (2,),
             "rotation about two axes: flexion and extension, abduction and adduction",
             "rotation about the bone's own axis; all translation",
             "wrist, skull on the atlas",
@@ -170,7 +168,6 @@ ANATOMY = AnatomyTable(
         AnatomicalJoint(
             "saddle",
             ("universal",),
-            (2,),
             "rotation about two crossing axes",
             "rotation about the bone's own axis; all translation",
             "base of the thumb",
@@ -179,7 +176,6 @@ ANATOMY = AnatomyTable(
         AnatomicalJoint(
             "plane",
             ("planar", "prismatic"),
-            (3, 1),
             "gliding in a plane and rotation about its normal; where it is guided, translation along one line only",
             "leaving the plane; rotation about directions in it",
             "between the bones of the carpus and of the tarsus, between vertebrae",
@@ -198,23 +194,18 @@ _SIDES = (
 )
 
 
-def anatomical_kind(joints: tuple[str, ...], pair: KinematicPair, *, twists: Collection[str] = NAO_TWISTS) -> str:
+def anatomical_kind(joints: tuple[str, ...], pair: KinematicPair) -> str:
     """Return the anatomical joint that a joint of these URDF joints moves like; "" when the body has none like it.
 
-    A revolute joint among `twists`, the NAO's unless given, turns a limb about its own length: it is a pivot, any other
-    a hinge.
+    A revolute joint among `NAO_TWISTS` turns a limb about its own length: it is a pivot, any other a hinge.
     """
-    if not isinstance(pair, KinematicPair):
-        raise BadArgument(f"pair must be a KinematicPair, got {type(pair).__name__}")
-    if pair.name == "revolute" and joints[0] in twists:
+    if pair.name == "revolute" and joints[0] in NAO_TWISTS:
         return "pivot"
     return _KIND_OF_PAIR.get(pair.name, "")
 
 
 def body_part(joint: str) -> str:
     """Return the part of the body that a joint's name contains, as "left hip"; "" when it contains none."""
-    if not isinstance(joint, str):
-        raise BadArgument(f"joint must be a name, got {quoted(joint)}")
     lower = joint.lower()
     # The head turns in the neck.
     part = next((part for part in _BODY_PARTS if part in lower), "neck" if "head" in lower else "")

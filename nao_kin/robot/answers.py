@@ -152,7 +152,9 @@ class Answers:
         count, out = math.prod(batch), output.out
         if (threads is None and count < CROSSOVER) or not has_numba():
             started = time.thread_time()
-            few = self._by_pinocchio(question, arrays).reshape(shape)
+            q, nv = self._checks.posed(arrays[0]), self._nv
+            rates = [as_floats(array, (nv,), name) for array, name in zip(arrays[1:], _NAMES[1:], strict=False)]
+            few = self._kinematics.answer(question, q, *rates).reshape(shape)
             if count >= CROSSOVER:
                 note_slowness(time.thread_time() - started)
             with np.errstate(over="ignore"):
@@ -163,11 +165,6 @@ class Answers:
         answers = empty_answers(count, numbers, kind) if out is None else out
         self._by_kernels(question, arrays, answers.reshape(count, math.prod(numbers)), threads)
         return answers.reshape(shape) if out is None else out
-
-    def _by_pinocchio(self, question: Question, arrays: Sequence[NDArray[Any]]) -> NDArray[Any]:
-        q = self._checks.posed(arrays[0])
-        rates = [as_floats(array, (self._nv,), name) for array, name in zip(arrays[1:], _NAMES[1:], strict=False)]
-        return self._kinematics.answer(question, q, *rates)
 
     def _by_kernels(
         self, question: Question, arrays: Sequence[NDArray[Any]], answers: NDArray[Any], threads: int | None

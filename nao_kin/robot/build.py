@@ -164,10 +164,9 @@ def numbers_of(model: pin.Model) -> dict[str, Any]:
 def restore_numbers(model: pin.Model, numbers: Mapping[str, Any]) -> None:
     """Write the numbers that `numbers_of` took from another model into a freshly built one."""
     model.gravity.vector = numbers["gravity"]
-    for index, placement in enumerate(numbers["jointPlacements"]):
-        model.jointPlacements[index] = placement
-    for index, inertia in enumerate(numbers["inertias"]):
-        model.inertias[index] = inertia
+    for name in ("jointPlacements", "inertias"):
+        for index, value in enumerate(numbers[name]):
+            getattr(model, name)[index] = value
     for frame, placement in zip(model.frames, numbers["frames"], strict=True):
         frame.placement = placement
     for name in _NUMBERS:
@@ -203,7 +202,7 @@ class ModelNumbers:
         self._first = self._inertias[0]
         self._first_mass = float(self._first.mass)
         masses = [float(inertia.mass) for inertia in model.inertias]
-        self._masses = None if bodies.column(_LEVER_AND_TENSOR) == masses[1:] else masses
+        self._masses = None if bodies.view[:, _LEVER_AND_TENSOR].tolist() == masses[1:] else masses
 
     def changed(self) -> bool:
         """Return whether any number has changed since this object was made."""
@@ -228,15 +227,10 @@ class _Part:
         first = array_in(elements[0])
         step = address(array_in(elements[1])) - address(first) if self._count > 1 else _DOUBLE * doubles
         shape = self._count - skip, doubles
-        self._view = np.lib.stride_tricks.as_strided(first, shape, (step, _DOUBLE), writeable=False)
-        self._blocks = self._view.view(f"V{_DOUBLE * doubles}")  # copied by the block, not by the number
+        self.view = np.lib.stride_tricks.as_strided(first, shape, (step, _DOUBLE), writeable=False)
+        self._blocks = self.view.view(f"V{_DOUBLE * doubles}")  # copied by the block, not by the number
         self._seen = self._blocks.tobytes()
 
     def changed(self) -> bool:
         """Return whether the vector has grown, which moves it and invalidates the view, or a number has changed."""
         return len(self._elements) != self._count or self._blocks.tobytes() != self._seen
-
-    def column(self, k: int) -> list[float]:
-        """Return one of the doubles of all elements."""
-        column: list[float] = self._view[:, k].tolist()
-        return column

@@ -95,14 +95,8 @@ class Coordinates:
 
     def with_mimics(self, joints: Floats, names: tuple[str, ...]) -> Floats:
         """Return values (..., len(names)) of any joints, followers included."""
-        values = np.empty((*joints.shape[:-1], len(names)))
-        for index, name in enumerate(names):
-            mimic = self.mimics.get(name)
-            if mimic is None:
-                values[..., index] = joints[..., self.column[name]]
-            else:
-                values[..., index] = mimic.value(joints[..., self.column[mimic.joint]])
-        return values
+        couplings = [self.mimics.get(name) or Mimic(name) for name in names]
+        return np.stack([coupling.value(joints[..., self.column[coupling.joint]]) for coupling in couplings], axis=-1)
 
     def arrays(self, angles: Mapping[str, ArrayLike]) -> dict[str, Floats]:
         """Return joint → values as an array; the name of a chain is replaced by its joints."""

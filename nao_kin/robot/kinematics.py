@@ -69,8 +69,8 @@ _DOUBLES = 12
 _ONE, _ZERO = 0, 1  # where the universe's rotation, stored by columns, holds a one and a zero
 # Up to here, placing frames one by one is faster than placing all.
 _FEW = 10
-# Size of the cache of selections, one for each set of frames: more than programs use in turn.
-_MAX_SELECTIONS = 256
+# Sizes of the caches of selections and of ids, one for each set of frames: more than programs use in turn.
+_MAX_SELECTIONS, _MAX_SETS = 256, 1000
 
 # The point and the axes of a twist, by the names that methods use.
 EXPRESSIONS = {
@@ -322,7 +322,7 @@ class FrameTable:
         self.places = MappingProxyType({name: self._ids[name] for name in self.names})
         self.link_names = tuple(links)
         self._link_ids = tuple(links.values())
-        self._sets: dict[tuple[str, ...], FrameIds] = {}
+        self._known = functools.lru_cache(_MAX_SETS)(lambda key: tuple(map(self.id, key)))
 
     def id(self, name: object) -> int:
         """Return the id of a frame."""
@@ -353,11 +353,6 @@ class FrameTable:
         except TypeError:  # neither a name nor several names
             raise UnknownName("frame", names, self.names) from None
         try:
-            return self._sets[key]
-        except (TypeError, KeyError):  # not strings, or new names
-            pass
-        found = tuple(self.id(name) for name in key)
-        if len(self._sets) > 1000:
-            self._sets.clear()
-        self._sets[key] = found
-        return found
+            return self._known(key)
+        except TypeError:  # not names
+            return tuple(map(self.id, key))

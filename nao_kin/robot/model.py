@@ -31,7 +31,7 @@ from nao_kin.robot.kinematics import (
 )
 from nao_kin.robot.limits import JointLimits, LimitPolicy, LimitViolation, check_policy
 from nao_kin.robot.offsets import with_offsets
-from nao_kin.robot.semantics import CoupledLimit, Mimic, Semantics
+from nao_kin.robot.semantics import Mimic, Semantics
 from nao_kin.robot.semantics_files import checked_semantics, find_semantics
 from nao_kin.robot.support_polygon import SupportPolygon, support_polygon
 from nao_kin.robot.urdf import UrdfTree, read_mjcf, read_robot, read_urdf
@@ -69,8 +69,11 @@ class RobotModel:
         joint_names: names of the independent joints, in the order of q.
         joint_units: unit of each: "rad", "m", or "1" for a ratio.
         mimics: the joints that follow another one, by name.
+        chains: named chains, each with its joints from the trunk outwards; empty without semantics.
+        posture_names: the names that `posture` takes.
         frame_names: every name `fk` takes: links and joints. A joint's frame moves with the joint; a name that the URDF
             gives to a link and to a joint means the link.
+        frame_table: frame name → index in Pinocchio's list, in the order of `frame_names`.
         link_names: the links, in the order in which `fk(q)` returns them.
         lower: smallest joint values, shape (n,).
         upper: largest joint values, shape (n,).
@@ -99,6 +102,8 @@ class RobotModel:
         own = {joint.name: joint for joint in tree.moving_joints if joint.mimic is None}
         self.joint_names: tuple[str, ...] = tuple(own)
         self.semantics = checked_semantics(semantics or Semantics(), tree)
+        self.chains, self.coupled_limits = self.semantics.chains, self.semantics.coupled_limits
+        self.posture_names: tuple[str, ...] = tuple(self.semantics.postures)
         self._units = {joint.name: "m" if joint.kind == "prismatic" else "rad" for joint in tree.moving_joints}
         self._units |= self.semantics.units
         self.joint_units = tuple(map(self._units.__getitem__, own))
@@ -108,6 +113,7 @@ class RobotModel:
         self.lower, self.upper, self.velocity_limits, self.effort_limits = limits
         self._frames = FrameTable(model, tree)
         self.frame_names, self.link_names = self._frames.names, self._frames.link_names
+        self.frame_table: Mapping[str, int] = self._frames.places
         self._limits = JointLimits(self.joint_names, self.lower, self.upper, self.joint_units, self.coupled_limits)
         self._coordinates = Coordinates(self.joint_names, self.mimics, self.semantics.chains)
         self._configurations = ConfigurationSpace(
@@ -256,21 +262,6 @@ class RobotModel:
         return self._kinematics.mass
 
     @property
-    def coupled_limits(self) -> tuple[CoupledLimit, ...]:
-        """Tables in which one joint's range depends on another's value."""
-        return self.semantics.coupled_limits
-
-    @property
-    def chains(self) -> Mapping[str, tuple[str, ...]]:
-        """Named chains, each with its joints from the trunk outwards; empty without semantics."""
-        return self.semantics.chains
-
-    @property
-    def posture_names(self) -> tuple[str, ...]:
-        """Names that `posture` takes."""
-        return tuple(self.semantics.postures)
-
-    @property
     def parameters(self) -> Any:
         """The published numbers from which the URDF was made; None if there are none."""
         return None
@@ -296,11 +287,6 @@ class RobotModel:
             2
         """
         return self._frames.ids(frames)
-
-    @property
-    def frame_table(self) -> Mapping[str, int]:
-        """Frame name → index in Pinocchio's list, in the order of `frame_names`."""
-        return self._frames.places
 
     def with_offsets(
         self: _Robot, joints: Mapping[str, ArrayLike] | None = None, frames: Mapping[str, ArrayLike] | None = None

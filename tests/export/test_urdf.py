@@ -23,7 +23,7 @@ import nao_kin as nk
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.export.inertia import make_physical, realizable
 from nao_kin.export.variants import Variant, named_semantics
-from nao_kin.robot.nao.urdf_text import nao_urdf_path
+from nao_kin.robot.nao.model import nao_urdf_path
 from nao_kin.robot.urdf.reader import read_urdf
 
 DATA = Path(__file__).parents[1] / "data"

@@ -17,8 +17,9 @@ from viewer_pages import messages_of, until
 import nao_kin as nk
 from nao_kin.cli.naoqi import follow
 from nao_kin.errors import BadArgument, NotFinite, UnknownName, WrongShape
+from nao_kin.export.meshes import MESH_FOLDER
 from nao_kin.naoqi import VirtualNao, light_colours, spoken_words
-from nao_kin.robot.nao.urdf_text import MESH_FOLDER, nao_urdf_path
+from nao_kin.robot.nao.model import nao_urdf_path
 from nao_kin.viewer import Viewer
 from nao_kin.viewer.meshes import Mesh, pieces
 from nao_kin.viewer.scene import Drawable, robot_drawables

@@ -30,7 +30,7 @@ from nao_kin.robot import build
 from nao_kin.robot.configurations import Coordinates
 from nao_kin.robot.limits import JointLimits
 from nao_kin.robot.nao import VERSIONS, nao_parameters
-from nao_kin.robot.nao.urdf_text import nao_urdf_path, urdf_text
+from nao_kin.robot.nao.model import nao_urdf_path
 from nao_kin.robot.semantics import Mimic
 
 # --- building and unpickling ------------------------------------------------------------------------------------------
@@ -287,18 +287,17 @@ def test_a_folder_is_not_written_over(tmp_path: Path) -> None:
 @pytest.mark.parametrize("version", VERSIONS)
 def test_a_phalanx_is_as_fast_as_the_hand_makes_it(version: str) -> None:
     hands = {joint.name: joint for joint in nao_parameters(version).joints if joint.unit == "1"}
-    for text in (urdf_text(nao_parameters(version)), nao_urdf_path(version).read_text(encoding="utf-8")):
-        phalanges = [
-            (joint.find("limit"), mimic)
-            for joint in ET.fromstring(text).findall("joint")
-            if (mimic := joint.find("mimic")) is not None and mimic.get("joint") in hands
-        ]
-        assert len(phalanges) == 16
-        for limit, mimic in phalanges:
-            hand, ratio = hands[mimic.get("joint")], float(mimic.get("multiplier"))
-            assert ratio == 0.999899
-            got = [float(limit.get(name)) for name in ("lower", "upper", "velocity", "effort")]
-            assert got == pytest.approx([ratio * hand.lower, ratio * hand.upper, ratio * hand.velocity, hand.effort])
+    phalanges = [
+        (joint.find("limit"), mimic)
+        for joint in ET.parse(nao_urdf_path(version)).findall("joint")
+        if (mimic := joint.find("mimic")) is not None and mimic.get("joint") in hands
+    ]
+    assert len(phalanges) == 16
+    for limit, mimic in phalanges:
+        hand, ratio = hands[mimic.get("joint")], float(mimic.get("multiplier"))
+        assert ratio == 0.999899
+        got = [float(limit.get(name)) for name in ("lower", "upper", "velocity", "effort")]
+        assert got == pytest.approx([ratio * hand.lower, ratio * hand.upper, ratio * hand.velocity, hand.effort])
 
 
 # --- the installation -------------------------------------------------------------------------------------------------

@@ -18,13 +18,10 @@ from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadModel
 from nao_kin.export.meshes import FOLDER, TakenMeshes, assets
 from nao_kin.export.mujoco.bodies import Bodies, bodies_of, give_the_root_mass
-from nao_kin.export.mujoco.devices import add_actuators, add_sites
-from nao_kin.export.mujoco.model import add_bodies, add_excludes, add_keyframes, add_shapes, on_their_soles
-from nao_kin.export.pipeline import Exported, Target, filled
+from nao_kin.export.pipeline import Exported, Target, filled, numbers
 from nao_kin.export.variants import Variant
 from nao_kin.joints import group_joints
 from nao_kin.robot import RobotModel
-from nao_kin.robot.urdf import srdf as writing
 
 __all__ = ["mjcf"]
 
@@ -75,9 +72,9 @@ def exact_xml(spec: Any) -> str:
         inertial = element.find("inertial")
         if inertial is not None:
             values = {"pos": body.ipos, "mass": [body.mass], "fullinertia": body.fullinertia}
-            inertial.attrib = {name: writing.numbers(value) for name, value in values.items()}
+            inertial.attrib = {name: numbers(value) for name, value in values.items()}
     for equality, element in _pairs(spec.equalities, root.iterfind("equality/joint")):
-        element.set("polycoef", writing.numbers(equality.data[:5]))
+        element.set("polycoef", numbers(equality.data[:5]))
     ET.indent(root)
     return ET.tostring(root, encoding="unicode") + "\n"
 
@@ -93,12 +90,12 @@ def _put(element: ET.Element, attribute: str, exact: Floats) -> None:
     if written is None:
         default = _DEFAULTS.get(attribute)
         if default is not None and tuple(exact) != default and np.allclose(exact, default, atol=_ROUNDED):
-            element.set(attribute, writing.numbers(exact))
+            element.set(attribute, numbers(exact))
         return
     rough = [float(word) for word in written.split()]
     exact = exact[: len(rough)]
     if np.allclose(rough, exact, rtol=_ROUNDED, atol=1e-12):
-        element.set(attribute, writing.numbers(exact))
+        element.set(attribute, numbers(exact))
 
 
 # --- The export.
@@ -169,6 +166,9 @@ def mjcf(
     need_extra("the export for MuJoCo", "mujoco")
     import mujoco
 
+    from nao_kin.export.mujoco.devices import add_actuators, add_sites
+    from nao_kin.export.mujoco.model import add_bodies, add_excludes, add_keyframes, add_shapes, on_their_soles
+
     # Links on fixed joints become sites, and merged joints are joints of one body.
     tree, changes = replace(chosen, frames="all", typed=False).tree_of(robot)
     bodies = bodies_of(tree, group_joints(RobotModel(tree)) if typed else None)
@@ -198,7 +198,9 @@ def mjcf(
     except ValueError as error:
         hint = "" if inertia == "physical" else "; inertia='physical' corrects impossible inertias"
         raise BadModel(f"MuJoCo refuses {tree.name}: {abbreviated(error)}{hint}") from None
-    name = _file_name(tree.name)
+    # Letters, digits, dot, dash and underscore, different from the name of the scene.
+    stem = re.sub(r"[^A-Za-z0-9._-]+", "_", tree.name).strip("._") or "robot"
+    name = f"{stem}.xml" if f"{stem}.xml" != NAME else "robot.xml"
     files = {NAME: scene_xml(name, model).encode(), name: exact_xml(spec).encode(), **taken.files}
     return target.write(files, (*changes, *_merging_notes(bodies, typed), *lowered, *notes, *excludes), NAME)
 
@@ -216,9 +218,3 @@ def _merging_notes(bodies: Bodies, typed: bool) -> tuple[str, ...]:
     if typed and not any(sum(len(joint.axes) for joint in body.joints) > 1 for body in bodies.bodies):
         notes.append("no joints have one centre: there is nothing to merge")
     return tuple(notes)
-
-
-def _file_name(robot: str) -> str:
-    """Return the name of the robot's file: letters, digits, dot, dash and underscore, different from the scene's."""
-    stem = re.sub(r"[^A-Za-z0-9._-]+", "_", robot).strip("._") or "robot"
-    return f"{stem}.xml" if f"{stem}.xml" != NAME else "robot.xml"

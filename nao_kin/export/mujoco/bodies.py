@@ -11,10 +11,10 @@ import pinocchio as pin
 from nao_kin._core.arrays import Floats
 from nao_kin.export.inertia import central_tensor
 from nao_kin.joints import JointGroups
-from nao_kin.robot.urdf import Inertial, Origin, UrdfJoint, UrdfTree
+from nao_kin.robot.urdf import Origin, UrdfJoint, UrdfTree
 from nao_kin.rotations import quat_from_matrix
 
-# --- Poses as MuJoCo writes them, and frames in the semantics.
+# --- Poses as MuJoCo writes them.
 
 
 def pose(origin: Origin) -> pin.SE3:
@@ -25,15 +25,6 @@ def pose(origin: Origin) -> pin.SE3:
 def pos_quat(T: pin.SE3) -> dict[str, list[float]]:
     """Return position [m] and quaternion, scalar first."""
     return {"pos": (T.translation + 0.0).tolist(), "quat": (quat_from_matrix(T.rotation) + 0.0).tolist()}
-
-
-def link_of(tree: UrdfTree, frame: str) -> str:
-    """Return the link of a frame's name: a link, or the one that the joint with this name moves."""
-    if frame in tree.links:
-        return frame
-    if frame in tree.shared_names:
-        return tree.shared_names[frame]
-    return next(joint.child for joint in tree.joints if joint.name == frame)
 
 
 # --- The bodies.
@@ -121,8 +112,11 @@ def bodies_of(tree: UrdfTree, groups: JointGroups | None = None) -> Bodies:
     for link in tree.links:
         index, T_body = places[link]
         bodies[index].links[link] = T_body
-        if link in tree.inertials:
-            bodies[index].inertia += T_body.act(_inertia(tree.inertials[link]))
+        held = tree.inertials.get(link)
+        if held is not None:
+            inertia = pin.Inertia.Zero()
+            inertia.mass, inertia.lever, inertia.inertia = held.mass, np.array(held.origin.xyz), central_tensor(held)
+            bodies[index].inertia += T_body.act(inertia)
     bodies[0].name = _root_name(tree, bodies[0])
     return Bodies(tuple(bodies), frozenset(between))
 
@@ -151,9 +145,3 @@ def _root_name(tree: UrdfTree, root: Body) -> str:
     heavy = (link for link, T in root.links.items() if link in tree.inertials and identity == T)
     name = next(heavy, tree.root)
     return name if name != "world" else "world_link"
-
-
-def _inertia(body: Inertial) -> pin.Inertia:
-    inertia = pin.Inertia.Zero()
-    inertia.mass, inertia.lever, inertia.inertia = body.mass, np.array(body.origin.xyz), central_tensor(body)
-    return inertia

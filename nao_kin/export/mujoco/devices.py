@@ -17,11 +17,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
+import mujoco
 import numpy as np
 import pinocchio as pin
 
 from nao_kin._core.arrays import Floats
-from nao_kin.export.mujoco.bodies import Bodies, BodyJoint, link_of, pos_quat
+from nao_kin.export.mujoco.bodies import Bodies, BodyJoint, pos_quat
+from nao_kin.export.variants import link_of
 from nao_kin.robot.semantics import Semantics
 from nao_kin.robot.urdf import UrdfJoint, UrdfTree
 
@@ -88,8 +90,6 @@ def add_actuators(spec: Any, joints: Iterable[BodyJoint]) -> tuple[str, ...]:
 
 
 def _add_actuator(spec: Any, name: str, joint: str, motor: Servo, allowed: tuple[float, float], axis: int = 0) -> None:
-    import mujoco
-
     added = spec.add_actuator(name=name, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
     added.set_to_position(kp=motor.kp, kv=motor.kv)
     added.gear = np.eye(6)[axis]
@@ -118,8 +118,6 @@ def add_sites(
     `added` has MuJoCo's body for each of `bodies`; `frames` selects the links with sites: "all", "effectors" for those
     in the semantics, "none" for sensors only. Returns one line for each difference from the robot.
     """
-    import mujoco
-
     felt = {link_of(tree, name) for name in semantics.force_sensors}
     sensing = {link_of(tree, name) for name in (*semantics.accelerometers, *semantics.gyrometers)} | felt
     named = {link_of(tree, name) for name in semantics.frames()}
@@ -155,8 +153,6 @@ def _felt_sizes(places: dict[str, pin.SE3]) -> dict[str, Floats]:
 
 
 def _add_sensors(spec: Any, bodies: Bodies, tree: UrdfTree, semantics: Semantics) -> None:
-    import mujoco
-
     kinds, objects = mujoco.mjtSensor, mujoco.mjtObj
 
     def add(name: str, kind: Any, what: Any, of: str) -> None:

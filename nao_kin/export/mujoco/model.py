@@ -7,18 +7,19 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
+import mujoco
 import numpy as np
 import pinocchio as pin
 
 from nao_kin._core.arrays import Floats, Vector
 from nao_kin._core.text import fresh_name
-from nao_kin.export.meshes import paint_names, shapes_of
-from nao_kin.export.mujoco.bodies import Bodies, Body, BodyJoint, link_of, pos_quat, pose
+from nao_kin.export.meshes import GREY, paint_names, shapes_of
+from nao_kin.export.mujoco.bodies import Bodies, Body, BodyJoint, pos_quat, pose
 from nao_kin.export.mujoco.devices import motor_of, proper_range
-from nao_kin.export.variants import joint_values
+from nao_kin.export.variants import joint_values, link_of
 from nao_kin.robot import RobotModel
 from nao_kin.robot.semantics import Semantics
-from nao_kin.robot.urdf import Box, Collision, Cylinder, Geometry, MeshFile, Origin, Rgba, Sphere, UrdfTree, Visual
+from nao_kin.robot.urdf import Box, Collision, Cylinder, Geometry, MeshFile, Origin, Sphere, UrdfTree, Visual
 from nao_kin.rotations import log, matrix_from_natural, quat_from_matrix
 
 # The stiffest couplings that MuJoCo accepts: a time constant of two steps of the simulation, critically damped, and
@@ -29,8 +30,6 @@ _COUPLING_SOLIMP = (0.9999, 0.9999, 0.001, 0.5, 2.0)
 
 def add_bodies(spec: Any, bodies: Bodies, *, floating: bool) -> list[Any]:
     """Add bodies with masses and joints, and an equality for each follower; return MuJoCo's body for each."""
-    import mujoco
-
     added: list[Any] = []
     for body in bodies.bodies:
         parent = spec.worldbody if body.parent < 0 else added[body.parent]
@@ -68,8 +67,6 @@ def _set_inertia(one: Any, body: Body) -> None:
 
 
 def _add_joint(one: Any, joint: BodyJoint) -> None:
-    import mujoco
-
     motor, row = motor_of(joint), joint.rows[0]
     added = one.add_joint(name=joint.name, type=getattr(mujoco.mjtJoint, f"mjJNT_{joint.kind.upper()}"))
     if joint.kind != "ball":
@@ -87,7 +84,6 @@ def _add_joint(one: Any, joint: BodyJoint) -> None:
 
 VISUAL, COLLISION = "visual", "collision"
 _VISUAL_GROUP, _COLLISION_GROUP = 2, 3
-_GREY: Rgba = (0.7, 0.7, 0.7, 1.0)
 
 
 def add_shapes(
@@ -103,7 +99,7 @@ def add_shapes(
     everything = shapes_of(tree)
     shapes = [shape for shape in everything if meshes is not None or not isinstance(shape.geometry, MeshFile)]
     paints = {
-        shape: (shape.material or "colour", shape.rgba or _GREY)
+        shape: (shape.material or "colour", shape.rgba or GREY)
         for shape in shapes
         if isinstance(shape, Visual) and (shape.material or shape.rgba)
     }
@@ -132,25 +128,17 @@ def add_shapes(
 
 def _add_meshes(spec: Any, geometries: Iterable[Geometry], meshes: Mapping[str, str]) -> dict[MeshFile, str]:
     """Add each mesh once in each scale; return their names in the specification."""
-    import mujoco
-
     found: dict[tuple[str, Vector], str] = {}
-    scaled: dict[MeshFile, str] = {}
-    for geometry in geometries:
-        if isinstance(geometry, MeshFile):
-            file = meshes[geometry.filename]
-            if (file, geometry.scale) not in found:
-                found[file, geometry.scale] = name = fresh_name(file.rpartition(".")[0], found.values())
-                # The bodies have the masses, so a mesh may be open, or flat.
-                shell = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
-                spec.add_mesh(name=name, file=file, scale=geometry.scale, inertia=shell)
-            scaled[geometry] = found[file, geometry.scale]
-    return scaled
+    scaled = {mesh: (meshes[mesh.filename], mesh.scale) for mesh in geometries if isinstance(mesh, MeshFile)}
+    # The bodies have the masses, so a mesh may be open, or flat.
+    shell = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
+    for file, scale in dict.fromkeys(scaled.values()):
+        found[file, scale] = name = fresh_name(file.rpartition(".")[0], found.values())
+        spec.add_mesh(name=name, file=file, scale=scale, inertia=shell)
+    return {mesh: found[key] for mesh, key in scaled.items()}
 
 
 def _set_geometry(geom: Any, geometry: Geometry, scaled: Mapping[MeshFile, str]) -> None:
-    import mujoco
-
     kinds = mujoco.mjtGeom
     if isinstance(geometry, Box):
         geom.type, geom.size = kinds.mjGEOM_BOX, [0.5 * length for length in geometry.size]
@@ -172,8 +160,6 @@ def add_excludes(spec: Any) -> tuple[str, ...]:
     other. The neighbour of a body is the nearest one before it that has a shape. Returns a line about pairs that are no
     neighbours.
     """
-    import mujoco
-
     model = spec.compile()
     data = mujoco.MjData(model)
     excluded: dict[tuple[int, int], None] = {}
@@ -251,8 +237,6 @@ def _to_the_plane(shape: Collision, T_sole_shape: pin.SE3) -> tuple[Collision, f
 
 def lowest_point(model: Any, data: Any) -> float:
     """Return the least height of all geoms that can touch something; without any, of the bodies' frames [m]."""
-    import mujoco
-
     kinds = mujoco.mjtGeom
     heights = []
     for geom in np.flatnonzero(model.geom_contype):
@@ -280,8 +264,6 @@ ZERO = "zero"
 
 def add_keyframes(spec: Any, robot: RobotModel, bodies: Bodies, *, floating: bool) -> None:
     """Add a key frame for each posture, the initial one first; a floating root is set on the floor z = 0."""
-    import mujoco
-
     model = spec.compile()
     data = mujoco.MjData(model)
     start = robot.semantics.start

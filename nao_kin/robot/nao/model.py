@@ -11,17 +11,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats
+from nao_kin._core.arrays import Floats, as_floats, choice
+from nao_kin.errors import BadModel
 from nao_kin.robot.build import Base
 from nao_kin.robot.limits import LimitPolicy
 from nao_kin.robot.model import RobotModel
 from nao_kin.robot.nao import v6
 from nao_kin.robot.nao.parameters import NaoParameters, nao_parameters, ros_names, version_named
-from nao_kin.robot.nao.rows import Version
-from nao_kin.robot.nao.urdf_text import nao_urdf_path
+from nao_kin.robot.nao.rows import VERSIONS, Version
 from nao_kin.robot.offsets import read_offsets
 from nao_kin.robot.semantics import Posture, Semantics, View
 from nao_kin.robot.urdf import UrdfTree, read_urdf
+
+# The package contains the files in a wheel; in a checkout they are beside it.
+_PACKAGE = Path(__file__).resolve().parents[2]
 
 
 class NaoModel(RobotModel):
@@ -123,6 +126,20 @@ def load_nao(
     return nao if offsets is None else nao.with_offsets(**read_offsets(offsets))
 
 
+def nao_urdf_path(version: str) -> Path:
+    """Return the URDF file of one NAO version, "v3.2" … "v6"; raise `BadModel` if the installation lacks it."""
+    name = urdf_name(version)
+    for folder in (_PACKAGE / "_urdf_files", _PACKAGE.parent / "urdf"):
+        if (folder / name).is_file():
+            return folder / name
+    raise BadModel(f"no urdf folder with {name} in {_PACKAGE} or beside it; reinstall nao-kin")
+
+
+def urdf_name(version: str) -> str:
+    """Return the file name of the URDF of one version: "v3.2" → "nao_v32.urdf"."""
+    return f"nao_{choice(version, VERSIONS, 'NAO version').replace('.', '')}.urdf"
+
+
 @functools.cache
 def _tree(version: Version) -> UrdfTree:
     """Return the URDF of a version, read once per process: the files of the package do not change."""
@@ -136,8 +153,8 @@ def _semantics(version: Version) -> Semantics:
     horizontal, vertical = (math.radians(angle) for angle in v6.FIELDS_OF_VIEW[version])
     return Semantics(
         chains=v6.CHAINS,
-        end_effectors=v6.END_EFFECTORS,
-        soles=v6.SOLES,
+        end_effectors=("Head", "LArm", "RArm", "LLeg", "RLeg"),
+        soles=("LLeg", "RLeg"),
         cameras=v6.CAMERAS,
         fields_of_view=dict.fromkeys(v6.CAMERAS, (horizontal, vertical)),
         postures={
@@ -147,11 +164,14 @@ def _semantics(version: Version) -> Semantics:
         start="StandInit",
         coupled_limits=parameters.coupled_limits,
         units={joint.name: joint.unit for joint in parameters.joints if joint.unit == "1"},
-        views={name: View(direction, joints) for name, direction, joints in v6.VIEWS},
+        views={
+            "hands": View((1.0, 0.25, 0.55), ("LWristYaw", "RWristYaw")),
+            "feet": View((1.0, 0.45, 0.42), ("LAnklePitch", "RAnklePitch")),
+        },
         version=version,
         root="torso",
-        accelerometers=v6.ACCELEROMETERS,
-        gyrometers=v6.GYROMETERS,
-        force_sensors=v6.FORCE_SENSORS,
+        accelerometers=("Accelerometer",),
+        gyrometers=("Gyrometer",),
+        force_sensors=tuple(frame.name for frame in parameters.frames if "/FSR/" in frame.name),
         ros_names=ros_names(parameters),
     )

@@ -230,13 +230,6 @@ def version_named(name: str) -> Version:
     raise UnknownName("NAO version", name, VERSIONS)
 
 
-def checked_parameters(parameters: object) -> NaoParameters:
-    """Return `parameters`; raise `BadArgument` unless they are the numbers of a version."""
-    if not isinstance(parameters, NaoParameters):
-        raise BadArgument(f"parameters must be those that nao_parameters gives, got {quoted(parameters)}")
-    return parameters
-
-
 def nao_parameters(version: str = "v6") -> NaoParameters:
     """Return the parameters of one version.
 
@@ -366,7 +359,9 @@ def ros_names(parameters: NaoParameters) -> dict[str, str]:
         >>> names["CameraTop"], names["CameraTop_fixed"], names["LHandThumb1"]
         ('CameraTop_frame', 'CameraTop_sensor_fixedjoint', 'LThumb1')
     """
-    digits = f"{checked_parameters(parameters).version.removeprefix('v').replace('.', '')}0"[:2]
+    if not isinstance(parameters, NaoParameters):
+        raise BadArgument(f"parameters must be those that nao_parameters gives, got {quoted(parameters)}")
+    digits = f"{parameters.version.removeprefix('v').replace('.', '')}0"[:2]
     names = {f"nao_{parameters.version}": f"NaoH25V{digits}"} | BODY_ALIASES | _ANKLES
     for frame in parameters.frames:
         if frame.ros_name is not None:

@@ -43,7 +43,7 @@ TIBIA_LENGTH = Offset("TibiaLength")
 FOOT_HEIGHT = Offset("FootHeight")
 LEG_EFFECTOR_HEIGHT = Offset("LegEffectorHeight")
 
-V6_OFFSETS: tuple[OffsetRow, ...] = (
+_OFFSETS: tuple[OffsetRow, ...] = (
     OffsetRow(NECK_OFFSET_Z, 126.5, "L6"),
     OffsetRow(SHOULDER_OFFSET_Y, 98.0, "L6"),
     OffsetRow(SHOULDER_OFFSET_Z, 100.0, "L6"),
@@ -129,7 +129,7 @@ FINGERS: tuple[FingerRow, ...] = (
 
 # Degrees, as in the documentation; the official URDF has the same values in radians. A joint that shares the motor of
 # another one uses the row of that joint.
-V6_LIMITS: tuple[LimitRow, ...] = (
+_LIMITS: tuple[LimitRow, ...] = (
     LimitRow("HeadYaw", -119.5, 119.5, "deg", "J6"),
     LimitRow("HeadPitch", -38.5, 29.5, "deg", "J6"),
     LimitRow("LShoulderPitch", -119.5, 119.5, "deg", "J6"),
@@ -157,37 +157,38 @@ V6_LIMITS: tuple[LimitRow, ...] = (
     LimitRow("RAnkleRoll", -44.06, 22.8, "deg", "J6"),
 )
 
+
+def actuators(velocity: float, effort: float, source: str, *joints: str) -> tuple[ActuatorRow, ...]:
+    """Return the rows of joints with the same motor and gear."""
+    return tuple(ActuatorRow(joint, velocity, effort, source) for joint in joints)
+
+
 # The speeds are the no-load speeds of the V3.x motors; the official URDFs of all later versions repeat them.
-V6_ACTUATORS: tuple[ActuatorRow, ...] = (
-    ActuatorRow("HeadYaw", 8.26797, 1.547, "U6"),
-    ActuatorRow("HeadPitch", 7.19407, 1.532, "U6"),
-    ActuatorRow("LShoulderPitch", 8.26797, 1.329, "U6"),
-    ActuatorRow("LShoulderRoll", 7.19407, 1.7835, "U6"),
-    ActuatorRow("LElbowYaw", 8.26797, 1.547, "U6"),
-    ActuatorRow("LElbowRoll", 7.19407, 1.532, "U6"),
-    ActuatorRow("LWristYaw", 24.6229, 0.4075, "U6"),
-    ActuatorRow("LHand", 8.33, 0.292, "U6"),
-    ActuatorRow("LHipYawPitch", 4.16174, 3.348, "U6"),
-    ActuatorRow("LHipRoll", 4.16174, 3.348, "U6"),
-    ActuatorRow("LHipPitch", 6.40239, 3.023, "U6"),
-    ActuatorRow("LKneePitch", 6.40239, 3.023, "U6"),
-    ActuatorRow("LAnklePitch", 6.40239, 3.023, "U6"),
-    ActuatorRow("LAnkleRoll", 4.16174, 3.348, "U6"),
-    ActuatorRow("RShoulderPitch", 8.26797, 1.329, "U6"),
-    ActuatorRow("RShoulderRoll", 7.19407, 1.783, "U6"),
-    ActuatorRow("RElbowYaw", 8.26797, 1.547, "U6"),
-    ActuatorRow("RElbowRoll", 7.19407, 1.532, "U6"),
-    ActuatorRow("RWristYaw", 24.6229, 0.4075, "U6"),
-    ActuatorRow("RHand", 8.33, 0.292, "U6"),
-    ActuatorRow("RHipRoll", 4.16174, 3.348, "U6"),
-    ActuatorRow("RHipPitch", 6.40239, 3.0226, "U6"),
-    ActuatorRow("RKneePitch", 6.40239, 3.0226, "U6"),
-    ActuatorRow("RAnklePitch", 6.40239, 3.0226, "U6"),
-    ActuatorRow("RAnkleRoll", 4.16174, 3.348, "U6"),
+_ACTUATORS: tuple[ActuatorRow, ...] = (
+    *actuators(8.26797, 1.547, "U6", "HeadYaw", "LElbowYaw", "RElbowYaw"),
+    *actuators(7.19407, 1.532, "U6", "HeadPitch", "LElbowRoll", "RElbowRoll"),
+    *actuators(8.26797, 1.329, "U6", "LShoulderPitch", "RShoulderPitch"),
+    *actuators(7.19407, 1.7835, "U6", "LShoulderRoll"),
+    *actuators(7.19407, 1.783, "U6", "RShoulderRoll"),
+    *actuators(24.6229, 0.4075, "U6", "LWristYaw", "RWristYaw"),
+    *actuators(8.33, 0.292, "U6", "LHand", "RHand"),
+    *actuators(4.16174, 3.348, "U6", "LHipYawPitch", "LHipRoll", "LAnkleRoll", "RHipRoll", "RAnkleRoll"),
+    *actuators(6.40239, 3.023, "U6", "LHipPitch", "LKneePitch", "LAnklePitch"),
+    *actuators(6.40239, 3.0226, "U6", "RHipPitch", "RKneePitch", "RAnklePitch"),
 )
 
 # One table for all versions.
 # fmt: off
+# The right ankle has the mirror image.
+_LEFT_ANKLE = (
+    (-68.15, -2.86, 4.3),
+    (-48.13, -10.31, 9.74),
+    (-40.11, -22.8, 12.61),
+    (-25.78, -22.8, 44.06),
+    (5.73, -22.8, 44.06),
+    (20.05, -22.8, 31.54),
+    (52.87, 0.0, 2.86),
+)
 COUPLED_LIMITS: tuple[CoupledLimitRow, ...] = (
     CoupledLimitRow("HeadPitch", "HeadYaw", (
         (-119.52, -25.73, 18.91),
@@ -204,24 +205,8 @@ COUPLED_LIMITS: tuple[CoupledLimitRow, ...] = (
         (87.49, -18.91, 11.46),
         (119.52, -25.73, 18.91),
     ), "J6"),
-    CoupledLimitRow("LAnkleRoll", "LAnklePitch", (
-        (-68.15, -2.86, 4.3),
-        (-48.13, -10.31, 9.74),
-        (-40.11, -22.8, 12.61),
-        (-25.78, -22.8, 44.06),
-        (5.73, -22.8, 44.06),
-        (20.05, -22.8, 31.54),
-        (52.87, 0.0, 2.86),
-    ), "J6"),
-    CoupledLimitRow("RAnkleRoll", "RAnklePitch", (
-        (-68.15, -4.3, 2.86),
-        (-48.13, -9.74, 10.31),
-        (-40.11, -12.61, 22.8),
-        (-25.78, -44.06, 22.8),
-        (5.73, -44.06, 22.8),
-        (20.05, -31.54, 22.8),
-        (52.87, -2.86, 0.0),
-    ), "J6"),
+    CoupledLimitRow("LAnkleRoll", "LAnklePitch", _LEFT_ANKLE, "J6"),
+    CoupledLimitRow("RAnkleRoll", "RAnklePitch", tuple((at, 0.0 - high, 0.0 - low) for at, low, high in _LEFT_ANKLE), "J6"),
 )
 # fmt: on
 
@@ -231,7 +216,7 @@ COUPLED_LIMITS: tuple[CoupledLimitRow, ...] = (
 # Masses, centres of mass and inertia tensors are as published: left and right are not exact mirrors of each other.
 
 # fmt: off
-V6_INERTIALS: tuple[InertialRow, ...] = (
+_INERTIALS: tuple[InertialRow, ...] = (
     InertialRow("torso", 1.04956, (-0.00413, 0.0, 0.04342), (0.00308361, 1.43116e-05, -3.30211e-05, 0.0028835, -2.70793e-05, 0.0015924), "U6"),
     InertialRow("HeadYaw", 0.07842, (-1e-05, 0.0, -0.02742), (1.60324e-05, 1.57e-09, 3.16276e-09, 1.70394e-05, -5.295e-08, 5.53372e-06), "U6"),
     InertialRow("HeadPitch", 0.65973, (0.00108886, 0.00146278, 0.0571855), (0.00077097, 4.76784e-06, 9.62477e-06, 0.000680374, -1.85791e-05, 0.000714702), "U6"),
@@ -312,7 +297,7 @@ def both_sides(parent: str, part: str, *colours: str) -> tuple[VisualRow, Visual
     return VisualRow(f"L{parent}", f"l_{part}", colours), VisualRow(f"R{parent}", f"r_{part}", colours)
 
 
-V6_VISUALS: tuple[VisualRow, ...] = (
+_VISUALS: tuple[VisualRow, ...] = (
     VisualRow("torso", "torso", ("white", "accent", "dark", "grey", "led")),
     VisualRow("HeadYaw", "neck", ("dark",)),
     VisualRow("HeadPitch", "head", ("white", "grey", "dark", "black", "led")),
@@ -343,7 +328,7 @@ V6_VISUALS: tuple[VisualRow, ...] = (
 # Where a source has π or π/2 with five to seven digits (3.14159, 1.5708), the rows have the exact value.
 
 # fmt: off
-V6_FRAMES: tuple[FrameRow, ...] = (
+_FRAMES: tuple[FrameRow, ...] = (
     FrameRow("Accelerometer", "ImuTorsoAccelerometer_frame", "torso", (-0.008, 0.00606, 0.027), (0.0, 0.0, 0.0), "U6"),
     FrameRow("ChestBoard/Button", "ChestButton_frame", "torso", (0.049871, 0.001588, 0.055163), (0.0, 0.0, 0.0), "U6"),
     FrameRow("Gyrometer", "ImuTorsoGyrometer_frame", "torso", (-0.008, 0.006, 0.029), (0.0, 0.0, 0.0), "U6"),
@@ -390,12 +375,7 @@ V6_FRAMES: tuple[FrameRow, ...] = (
 # fmt: on
 
 V6 = VersionTables(
-    offsets=V6_OFFSETS,
-    limits=V6_LIMITS,
-    actuators=V6_ACTUATORS,
-    inertials=V6_INERTIALS,
-    frames=V6_FRAMES,
-    visuals=V6_VISUALS,
+    offsets=_OFFSETS, limits=_LIMITS, actuators=_ACTUATORS, inertials=_INERTIALS, frames=_FRAMES, visuals=_VISUALS
 )
 
 # x right, y down, z forward, as in image processing; the camera frames themselves look along x.
@@ -410,18 +390,6 @@ FIELDS_OF_VIEW: Mapping[Version, tuple[float, float]] = {
     "v3.3": (47.8, 36.8),
     "v3.2": (47.8, 36.8),
 }
-END_EFFECTORS: tuple[str, ...] = ("Head", "LArm", "RArm", "LLeg", "RLeg")
-SOLES: tuple[str, ...] = ("LLeg", "RLeg")
-ACCELEROMETERS: tuple[str, ...] = ("Accelerometer",)
-GYROMETERS: tuple[str, ...] = ("Gyrometer",)
-# Under the corners of both feet.
-FORCE_SENSORS: tuple[str, ...] = tuple(frame.name for frame in V6_FRAMES if "/FSR/" in frame.name)
-
-# Close views: name, direction from the robot to the camera, and the joints whose links it shows.
-VIEWS: tuple[tuple[str, Vector, tuple[str, ...]], ...] = (
-    ("hands", (1.0, 0.25, 0.55), ("LWristYaw", "RWristYaw")),
-    ("feet", (1.0, 0.45, 0.42), ("LAnklePitch", "RAnklePitch")),
-)
 
 
 # --- NAOqi's predefined postures, and the vertical in those in which the robot does not stand.

@@ -29,8 +29,7 @@ from nao_kin.robot.urdf.document import (
     xacro_values,
 )
 from nao_kin.robot.urdf.mjcf.reader import read_mjcf
-from nao_kin.robot.urdf.srdf import TENSOR_LABELS
-from nao_kin.robot.urdf.tree import Inertial, Origin, UrdfJoint, UrdfTree, read_shapes, rename_links
+from nao_kin.robot.urdf.tree import TENSOR_LABELS, Inertial, Origin, UrdfJoint, UrdfTree, read_shapes, rename_links
 
 # The owner of an attribute: "joint" or "link", and its name.
 Owner = tuple[str, str]

@@ -3,26 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadModel
-from nao_kin.robot.semantics import Mimic, Posture, Semantics
+from nao_kin.robot.semantics import Posture, Semantics
 from nao_kin.robot.urdf.document import file_content, finite_numbers, read_document
-from nao_kin.robot.urdf.tree import (
-    Box,
-    Cylinder,
-    Geometry,
-    Inertial,
-    MeshFile,
-    Origin,
-    Rgba,
-    Sphere,
-    UrdfJoint,
-    UrdfTree,
-)
+from nao_kin.robot.urdf.tree import UrdfJoint, UrdfTree
 
 
 def read_srdf(path: Path | str, tree: UrdfTree, notes: list[str]) -> Semantics:
@@ -134,71 +123,3 @@ def _value(text: str) -> float | None:
     if len(numbers) == 2:
         return math.atan2(numbers[1], numbers[0])
     return numbers[0] if len(numbers) == 1 else None
-
-
-# --- The parts of a URDF as XML, always in the same order.
-
-# The entries of a tensor, in the order of `Inertial.inertia`.
-TENSOR_LABELS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-
-
-def number(value: float) -> str:
-    """Return the shortest text that reads back as the same float; no sign on zero."""
-    text = repr(float(value) + 0.0)
-    return text[:-2] if text.endswith(".0") else text
-
-
-def numbers(values: Iterable[float]) -> str:
-    """Return several numbers separated by blanks."""
-    return " ".join(map(number, values))
-
-
-def add_origin(element: ET.Element, origin: Origin) -> None:
-    """Add the pose of an element."""
-    ET.SubElement(element, "origin", xyz=numbers(origin.xyz), rpy=numbers(origin.rpy))
-
-
-def add_ends(joint: ET.Element, parent: str, child: str, origin: Origin) -> None:
-    """Add the links that a joint connects, and its pose."""
-    ET.SubElement(joint, "parent", link=parent)
-    ET.SubElement(joint, "child", link=child)
-    add_origin(joint, origin)
-
-
-def add_inertial(link: ET.Element, body: Inertial) -> None:
-    """Add mass, centre of mass and tensor of a link."""
-    inertial = ET.SubElement(link, "inertial")
-    add_origin(inertial, body.origin)
-    ET.SubElement(inertial, "mass", value=number(body.mass))
-    ET.SubElement(inertial, "inertia", {k: number(v) for k, v in zip(TENSOR_LABELS, body.inertia, strict=True)})
-
-
-def add_geometry(element: ET.Element, shape: Geometry) -> None:
-    """Add a shape; a mesh with the name of its file, and its scale if it is not 1."""
-    geometry = ET.SubElement(element, "geometry")
-    if isinstance(shape, Box):
-        ET.SubElement(geometry, "box", size=numbers(shape.size))
-    elif isinstance(shape, Cylinder):
-        ET.SubElement(geometry, "cylinder", radius=number(shape.radius), length=number(shape.length))
-    elif isinstance(shape, Sphere):
-        ET.SubElement(geometry, "sphere", radius=number(shape.radius))
-    elif isinstance(shape, MeshFile):
-        scale = {} if shape.scale == (1.0, 1.0, 1.0) else {"scale": numbers(shape.scale)}
-        ET.SubElement(geometry, "mesh", {"filename": shape.filename, **scale})
-
-
-def add_colour(robot: ET.Element, name: str, rgba: Rgba) -> None:
-    """Add a material to the robot."""
-    ET.SubElement(ET.SubElement(robot, "material", name=name), "color", rgba=numbers(rgba))
-
-
-def add_mimic(joint: ET.Element, mimic: Mimic) -> None:
-    """Add the joint that a joint follows, with multiplier and offset."""
-    ratio = {"multiplier": number(mimic.multiplier), "offset": number(mimic.offset)}
-    ET.SubElement(joint, "mimic", {"joint": mimic.joint, **ratio})
-
-
-def document_text(robot: ET.Element) -> str:
-    """Return the document, indented, with its declaration and a final newline."""
-    ET.indent(robot)
-    return '<?xml version="1.0" encoding="utf-8"?>\n' + ET.tostring(robot, encoding="unicode") + "\n"

@@ -16,7 +16,7 @@ from nao_kin._core.arrays import Floats, Vector, join_poses
 from nao_kin._core.text import abbreviated, fresh_name, quoted
 from nao_kin.robot.semantics import Mimic
 from nao_kin.robot.urdf.document import Packages, finite_numbers
-from nao_kin.rotations import exp, matrix_from_rpy
+from nao_kin.rotations import exp, matrix_from_rpy, rpy_from_matrix
 
 # --- The `<visual>` and `<collision>` elements of a URDF: pose, shape and colour.
 
@@ -47,6 +47,12 @@ class Origin:
     def matrix(self) -> Floats:
         """The pose as a matrix, shape (4, 4) [m]."""
         return join_poses(matrix_from_rpy(self.rpy), np.array(self.xyz))
+
+    @staticmethod
+    def of(T: Floats) -> Origin:
+        """Return a pose, given as a matrix (4, 4), without −0."""
+        (x, y, z), (roll, pitch, yaw) = ((part + 0.0).tolist() for part in (T[:3, 3], rpy_from_matrix(T[:3, :3])))
+        return Origin((x, y, z), (roll, pitch, yaw))
 
 
 @dataclass(frozen=True)
@@ -192,6 +198,9 @@ def _numbers(element: ET.Element, attribute: str, count: int, default: str = "")
 
 
 # --- Links, joints and inertias.
+
+# The entries of a tensor, in the order of `Inertial.inertia`.
+TENSOR_LABELS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
 @dataclass(frozen=True)

@@ -20,8 +20,8 @@ from scipy.spatial.transform import Rotation
 
 import nao_kin as nk
 from nao_kin.robot.nao import BODY_ORDER, CHAINS, VERSIONS, NaoParameters, nao_parameters
+from nao_kin.robot.nao.model import nao_urdf_path
 from nao_kin.robot.nao.parameters import PLACEHOLDER
-from nao_kin.robot.nao.urdf_text import nao_urdf_path
 from nao_kin.robot.nao.v6 import COLLISION_SHAPES, FINGERS, POSTURES
 
 PUBLISHED = json.loads((Path(__file__).parents[2] / "data" / "published_numbers.json").read_text(encoding="utf-8"))

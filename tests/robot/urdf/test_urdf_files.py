@@ -15,9 +15,13 @@ import yourdfpy
 
 import nao_kin as nk
 from nao_kin.robot.nao import VERSIONS, nao_parameters
-from nao_kin.robot.nao.urdf_text import nao_urdf_path, urdf_text
+from nao_kin.robot.nao.model import nao_urdf_path
 
 ROOT = Path(__file__).resolve().parents[3]
+sys.path.insert(0, str(ROOT / "scripts"))
+
+from generate_urdf import urdf_text  # noqa: E402 - found beside the other scripts
+
 ROS_NAMES = (
     "base_link torso Neck Head gaze LShoulder LBicep LElbow LForeArm l_wrist l_gripper LPelvis LHip LThigh LTibia "
     "LAnklePitch l_ankle l_sole RShoulder RBicep RElbow RForeArm r_wrist r_gripper RPelvis RHip RThigh RTibia "

@@ -23,8 +23,8 @@ from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import mujoco_warnings, need_extra
 from nao_kin.errors import BadModel
 from nao_kin.robot.urdf.document import Packages
-from nao_kin.robot.urdf.mjcf.joints import origin, pose, translation
-from nao_kin.robot.urdf.tree import Box, Collision, Cylinder, Geometry, MeshFile, Rgba, Sphere, Visual
+from nao_kin.robot.urdf.mjcf.joints import pose, translation
+from nao_kin.robot.urdf.tree import Box, Collision, Cylinder, Geometry, MeshFile, Origin, Rgba, Sphere, Visual
 
 # --- The mesh files of an MJCF.
 
@@ -136,15 +136,12 @@ def _elements(path: Path, home: Path, content: bytes | None = None) -> Iterator[
 # In MuJoCo a moving body must have a mass. A body whose meshes are missing gets this one, which is not used later.
 _NO_MASS = 1e-14
 _TINY = 1e-3
-# Arrays that must be finite for each kind of element; ranges may be infinite.
-_FINITE = {
-    "body": ("pos", "quat", "ipos", "iquat", "mass", "inertia"),
-    "joint": ("pos", "axis"),
-    "geom": ("pos", "quat", "size"),
-    "site": ("pos", "quat"),
-    "camera": ("pos", "quat"),
-}
-_SHORT = {"joint": "jnt", "camera": "cam"}
+# Arrays that must be finite; ranges may be infinite.
+_FINITE = (
+    "body_pos body_quat body_ipos body_iquat body_mass body_inertia jnt_pos jnt_axis geom_pos geom_quat geom_size "
+    "site_pos site_quat cam_pos cam_quat"
+).split()
+_KINDS = {"jnt": "joint", "cam": "camera"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -236,12 +233,13 @@ def _compilers(spec: Any) -> list[Any]:
 
 def _check_finite(model: Any, path: Path) -> None:
     """Refuse poses and masses that are not finite, which MuJoCo accepts."""
-    for kind, parts in _FINITE.items():
-        for part in parts:
-            bad = np.argwhere(~np.isfinite(getattr(model, f"{_SHORT.get(kind, kind)}_{part}")))
-            if bad.size:
-                name = str(getattr(model, kind)(int(bad[0, 0])).name) or str(bad[0, 0])
-                raise BadModel(f"{path}: the {part} of {kind} {quoted(name)} is not finite")
+    for array in _FINITE:
+        bad = np.argwhere(~np.isfinite(getattr(model, array)))
+        if bad.size:
+            short, _, part = array.partition("_")
+            kind = _KINDS.get(short, short)
+            name = str(getattr(model, kind)(int(bad[0, 0])).name) or str(bad[0, 0])
+            raise BadModel(f"{path}: the {part} of {kind} {quoted(name)} is not finite")
 
 
 @dataclass(frozen=True, eq=False)
@@ -346,9 +344,9 @@ class Shapes:
         for geom in geoms:
             link, name = links[int(self._model.geom_bodyid[geom])], str(self._model.geom(geom).name)
             for T_link_shape, geometry in self._parts(geom):
-                place = origin(T_link_shape)
+                place = Origin.of(T_link_shape)
                 if geom in seen:
-                    visuals.append(Visual(link, place, geometry, self._material(geom), self._colour(geom), name))
+                    visuals.append(Visual(link, place, geometry, *self._paint(geom), name))
                 if self._model.geom_contype[geom] or self._model.geom_conaffinity[geom]:
                     collisions.append(Collision(link, place, geometry, name))
         self.visuals, self.collisions = tuple(visuals), tuple(collisions)
@@ -388,20 +386,16 @@ class Shapes:
             name = str(asset.path)
         yield T_link_geom @ asset.T_mesh_file, MeshFile(Path(name).as_posix(), (x, y, z))
 
-    def _material(self, geom: int) -> str:
+    def _paint(self, geom: int) -> tuple[str, Rgba | None]:
+        """Return the name of a geom's material, and the geom's own colour or else that of its material."""
         material = int(self._model.geom_matid[geom])
-        return str(self._model.mat(material).name) if material >= 0 else ""
-
-    def _colour(self, geom: int) -> Rgba | None:
-        """Return the colour of the geom, or else that of its material."""
+        name = str(self._model.mat(material).name) if material >= 0 else ""
         r, g, b, a = (float(np.float32(value)) for value in self._model.geom_rgba[geom])
-        if (r, g, b, a) != _DEFAULT:
-            return r, g, b, a
-        material = int(self._model.geom_matid[geom])
-        if material < 0:
-            return None
-        r, g, b, a = (float(value) for value in self._model.mat_rgba[material])
-        return r, g, b, a
+        if (r, g, b, a) == _DEFAULT:
+            if material < 0:
+                return name, None
+            r, g, b, a = (float(value) for value in self._model.mat_rgba[material])
+        return name, (r, g, b, a)
 
     def _notes(self, seen: list[int]) -> Iterator[str]:
         kinds = [int(self._model.geom_type[geom]) for geom in seen]

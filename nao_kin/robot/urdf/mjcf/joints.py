@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -18,7 +18,7 @@ from nao_kin._core.arrays import Floats, join_poses
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.robot.semantics import Mimic
 from nao_kin.robot.urdf.tree import Origin, UrdfJoint
-from nao_kin.rotations import matrix_from_quat, rpy_from_matrix
+from nao_kin.rotations import matrix_from_quat
 
 FREE, BALL, SLIDE, HINGE = range(4)
 """The kinds of joints, as `mujoco.mjtJoint` numbers them."""
@@ -62,7 +62,7 @@ def joint_coordinates(model: Any, body: int) -> tuple[list[JointCoordinate], Flo
             limits = _ball_limits(model, joint)
             for part, ((letter, axis), limit) in enumerate(zip(_AXES, limits, strict=True)):
                 label = f"{name}_{letter}" if name else ""
-                turn = UrdfJoint(label, "revolute", "", "", origin(T), axis, -limit, limit)
+                turn = UrdfJoint(label, "revolute", "", "", Origin.of(T), axis, -limit, limit)
                 found.append(JointCoordinate(joint, part, turn, is_ball=True))
                 T = np.eye(4)
             T = translation(-anchor)
@@ -75,7 +75,7 @@ def joint_coordinates(model: Any, body: int) -> tuple[list[JointCoordinate], Flo
             lower, upper = -math.inf, math.inf  # a range that overflows
         moving, by = ("prismatic", np.zeros(3)) if kind == SLIDE else ("revolute", anchor)
         single = UrdfJoint(name, moving, "", "", Origin(), (x, y, z), lower, upper)
-        place = origin(T @ translation(by) @ single.travel(-ref))
+        place = Origin.of(T @ translation(by) @ single.travel(-ref))
         found.append(JointCoordinate(joint, 0, replace(single, origin=place), is_ball=False))
         T = translation(-by)
     return found, T
@@ -133,19 +133,6 @@ def pose(position: Any, quaternion: Any) -> Floats:
 def translation(by: Floats) -> Floats:
     """Return a pose (4, 4) without rotation."""
     return join_poses(np.eye(3), by)
-
-
-def origin(T: Floats) -> Origin:
-    """Return a pose as the tree stores it."""
-    x, y, z = _numbers(T[:3, 3])
-    if np.array_equal(T[:3, :3], np.eye(3)):
-        return Origin((x, y, z))
-    roll, pitch, yaw = _numbers(rpy_from_matrix(T[:3, :3]))
-    return Origin((x, y, z), (roll, pitch, yaw))
-
-
-def _numbers(values: Any) -> Iterator[float]:
-    return (float(value) + 0.0 for value in values)  # no −0
 
 
 # --- The equality constraints between joints as couplings; other constraints as notes.

@@ -17,17 +17,8 @@ from nao_kin.robot.semantics import Posture, Semantics
 from nao_kin.robot.urdf.couplings import Refused, drive_order, resolve_chains, share_limits
 from nao_kin.robot.urdf.document import checked_folders, file_content, root_tag
 from nao_kin.robot.urdf.mjcf.compiled import Compiled, Shapes, compile_mjcf, import_mujoco
-from nao_kin.robot.urdf.mjcf.joints import (
-    Couplings,
-    JointCoordinate,
-    efforts,
-    free_joint,
-    joint_coordinates,
-    origin,
-    pose,
-    read_couplings,
-)
-from nao_kin.robot.urdf.tree import Inertial, UrdfJoint, UrdfTree, rename_links
+from nao_kin.robot.urdf.mjcf.joints import JointCoordinate, efforts, free_joint, joint_coordinates, pose, read_couplings
+from nao_kin.robot.urdf.tree import Inertial, Origin, UrdfJoint, UrdfTree, rename_links
 from nao_kin.rotations import euler_from_matrix
 
 # --- The bodies of the robot: files also contain floors, tables and objects to grasp.
@@ -128,14 +119,17 @@ class _MjcfReader:
     def read(self) -> tuple[UrdfTree, Semantics]:
         """Return the tree and the semantics."""
         model = self.model
-        body_names = self._body_names()
+        given = {body: str(model.body(body).name) for body in self.bodies}
+        self.taken |= {name for name in given.values() if name}
+        body_names = {body: name or self._unused_name(f"body_{body}", "") for body, name in given.items()}
         self._name_coordinates(body_names)
         coordinates = [coordinate for chain, _ in self.chains.values() for coordinate in chain]
         shared = rename_links(body_names.values(), (coordinate.joint.name for coordinate in coordinates), self.notes)
         self.taken |= {*shared.values()}
         self.links = {body: shared.get(name, name) for body, name in body_names.items()}
         scalar = {coordinate.id: coordinate.joint.name for coordinate in coordinates if not coordinate.is_ball}
-        joints = self._moving_joints(read_couplings(model, scalar, self.notes))
+        self.couplings = read_couplings(model, scalar, self.notes)
+        joints = self._moving_joints()
         sites = self._frames("site", range(int(model.nsite)), joints)
         cameras = self._frames("camera", self._fixed_cameras(), joints)
         resolved = resolve_chains({joint.name: joint for joint in joints}, self.notes)
@@ -164,12 +158,6 @@ class _MjcfReader:
         )
         return tree, semantics
 
-    def _body_names(self) -> dict[int, str]:
-        """Return body → its name; bodies without a name are numbered."""
-        given = {body: str(self.model.body(body).name) for body in self.bodies}
-        self.taken |= {name for name in given.values() if name}
-        return {body: name or self._unused_name(f"body_{body}", "") for body, name in given.items()}
-
     def _name_coordinates(self, bodies: dict[int, str]) -> None:
         """Name the coordinates that have no name after their bodies, and rename balls that share a name."""
         every = [coordinate for chain, _ in self.chains.values() for coordinate in chain]
@@ -182,7 +170,7 @@ class _MjcfReader:
                     name = self._unused_name(name, "_ball")
                 chain[place] = coordinate._replace(joint=replace(coordinate.joint, name=name))
 
-    def _moving_joints(self, couplings: Couplings) -> list[UrdfJoint]:
+    def _moving_joints(self) -> list[UrdfJoint]:
         """Return the joints, with additional links between the joints of one body."""
         joints: list[UrdfJoint] = []
         strength = efforts(self.model)
@@ -193,27 +181,25 @@ class _MjcfReader:
                 last = ends_here and count == len(chain)
                 child = self.links[body] if last else self._unused_name(coordinate.joint.name, "_link")
                 joint = replace(coordinate.joint, parent=parent, child=child)
-                joints.append(self._joint(coordinate, joint, couplings, strength))
+                joints.append(self._joint(coordinate, joint, strength))
                 parent = child
             if not ends_here:
                 joints.append(self._fixed(parent, self.links[body], T_last_body))
             self._note_ball(chain)
         return joints
 
-    def _joint(
-        self, coordinate: JointCoordinate, joint: UrdfJoint, couplings: Couplings, strength: dict[int, float]
-    ) -> UrdfJoint:
+    def _joint(self, coordinate: JointCoordinate, joint: UrdfJoint, strength: dict[int, float]) -> UrdfJoint:
         """Return the joint of a coordinate, with its coupling, lock, effort, damping and friction."""
-        if joint.name in couplings.locked:
-            T = joint.origin.matrix @ joint.travel(couplings.locked[joint.name])
-            return UrdfJoint(joint.name, "fixed", joint.parent, joint.child, origin(T))
+        if joint.name in self.couplings.locked:
+            T = joint.origin.matrix @ joint.travel(self.couplings.locked[joint.name])
+            return UrdfJoint(joint.name, "fixed", joint.parent, joint.child, Origin.of(T))
         dof = int(self.model.jnt_dofadr[coordinate.id]) + coordinate.part
         return replace(
             joint,
             effort=strength.get(coordinate.id, math.inf),
             damping=float(self.model.dof_damping[dof]),
             friction=float(self.model.dof_frictionloss[dof]),
-            mimic=couplings.mimics.get(joint.name),
+            mimic=self.couplings.mimics.get(joint.name),
         )
 
     def _frames(self, kind: str, ids: Any, joints: list[UrdfJoint]) -> dict[int, str]:
@@ -254,11 +240,11 @@ class _MjcfReader:
         return fixed
 
     def _fixed(self, parent: str, child: str, T: Floats) -> UrdfJoint:
-        return UrdfJoint(self._unused_name(child, "_fixed"), "fixed", parent, child, origin(T))
+        return UrdfJoint(self._unused_name(child, "_fixed"), "fixed", parent, child, Origin.of(T))
 
     def _inertial(self, body: int) -> Inertial:
         a, b, c = (float(moment) for moment in self.model.body_inertia[body])
-        place = origin(pose(self.model.body_ipos[body], self.model.body_iquat[body]))
+        place = Origin.of(pose(self.model.body_ipos[body], self.model.body_iquat[body]))
         return Inertial(float(self.model.body_mass[body]), place, (a, 0.0, 0.0, b, 0.0, c))
 
     def _note_ball(self, chain: list[JointCoordinate]) -> None:
