@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import LARGEST, Floats, as_floats, as_numbers, as_vectors, check_tolerance, choice, unit
-from nao_kin._kernels.cache import both_ways
+from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.ik.arm_equations import (
     JOINTS,
@@ -29,7 +29,6 @@ from nao_kin.ik.arm_equations import (
     write_other_elbow,
     write_shoulder,
 )
-from nao_kin.ik.compiling import Row
 from nao_kin.ik.geometry import ClosedForm, Limb, cached_limb, chain_at_zero, check_side, limb_of, limb_types, solve
 from nao_kin.ik.quadratic_program import cholesky, solve_cholesky
 from nao_kin.ik.ranges import (

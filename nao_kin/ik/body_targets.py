@@ -16,7 +16,7 @@ from nao_kin._core.arrays import Floats, as_floats, as_numbers, as_vectors
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
 from nao_kin.ik.body import SIDES, Body
-from nao_kin.ik.body_errors import COM, DEFAULT_WEIGHTS, GAZE, PLACE, POSE, Legs
+from nao_kin.ik.body_errors import COM, DEFAULT_WEIGHTS, GAZE, PLACE, POSE, SecondLeg
 from nao_kin.ik.geometry import Limb, torso_frame, torso_in_trunk
 from nao_kin.ik.leg import leg_limb
 from nao_kin.ik.limit_regions import extended, region_of
@@ -98,7 +98,7 @@ class PreparedRobot:
 
     Attributes:
         tables: whether limits are enforced → arrays.
-        legs: the closed forms.
+        second_leg: its closed form.
         corners: side → corners of the sole, shape (k, 3) [m].
         rest: the configuration with all joints at zero, or at the limit nearest to it, shape (nq,).
     """
@@ -108,8 +108,7 @@ class PreparedRobot:
         self.numbers = ModelNumbers(robot.model)
         joints = limbs[0].joints, limbs[1].joints
         self.tables = {enforce: BodyTables(robot, joints, enforce) for enforce in (True, False)}
-        left, right = (limb.numbers._replace(stretched=0.0) for limb in limbs)
-        self.legs = Legs(left, right, limbs[0].ranges, limbs[1].ranges)
+        self.second_leg = SecondLeg(limbs[1].numbers._replace(stretched=0.0), limbs[1].ranges)
         self.corners = {side: sole_corners(robot, f"{side}Leg") for side in SIDES}
         self.rest = limbs[0].rest
         self._feet_at_rest = np.asarray(robot.fk(self.rest, _FEET))

@@ -17,18 +17,18 @@ import math
 import weakref
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple, cast
+from typing import NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats
 from nao_kin._core.text import quoted
-from nao_kin._kernels.cache import both_ways
-from nao_kin._kernels.chains import SMALL_ANGLE, Chain, chain_of, chain_types, rotation_vector, to_frame
+from nao_kin._kernels.cache import Floats2, Row, both_ways
+from nao_kin._kernels.chains import SMALL_ANGLE, Chain, chain_of, rotation_vector, to_frame
 from nao_kin.errors import BadArgument
-from nao_kin.ik.compiling import Row, cached_kernel, copied, in_lists, run_rows
-from nao_kin.ik.limit_regions import TABLE, LimitRegion, Region, open_directions, project, region_type
+from nao_kin.ik.compiling import cached_kernel, copied, in_lists, run_rows
+from nao_kin.ik.limit_regions import TABLE, LimitRegion, Region, open_directions, project
 from nao_kin.robot import Expression, RobotModel, serial_chain
 from nao_kin.rotations import matrix_from_quat, quat_from_xyzw
 
@@ -450,17 +450,9 @@ def descended(
     return Minimum(found, reports[:, COST], reports[:, POSITION:], reports[:, MET] == 1.0, reports[:, SETTLED] == 1.0)
 
 
-def _arguments() -> tuple[Any, ...]:
-    from numba import types
-
-    row, rows = types.float64[::1], types.float64[:, ::1]
-    goal = types.NamedTuple((row, types.float64, types.int64), Goal)
-    return chain_types(), region_type(), goal, rows, rows, rows, rows
-
-
-@cached_kernel("damped least squares", _arguments)
+@cached_kernel("damped least squares")
 def _descents(
-    chain: Chain, region: Region, goal: Goal, targets: Floats, still: Floats, values: Floats, reports: Floats
+    chain: Chain, region: Region, goal: Goal, targets: Floats2, still: Floats2, values: Floats2, reports: Floats2
 ) -> None:
     sizes = scratch_sizes(len(chain.joints), len(chain.place), len(region.lower), len(region.tables) // TABLE)
     # Allocated in the kernel, so that the compiler knows that the arrays do not overlap.

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats
-from nao_kin._kernels.cache import both_ways
-from nao_kin.ik.compiling import Row
+from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.ik.descent import FrameMotion, Goal, descended
 from nao_kin.ik.geometry import (
     ClosedForm,

@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, choice, rigid_inverse
-from nao_kin._kernels.cache import both_ways
+from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.errors import BadArgument
-from nao_kin.ik.compiling import Row
 from nao_kin.ik.geometry import (
     ClosedForm,
     KernelOutput,
