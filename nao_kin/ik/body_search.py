@@ -384,7 +384,9 @@ def _only_worst_limb(body: Body, plan: Plan, best: State, x: Floats) -> None:
 
 
 @both_ways
-def solve_body(body: Body, second_leg: SecondLeg, problem: Problem, starts: Floats, best: State, report: Floats) -> None:
+def solve_body(
+    body: Body, second_leg: SecondLeg, problem: Problem, starts: Floats, best: State, report: Floats
+) -> None:
     """Search from one start (starts, variables) after the other, first the reference, until the targets are met.
 
     The best state goes into `best`, STATUS, STEPS, START and SHORTFALL into `report`.

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from nao_kin._core.arrays import Floats, choice, rigid_inverse
 from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.errors import BadArgument
+from nao_kin.ik.descent import missed_targets, nearest_values
 from nao_kin.ik.geometry import (
     ClosedForm,
     KernelOutput,
@@ -24,7 +25,7 @@ from nao_kin.ik.geometry import (
     solve_targets,
     torso_in_trunk,
 )
-from nao_kin.ik.leg import Leg, foot_of, leg_limb, missed_targets, nearest_feet, nearest_foot, within_reach
+from nao_kin.ik.leg import Leg, foot_of, leg_limb, nearest_foot, within_reach
 from nao_kin.ik.legs_disagree import BALANCED, LEFT_FIRST, RIGHT_FIRST, solve_disagreeing, solve_separately
 from nao_kin.ik.legs_equations import (
     FAILED_LEG,
@@ -265,12 +266,17 @@ def _refuse(poses: tuple[Floats, ...], names: tuple[str, ...] = ("T_left", "T_ri
 def _nearest(
     robot: RobotModel, limb: Limb, frames: tuple[str, str], T: Floats, options: Options
 ) -> tuple[Floats, Floats]:
-    """Return the coordinates nearest to n pairs of feet, as `nearest_feet`, from the nearest ones to each foot."""
+    """Return the coordinates nearest to n pairs of feet, from the nearest ones to each, and the errors (n, 2, 2)."""
     left = nearest_foot(robot, leg_limb(robot, "L", frames[0]), T[:, 0], options)[0]
     right = nearest_foot(robot, leg_limb(robot, "R", frames[1]), T[:, 1], options)[0]
     hips = left[:, :1], right[:, :1], 0.5 * (left[:, :1] + right[:, :1])
     starts = [np.concatenate([hip, left[:, 1:], right[:, 1:]], axis=-1) for hip in hips]
-    return nearest_feet(robot, frames, limb, T, starts, options)
+    best = nearest_values(robot, frames, limb, T, starts, options)[0]
+    q = robot.neutral()[None].repeat(len(T), axis=0)
+    q[:, limb.index] = best
+    made = np.array(robot.fk(q, list(frames), reference=limb.torso))
+    turns = log(made[..., :3, :3].swapaxes(-1, -2) @ nearest_rotation(T[..., :3, :3]))
+    return best, np.linalg.norm([made[..., :3, 3] - T[..., :3, 3], turns], axis=-1).transpose(1, 2, 0)
 
 
 def _as_in_reference(
