@@ -48,6 +48,7 @@ from nao_kin.ik.results import IKResult, Obstacles, deferred_result
 from nao_kin.ik.targets import Options
 from nao_kin.robot import ModelNumbers, RobotModel, check_robot
 from nao_kin.robot.semantics import Mimic
+from nao_kin.rotations import nearest_rotation, quat_from_matrix, quat_to_xyzw
 
 # Tolerance of axes and places [rad, m]: a URDF rounds its numbers.
 _TOLERANCE = 1e-9
@@ -252,6 +253,13 @@ def torso_in_trunk(robot: RobotModel) -> Floats:
     if int(place.parentJoint) != (1 if robot.base == "floating" else 0):
         raise geometry_error(robot, "torso", f"{torso_frame(robot)} is carried by a joint")
     return np.array(place.placement.homogeneous)
+
+
+def base_coordinates(robot: RobotModel, torso: Floats) -> Floats:
+    """Return the first seven entries of q for poses of the torso in the world: position and quaternion of the root."""
+    root = torso @ np.linalg.inv(torso_in_trunk(robot))
+    quaternions = quat_to_xyzw(quat_from_matrix(nearest_rotation(root[..., :3, :3])))
+    return np.concatenate([root[..., :3, 3], quaternions], axis=-1)
 
 
 # --- Closed forms run on targets.

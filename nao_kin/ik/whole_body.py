@@ -40,6 +40,7 @@ from nao_kin.ik.body_targets import (
     target_beyond,
 )
 from nao_kin.ik.compiling import run_rows
+from nao_kin.ik.geometry import base_coordinates
 from nao_kin.ik.results import (
     MILLIMETRES_FROM,
     Codes,
@@ -51,7 +52,6 @@ from nao_kin.ik.results import (
 )
 from nao_kin.ik.targets import Limits, check_threads, inside_limits, is_enforced, with_unit_quaternion
 from nao_kin.robot import RobotModel, SupportPolygon, polygon_below
-from nao_kin.rotations import quat_from_matrix, quat_to_xyzw
 
 # --- The result: the pose, the residual of each target, and which of them gives way.
 
@@ -400,8 +400,7 @@ def _result(
     torso = found.T_world_torso.copy()
     torso[:, :3, 3] += search.origin
     if robot.base == "floating":
-        T_world_root = torso @ np.linalg.inv(tables.torso_in_root)
-        q[:, :3], q[:, 3:7] = T_world_root[:, :3, 3], quat_to_xyzw(quat_from_matrix(T_world_root[:, :3, :3]))
+        q[stands, :7] = base_coordinates(robot, torso[stands])
     com = found.com + search.origin
     values = found.x[:, : body.moving]
     near = np.minimum(values - body.limits.lower, body.limits.upper - values)
