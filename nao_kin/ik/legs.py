@@ -273,7 +273,8 @@ def _nearest(
     starts = [np.concatenate([hip, left[:, 1:], right[:, 1:]], axis=-1) for hip in hips]
     best = nearest_values(robot, frames, limb, T, starts, options)[0]
     q = robot.neutral()[None].repeat(len(T), axis=0)
-    q[:, limb.index] = best
+    turn = 2.0 * math.pi / limb.multiplier
+    q[:, limb.index] = best - turn * np.round(best / turn)  # whole turns do not move the feet, and `fk` warns of them
     made = np.array(robot.fk(q, list(frames), reference=limb.torso))
     turns = log(made[..., :3, :3].swapaxes(-1, -2) @ nearest_rotation(T[..., :3, :3]))
     return best, np.linalg.norm([made[..., :3, 3] - T[..., :3, 3], turns], axis=-1).transpose(1, 2, 0)
