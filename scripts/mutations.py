@@ -818,7 +818,7 @@ _FOLLOWING = (
         "ik/follow.py",
         "test_follow.py",
         ("way-from-the-reference-not-counted", "start = None if reference is None else references[0]", "start = None"),
-        ("quaternion-of-the-base-changes-its-sign", "np.where(turned, -1.0, 1.0)", "np.where(turned, 1.0, 1.0)"),
+        ("quaternion-of-the-base-changes-its-sign", "quat_unwrap(found[:, 3:])", "found[:, 3:]"),
         ("torso-that-gives-way-stays", "np.where(is_found, torso, path.torso)", "path.torso"),
     ),
 )

@@ -30,13 +30,15 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 from pathlib import Path
 from types import CodeType, FunctionType
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeAlias, TypeVar, get_args, get_type_hints
 
 import numpy as np
+from numpy.typing import NDArray
 
+from nao_kin._core.arrays import Floats
 from nao_kin._core.extras import command
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import need_extra, warn_caller
@@ -266,14 +268,20 @@ class CachedKernel:
         function: plain Python that Numba can compile; run as Python without Numba or with NUMBA_DISABLE_JIT.
         what: what is being compiled, for the line on standard error.
         name: its name, also that of the file that marks it as cached.
-        signature: makes the types of its arguments.
+        signature: makes the types of its arguments; None for those of its annotations, by `numba_type`.
         seconds: about how long it takes to compile [s].
     """
 
     def __init__(
-        self, function: Callable[..., Any], what: str, name: str, signature: Callable[[], Any], seconds: float = 10.0
+        self,
+        function: Callable[..., Any],
+        what: str,
+        name: str,
+        signature: Callable[[], Any] | None = None,
+        seconds: float = 10.0,
     ) -> None:
-        self._function, self.name, self._signature = function, name, signature
+        self._function, self.name = function, name
+        self._signature = signature or partial(_argument_types, function)
         self._what, self._seconds = f"{what} (about {seconds:g} s)", seconds
         self._compiled: Callable[..., Any] | None = None
         self.entry_point: Callable[..., Any] | None = None
@@ -620,3 +628,36 @@ def register_functions() -> None:
 
     while _unregistered:
         register_jitable(error_model="numpy", no_cfunc_wrapper=True)(_unregistered.pop())
+
+
+# --- Types of the arguments of kernels.
+
+# Contiguous arrays: the number, and how many axes there are. As Python, a `Row` may be a list.
+Row: TypeAlias = Annotated[Any, "float64", 1]
+Floats1: TypeAlias = Annotated[Floats, "float64", 1]
+Floats2: TypeAlias = Annotated[Floats, "float64", 2]
+Floats3: TypeAlias = Annotated[Floats, "float64", 3]
+Floats4: TypeAlias = Annotated[Floats, "float64", 4]
+IntRow: TypeAlias = Annotated[Any, "int64", 1]
+Ints1: TypeAlias = Annotated[NDArray[np.int64], "int64", 1]
+Ints2: TypeAlias = Annotated[NDArray[np.int64], "int64", 2]
+
+
+def numba_type(hint: Any) -> Any:
+    """Return Numba's type of a type hint: a number, an array as above, or a tuple, named or not, of such types."""
+    from numba import types
+
+    if hasattr(hint, "__metadata__"):
+        number, axes = hint.__metadata__
+        return types.Array(getattr(types, number), axes, "C")
+    if hint in (bool, int, float):
+        return {bool: types.boolean, int: types.int64, float: types.float64}[hint]
+    parts, named = get_args(hint), None
+    if not parts:
+        parts, named = tuple(get_type_hints(hint, include_extras=True).values()), hint
+    return types.BaseTuple.from_types([numba_type(part) for part in parts], named)
+
+
+def _argument_types(function: Callable[..., Any]) -> tuple[Any, ...]:
+    hints = get_type_hints(function, include_extras=True)
+    return tuple(numba_type(hint) for name, hint in hints.items() if name != "return")

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nao_kin._kernels.cache import both_ways
+from nao_kin._kernels.cache import IntRow, Row, both_ways
 
 
 class Chain(NamedTuple):
@@ -23,12 +23,12 @@ class Chain(NamedTuple):
         offset: of each joint [rad or m].
     """
 
-    joints: Any
-    links: Any
-    slides: Any
-    place: Any
-    ratio: Any
-    offset: Any
+    joints: IntRow
+    links: Row
+    slides: Row
+    place: IntRow
+    ratio: Row
+    offset: Row
 
 
 class FramePose(NamedTuple):
@@ -37,14 +37,6 @@ class FramePose(NamedTuple):
     T: Any
     axes: Any
     origins: Any
-
-
-def chain_types() -> Any:
-    """Return Numba's type of `Chain`."""
-    from numba import types
-
-    row, whole = types.float64[::1], types.int64[::1]
-    return types.NamedTuple((whole, row, row, whole, row, row), Chain)
 
 
 def chain_of(chains: Sequence[Any], names: Sequence[str]) -> Chain:

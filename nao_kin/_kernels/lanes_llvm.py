@@ -12,10 +12,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic, models, overload, register_model
 
-from nao_kin._kernels import lanes_numpy
 from nao_kin._kernels.lanes_numpy import BITS, Array, Lanes  # noqa: F401
-
-__all__ = lanes_numpy.__all__
 
 # LLVM may fuse a product and a sum; nothing else is rearranged, so NaN stays NaN.
 _CONTRACT = ("contract",)

@@ -7,29 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "Array",
-    "Lanes",
-    "following",
-    "lane_count",
-    "larger",
-    "largest",
-    "load",
-    "magnitude_bits",
-    "nearest",
-    "negated_by_bit",
-    "read_columns",
-    "spread",
-    "square_root",
-    "store",
-    "where_even",
-    "where_less",
-    "whole",
-    "with_sign",
-    "write_fours",
-]
-
-
 BITS = 512
 
 Array = NDArray[Any]

@@ -27,7 +27,7 @@ import numba
 import numpy as np
 from numba import njit, types
 
-from nao_kin._kernels.cache import CachedKernel
+from nao_kin._kernels.cache import CachedKernel, numba_type
 from nao_kin._kernels.lanes import (
     Array,
     Lanes,
@@ -477,12 +477,9 @@ def _far_angles(m: Array, angles: Array, ratios: Array) -> None:
 
 def signature(given: np.dtype[Any], computed: np.dtype[Any]) -> Any:
     """Return the types of `run` for inputs in one precision, computed in the same one or in single."""
-    # Arrays inside a tuple are not read-only.
-    row, table = types.int64[::1], types.int64[:, ::1]
-    tables = types.NamedTuple((row, row, table, types.float64[:, ::1], table, types.float64[::1], row), Tables)
     values = types.Array(numba.from_dtype(given), 1, "C", readonly=True)
     memory = types.Array(numba.from_dtype(computed), 1, "C")
-    return types.int64(values, values, values, tables, memory, memory, types.int64)
+    return types.int64(values, values, values, numba_type(Tables), memory, memory, types.int64)
 
 
 # The precisions of inputs and results for which the kernel is compiled.

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats
+from nao_kin._kernels.cache import Floats1, Floats2, Ints1, Ints2
 
 # --- The codes of the operations, and the size of a tile: what programs and the kernel that runs them agree on.
 
@@ -43,13 +44,13 @@ class Tables(NamedTuple):
         sources: row of each number of the result.
     """
 
-    widths: NDArray[np.int64]
-    inputs: NDArray[np.int64]
-    angles: NDArray[np.int64]
-    ratios: Floats
-    operations: NDArray[np.int64]
-    weights: Floats
-    sources: NDArray[np.int64]
+    widths: Ints1
+    inputs: Ints1
+    angles: Ints2
+    ratios: Floats2
+    operations: Ints2
+    weights: Floats1
+    sources: Ints1
 
 
 def aligned_empty(count: int, dtype: np.dtype[Any]) -> NDArray[Any]:

@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from nao_kin._kernels.program import Builder, Component, FrameRegisters, Program, Register, components
 from nao_kin._kernels.tree import ROOT, JointTree, TreeFrame
 
@@ -61,13 +63,7 @@ class PosedTree:
         self._axes[place] = frame.columns[k]
         angle = builder.angle(joint.coordinate, sign * joint.ratio, sign * joint.offset)
         turned = builder.turned(frame, k, angle)
-        if joint.aligned:
-            return turned
-        columns = (
-            builder.combination(builder.zero, zip(turned.columns, row, strict=True)) for row in joint.alignment.tolist()
-        )
-        x, y, z = columns
-        return FrameRegisters(x, y, z, turned.origin)
+        return turned if joint.aligned else builder.placed(turned, joint.alignment.T, np.zeros(3))
 
 
 # --- Velocities and accelerations of a robot's joints in the registers of a program.

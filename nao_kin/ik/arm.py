@@ -5,40 +5,37 @@ from __future__ import annotations
 import dataclasses
 import math
 from functools import partial
-from typing import Literal, NamedTuple, SupportsIndex
+from typing import Literal, SupportsIndex
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import LARGEST, Floats, as_floats, as_numbers, as_vectors, check_tolerance, choice, unit
-from nao_kin._kernels.cache import both_ways
+from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.ik.arm_equations import (
     JOINTS,
     MAX_BRANCHES,
     Arm,
-    circle_of,
-    elbow_of,
     forward,
-    hand_of,
-    hand_on_circle,
     out_of_reach,
     solve_arm,
     solve_direction,
-    write_elbow,
-    write_other_elbow,
-    write_shoulder,
+    upper_arm,
 )
-from nao_kin.ik.compiling import Row
-from nao_kin.ik.geometry import ClosedForm, Limb, cached_limb, chain_at_zero, check_side, limb_of, limb_types, solve
-from nao_kin.ik.quadratic_program import cholesky, solve_cholesky
+from nao_kin.ik.descent import ANGLE_WEIGHT, nearest_values, solve_or_nearest, unlimited_branches
+from nao_kin.ik.geometry import (
+    ClosedForm,
+    Limb,
+    cached_limb,
+    chain_at_zero,
+    check_side,
+    limb_of,
+    limb_types,
+)
 from nao_kin.ik.ranges import (
-    ANGLE_ERROR,
-    BEST,
     LIMIT_ROUNDING,
     NOT_ENOUGH_JOINTS,
-    NOT_RIGID,
-    POSITION_ERROR,
     REASON,
     Pose,
     Selection,
@@ -52,14 +49,14 @@ from nao_kin.ik.ranges import (
     wrapped,
 )
 from nao_kin.ik.results import Family, IKResult
-from nao_kin.ik.targets import Limits, as_options, as_poses, broadcast, refuse_not_rigid
+from nao_kin.ik.targets import Limits, Options, as_options, as_poses, broadcast, refuse_not_rigid
 from nao_kin.robot import RobotModel
+from nao_kin.rotations import nearest_rotation, rot_x, rotation_between
 
 # Criteria of a position, as a number in its target.
 NEAREST, LIMITS, MANIPULABILITY = 0.0, 1.0, 2.0
 Criterion = Literal["nearest", "limits", "manipulability"]
 _CRITERIA = {"nearest": NEAREST, "limits": LIMITS, "manipulability": MANIPULABILITY}
-_WEIGHT = 0.1
 _JOINTS = ("ShoulderPitch", "ShoulderRoll", "ElbowYaw", "ElbowRoll", "WristYaw")
 
 
@@ -70,7 +67,7 @@ def arm(
     *,
     direction: ArrayLike | None = None,
     criterion: Criterion = "nearest",
-    angle_weight: float = _WEIGHT,
+    angle_weight: float = ANGLE_WEIGHT,
     frame: str | None = None,
     reference: ArrayLike | None = None,
     limits: Limits = "enforce",
@@ -126,7 +123,7 @@ def arm(
     check_side(side)
     limb = arm_limb(robot, side, frame)
     wanted = _CRITERIA[choice(criterion, _CRITERIA, "criterion")]
-    if angle_weight is not _WEIGHT:
+    if angle_weight is not ANGLE_WEIGHT:
         check_tolerance(angle_weight, "angle_weight")
         weight = float(angle_weight)
         if not 0.0 < weight <= LARGEST:
@@ -141,7 +138,8 @@ def arm(
         T = as_poses(numbers, "target")
         rows = T.reshape(*T.shape[:-2], 16)
         options = as_options(robot, limb.rest, reference, T.shape[:-2], limits, threads)
-        return solve(_POSE, limb, rows, options, lambda: refuse_not_rigid(T, "target"))
+        nearest = partial(_nearest, robot, _POSE, limb)
+        return solve_or_nearest(_POSE, limb, rows, options, nearest, lambda: refuse_not_rigid(T, "target"))
     if numbers.shape[-1:] != (3,):
         raise WrongShape("target", "(..., 4, 4) for poses or (..., 3) for places", numbers.shape)
     places = as_vectors(numbers, "target")
@@ -153,7 +151,37 @@ def arm(
         batch = broadcast("direction", places.shape[:-1], towards.shape[:-1], wanted_shape, towards.shape)
         form, rows = _DIRECTION, np.empty((*batch, 6))
         rows[..., :3], rows[..., 3:] = places, unit(towards, "direction")[0]
-    return solve(form, limb, rows, as_options(robot, limb.rest, reference, rows.shape[:-1], limits, threads))
+    options = as_options(robot, limb.rest, reference, rows.shape[:-1], limits, threads)
+    return solve_or_nearest(form, limb, rows, options, partial(_nearest, robot, form, limb))
+
+
+def _nearest(robot: RobotModel, form: ClosedForm, limb: Limb, rows: Floats, options: Options) -> tuple[Floats, Floats]:
+    """Return the coordinates nearest to n targets, shape (n, c), and their errors, shape (n, 2) [m, rad]."""
+    geometry, n = limb.numbers, len(rows)
+    rotation, weight = np.reshape(geometry.rotation, (3, 3)), 0.0 if form is _POSITION else geometry.weight
+    T = np.tile(np.eye(4), (n, 1, 1))
+    T[:, :3, 3] = rows[:, 3:12:4] if form is _POSE else rows[:, :3]
+    hands: list[Floats] = []
+    if form is _POSE:
+        hands = [nearest_rotation(rows.reshape(n, 4, 4)[:, :3, :3]) @ rotation.T]
+    elif form is _DIRECTION:
+        ahead = rotation_between([1.0, 0.0, 0.0], rows[:, 3:])
+        hands = [ahead @ rot_x(0.5 * math.pi * quarter) for quarter in range(4)]
+    lower, upper = np.clip([limb.ranges.lower, limb.ranges.upper], -math.pi, math.pi)
+    starts = [limb.coordinates(lower + share * (upper - lower)) for share in _STARTS[: 4 if form is _POSITION else 2]]
+    for R in hands:
+        # The pose with the elbow moved to where the upper arm reaches it.
+        elbow = T[:, :3, 3] - geometry.shoulder - R @ geometry.place
+        far = np.maximum(np.linalg.norm(elbow, axis=-1, keepdims=True), 1e-9)
+        moved = np.array(T)
+        moved[:, :3, :3], moved[:, :3, 3] = R @ rotation, T[:, :3, 3] + elbow * (upper_arm(geometry) / far - 1.0)
+        starts += unlimited_branches(_POSE, limb, moved.reshape(n, 16))
+    if hands:
+        T[:, :3, :3] = hands[0]
+    return nearest_values(
+        robot, (limb.frame,), limb, T[:, None], starts, options,
+        weight=weight, directed=form is _DIRECTION, rotation=geometry.rotation,
+    )  # fmt: skip
 
 
 def arm_limb(robot: RobotModel, side: str, frame: str | None) -> Limb:
@@ -169,201 +197,25 @@ def _arm_of(robot: RobotModel, side: str, frame: str) -> Limb:
     chain.require_zero("the axis of WristYaw passes the elbow", (wrist - elbow)[1:])
     chain.require_zero("the elbow is out of the plane of the upper arm", (elbow - shoulder)[2:])
     x, y, _ = (elbow - shoulder).tolist()
-    return limb_of(chain, frame, Arm(tuple(shoulder.tolist()), x, y, _WEIGHT, *chain.frame_in_link(elbow)))
+    return limb_of(chain, frame, Arm(tuple(shoulder.tolist()), x, y, ANGLE_WEIGHT, *chain.frame_in_link(elbow)))
 
 
 # --- Searches of an arm: the nearest pose, and the best solution for a position alone.
 #
 # Damped least squares within the limits find the nearest pose, from the branches that would meet it if the elbow could
-# be moved. For a position, ElbowYaw and WristYaw are free and searched over; the other three joints follow in closed
-# form (two values of ElbowRoll, two of the shoulder), and meet the position to rounding.
+# be moved; for a direction, from those for four turns about it. For a position, ElbowYaw and WristYaw are free and
+# searched over; the other three joints follow in closed form (two values of ElbowRoll, two of the shoulder), and meet
+# the position to rounding.
 
 _REDUNDANT = float(Family.REDUNDANT)
-_ITERATIONS = 200
-# Length of the last step of damped least squares [rad].
-_SETTLED = 1e-12
+# Shares of the ranges at which searches for the nearest joint values begin, against local minima; all for a position.
+_STARTS = np.array([[0.25] * 5, [0.75] * 5, [0.75, 0.25, 0.75, 0.75, 0.25], [0.25, 0.75, 0.25, 0.25, 0.75]])
 # Grid values of ElbowYaw and of WristYaw, and how many valleys of the grid are searched.
 _GRID, _BEST = 15, 6
 # Steps of that search: the last, the factor after a failure, by how much the directions then turn [rad], the most.
 _LAST_STEP, _SHORTER, _TURN, _MAX_STEPS = 1e-9, 0.7, 0.3, 400
 # Costs of joint values outside the limits, and of those that cannot meet the position.
 _OUTSIDE, _IMPOSSIBLE = 1e3, 1e6
-
-
-class Objective(NamedTuple):
-    """The objective of the search for the nearest pose of the hand, and the lowest cost so far, one number.
-
-    `directed`: whether only the direction of the forearm counts, not the turn about it; `weight` of a radian [m].
-    """
-
-    hand: Pose
-    directed: bool
-    weight: float
-    best: Floats
-
-
-@both_ways
-def report_nearest_pose(arm: Arm, target: Row, selection: Selection, report: Row) -> None:
-    """Report the joint values with the smallest √(distance² + (weight · angle)²) to a pose."""
-    objective = Objective(hand_of(arm, target)[1], False, arm.weight, np.full(1, math.inf))
-    _from_branches(arm, objective, selection, report)
-    _from_corners(arm, objective, selection, report)
-
-
-@both_ways
-def report_nearest_direction(arm: Arm, target: Row, selection: Selection, report: Row) -> None:
-    """Report the same for a position and a direction; the angle is that between the directions."""
-    circle, best = circle_of(arm, target), np.full(1, math.inf)
-    objective = Objective(hand_on_circle(arm, circle, 0.0), True, arm.weight, best)
-    for quarter in range(4):  # turns that change neither position nor direction
-        objective = Objective(hand_on_circle(arm, circle, 0.5 * math.pi * quarter), True, arm.weight, best)
-        _from_branches(arm, objective, selection, report)
-    _from_corners(arm, objective, selection, report)
-
-
-@both_ways
-def _from_branches(arm: Arm, objective: Objective, selection: Selection, report: Row) -> None:
-    """Search from the branches with the elbow in the right direction."""
-    elbow, q = elbow_of(arm, objective.hand), np.empty(JOINTS)
-    for side in range(2):
-        write_shoulder(arm, elbow, side, q)
-        write_elbow(objective.hand, selection, q)
-        _descend(arm, objective, selection, q.copy(), report)
-        write_other_elbow(q)
-        _descend(arm, objective, selection, q.copy(), report)
-
-
-@both_ways
-def _from_corners(arm: Arm, objective: Objective, selection: Selection, report: Row) -> None:
-    """Search from the reference, and from eight configurations spread over the ranges, against local minima."""
-    ranges, q = selection.ranges, np.empty(JOINTS)
-    q[:] = selection.reference
-    _descend(arm, objective, selection, q, report)
-    for corner in range(8):
-        for j in range(JOINTS):
-            low, high = max(ranges.lower[j], -math.pi), min(ranges.upper[j], math.pi)
-            q[j] = low + (0.25 if (corner >> (j % 3)) & 1 else 0.75) * (high - low)
-        _descend(arm, objective, selection, q, report)
-
-
-@both_ways
-def _descend(arm: Arm, objective: Objective, selection: Selection, q: Floats, report: Row) -> None:
-    """Run damped least squares within the limits from q; report its end if it is the best so far."""
-    ranges, enforce = selection.ranges, selection.enforce
-    trial, step, gradient = np.empty(JOINTS), np.empty(JOINTS), np.empty(JOINTS)
-    rows, residual, scratch = np.empty((6, JOINTS)), np.empty(6), np.empty(6)
-    A = np.empty((JOINTS, JOINTS))
-    _clamp(selection, q)
-    cost, damping = _residual(arm, objective, q, residual), 1e-3
-    for _ in range(_ITERATIONS):
-        _jacobian(arm, objective.directed, objective.weight, q, rows)
-        for i in range(JOINTS):
-            gradient[i] = 0.0
-            for r in range(6):
-                gradient[i] += rows[r, i] * residual[r]
-        moved = math.inf
-        while damping < 1e12:
-            for i in range(JOINTS):
-                # A joint at its limit does not move outwards.
-                free = not enforce or (ranges.lower[i] < q[i] or gradient[i] < 0.0)
-                free = free and (not enforce or q[i] < ranges.upper[i] or gradient[i] > 0.0)
-                for j in range(JOINTS):
-                    A[i, j] = 0.0
-                    for r in range(6):
-                        A[i, j] += rows[r, i] * rows[r, j]
-                A[i, i] *= 1.0 + damping
-                A[i, i] += 1e-12
-                step[i] = -gradient[i]
-                if not free:
-                    step[i], A[i, i] = 0.0, 1e18
-            if not cholesky(A, JOINTS):
-                damping *= 5.0
-                continue
-            solve_cholesky(A, JOINTS, step)
-            for i in range(JOINTS):
-                trial[i] = q[i] + step[i]
-            _clamp(selection, trial)
-            trial_cost = _residual(arm, objective, trial, scratch)
-            if trial_cost < cost:
-                moved = np.max(np.abs(trial - q))
-                q[:], residual[:] = trial, scratch
-                cost, damping = trial_cost, max(0.2 * damping, 1e-12)
-                break
-            damping *= 5.0
-        if moved == math.inf or moved < _SETTLED:
-            break
-    if cost < objective.best[0]:
-        objective.best[0] = cost
-        for i in range(JOINTS):
-            report[BEST + i] = q[i] if enforce else math.atan2(math.sin(q[i]), math.cos(q[i]))
-        report[POSITION_ERROR] = math.sqrt(residual[0] ** 2 + residual[1] ** 2 + residual[2] ** 2)
-        turned = math.sqrt(residual[3] ** 2 + residual[4] ** 2 + residual[5] ** 2)
-        report[ANGLE_ERROR] = turned / objective.weight if objective.weight > 0.0 else 0.0
-
-
-@both_ways
-def _clamp(selection: Selection, q: Row) -> None:
-    if selection.enforce:
-        for i in range(JOINTS):
-            q[i] = min(max(q[i], selection.ranges.lower[i]), selection.ranges.upper[i])
-
-
-@both_ways
-def _residual(arm: Arm, objective: Objective, q: Row, residual: Floats) -> float:
-    """Write the position error [m] and the weighted rotation vector from the target; return their squared norm."""
-    hand, made = objective.hand, forward(arm, q)
-    residual[0], residual[1], residual[2] = made.x - hand.x, made.y - hand.y, made.z - hand.z
-    vx = hand.r10 * made.r20 - hand.r20 * made.r10
-    vy = hand.r20 * made.r00 - hand.r00 * made.r20
-    vz = hand.r00 * made.r10 - hand.r10 * made.r00
-    cosine = hand.r00 * made.r00 + hand.r10 * made.r10 + hand.r20 * made.r20
-    if not objective.directed:
-        # Of E = made · targetᵀ, half the antisymmetric part, ½ Σ target column × made column, and (trace − 1)/2.
-        vx += hand.r11 * made.r21 - hand.r21 * made.r11 + hand.r12 * made.r22 - hand.r22 * made.r12
-        vy += hand.r21 * made.r01 - hand.r01 * made.r21 + hand.r22 * made.r02 - hand.r02 * made.r22
-        vz += hand.r01 * made.r11 - hand.r11 * made.r01 + hand.r02 * made.r12 - hand.r12 * made.r02
-        cosine += hand.r01 * made.r01 + hand.r11 * made.r11 + hand.r21 * made.r21
-        cosine += hand.r02 * made.r02 + hand.r12 * made.r12 + hand.r22 * made.r22
-        vx, vy, vz, cosine = 0.5 * vx, 0.5 * vy, 0.5 * vz, 0.5 * (cosine - 1.0)
-    sine = math.sqrt(vx * vx + vy * vy + vz * vz)
-    angle = math.atan2(sine, cosine)
-    if sine > 1e-14:
-        scale = objective.weight * angle / sine
-        residual[3], residual[4], residual[5] = scale * vx, scale * vy, scale * vz
-    else:
-        residual[3], residual[4], residual[5] = objective.weight * angle, 0.0, 0.0
-    total = 0.0
-    for r in range(6):
-        total += residual[r] * residual[r]
-    return total
-
-
-@both_ways
-def _jacobian(arm: Arm, directed: bool, weight: float, q: Row, rows: Floats) -> None:
-    """Write the derivative of the residual by the joints, shape (6, 5)."""
-    made = forward(arm, q)
-    s1, c1, s2, c2 = math.sin(q[0]), math.cos(q[0]), math.sin(q[1]), math.cos(q[1])
-    s3, c3 = math.sin(q[2]), math.cos(q[2])
-    axes = (
-        (0.0, 1.0, 0.0),
-        (s1, 0.0, c1),
-        (c1 * c2, s2, -s1 * c2),
-        # Ry(q₁) Rz(q₂) Rx(q₃) z = Ry(q₁) Rz(q₂) (0, −sin q₃, cos q₃)
-        (c1 * s2 * s3 + s1 * c3, -c2 * s3, c1 * c3 - s1 * s2 * s3),
-        (made.r00, made.r10, made.r20),
-    )
-    ex = c1 * c2 * arm.elbow_x - c1 * s2 * arm.elbow_y
-    ey = s2 * arm.elbow_x + c2 * arm.elbow_y
-    ez = -s1 * c2 * arm.elbow_x + s1 * s2 * arm.elbow_y
-    for j in range(JOINTS):
-        x, y, z = (made.x, made.y, made.z) if j < 2 else (made.x - ex, made.y - ey, made.z - ez)
-        ax, ay, az = axes[j]
-        rows[0, j], rows[1, j], rows[2, j] = ay * z - az * y, az * x - ax * z, ax * y - ay * x
-        if directed:
-            # A turn about the forearm does not change its direction.
-            part = ax * made.r00 + ay * made.r10 + az * made.r20
-            ax, ay, az = ax - part * made.r00, ay - part * made.r10, az - part * made.r20
-        rows[3, j], rows[4, j], rows[5, j] = weight * ax, weight * ay, weight * az
 
 
 @both_ways
@@ -388,8 +240,6 @@ def solve_position(arm: Arm, target: Row, selection: Selection, work: Workspace)
         report[REASON] = NOT_ENOUGH_JOINTS
         if cost < _IMPOSSIBLE:
             report_limit(selection.ranges, q, report)
-    objective = Objective(hand, True, 0.0, np.full(1, math.inf))
-    _from_corners(arm, objective, selection, report)
     return 0
 
 
@@ -505,34 +355,30 @@ def _criterion(arm: Arm, criterion: float, selection: Selection, q: Row) -> floa
 @both_ways
 def manipulability(arm: Arm, q: Row) -> float:
     """Return √det(J_v J_vᵀ) of the frame's position, J_v of shape (3, 5)."""
-    rows = np.empty((6, JOINTS))
-    _jacobian(arm, False, 0.0, q, rows)
+    made = forward(arm, q)
+    s1, c1, s2, c2 = math.sin(q[0]), math.cos(q[0]), math.sin(q[1]), math.cos(q[1])
+    s3, c3 = math.sin(q[2]), math.cos(q[2])
+    axes = (
+        (0.0, 1.0, 0.0),
+        (s1, 0.0, c1),
+        (c1 * c2, s2, -s1 * c2),
+        # Ry(q₁) Rz(q₂) Rx(q₃) z = Ry(q₁) Rz(q₂) (0, −sin q₃, cos q₃)
+        (c1 * s2 * s3 + s1 * c3, -c2 * s3, c1 * c3 - s1 * s2 * s3),
+        (made.r00, made.r10, made.r20),
+    )
+    ex = c1 * c2 * arm.elbow_x - c1 * s2 * arm.elbow_y
+    ey = s2 * arm.elbow_x + c2 * arm.elbow_y
+    ez = -s1 * c2 * arm.elbow_x + s1 * s2 * arm.elbow_y
     xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for j in range(JOINTS):
-        x, y, z = rows[0, j], rows[1, j], rows[2, j]
+        u, v, w = (made.x, made.y, made.z) if j < 2 else (made.x - ex, made.y - ey, made.z - ez)
+        ax, ay, az = axes[j]
+        x, y, z = ay * w - az * v, az * u - ax * w, ax * v - ay * u
         xx, yy, zz, xy, xz, yz = xx + x * x, yy + y * y, zz + z * z, xy + x * y, xz + x * z, yz + y * z
     return math.sqrt(max(0.0, xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz)))
 
 
-@both_ways
-def _solve_pose(arm: Arm, target: Row, selection: Selection, work: Workspace) -> int:
-    """Run `solve_arm`, and report the nearest pose if there is no branch."""
-    count = solve_arm(arm, target, selection, work)
-    if count == 0 and work.report[REASON] != NOT_RIGID:
-        report_nearest_pose(arm, target, selection, work.report)
-    return count
-
-
-@both_ways
-def _solve_directed(arm: Arm, target: Row, selection: Selection, work: Workspace) -> int:
-    """Run `solve_direction`, and report the nearest position and direction if there is no branch."""
-    count = solve_direction(arm, target, selection, work)
-    if count == 0:
-        report_nearest_direction(arm, target, selection, work.report)
-    return count
-
-
 _types = partial(limb_types, Arm, JOINTS)
-_POSE = ClosedForm("arms by pose", _solve_pose, _types, MAX_BRANCHES, alone=solve_arm)
-_DIRECTION = ClosedForm("arms by place and direction", _solve_directed, _types, MAX_BRANCHES, alone=solve_direction)
+_POSE = ClosedForm("arms by pose", solve_arm, _types, MAX_BRANCHES, alone=solve_arm)
+_DIRECTION = ClosedForm("arms by place and direction", solve_direction, _types, MAX_BRANCHES, alone=solve_direction)
 _POSITION = ClosedForm("arms by place", solve_position, _types, 1, alone=None)

@@ -14,8 +14,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from nao_kin._kernels.cache import both_ways
-from nao_kin.ik.compiling import Row
+from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.ik.ranges import (
     NEEDED,
     NOT_ENOUGH_JOINTS,

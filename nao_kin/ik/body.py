@@ -8,16 +8,12 @@ chain.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import NamedTuple
 
 from nao_kin._core.arrays import Floats
-from nao_kin._kernels.cache import both_ways
-from nao_kin.ik.limit_regions import Region, region_type
+from nao_kin._kernels.cache import Floats1, Floats2, Floats3, Ints1, Ints2, both_ways
+from nao_kin.ik.limit_regions import Region
 
-Ints = NDArray[np.int64]
 SIDES = ("L", "R")
 
 
@@ -36,28 +32,19 @@ class Body(NamedTuple):
         limits: of the moving variables.
     """
 
-    parent: Ints
-    rotation: Floats
-    place: Floats
-    axis: Floats
-    variable: Ints
-    multiplier: Floats
-    offset: Floats
-    mass: Floats
-    lever: Floats
-    legs: Ints
-    ankle_to_sole: Floats
+    parent: Ints1
+    rotation: Floats3
+    place: Floats2
+    axis: Floats2
+    variable: Ints1
+    multiplier: Floats1
+    offset: Floats1
+    mass: Floats1
+    lever: Floats2
+    legs: Ints2
+    ankle_to_sole: Floats3
     moving: int
     limits: Region
-
-
-def body_types() -> Any:
-    """Numba's type of `Body`."""
-    from numba import types
-
-    whole, row, rows, matrices = types.int64[::1], types.float64[::1], types.float64[:, ::1], types.float64[:, :, ::1]
-    placing = whole, matrices, rows, rows, whole, row, row
-    return types.NamedTuple((*placing, row, rows, types.int64[:, ::1], matrices, types.int64, region_type()), Body)
 
 
 @both_ways

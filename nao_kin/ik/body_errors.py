@@ -13,13 +13,12 @@ The support polygon is a set of inequalities in `body_search`.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats
-from nao_kin._kernels.cache import both_ways
+from nao_kin._kernels.cache import Floats2, Floats3, Ints1, both_ways
 from nao_kin._kernels.chains import inverse_jacobian_factor, rotation_vector
 from nao_kin.ik.body import (
     Body,
@@ -62,25 +61,16 @@ class Plan(NamedTuple):
         steps: at most, of one search.
     """
 
-    kind: NDArray[np.int64]
-    row: NDArray[np.int64]
-    T_row_frame: Floats
-    weights: Floats
+    kind: Ints1
+    row: Ints1
+    T_row_frame: Floats3
+    weights: Floats2
     support: float
     posture: float
     stance: int
     as_is: bool
     tolerance: float
     steps: int
-
-
-def plan_types() -> Any:
-    """Numba's type of `Plan`."""
-    from numba import types
-
-    integers, number, whole = types.int64[::1], types.float64, types.int64
-    targets = integers, integers, types.float64[:, :, ::1], types.float64[:, ::1]
-    return types.NamedTuple((*targets, number, number, whole, types.boolean, number, whole), Plan)
 
 
 class State(NamedTuple):
@@ -256,23 +246,11 @@ _MAX_STEPS = 15
 _MAX_CHANGE = 0.3
 
 
-class Legs(NamedTuple):
-    """Geometry and limits of both legs, for the closed forms."""
+class SecondLeg(NamedTuple):
+    """Geometry and limits of the right leg, for the closed form."""
 
-    left: Leg
-    right: Leg
-    left_ranges: Ranges
-    right_ranges: Ranges
-
-
-def legs_types() -> Any:
-    """Numba's type of `Legs`."""
-    from numba import types
-
-    from nao_kin.ik.geometry import limb_types
-
-    leg, ranges = limb_types(Leg, JOINTS)
-    return types.NamedTuple((leg, leg, ranges, ranges), Legs)
+    leg: Leg
+    ranges: Ranges
 
 
 @both_ways
@@ -299,7 +277,7 @@ def foot_in_torso(body: Body, side: int, x: Floats, R: Floats, p: Floats, T: Flo
 
 
 @both_ways
-def stand_on_both(body: Body, legs: Legs, feet: Floats, x: Floats, T_world_torso: Floats) -> bool:
+def stand_on_both(body: Body, second_leg: SecondLeg, feet: Floats, x: Floats, T_world_torso: Floats) -> bool:
     """Change the joints of both legs so that both feet are met; False if that fails nearby."""
     rows, n = len(body.parent), body.moving
     R, p = np.zeros((rows, 3, 3)), np.zeros((rows, 3))
@@ -320,7 +298,8 @@ def stand_on_both(body: Body, legs: Legs, feet: Floats, x: Floats, T_world_torso
         for k in range(JOINTS):
             row = body.legs[1, k]
             values[k] = body.multiplier[row] * x[body.variable[row]] + body.offset[row]
-        count = solve_leg(legs.right, target, Selection(legs.right_ranges, values, False), Workspace(q, found, report))
+        selection = Selection(second_leg.ranges, values, False)
+        count = solve_leg(second_leg.leg, target, selection, Workspace(q, found, report))
         first[:] = 0.0
         add_chain(body, body.legs[0, JOINTS - 1], 1.0, R, p, first)
         if count == 0:

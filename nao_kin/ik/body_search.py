@@ -15,25 +15,24 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nao_kin._core.arrays import Floats
-from nao_kin._kernels.cache import both_ways
-from nao_kin.ik.body import Body, Ints, add_chain, body_types, place_all
+from nao_kin._kernels.cache import Floats2, Floats3, Floats4, Ints1, both_ways, numba_type
+from nao_kin.ik.body import Body, add_chain, place_all
 from nao_kin.ik.body_errors import (
     BOTH,
     DEFAULT_POSTURE,
     DEFAULT_WEIGHTS,
     POSE,
-    Legs,
     Plan,
+    SecondLeg,
     State,
     errors_at,
-    legs_types,
     new_state,
-    plan_types,
     stand_on_both,
     torso_over_foot,
 )
 from nao_kin.ik.compiling import cached_kernel
-from nao_kin.ik.leg import JOINTS
+from nao_kin.ik.geometry import limb_types
+from nao_kin.ik.leg import JOINTS, Leg
 from nao_kin.ik.limit_regions import Region, clipped, limit_rows, most_rows, outside
 from nao_kin.ik.quadratic_program import quadratic_program
 
@@ -228,17 +227,17 @@ _ROUNDING = 1e-9
 
 
 @both_ways
-def _stand(body: Body, legs: Legs, problem: Problem, x: Floats, T: Floats) -> bool:
+def _stand(body: Body, second_leg: SecondLeg, problem: Problem, x: Floats, T: Floats) -> bool:
     """Meet the feet: write the torso's pose, and with both feet standing change the legs in x; False if impossible."""
     if problem.plan.stance == BOTH:
-        return stand_on_both(body, legs, problem.feet, x, T)
+        return stand_on_both(body, second_leg, problem.feet, x, T)
     rows = len(body.parent)
     torso_over_foot(body, problem.plan.stance, problem.feet, x, np.zeros((rows, 3, 3)), np.zeros((rows, 3)), T)
     return True
 
 
 @both_ways
-def descend(body: Body, legs: Legs, problem: Problem, current: State, trial: State) -> tuple[int, int]:
+def descend(body: Body, second_leg: SecondLeg, problem: Problem, current: State, trial: State) -> tuple[int, int]:
     """Decrease the errors from a standing configuration, `current` with x and T; return how it ended, and the steps."""
     n, tolerance = body.moving, problem.plan.tolerance
     limits, max_steps = body.limits, problem.plan.steps
@@ -270,7 +269,7 @@ def descend(body: Body, legs: Legs, problem: Problem, current: State, trial: Sta
             for v in range(n):
                 trial.x[v] = current.x[v] + step[v]
             clipped(limits, trial.x)
-            if not _stand(body, legs, problem, trial.x, trial.T):
+            if not _stand(body, second_leg, problem, trial.x, trial.T):
                 break
             evaluate(body, problem, limits, trial)
             decrease = cost - trial.sums[SUM_ERRORS] - trial.sums[SUM_POSTURE] - penalty * trial.sums[SUM_OUTSIDE]
@@ -321,16 +320,16 @@ def _bend(body: Body, x: Floats) -> None:
 
 
 @both_ways
-def _take_stance(body: Body, legs: Legs, problem: Problem, x: Floats, T: Floats) -> tuple[bool, int]:
+def _take_stance(body: Body, second_leg: SecondLeg, problem: Problem, x: Floats, T: Floats) -> tuple[bool, int]:
     """Change x so that all standing feet are met; return whether they are, and the steps taken.
 
     A second foot that is not near its pose is first a target of the robot on the other foot.
     """
     if problem.plan.stance != BOTH:
-        return _stand(body, legs, problem, x, T), 0
+        return _stand(body, second_leg, problem, x, T), 0
     current, trial = new_state(body, len(x), 1), new_state(body, len(x), 1)
     current.x[:] = x
-    if _stand(body, legs, problem, current.x, T) and outside(body.limits, current.x) <= INSIDE:
+    if _stand(body, second_leg, problem, current.x, T) and outside(body.limits, current.x) <= INSIDE:
         x[:] = current.x
         return True, 0
     current.x[:] = x
@@ -341,11 +340,11 @@ def _take_stance(body: Body, legs: Legs, problem: Problem, x: Floats, T: Floats)
         0.0, DEFAULT_POSTURE, 0, False, _FOOT_TOLERANCE, problem.plan.steps,
     )  # fmt: skip
     foot = Problem(plan, problem.feet, problem.feet[1:], np.zeros((0, 3)), x, plan.posture)
-    _stand(body, legs, foot, current.x, current.T)
-    _, first = descend(body, legs, foot, current, trial)
-    status, second = descend(body, legs, without_pull(foot), current, trial)
+    _stand(body, second_leg, foot, current.x, current.T)
+    _, first = descend(body, second_leg, foot, current, trial)
+    status, second = descend(body, second_leg, without_pull(foot), current, trial)
     x[:] = current.x
-    return status == REACHED and _stand(body, legs, problem, x, T), first + second
+    return status == REACHED and _stand(body, second_leg, problem, x, T), first + second
 
 
 @both_ways
@@ -355,10 +354,10 @@ def without_pull(problem: Problem) -> Problem:
 
 
 @both_ways
-def _is_solved(body: Body, legs: Legs, problem: Problem, current: State, trial: State) -> bool:
+def _is_solved(body: Body, second_leg: SecondLeg, problem: Problem, current: State, trial: State) -> bool:
     """Return whether a configuration already stands and meets all targets."""
     trial.x[:] = current.x
-    if not _stand(body, legs, problem, current.x, current.T):
+    if not _stand(body, second_leg, problem, current.x, current.T):
         return False
     if np.abs(current.x - trial.x).max() > _ROUNDING or outside(body.limits, current.x) > INSIDE:
         return False
@@ -385,7 +384,9 @@ def _only_worst_limb(body: Body, plan: Plan, best: State, x: Floats) -> None:
 
 
 @both_ways
-def solve_body(body: Body, legs: Legs, problem: Problem, starts: Floats, best: State, report: Floats) -> None:
+def solve_body(
+    body: Body, second_leg: SecondLeg, problem: Problem, starts: Floats, best: State, report: Floats
+) -> None:
     """Search from one start (starts, variables) after the other, first the reference, until the targets are met.
 
     The best state goes into `best`, STATUS, STEPS, START and SHORTFALL into `report`.
@@ -398,20 +399,20 @@ def solve_body(body: Body, legs: Legs, problem: Problem, starts: Floats, best: S
     for start in range(len(starts)):
         current.x[:] = starts[start]
         status = REACHED
-        if not (start == 0 and problem.plan.as_is and _is_solved(body, legs, alone, current, trial)):
+        if not (start == 0 and problem.plan.as_is and _is_solved(body, second_leg, alone, current, trial)):
             current.x[:] = starts[start]
             if start % 2 == 1 and least < math.inf:
                 _only_worst_limb(body, problem.plan, best, current.x)
             _bend(body, current.x)
-            stands, more = _take_stance(body, legs, problem, current.x, current.T)
+            stands, more = _take_stance(body, second_leg, problem, current.x, current.T)
             steps += more
             if not stands:
                 continue
             # The pull would lead every start back to where the first one got stuck.
             if problem.pull > 0.0 and start == 0:
-                _, more = descend(body, legs, problem, current, trial)
+                _, more = descend(body, second_leg, problem, current, trial)
                 steps += more
-            status, more = descend(body, legs, alone, current, trial)
+            status, more = descend(body, second_leg, alone, current, trial)
             steps += more
         cost = current.sums[SUM_ERRORS] + (_OUTSIDE_COST if current.sums[SUM_OUTSIDE] > INSIDE else 0.0)
         if cost < least or status == REACHED:
@@ -434,12 +435,12 @@ class Problems(NamedTuple):
         starts: initial variables, shape (n, starts, variables).
     """
 
-    feet: Floats
-    targets: Floats
-    planes: Floats
-    edges: Ints
-    posture: Floats
-    starts: Floats
+    feet: Floats4
+    targets: Floats4
+    planes: Floats3
+    edges: Ints1
+    posture: Floats2
+    starts: Floats3
 
 
 class Solutions(NamedTuple):
@@ -453,29 +454,26 @@ class Solutions(NamedTuple):
         report: STATUS, STEPS, START and SHORTFALL, shape (n, 4).
     """
 
-    x: Floats
-    T_world_torso: Floats
-    residuals: Floats
-    com: Floats
-    report: Floats
+    x: Floats2
+    T_world_torso: Floats3
+    residuals: Floats3
+    com: Floats2
+    report: Floats2
 
 
-def _types() -> Any:
+def _types() -> tuple[Any, ...]:
     from numba import types
 
-    two, three, four = (types.Array(types.float64, axes, "C") for axes in (2, 3, 4))
-    problems = types.NamedTuple((four, four, three, types.int64[::1], two, three), Problems)
-    return types.void(
-        body_types(), legs_types(), plan_types(), problems, types.NamedTuple((two, three, three, two, two), Solutions)
-    )
+    second = types.NamedTuple(limb_types(Leg, JOINTS), SecondLeg)
+    return numba_type(Body), second, *map(numba_type, (Plan, Problems, Solutions))
 
 
-@cached_kernel("bodies", _types, 60.0)
-def whole_bodies(body: Body, legs: Legs, plan: Plan, problems: Problems, found: Solutions) -> None:
+@cached_kernel("bodies", 60.0, _types)
+def whole_bodies(body: Body, second_leg: SecondLeg, plan: Plan, problems: Problems, found: Solutions) -> None:
     """Run `solve_body` for many poses."""
     for i in range(len(found.x)):
         best = new_state(body, found.x.shape[1], len(plan.kind))
         planes = problems.planes[i, : problems.edges[i]]
         problem = Problem(plan, problems.feet[i], problems.targets[i], planes, problems.posture[i], plan.posture)
-        solve_body(body, legs, problem, problems.starts[i], best, found.report[i])
+        solve_body(body, second_leg, problem, problems.starts[i], best, found.report[i])
         found.x[i], found.T_world_torso[i], found.residuals[i], found.com[i] = best.x, best.T, best.residuals, best.com

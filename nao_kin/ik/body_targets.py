@@ -16,13 +16,12 @@ from nao_kin._core.arrays import Floats, as_floats, as_numbers, as_vectors
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
 from nao_kin.ik.body import SIDES, Body
-from nao_kin.ik.body_errors import COM, DEFAULT_WEIGHTS, GAZE, PLACE, POSE, Legs
+from nao_kin.ik.body_errors import COM, DEFAULT_WEIGHTS, GAZE, PLACE, POSE, SecondLeg
 from nao_kin.ik.geometry import Limb, torso_frame, torso_in_trunk
 from nao_kin.ik.leg import leg_limb
 from nao_kin.ik.limit_regions import extended, region_of
 from nao_kin.ik.targets import rigid_poses
-from nao_kin.robot import ModelNumbers, RobotModel, SupportPolygon, check_robot, sole_corners
-from nao_kin.robot.semantics import Mimic
+from nao_kin.robot import ModelNumbers, RobotModel, SupportPolygon, check_robot, joint_rows, sole_corners
 
 # --- The robot in the arrays of `body`, cached until the numbers of its model change.
 
@@ -48,34 +47,26 @@ class BodyTables:
         self.order = robot.nq - len(moves) + columns
         variable = {robot.joint_names[int(column)]: k for k, column in enumerate(columns)}
         self._trunk = 1 if robot.base == "floating" else 0
-        rows = model.njoints - self._trunk
-        placements, levers = np.tile(np.eye(4), (rows, 1, 1)), np.zeros((rows, 3))
-        axes, mass = np.zeros((rows, 3)), np.zeros(rows)
-        parent, which = np.full(rows, -1, np.int64), np.full(rows, -1, np.int64)
-        multiplier, offset = np.zeros(rows), np.zeros(rows)
-        joint_of = {joint.name: joint for joint in robot.tree.moving_joints}
-        for row in range(rows):
-            joint = row + self._trunk
-            inertia = model.inertias[joint]
-            mass[row], levers[row] = inertia.mass, inertia.lever
-            if row == 0:
-                levers[0] = T_torso_root[:3, :3] @ inertia.lever + T_torso_root[:3, 3]
-                continue
-            name = str(model.names[joint])
-            parent[row] = int(model.parents[joint]) - self._trunk
-            T = np.array(model.jointPlacements[joint].homogeneous)
-            placements[row] = T_torso_root @ T if parent[row] == 0 else T
-            axes[row] = joint_of[name].axis
-            mimic = robot.mimics.get(name, Mimic(name))
-            which[row], multiplier[row], offset[row] = variable[mimic.joint], mimic.multiplier, mimic.offset
+        ids, of = range(self._trunk, model.njoints), joint_rows(robot)
+        joints = [of[k] for k in ids[1:]]
+        inertias = [model.inertias[k] for k in ids]
+        mass, levers = (np.array([getattr(inertia, name) for inertia in inertias]) for name in ("mass", "lever"))
+        levers[0] = T_torso_root[:3, :3] @ levers[0] + T_torso_root[:3, 3]
+        parent = np.array([-1, *(int(model.parents[k]) - self._trunk for k in ids[1:])])
+        placements = np.array([np.eye(4), *(model.jointPlacements[k].homogeneous for k in ids[1:])])
+        placements[parent == 0] = T_torso_root @ placements[parent == 0]
+        axes = np.array([(0.0, 0.0, 0.0), *(joint.axis for joint in joints)])
+        which = np.array([-1, *(variable[joint.coupling.joint] for joint in joints)])
+        multiplier = np.array([0.0, *(joint.coupling.multiplier for joint in joints)])
+        offset = np.array([0.0, *(joint.coupling.offset for joint in joints)])
         self.turns = np.arange(len(columns)) < moving
         self.turns[which[multiplier % 1.0 != 0.0]] = False
         tables = [table for table in robot.coupled_limits if max(variable[table.joint], variable[table.of]) < moving]
-        joints, winding = columns[:moving], np.zeros(moving)
+        limited, winding = columns[:moving], np.zeros(moving)
         limits = region_of(winding - math.inf, winding + math.inf, winding, [])
         if enforce:
             bends = [(variable[table.of], variable[table.joint], extended(table)) for table in tables]
-            limits = region_of(robot.lower[joints], robot.upper[joints], winding, bends)
+            limits = region_of(robot.lower[limited], robot.upper[limited], winding, bends)
         R, p = placements[:, :3, :3].copy(), placements[:, :3, 3].copy()
         leg_rows = np.array([[int(model.getJointId(joint)) - self._trunk for joint in leg] for leg in legs])
         soles = np.array([self.frame(robot, foot)[1] for foot in _FEET])
@@ -98,7 +89,7 @@ class PreparedRobot:
 
     Attributes:
         tables: whether limits are enforced → arrays.
-        legs: the closed forms.
+        second_leg: its closed form.
         corners: side → corners of the sole, shape (k, 3) [m].
         rest: the configuration with all joints at zero, or at the limit nearest to it, shape (nq,).
     """
@@ -108,8 +99,7 @@ class PreparedRobot:
         self.numbers = ModelNumbers(robot.model)
         joints = limbs[0].joints, limbs[1].joints
         self.tables = {enforce: BodyTables(robot, joints, enforce) for enforce in (True, False)}
-        left, right = (limb.numbers._replace(stretched=0.0) for limb in limbs)
-        self.legs = Legs(left, right, limbs[0].ranges, limbs[1].ranges)
+        self.second_leg = SecondLeg(limbs[1].numbers._replace(stretched=0.0), limbs[1].ranges)
         self.corners = {side: sole_corners(robot, f"{side}Leg") for side in SIDES}
         self.rest = limbs[0].rest
         self._feet_at_rest = np.asarray(robot.fk(self.rest, _FEET))

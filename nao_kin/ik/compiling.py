@@ -10,15 +10,12 @@ import itertools
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
-from typing import Any, TypeAlias, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
 from nao_kin._core.process import usable_cores
 from nao_kin._kernels.cache import CachedKernel, first_rows
-
-# A flat sequence of floats that may be written to: a list, or in compiled code a row of an array.
-Row: TypeAlias = Any
 
 _Numbers = TypeVar("_Numbers", bound=tuple[Any, ...])
 
@@ -27,19 +24,14 @@ _PER_THREAD = 2000
 
 
 def cached_kernel(
-    name: str, signature: Callable[[], Any], seconds: float = 10.0
+    name: str, seconds: float = 10.0, signature: Callable[[], Any] | None = None
 ) -> Callable[[Callable[..., Any]], CachedKernel]:
     """Return a decorator for a kernel cached on disk, which takes about `seconds` to compile.
 
-    `signature` returns the types of its arguments, and is called after Numba has been imported.
+    `signature` returns the types of its arguments; None for those of its annotations.
     """
-
-    def registered() -> Any:
-        _register_borrowed()
-        return signature()
-
     what = f"a kernel of inverse kinematics, {name}"
-    return lambda function: CachedKernel(function, what, f"ik kernel, {name}", registered, seconds)
+    return lambda function: CachedKernel(function, what, f"ik kernel, {name}", signature, seconds)
 
 
 def borrowed(array: Any) -> Any:
@@ -51,7 +43,8 @@ def borrowed(array: Any) -> Any:
 
 
 @cache
-def _register_borrowed() -> None:
+def register_borrowed() -> None:
+    """Let compiled code call `borrowed`."""
     from numba.core import cgutils
     from numba.extending import intrinsic, overload
 

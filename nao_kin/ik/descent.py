@@ -17,20 +17,24 @@ import math
 import weakref
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple, cast
+from typing import NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats
 from nao_kin._core.text import quoted
-from nao_kin._kernels.cache import both_ways
-from nao_kin._kernels.chains import SMALL_ANGLE, Chain, chain_of, chain_types, rotation_vector, to_frame
+from nao_kin._kernels.cache import Floats2, Row, both_ways
+from nao_kin._kernels.chains import SMALL_ANGLE, Chain, chain_of, rotation_vector, to_frame
 from nao_kin.errors import BadArgument
-from nao_kin.ik.compiling import Row, cached_kernel, copied, in_lists, run_rows
-from nao_kin.ik.limit_regions import TABLE, LimitRegion, Region, open_directions, project, region_type
+from nao_kin.ik.compiling import cached_kernel, copied, in_lists, run_rows
+from nao_kin.ik.geometry import ClosedForm, Limb, cached_limb, result_of, solve_targets, torso_in_trunk
+from nao_kin.ik.limit_regions import TABLE, LimitRegion, Region, open_directions, project
+from nao_kin.ik.ranges import MAX_TURNED, Rotation
+from nao_kin.ik.results import IKResult
+from nao_kin.ik.targets import Options
 from nao_kin.robot import Expression, RobotModel, serial_chain
-from nao_kin.rotations import matrix_from_quat, quat_from_xyzw
+from nao_kin.rotations import matrix_from_quat, nearest_rotation, quat_from_xyzw
 
 # Initial damping as a share of the squared error; it grows after a rejected step, and shrinks after an accepted one.
 FIRST_DAMPING = 0.1
@@ -50,11 +54,15 @@ COST, MET, SETTLED, POSITION, ANGLE = range(5)
 
 
 class Goal(NamedTuple):
-    """Weights of the six errors of each frame, tolerance of position and angle [m, rad], and maximum of steps."""
+    """Weights of the six errors of each frame, tolerance of position and angle [m, rad], and maximum of steps.
+
+    `directed`: whether only the direction of the frame's x axis counts, not its turn about it.
+    """
 
     weights: Row
     tolerance: float
     steps: int
+    directed: bool = False
 
 
 class Scratch(NamedTuple):
@@ -188,11 +196,17 @@ def errors_at(chain: Chain, goal: Goal, target: Row, values: Row, scratch: Scrat
         dx, dy, dz = target[at + 3] - T[3], target[at + 7] - T[7], target[at + 11] - T[11]
         for i in range(at, at + 3):
             e[row + i - at] = goal.weights[i - at] * (target[i] * dx + target[4 + i] * dy + target[8 + i] * dz)
-        rotation_error(T, target, at, scratch.turn)
+        if goal.directed:
+            direction_error(T, target, at, scratch.turn)
+        else:
+            rotation_error(T, target, at, scratch.turn)
         for i in range(3):
             e[row + 3 + i] = goal.weights[3 + i] * scratch.turn[i]
         for i in range(row, row + 6):
             cost += 0.5 * e[i] * e[i]
+        if goal.directed:  # the direction changes by what is perpendicular to it
+            for i in range(3):
+                scratch.turn[i] = 0.0
         derivative(chain, goal, target, scratch, J, m, frame, first, last)
         first = last
     return cost
@@ -252,6 +266,19 @@ def rotation_error(T: Row, target: Row, at: int, turn: Row) -> None:
         r01 * a0 + r11 * b0 + r21 * c0, r01 * a1 + r11 * b1 + r21 * c1, r01 * a2 + r11 * b2 + r21 * c2,
         r02 * a0 + r12 * b0 + r22 * c0, r02 * a1 + r12 * b1 + r22 * c1, r02 * a2 + r12 * b2 + r22 * c2,
     )  # fmt: skip
+
+
+@both_ways
+def direction_error(T: Row, target: Row, at: int, turn: Row) -> None:
+    """Write the rotation vector, in the frame's axes, from the frame's x axis to the target's into `turn`."""
+    x, y, z = target[at], target[at + 4], target[at + 8]
+    along, across = T[0] * x + T[4] * y + T[8] * z, T[1] * x + T[5] * y + T[9] * z
+    up = T[2] * x + T[6] * y + T[10] * z
+    sine = math.sqrt(across * across + up * up)
+    angle = math.atan2(sine, along)
+    turn[0], turn[1], turn[2] = 0.0, angle, 0.0
+    if sine > 1e-14:
+        turn[1], turn[2] = -angle * up / sine, angle * across / sine
 
 
 @both_ways
@@ -450,17 +477,9 @@ def descended(
     return Minimum(found, reports[:, COST], reports[:, POSITION:], reports[:, MET] == 1.0, reports[:, SETTLED] == 1.0)
 
 
-def _arguments() -> tuple[Any, ...]:
-    from numba import types
-
-    row, rows = types.float64[::1], types.float64[:, ::1]
-    goal = types.NamedTuple((row, types.float64, types.int64), Goal)
-    return chain_types(), region_type(), goal, rows, rows, rows, rows
-
-
-@cached_kernel("damped least squares", _arguments)
+@cached_kernel("damped least squares")
 def _descents(
-    chain: Chain, region: Region, goal: Goal, targets: Floats, still: Floats, values: Floats, reports: Floats
+    chain: Chain, region: Region, goal: Goal, targets: Floats2, still: Floats2, values: Floats2, reports: Floats2
 ) -> None:
     sizes = scratch_sizes(len(chain.joints), len(chain.place), len(region.lower), len(region.tables) // TABLE)
     # Allocated in the kernel, so that the compiler knows that the arrays do not overlap.
@@ -472,3 +491,96 @@ def _descents(
     )  # fmt: skip
     for i in range(values.shape[0]):
         descend(chain, region, goal, scratch, targets[i], still[i], values[i], reports[i])
+
+
+# --- The nearest joint values of a limb whose closed form has no solution, from several starts.
+
+# The weight of one radian [m].
+ANGLE_WEIGHT = 0.1
+# Targets searched for at a time.
+_BLOCK = 2048
+
+
+def missed_targets(result: IKResult, options: Options) -> tuple[NDArray[np.bool_], Options]:
+    """Return which targets have neither solution nor joint values, shape (...), and the options for these n targets."""
+    missed = np.asarray((result.count == 0) & np.isnan(result.best).any(axis=-1))
+    reference = np.broadcast_to(options.reference, (*missed.shape, options.reference.shape[-1]))[missed]
+    return missed, options._replace(reference=reference)
+
+
+def solve_or_nearest(
+    form: ClosedForm,
+    limb: Limb,
+    rows: Floats,
+    options: Options,
+    nearest: Callable[[Floats, Options], tuple[Floats, Floats]],
+    refuse: Callable[[], object] = lambda: None,
+) -> IKResult:
+    """Return the result for targets of shape (..., m), with what `nearest` returns for those without solution."""
+    output = solve_targets(form, limb, rows, options, refuse)
+    result = result_of(limb, rows.shape[:-1], output, options)
+    if not output.is_complete:
+        missed, options = missed_targets(result, options)
+        blocks = [slice(k, k + _BLOCK) for k in range(0, np.count_nonzero(missed), _BLOCK)]
+        found = [nearest(rows[missed][k], options._replace(reference=options.reference[k])) for k in blocks]
+        result.best[missed], result.residual[missed] = (np.concatenate(each) for each in zip(*found, strict=True))
+    return result
+
+
+def unlimited_branches(form: ClosedForm, limb: Limb, targets: Floats) -> list[Floats]:
+    """Return the coordinates (n, c) of each branch for targets (n, m) without limits; at rest if there is none."""
+    output = solve_targets(form, limb, targets if len(targets) > 1 else targets[0], Options(limb.rest, (), False, None))
+    branches = limb.coordinates(output.branches[..., : len(limb.joints)])
+    return list(np.where(np.isnan(branches), limb.rest[limb.index], branches).swapaxes(0, 1))
+
+
+def nearest_values(
+    robot: RobotModel,
+    frames: tuple[str, ...],
+    limb: Limb,
+    T: Floats,
+    starts: list[Floats],
+    options: Options,
+    *,
+    weight: float = ANGLE_WEIGHT,
+    directed: bool = False,
+    rotation: Rotation | None = None,
+) -> tuple[Floats, Floats]:
+    """Return the coordinates (n, c) of a limb with the smallest Σ (distance² + (weight · angle)²) over F frames.
+
+    T are targets in the torso, shape (n, F, 4, 4); searches begin at the reference, shape (n, nq), and at `starts`,
+    each of shape (n, c). `directed` as in `Goal`; targets are those of the link itself if the `rotation` of its frame
+    is given. Also return the errors in position and angle, shape (n, 2) [m, rad].
+    """
+    motion = cached_limb(robot, FrameMotion, *frames)
+    region, chain = motion.limited if options.enforce else motion.free, motion.chain
+    if rotation is not None:
+        links = chain.links.copy()
+        last = links[-12:].reshape(3, 4)
+        last[:, :3] = last[:, :3] @ np.reshape(rotation, (3, 3)).T
+        chain = chain._replace(links=links)
+    n, c = len(T), len(limb.columns)
+    wanted = np.array(torso_in_trunk(robot) @ T)
+    wanted[..., :3, :3] = nearest_rotation(wanted[..., :3, :3])
+    near = options.reference[:, limb.index]
+    began = np.stack([np.broadcast_to(start, (n, c)) for start in (near, *starts)])
+    values = robot.neutral()[None].repeat(len(began) * n, axis=0)
+    values[:, limb.index] = began.reshape(-1, c)
+    values = region.project(motion.joint_values(values))
+    targets = np.broadcast_to(wanted.reshape(n, -1), (len(began), n, 16 * len(frames))).reshape(len(values), -1)
+    fixed, inside = region.still_values(values), values[:, region.moving]
+    weights = np.array([1.0, 1.0, 1.0, 0.0 if directed else weight, weight, weight])
+    goal = Goal(weights, 0.0, 60 if weight == 0.0 else 200, directed)
+    # A single search runs as Python where nothing is compiled yet.
+    parts = [slice(k, k + 1) for k in range(len(inside))] if n == 1 and not _descents.in_memory else [slice(None)]
+    found = [descended(chain, region, goal, targets[k], fixed[k], inside[k], options.threads) for k in parts]
+    cost = np.concatenate([part.cost for part in found]).reshape(len(began), n)
+    rows: NDArray[np.intp] = np.argmin(cost, axis=0) * n + np.arange(n)
+    best, residual = (np.concatenate([getattr(part, name) for part in found])[rows] for name in ("q", "residual"))
+    if weight == 0.0:  # for positions alone the search converges slowly: only the best one goes on
+        last = descended(chain, region, goal._replace(steps=1000), targets[rows], fixed[rows], best, options.threads)
+        best, residual = last.q, last.residual
+    if not options.enforce:
+        turns = np.round((near - best) * limb.multiplier / (2.0 * math.pi))
+        best += 2.0 * math.pi / limb.multiplier * np.where(np.abs(near) > MAX_TURNED, 0.0, turns)
+    return best, residual

@@ -15,12 +15,12 @@ from nao_kin._core.arrays import Floats, as_floats, choice
 from nao_kin.errors import BadArgument
 from nao_kin.ik.follow_branches import Choice, FollowedLimb, Jump, choose, jumps_of
 from nao_kin.ik.follow_limbs import Path, checked_path, limb_paths
-from nao_kin.ik.geometry import torso_frame
+from nao_kin.ik.geometry import base_coordinates
 from nao_kin.ik.legs import Free, Priority, legs
 from nao_kin.ik.results import Codes
 from nao_kin.ik.targets import Limits, check_threads, inside_limits, is_enforced, with_unit_quaternion
 from nao_kin.robot import RobotModel, check_robot
-from nao_kin.rotations import quat_from_matrix, quat_from_xyzw, quat_to_xyzw, slerp
+from nao_kin.rotations import quat_from_xyzw, quat_to_xyzw, quat_unwrap, slerp
 
 # --- Times for which no joint exceeds its speed limit.
 
@@ -362,9 +362,6 @@ def _weights(robot: RobotModel) -> Floats:
 
 def _bases(robot: RobotModel, torso: Floats) -> Floats:
     """Return base coordinates (n, 7) for poses of the torso, with quaternions that do not change their sign."""
-    T_base_torso = robot.fk(robot.neutral(), torso_frame(robot))
-    T = torso @ np.linalg.inv(T_base_torso)
-    quaternions = quat_to_xyzw(quat_from_matrix(T[:, :3, :3]))
-    turned = np.einsum("ni,ni->n", quaternions[1:], quaternions[:-1]) < 0.0
-    signs = np.cumprod(np.concatenate([[1.0], np.where(turned, -1.0, 1.0)]))
-    return np.concatenate([T[:, :3, 3], quaternions * signs[:, None]], axis=1)
+    found = base_coordinates(robot, torso)
+    found[:, 3:] = quat_unwrap(found[:, 3:])
+    return found

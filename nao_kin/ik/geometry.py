@@ -15,15 +15,16 @@ import weakref
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, NamedTuple, TypeVar, get_args, get_type_hints
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, choice
 from nao_kin._core.text import quoted
+from nao_kin._kernels.cache import Floats2, numba_type
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.ik.compiling import borrowed, cached_kernel, run_rows
+from nao_kin.ik.compiling import borrowed, cached_kernel, register_borrowed, run_rows
 from nao_kin.ik.ranges import (
     ANGLE_ERROR,
     BEST,
@@ -47,6 +48,7 @@ from nao_kin.ik.results import IKResult, Obstacles, deferred_result
 from nao_kin.ik.targets import Options
 from nao_kin.robot import ModelNumbers, RobotModel, check_robot
 from nao_kin.robot.semantics import Mimic
+from nao_kin.rotations import nearest_rotation, quat_from_matrix, quat_to_xyzw
 
 # Tolerance of axes and places [rad, m]: a URDF rounds its numbers.
 _TOLERANCE = 1e-9
@@ -253,6 +255,13 @@ def torso_in_trunk(robot: RobotModel) -> Floats:
     return np.array(place.placement.homogeneous)
 
 
+def base_coordinates(robot: RobotModel, torso: Floats) -> Floats:
+    """Return the first seven entries of q for poses of the torso in the world: position and quaternion of the root."""
+    root = torso @ np.linalg.inv(torso_in_trunk(robot))
+    quaternions = quat_to_xyzw(quat_from_matrix(nearest_rotation(root[..., :3, :3])))
+    return np.concatenate([root[..., :3, 3], quaternions], axis=-1)
+
+
 # --- Closed forms run on targets.
 
 # In a row that a kernel writes, the report follows the number of branches.
@@ -301,24 +310,20 @@ class ClosedForm:
             owner[0] = 0.0  # used once more, as `borrowed` asks
 
         def signature() -> tuple[Any, ...]:
-            import numba
-
-            rows = numba.float64[:, ::1]
-            return *types(), rows, rows, numba.boolean, rows
+            register_borrowed()
+            return (*types(), *map(numba_type, (Floats2, Floats2, bool, Floats2)))
 
         run.__module__ = solve.__module__  # which a process that compiles it has to import
-        self.kernel = cached_kernel(name, signature, seconds)(run)
+        self.kernel = cached_kernel(name, seconds, signature)(run)
 
 
 def limb_types(numbers: type[Any], joints: int) -> tuple[Any, Any]:
-    """Return Numba's types of a limb's geometry, a named tuple of numbers and tuples of numbers, and of its limits."""
+    """Return Numba's types of a limb's geometry and of its limits."""
     from numba import types
 
-    lengths = [len(get_args(hint)) for hint in get_type_hints(numbers).values()]
-    parts = [types.UniTuple(types.float64, length) if length else types.float64 for length in lengths]
     limits, table = types.UniTuple(types.float64, joints), types.UniTuple(types.float64, MAX_BENDS)
     ranges = limits, limits, types.int64, table, table, table, types.int64, types.int64
-    return types.NamedTuple(parts, numbers), types.NamedTuple(ranges, Ranges)
+    return numba_type(numbers), types.NamedTuple(ranges, Ranges)
 
 
 class KernelOutput(NamedTuple):

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import as_floats, as_vectors
-from nao_kin._kernels.cache import both_ways
+from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.errors import UnknownName
-from nao_kin.ik.compiling import Row
 from nao_kin.ik.geometry import ClosedForm, Limb, cached_limb, chain_at_zero, limb_of, limb_types, solve
 from nao_kin.ik.ranges import (
     ANGLE_ERROR,

@@ -7,12 +7,11 @@ from functools import partial
 from typing import NamedTuple, SupportsIndex
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats
-from nao_kin._kernels.cache import both_ways
-from nao_kin.ik.compiling import Row
-from nao_kin.ik.descent import FrameMotion, Goal, descended
+from nao_kin._kernels.cache import Row, both_ways
+from nao_kin.ik.descent import nearest_values, solve_or_nearest, unlimited_branches
 from nao_kin.ik.geometry import (
     ClosedForm,
     Limb,
@@ -21,12 +20,8 @@ from nao_kin.ik.geometry import (
     check_side,
     limb_of,
     limb_types,
-    result_of,
-    solve_targets,
-    torso_in_trunk,
 )
 from nao_kin.ik.ranges import (
-    MAX_TURNED,
     NEEDED,
     NOT_RIGID,
     OUT_OF_REACH,
@@ -54,7 +49,6 @@ from nao_kin.ik.results import Family, IKResult
 from nao_kin.ik.searches import least
 from nao_kin.ik.targets import Limits, Options, as_options, as_poses, refuse_not_rigid
 from nao_kin.robot import RobotModel
-from nao_kin.rotations import log, nearest_rotation
 
 _JOINTS = ("HipYawPitch", "HipRoll", "HipPitch", "KneePitch", "AnklePitch", "AnkleRoll")
 
@@ -114,12 +108,8 @@ def leg(
     T = as_poses(T_torso_foot, "T_torso_foot")
     batch = T.shape[:-2]
     options = as_options(robot, limb.rest, reference, batch, limits, threads)
-    output = solve_targets(_LEG, limb, T.reshape(*batch, 16), options, partial(refuse_not_rigid, T, "T_torso_foot"))
-    result = result_of(limb, batch, output, options)
-    if not output.is_complete:
-        missed, options = missed_targets(result, options)
-        result.best[missed], result.residual[missed] = nearest_foot(robot, limb, T[missed], options)
-    return result
+    nearest, refuse = partial(nearest_foot, robot, limb), partial(refuse_not_rigid, T, "T_torso_foot")
+    return solve_or_nearest(_LEG, limb, T.reshape(*batch, 16), options, nearest, refuse)
 
 
 # --- The geometry of a leg, read from a robot.
@@ -441,30 +431,15 @@ def _errors(
     return math.sqrt(dx * dx + dy * dy + dz * dz), angle_of_chord(squares)
 
 
-# --- The nearest joint values of one or both legs if feet are out of reach: damped least squares within the limits.
-
-# The weight of one radian [m], as in `arm`.
-ANGLE_WEIGHT = 0.1
-_GOAL = Goal(np.repeat([1.0, ANGLE_WEIGHT], 3), 0.0, 200)
-
-
-def missed_targets(result: IKResult, options: Options) -> tuple[NDArray[np.bool_], Options]:
-    """Return which targets have neither solution nor joint values, shape (...), and the options for these n targets."""
-    missed = np.asarray((result.count == 0) & np.isnan(result.best).any(axis=-1))
-    reference = np.broadcast_to(options.reference, (*missed.shape, options.reference.shape[-1]))[missed]
-    return missed, options._replace(reference=reference)
+# --- The nearest joint values of one or both legs if feet are out of reach.
 
 
 def nearest_foot(robot: RobotModel, limb: Limb, T: Floats, options: Options) -> tuple[Floats, Floats]:
-    """Return the coordinates nearest to n targets, and their errors, shape (n, 2), as `nearest_feet`."""
+    """Return the coordinates nearest to n targets, and their errors, shape (n, 2), as `nearest_values`."""
+    T = T.reshape(-1, 4, 4)
     # From all branches for the targets moved into reach, without limits.
-    targets = _moved_into_reach(limb.numbers, T).reshape(-1, 16)
-    unlimited = Options(limb.rest, (), False, None)
-    output = solve_targets(_LEG, limb, targets if len(T) > 1 else targets[0], unlimited)
-    branches = limb.coordinates(output.branches[..., :JOINTS])
-    starts = np.where(np.isnan(branches), limb.rest[limb.index], branches).swapaxes(0, 1)
-    best, errors = nearest_feet(robot, (limb.frame,), limb, T[:, None], list(starts), options)
-    return best, errors[:, 0]
+    starts = unlimited_branches(_LEG, limb, _moved_into_reach(limb.numbers, T).reshape(-1, 16))
+    return nearest_values(robot, (limb.frame,), limb, T[:, None], starts, options)
 
 
 def _moved_into_reach(leg: Leg, T: Floats) -> Floats:
@@ -479,41 +454,3 @@ def _moved_into_reach(leg: Leg, T: Floats) -> Floats:
 
 
 _LEG = ClosedForm("legs", solve_leg, partial(limb_types, Leg, JOINTS), MAX_BRANCHES, alone=solve_leg)
-
-
-def nearest_feet(
-    robot: RobotModel, frames: tuple[str, ...], limb: Limb, T: Floats, starts: list[Floats], options: Options
-) -> tuple[Floats, Floats]:
-    """Return the coordinates (n, c) of one or both legs with the smallest Σ (distance² + (0.1 m · angle)²) over F feet.
-
-    T are targets in the torso, shape (n, F, 4, 4); searches begin at the reference, shape (n, nq), and at `starts`,
-    each of shape (n, c). Also return the errors of each foot in position and angle, shape (n, F, 2) [m, rad].
-    """
-    motion = cached_limb(robot, FrameMotion, *frames)
-    region = motion.limited if options.enforce else motion.free
-    n, c = len(T), len(limb.columns)
-    wanted = np.array(torso_in_trunk(robot) @ T)
-    wanted[..., :3, :3] = nearest_rotation(wanted[..., :3, :3])
-    near = options.reference[:, limb.index]
-    began = np.stack([np.broadcast_to(start, (n, c)) for start in (near, *starts)])
-    values = robot.neutral()[None].repeat(len(began) * n, axis=0)
-    values[:, limb.index] = began.reshape(-1, c)
-    values = region.project(motion.joint_values(values))
-    targets = np.broadcast_to(wanted.reshape(n, -1), (len(began), n, 16 * len(frames))).reshape(len(values), -1)
-    fixed, inside = region.still_values(values), values[:, region.moving]
-    # A single search runs as Python where nothing is compiled yet.
-    parts = [slice(k, k + 1) for k in range(len(inside))] if n == 1 else [slice(None)]
-    found = [descended(motion.chain, region, _GOAL, targets[k], fixed[k], inside[k], options.threads) for k in parts]
-    cost = np.concatenate([part.cost for part in found]).reshape(len(began), n)
-    rows: NDArray[np.intp] = np.argmin(cost, axis=0) * n + np.arange(n)
-    best = np.concatenate([part.q for part in found])[rows]
-    # The frame depends on the limb alone, and not on whole turns.
-    q = robot.neutral()[None].repeat(n, axis=0)
-    q[:, limb.index] = best
-    made = np.array(robot.fk(q, list(frames), reference=limb.torso))
-    errors = made[..., :3, :3].swapaxes(-1, -2) @ nearest_rotation(T[..., :3, :3])
-    away = np.linalg.norm(made[..., :3, 3] - T[..., :3, 3], axis=-1)
-    if not options.enforce:
-        turns = np.round((near - best) * limb.multiplier / (2.0 * math.pi))
-        best += 2.0 * math.pi / limb.multiplier * np.where(np.abs(near) > MAX_TURNED, 0.0, turns)
-    return best, np.stack([away, np.linalg.norm(log(errors), axis=-1)], axis=-1)

@@ -11,21 +11,21 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, choice, rigid_inverse
-from nao_kin._kernels.cache import both_ways
+from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.errors import BadArgument
-from nao_kin.ik.compiling import Row
+from nao_kin.ik.descent import missed_targets, nearest_values
 from nao_kin.ik.geometry import (
     ClosedForm,
     KernelOutput,
     Limb,
+    base_coordinates,
     cached_limb,
     geometry_error,
     limb_types,
     result_fields,
     solve_targets,
-    torso_in_trunk,
 )
-from nao_kin.ik.leg import Leg, foot_of, leg_limb, missed_targets, nearest_feet, nearest_foot, within_reach
+from nao_kin.ik.leg import Leg, foot_of, leg_limb, nearest_foot, within_reach
 from nao_kin.ik.legs_disagree import BALANCED, LEFT_FIRST, RIGHT_FIRST, solve_disagreeing, solve_separately
 from nao_kin.ik.legs_equations import (
     FAILED_LEG,
@@ -47,10 +47,10 @@ from nao_kin.ik.legs_equations import (
 )
 from nao_kin.ik.ranges import NOT_RIGID, POSITION_ERROR, REASON, Selection, Workspace, add_shortfall
 from nao_kin.ik.results import Codes, IKResult, Reason, angle_in_words, crossing_in_words, errors_in_words
-from nao_kin.ik.searches import add_roots
+from nao_kin.ik.searches import add_roots, least
 from nao_kin.ik.targets import Limits, Options, as_options, as_poses, broadcast, refuse_not_rigid
 from nao_kin.robot import RobotModel
-from nao_kin.rotations import exp, log, nearest_rotation, quat_from_matrix, quat_to_xyzw, rot_y, rot_z
+from nao_kin.rotations import exp, log, nearest_rotation, rot_y, rot_z
 
 # The free number of the torso's pose, as a number in a target; `NOTHING` for feet given in the torso.
 NOTHING, HEIGHT, LEAN, YAW = -1.0, 0.0, 1.0, 2.0
@@ -218,7 +218,7 @@ def legs(
     batch = _broadcast(poses[0].shape[:-2], poses[1].shape[:-2], "T_right")
     desired = None if torso is None else as_poses(torso, "torso")
     if desired is not None:
-        _refuse((desired,), ("torso",))
+        refuse_not_rigid(desired, "torso")
         batch = _broadcast(batch, desired.shape[:-2], "torso")
     options = as_options(robot, limb.rest, reference, batch, limits, threads)
     rows = np.empty((*batch, LENGTH_IN_WORLD if base == "floating" else LENGTH))
@@ -257,21 +257,27 @@ def _broadcast(one: tuple[int, ...], other: tuple[int, ...], what: str) -> tuple
     return broadcast(what, one, other, f"(4, 4) or {(*one, 4, 4)} as T_left", (*other, 4, 4))
 
 
-def _refuse(poses: tuple[Floats, ...], names: tuple[str, ...] = ("T_left", "T_right")) -> None:
+def _refuse(poses: tuple[Floats, Floats]) -> None:
     """Raise for the first pose that is not a rigid transform, as `refuse_not_rigid` does."""
-    for T, name in zip(poses, names, strict=True):
+    for T, name in zip(poses, ("T_left", "T_right"), strict=True):
         refuse_not_rigid(T, name)
 
 
 def _nearest(
     robot: RobotModel, limb: Limb, frames: tuple[str, str], T: Floats, options: Options
 ) -> tuple[Floats, Floats]:
-    """Return the coordinates nearest to n pairs of feet, as `nearest_feet`, from the nearest ones to each foot."""
+    """Return the coordinates nearest to n pairs of feet, from the nearest ones to each, and the errors (n, 2, 2)."""
     left = nearest_foot(robot, leg_limb(robot, "L", frames[0]), T[:, 0], options)[0]
     right = nearest_foot(robot, leg_limb(robot, "R", frames[1]), T[:, 1], options)[0]
     hips = left[:, :1], right[:, :1], 0.5 * (left[:, :1] + right[:, :1])
     starts = [np.concatenate([hip, left[:, 1:], right[:, 1:]], axis=-1) for hip in hips]
-    return nearest_feet(robot, frames, limb, T, starts, options)
+    best = nearest_values(robot, frames, limb, T, starts, options)[0]
+    q = robot.neutral()[None].repeat(len(T), axis=0)
+    turn = 2.0 * math.pi / limb.multiplier
+    q[:, limb.index] = best - turn * np.round(best / turn)  # whole turns do not move the feet, and `fk` warns of them
+    made = np.array(robot.fk(q, list(frames), reference=limb.torso))
+    turns = log(made[..., :3, :3].swapaxes(-1, -2) @ nearest_rotation(T[..., :3, :3]))
+    return best, np.linalg.norm([made[..., :3, 3] - T[..., :3, 3], turns], axis=-1).transpose(1, 2, 0)
 
 
 def _as_in_reference(
@@ -308,13 +314,6 @@ def _moved_torso(legs: Legs, rows: Floats, moved: Floats) -> Floats:
     return torso
 
 
-def _base_coordinates(robot: RobotModel, torso: Floats) -> Floats:
-    """Return the first seven entries of q for a torso: position and quaternion of the root, scalar last."""
-    root = torso @ np.linalg.inv(torso_in_trunk(robot))
-    quaternions = quat_to_xyzw(quat_from_matrix(nearest_rotation(root[..., :3, :3])))
-    return np.concatenate([root[..., :3, 3], quaternions], axis=-1)
-
-
 def _as_result(
     robot: RobotModel, limb: Limb, rows: Floats, in_world: bool, output: KernelOutput, options: Options
 ) -> LegsResult:
@@ -323,7 +322,7 @@ def _as_result(
     torso = base = None
     if in_world:
         torso = _moved_torso(limb.numbers, rows, report[..., MOVED])
-        base = _base_coordinates(robot, torso) if robot.base == "floating" else None
+        base = base_coordinates(robot, torso) if robot.base == "floating" else None
     fields = result_fields(limb, batch, output, options)
     fields["notes"] += _notes(limb.numbers, rows, torso)
     feet = report[..., LEFT_FOOT : LEFT_FOOT + 6].reshape(*batch, 2, 3)
@@ -481,7 +480,11 @@ def move_torso(legs: Legs, target: Row, moved: float, q: Row) -> None:
             # A column of the foot's pose in the world, the position from the torso's origin.
             part = 1.0 if column == 3 else 0.0
             vx, vy, vz = target[first + column], target[first + 4 + column], target[first + 8 + column]
-            x, y, z = _in_torso(target, vx - part * ox, vy - part * oy, vz - part * oz)
+            vx, vy, vz = vx - part * ox, vy - part * oy, vz - part * oz
+            # In the axes of the desired torso.
+            x = target[TORSO] * vx + target[TORSO + 4] * vy + target[TORSO + 8] * vz
+            y = target[TORSO + 1] * vx + target[TORSO + 5] * vy + target[TORSO + 9] * vz
+            z = target[TORSO + 2] * vx + target[TORSO + 6] * vy + target[TORSO + 10] * vz
             if mode != HEIGHT:
                 # Rotated by −s about the axis u through the middle of the hips: Rodrigues' formula.
                 x, y, z = x - part * cx, y - part * cy, z - part * cz
@@ -498,17 +501,6 @@ def move_torso(legs: Legs, target: Row, moved: float, q: Row) -> None:
 
 
 @both_ways
-def _in_torso(target: Row, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """Return a vector of the world in the axes of the desired torso."""
-    t = TORSO
-    return (
-        target[t] * x + target[t + 4] * y + target[t + 8] * z,
-        target[t + 1] * x + target[t + 5] * y + target[t + 9] * z,
-        target[t + 2] * x + target[t + 6] * y + target[t + 10] * z,
-    )
-
-
-@both_ways
 def _bounds(legs: Legs, target: Row) -> tuple[float, float]:
     """Return the bounds of s: as far as both legs reach, or a quarter of a turn."""
     if target[FREE] != HEIGHT:
@@ -520,22 +512,15 @@ def _bounds(legs: Legs, target: Row) -> tuple[float, float]:
         # The ankle in the world, from the one in axes turned by κ with the hip in the world's origin.
         C, S, hip = leg.cos_kappa, leg.sin_kappa, leg.hip
         ax, ay, az = foot.x + hip[0], C * foot.y - S * foot.z + hip[1], S * foot.y + C * foot.z + hip[2]
-        hx, hy, hz = _hip_in_world(leg, target)
+        (x, y, z), t = hip, TORSO
+        hx = target[t] * x + target[t + 1] * y + target[t + 2] * z + target[t + 3]
+        hy = target[t + 4] * x + target[t + 5] * y + target[t + 6] * z + target[t + 7]
+        hz = target[t + 8] * x + target[t + 9] * y + target[t + 10] * z + target[t + 11]
         aside = (ax - hx) * (ax - hx) + (ay - hy) * (ay - hy)
         longest = leg.thigh + leg.tibia
         span = math.sqrt(max(0.0, longest * longest - aside))
         low, high = max(low, az - hz - span), min(high, az - hz + span)
     return low, high
-
-
-@both_ways
-def _hip_in_world(leg: Leg, target: Row) -> tuple[float, float, float]:
-    t, (x, y, z) = TORSO, leg.hip
-    return (
-        target[t] * x + target[t + 1] * y + target[t + 2] * z + target[t + 3],
-        target[t + 4] * x + target[t + 5] * y + target[t + 6] * z + target[t + 7],
-        target[t + 8] * x + target[t + 9] * y + target[t + 10] * z + target[t + 11],
-    )
 
 
 @both_ways
@@ -589,21 +574,18 @@ def _nearest_reached(legs: Legs, target: Row, low: float, high: float, selection
 @both_ways
 def _least_gap(legs: Legs, target: Row, low: float, high: float, selection: Selection, work: Workspace) -> float:
     """Return the s with which the hips disagree least and each leg reaches its foot; 0 if none of even steps does."""
-    best, least, step = 0.0, math.inf, (high - low) / _STEPS
-    for k in range(_STEPS + 1 + 2 * _HALVINGS if low < high else 0):
-        if k <= _STEPS:
-            moved = low + step * k
-        elif least == math.inf:
-            break
-        else:
-            # On both sides of the best, with halved steps.
-            nearer = step * 0.5 ** ((k - _STEPS - 1) // 2)
-            moved = max(low, best - nearer) if k % 2 == 0 else min(high, best + nearer)
-        move_torso(legs, target, moved, work.q)
-        gap = solve_separately(legs, work.q[IN_TORSO:SCRATCH], selection, work)
-        if work.report[FAILED_LEG] == NEITHER and gap < least:
-            best, least = moved, gap
-    return best
+    given = legs, target, selection, work
+    best = least(_gap, given, low, high, low, _STEPS) if low < high else 0.0
+    return best if _gap(given, best) < math.inf else 0.0
+
+
+@both_ways
+def _gap(given: tuple[Legs, Row, Selection, Workspace], moved: float) -> float:
+    """Return by how much the hips disagree with the torso moved by s; infinite if a leg does not reach its foot."""
+    legs, target, selection, work = given
+    move_torso(legs, target, moved, work.q)
+    gap = solve_separately(legs, work.q[IN_TORSO:SCRATCH], selection, work)
+    return gap if work.report[FAILED_LEG] == NEITHER else math.inf
 
 
 def _types() -> tuple[Any, Any]:

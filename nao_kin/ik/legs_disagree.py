@@ -12,8 +12,7 @@ from typing import TypeAlias
 import numpy as np
 
 from nao_kin._core.arrays import Floats
-from nao_kin._kernels.cache import both_ways
-from nao_kin.ik.compiling import Row
+from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.ik.leg import solve_leg
 from nao_kin.ik.legs_equations import (
     FAILED_LEG,

@@ -19,8 +19,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple, TypeAlias
 
-from nao_kin._kernels.cache import both_ways
-from nao_kin.ik.compiling import Row
+from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.ik.leg import Leg, foot_of, knee_of, leg_errors
 from nao_kin.ik.ranges import (
     ANGLE_ERROR,

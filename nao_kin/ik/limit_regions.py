@@ -6,14 +6,14 @@ import functools
 import itertools
 import math
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats
-from nao_kin._kernels.cache import both_ways
-from nao_kin.ik.compiling import Row, cached_kernel, copied, in_lists, run_rows
+from nao_kin._kernels.cache import Floats2, IntRow, Row, both_ways
+from nao_kin.ik.compiling import cached_kernel, copied, in_lists, run_rows
 from nao_kin.robot import LIMIT_TOLERANCE, RobotModel
 from nao_kin.robot.semantics import CoupledLimit
 
@@ -40,7 +40,7 @@ class Region(NamedTuple):
     lower: Row
     upper: Row
     winding: Row
-    tables: Row
+    tables: IntRow
     at: Row
     low: Row
     high: Row
@@ -430,22 +430,7 @@ def _plane_region(table: CoupledLimit, of_box: tuple[float, float], joint_box: t
     )
 
 
-def region_type() -> Any:
-    """Return Numba's type of a `Region`."""
-    from numba import types
-
-    row, whole = types.float64[::1], types.int64[::1]
-    return types.NamedTuple((row, row, row, whole, row, row, row, types.boolean), Region)
-
-
-def _arguments() -> tuple[Any, ...]:
-    from numba import types
-
-    rows = types.float64[:, ::1]
-    return region_type(), rows, rows, rows
-
-
-@cached_kernel("projections onto limits", _arguments)
-def _projections(region: Region, values: Floats, still: Floats, inside: Floats) -> None:
+@cached_kernel("projections onto limits")
+def _projections(region: Region, values: Floats2, still: Floats2, inside: Floats2) -> None:
     for i in range(values.shape[0]):
         project(region, values[i], still[i], inside[i])

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple, SupportsIndex, get_args
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -37,9 +37,8 @@ from nao_kin.rotations import log
 _CANDIDATES = 256
 # Restarts that run together, because four cost little more than one.
 _TOGETHER = 4
-# Restarts whose candidates are cached for each robot: 40 kB each.
+# Restarts whose candidates are cached: 40 kB each.
 _MAX_CACHED = 500
-_CACHE: WeakKeyDictionary[RobotModel, dict[tuple[str, int, int], tuple[Floats, Floats]]] = WeakKeyDictionary()
 # Restarts of the search without limits, which tells whether limits are the reason for a failure.
 _RESTARTS_WITHOUT_LIMITS = 8
 
@@ -162,21 +161,13 @@ class PoseSearch:
         found.needed[rows], found.limit[rows] = worst.value[outside], worst.limit[outside]
 
 
+@functools.lru_cache(maxsize=_MAX_CACHED)  # drawing them takes longer than a search
 def _candidates(motion: FrameMotion, seed: int, number: int) -> tuple[Floats, Floats]:
-    """Return random values of the moving joints inside their limits, (256, m), and poses in the base, (256, 4, 4).
-
-    They are cached, because drawing them takes longer than a search.
-    """
-    cache, key = _CACHE.setdefault(motion.robot, {}), (motion.frame, seed, number)
-    found = cache.get(key)
-    if found is None:
-        if len(cache) >= _MAX_CACHED:
-            cache.clear()
-        drawn = motion.robot.random(np.random.default_rng([seed, number]), _CANDIDATES)
-        # In parts small enough for Pinocchio: the first target on a machine does not wait for a kernel.
-        parts = np.array_split(drawn, _CANDIDATES // (CROSSOVER - 1) + 1)
-        found = cache[key] = drawn[:, motion.columns], np.concatenate([motion.poses(part) for part in parts])
-    return found
+    """Return random values of the moving joints inside their limits, (256, m), and poses in the base, (256, 4, 4)."""
+    drawn = motion.robot.random(np.random.default_rng([seed, number]), _CANDIDATES)
+    # In parts small enough for Pinocchio: the first target on a machine does not wait for a kernel.
+    parts = np.array_split(drawn, _CANDIDATES // (CROSSOVER - 1) + 1)
+    return drawn[:, motion.columns], np.concatenate([motion.poses(part) for part in parts])
 
 
 def minimise(search: PoseSearch, region: LimitRegion, targets: Floats, q: Floats) -> Minimum:

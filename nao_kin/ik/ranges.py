@@ -13,8 +13,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple, TypeAlias
 
-from nao_kin._kernels.cache import both_ways
-from nao_kin.ik.compiling import Row
+from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.ik.results import Reason
 from nao_kin.robot import LIMIT_TOLERANCE
 

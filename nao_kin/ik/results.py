@@ -106,8 +106,39 @@ class Obstacles:
         return Obstacles(np.full(shape, -1, dtype=np.int64), np.zeros(shape), np.zeros(shape))
 
 
+class Outcome:
+    """Reasons, one for each target of a batch shape (...), in the forms in which results offer them."""
+
+    reasons: Codes
+
+    @property
+    def success(self) -> bool | NDArray[np.bool_]:
+        """Whether the target is reached: a bool, or of a batch an array of shape (...)."""
+        reached = self.reasons == _REACHED
+        return bool(reached) if self.reasons.ndim == 0 else np.asarray(reached)
+
+    @property
+    def reason(self) -> Reason | Codes:
+        """The `Reason`, or of a batch their numbers, shape (...)."""
+        return Reason(int(self.reasons)) if self.reasons.ndim == 0 else self.reasons
+
+    @property
+    def message(self) -> str | NDArray[np.object_]:
+        """The reason in a sentence: a str, or of a batch an array of them, shape (...)."""
+        if self.reasons.ndim == 0:
+            return self.describe()
+        messages = np.empty(self.reasons.shape, dtype=object)
+        for index in np.ndindex(*self.reasons.shape):
+            messages[index] = self.describe(index)
+        return messages
+
+    def describe(self, index: tuple[int, ...] = ()) -> str:
+        """Return the reason of one target as a sentence."""
+        raise NotImplementedError
+
+
 @dataclass(frozen=True, eq=False)
-class IKResult:
+class IKResult(Outcome):
     """Solutions of inverse kinematics for targets of a batch shape (...); () for one target.
 
     Attributes:
@@ -160,17 +191,6 @@ class IKResult:
         raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}", name=name, obj=self)
 
     @property
-    def success(self) -> bool | NDArray[np.bool_]:
-        """Whether the target is reached: a bool, or of a batch an array of shape (...)."""
-        reached = self.reasons == _REACHED
-        return bool(reached) if self.reasons.ndim == 0 else np.asarray(reached)
-
-    @property
-    def reason(self) -> Reason | Codes:
-        """The `Reason`, or of a batch their numbers, shape (...)."""
-        return Reason(int(self.reasons)) if self.reasons.ndim == 0 else self.reasons
-
-    @property
     def q(self) -> Floats:
         """The best configuration, shape (..., nq): `best` in the reference; all nan if `best` is."""
         q = np.array(np.broadcast_to(self.reference, (*self.best.shape[:-1], self.reference.shape[-1])))
@@ -194,11 +214,6 @@ class IKResult:
         none = np.zeros(self.reasons.shape, dtype=np.int8)
         first = self.families[..., 0] if self.families.shape[-1] else none
         return Family(int(first)) if first.ndim == 0 else first
-
-    @property
-    def message(self) -> str | NDArray[np.object_]:
-        """The reason in a sentence: a str, or of a batch an array of them, shape (...)."""
-        return messages_of(self)
 
     def describe(self, index: tuple[int, ...] = (), *, degrees: bool = False) -> str:
         """Return the reason of one target as a sentence.
@@ -253,16 +268,6 @@ def deferred_result(parts: Callable[[], dict[str, Any]], notes: tuple[str, ...])
     result = object.__new__(IKResult)
     result.__dict__["_parts"], result.__dict__["notes"] = parts, notes
     return result
-
-
-def messages_of(result: Any) -> str | NDArray[np.object_]:
-    """Return the description of a result: a str, or of a batch an array of them, shape (...)."""
-    if result.reasons.ndim == 0:
-        return str(result.describe())
-    messages = np.empty(result.reasons.shape, dtype=object)
-    for index in np.ndindex(*result.reasons.shape):
-        messages[index] = result.describe(index)
-    return messages
 
 
 def errors_in_words(away: float, turned: float, degrees: bool) -> str:

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import Annotated, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, as_floats, check_tolerance, choice, common_batch
+from nao_kin._kernels.cache import Floats1, Floats2, Floats3
 from nao_kin.errors import BadArgument
 from nao_kin.ik.compiling import cached_kernel
 from nao_kin.ik.descent import FrameMotion
 from nao_kin.ik.geometry import cached_limb
-from nao_kin.ik.limit_regions import Region, limit_rows, most_rows, region_type
+from nao_kin.ik.limit_regions import Region, limit_rows, most_rows
 from nao_kin.ik.quadratic_program import quadratic_program
 from nao_kin.robot import LIMIT_TOLERANCE, Expression, RobotModel, check_robot
 
@@ -366,18 +367,10 @@ def _redistributed(
     return speeds
 
 
-def _arguments() -> tuple[Any, ...]:
-    from numba import types
-
-    rows, number = types.float64[:, ::1], types.float64
-    bounds = region_type(), rows, rows, types.float64[::1], number
-    return *bounds, types.float64[:, :, ::1], rows, rows, types.boolean[::1]
-
-
-@cached_kernel("velocities", _arguments)
+@cached_kernel("velocities")
 def _programs(
-    region: Region, values: Floats, still: Floats, longest: Floats, dt: float,
-    H: Floats, g: Floats, found: Floats, solved: NDArray[np.bool_],
+    region: Region, values: Floats2, still: Floats2, longest: Floats1, dt: float,
+    H: Floats3, g: Floats2, found: Floats2, solved: Annotated[NDArray[np.bool_], "boolean", 1],
 ) -> None:  # fmt: skip
     """Minimise each ½ vᵀ H v + gᵀ v with the step v dt inside the limits and no longer than `longest`."""
     A, b = np.empty((most_rows(region), g.shape[1])), np.empty(most_rows(region))

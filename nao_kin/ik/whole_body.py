@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import MAX_SEARCHES, Floats, as_vectors, check_tolerance, common_batch, whole_number
 from nao_kin._core.process import usable_cores
-from nao_kin.ik.body import SIDES, Ints
+from nao_kin.ik.body import SIDES
 from nao_kin.ik.body_errors import BOTH, DEFAULT_POSTURE, DEFAULT_WEIGHTS, Plan
 from nao_kin.ik.body_search import (
     NOT_STANDING,
@@ -40,18 +40,18 @@ from nao_kin.ik.body_targets import (
     target_beyond,
 )
 from nao_kin.ik.compiling import run_rows
+from nao_kin.ik.geometry import base_coordinates
 from nao_kin.ik.results import (
     MILLIMETRES_FROM,
     Codes,
     Integers,
+    Outcome,
     Reason,
     crossing_in_words,
     length_in_words,
-    messages_of,
 )
 from nao_kin.ik.targets import Limits, check_threads, inside_limits, is_enforced, with_unit_quaternion
 from nao_kin.robot import RobotModel, SupportPolygon, polygon_below
-from nao_kin.rotations import quat_from_matrix, quat_to_xyzw
 
 # --- The result: the pose, the residual of each target, and which of them gives way.
 
@@ -66,7 +66,7 @@ _WHY = {
 
 
 @dataclass(frozen=True, eq=False)
-class WholeBodyResult:
+class WholeBodyResult(Outcome):
     """Poses of the whole robot for targets of a batch shape (...); () for one.
 
     Attributes:
@@ -105,17 +105,6 @@ class WholeBodyResult:
     notes: tuple[str, ...] = field(default=())
 
     @property
-    def success(self) -> bool | NDArray[np.bool_]:
-        """Whether all targets are met: a bool, or for a batch an array of shape (...)."""
-        reached = self.reasons == Reason.REACHED
-        return bool(reached) if self.reasons.ndim == 0 else np.asarray(reached)
-
-    @property
-    def reason(self) -> Reason | Codes:
-        """A `Reason`, or for a batch an array of their numbers, shape (...)."""
-        return Reason(int(self.reasons)) if self.reasons.ndim == 0 else self.reasons
-
-    @property
     def gives_way(self) -> str | NDArray[np.object_]:
         """The target with the largest weighted residual; "feet" if the robot cannot stand on both; "" if all are met.
 
@@ -125,11 +114,6 @@ class WholeBodyResult:
         feet = np.isnan(self.q).any(axis=-1)
         found = names[np.where(feet, len(names) - 2, np.where(self.worst < 0, len(names) - 1, self.worst))]
         return str(found) if self.reasons.ndim == 0 else np.asarray(found)
-
-    @property
-    def message(self) -> str | NDArray[np.object_]:
-        """The reason in a sentence: a str, or for a batch an array of them, shape (...)."""
-        return messages_of(self)
 
     def describe(self, index: tuple[int, ...] = ()) -> str:
         """Return the reason of one pose in a sentence; `index` selects it in a batch.
@@ -353,7 +337,7 @@ class _Search:
     threads: int | None
 
     def run(
-        self, rows: Ints, *, targets: list[int] | None = None, as_is: bool = False, restarts: int | None = None
+        self, rows: Integers, *, targets: list[int] | None = None, as_is: bool = False, restarts: int | None = None
     ) -> Solutions:
         """Search for the poses of some rows.
 
@@ -378,7 +362,7 @@ class _Search:
 
         def solve(function: Callable[..., object], part: slice) -> None:
             some = Problems._make(array[part] for array in problems)
-            function(body, self.ready.legs, plan, some, Solutions._make(array[part] for array in found))
+            function(body, self.ready.second_leg, plan, some, Solutions._make(array[part] for array in found))
 
         if n:
             threads = 1 if n == 1 else self.threads or usable_cores()
@@ -416,8 +400,7 @@ def _result(
     torso = found.T_world_torso.copy()
     torso[:, :3, 3] += search.origin
     if robot.base == "floating":
-        T_world_root = torso @ np.linalg.inv(tables.torso_in_root)
-        q[:, :3], q[:, 3:7] = T_world_root[:, :3, 3], quat_to_xyzw(quat_from_matrix(T_world_root[:, :3, :3]))
+        q[stands, :7] = base_coordinates(robot, torso[stands])
     com = found.com + search.origin
     values = found.x[:, : body.moving]
     near = np.minimum(values - body.limits.lower, body.limits.upper - values)
@@ -447,7 +430,7 @@ def _result(
     )
 
 
-def _beyond(search: _Search, failed: Ints, worst: Ints) -> Floats:
+def _beyond(search: _Search, failed: Integers, worst: Integers) -> Floats:
     """Return lower bounds on how far the targets that give way are out of reach; 0 within the tolerance."""
     problems, polygons, beyond = search.problems, search.polygons, np.zeros(len(failed))
     for index in np.unique(worst[failed]).tolist():
@@ -462,7 +445,7 @@ def _beyond(search: _Search, failed: Ints, worst: Ints) -> Floats:
     return np.where(beyond > search.plan.tolerance, beyond, 0.0)
 
 
-def _failure_reasons(search: _Search, failed: Ints, worst: Ints, beyond: Floats, found: Solutions) -> Codes:
+def _failure_reasons(search: _Search, failed: Integers, worst: Integers, beyond: Floats, found: Solutions) -> Codes:
     """Return whether the targets that give way are out of reach, or are met without the other targets."""
     status = found.report[failed, STATUS]
     reasons = np.where(status == STOPPED, Reason.NOT_CONVERGED, Reason.TARGETS_DISAGREE).astype(np.int8)

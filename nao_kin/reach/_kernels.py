@@ -11,15 +11,14 @@ import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats
-from nao_kin._kernels.cache import CachedKernel, both_ways
-from nao_kin._kernels.chains import Chain, FramePose, chain_of, chain_types, to_frame
+from nao_kin._kernels.cache import CachedKernel, Floats1, Floats2, Ints2, both_ways
+from nao_kin._kernels.chains import Chain, FramePose, chain_of, to_frame
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.robot import WORLD, RobotModel, joints_below, serial_chain
 from nao_kin.robot.semantics import CoupledLimit
@@ -48,10 +47,10 @@ class ChainTables(NamedTuple):
 
     chain: Chain
     moving: int
-    low: Floats
-    high: Floats
-    tables: Integers
-    bends: Floats
+    low: Floats1
+    high: Floats1
+    tables: Ints2
+    bends: Floats2
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,31 +207,13 @@ class VoxelGrid(NamedTuple):
     shape: tuple[int, int, int]
 
 
-def cached_kernel(*arguments: str) -> Callable[[Callable[..., Any]], CachedKernel]:
-    """Return a decorator for a kernel cached on disk, whose arguments have the types of these names in `_signature`."""
-    what, signature = "the kernels of reach maps", partial(_signature, arguments)
-    return lambda function: CachedKernel(function, what, f"reach kernel, {function.__name__}", signature, 3.0)
+def cached_kernel(function: Callable[..., Any]) -> CachedKernel:
+    """Return a kernel cached on disk."""
+    return CachedKernel(function, "the kernels of reach maps", f"reach kernel, {function.__name__}", seconds=3.0)
 
 
-def _signature(arguments: tuple[str, ...]) -> Any:
-    from numba import types
-
-    row, rows, whole_rows, whole = types.float64[::1], types.float64[:, ::1], types.int64[:, ::1], types.int64
-    three = types.UniTuple(whole, 3)
-    named = {
-        "draws": types.uint64[:, ::1],
-        "tables": types.NamedTuple((chain_types(), whole, row, row, whole_rows, rows), ChainTables),
-        "grid": types.NamedTuple((types.float64, three, three), VoxelGrid),
-        "number": types.float64,
-        "row": row,
-        "rows": rows,
-        "whole_rows": whole_rows,
-    }
-    return types.void(*(named[name] for name in arguments))
-
-
-@cached_kernel("draws", "tables", "rows")
-def joint_values(draws: NDArray[np.uint64], tables: ChainTables, values: Floats) -> None:
+@cached_kernel
+def joint_values(draws: Annotated[NDArray[np.uint64], "uint64", 2], tables: ChainTables, values: Floats2) -> None:
     """Write values (m, c) inside all limits from 64 random bits each.
 
     Each is uniform in its box; then the box of a coupled joint is mapped onto its range at the other joint's value.
@@ -271,8 +252,8 @@ def interpolated(bends: Floats, column: int, at: float) -> float:
     return float(bends[left, column] + share * (bends[right, column] - bends[left, column]))
 
 
-@cached_kernel("rows", "tables", "rows", "rows", "row")
-def hands(values: Floats, tables: ChainTables, positions: Floats, axes: Floats, manipulability: Floats) -> None:
+@cached_kernel
+def hands(values: Floats2, tables: ChainTables, positions: Floats2, axes: Floats2, manipulability: Floats1) -> None:
     """Write position (m, 3), x axis (m, 3) and manipulability (m,) of the frame at joint values (m, c)."""
     chain, joints = tables.chain, len(tables.chain.slides)
     posed = FramePose(np.empty(12), np.empty(3 * joints), np.empty(3 * joints))
@@ -346,8 +327,8 @@ def direction_cell(x: float, y: float, z: float) -> int:
     return 2 * ring * (ring - 1) + place if z > 0.0 else 12 * n * n - 2 * ring * (ring + 1) + place
 
 
-@cached_kernel("rows", "rows", "grid", "whole_rows")
-def places(positions: Floats, axes: Floats, grid: VoxelGrid, found: Integers) -> None:
+@cached_kernel
+def places(positions: Floats2, axes: Floats2, grid: VoxelGrid, found: Ints2) -> None:
     """Write the number of the voxel in the grid, and the bit of the direction, shape (m, 2)."""
     for sample in range(positions.shape[0]):
         voxel = 0
@@ -358,8 +339,8 @@ def places(positions: Floats, axes: Floats, grid: VoxelGrid, found: Integers) ->
         found[sample, 1] = 1 << direction_cell(axes[sample, 0], axes[sample, 1], axes[sample, 2])
 
 
-@cached_kernel("whole_rows", "row", "number", "whole_rows")
-def tally(found: Integers, manipulability: Floats, step: float, totals: Integers) -> None:
+@cached_kernel
+def tally(found: Ints2, manipulability: Floats1, step: float, totals: Ints2) -> None:
     """Count samples in `totals`, one row per voxel: count, best and sum of manipulability in steps, directions."""
     for sample in range(found.shape[0]):
         voxel = found[sample, 0]

@@ -591,7 +591,7 @@ def test_the_torso_goes_where_both_hips_agree(nao: nk.NaoModel) -> None:
     for _ in range(5):
         x = (q + 0.1 * rng.normal(size=25))[tables.order]
         torso = np.empty((4, 4))
-        assert stand_on_both(tables.body, ready.legs, T, x, torso)
+        assert stand_on_both(tables.body, ready.second_leg, T, x, torso)
         moved = np.empty(25)
         moved[tables.order] = x
         np.testing.assert_allclose(torso @ nao.fk(moved, FEET), T, atol=1e-12)
