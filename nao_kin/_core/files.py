@@ -52,17 +52,23 @@ class _Target:
         return self.descriptor is None and (self.state is None or stat.S_ISREG(self.state.st_mode))
 
 
-def check_writable(path: Path | str, *, suffix: str = "") -> None:
-    """Raise the errors of `write_bytes` before the work whose result it writes, or one for another suffix."""
+# Kind of file → what it shows, and the suffixes that its name may have.
+_SUFFIXES = {"png": ("a picture", (".png",)), "html": ("a page", (".html", ".htm"))}
+
+
+def check_writable(path: Path | str, *, kind: str = "") -> None:
+    """Raise the errors of `write_bytes` before the work whose result it writes; a "png" or "html" needs its suffix."""
     with errors_naming(path):
         target = _target_of(path)
         if target.replaceable:
             with _temporary_file(target) as (descriptor, _):
                 os.close(descriptor)
+    noun, suffixes = _SUFFIXES.get(kind, ("", ()))
     ending = Path(path).suffix
-    if suffix and ending and ending.lower() != suffix:
-        kind = suffix.removeprefix(".").upper()
-        raise BadArgument(f"cannot write {abbreviated(path)}: a picture is written as {kind}; end the name in {suffix}")
+    if suffixes and ending and ending.lower() not in suffixes:
+        raise BadArgument(
+            f"cannot write {abbreviated(path)}: {noun} is written as {kind.upper()}; end the name in {suffixes[0]}"
+        )
 
 
 def leads_to_standard_output(path: Path | str) -> bool:

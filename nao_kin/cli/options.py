@@ -141,7 +141,7 @@ def check_outputs(
     """
     given = {option: path for option, path in outputs.items() if path is not None}
     for option, path in given.items():
-        atomic.check_writable(path, suffix=".png" if option == "--png" else "")
+        atomic.check_writable(path, kind=option.removeprefix("--"))
         atomic.check_replaceable(path, overwrite=force or (continued and option == "--output"))
     for option, path in given.items():
         if printed is not None and atomic.leads_to_standard_output(path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import base64
 import os
 import queue
@@ -10,16 +11,18 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import threading
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from pathlib import Path
 
 from nao_kin._core.arrays import whole_number
 from nao_kin._core.process import before_ending, uninterrupted
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, NoBrowser
-from nao_kin.viewer.messages import panel_message
+from nao_kin.viewer.access import POLICY, Document, live_page
+from nao_kin.viewer.messages import BLANKS, RetainedMessages, panel_message
+from nao_kin.viewer.overlays import SHOWN
 from nao_kin.viewer.server import Answer, LiveServer
 
 VARIABLE = "NAO_KIN_BROWSER"
@@ -43,18 +46,25 @@ _SUPERVISOR = str(Path(__file__).resolve().parents[1] / "_core" / "supervisor.py
 _END_SECONDS = 0.7
 _LOOK_SECONDS = 0.05
 _KEY_BYTES = 16
+# The page's own window, in pixels: small, because the page draws there too. A picture has a size of its own.
+_WINDOW = "640,480"
 # Width and height of a picture in pixels.
 _MIN_EDGE, _MAX_EDGE = 16, 8192
 
 
-class Screenshots:
-    """Open a separate page for every picture, and match the answers with the requests."""
+class PictureBrowser:
+    """A browser that draws this program's pictures: it starts with the first one and ends with the program.
+
+    Loading the page takes most of the time of a picture, so one page stays open, and is sent the messages of the viewer
+    whose picture is asked for. A scene with other robots needs another page, and starts another browser.
+    """
 
     def __init__(self) -> None:
-        self._waiting: dict[str, queue.Queue[Answer]] = {}
+        self._lock = threading.Lock()
+        self._page: _PicturePage | None = None
 
-    def picture(self, server: LiveServer, camera: str, size: tuple[int, int], timeout: float) -> bytes:
-        """Return a PNG of the scene from a camera, `size` pixels in width and height, within `timeout` seconds.
+    def picture(self, messages: RetainedMessages, camera: str, size: tuple[int, int], timeout: float) -> bytes:
+        """Return a PNG of a scene from a camera, `size` pixels in width and height, within `timeout` seconds.
 
         Raises:
             BadArgument: a size out of range.
@@ -64,39 +74,113 @@ class Screenshots:
             raise BadArgument(f"size must be two whole numbers from {_MIN_EDGE} to {_MAX_EDGE}, got {quoted(size)}")
         width, height = (whole_number(edge, "size", _MIN_EDGE, _MAX_EDGE) for edge in size)
         end = time.monotonic() + timeout
+        with self._lock:  # one picture at a time
+            if self._page is not None and not self._page.can_show(messages):
+                self.end()
+            try:
+                if self._page is None:
+                    self._page = _PicturePage()
+                return self._page.picture(messages, camera, (width, height), end, timeout)
+            except BaseException:  # an interrupt, too, leaves a page that may be busy
+                self.end()
+                raise
+
+    def end(self) -> None:
+        """End the browser, if one runs."""
+        page, self._page = self._page, None
+        if page is not None:
+            page.end()
+
+    def forget(self) -> None:
+        """Leave the browser to the parent process, in a process that was forked."""
+        self._lock, self._page = threading.Lock(), None
+
+
+class _PicturePage:
+    """A page in a headless browser, and the server that sends it messages and receives its pictures."""
+
+    def __init__(self) -> None:
+        self._messages, self._answers = RetainedMessages(), queue.Queue[Answer]()
         # A random role, so that no other page can answer for the browser.
-        mine = secrets.token_urlsafe(_KEY_BYTES)
-        role = f"capture-{mine}"
-        answers = self._waiting[mine] = queue.Queue(1)
-        try:
-            with server.expected(role) as address, headless(address, size=(width, height)) as browser:
-                while not server.wait_for_page(_LOOK_SECONDS, role):
-                    browser.check("before it showed the scene")
+        self._role = f"capture-{secrets.token_urlsafe(_KEY_BYTES)}"
+        self._server: LiveServer | None = None
+        self._browser: Browser | None = None
+
+    def can_show(self, messages: RetainedMessages) -> bool:
+        """Whether the page is open in the browser named for pictures, and has the robots of these messages."""
+        return (
+            self._server is not None
+            and self._browser is not None
+            and self._server.is_shown(self._role)
+            and self._browser.program == find_browser()
+            and self._messages.scene_tag == messages.scene_tag
+        )
+
+    def picture(
+        self, messages: RetainedMessages, camera: str, size: tuple[int, int], end: float, timeout: float
+    ) -> bytes:
+        """Return a PNG of a scene, or raise NoBrowser at the time `end`, `timeout` seconds after the request."""
+        self._messages.copy(messages, _removing)
+        if self._server is None:
+            document = Document(live_page("nao_kin"), POLICY)
+            self._server = LiveServer(
+                self._messages, document, host="127.0.0.1", port=0, on_answer=self._receive, token=True
+            )
+            with self._server.expected(self._role) as address:
+                self._browser = start_browser(address)
+                while not self._server.wait_for_page(_LOOK_SECONDS, self._role):
+                    self._browser.check("before it showed the scene")
                     if time.monotonic() > end:
                         raise NoBrowser(f"the browser did not show the scene within {timeout:g} s")
-                request = {"id": mine, "camera": camera, "width": width, "height": height}
-                server.send_once(panel_message("capture", request), role)
-                while True:
-                    with suppress(queue.Empty):
-                        answer = answers.get(timeout=_LOOK_SECONDS)
-                        return base64.b64decode(str(answer["data"]).partition(",")[2], validate=True)
-                    browser.check("before it gave a picture")
-                    if not server.is_shown(role) and answers.empty():
-                        raise NoBrowser("the page crashed in the browser before it gave a picture")
-                    if time.monotonic() > end:
-                        raise NoBrowser(f"the browser gave no picture within {timeout:g} s")
-        except (KeyError, ValueError):
-            raise NoBrowser("the browser's answer is not a picture") from None
-        finally:
-            del self._waiting[mine]
+        else:
+            self._server.send_once(panel_message("complete", {}), self._role)
+        assert self._browser is not None
+        request = {"id": secrets.token_urlsafe(_KEY_BYTES), "camera": camera, "width": size[0], "height": size[1]}
+        self._server.send_once(panel_message("capture", request), self._role)
+        if "clip" in self._messages.names():
+            self._server.send_once(BLANKS["clip"], self._role)  # it would play, unseen, to the end of the program
+        while True:
+            with suppress(queue.Empty):
+                answer = self._answers.get(timeout=_LOOK_SECONDS)
+                if answer.get("id") == request["id"]:
+                    return _png(answer)
+            self._browser.check("before it gave a picture")
+            if not self._server.is_shown(self._role) and self._answers.empty():
+                raise NoBrowser("the page crashed in the browser before it gave a picture")
+            if time.monotonic() > end:
+                raise NoBrowser(f"the browser gave no picture within {timeout:g} s")
 
-    def deliver(self, answer: Answer) -> None:
-        """Pass an answer to the request that waits for it."""
-        number = answer.get("id")
-        waiting = self._waiting.get(number) if isinstance(number, str) else None
-        if waiting is not None:
-            with suppress(queue.Full):
-                waiting.put_nowait(answer)
+    def _receive(self, answer: Answer) -> None:
+        if answer.get("kind") == "picture":
+            self._answers.put(answer)
+
+    def end(self) -> None:
+        """End the browser and the server."""
+        if self._browser is not None:
+            self._browser.close()
+        if self._server is not None:
+            self._server.close()
+
+
+def _removing(key: str) -> bytes | None:
+    """Return the message after which a page is as if it never had the message of a key."""
+    kind, _, button = key.partition(" ")
+    if kind == "shown":
+        return panel_message("shown", {"shown": {button: SHOWN.get(button, False)}, "source": ""})
+    return BLANKS.get(key)
+
+
+def _png(answer: Answer) -> bytes:
+    try:
+        return base64.b64decode(str(answer["data"]).partition(",")[2], validate=True)
+    except (KeyError, ValueError):
+        raise NoBrowser("the browser's answer is not a picture") from None
+
+
+pictures = PictureBrowser()
+atexit.register(pictures.end)
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=pictures.forget)
 
 
 def find_browser() -> Path:
@@ -119,6 +203,7 @@ class Browser:
 
     def __init__(self, program: Path, supervisor: subprocess.Popen[bytes]) -> None:
         self.program, self._supervisor = program, supervisor
+        self._registered = before_ending(self.end)
 
     def check(self, when: str) -> None:
         """Raise `NoBrowser` if the browser has ended; `when` ends the message."""
@@ -137,10 +222,14 @@ class Browser:
         while self._supervisor.poll() is None and time.monotonic() < end:
             time.sleep(0.005)
 
+    def close(self) -> None:
+        """End the browser, and wait until all is removed."""
+        with self._registered, self._supervisor:
+            self.end()
 
-@contextmanager
-def headless(url: str, *, size: tuple[int, int]) -> Iterator[Browser]:
-    """Open `url` in a browser without a window, which ends with the context, even if this process is killed.
+
+def start_browser(url: str) -> Browser:
+    """Open `url` in a browser without a window, which ends with `Browser.close`, or if this process ends or is killed.
 
     All that the browser writes is in a temporary folder, which is removed too: `nao_kin._core.supervisor` runs the
     browser for as long as this process lives.
@@ -149,7 +238,7 @@ def headless(url: str, *, size: tuple[int, int]) -> Iterator[Browser]:
     python = _python()
     with uninterrupted():
         profile = tempfile.mkdtemp(prefix=_PREFIX, dir=_short_folder())
-        options = [*_OPTIONS, f"--user-data-dir={profile}", f"--window-size={size[0]},{size[1]}"]
+        options = [*_OPTIONS, f"--user-data-dir={profile}", f"--window-size={_WINDOW}"]
         if hasattr(os, "geteuid") and os.geteuid() == 0:
             options.append("--no-sandbox")  # Chromium refuses to run as root otherwise
         supervisor = subprocess.Popen(
@@ -161,13 +250,7 @@ def headless(url: str, *, size: tuple[int, int]) -> Iterator[Browser]:
             start_new_session=True,
             env={**os.environ, "TMPDIR": profile},
         )
-        browser = Browser(program, supervisor)
-        registered = before_ending(browser.end)
-    with registered, supervisor:
-        try:
-            yield browser
-        finally:
-            browser.end()
+        return Browser(program, supervisor)
 
 
 def _python() -> str:

@@ -85,6 +85,21 @@ class RetainedMessages:
         with self._lock:
             return tuple(self._messages.values())
 
+    def copy(self, other: RetainedMessages, removing: Callable[[str], bytes | None]) -> None:
+        """Take over the messages of `other`; `removing` returns the message that removes what a key has drawn.
+
+        Watchers get all of them again, except those of the scene if it is the same: a page of this one is then as new.
+        """
+        is_same = self.scene_tag == other.scene_tag
+        theirs = dict(zip(other.names(), other.messages(), strict=True))
+        self.scene, self.scene_tag = other.scene, other.scene_tag
+        for key in set(self.names()) - theirs.keys():
+            message = removing(key)
+            self.drop(key) if message is None else self.put(key, message)
+        for key, message in theirs.items():
+            if not (is_same and key in self.scene):
+                self.put(key, message)
+
     def watch(self, watcher: Callable[[str], None]) -> None:
         """Call `watcher` with the key of every new message, in the thread that puts it."""
         self._watchers.append(watcher)

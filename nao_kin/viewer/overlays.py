@@ -59,6 +59,14 @@ def number(value: ArrayLike, what: str) -> float:
     return float(shaped(value, (), what))
 
 
+def seconds(timeout: ArrayLike) -> float:
+    """Return a time to wait, 0 or more."""
+    found = number(timeout, "timeout")
+    if found < 0.0:
+        raise BadArgument(f"timeout must be 0 s or more, got {found:g}")
+    return found
+
+
 def up_to(value: ArrayLike, what: str, largest: float, unit: str = "") -> float:
     """Return `value`, above 0 and at most `largest`."""
     found = number(value, what)
@@ -338,7 +346,7 @@ def _floats(rows: Floats) -> Any:
 
 
 # Initial state of the page's buttons.
-_SHOWN = {"frames": False, "axes": False, "com": False, "support": False, "ghosts": True, "handles": True}
+SHOWN = {"frames": False, "axes": False, "com": False, "support": False, "ghosts": True, "handles": True}
 # Limits of a page's message on buttons: their number, and the length of their names.
 _MAX_SHOWN = 64
 _LONGEST_BUTTON = 40
@@ -350,7 +358,7 @@ class Buttons:
 
     def __init__(self, messages: RetainedMessages, lock: RLock) -> None:
         self._messages, self._lock = messages, lock
-        self.shown = dict(_SHOWN)
+        self.shown = dict(SHOWN)
 
     def press(self, what: str, on: bool, source: str = "") -> None:
         """Set a button; `source` is the page in which it was pressed."""

@@ -24,7 +24,7 @@ from nao_kin.reach import ReachMap
 from nao_kin.robot import RobotModel
 from nao_kin.viewer import overlays
 from nao_kin.viewer.access import POLICY, Document, checked_names, checked_token, live_page, static_page
-from nao_kin.viewer.browser import Screenshots
+from nao_kin.viewer.browser import pictures
 from nao_kin.viewer.description import SceneRobot
 from nao_kin.viewer.handles import Recording, ShownRobot, checked_pose
 from nao_kin.viewer.messages import RetainedMessages, packed, panel_message, set_animation, track, typed_array
@@ -91,7 +91,7 @@ class Viewer:
         self._starting = threading.Lock()
         self._allow_hosts, self._token = checked_names(allow_hosts), checked_token(token)
         self.host, self._port = host, port
-        self._screenshots, self._bridges = Screenshots(), list[Bridge]()
+        self._bridges = list[Bridge]()
         if not isinstance(robot, RobotModel):
             raise BadArgument(f"a viewer shows a robot model, got {type(robot).__name__}")
         # The robots of the scene; the first one leads.
@@ -641,7 +641,7 @@ class Viewer:
             nao_kin.errors.NoBrowser: no browser opened the page within 0.01 s
         """
         if timeout is not None:
-            timeout = overlays.number(timeout, "timeout")
+            timeout = overlays.seconds(timeout)
         if not self._started().wait_for_page(timeout):
             raise NoBrowser("no browser opened the page" + ("" if timeout is None else f" within {timeout:g} s"))
 
@@ -700,6 +700,8 @@ class Viewer:
     ) -> Path:
         """Write a picture of the scene, drawn by a headless Chromium or Chrome.
 
+        The browser starts with the program's first picture, which takes seconds, and ends with the program.
+
         Args:
             path: the file; it ends in .png or has no suffix.
             camera: one of `camera_names`.
@@ -715,16 +717,9 @@ class Viewer:
             BadArgument: the file exists or cannot be written, or has another suffix.
         """
         choice(camera, self.camera_names, "camera")
-        atomic.check_writable(path, suffix=".png")
+        atomic.check_writable(path, kind="png")
         atomic.check_replaceable(path, overwrite=flag(overwrite, "overwrite"))
-        seconds = overlays.number(timeout, "timeout")
-        running = self._server is not None
-        try:
-            picture = self._screenshots.picture(self._started(), camera, size, seconds)
-        finally:
-            if not running:
-                self.close()
-        atomic.write_bytes(path, picture)
+        atomic.write_bytes(path, pictures.picture(self._messages, camera, size, overlays.seconds(timeout)))
         return Path(path)
 
     # --- the file ---------------------------------------------------------------------------------------------------
@@ -743,17 +738,18 @@ class Viewer:
         """Write `static_html` to a file, completely or not at all.
 
         Args:
-            path: the file.
+            path: the file; it ends in .html or .htm, or has no suffix.
             overwrite: replace an existing file.
 
         Raises:
-            BadArgument: the file exists or cannot be written.
+            BadArgument: the file exists or cannot be written, or has another suffix.
 
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
             >>> viewer.save_html("nao.html").stat().st_size > 1_000_000
             True
         """
+        atomic.check_writable(path, kind="html")
         atomic.check_replaceable(path, overwrite=flag(overwrite, "overwrite"))
         atomic.write_text(path, self.static_html())
         return Path(path)
@@ -778,9 +774,7 @@ class Viewer:
 
     def _receive(self, answer: Answer) -> None:
         """Process a message of a page; runs in the server's thread."""
-        if answer.get("kind") == "picture":
-            self._screenshots.deliver(answer)
-        elif answer.get("kind") == "shown":
+        if answer.get("kind") == "shown":
             self._buttons.receive(answer.get("shown"), _source_of(answer))
         elif answer.get("kind") in ("joints", "clip", "played"):
             self._receive_configuration(answer, _source_of(answer))

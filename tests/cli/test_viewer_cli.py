@@ -180,7 +180,7 @@ def test_files_that_cannot_be_written_are_refused_before_anything_is_loaded_or_d
         raise AssertionError("too late")
 
     monkeypatch.setattr("nao_kin.cli.options.RobotOptions.load", drawn)
-    monkeypatch.setattr("nao_kin.viewer.browser.headless", drawn)
+    monkeypatch.setattr("nao_kin.viewer.browser.start_browser", drawn)
     (tmp_path / "old.png").touch(0o444)
     for option in ("--html", "--png"):
         assert f"cannot write {tmp_path}: it is a folder" in _refused(capsys, option, str(tmp_path))
@@ -192,11 +192,17 @@ def test_files_that_cannot_be_written_are_refused_before_anything_is_loaded_or_d
             capsys, "--png", str(path)
         )
     assert "--html and --png name one file" in _refused(
-        capsys, "--html", str(tmp_path / "x.png"), "--png", str(tmp_path / "." / "x.png")
+        capsys, "--html", str(tmp_path / "x"), "--png", str(tmp_path / "." / "x")
     )
+    assert "x.jpg: a page is written as HTML; end the name in .html" in _refused(capsys, "--html", "x.jpg")
     assert [path.name for path in tmp_path.iterdir()] == ["old.png"]
+    viewer = Viewer(nk.load_nao())
     with pytest.raises(BadArgument, match=r"end the name in \.png"):
-        Viewer(nk.load_nao()).save_png(tmp_path / "x.jpg")
+        viewer.save_png(tmp_path / "x.jpg")
+    with pytest.raises(BadArgument, match=r"end the name in \.html"):
+        viewer.save_html(tmp_path / "x.jpg")
+    with pytest.raises(BadArgument, match="timeout must be 0 s or more, got -1"):
+        viewer.save_png(tmp_path / "x.png", timeout=-1)
 
 
 def test_a_page_and_a_picture_that_are_there_are_replaced_only_by_force(

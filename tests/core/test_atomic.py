@@ -248,10 +248,10 @@ def test_a_socket_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 
 def test_a_picture_is_written_as_what_its_name_says_in_either_letter_case(tmp_path: Path) -> None:
     for name in ("a.png", "a.PNG", "a", "/dev/null"):
-        atomic.check_writable(tmp_path / name, suffix=".png")
+        atomic.check_writable(tmp_path / name, kind="png")
     for name in ("a.jpg", "a.png.jpg"):
         with pytest.raises(BadArgument, match=r"a picture is written as PNG; end the name in \.png"):
-            atomic.check_writable(tmp_path / name, suffix=".png")
+            atomic.check_writable(tmp_path / name, kind="png")
 
 
 @pytest.mark.skipif(ROOT, reason="root may write everywhere")

@@ -95,6 +95,30 @@ def test_sigkill_leaves_neither_browser_nor_folder(short_folder: Path, before: s
             os.killpg(process.pid, signal.SIGKILL)
 
 
+@pytest.mark.full
+@pytest.mark.usefixtures("needs_browser")
+def test_the_browser_of_a_program_ends_with_it_and_a_forked_copy_has_its_own(short_folder: Path) -> None:
+    code = """if True:
+        import os, sys
+        import nao_kin as nk
+        viewer = nk.Viewer(nk.load_nao())
+        viewer.save_png("a.png", size=(64, 64))
+        copy = os.fork()
+        if copy == 0:
+            viewer.save_png("b.png", size=(64, 64))
+            os._exit(0)
+        status = os.waitpid(copy, 0)[1]
+        viewer.save_png("c.png", size=(64, 64))
+        sys.exit(status)
+    """
+    environment = {**ENVIRONMENT, "TMPDIR": str(short_folder)}
+    done = subprocess.run([sys.executable, "-c", code], cwd=short_folder, env=environment, check=False)
+    assert done.returncode == 0
+    assert until(lambda: processes(str(short_folder)) == [])
+    assert until(lambda: sorted(path.name for path in short_folder.iterdir()) == ["a.png", "b.png", "c.png"])
+    assert len({(short_folder / name).read_bytes() for name in ("a.png", "b.png", "c.png")}) == 1
+
+
 @pytest.mark.usefixtures("needs_browser")
 def test_a_browser_that_is_killed_is_missed_at_once_in_one_line(short_folder: Path) -> None:
     process = _picture(short_folder)

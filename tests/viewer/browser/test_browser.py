@@ -16,6 +16,7 @@ import nao_kin as nk
 from nao_kin.errors import NoBrowser
 from nao_kin.rotations import rpy_from_matrix
 from nao_kin.viewer import OutsideLimitsWarning, Viewer
+from nao_kin.viewer.browser import pictures
 
 pytestmark = pytest.mark.slow
 
@@ -511,6 +512,37 @@ def test_a_killed_page_does_no_harm(browser: Any, nao: nk.NaoModel) -> None:
             assert np.array_equal(page.q, q)
 
 
+def test_one_browser_draws_all_pictures_of_a_program_as_a_new_one_would(
+    browser: Any, nao: nk.NaoModel, tmp_path: Path
+) -> None:
+    def drawn(viewer: Viewer) -> Any:
+        return read_png(viewer.save_png(tmp_path / "x.png", size=(320, 240), overwrite=True).read_bytes())
+
+    one, two = Viewer(nao), Viewer(nao)
+    one.display(nao.posture("Sit"))
+    first, page = drawn(one), pictures._page
+    two.show_com()
+    two.show_targets({"ball": [0.3, 0.0, 0.0]})
+    two.add_points("cloud", [[0.2, 0.1, 0.0]], size=0.02)
+    two.add_robot(nao)
+    two.show_ghosts(nao.posture("Crouch"))
+    other = drawn(two)
+    assert (other != first).any()
+    assert pictures._page is page
+    assert np.array_equal(drawn(one), first)  # nothing of the other viewer is left
+    one.animate(np.array([nao.posture("Crouch"), nao.posture("Stand")]))
+    drawn(one)
+    one.display(nao.posture("Sit"))
+    assert np.array_equal(drawn(one), first)
+    assert pictures._page is page
+    older = Viewer(nk.load_nao("v4"))
+    older.display(nk.load_nao("v4").posture("Sit"))
+    assert drawn(older).shape == first.shape
+    assert pictures._page is not page
+    pictures.end()
+    assert np.array_equal(drawn(one), first)
+
+
 def test_a_picture_needs_no_page_and_leaves_nothing_behind(
     browser: Any, nao: nk.NaoModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -518,13 +550,15 @@ def test_a_picture_needs_no_page_and_leaves_nothing_behind(
     deep.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(deep))
     viewer = Viewer(nao)
+    pictures.end()
     viewer.save_png(tmp_path / "front.png", camera="front", size=(240, 320))
     picture = read_png((tmp_path / "front.png").read_bytes())
     assert picture.shape == (320, 240, 3)
     assert picture.std() > 8.0
-    with pytest.raises(NoBrowser, match=r"within 0.2 s"):
-        viewer.save_png(tmp_path / "never.png", timeout=0.2)
+    with pytest.raises(NoBrowser, match=r"no picture within 0.001 s"):
+        viewer.save_png(tmp_path / "never.png", timeout=0.001)
     assert viewer._server is None
+    pictures.end()
     assert processes(str(tmp_path)) == []
     assert list(deep.iterdir()) == []
     assert sorted(path.name for path in tmp_path.iterdir()) == [deep.name, "front.png"]
