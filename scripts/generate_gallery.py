@@ -1,14 +1,14 @@
 """Write the gallery of docs from the examples, or check it: an overview of cards, and a page for each example.
 
-Title and sentence of an example are its docstring, its result is what it prints, its picture what it draws: a PNG, or
-a page of the viewer, of which headless Chromium takes the picture.
+The docstring of an example is its title and sentence, its output is the result, and its picture is the PNG that it
+draws, or a picture that headless Chromium takes of its page of the viewer.
 
 Example:
     python scripts/generate_gallery.py                 # runs all examples, writes the pages and pictures
-    python scripts/generate_gallery.py first_pose wave # these alone anew
+    python scripts/generate_gallery.py first_pose wave # runs only these
     python scripts/generate_gallery.py --check         # exit 1 when a docstring, an example or a picture is not in it
 
---check runs no example: that they print what the page shows is tested in tests/project/test_examples.py.
+--check runs no example: tests/project/test_examples.py compares their output with the pages.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ EXAMPLES = ROOT / "examples"
 DOCS = ROOT / "docs"
 PICTURES = DOCS / "images" / "examples"
 
-# Every example stands in one section, in the order in which they are best read.
+# Every example is in one section, in reading order.
 SECTIONS = {
     "Poses": """
         first_pose posture_and_joints hand_path camera_sees_ball calibrated_camera workspace million_configurations
@@ -54,8 +54,8 @@ SECTIONS = {
 INTRODUCTION = """\
 # Gallery
 
-Thirty-two short scripts of one idea each, with what they print; they are in the folder `examples` of the repository.
-Each runs alone, and writes what it draws into the current folder, or into the one you name:
+Thirty-two short scripts of one idea each, with their output; they are in the folder `examples` of the repository.
+Each runs alone, and writes its picture or page into the current folder, or into the folder you name:
 
 ```text
 python examples/first_pose.py
@@ -63,7 +63,7 @@ python examples/hand_path.py pictures
 ```
 
 A page such as `first_pose.html` opens in any browser without a network, and you can turn the robot in it. Scripts for
-NAOqi, as people wrote them for the robot, are in `examples/naoqi` ({doc}`old_scripts`).
+NAOqi, in the style of scripts for the real robot, are in `examples/naoqi` ({doc}`old_scripts`).
 """
 PRINTED_LINES = 9  # of an example without a picture, on its card
 

@@ -21,7 +21,7 @@ from nao_kin.rotations import log
 # So does this module: damped least squares from the joint values of the cycle before, which keeps joint motion along a
 # path small.
 
-# One radian counts as much as 0.1 m.
+# One radian has the weight of 0.1 m.
 RADIAN = 0.1
 _MAX_STEPS = 60
 _MET = 1e-10
@@ -31,14 +31,14 @@ _DAMPING, _MAX_DAMPING = 1e-6, 1e3
 
 @dataclass(frozen=True, eq=False)
 class LimbTarget:
-    """The target pose of a frame, seen from the torso or from the sole of the standing foot.
+    """The target pose of a frame, relative to the torso or to the sole of the standing foot.
 
     Attributes:
         frame: the robot's name of the frame.
         T_reference_target: shape (4, 4).
         axes: the controlled ones of x, y, z, wx, wy, wz, along the axes of the space, shape (6,).
         R_reference_space: the rotation of the space, shape (3, 3).
-        reference: the frame that stays in place: "Torso", or a foot whose leg moves with the joints too.
+        reference: the frame that stays in place: "Torso", or a foot, whose leg then moves too.
     """
 
     frame: str
@@ -55,16 +55,16 @@ class LimbTarget:
         return np.concatenate([away, RADIAN * turn])[self.axes]
 
     def missing(self, robot: RobotModel, q: Floats) -> Floats:
-        """The `errors` in a configuration."""
+        """Return the `errors` in a configuration."""
         return self.errors(robot.fk(q, self.frame, reference=self.reference))
 
     def rows(self, robot: RobotModel, q: Floats) -> Floats:
-        """The rows of the Jacobian that belong to the errors, shape (k, nv)."""
+        """Return the rows of the Jacobian for the errors, shape (k, nv)."""
         J = robot.jacobian(q, self.frame)
         if self.reference != "Torso":
             T_torso_frame, T_torso_reference = robot.fk(q, [self.frame, self.reference])
             J_reference, away = robot.jacobian(q, self.reference), T_torso_frame[:3, 3] - T_torso_reference[:3, 3]
-            # The velocity of a point seen from a moving reference is v − v_reference − ω_reference × away.
+            # The velocity of a point relative to a moving reference is v − v_reference − ω_reference × away.
             carried = J_reference[:3] - np.cross(away, J_reference[3:], axis=0)
             R_reference_torso = T_torso_reference[:3, :3].T
             J = np.concatenate([R_reference_torso @ (J[:3] - carried), R_reference_torso @ (J[3:] - J_reference[3:])])
@@ -81,9 +81,9 @@ class LimbSolution:
 
 
 def descend(robot: RobotModel, target: LimbTarget, columns: Sequence[int], q: Floats) -> LimbSolution:
-    """The nearby joint values that bring a frame to its target, inside all limits, or as near as steps downhill lead.
+    """Return joint values inside all limits that bring a frame to its target, or the end of a descent towards it.
 
-    `columns` are the places in q of the joints that may move; q, shape (nq,), is inside the limits.
+    `columns` are the indices in q of the joints that may move; q, shape (nq,), is inside the limits.
     """
     free = np.array(columns)
     best, e, damping = np.array(q), target.missing(robot, q), _DAMPING
@@ -105,7 +105,7 @@ def descend(robot: RobotModel, target: LimbTarget, columns: Sequence[int], q: Fl
 
 
 def _step(robot: RobotModel, J: Floats, e: Floats, free: NDArray[np.int64], q: Floats, damping: float) -> Floats:
-    """Jᵀ (J Jᵀ + λ 1)⁻¹ e over the joints that it does not press against a limit, coupled limits included."""
+    """Return Jᵀ (J Jᵀ + λ 1)⁻¹ e over the joints that it does not move out of a limit, coupled limits included."""
     moving = np.ones(len(free), dtype=np.bool_)
     step = np.zeros(len(free))
     for _ in range(len(free)):
@@ -122,35 +122,35 @@ def _step(robot: RobotModel, J: Floats, e: Floats, free: NDArray[np.int64], q: F
 # --- The six effectors of Cartesian control, each with its joints and its solvers.
 
 ARMS = ("LArm", "RArm")
-# The residual below which a target counts as met [m].
+# The residual below which a target counts as reached [m].
 MET = 1e-6
-# The largest number of corrections of the torso's place, and the place error that ends them [m].
+# The largest number of corrections of the torso's position, and the position error that ends them [m].
 _MAX_CORRECTIONS, _IN_PLACE = 5, 1e-9
 # The number of random starts after a descent from the current joints that misses its target.
 _STARTS = 12
 
 
 def joints_of(robot: NaoModel, effectors: Sequence[str]) -> tuple[str, ...]:
-    """The joints that move effectors, each once, by their 26 names, without the hands."""
+    """Return the joints that move effectors, each once, by their 26 names, without the hands."""
     chains = ["Legs" if effector == TORSO else effector for effector in effectors]
     return tuple(joint for joint in dict.fromkeys(joint_names(robot, chains)) if robot.unit(joint) != "1")
 
 
 def columns_of(robot: NaoModel, effectors: Sequence[str]) -> list[int]:
-    """The columns of these joints in q; LHipYawPitch and RHipYawPitch share one."""
+    """Return the columns of these joints in q; LHipYawPitch and RHipYawPitch share one."""
     names = ["LHipYawPitch" if joint == "RHipYawPitch" else joint for joint in joints_of(robot, effectors)]
     return [robot.joint_names.index(name) for name in dict.fromkeys(names)]
 
 
 def near(robot: NaoModel, target: LimbTarget, q: Floats) -> LimbSolution:
-    """Joint values next to the current ones, for following a path."""
+    """Return joint values near the current ones, for following a path."""
     return descend(robot, target, columns_of(robot, [target.frame]), q)
 
 
 def anywhere(robot: NaoModel, target: LimbTarget, q: Floats) -> LimbSolution:
-    """Joint values for one limb: the nearest solution to the current ones; without a solution, the nearest pose.
+    """Return joint values for one limb: the solution nearest to the current ones; without a solution, the nearest pose.
 
-    Poses of arms and legs, places of hands and directions of the head go through closed forms, other masks through
+    Poses of arms and legs, positions of hands and orientations of the head are solved in closed form, other masks by
     descents from the current joints and from random ones.
     """
     found = near(robot, target, q)
@@ -174,7 +174,7 @@ def anywhere(robot: NaoModel, target: LimbTarget, q: Floats) -> LimbSolution:
 
 
 def torso_over_feet(robot: NaoModel, T_world_torso: Floats, T_world_feet: Floats, q: Floats) -> LimbSolution:
-    """Both legs for a torso pose (4, 4) with the feet, left and right, in place (2, 4, 4); the torso's yaw is free.
+    """Solve both legs for a torso pose (4, 4) with free yaw, and the feet, left and right, in place (2, 4, 4).
 
     `missing` is the torso's error, its yaw included; infinite if a foot is not in place.
     """
@@ -186,7 +186,7 @@ def torso_over_feet(robot: NaoModel, T_world_torso: Floats, T_world_feet: Floats
         if not np.all(found.success):
             return LimbSolution(found.q[0] if np.isfinite(found.q).all() else np.array(q), np.inf)
         torso = np.asarray(found.torso)[0]
-        # The yaw is relaxed about the middle of the hips, which displaces a leaning torso: correct its place.
+        # The yaw is relaxed about the middle of the hips, which displaces a leaning torso: correct its position.
         six = position6d(T_world_torso)
         six[5] = position6d(torso)[5]
         target_torso = pose(six)
@@ -197,7 +197,7 @@ def torso_over_feet(robot: NaoModel, T_world_torso: Floats, T_world_feet: Floats
 
 
 def completed(T_space_wanted: Floats, T_space_now: Floats, mask: int) -> Floats:
-    """The pose with the controlled coordinates of one pose and the others of another, as Position6D has them."""
+    """Return a pose with the controlled coordinates of one pose and the others of another, in terms of Position6D."""
     six = np.where(controlled_axes(mask), position6d(T_space_wanted), position6d(T_space_now))
     return pose(six)
 

@@ -1,4 +1,4 @@
-"""The base of all services: the methods that they offer, how scripts call them, and how they refuse."""
+"""The base of all services: their methods, calls by scripts, and errors."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ class Service:
     A subclass sets `name`, "ALMotion"; `absent` are the methods of NAOqi's service that it lacks. As qi does with a
     Python object, its public methods are offered to scripts; names of internal ones begin with an underscore. Methods
     take NAOqi's positional arguments; defaults make overloads. They run with the lock held (`nao.monitor`), so they
-    neither wait nor sleep: what takes time is a task, and its `Call` is returned. `arguments` reads their arguments;
-    every `NaoKinError` becomes a `NaoqiError` that names service and method.
+    must not wait or sleep: a method that takes time starts a task and returns its `Call`. `arguments` reads their
+    arguments; every `NaoKinError` becomes a `NaoqiError` that names service and method.
     """
 
     name: str
@@ -58,11 +58,11 @@ class Service:
         return tuple(sorted(self._methods))
 
     def help(self, name: str) -> str:
-        """The description of a method; "" for an unknown one."""
+        """Return the description of a method; "" for an unknown one."""
         return inspect.getdoc(self._methods[name]) or "" if name in self._methods else ""
 
     def invoke(self, name: str, *given: Any) -> Any:
-        """Call a method by name; a blocking one returns a `Call`. Every refusal is a `NaoqiError`."""
+        """Call a method by name; a blocking one returns a `Call`. Every error is a `NaoqiError`."""
         if not isinstance(name, str):
             raise BadArgument(f"method must be a name, got {quoted(name)}")
         function = self._methods.get(name)
@@ -101,7 +101,7 @@ class Service:
         return frozenset()
 
     def joints(self, names: Any, what: str = "names") -> tuple[str, ...]:
-        """The joints of a name, a chain or a list of them; refuses an empty list and a joint that is named twice."""
+        """Return the joints of a name, a chain or a list of names; reject an empty list and repeated joints."""
         found = joint_names(self.nao.robot, names)
         if not found:
             raise BadArgument(f"{what} must name at least one joint")
@@ -111,7 +111,7 @@ class Service:
         return found
 
     def get_setting(self, row: Setting, *given: Any) -> Any:
-        """Return a setting, or the one of the name that is given."""
+        """Return a setting, or the setting of the given name."""
         return self._settings.get((row.name, row.owner(given)), row.default)
 
     def set_setting(self, row: Setting, *given: Any) -> bool | None:
@@ -183,7 +183,7 @@ class Service:
         return waiting
 
 
-# --- Methods that are made from tables: settings without effect, constant answers, former names and variants.
+# --- Methods made from tables: settings without effect, constant results, former names and variants.
 
 
 @dataclass(frozen=True)
@@ -191,12 +191,12 @@ class Setting:
     """A value that scripts set and read, without effect on the simulation.
 
     Attributes:
-        name: of the two methods, after "set" and "get".
+        name: the name after "set" and "get" in the two methods.
         note: the help of the first.
         default: the initial value.
         takes: its parameters, the value last; the first of two is the owner of the value.
-        check: returns the value from the argument and its name in a refusal.
-        what: this name; the parameter's name if empty.
+        check: returns the value for the argument and its name in errors.
+        what: the name in errors; the parameter's name if empty.
         of: the kind and the valid names of the first of two parameters; None for any text.
         log: the name of the setting in the log, if setting it is logged.
         answer: the answer of the first method.
@@ -213,14 +213,14 @@ class Setting:
     answer: bool | None = None
 
     def owner(self, given: tuple[Any, ...]) -> str:
-        """The name that a call is about; "" if there is only one value."""
+        """Return the owner of the value in a call; "" if there is only one value."""
         if len(self.takes) == 1:
             return ""
         return arguments.text(given[0], self.takes[0]) if self.of is None else arguments.choice(given[0], *self.of)
 
 
 def settings(*rows: Setting) -> Callable[[type[_S]], type[_S]]:
-    """Give a service the methods that set and read settings."""
+    """Add the methods that set and read settings to a service."""
 
     def completed(kind: type[_S]) -> type[_S]:
         for row in rows:
@@ -245,7 +245,7 @@ def former_names(note: str = "As {}.", **names: str) -> Callable[[type[_S]], typ
 
 
 def constant_answers(**rows: tuple[Any, str]) -> Callable[[type[_S]], type[_S]]:
-    """Give a service methods with constant answers: name → answer and help."""
+    """Add methods with constant results to a service: name → result and help."""
 
     def completed(kind: type[_S]) -> type[_S]:
         for name, (answer, note) in rows.items():

@@ -1,4 +1,4 @@
-"""The services by name: those of the other files, and those that only refuse."""
+"""The services by name: the implemented ones, and the missing ones, whose methods only return an error."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ Part = tuple[str, int | None]
 
 
 def groups() -> dict[str, tuple[Part, ...]]:
-    """NAOqi's groups and second names of LEDs, with their LEDs."""
+    """Return NAOqi's groups and second names of LEDs, with their LEDs."""
     eyes, ears = LEFT_EYE + RIGHT_EYE, LEFT_EAR + RIGHT_EAR
     found: dict[str, tuple[str, ...]] = {
         "FaceLeds": eyes,
@@ -68,7 +68,7 @@ def groups() -> dict[str, tuple[Part, ...]]:
 
 
 def actuators() -> dict[str, Part]:
-    """The LEDs by their actuators' names in ALMemory and the DCM, without prefix and "/Actuator/Value"."""
+    """Return the LEDs by their actuators' names in ALMemory and the DCM, without prefix and "/Actuator/Value"."""
     found: dict[str, Part] = {}
     for channel, colour in enumerate(CHANNELS):
         for number in range(8):
@@ -107,8 +107,8 @@ class ALLeds(Service):
     Face/Led/Red/Left/0Deg/Actuator/Value. The ears are only blue and the head only white: they show the brightest
     channel.
 
-    The last call for a LED counts: it takes the LED from a running fade or effect, which continues with the others.
-    `colours` has the r, g, b of each LED.
+    The last call for a LED has priority: it takes the LED from a running fade or effect, which continues with the
+    others. `colours` has the r, g, b of each LED.
     """
 
     name = "ALLeds"
@@ -216,7 +216,7 @@ class ALLeds(Service):
     # --- inside ---------------------------------------------------------------------------------------------------
 
     def _parts(self, name: Any) -> tuple[Part, ...]:
-        """The LEDs of a name, each with its channel."""
+        """Return the LEDs of a name, each with its channel."""
         wanted = arguments.text(name, "name")
         actuator = self._actuators.get(wanted.removeprefix(_PREFIX).removesuffix(_SUFFIX))
         if actuator is not None:
@@ -228,7 +228,7 @@ class ALLeds(Service):
         raise UnknownName("LED or group", wanted, (*self._groups, *self.colours))
 
     def _with(self, parts: tuple[Part, ...], colour: Colour) -> dict[str, Colour]:
-        """The colours of LEDs after some or all of their channels get those of a colour."""
+        """Return the colours of LEDs after some or all of their channels are set to those of a colour."""
         found: dict[str, Colour] = {}
         for led, channel in parts:
             mixed = list(found.get(led, self.colours[led]))
@@ -296,7 +296,7 @@ class ALLeds(Service):
 
 
 def _colour(value: Any) -> Colour:
-    """A colour from 0x00RRGGBB or a name."""
+    """Return a colour from 0x00RRGGBB or a name."""
     if isinstance(value, str):
         return _NAMED[arguments.choice(value, "colour", tuple(_NAMED))]
     number = arguments.whole(value, "rgb")
@@ -348,7 +348,7 @@ class ALTextToSpeech(Service):
         self._parameters |= dict.fromkeys(("speed", "defaultVoiceSpeed", "volume", "pitch"), 100.0)
 
     def say(self, stringToSay: Any, language: Any = None) -> Call:
-        """Say a text, after those before it; returns when it is said."""
+        """Say a text after the previous ones; returns at its end."""
         if language is not None:
             arguments.choice(language, "language", _LANGUAGES)
         words = arguments.text(stringToSay, "stringToSay")
@@ -393,7 +393,7 @@ class ALTextToSpeech(Service):
         self._parameters["speed"] = 100.0
 
     def _duration(self, words: str) -> float:
-        """The duration of a text [s]."""
+        """Return the duration of a text [s]."""
         pauses = sum(int(milliseconds) for milliseconds in _PAUSE.findall(words)) / 1000.0
         letters = len(spoken_words(words))
         return BEFORE_SPEAKING + pauses + letters / (CHARACTERS_PER_SECOND * self._parameters["speed"] / 100.0)
