@@ -85,7 +85,7 @@ def numbers_of(text: str, option: str) -> list[float]:
     for word in words:
         number = finite_decimal(word)
         if number is None:
-            raise BadArgument(f"{option} {quoted(text)}: {quoted(word)} is no finite number")
+            raise BadArgument(f"{option} {quoted(text)}: {quoted(word)} is not a finite number")
         numbers.append(number)
     return numbers
 
@@ -226,7 +226,7 @@ def _flat(name: str, index: int, entry: Any) -> list[float]:
         parts = entry.values() if isinstance(entry, dict) else entry
         return [number for part in parts for number in _flat(name, index, part)]
     if not is_finite_number(entry):
-        raise BadInputFile(name, f"target {index}: {described(entry)} is no finite number")
+        raise BadInputFile(name, f"target {index}: {described(entry)} is not a finite number")
     return [float(entry)]
 
 

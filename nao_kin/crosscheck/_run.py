@@ -57,7 +57,7 @@ def run(
 
     Raises:
         BadArgument: a floating base.
-        UnknownName: a step whose parent is no frame.
+        UnknownName: a step whose parent is not a frame.
         BadModel: the robot's URDF can no longer be read.
 
     Examples:

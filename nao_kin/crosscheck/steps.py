@@ -109,7 +109,7 @@ def steps_of_tree(tree: UrdfTree) -> tuple[Step, ...]:
 
 
 class StepKinematics:
-    """Poses of all frames of a robot from its steps; UnknownName for a step whose parent is no earlier step."""
+    """Poses of all frames of a robot from its steps; UnknownName for a step whose parent is not an earlier step."""
 
     def __init__(self, steps: Sequence[Step], joint_names: Sequence[str], conversions: Conversions) -> None:
         self.steps = tuple(steps)

@@ -34,7 +34,7 @@ def shapes_of(tree: UrdfTree) -> tuple[Visual | Collision, ...]:
 
 
 def mesh_files(tree: UrdfTree) -> dict[str, Path]:
-    """Return mesh name → its file; BadArgument for a missing one, or a file outside of the package that is no mesh."""
+    """Return mesh name → its file; BadArgument for a missing file, or one outside of the package that is not a mesh."""
     found: dict[str, Path] = {}
     packages = tree.packages
     meshes = (shape.geometry for shape in shapes_of(tree) if isinstance(shape.geometry, MeshFile))

@@ -45,7 +45,7 @@ _SEPARATOR = "::"
 _NEGLIGIBLE = Inertial(1e-3, IDENTITY, (1e-7, 0.0, 0.0, 1e-7, 0.0, 1e-7))
 
 
-# Name of a frame that is no link → its link, and its pose there.
+# Name of a frame that is not a link → its link, and its pose there.
 Frames = Mapping[str, tuple[str, Origin]]
 
 

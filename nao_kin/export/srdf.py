@@ -33,7 +33,7 @@ class Group:
     """A planning group."""
 
     name: str
-    chain: tuple[str, str] | None = None  # base link and tip link; None for a group that is no chain
+    chain: tuple[str, str] | None = None  # base link and tip link; None for a group that is not a chain
     joints: tuple[str, ...] = ()
     links: tuple[str, ...] = ()  # each with the joint that holds it
     groups: tuple[str, ...] = ()  # the groups that it contains
@@ -305,7 +305,7 @@ def _collide(a: Any, place_a: Any, b: Any, place_b: Any) -> bool:
 
 
 def _hull(shape: Any) -> Any:
-    """Return the convex hull of a mesh, or the shape itself if it is no mesh or, as a flat one, has no hull."""
+    """Return the convex hull of a mesh, or the shape itself if it is not a mesh, or is flat and has no hull."""
     try:
         shape.buildConvexHull(True, "Qt")
         hull = shape.convex
@@ -558,7 +558,7 @@ def _losses(
             lines.append(f"in posture {quoted(name)} checked shapes touch, so no plan can start there: {pairs}")
     for group in plan.groups:
         if not _PARAMETER.fullmatch(group):
-            lines.append(f"group {quoted(group)} is no name for a parameter of ROS: letters, digits and _")
+            lines.append(f"group {quoted(group)} is not a valid name of a ROS parameter: letters, digits and _")
     joints = [joint.name for joint in robot.tree.moving_joints if _TROUBLESOME.search(joint.name)]
     if joints:
         lines.append(f"MoveIt warns of the characters in {len(joints)} names of joints, first {quoted(joints[0])}")

@@ -22,7 +22,7 @@ from nao_kin.screws.lines import PluckerLine, geometric_jacobian
 
 TURN = 2.0 * math.pi
 
-# --- The joint tree of a robot, with every axis in its place at zero.
+# --- The joint tree of a robot, with every axis at zero.
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +74,7 @@ class JointNode:
         return self.coupling.value(q[..., self.column])
 
     def excess(self, value: Floats, driver: Floats) -> Floats:
-        """Return a value minus the value that its driver asks for; of a revolute joint up to whole turns."""
+        """Return a value minus the value that its driver requires; for a revolute joint up to whole turns."""
         difference = value - self.coupling.value(driver)
         return wrapped(difference) if self.kind == "revolute" else np.asarray(difference)
 
@@ -118,7 +118,7 @@ _Item = TypeVar("_Item")
 Rule = Literal["coincident", "concurrent"]
 RULES: tuple[Rule, ...] = ("coincident", "concurrent")
 
-# Below the first, rounding decides; an offset above the second is intended.
+# Below the first, rounding dominates; an offset above the second is intended.
 _TOLERANCES = (1e-15, 1e-2)
 # Three turns reach every rotation only if consecutive axes are perpendicular: a1·a2 up to rounding, and less than the
 # 1e-9 that `davenport_angles` allows, so that every quaternion of a ball has angles.
@@ -139,13 +139,14 @@ def group_joints(robot: RobotModel, *, rule: Rule = "coincident", tolerance: flo
     and neighbouring axes are not parallel, those of a spherical joint are perpendicular (otherwise the three turns
     would not reach every rotation, and the ball would be freer than the robot), and no motor turns two of them.
 
-    Of several ways to cut a run, the one with the fewest joints is taken; of those the one with the largest joints (by
-    the sum of squares of their numbers of axes); of those the one whose larger joint is closer to the root.
+    If a run can be cut in several ways, the cut with the fewest joints is used; among these the one with the largest
+    joints (by the sum of squares of their numbers of axes); among these the one whose larger joint is closer to the
+    root.
 
     Args:
         robot: any robot.
         rule: "coincident" or "concurrent".
-        tolerance: how far a centre, or an axis, may be from the common point [m], in [1e-15, 0.01].
+        tolerance: largest distance of a centre, or an axis, from the common point [m], in [1e-15, 0.01].
 
     Raises:
         BadArgument: a tolerance outside these bounds.
@@ -203,7 +204,7 @@ def _cut(nodes: Mapping[int, JointNode], rule: Rule, tolerance: float) -> list[l
 
 
 def _runs(nodes: Mapping[int, JointNode]) -> list[list[JointNode]]:
-    """Return the joints that count, in longest runs of revolute joints; other kinds alone."""
+    """Return the joints that count, in the longest possible runs of revolute joints; other kinds alone."""
     runs: dict[int, list[JointNode]] = {}
     for node in nodes.values():
         if not _counts(node):
@@ -290,7 +291,7 @@ def partition(
 
 
 def meeting_point(centres: Floats, axes: Floats) -> Floats:
-    """Return the point nearest to all axes by least squares: of two, halfway along the common normal.
+    """Return the point nearest to all axes by least squares; for two, the middle of the common normal.
 
     Takes a point on each axis (n, 3), the first as origin of the computation, and unit directions (n, 3).
     """

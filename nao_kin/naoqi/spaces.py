@@ -46,7 +46,7 @@ def position6d(T: ArrayLike) -> Floats:
         Shape (..., 6) [m, rad].
 
     Raises:
-        NotARotation, BadArgument: T is no rigid transform.
+        NotARotation, BadArgument: T is not a rigid transform.
 
     Examples:
         >>> nk.naoqi.position6d(nk.naoqi.pose([0.1, 0.0, 0.2, 0.0, 0.5, 0.0])).tolist()
@@ -77,7 +77,7 @@ def transform_list(T: ArrayLike) -> Floats:
         A copy, shape (..., 16).
 
     Raises:
-        NotARotation, BadArgument: T is no rigid transform.
+        NotARotation, BadArgument: T is not a rigid transform.
 
     Examples:
         >>> nk.naoqi.transform_list(np.eye(4)).tolist()[:5]
@@ -122,7 +122,7 @@ def _rigid(T: Floats, what: str, *tolerance: float) -> Floats:
     if wrong.any():
         index = first_index(wrong)
         row = ", ".join(f"{value:.6g}" for value in T[index][3])
-        raise BadArgument(f"{what}{at_index(index)} is no rigid transform: its last row is {row}, not 0, 0, 0, 1")
+        raise BadArgument(f"{what}{at_index(index)} is not a rigid transform: its last row is {row}, not 0, 0, 0, 1")
     try:
         check_rotation(T[..., :3, :3], *tolerance)
     except NotARotation as error:

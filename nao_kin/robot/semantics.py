@@ -96,7 +96,7 @@ class Mimic:
         return np.asarray((value - self.offset) / self.multiplier)
 
     def through(self, driver: Mimic) -> Mimic:
-        """Return the mimic of the last driver, if the driving joint itself follows: a = m b + o and b = driver(c)."""
+        """Return the mimic of the last driver, if the driving joint mimics it: a = m b + o and b = driver(c)."""
         return Mimic(driver.joint, self.multiplier * driver.multiplier, self.offset + self.multiplier * driver.offset)
 
     def inverted(self, follower: str) -> Mimic:
@@ -189,7 +189,7 @@ class Posture:
 
 @dataclass(frozen=True)
 class View:
-    """A part of the robot worth looking at.
+    """A close view of a part of the robot.
 
     Attributes:
         direction: from the robot to the camera, in the root's frame.
@@ -202,7 +202,7 @@ class View:
 
 @dataclass(frozen=True)
 class Semantics:
-    """The parts of a robot's meaning that its URDF does not contain; each may be empty.
+    """The semantics of a robot, which its URDF does not contain; each part may be empty.
 
     Attributes:
         chains: name → joints from the trunk outwards.

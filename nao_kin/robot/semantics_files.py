@@ -61,8 +61,8 @@ def _read(path: Path, tree: UrdfTree, notes: list[str]) -> Semantics:
 def checked_semantics(semantics: Semantics, tree: UrdfTree) -> Semantics:
     """Return the semantics; raise `BadModel` if they do not fit the robot.
 
-    They must name existing joints, frames and postures; postures must suit shared motors; coupled limits must not name
-    followers.
+    They must name existing joints, frames and postures; postures must fit shared motors; coupled limits must not name
+    mimic joints.
     """
     moving, mimics = [joint.name for joint in tree.moving_joints], tree.mimics
     _check(semantics.joints(), moving, "joint", tree.name)

@@ -434,7 +434,7 @@ def _read_ahead(blocks: Iterator[Block], path: str) -> Generator[Block, None, No
 
 
 def _identity(source: Sequence[str] | Configurations) -> list[dict[str, Any]] | None:
-    """Return what identifies files and their versions; None for sources that are no files, which are read once."""
+    """Return what identifies files and their versions; None for sources that are not files, which are read once."""
     if isinstance(source, Configurations):
         return None
     found = []

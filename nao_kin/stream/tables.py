@@ -141,7 +141,7 @@ def read_log(
     Raises:
         BadArgument: no file name, or `columns` that the file does not have.
         BadInputFile: with line and column if there is one: unreadable, empty, malformed, a joint unknown, missing or
-            named twice, a value that is no finite number, times with and without a zone, two joints of one motor that
+            named twice, a value that is not a finite number, times with and without a zone, joints of one motor that
             disagree, a joint outside its limits.
 
     Examples:
@@ -442,7 +442,7 @@ class JointColumns:
         return HIPS_ADVICE if " drives " in reason else ""
 
     def problem(self, row: Floats) -> tuple[int, str]:
-        """Return column, from 0 or -1 for none, and reason why a row (columns,) is no valid configuration."""
+        """Return column, from 0 or -1 for none, and reason why a row (columns,) is not a valid configuration."""
         for column in np.flatnonzero(~np.isfinite(row)).tolist():
             name = self.table.names[column - self.base] if column >= self.base else f"number {column + 1} of the base"
             return column, f"{name} is {float(row[column])}, expected a finite number"

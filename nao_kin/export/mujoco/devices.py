@@ -113,7 +113,7 @@ _FELT = 0.01
 def add_sites(
     spec: Any, added: list[Any], bodies: Bodies, tree: UrdfTree, semantics: Semantics, frames: str
 ) -> tuple[str, ...]:
-    """Add a site for each link that is no body, a camera for each camera, and all sensors.
+    """Add a site for each link that is not a body, a camera for each camera, and all sensors.
 
     `added` has MuJoCo's body for each of `bodies`; `frames` selects the links with sites: "all", "effectors" for those
     in the semantics, "none" for sensors only. Returns one line for each difference from the robot.

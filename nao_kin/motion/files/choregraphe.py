@@ -189,16 +189,15 @@ class _TimelineReader:
 
 
 # --- NAOqi's control points: [value, [type, time, value] before, [type, time, value] after], offsets from the key.
-#
-# Types in Aldebaran's qicore: 0 constant, 1 linear, 2 Bezier, 3 Bezier with automatic handles, which the points hold
-# too.
+# Types in Aldebaran's qicore: 0 constant, 1 linear, 2 Bezier, 3 Bezier with automatic handles, which are also in the
+# points.
 
 CONSTANT_CODE, LINEAR_CODE, BEZIER_CODE, AUTOMATIC_CODE = range(4)
 _EXPECTED = "[value, [type, time, value], [type, time, value]]"
 
 
 def plain_keys(rows: list[Any]) -> bool:
-    """Whether the keys of a joint are values without handles."""
+    """Return whether the keys of a joint are values without handles."""
     return not any(isinstance(row, list) for row in rows)
 
 
@@ -236,7 +235,7 @@ def make_straight(times: Floats, keys: Floats, handles: Floats, linear: Any) -> 
 
 
 def points(motion: Motion) -> list[list[Any]]:
-    """Return the keys of each joint as in NAOqi: plain for a linear motion, else control points."""
+    """Return the keys of each joint as in NAOqi: plain for a linear motion, otherwise control points."""
     if motion.interpolation == "linear":
         return [keys.tolist() for keys in motion.keys]
     curves = motion.as_bezier()
@@ -260,7 +259,7 @@ _FIRST_FRAME = 1
 
 
 def recognises(source: MotionSource) -> bool:
-    """Whether it is XML with Choregraphe, a timeline or an XML declaration near its beginning."""
+    """Return whether it is XML with Choregraphe, a timeline or an XML declaration near its beginning."""
     head = source.data[:4096].replace(b"\x00", b"")
     start = head.removeprefix(b"\xef\xbb\xbf").removeprefix(b"\xff\xfe").removeprefix(b"\xfe\xff").lstrip()
     return start[:1] == b"<" and (b"Choregraphe" in head or b"<Timeline" in head or b"<?xml" in head)
@@ -369,7 +368,7 @@ def write(motion: Motion, _: Motion) -> bytes:
             f'unit="{_PERCENT if hand else _DEGREE}">'
         )
         offsets = handles * [fps, scale]
-        # Rounded frames must not let handles leave their segment.
+        # Rounding of frames must not move handles out of their segment.
         offsets[1:, 0, 0] = np.maximum(offsets[1:, 0, 0], -np.diff(own))
         offsets[:-1, 1, 0] = np.minimum(offsets[:-1, 1, 0], np.diff(own))
         for frame, value, pair in zip(own.tolist(), (keys * scale).tolist(), offsets.tolist(), strict=True):

@@ -65,7 +65,7 @@ class QiServer:
         if not isinstance(nao, VirtualNao):
             raise BadArgument(f"nao must be a VirtualNao, got {quoted(nao)}")
         if not isinstance(host, str):
-            raise BadArgument(f"host {quoted(host)} is no address of this machine")
+            raise BadArgument(f"host {quoted(host)} is not an address of this machine")
         number, silent = whole_number(port, "port", 0, 65535), flag(quiet, "quiet")
         qi = load_qi("a server that NAOqi's scripts can connect to")
         if silent:
@@ -128,7 +128,7 @@ class QiServer:
         try:
             found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
         except (OSError, ValueError):
-            raise BadArgument(f"host {quoted(host)} is no address of this machine") from None
+            raise BadArgument(f"host {quoted(host)} is not an address of this machine") from None
         if not all(ipaddress.ip_address(str(row[4][0]).partition("%")[0]).is_loopback for row in found):
             warn_caller(
                 f"listening on {host}: qi has no passwords, and any client of port {port} can drive the robot",

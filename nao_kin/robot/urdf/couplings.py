@@ -1,4 +1,4 @@
-"""Joints that follow another one: direct mimics instead of chains, driving joints first, shared limits."""
+"""Mimic joints: direct mimics instead of chains, driving joints first, shared limits."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def drive_order(joints: Mapping[str, UrdfJoint], root: str, notes: list[str]) ->
 
 
 def share_limits(joints: list[UrdfJoint], notes: list[str]) -> list[UrdfJoint]:
-    """Return the joints with every driving joint limited to values at which its followers are inside their limits.
+    """Return the joints with every driving joint limited to values at which its mimic joints are inside their limits.
 
     Limits that were copied from joint to joint can leave no value, or a single one, to joints that can all move alone:
     a follower with the multiplier −1 and the limits [0, 1] of its driver. Then the driver's range does not change. It

@@ -1,4 +1,4 @@
-"""The contents of a URDF as numbers: links, joints, inertias and shapes."""
+"""The contents of a URDF: links, joints, inertias and shapes."""
 
 from __future__ import annotations
 
@@ -245,7 +245,7 @@ class UrdfJoint:
 
     @property
     def coupling(self) -> Mimic:
-        """How it follows a coordinate; an independent joint follows itself."""
+        """Its coupling to a coordinate; an independent joint follows itself."""
         return self.mimic or Mimic(self.name)
 
     def travel(self, value: float) -> Floats:
