@@ -1,4 +1,4 @@
-"""Write the URDF of every NAO version from the parameters, or check that the files are in step.
+"""Write the URDF of every NAO version from the parameters, or check that the files are up to date.
 
 Example:
     python scripts/generate_urdf.py            # writes urdf/nao_v32.urdf … urdf/nao_v6.urdf
@@ -19,7 +19,7 @@ URDF = Path(__file__).resolve().parent.parent / "urdf"
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Write or check; 0 when all is well, 1 when --check finds a difference."""
+    """Write or check; return 1 if --check finds a difference, otherwise 0."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--check", action="store_true", help="write nothing; fail when a file is not in step")
     parser.add_argument("--output", type=Path, default=URDF, help="folder of the files (default: urdf/)")

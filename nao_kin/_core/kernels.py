@@ -112,8 +112,7 @@ def rescaled(vectors: Floats, what: str) -> Floats:
 def keep_the_heap() -> None:
     """Keep glibc from returning the temporaries of each chunk to the system and requesting them again.
 
-    Freeing one large block raises glibc's limits permanently: kernels run up to twice as fast. Elsewhere it costs
-    nothing.
+    Freeing one large block raises glibc's limits permanently: kernels run up to twice as fast.
     """
     np.empty(1 << 20)
 

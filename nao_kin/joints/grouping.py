@@ -140,8 +140,7 @@ def group_joints(robot: RobotModel, *, rule: Rule = "coincident", tolerance: flo
     would not reach every rotation, and the ball would be freer than the robot), and no motor turns two of them.
 
     If a run can be cut in several ways, the cut with the fewest joints is used; among these the one with the largest
-    joints (by the sum of squares of their numbers of axes); among these the one whose larger joint is closer to the
-    root.
+    joints (sum of squares of their numbers of axes), then the one whose larger joint is closer to the root.
 
     Args:
         robot: any robot.

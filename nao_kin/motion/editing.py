@@ -404,8 +404,7 @@ def mirror(robot: RobotModel, motion: Motion) -> Motion:
 def mirrored_joints(robot: RobotModel) -> dict[str, tuple[str, float]]:
     """Return joint → (the joint on the other side, sign): the mirror image has the sign times that joint's value.
 
-    A joint on neither side is its own mirror joint. Mimic joints are not keys. Joints without a mirror image are
-    refused.
+    A joint on neither side is its own mirror joint. Mimic joints are no keys. Other joints need a mirror image.
     """
     check_robot(robot)
     return {name: (other, _sign(robot, name, other)) for name in robot.joint_names for other in (other_side(name),)}

@@ -67,7 +67,7 @@ def checked_times(times: Any, names: tuple[str, ...]) -> tuple[Columns, bool]:
 
 
 def checked_keys(keys: Any, names: tuple[str, ...], times: Columns, *, shared: bool) -> Columns:
-    """Return the keys of each joint; `shared` times take a row for each time, else there is a list for each joint."""
+    """Return the keys of each joint, from a row for each of `shared` times, or else from a list for each joint."""
     if shared:
         array = as_numbers(keys, "keys")
         if array.ndim == 1 and len(names) == 1:

@@ -363,8 +363,7 @@ class RobotModel:
     def neutral(self) -> Floats:
         """Return the configuration with all joints at zero and a floating base at the world's origin; shape (nq,).
 
-        Frames are defined in this configuration. It need not be inside the limits: the NAO's elbows stop 2° before
-        zero.
+        Frames are defined in it. It need not be inside the limits: the NAO's elbows stop 2° before zero.
 
         Examples:
             >>> nk.load_nao().neutral().shape

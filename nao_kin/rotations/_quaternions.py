@@ -286,8 +286,7 @@ def quat_log(q: ArrayLike) -> Floats:
     """The principal logarithm of a quaternion, log q = (ln ‖q‖, θ r/‖r‖) with θ = atan2(‖r‖, r0) in [0, π].
 
     For a unit quaternion its vector part is half the rotation vector: axis times φ/2. It depends on the quaternion, not
-    only on the rotation: log(−q) is the rotation in the opposite direction, by 2π − φ. Use `quat_canonical(q)` for φ ≤
-    π.
+    only on the rotation: log(−q) rotates the opposite way by 2π − φ. Use `quat_canonical(q)` for φ ≤ π.
 
     Args:
         q: quaternions (r0, r1, r2, r3) of any length but zero, shape (..., 4).
@@ -364,8 +363,7 @@ def slerp(p: ArrayLike, q: ArrayLike, t: ArrayLike, *, arc: Arc = "shorter") -> 
     cos(t θ) p + sin(t θ) w/‖w‖, with w = q − (p·q) p the part of q perpendicular to p and θ = atan2(‖w‖, p·q) the
     angle between the unit quaternions, q replaced by −q where p·q < 0. It equals (sin((1 − t) θ) p + sin(t θ) q)/sin θ,
     but has unit length for every t. If p·q = 0 (half a turn apart) both arcs are equally long; the shorter uses q as
-    given, the longer −q. The longer arc is the rotation in the opposite direction, by 2π less the angle between p and
-    q.
+    given, the longer −q. The longer arc is the rotation in the opposite direction.
 
     Args:
         p: quaternions at t = 0, shape (..., 4), of any length but zero.

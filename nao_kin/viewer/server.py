@@ -123,8 +123,7 @@ class LiveServer:
     def expected(self, role: str) -> Iterator[str]:
         """Expect one page in a random role, which needs no token and may send a picture; yield its address.
 
-        The address is on the command line of a browser, where other users can read it; therefore it opens only one
-        socket, once.
+        Other users can read the address on a browser's command line; therefore it opens only one socket, once.
         """
         self._access.expected.add(role)
         try:

@@ -188,8 +188,7 @@ class Viewer:
             loop: repeat the clip.
             fill: values of the joints that a motion does not name, as in `Motion.configurations`.
             hips: rule for a motor that a motion names twice, as in `Motion.configurations`.
-            up: as in `display`, shape (3,) for all configurations or (n, 3) for each; None to compute it for each of
-                them.
+            up: as in `display`, shape (3,) for all configurations or (n, 3) for each; None to compute it.
 
         Examples:
             >>> nao = nk.load_nao()

@@ -362,14 +362,14 @@ def test_without_a_solution_no_page_is_written(capsys: pytest.CaptureFixture, tm
     [
         (("LLeg",), "give one target with --target"),
         (("LLeg", "a.csv", "--target", "1 2 3"), "give one target with --target"),
-        (("LLeg", "--target", "1 2"), "2 numbers; expected 3 numbers for a place"),
+        (("LLeg", "--target", "1 2"), "2 numbers; expected 3 numbers for a position"),
         (("LLeg", "--target", "1 2 x"), "'x' is not a finite number"),
         (("LLeg", "--target", "1 2 nan"), "'nan' is not a finite number"),
         (("LLeg", "--target", words(np.ones(16))), "rotation"),
         (("LLeg", "--target", "0 0 0 0 0 0 0"), "quaternion"),
         (("LFot", "--target", "1 2 3"), "nearest: LFoot"),
         (("Head", "--target", "1 2 3"), "a camera takes a point to look at"),
-        (("LLeg", "--target", "0 0.05 -0.3", "--direction", "1 0 0"), "--direction goes with places of a hand"),
+        (("LLeg", "--target", "0 0.05 -0.3", "--direction", "1 0 0"), "--direction is for positions of a hand"),
         (("LArm", "--target", "0.1 0.1 0", "--direction", "1 0"), "2 numbers, expected 3"),
         (("LArm", "--target", "0.1 0.1 0", "--direction", "0 0 0"), "zero"),
         (("LArm", "--target", "0.1 0.1 0", "--direction", "1 0 0", "--criterion", "limits"), "leave out --criterion"),
@@ -379,8 +379,8 @@ def test_without_a_solution_no_page_is_written(capsys: pytest.CaptureFixture, tm
         (("LArm", "--target", "0.1 0.1 0", "--reference", "Crouch", "--columns", "a="), "--reference is a posture"),
         (("LArm", "no.csv"), "cannot be read"),
         (("Legs", "--target", "0 0 0"), "expected 12, 14 or 32"),
-        (("Legs", "--target", words(np.zeros(12)), "--numeric"), "Legs are two"),
-        (("LLeg", "--target", "0 0.05 -0.3 0 0 0", "--priority", "left"), "--priority goes with Legs"),
+        (("Legs", "--target", words(np.zeros(12)), "--numeric"), "Legs has two"),
+        (("LLeg", "--target", "0 0.05 -0.3 0 0 0", "--priority", "left"), "--priority is for Legs"),
     ],
 )
 def test_wrong_words_are_refused_in_one_line(

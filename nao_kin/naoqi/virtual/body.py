@@ -210,8 +210,7 @@ class Base:
 
     In a posture on the floor (Sit, LyingBack …) the posture defines the vertical in the torso's frame. The torso's
     height is an estimate without the shells: the lowest joint is 40 mm above the floor, or the lowest sole on it. The
-    torso's x, y and yaw in the world do not change. On the way into and out of such a posture the vertical turns with
-    the movement.
+    torso's x, y and yaw in the world do not change. The vertical turns with movements into and out of such a posture.
 
     At the start, the world's origin is on the floor at FRAME_ROBOT's x and y, and its x axis along FRAME_ROBOT's.
 

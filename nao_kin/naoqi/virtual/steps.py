@@ -353,8 +353,7 @@ def step_motion(robot: RobotModel, step: Footstep, q: Floats) -> Floats:
 def _slow_enough(robot: RobotModel, at: Callable[[int], Floats], q: Floats, ticks: int, share: float) -> Floats:
     """Return a motion of at least so many ticks, in which no joint needs more than a fraction of its largest speed.
 
-    More time does not help a joint that jumps from one branch of the legs' solutions to another: such a step is
-    rejected.
+    A step is rejected if a joint jumps to another branch of the legs' solutions: more time does not help there.
     """
     max_ticks = _MAX_STRETCH * ticks
     while True:

@@ -218,8 +218,7 @@ def pointing(robot: NaoModel, side: str, point: Floats) -> Floats:
     """Return joint values, ShoulderPitch to WristYaw, of a stretched arm that points at a point in the torso (3,).
 
     With pitch p and roll r of the shoulder, the hand is at Ry(p) Rz(r) h from it, where h is its position at zero. The
-    roll determines y, and then the pitch determines x and z of the direction to the point. Limits of the shoulder are
-    ignored.
+    roll determines y of the direction to the point, then the pitch x and z. Limits are ignored.
     """
     names = [f"{side}{joint}" for joint in _ARM]
     columns = [robot.joint_names.index(name) for name in names]
