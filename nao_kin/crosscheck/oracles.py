@@ -105,7 +105,7 @@ class YourdfpyOracle:
         return T[:, self._selection]
 
     def _values(self, q: Floats) -> Floats:
-        """Return values of the joints that yourdfpy moves, those of followers from the robot's couplings."""
+        """Return values of the joints that yourdfpy moves; those of mimic joints follow the couplings."""
         values = dict(zip(self._robot.joint_names, q.T, strict=True))
         values |= {name: mimic.value(values[mimic.joint]) for name, mimic in self._robot.mimics.items()}
         # A floating joint, which yourdfpy counts among the moving ones, has no value.

@@ -59,7 +59,7 @@ class Plan(NamedTuple):
         stance: 0 for the left foot, 1 for the right one, 2 for both.
         as_is: whether to keep a start that meets all targets.
         tolerance: the largest error of a target that is met [m, rad].
-        steps: the maximum of steps of one search.
+        steps: largest number of steps of one search.
     """
 
     kind: NDArray[np.int64]
@@ -121,7 +121,7 @@ def new_state(body: Body, variables: int, targets: int) -> State:
 def errors_at(body: Body, plan: Plan, targets: Floats, state: State) -> None:
     """Write the weighted errors of all targets and their derivatives into a state with known x and T.
 
-    `targets` (t, 4, 4) has the pose of each, or its position in the last column of a pose without rotation.
+    `targets` (t, 4, 4) are poses; a target position is the last column of a pose without rotation.
     """
     n, rows = body.moving, len(body.parent)
     e, J, residuals, com, com_J = state.e, state.J, state.residuals, state.com, state.com_J

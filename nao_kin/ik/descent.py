@@ -50,7 +50,7 @@ COST, MET, SETTLED, POSITION, ANGLE = range(5)
 
 
 class Goal(NamedTuple):
-    """Weights of the six errors of each frame, tolerance of position and angle [m, rad], and maximum of steps."""
+    """Weights of the six errors of each frame, tolerance of position and angle [m, rad], and number of steps."""
 
     weights: Row
     tolerance: float

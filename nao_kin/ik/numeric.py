@@ -293,7 +293,7 @@ def numeric(
             the rotation about the target's x axis free.
         restarts: the maximum of other starts.
         tolerance: a target is met within this error of position [m] and rotation [rad], in components with a weight.
-        iterations: the maximum of steps of one search.
+        iterations: largest number of steps of one search.
         seed: the seed of the random starts.
         solver: "least squares" as above; "pink" for steps by the quadratic programs of pink, an extra.
         threads: number of threads for a batch; None for all cores if that is worthwhile.

@@ -232,7 +232,7 @@ def whole_body(
             those of the posture.
         restarts: the maximum of other starts if the first does not meet the targets.
         tolerance: a target is met within this error [m and rad].
-        iterations: the maximum of steps of one search.
+        iterations: largest number of steps of one search.
         seed: the seed of the other starts.
         threads: number of threads for a batch; None for all cores.
 

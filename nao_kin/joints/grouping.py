@@ -221,7 +221,7 @@ def _runs(nodes: Mapping[int, JointNode]) -> list[list[JointNode]]:
 
 
 def _counts(node: JointNode) -> bool:
-    """Return whether a joint adds a freedom, or carries one that does."""
+    """Return whether a joint adds a degree of freedom, or carries one that does."""
     return node.moves and node.kind != "fixed"
 
 

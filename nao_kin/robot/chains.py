@@ -108,8 +108,8 @@ class Topology:
         chains: the serial chains, each from the root outwards: the longest runs of joints without a branch. Joints that
             follow a joint of the same limb are left out: they belong to a hand or a mechanism.
         couplings: joints that follow another one, and how, from the root outwards.
-        couplings_between_limbs: the couplings between different limbs, as of NAO's right HipYawPitch; the fingers of a
-            hand, which follow the motor of that hand, are not among them.
+        couplings_between_limbs: the couplings between different limbs, such as NAO's right HipYawPitch; fingers that
+            follow the motor of their hand are not included.
     """
 
     degrees_of_freedom: int

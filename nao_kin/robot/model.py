@@ -136,7 +136,7 @@ class RobotModel:
             base: "fixed", or "floating" for a free base.
             semantics: chains, end effectors, postures …, as `from_urdf` takes them.
             package_dirs: folders to search for packages and meshes, as `from_urdf` and `from_mjcf` take them.
-            xacro: whether to expand the file as a xacro source, as `from_urdf` takes it.
+            xacro: whether to expand the file as a xacro source, as for `from_urdf`.
             xacro_arguments: values of the arguments of a xacro source, by name.
 
         Raises:

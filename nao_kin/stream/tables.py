@@ -280,8 +280,8 @@ def log_columns(
 ) -> TableColumns | None:
     """Return the columns of a CSV table if its beginning has whole configurations of a robot, otherwise None.
 
-    None also means a table of times and some joints, or with empty cells, which is a motion, a file that cannot be
-    read, or a pipe. `data` is the content, if it has been read; `columns` are those of `read_log`.
+    The result is also None for a motion (a table of times and some joints, or with empty cells), an unreadable file and
+    a pipe. `data` is the content, if it has been read; `columns` are those of `read_log`.
     """
     check_robot(robot)
     if not isinstance(path, (str, os.PathLike)):

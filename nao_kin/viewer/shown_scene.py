@@ -44,7 +44,7 @@ class Lead:
             self._heard = -_SILENCE
 
     def admits(self, source: str, *, begins: bool) -> bool:
-        """Return whether to follow a playing page; `begins` if a user just began to play in it, or moved the time."""
+        """Return whether to follow a playing page; `begins`: its user just began to play, or moved the time."""
         with self._lock:
             now = time.monotonic()
             if not begins and source != self._source and now - self._heard < _SILENCE:

@@ -387,8 +387,8 @@ class Viewer:
         """Draw the links of other configurations, pale, instead of the previous ghosts.
 
         Links in the same pose as those of the robot are not drawn twice. A single configuration is blue and stays until
-        it is cleared. The rows of several have one colour each, and numbers in the legend of the page; they belong to
-        the displayed configuration, and dragging a limb in a page removes them there.
+        it is cleared. Several rows have one colour each, and numbers in the page's legend; they belong to the displayed
+        configuration, and dragging a limb in a page removes them there.
 
         Args:
             configurations: one, shape (nq,), or several, shape (k, nq), k up to 64; none to remove all.

@@ -134,7 +134,7 @@ def write_motion(
 ) -> None:
     """Write a motion to a file.
 
-    Joints that a format does not support are an error; curves that a linear format loses give a `MotionFileWarning`.
+    Joints that a format does not support raise an error; a linear format loses curves with a `MotionFileWarning`.
 
     Args:
         motion: the motion to write.

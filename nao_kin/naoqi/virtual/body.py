@@ -271,7 +271,7 @@ class Base:
         self.plant(foot, _flat(self.torso(q) @ self._robot.fk(q, foot)))
 
     def plant(self, foot: str, T_world_sole: Floats) -> None:
-        """Put a foot with its sole in any pose, to stay there: for each step of a walk."""
+        """Put a foot down with its sole at a pose, where it stays: for each step of a walk."""
         self.support, self._T_world_sole = foot, np.array(T_world_sole)
 
     def rest(self, up: Floats | tuple[float, float, float], q: Floats) -> None:

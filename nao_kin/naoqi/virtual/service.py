@@ -95,7 +95,7 @@ class Service:
     def kernels_for(self, name: str, given: tuple[Any, ...]) -> frozenset[str]:
         """Return the compiled kernels of `nk.ik` that a call needs, some of `KERNELS`.
 
-        They are loaded, or compiled, before the lock is taken, and robot time stands still meanwhile. Single targets of
+        They are loaded, or compiled, before the lock is taken; robot time waits. Single targets of
         the head, a camera or a leg need none: their closed forms run as Python.
         """
         return frozenset()

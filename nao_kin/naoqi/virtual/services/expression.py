@@ -107,7 +107,7 @@ class ALLeds(Service):
     Face/Led/Red/Left/0Deg/Actuator/Value. The ears are only blue and the head only white: they show the brightest
     channel.
 
-    The last call for a LED has priority: it takes the LED from a running fade or effect, which continues with the
+    The last call for an LED has priority: it takes the LED from a running fade or effect, which continues with the
     others. `colours` has the r, g, b of each LED.
     """
 
@@ -149,30 +149,30 @@ class ALLeds(Service):
     # --- light ----------------------------------------------------------------------------------------------------
 
     def on(self, name: Any) -> None:
-        """Light a LED or group fully, in white or its only colour."""
+        """Light an LED or group fully, in white or its only colour."""
         self._fade(self._parts(name), (1.0, 1.0, 1.0))
 
     def off(self, name: Any) -> None:
-        """Darken a LED or group."""
+        """Darken an LED or group."""
         self._fade(self._parts(name), (0.0, 0.0, 0.0))
 
     def setIntensity(self, name: Any, intensity: Any) -> None:
-        """Set the brightness of a LED or group, from 0 to 1: white, or the channel at the end of its name."""
+        """Set the brightness of an LED or group, from 0 to 1: white, or the channel at the end of its name."""
         value = arguments.fraction(intensity, "intensity")
         self._fade(self._parts(name), (value, value, value))
 
     def getIntensity(self, name: Any) -> list[float]:
-        """[r, g, b] of the first LED of a LED or group, from 0 to 1."""
+        """[r, g, b] of the first LED of an LED or group, from 0 to 1."""
         return list(self.colours[self._parts(name)[0][0]])
 
     def fade(self, name: Any, intensity: Any, duration: Any) -> Call:
-        """Fade a LED or group to a brightness in some seconds; returns at the end."""
+        """Fade an LED or group to a brightness in some seconds; returns at the end."""
         parts, value = self._parts(name), arguments.fraction(intensity, "intensity")
         seconds = arguments.duration(duration, "duration", zero=True)
         return self._fade(parts, (value, value, value), seconds)
 
     def fadeRGB(self, name: Any, *colour: Any) -> Call:
-        """Fade a LED or group to a colour in some seconds; returns at the end.
+        """Fade an LED or group to a colour in some seconds; returns at the end.
 
         The colour is 0x00RRGGBB, a name, or three numbers from 0 to 1; the seconds follow.
         """
@@ -185,7 +185,7 @@ class ALLeds(Service):
         return self._fade(parts, (r, g, b), arguments.duration(colour[-1], "duration", zero=True))
 
     def fadeListRGB(self, name: Any, rgbList: Any, timeList: Any) -> Call:
-        """Fade a LED or group through colours at times from now; returns at the end."""
+        """Fade an LED or group through colours at times from now; returns at the end."""
         parts = self._parts(name)
         if not isinstance(rgbList, (list, tuple)) or not rgbList:
             raise BadArgument("rgbList must be a list of colours")

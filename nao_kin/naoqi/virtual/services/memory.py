@@ -315,7 +315,7 @@ class ALMemory(Service):
         return float(getattr(joints, quantity)[joints.column[joint]])
 
     def _led(self, led: str, channel: int | None) -> float:
-        """Brightness of a channel of a LED, from 0 to 1; of a LED with one colour, its brightest channel."""
+        """Brightness of a channel of an LED, from 0 to 1; of an LED with one colour, its brightest channel."""
         colour = self.nao.services["ALLeds"].colours[led]  # type: ignore[attr-defined]
         return float(max(colour) if channel is None else colour[channel])
 
