@@ -129,7 +129,7 @@ class FileOptions:
     def log(
         self, model: RobotModel, file: str, *, deg: bool, limits: LimitPolicy = "ignore", hips: str | None = None
     ) -> Any:
-        """Return the whole configurations in a file, as `nao_kin.stream.read_log` gives them."""
+        """Return the whole configurations in a file, as `nao_kin.stream.read_log` does."""
         from nao_kin.stream import read_log
 
         rule: Any = hips

@@ -428,7 +428,7 @@ def srdf(
 
     Groups are the robot's chains, as `nk.semantics` names them, and "whole_body"; a chain whose last joint moves a
     gripper has a second group without it, which ends in the frame of the end effector. Postures are group states
-    without followers, which are passive joints. A pair of links is not checked if the two are adjacent, touch in the
+    without mimic joints, which are passive joints. A pair of links is not checked if the two are adjacent, touch in the
     start posture, touch in more than 95 % of the tested configurations, or in none of them. A robot without chains has
     one group of all its joints; without collision shapes no check is skipped.
 

@@ -278,7 +278,7 @@ def _with_ball(tree: UrdfTree, group: MultiDofJoint, changes: list[str]) -> Urdf
 
 
 def joint_values(robot: RobotModel, q: Floats, names: str = "naoqi") -> dict[str, Floats]:
-    """Return name → values, shape (...), of every joint, followers included, in configurations (..., nq)."""
+    """Return name → values, shape (...), of every joint, mimic joints included, in configurations (..., nq)."""
     own = {name: np.asarray(value) for name, value in robot.angles(q).items()}
     values = own | {name: mimic.value(own[mimic.joint]) for name, mimic in robot.mimics.items()}
     new = new_names(robot.semantics, names)

@@ -33,7 +33,7 @@ class JointNode:
     name: str
     parent: int  # index of the joint that carries it, 0 for the root
     children: tuple[int, ...]  # indices of the joints that it carries
-    kind: str  # "revolute", "prismatic", "free", or "fixed" for a follower with the multiplier zero
+    kind: str  # "revolute", "prismatic", "free", or "fixed" for a mimic joint with the multiplier zero
     axis: Floats  # unit vector in its frame; zero for "free" and "fixed"
     T_root: pin.SE3  # pose of its frame in the root's, all joints at zero; includes the offset of "fixed"
     mimic: Mimic | None  # how it follows another joint; None with its own coordinate
@@ -342,7 +342,7 @@ class JointAxes:
 
     Attributes:
         robot: the robot.
-        names: its m moving joints, followers included.
+        names: its m moving joints, mimic joints included.
         sliding: which of them are prismatic, shape (m,).
 
     Examples:
@@ -381,7 +381,7 @@ class JointAxes:
     def coupling(self, frame: str) -> Floats:
         """Return ∂(joint value)/∂(coordinate), shape (m, n), with zero rows for joints that do not carry the frame.
 
-        Columns are in the order of the robot's `joint_names`: a follower has its multiplier in the column of its
+        Columns are in the order of the robot's `joint_names`: a mimic joint has its multiplier in the column of its
         driver.
 
         Args:

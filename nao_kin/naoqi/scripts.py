@@ -52,7 +52,7 @@ def run_script(script: Path | str, arguments: Sequence[str] = (), *, endpoint: s
     return 128 - code if code < 0 else code
 
 
-# --- LEDs and words for a viewer: NAOqi's names as the viewer has them.
+# --- LEDs and words for a viewer: the viewer's names for those of NAOqi.
 
 Colour = tuple[float, float, float]
 

@@ -103,7 +103,7 @@ class Topology:
 
     Attributes:
         degrees_of_freedom: joints that move independently, without a floating base.
-        moving_joints: all joints that move, followers included.
+        moving_joints: all joints that move, mimic joints included.
         closed_loops: independent loops of the graph of links and joints, joints − links + 1; 0 for a tree.
         chains: the serial chains, each from the root outwards: the longest runs of joints without a branch. Joints that
             follow a joint of the same limb are left out: they belong to a hand or a mechanism.

@@ -134,7 +134,7 @@ class RobotModel:
         Args:
             path: the file; it is read once, and may be a pipe.
             base: "fixed", or "floating" for a free base.
-            semantics: chains, end effectors, postures …, as `from_urdf` takes them.
+            semantics: chains, end effectors, postures …, as for `from_urdf`.
             package_dirs: folders to search for packages and meshes, as `from_urdf` and `from_mjcf` take them.
             xacro: whether to expand the file as a xacro source, as for `from_urdf`.
             xacro_arguments: values of the arguments of a xacro source, by name.
@@ -215,7 +215,7 @@ class RobotModel:
         Args:
             path: the MJCF file.
             base: "fixed", or "floating" for a free base; a free joint of the file is the joint of the base.
-            semantics: as `from_urdf` takes it; a file takes precedence over the MJCF part by part, a `Semantics`
+            semantics: as for `from_urdf`; a file takes precedence over the MJCF part by part, a `Semantics`
                 replaces all.
             package_dirs: folders to search for meshes that are not where the file says.
 
@@ -387,7 +387,7 @@ class RobotModel:
 
         Args:
             name: one of `posture_names`.
-            angles: joint or chain → value, as `configuration` takes them.
+            angles: joint or chain → value, as for `configuration`.
             limits: what to do with joints outside their limits: "raise", "clamp" or "ignore".
             **joints: further joints or chains → value, for names that are Python identifiers.
 

@@ -88,11 +88,11 @@ class Mimic:
     offset: float = 0.0
 
     def value(self, driver: Floats | float) -> Floats:
-        """Return values of the follower for values of the driving joint, any shape."""
+        """Return values of the mimic joint for values of the driving joint, any shape."""
         return np.asarray(self.multiplier * driver + self.offset)
 
     def driver_value(self, value: Floats | float) -> Floats:
-        """Return values of the driving joint for values of the follower; the multiplier must not be zero."""
+        """Return values of the driving joint for values of the mimic joint; the multiplier must not be zero."""
         return np.asarray((value - self.offset) / self.multiplier)
 
     def through(self, driver: Mimic) -> Mimic:
@@ -104,14 +104,14 @@ class Mimic:
         return Mimic(follower, 1.0 / self.multiplier, -self.offset / self.multiplier)
 
     def range(self, lower: float, upper: float) -> tuple[float, float]:
-        """Return the range of the follower for a range of the driving joint."""
+        """Return the range of the mimic joint for a range of the driving joint."""
         if self.multiplier == 0.0:
             return self.offset, self.offset
         ends = sorted(self.multiplier * end + self.offset for end in (lower, upper))
         return ends[0], ends[1]
 
     def driver_range(self, lower: float, upper: float) -> tuple[float, float]:
-        """Return the range of the driving joint for a range of the follower; the multiplier must not be zero."""
+        """Return the range of the driving joint for a range of the mimic joint; the multiplier must not be zero."""
         ends = sorted((end - self.offset) / self.multiplier for end in (lower, upper))
         return ends[0], ends[1]
 

@@ -137,8 +137,8 @@ def mjcf(
         base: "floating" for a free joint at the root, or "fixed".
         frames: which links without a body of their own are sites: "all", "effectors" for those named in the semantics,
             or "none". Frames of sensors are always sites.
-        coupling: "mimic" makes an equality for each follower, "locked" fixes follower and driver, "independent" gives
-            the follower its own actuator.
+        coupling: "mimic" makes an equality for each mimic joint, "locked" fixes it and its driver, "independent" gives
+            the mimic joint its own actuator.
         inertia: "physical" corrects impossible inertias, which MuJoCo refuses; "published" does not change them.
         meshes: "relative" copies mesh files, "none" leaves out the shapes that need them.
         typed: make one body of several joints with axes through one point: two hinges of one body for a universal

@@ -28,7 +28,7 @@ _COUPLING_SOLIMP = (0.9999, 0.9999, 0.001, 0.5, 2.0)
 
 
 def add_bodies(spec: Any, bodies: Bodies, *, floating: bool) -> list[Any]:
-    """Add bodies with masses and joints, and an equality for each follower; return MuJoCo's body for each."""
+    """Add bodies with masses and joints, and an equality for each mimic joint; return MuJoCo's body for each."""
     import mujoco
 
     added: list[Any] = []

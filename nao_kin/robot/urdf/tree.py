@@ -268,7 +268,7 @@ class UrdfTree:
         root: the link that no joint moves.
         links: link names in order of the file.
         inertials: link → its mass and inertia, if it has them.
-        joints: all joints in depth-first order, every driving joint before its followers.
+        joints: all joints in depth-first order, every driving joint before its mimic joints.
         visuals: the visual shapes of the links.
         shared_names: name that the file gives to a link and to a joint → the name of the link here.
         notes: repairs, one line each.
