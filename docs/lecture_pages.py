@@ -19,9 +19,7 @@ def write_lecture(notebooks: Path, folder: Path) -> None:
     for path in sorted(notebooks.glob("*.ipynb")):
         cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
         title, _, first = _source(cells[0]).partition("\n")
-        note = (
-            f"To run and change it, take the notebook {{download}}`{path.name} <../../examples/notebooks/{path.name}>`."
-        )
+        note = f"To run it, download the notebook {{download}}`{path.name} <../../examples/notebooks/{path.name}>`."
         parts = [title, note, first.strip()]
         for number, cell in enumerate(cells[1:], start=1):
             pictures: list[tuple[str, bytes]] = []

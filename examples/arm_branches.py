@@ -1,7 +1,7 @@
 """All ways to hold a hand.
 
-Learn that inverse kinematics has several answers: four for a pose of the hand, and a whole family
-for its place alone.
+Learn that inverse kinematics has several solutions: four for a pose of the hand, and a whole family for its position
+alone.
 """
 
 import sys
@@ -25,7 +25,7 @@ for number, solution in enumerate(found.solutions, start=1):
 worst = np.abs(nao.fk(found.solutions, "LArm") - T_torso_hand).max()
 print("all have the hand at the same pose, to 1e-12:", bool(worst < 1e-12))
 
-# The place alone leaves two freedoms; the answer is the one nearest to the reference.
+# The position alone leaves two freedoms; the solution is the one nearest to the reference.
 place = T_torso_hand[:3, 3]
 wishes = [nao.posture("StandInit", LShoulderPitch=pitch, LElbowYaw=yaw) for pitch, yaw in ((0.1, -0.4), (-0.6, 1.5))]
 family = np.array([nk.ik.arm(nao, "L", place, reference=wish).q for wish in wishes])

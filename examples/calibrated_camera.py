@@ -1,6 +1,6 @@
 """A camera as it is mounted.
 
-Learn how the measured mounting of one camera, and the zero of one joint, are given to a robot, and what they change.
+Learn how to give a robot the measured mounting of a camera and the zero of a joint, and see their effect.
 """
 
 import numpy as np
@@ -10,7 +10,7 @@ import nao_kin as nk
 nao = nk.load_nao()
 q = nao.posture("StandInit", HeadYaw=0.2)
 
-# Found by a calibration: the camera looks 1.5° further down and sits 2 mm higher, and the neck's zero is off by 1°.
+# Found by a calibration: the camera looks 1.5° further down and is 2 mm higher, and the neck's zero is off by 1°.
 offsets = {
     "joints": {"HeadYaw": np.radians(1.0)},  # true angle = reported angle + offset
     "frames": {"CameraTop": (0.0, 0.0, 0.002, 0.0, np.radians(1.5), 0.0)},  # dx, dy, dz, roll, pitch, yaw
@@ -21,7 +21,7 @@ for note in mine.load_notes:
 
 
 def on_the_ground(robot):
-    """Where the middle of the camera's picture meets the ground, in the left sole."""
+    """Return the point of the ground at the centre of the camera's picture, in the left sole."""
     T_sole_camera = robot.fk(q, "CameraTop", reference="LLeg")
     eye, ahead = T_sole_camera[:3, 3], T_sole_camera[:3, 0]
     return eye - eye[2] / ahead[2] * ahead

@@ -1,6 +1,6 @@
 """Where is the ball in the picture?
 
-Learn how a point on the floor gets from the feet to the camera, and from there to a pixel.
+Learn how to transform a point on the floor from the foot's frame to the camera's, and project it to a pixel.
 """
 
 import sys
@@ -15,14 +15,14 @@ folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
 nao = nk.load_nao()
 q = nao.posture("Stand", HeadYaw=0.2, HeadPitch=0.1)
 
-# Of the optical frame, z looks ahead, x points to the right and y down.
+# In the optical frame, z points ahead, x to the right and y down.
 T_camera_torso = nao.fk(q, "torso", reference="CameraBottom_optical_frame")
 T_torso_foot = nao.fk(q, "LLeg")
 ball_in_foot = [0.32, 0.1, 0.05]
 ball_in_torso = nk.screws.transform_point(T_torso_foot, ball_in_foot)
 x, y, z = nk.screws.transform_point(T_camera_torso, ball_in_torso)
 
-# A camera without a lens: from the middle to the edge it is the tangent of half the field of view.
+# A pinhole camera: from the centre to the edge is the tangent of half the field of view.
 half_width, half_height = np.tan(np.array(nao.semantics.fields_of_view["CameraBottom"]) / 2)
 column = WIDTH / 2 * (1 + x / z / half_width)
 row = HEIGHT / 2 * (1 + y / z / half_height)

@@ -1,6 +1,6 @@
 """Do not believe, check.
 
-Learn how every convention of this library is compared with Pinocchio, eigenpy and yourdfpy, on your own machine and on
+Learn how to compare every convention of this library with Pinocchio, eigenpy and yourdfpy, on your own machine and with
 your own robot.
 """
 

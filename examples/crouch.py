@@ -1,6 +1,6 @@
 """Crouch with both feet in place.
 
-Learn how both legs are solved together, which one motor of the hips connects.
+Learn how to solve both legs together, because one motor drives both hips.
 """
 
 import sys

@@ -1,6 +1,6 @@
 """A first pose.
 
-Learn how to ask where the hands, feet and cameras of a NAO are, and how to see the answer.
+Learn how to compute the positions of a NAO's hands, feet and cameras, and how to display them.
 """
 
 import sys

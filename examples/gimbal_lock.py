@@ -1,6 +1,6 @@
 """Gimbal lock.
 
-Learn what happens to roll and yaw where the pitch is 90°: a small turn of the body, and two angles that jump.
+Learn what happens to roll and yaw at a pitch of 90°: the body turns a little, and two angles jump.
 
 Needs nao-kin[plot].
 """

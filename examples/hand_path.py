@@ -1,6 +1,6 @@
 """The path of a hand.
 
-Learn how a batch of configurations draws the way of a hand, here while one joint after the other turns.
+Learn how to compute the path of a hand from a batch of configurations, here while one joint after the other turns.
 
 Needs nao-kin[plot].
 """

@@ -1,6 +1,6 @@
 """How fast is the hand?
 
-Learn what a Jacobian does: from joint velocities to the velocity of a hand, and back.
+Learn how a Jacobian maps joint velocities to the velocity of a hand, and how to go back.
 """
 
 import numpy as np
@@ -23,7 +23,7 @@ step = 1e-6
 moved = nao.position(q + step * v, "LArm") - nao.position(q - step * v, "LArm")
 print("a step agrees to 1e-8 m/s:", bool(np.allclose(moved / (2 * step), twist[:3], atol=1e-8)))
 
-# Back: of all joint velocities that raise the hand by 10 cm/s, the least. Its turn is left free.
+# Back: the smallest joint velocities that raise the hand by 10 cm/s, with any angular velocity.
 wanted = [0.0, 0.0, 0.1]
 v = np.linalg.pinv(J[:3]) @ wanted
 for joint in nao.chains["LArm"][:4]:

@@ -1,6 +1,6 @@
-"""From a log to the ways of the hands.
+"""From a log to the paths of the hands.
 
-Learn how a file of joint angles of any length becomes a file of poses, and what happens to a bad row.
+Learn how to convert a file of joint angles of any length to a file of poses, and how bad rows are reported.
 
 Needs nao-kin[arrow].
 """

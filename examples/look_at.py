@@ -1,6 +1,6 @@
 """Look at a point.
 
-Learn how the head turns a camera towards a point, and what is said of a point that it cannot see.
+Learn how the head turns a camera towards a point, and what is reported for a point that it cannot see.
 """
 
 import sys

@@ -1,6 +1,7 @@
 """A lecture on lower pairs.
 
-Learn which of Reuleaux's pairs a NAO is made of, when hinges whose axes meet count as one joint, and why 26 make 25.
+Learn which of Reuleaux's pairs a NAO has, when hinges whose axes meet count as one joint, and why 26 hinges give 25
+degrees of freedom.
 """
 
 import nao_kin as nk

@@ -1,6 +1,6 @@
 """The mean of many rotations.
 
-Learn how noisy measurements of an orientation are averaged, and why the mean of their angles will not do.
+Learn how to average noisy measurements of an orientation, and why the mean of their angles is wrong.
 
 Needs nao-kin[plot].
 """
@@ -27,7 +27,7 @@ print(f"the measurements scatter by {np.degrees(mean.spread):.1f}°")
 print(f"their mean is off by                     {np.degrees(rot.angle_between(mean.rotation, true)):5.2f}°")
 print(f"the mean of roll, pitch and yaw is off by {np.degrees(rot.angle_between(of_angles, true)):4.2f}°")
 
-# The tips of the three axes on the unit sphere, seen from where all three are in front.
+# The tips of the three axes on the unit sphere, seen from a direction in which all three are in front.
 eye = true @ np.ones(3) / np.sqrt(3)
 figure = plt.figure(figsize=(5, 5))
 axes = figure.add_axes((0, 0, 1, 1), projection="3d", computed_zorder=False)

@@ -1,6 +1,6 @@
-"""A NAO in a meshcat of yours.
+"""A NAO in your own meshcat scene.
 
-Learn how the robot is drawn into any scene of meshcat, beside what other programs draw there, and how Pinocchio's own
+Learn how to draw the robot into any meshcat scene, beside the objects of other programs, and how Pinocchio's own
 visualizer shows it.
 """
 

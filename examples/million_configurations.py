@@ -1,6 +1,6 @@
 """A million configurations.
 
-Learn how arrays of configurations are answered at once: how often do the two hands of a NAO meet by chance?
+Learn how to compute with arrays of configurations: how often do the two hands of a NAO meet by chance?
 
 Quicker with nao-kin[batch].
 """

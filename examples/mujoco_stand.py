@@ -1,6 +1,6 @@
 """Stand for a second in MuJoCo.
 
-Learn how the robot is exported for a simulator, and that it stands there on its own feet.
+Learn how to export the robot for a simulator, in which it stands on its own feet.
 
 Needs nao-kin[mujoco].
 """

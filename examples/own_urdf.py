@@ -1,6 +1,6 @@
 """A robot of your own.
 
-Learn how any URDF is read, with its couplings and limits: a lamp whose head stays level by a coupling.
+Learn how to load any URDF with its couplings and limits: a lamp whose head is kept level by a coupling.
 """
 
 import sys

@@ -1,6 +1,7 @@
 """A posture, and joints by name.
 
-Learn how to make a configuration: a posture, a posture with some joints elsewhere, or a whole chain at once.
+Learn how to make a configuration: from a posture, from a posture with some joints changed, or with a whole chain at
+once.
 """
 
 import sys
@@ -13,7 +14,7 @@ nao = nk.load_nao()
 
 stand = nao.posture("Stand")
 looking = nao.posture("Stand", HeadYaw=0.5, HeadPitch=0.2)
-# A chain stands for its joints, from the trunk outwards.
+# The name of a chain takes values for its joints, from the trunk outwards.
 pointing = nao.posture("Stand", HeadYaw=0.5, HeadPitch=-0.2, LArm=[-0.3, 0.4, -1.2, -0.1, 0.0, 0.8])
 
 print("LArm is", ", ".join(nao.chains["LArm"]))

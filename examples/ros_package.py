@@ -1,6 +1,6 @@
 """A package for ROS 2.
 
-Learn how a robot becomes a package that RViz shows and MoveIt plans with.
+Learn how to export a robot as a package for RViz and MoveIt.
 """
 
 import tempfile
@@ -15,7 +15,7 @@ with tempfile.TemporaryDirectory() as temporary:
         package="nao_description",
         maintainer="Ada Lovelace <ada@example.org>",
         meshes="none",
-        samples=200,  # configurations in which links are tried for contact; take 10 000 for your own
+        samples=200,  # configurations tested for collisions; use 10 000 for your own package
     )
     files = sorted(file.relative_to(temporary) for file in done.files)
     for file in files:

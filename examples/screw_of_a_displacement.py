@@ -1,6 +1,6 @@
 """The screw of a displacement.
 
-Learn that every change of pose is one turn about one line and a slide along it, here of a hand.
+Learn that every change of pose is a rotation about a line and a translation along it, here of a hand.
 """
 
 import sys

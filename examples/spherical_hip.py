@@ -1,6 +1,7 @@
 """The hip as a ball.
 
-Learn how the same robot is a model with spherical joints, in which the hip has a quaternion and not three angles.
+Learn how to convert a robot to a model with spherical joints, in which the hip has a quaternion instead of three
+angles.
 """
 
 import numpy as np
@@ -17,7 +18,7 @@ columns = [nao.joint_names.index(joint) for joint in hip.split("+")]
 print("three angles:", np.round(q[columns], 4), "rad")
 print("a quaternion:", np.round(q_typed[typed.columns[hip]], 4), "as (x, y, z, w)")
 
-# The ball locks nowhere, its three hinges do.
+# The spherical joint never locks, its three hinges do.
 lock = nk.joints.group_joints(nao)["LHipRoll"].singularity
 print(f"the hinges lock at LHipRoll = {np.degrees(lock.at[0]):.0f}°, {np.degrees(lock.margin):.1f}° outside the limits")
 

@@ -1,6 +1,6 @@
 """Two NAOs shake hands.
 
-Learn how several robots stand in one scene, and where one is, seen from the other.
+Learn how to show several robots in one scene, and how to compute the pose of one relative to the other.
 """
 
 import sys

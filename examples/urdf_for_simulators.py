@@ -1,6 +1,6 @@
 """A URDF for PyBullet and Drake.
 
-Learn how one robot is written for tools that read less of a URDF, and how each change is said.
+Learn how to export a robot for tools that support less than URDF, and how each change is reported.
 """
 
 import tempfile
@@ -12,7 +12,7 @@ import nao_kin as nk
 
 nao = nk.load_nao()
 with tempfile.TemporaryDirectory() as temporary:
-    # Fixed joints merged, so that no frame without a mass remains; inertias that a body can have.
+    # Fixed joints are merged, so that no massless frame remains; inertias are made physical.
     done = nk.export.urdf(nao, Path(temporary) / "nao.urdf", frames="none", meshes="none", inertia="physical")
     written = nk.RobotModel.from_urdf(done.path)
 

@@ -1,6 +1,6 @@
 """All versions beside each other.
 
-Learn how the NAOs from V3.2 to V6 differ, as numbers of the model.
+Learn how the NAO versions from V3.2 to V6 differ, in numbers of the model.
 """
 
 import numpy as np

@@ -1,6 +1,6 @@
 """A virtual NAO says hello.
 
-Learn how calls of NAOqi run without a robot: it stands up, turns its head, lights its eyes and speaks.
+Learn how to run NAOqi calls without a robot: a virtual NAO stands up, turns its head, lights its eyes and speaks.
 """
 
 import sys
@@ -10,7 +10,7 @@ import nao_kin as nk
 
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
 
-with nk.naoqi.VirtualNao(stepped=True) as robot:  # its time moves only while it works
+with nk.naoqi.VirtualNao(stepped=True) as robot:  # time advances only during calls
     robot.call("ALMotion", "wakeUp")
     robot.call("ALRobotPosture", "goToPosture", "Stand", 0.8)
     print(f"it stands after {robot.clock.now:.1f} s of its time")
@@ -18,7 +18,7 @@ with nk.naoqi.VirtualNao(stepped=True) as robot:  # its time moves only while it
     yaw, arm = robot.call("ALMotion", "getAngles", ["HeadYaw", "RShoulderPitch"], True)
     print(f"HeadYaw is at {yaw:.2f} rad, RShoulderPitch at {arm:.2f} rad")
     robot.call("ALLeds", "fadeRGB", "FaceLeds", "cyan", 0.0)
-    robot.post("ALTextToSpeech", "say", "\\rspd=90\\Hello!")  # post does not wait until it is said
+    robot.post("ALTextToSpeech", "say", "\\rspd=90\\Hello!")  # post does not wait for the end
     state = robot.state()
     print("it says:", nk.naoqi.spoken_words(state.saying))
 

@@ -1,6 +1,6 @@
 """A motion: wave.
 
-Learn how a motion is made of keys, checked against the robot, slowed down, and saved for Choregraphe.
+Learn how to make a motion from keys, check it against the robot's limits, slow it down, and save it for Choregraphe.
 """
 
 import sys
@@ -26,7 +26,7 @@ for found in check(nao, hasty).violations:
     )
 
 least = slow_down(nao, hasty).motion  # as fast as the joints can
-slow = time_warp(hasty, 1.5)  # what looks friendly
+slow = time_warp(hasty, 1.5)  # a friendly wave
 print(f"instead of {hasty.duration:.1f} s it takes {least.duration:.2f} s at least")
 print(f"in {slow.duration:.1f} s:", "sound" if check(nao, slow).ok else "not sound")
 

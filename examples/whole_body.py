@@ -1,7 +1,7 @@
 """Reach down without falling over.
 
-Learn how a pose of the whole body is found: both feet stand, a hand is at a point, the head looks at it, and the centre
-of mass stays above the feet.
+Learn how to find a configuration of the whole body: both feet stand, a hand is at a point, the head looks at it, and
+the centre of mass is above the feet.
 
 Quicker with nao-kin[batch].
 """

@@ -1,6 +1,6 @@
 """Where a hand can be.
 
-Learn how a map of the places that a hand reaches is made and asked.
+Learn how to compute and query a map of the positions that a hand reaches.
 
 Quicker with nao-kin[batch].
 """

@@ -23,7 +23,7 @@ MODULES = ("frames", "turns", "poses", "cameras", "pairs", "couplings", "limits"
 
 
 def figures() -> dict[str, Callable[[], Drawing]]:
-    """What draws each file."""
+    """Return file → the function that draws it."""
     return {
         name: draw
         for module in MODULES
@@ -34,7 +34,7 @@ def figures() -> dict[str, Callable[[], Drawing]]:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Write or check."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--check", action="store_true", help="write nothing; exit 1 when a file differs")
+    parser.add_argument("--check", action="store_true", help="write nothing; exit 1 if a file differs")
     parser.add_argument("--folder", type=Path, default=IMAGES, help="where the figures are (default: docs/images)")
     parser.add_argument("--only", default="", metavar="START", help="the figures whose names begin so")
     options = parser.parse_args(arguments)

@@ -16,13 +16,13 @@ import nao_kin as nk
 
 FOLDER = Path(__file__).resolve().parent.parent / "docs" / "images"
 SIZE = (1280, 1000)
-# What of the picture is kept: left, top, right and bottom.
+# The part of the picture to keep: left, top, right and bottom.
 PART = (260, 380, 1020, 900)
 RAISED = {"LHipRoll": 0.35, "LHipPitch": -1.0, "LKneePitch": 1.2, "LAnklePitch": -0.2}
 
 
 def main() -> None:
-    """The picture, of the left leg raised before the robot."""
+    """Draw the left leg raised in front of the robot."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--folder", type=Path, default=FOLDER, help="where (default: docs/images)")
     folder = parser.parse_args().folder

@@ -41,9 +41,9 @@ class View:
     """Parallel projection of space, drawn in metres.
 
     Args:
-        axes: where.
-        azimuth: from which side one looks, turned to the left of the robot's front [deg].
-        elevation: from how high [deg].
+        axes: the matplotlib axes.
+        azimuth: direction of the viewer, from the robot's front to its left [deg].
+        elevation: elevation of the viewer [deg].
     """
 
     def __init__(self, axes: Any, azimuth: float, elevation: float) -> None:
@@ -55,19 +55,19 @@ class View:
         axes.axis("off")
 
     def flat(self, points: Any) -> Floats:
-        """Points on the paper, shape (..., 2)."""
+        """Return points in the picture, shape (..., 2)."""
         return np.stack([np.asarray(points) @ self._across, np.asarray(points) @ self._up], axis=-1)
 
     def line(self, points: Any, colour: str, width: float, **more: Any) -> None:
-        """A chain of straight lines."""
+        """Draw connected straight lines."""
         self.axes.plot(*self.flat(points).T, color=colour, linewidth=width, solid_capstyle="round", **more)
 
     def area(self, points: Any, colour: str, **more: Any) -> None:
-        """A polygon."""
+        """Draw a polygon."""
         self.axes.add_patch(Polygon(self.flat(points), closed=True, facecolor=colour, **more))
 
     def axis(self, point: Floats, direction: Floats, length: float, colour: str, label: str) -> None:
-        """A joint axis through a point, with its name behind the tip."""
+        """Draw a joint axis through a point, with its name behind the tip."""
         self.line([point - length * direction, point + length * direction], colour, 1.4, zorder=5)
         tip = self.flat([point + 0.8 * length * direction, point + 1.15 * length * direction])
         arrow = FancyArrowPatch(*tip, arrowstyle="-|>", mutation_scale=9, color=colour, linewidth=1.4, zorder=5)
@@ -80,17 +80,17 @@ class View:
         )
 
     def text(self, point: Floats, label: str, colour: str = INK, **more: Any) -> None:
-        """Words at a point."""
+        """Draw text at a point."""
         place = {"ha": "center", "va": "center"} | more
         self.axes.text(*self.flat(point), label, color=colour, zorder=9, **place)
 
     def dot(self, point: Floats, colour: str = INK, size: float = 5.0, **more: Any) -> None:
-        """A joint."""
+        """Draw a joint."""
         self.axes.plot(*self.flat(point), "o", markersize=size, color=colour, zorder=8, **more)
 
 
 def draw_leg(nao: nk.NaoModel, path: Path) -> None:
-    """The axes of a leg in space, and the triangle of hip, knee and ankle in its plane."""
+    """Draw the axes of a leg in space, and the triangle of hip, knee and ankle in its plane."""
     figure, (space, plane) = plt.subplots(1, 2, figsize=(7.6, 4.7), gridspec_kw={"width_ratios": [1.0, 1.0]})
     q = nao.configuration({"LHipRoll": 0.12, "LHipPitch": -0.75, "LKneePitch": 1.25, "LAnklePitch": -0.5})
     hip, knee, ankle = (nao.position(q, "L" + joint) for joint in ("HipPitch", "KneePitch", "AnklePitch"))
@@ -126,7 +126,7 @@ def draw_leg(nao: nk.NaoModel, path: Path) -> None:
 
 
 def _draw_triangle(axes: Any, thigh: float, tibia: float) -> None:
-    """Hip, knee and ankle in the plane of the leg, as the foot sees them."""
+    """Draw hip, knee and ankle in the plane of the leg, in the frame of the foot."""
     bend, pitch = 1.25, -0.45
     ankle = np.zeros(2)
     knee = ankle + tibia * np.array([-np.sin(pitch), np.cos(pitch)])
@@ -168,7 +168,7 @@ def _draw_triangle(axes: Any, thigh: float, tibia: float) -> None:
 
 
 def draw_arm(nao: nk.NaoModel, path: Path) -> None:
-    """The sphere on which the elbow lies, and the elbow that the hand's pose asks for."""
+    """Draw the sphere of the elbow, and the elbow that the hand's pose requires."""
     figure, axes = plt.subplots(figsize=(6.4, 4.4))
     q = nao.configuration(
         {"LShoulderPitch": 0.95, "LShoulderRoll": 0.85, "LElbowYaw": -2.05, "LElbowRoll": -1.25, "LWristYaw": 0.3}
@@ -214,7 +214,7 @@ def draw_arm(nao: nk.NaoModel, path: Path) -> None:
 
 
 def draw_legs(nao: nk.NaoModel, path: Path) -> None:
-    """How far each foot is turned over HipYawPitch, where the hips disagree."""
+    """Draw the rotation of each foot over HipYawPitch, for hips that disagree."""
     q = nao.posture("StandInit")
     column = nao.joint_names.index("LHipYawPitch")
     feet = []
@@ -252,9 +252,9 @@ def draw_legs(nao: nk.NaoModel, path: Path) -> None:
 
 
 def _turns(nao: nk.NaoModel, T_left: Floats, T_right: Floats) -> tuple[Floats, tuple[Floats, Floats]]:
-    """HipYawPitch in steps, and the turns of both feet, nan outside the limits.
+    """Return HipYawPitch in steps, and the rotations of both feet, nan outside the limits.
 
-    A foot that is turned by ψ has its HipYawPitch in closed form: ψ is stepped over, and read backwards.
+    The HipYawPitch of a foot rotated by ψ is known in closed form: ψ is stepped, and the function inverted.
     """
     hips = np.linspace(-1.2, 0.8, 801)
     steps = np.linspace(-1.5, 1.5, 3001)
@@ -271,7 +271,7 @@ def _turns(nao: nk.NaoModel, T_left: Floats, T_right: Floats) -> tuple[Floats, t
 
 
 def main() -> None:
-    """All figures."""
+    """Draw all figures."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--folder", type=Path, default=FOLDER, help="where (default: docs/images)")
     folder = parser.parse_args().folder

@@ -16,17 +16,17 @@ import nao_kin as nk
 
 FOLDER = Path(__file__).resolve().parent.parent / "docs" / "images"
 SIZE = (2400, 1900)
-# What of the picture is kept: left, top, right and bottom; and how large it is then.
+# The part of the picture to keep: left, top, right and bottom; and its final size.
 PART = (720, 170, 2280, 990)
 WIDTH = 960
-# The right hand waves, the head turns to it a little.
+# The right hand waves, and the head turns slightly towards it.
 GREETING = {"RShoulderPitch": -0.9, "RShoulderRoll": -0.45, "RElbowRoll": 1.2, "RElbowYaw": 0.9, "RHand": 0.9}
 GREETING |= {"HeadYaw": 0.25, "HeadPitch": -0.12}
 RAINBOW = (0xFF0000, 0xFF8000, 0xFFE000, 0x00FF00, 0x00FFFF, 0x0040FF, 0x8000FF, 0xFF0090)
 
 
 def main() -> None:
-    """The picture, of what a script told the virtual NAO."""
+    """Draw the virtual NAO after the commands of a script."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--folder", type=Path, default=FOLDER, help="where (default: docs/images)")
     folder = parser.parse_args().folder

@@ -1,4 +1,4 @@
-"""Draw what an old script does with a virtual NAO: pictures of the robot while the script runs, side by side.
+"""Draw a virtual NAO while an old script runs: pictures side by side.
 
 Example:
     python scripts/draw_old_script.py            # writes docs/images/old_script.jpg
@@ -27,12 +27,12 @@ SCRIPT = ROOT / "examples" / "naoqi" / "timeline.py"
 OUTPUT = ROOT / "docs" / "images" / "old_script.jpg"
 # Robot times of the pictures, after the script's first command [s].
 TIMES = (0.0, 0.8, 1.2, 1.6, 2.4)
-# Of each picture, the middle is kept, and made smaller.
+# The middle of each picture is kept, and scaled down.
 PART, SIZE = (660, 900), (330, 450)
 
 
 def configurations() -> list[np.ndarray]:
-    """Configurations at `TIMES` of a run of the script."""
+    """Return the configurations at `TIMES` of a run of the script."""
     with VirtualNao(posture="StandInit", speed=0.5) as virtual, QiServer(virtual, port=0, quiet=True) as server:
         rows: list[tuple[float, np.ndarray]] = []
         ended = threading.Event()
@@ -54,7 +54,7 @@ def configurations() -> list[np.ndarray]:
 
 
 def main() -> None:
-    """Draw."""
+    """Draw the pictures."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--output", type=Path, default=OUTPUT)
     arguments = parser.parse_args()

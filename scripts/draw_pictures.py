@@ -1,4 +1,4 @@
-"""Draw all pictures in docs/ that show the robot or its page, again: after a change of either.
+"""Draw all pictures in docs/ that show the robot or its page again, after a change of either.
 
 Needs a Chromium and playwright (`pip install nao-kin[dev]`), and some minutes.
 
@@ -25,23 +25,23 @@ from nao_kin.viewer.browser import find_browser
 
 HERE = Path(__file__).resolve().parent
 IMAGES = HERE.parent / "docs" / "images"
-# Of the page, in CSS pixels and in pixels of the screen for each.
+# Size of the page in CSS pixels, and screen pixels for each.
 WIDTH, HEIGHT, SCALE = 1280, 800, 1.5
 OTHERS = ("draw_ghosts", "draw_lights", "draw_old_script", "draw_reach", "draw_whole_body", "walk_and_draw")
-# Chromium draws without a graphics card; the picture at rest comes soon after the last change [ms].
+# Chromium draws without a graphics card; this long after the last change the picture is final [ms].
 OPTIONS = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 AT_REST = 3000
 
 
 def stand(nao: nk.NaoModel) -> nk.Viewer:
-    """The page as it opens."""
+    """Show the page in its initial state."""
     viewer = nk.Viewer(nao)
     viewer.display(nao.posture("Stand"))
     return viewer
 
 
 def crouch(nao: nk.NaoModel) -> nk.Viewer:
-    """A clip, halfway, with the joint axes."""
+    """Show a clip, halfway, with the joint axes."""
     viewer = nk.Viewer(nao)
     viewer.show_joint_axes()
     viewer.animate(np.linspace(nao.posture("Stand"), nao.posture("Crouch"), 121), 30.0, play=False)
@@ -52,7 +52,7 @@ PAGES = {"view": stand, "viewer": crouch}
 
 
 def draw_pages() -> None:
-    """Pictures of the whole page, its panel included."""
+    """Draw pictures of the whole page with its panel."""
     nao = nk.load_nao()
     with sync_playwright() as playwright, tempfile.TemporaryDirectory() as temporary:
         browser = playwright.chromium.launch(executable_path=str(find_browser()), args=OPTIONS)
@@ -73,9 +73,9 @@ def draw_pages() -> None:
 
 
 def main() -> None:
-    """The pages, and all that the other scripts draw."""
+    """Draw the pages, and the pictures of the other scripts."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--pages", action="store_true", help="the pictures of the page alone")
+    parser.add_argument("--pages", action="store_true", help="only the pictures of the page")
     options = parser.parse_args()
     draw_pages()
     for name in () if options.pages else OTHERS:

@@ -20,7 +20,7 @@ PICTURES = {"manipulability": ("best", ("x", 0.0)), "coverage": ("coverage", ("z
 
 
 def main() -> None:
-    """Both pictures, of the left arm."""
+    """Draw both pictures of the left arm."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--folder", type=Path, default=FOLDER, help="where (default: docs/images)")
     folder = parser.parse_args().folder

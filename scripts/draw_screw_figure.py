@@ -1,4 +1,4 @@
-"""Draw the figure of docs/screws.md: a body on its way along a screw, the shorter and the longer way.
+"""Draw the figure of docs/screws.md: a body that moves along a screw, the shorter and the longer way.
 
 Example:
     python scripts/draw_screw_figure.py            # writes screw.svg into docs/images
@@ -20,13 +20,13 @@ SHORTER, LONGER = "#7b4fa3", PALE
 
 
 def draw_frame(view: View, T: Floats, length: float, width: float) -> None:
-    """Three short axes."""
+    """Draw three short axes."""
     for axis, colour in zip(T[:3, :3].T, COLOURS, strict=True):
         view.line([T[:3, 3], T[:3, 3] + length * axis], colour, width, zorder=6)
 
 
 def draw_screw(path: Path) -> None:
-    """The axis, both ways of a body from one pose to another, and the foot of the body on the axis."""
+    """Draw the axis, both paths of a body from one pose to another, and the foot of the perpendicular to the axis."""
     figure, axes = plt.subplots(figsize=(6.4, 4.2))
     view = View(axes, -62.0, 24.0)
     line = nk.lines.PluckerLine.from_point_direction([0, 0, 0], [0, 0, 1])

@@ -1,4 +1,4 @@
-"""Draw the pictures of docs/getting_started.md: a hand at a ball, and a wave with where it came from.
+"""Draw the pictures of docs/getting_started.md: a hand at a ball, and a wave with its earlier configurations.
 
 Example:
     python scripts/draw_tutorial.py          # writes tutorial_reach.jpg and tutorial_wave.jpg into docs/images
@@ -16,13 +16,13 @@ import nao_kin as nk
 
 FOLDER = Path(__file__).resolve().parent.parent / "docs" / "images"
 SIZE = (1280, 1000)
-# What of a picture is kept: left, top, right and bottom.
+# The part of a picture to keep: left, top, right and bottom.
 PART = (390, 100, 1010, 880)
 BALL = [0.17, 0.10, 0.08]
 
 
 def main() -> None:
-    """Both pictures, of what the page computes."""
+    """Draw both pictures with the results of the page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--folder", type=Path, default=FOLDER, help="where (default: docs/images)")
     folder = parser.parse_args().folder

@@ -20,7 +20,7 @@ SIZE = (560, 640)
 
 
 def main() -> None:
-    """A crouch with both hands forward, and a stand on the left foot that reaches and looks aside."""
+    """Draw a crouch with both hands forward, and a stand on the left foot with the hand and the gaze to the side."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--folder", type=Path, default=FOLDER, help="where (default: docs/images)")
     folder = parser.parse_args().folder

@@ -1,4 +1,4 @@
-"""Where NAO's hands, feet and cameras are in each of its postures.
+"""Print the positions of the NAO's hands, feet and cameras in each of its postures.
 
 Example:
     python scripts/forward_kinematics.py

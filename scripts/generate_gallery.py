@@ -1,14 +1,14 @@
 """Write the gallery of docs from the examples, or check it: an overview of cards, and a page for each example.
 
-Title and sentence of an example are its docstring, its result is what it prints, its picture what it draws: a PNG, or
-a page of the viewer, of which headless Chromium takes the picture.
+The docstring of an example is its title and sentence, its output is the result, and its picture is the PNG that it
+draws, or a picture that headless Chromium takes of its page of the viewer.
 
 Example:
     python scripts/generate_gallery.py                 # runs all examples, writes the pages and pictures
-    python scripts/generate_gallery.py first_pose wave # these alone anew
+    python scripts/generate_gallery.py first_pose wave # runs only these
     python scripts/generate_gallery.py --check         # exit 1 when a docstring, an example or a picture is not in it
 
---check runs no example: that they print what the page shows is tested in tests/project/test_examples.py.
+--check runs no example: tests/project/test_examples.py compares their output with the pages.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ EXAMPLES = ROOT / "examples"
 DOCS = ROOT / "docs"
 PICTURES = DOCS / "images" / "examples"
 
-# Every example stands in one section, in the order in which they are best read.
+# Every example is in one section, in reading order.
 SECTIONS = {
     "Poses": """
         first_pose posture_and_joints hand_path camera_sees_ball calibrated_camera workspace million_configurations
@@ -54,8 +54,8 @@ SECTIONS = {
 INTRODUCTION = """\
 # Gallery
 
-Thirty-two short scripts of one idea each, with what they print; they are in the folder `examples` of the repository.
-Each runs alone, and writes what it draws into the current folder, or into the one you name:
+Thirty-two short scripts of one idea each, with their output; they are in the folder `examples` of the repository.
+Each runs alone, and writes its picture or page into the current folder, or into the folder you name:
 
 ```text
 python examples/first_pose.py
@@ -63,7 +63,7 @@ python examples/hand_path.py pictures
 ```
 
 A page such as `first_pose.html` opens in any browser without a network, and you can turn the robot in it. Scripts for
-NAOqi, as people wrote them for the robot, are in `examples/naoqi` ({doc}`old_scripts`).
+NAOqi, in the style of scripts for the real robot, are in `examples/naoqi` ({doc}`old_scripts`).
 """
 PRINTED_LINES = 9  # of an example without a picture, on its card
 
@@ -71,20 +71,20 @@ MAX_BYTES = 60_000
 SIZE = (1000, 900)  # of the viewer's picture [pixels]
 WIDTH, HEIGHT = 640, 520  # at most, in the gallery
 MARGIN = 12
-# The middle of the robot is seen best from here.
+# The best views of the middle of the robot.
 CAMERAS = {"arm_branches": "side", "camera_sees_ball": "side", "whole_body": "side"}
 
 
 @dataclass(frozen=True)
 class Example:
-    """What the docstring of an example says.
+    """The contents of an example's docstring.
 
     Attributes:
-        name: of the file, without its ending.
+        name: the file name without suffix.
         title: the first line.
-        text: what one learns.
-        extra: the extra it needs or is quicker with, "" for none.
-        required: whether it runs only with that.
+        text: the sentence.
+        extra: the extra that it needs or that makes it quicker, "" for none.
+        required: whether it needs the extra to run.
     """
 
     name: str
@@ -95,7 +95,7 @@ class Example:
 
 
 def read_example(path: Path) -> Example:
-    """The docstring of an example, taken apart.
+    """Return the parts of an example's docstring.
 
     Raises:
         ValueError: it has no title, or no sentence under it.
@@ -111,7 +111,7 @@ def read_example(path: Path) -> Example:
 
 
 def run_example(name: str, folder: Path) -> str:
-    """What an example prints when it runs in a folder."""
+    """Run an example in a folder, and return its output."""
     said, before, arguments = io.StringIO(), Path.cwd(), sys.argv
     os.chdir(folder)
     sys.argv = [f"{name}.py"]
@@ -126,7 +126,7 @@ def run_example(name: str, folder: Path) -> str:
 
 @contextlib.contextmanager
 def pictured_pages() -> Iterator[None]:
-    """Beside every page that an example saves there is a picture of it."""
+    """Save a picture next to every page that an example saves."""
     from nao_kin import Viewer
 
     save_html = Viewer.save_html
@@ -143,7 +143,7 @@ def pictured_pages() -> Iterator[None]:
 
 
 def write_small(source: Path, target: Path) -> None:
-    """A picture without its empty margins, in few colours, of at most `MAX_BYTES`."""
+    """Write a picture without its empty margins, in few colours, with at most `MAX_BYTES`."""
     from PIL import Image, ImageChops
 
     picture = Image.open(source).convert("RGB")
@@ -154,14 +154,14 @@ def write_small(source: Path, target: Path) -> None:
     picture = picture.crop(inside)
     picture.thumbnail((WIDTH, HEIGHT), Image.Resampling.LANCZOS)
     target.parent.mkdir(parents=True, exist_ok=True)
-    # An octree keeps rare colours, such as those of thin lines, which median cut gives up.
+    # An octree keeps rare colours, such as those of thin lines, which median cut loses.
     picture.quantize(256, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE).save(target, optimize=True)
     if target.stat().st_size > MAX_BYTES:
         raise ValueError(f"{target} has {target.stat().st_size} bytes, at most {MAX_BYTES} are allowed")
 
 
 def draw(names: Iterable[str]) -> dict[str, str]:
-    """Run examples, keep their pictures, and return what they print."""
+    """Run examples, keep their pictures, and return their output."""
     import matplotlib as mpl
 
     mpl.use("Agg")
@@ -177,18 +177,18 @@ def draw(names: Iterable[str]) -> dict[str, str]:
 
 
 def pages_of(docs: Path = DOCS) -> dict[str, str]:
-    """The text of the page of each example, by its name."""
+    """Return example → text of its page."""
     return {page.stem: page.read_text(encoding="utf-8") for page in (docs / "gallery").glob("*.md")}
 
 
 def printed_in(pages: Mapping[str, str]) -> dict[str, str]:
-    """What each example prints, by its page."""
+    """Return the output of each example, from its page."""
     found = {name: re.search(r"^```text\n(.*?)^```$", page, re.MULTILINE | re.DOTALL) for name, page in pages.items()}
     return {name: match.group(1) for name, match in found.items() if match}
 
 
 def page_text(example: Example, printed: str) -> str:
-    """The page of an example."""
+    """Return the page of an example."""
     lines = [f"(example_{example.name})=", f"# {example.title}", "", example.text]
     if example.extra:
         word = "Needs" if example.required else "Quicker with"
@@ -201,12 +201,12 @@ def page_text(example: Example, printed: str) -> str:
 
 
 def is_drawn(example: Example, printed: str) -> bool:
-    """Whether an example draws a picture or a page."""
+    """Return whether an example draws a picture or a page."""
     return f"see {example.name}." in printed
 
 
 def card(example: Example, printed: str) -> list[str]:
-    """An example in the overview: its picture, or the beginning of what it prints, with its title and sentence."""
+    """Return an example's card: its picture, or the beginning of its output, with title and sentence."""
     lines = [f":::{{grid-item-card}} {example.title}", f":link: gallery/{example.name}", ":link-type: doc"]
     if is_drawn(example, printed):
         lines += [f":img-top: images/examples/{example.name}.png", ":img-alt: ''", ""]
@@ -217,7 +217,7 @@ def card(example: Example, printed: str) -> list[str]:
 
 
 def overview_text(examples: Mapping[str, Example], printed: Mapping[str, str]) -> str:
-    """The page with all cards."""
+    """Return the page with all cards."""
     lines = [INTRODUCTION]
     for section, names in SECTIONS.items():
         lines += [f"## {section}", "", "::::{grid} 1 2 2 3", ":gutter: 3", ":class-container: gallery", ""]
@@ -228,14 +228,14 @@ def overview_text(examples: Mapping[str, Example], printed: Mapping[str, str]) -
 
 
 def texts(printed: Mapping[str, str]) -> dict[str, str]:
-    """All pages by their place below docs."""
+    """Return all pages by their path below docs."""
     examples = {name: read_example(EXAMPLES / f"{name}.py") for names in SECTIONS.values() for name in names}
     pages = {f"gallery/{name}.md": page_text(example, printed[name]) for name, example in examples.items()}
     return {"gallery.md": overview_text(examples, printed)} | pages
 
 
 def faults(docs: Path = DOCS) -> list[str]:
-    """What is not in step, one line each; no example is run."""
+    """Return the outdated parts, one line each; no example is run."""
     pages = pages_of(docs)
     printed = printed_in(pages)
     names = {name for section in SECTIONS.values() for name in section}
@@ -258,9 +258,9 @@ def faults(docs: Path = DOCS) -> list[str]:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Write or check; 0 when all is well, 1 when --check finds a difference."""
+    """Write or check; return 1 if --check finds a difference, otherwise 0."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("names", nargs="*", help="examples to run anew (default: all)")
+    parser.add_argument("names", nargs="*", help="examples to run again (default: all)")
     parser.add_argument(
         "--check", action="store_true", help="run and write nothing; fail when something is not in step"
     )

@@ -1,4 +1,4 @@
-"""Draw the NAO's kinematic tree with joint symbols, as its URDF has the joints and merged, or check the drawing.
+"""Draw the NAO's kinematic tree with symbols of its URDF joints and of merged joints, or check the drawing.
 
 Example:
     python scripts/generate_joint_diagram.py            # writes docs/images/kinematic_tree.svg
@@ -35,7 +35,7 @@ GAP = 16.0  # pixels between symbols of joints that share a centre
 INK, BONE, TRUNK, MOTOR = "#1f2937", "#9ca3af", "#e5e7eb", "#7c3aed"
 COLOURS = {"revolute": "#2563eb", "universal": "#d97706", "spherical": "#dc2626"}
 
-# Arms hanging a little away from the body, feet apart: every joint is seen from the front.
+# Arms slightly away from the body, feet apart: every joint is visible from the front.
 POSTURE = {
     "LShoulderPitch": 90.0,
     "LShoulderRoll": 32.0,
@@ -56,18 +56,18 @@ class Figure:
         self._q = nao.configuration(angles, limits="ignore")
 
     def centre(self, joint: MultiDofJoint) -> Point:
-        """Where a joint is."""
+        """Return the position of a joint."""
         T_zero, T_shown = (self.nao.fk(q, joint.joints[0]) for q in (self._zero, self._q))
         return self._on_page(T_shown[:3, :3] @ T_zero[:3, :3].T @ (joint.centre - T_zero[:3, 3]) + T_shown[:3, 3])
 
     def axis(self, joint: MultiDofJoint, part: int) -> Floats:
-        """Direction of an axis: right, up, and towards the reader."""
+        """Return the direction of an axis: right, up, and towards the reader."""
         R_zero, R_shown = (self.nao.rotation(q, joint.joints[part]) for q in (self._zero, self._q))
         x, y, z = R_shown @ R_zero.T @ joint.axes[part]
         return np.array([y, z, x])
 
     def frame(self, name: str) -> Point:
-        """Where the origin of a frame is."""
+        """Return the position of a frame's origin."""
         return self._on_page(self.nao.position(self._q, name))
 
     @staticmethod
@@ -76,7 +76,7 @@ class Figure:
 
 
 def revolute(at: Point, axis: Floats) -> list[str]:
-    """A cylinder along the axis; from its end, a circle with a dot."""
+    """Draw a cylinder along the axis; seen from its end, a circle with a dot."""
     colour = COLOURS["revolute"]
     if abs(axis[2]) > 0.9:
         return [_circle(at, 6.0, "white", colour), _circle(at, 1.8, colour, "none")]
@@ -89,14 +89,14 @@ def revolute(at: Point, axis: Floats) -> list[str]:
 
 
 def universal(at: Point) -> list[str]:
-    """A ring with a cross: the two axes of Hooke's joint."""
+    """Draw a ring with a cross: the two axes of Hooke's joint."""
     colour = COLOURS["universal"]
     cross = [_line((at[0] - dx, at[1] - dy), (at[0] + dx, at[1] + dy), colour, 2.0) for dx, dy in ((9, 0), (0, 9))]
     return [_circle(at, 9.0, "white", colour), *cross]
 
 
 def spherical(at: Point) -> list[str]:
-    """A ball in its socket."""
+    """Draw a ball in its socket."""
     x, y = at
     socket = f'<path d="M {_n(x - 9.2)} {_n(y + 5.3)} A 10.6 10.6 0 1 1 {_n(x + 9.2)} {_n(y + 5.3)}" '
     socket += f'fill="white" stroke="{COLOURS["spherical"]}" stroke-width="2.2" stroke-linecap="round"/>'
@@ -104,7 +104,7 @@ def spherical(at: Point) -> list[str]:
 
 
 def panel(figure: Figure, groups: JointGroups, title: str, label: Callable[[MultiDofJoint], str]) -> list[str]:
-    """The figure with the symbols of its joints, those of the robot's left side labelled."""
+    """Draw the figure with the symbols of its joints, and labels on the robot's left side."""
     centres = {joint.name: figure.centre(joint) for joint in groups}
     drawn = [_text((ORIGIN[0], 28.0), title, 17, anchor="middle", weight="600")]
     drawn += skeleton(figure)
@@ -119,7 +119,7 @@ def panel(figure: Figure, groups: JointGroups, title: str, label: Callable[[Mult
     for joint in groups:
         together.setdefault(centres[joint.name], []).append(joint)
     for at, joints in together.items():
-        # Joints that share a centre are drawn one behind the other, the neck's upwards, clear of the shoulders.
+        # Joints that share a centre are drawn in a row, the neck's upwards, away from the shoulders.
         outwards, first = (-1.0, 0.3) if "Head" in joints[0].name else (1.0, -(len(joints) - 1) / 2)
         for k, joint in enumerate(joints):
             spot = (at[0], at[1] + outwards * GAP * (k + first))
@@ -131,14 +131,14 @@ def panel(figure: Figure, groups: JointGroups, title: str, label: Callable[[Mult
 
 
 def symbol(figure: Figure, joint: MultiDofJoint, at: Point) -> list[str]:
-    """The symbol of a joint."""
+    """Draw the symbol of a joint."""
     if joint.pair.name == "universal":
         return universal(at)
     return spherical(at) if joint.pair.name == "spherical" else revolute(at, figure.axis(joint, 0))
 
 
 def skeleton(figure: Figure) -> list[str]:
-    """Trunk, head and limbs."""
+    """Draw trunk, head and limbs."""
     corners = [figure.frame(f"{name}") for name in ("LShoulderPitch", "LHipRoll", "RHipRoll", "RShoulderPitch")]
     outline = " ".join(_xy(corner) for corner in corners)
     neck = figure.frame("HeadYaw")
@@ -159,7 +159,7 @@ def skeleton(figure: Figure) -> list[str]:
 
 
 def legend() -> list[str]:
-    """What the symbols mean."""
+    """Draw the legend of the symbols."""
     x, y, step = 70.0, 150.0, 48.0
     entries: tuple[tuple[list[str], str], ...] = (
         (revolute((x, y), np.array([1.0, 0.0, 0.0])), "revolute, 1 freedom"),
@@ -177,7 +177,7 @@ def legend() -> list[str]:
 
 
 def diagram(nao: NaoModel) -> str:
-    """The SVG."""
+    """Return the SVG."""
     figure = Figure(nao)
 
     def in_words(joint: MultiDofJoint) -> str:
@@ -202,7 +202,7 @@ def diagram(nao: NaoModel) -> str:
 
 
 def _n(value: float) -> str:
-    """A coordinate to a tenth of a pixel, as short as it gets, without −0."""
+    """Return a coordinate to a tenth of a pixel, as short as possible, without −0."""
     return f"{round(value, 1) + 0.0:g}"
 
 
@@ -232,7 +232,7 @@ def _text(at: Point, words: str, size: float, *, anchor: str = "start", weight: 
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Write or check; 0 when all is well, 1 when --check finds a difference."""
+    """Write or check; return 1 if --check finds a difference, otherwise 0."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--check", action="store_true", help="write nothing; fail when the file is not in step")
     parser.add_argument(

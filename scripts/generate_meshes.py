@@ -1,7 +1,7 @@
-"""Write the meshes that the URDFs show, or check that the files are in step with the shapes.
+"""Write the meshes of the URDFs, or check that the files match the shapes.
 
 The shapes are drawn in scripts/nao_shapes and made for this library. Needs the packages of `pip install nao-kin[dev]`.
-The same versions of them give the same bytes; another manifold3d may cut flat faces into other triangles.
+The same versions give the same bytes; another manifold3d may divide flat faces into other triangles.
 
 Example:
     python scripts/generate_meshes.py            # writes urdf/meshes/*.obj
@@ -23,7 +23,7 @@ MESHES = Path(__file__).resolve().parent.parent / "urdf" / MESH_FOLDER
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Write or check; 0 when all is well, 1 when --check finds a difference."""
+    """Write or check; return 1 if --check finds a difference, otherwise 0."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--check", action="store_true", help="write nothing; fail when a file is not in step")
     parser.add_argument("--output", type=Path, default=MESHES, help="folder of the files (default: urdf/meshes)")

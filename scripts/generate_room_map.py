@@ -1,6 +1,6 @@
-"""Draw the rooms of the package and what they import from each other, or check the drawing.
+"""Draw the rooms of the package and their imports from each other, or check the drawing.
 
-Rooms stand in rows: each one above all that it imports. Arrows that follow from others are left out.
+Rooms are in rows, each above all rooms that it imports. Arrows that follow from others are left out.
 
 Example:
     python scripts/generate_room_map.py            # writes docs/images/rooms.svg
@@ -21,9 +21,9 @@ ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "nao_kin"
 OUTPUT = ROOT / "docs" / "images" / "rooms.svg"
 
-# Entrances of the package, which lead everywhere.
+# Entry points of the package, which import everything.
 ENTRANCES = ("__init__", "__main__")
-# What everybody uses; arrows to it would only hide the others.
+# Rooms used by all others; arrows to them would only hide the other arrows.
 FOUNDATIONS = ("_core",)
 
 WIDTH, MARGIN = 900.0, 24.0
@@ -44,12 +44,12 @@ class Box(NamedTuple):
 
     @property
     def middle(self) -> float:
-        """Half-way between its sides."""
+        """The horizontal centre."""
         return self.x + self.width / 2
 
 
 def room_of(module: Path) -> str:
-    """The room a file belongs to: the folder directly inside the package; `errors` is what `_core` shows of itself."""
+    """Return the room of a file: the folder directly inside the package; `errors` belongs to `_core`."""
     return _room(module.relative_to(PACKAGE).parts[0].removesuffix(".py"))
 
 
@@ -58,7 +58,7 @@ def _room(name: str) -> str:
 
 
 def imported_rooms(module: Path, rooms: set[str]) -> set[str]:
-    """The rooms that a file imports when it runs, at its top or inside its functions."""
+    """Return the rooms that a file imports at run time, at its top or inside its functions."""
     tree = ast.parse(module.read_text(encoding="utf-8"))
     for_types = {
         inner
@@ -81,7 +81,7 @@ def imported_rooms(module: Path, rooms: set[str]) -> set[str]:
 
 
 def read_arrows() -> Arrows:
-    """The rooms that each room imports."""
+    """Return the rooms that each room imports."""
     modules = sorted(PACKAGE.rglob("*.py"))
     rooms = {room_of(module) for module in modules} - set(ENTRANCES)
     arrows: Arrows = {room: set() for room in sorted(rooms)}
@@ -92,7 +92,7 @@ def read_arrows() -> Arrows:
 
 
 def levels(arrows: Mapping[str, set[str]]) -> dict[str, int]:
-    """Height of each room: 0 for those that import none, else one above the highest that it imports.
+    """Return the height of each room: 0 without imports, otherwise one above the highest imported room.
 
     Raises:
         ValueError: rooms import each other in a circle.
@@ -109,7 +109,7 @@ def levels(arrows: Mapping[str, set[str]]) -> dict[str, int]:
 
 
 def reduced(arrows: Mapping[str, set[str]]) -> Arrows:
-    """The arrows that do not follow from two others."""
+    """Return the arrows that do not follow from two others."""
     below: Arrows = {}
     for room in sorted(arrows, key=levels(arrows).__getitem__):
         below[room] = arrows[room].union(*(below[lower] for lower in arrows[room]))
@@ -120,7 +120,7 @@ def reduced(arrows: Mapping[str, set[str]]) -> Arrows:
 
 
 def paths_through(heights: Mapping[str, int], arrows: Mapping[str, set[str]]) -> list[list[str]]:
-    """Each arrow as the spots it passes, one per row: its room, places kept free for it, and the lower room."""
+    """Return the spots of each arrow, one per row: its room, spaces reserved for it, and the lower room."""
     return [
         [room, *(f"{room}>{lower}@{level}" for level in range(heights[room] - 1, heights[lower], -1)), lower]
         for room in sorted(arrows)
@@ -129,7 +129,7 @@ def paths_through(heights: Mapping[str, int], arrows: Mapping[str, set[str]]) ->
 
 
 def ordered_rows(heights: Mapping[str, int], paths: list[list[str]]) -> list[list[str]]:
-    """The spots of each height from left to right, near those that they are joined to."""
+    """Return the spots of each height from left to right, near the spots connected with them."""
     rows: list[list[str]] = [[] for _ in range(max(heights.values()) + 1)]
     for room, level in sorted(heights.items()):
         rows[level].append(room)
@@ -148,7 +148,7 @@ def ordered_rows(heights: Mapping[str, int], paths: list[list[str]]) -> list[lis
 
 
 def placed(rows: list[list[str]]) -> dict[str, Box]:
-    """The box of each room, and a narrow one of each place kept free."""
+    """Return the box of each room, and a narrow box for each reserved space."""
     boxes = {}
     for level, row in enumerate(rows):
         widths = [10.0 if "@" in spot else len(spot) * LETTER + 26.0 for spot in row]
@@ -161,7 +161,7 @@ def placed(rows: list[list[str]]) -> dict[str, Box]:
 
 
 def drawing(arrows: Mapping[str, set[str]]) -> str:
-    """The SVG."""
+    """Return the SVG."""
     shown = {room: lower - set(FOUNDATIONS) for room, lower in arrows.items() if room not in FOUNDATIONS}
     heights = levels(shown)
     paths = paths_through(heights, reduced(shown))
@@ -195,9 +195,9 @@ def drawing(arrows: Mapping[str, set[str]]) -> str:
 
 
 def _arrow(boxes: list[Box]) -> str:
-    """A curve that leaves downwards, runs through the free places and arrives from above."""
+    """Return a curve that starts downwards, passes the reserved spaces and arrives from above."""
     first, last = boxes[0], boxes[-1]
-    # Arrows of one box part from each other.
+    # Arrows of one box start at different points.
     out, into = (
         max(-0.38, min(0.38, 2.0 * (there.middle - here.middle) / WIDTH))
         for here, there in ((first, boxes[1]), (last, boxes[-2]))
@@ -214,12 +214,12 @@ def _arrow(boxes: list[Box]) -> str:
 
 
 def _n(value: float) -> str:
-    """A coordinate to a tenth of a pixel, as short as it gets, without −0."""
+    """Return a coordinate to a tenth of a pixel, as short as possible, without −0."""
     return f"{round(value, 1) + 0.0:g}"
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Write or check; 0 when all is well, 1 when --check finds a difference."""
+    """Write or check; return 1 if --check finds a difference, otherwise 0."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--check", action="store_true", help="write nothing; fail when the file is not in step")
     parser.add_argument("--output", type=Path, default=OUTPUT, help="the file (default: docs/images/rooms.svg)")

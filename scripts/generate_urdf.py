@@ -1,4 +1,4 @@
-"""Write the URDF of every NAO version from the parameters, or check that the files are in step.
+"""Write the URDF of every NAO version from the parameters, or check that the files are up to date.
 
 Links and sensor frames have the names of the official ROS description if it contains them, and NAOqi's names as
 additional links at the same place, so that code written for either finds its frames. Two links differ, because a joint
@@ -136,7 +136,7 @@ def _rpy_of_axis(axis: Vector) -> Vector:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Write or check; 0 when all is well, 1 when --check finds a difference."""
+    """Write or check; return 1 if --check finds a difference, otherwise 0."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--check", action="store_true", help="write nothing; fail when a file is not in step")
     parser.add_argument("--output", type=Path, default=URDF, help="folder of the files (default: urdf/)")

@@ -1,12 +1,12 @@
-"""Write what the library answers, or compare two such folders: what a change of structure must leave as it is.
+"""Write the library's results into a folder, or compare two such folders: a refactoring must not change the results.
 
     python scripts/golden_answers.py write before
     python scripts/golden_answers.py write after
     python scripts/golden_answers.py compare before after --tolerance 1e-12
 
 Poses, Jacobians and centres of mass of all versions of the NAO and of three other robots; inverse kinematics with its
-reasons; the bytes of every export and of every format of motions; what the commands print, with their help.
-Arrays are compared to a tolerance (0: bit by bit), all else letter by letter.
+reasons; the bytes of every export and of every motion format; the output of the commands, with their help.
+Arrays are compared with a tolerance (0: bit by bit), everything else exactly.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ _HELP = ("", *"info joints fk ik check reach view export serve run live warmup d
 
 
 def kinematics() -> Iterator[tuple[str, Arrays | str]]:
-    """Poses, Jacobians, centres of mass and limits."""
+    """Return poses, Jacobians, centres of mass and limits."""
     for robot in _robots():
         q = robot.random(1, TARGETS)
         frames = [robot.frame_names[index] for index in (1, len(robot.frame_names) // 2, -1)]
@@ -74,7 +74,7 @@ def kinematics() -> Iterator[tuple[str, Arrays | str]]:
 
 
 def inverse() -> Iterator[tuple[str, Arrays | str]]:
-    """All solutions, what is nearest where there is none, and the reports."""
+    """Return all solutions, the nearest pose if there is none, and the reports."""
     rng = np.random.default_rng(7)
     for version in VERSIONS:
         nao = nk.load_nao(version)
@@ -108,7 +108,7 @@ def inverse() -> Iterator[tuple[str, Arrays | str]]:
 
 
 def exports() -> Iterator[tuple[str, Arrays | str]]:
-    """Every format of every version, each in a folder."""
+    """Return every format of every version, each in a folder."""
     for version in VERSIONS:
         for format in nk.export.FORMATS:
             for typed in (False, True):
@@ -122,7 +122,7 @@ def exports() -> Iterator[tuple[str, Arrays | str]]:
 
 
 def motions() -> Iterator[tuple[str, Arrays | str]]:
-    """One motion in every format that is written, and read again."""
+    """Return one motion in every written format, and read again."""
     wave = _wave()
     Path("motions").mkdir()
     for name, format in nk.motion.FORMATS.items():
@@ -138,7 +138,7 @@ def motions() -> Iterator[tuple[str, Arrays | str]]:
 
 
 def commands() -> Iterator[tuple[str, Arrays | str]]:
-    """What the program prints, and its exit code."""
+    """Return the program's output and exit code."""
     nao = nk.load_nao()
     rows = nao.random(0, 3)
     Path("walk.csv").write_text(
@@ -176,7 +176,7 @@ def _name(format: str) -> str:
 
 
 def write(folder: Path, parts: list[str]) -> None:
-    """Write all answers into a folder."""
+    """Write all results into a folder."""
     folder.mkdir(parents=True, exist_ok=True)
     os.chdir(folder)
     for part in parts:
@@ -191,7 +191,7 @@ def write(folder: Path, parts: list[str]) -> None:
 
 
 def compare(before: Path, after: Path, tolerance: float) -> int:
-    """Print what differs; 1 if anything does."""
+    """Print the differences; return 1 if there are any."""
     files = [{p.relative_to(root) for p in root.rglob("*") if p.is_file()} for root in (before, after)]
     said = [f"only in one: {name}" for name in sorted(files[0] ^ files[1])]
     largest = 0.0

@@ -26,7 +26,7 @@ EXTRAS = ("robots", "test")
 
 
 def requirements(project: dict[str, Any], extras: Iterable[str]) -> Iterator[Requirement]:
-    """The direct dependencies that apply to this Python, those of extras that an extra asks for included."""
+    """Return the direct dependencies that apply to this Python, including those of extras that an extra requires."""
     waiting, seen = list(extras), set[str]()
     found = [Requirement(line) for line in project["dependencies"]]
     while waiting:
@@ -41,10 +41,10 @@ def requirements(project: dict[str, Any], extras: Iterable[str]) -> Iterator[Req
 
 
 def lowest(requirement: Requirement) -> Version:
-    """The version after `>=` or `==`.
+    """Return the version after `>=` or `==`.
 
     Raises:
-        ValueError: there is none, so that nobody can say what was tested.
+        ValueError: there is none, so the tested version would be unknown.
     """
     bounds = [Version(part.version) for part in requirement.specifier if part.operator in (">=", "==")]
     if not bounds:
@@ -53,7 +53,7 @@ def lowest(requirement: Requirement) -> Version:
 
 
 def constraints(project: dict[str, Any], extras: Iterable[str] = EXTRAS) -> list[str]:
-    """One line `name==version` per dependency; of several bounds the highest."""
+    """Return one line `name==version` per dependency, with the highest of several bounds."""
     versions: dict[str, Version] = {}
     for requirement in requirements(project, extras):
         versions[requirement.name] = max(lowest(requirement), versions.get(requirement.name, Version("0")))

@@ -1,7 +1,7 @@
 """Print docs/cheat_sheet.md on one page of A4: docs/_static/cheat_sheet.pdf.
 
 Headings, Python and shell blocks and paragraphs of the page are set in two columns by HTML and CSS and printed by
-Chromium. A comment behind the end of the PDF has the hash of what it was made from.
+Chromium. A comment after the end of the PDF has the hash of its source.
 
 Examples:
     python scripts/make_cheat_sheet.py
@@ -48,7 +48,7 @@ code { font: 6.4pt/1.66 "DejaVu Sans Mono", "Liberation Mono", monospace; }
 
 
 def main() -> int:
-    """The PDF, or whether it is in step."""
+    """Write the PDF, or check whether it is up to date."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--check", action="store_true", help="write nothing; say whether the PDF is that of the page")
     made_from = MARK + _digest().encode()
@@ -74,7 +74,7 @@ def _digest() -> str:
 def _html(page: str) -> str:
     first, *sections = re.split(r"^## ", page, flags=re.MULTILINE)
     body = "".join(_section(text) for text in sections)
-    # On paper the link to the paper says nothing.
+    # The link to the PDF makes no sense on paper.
     conventions = first.partition("\n\n")[2].partition(". ")[2]
     return (
         f"<!DOCTYPE html><html lang=en><meta charset=utf-8><title>nao_kin on one page</title><style>{STYLE}</style>"

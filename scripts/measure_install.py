@@ -1,7 +1,7 @@
-"""Measure what an installation costs: megabytes by package, and seconds to install, to import and to load a NAO.
+"""Measure the cost of an installation: megabytes by package, and seconds to install, to import and to load a NAO.
 
 Builds the wheel, installs it into fresh environments below the temporary directory, and prints Markdown tables. The
-packages come from the registry that pip is set up for, once without pip's cache and once from it.
+packages come from pip's configured registry, once without pip's cache and once from it.
 
 Example:
     python scripts/measure_install.py                             # the default installation
@@ -33,7 +33,7 @@ PROGRAMS = {
 RUNS = 7
 SHOWN_BYTES = 3e6
 
-# Runs in the environment that is measured: bytes of each distribution, those of .pyc apart, and what it asks for.
+# Runs in the measured environment: bytes of each distribution, .pyc separately, and its requirements.
 LIST = """
 import importlib.metadata, json, os, re
 sizes, asked = {}, {}
@@ -56,20 +56,20 @@ Sizes = dict[str, tuple[int, int]]
 
 
 def build(folder: Path) -> Path:
-    """The wheel of this checkout."""
+    """Build the wheel of this checkout."""
     command = [sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", str(folder), str(ROOT)]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     return next(folder.glob("*.whl"))
 
 
 def environment(folder: Path) -> Path:
-    """The Python of a fresh environment."""
+    """Create a fresh environment, and return its Python."""
     venv.create(folder, with_pip=True)
     return folder / "bin" / "python"
 
 
 def install(python: Path, wheel: Path, extras: tuple[str, ...], *options: str) -> str:
-    """Install the wheel; the seconds by the clock, and by the processor, which others at work do not change."""
+    """Install the wheel; return the elapsed time and the processor time, which other processes do not affect."""
     started, before = time.perf_counter(), resource.getrusage(resource.RUSAGE_CHILDREN)
     target = f"{wheel}[{','.join(extras)}]" if extras else str(wheel)
     subprocess.run([python, "-m", "pip", "install", "--quiet", *options, target], check=True, stderr=subprocess.DEVNULL)
@@ -79,14 +79,14 @@ def install(python: Path, wheel: Path, extras: tuple[str, ...], *options: str) -
 
 
 def listed(python: Path) -> tuple[Sizes, dict[str, list[str]]]:
-    """Bytes of every distribution, and its requirements; without what every environment begins with."""
+    """Return bytes and requirements of every distribution, except those of an empty environment."""
     out = subprocess.run([python, "-c", LIST], check=True, capture_output=True, text=True).stdout
     sizes, asked = json.loads(out)
     return {name: tuple(size) for name, size in sizes.items() if name not in ("pip", "setuptools")}, asked
 
 
 def brought(root: str, asked: dict[str, list[str]], without: str = "") -> set[str]:
-    """What a distribution brings, itself included, when one other is not followed."""
+    """Return the distributions that one installs, itself included, without following one other."""
     from packaging.requirements import Requirement
     from packaging.utils import canonicalize_name
 
@@ -105,7 +105,7 @@ def brought(root: str, asked: dict[str, list[str]], without: str = "") -> set[st
 
 
 def seconds(python: Path, program: str) -> float:
-    """Median time of a program in a fresh process, the start of Python included."""
+    """Return the median time of a program in a fresh process, including the start of Python."""
     times = []
     for _ in range(RUNS):
         started = time.perf_counter()
@@ -115,12 +115,12 @@ def seconds(python: Path, program: str) -> float:
 
 
 def megabytes(sizes: Sizes, part: int = 0) -> float:
-    """Sum over distributions: without compiled files, or with part=1 of those alone."""
+    """Return the sum over distributions: without compiled files, or with part=1 of only these."""
     return sum(size[part] for size in sizes.values()) / 1e6
 
 
 def print_table(head: tuple[str, ...], rows: list[tuple[Any, ...]]) -> None:
-    """A Markdown table; numbers with one digit."""
+    """Print a Markdown table; numbers with one digit."""
     print("| " + " | ".join(head) + " |\n|" + "---|" * len(head))
     for row in rows:
         print("| " + " | ".join(f"{cell:.1f}" if isinstance(cell, float) else str(cell) for cell in row) + " |")

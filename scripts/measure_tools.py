@@ -1,4 +1,4 @@
-"""Load every export in the tool it is meant for, and write what the tools make of it: docs/tools.json, docs/tools.md.
+"""Load every export in its tool, and write the results: docs/tools.json, docs/tools.md.
 
 Each tool is installed once, in an environment of its own below a cache folder, with pip.
 
@@ -34,7 +34,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--tool", action="append", choices=packages, metavar="PACKAGE", help="default: all")
     parser.add_argument("--cache", type=Path, default=default_cache(), metavar="FOLDER", help="default: %(default)s")
     what = parser.add_mutually_exclusive_group()
-    what.add_argument("--check", action="store_true", help="compare with what is written; exit 1 when it differs")
+    what.add_argument("--check", action="store_true", help="compare with the written results; exit 1 if they differ")
     what.add_argument("--page", action="store_true", help="write the page only, and measure nothing")
     options = parser.parse_args(arguments)
 

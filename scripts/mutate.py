@@ -1,7 +1,7 @@
-"""Plant small faults in a copy of the project, one by one, and see whether the tests notice.
+"""Plant small faults in a copy of the project, one by one, and check that the tests detect them.
 
-First the tests run without a fault, for a test that fails anyway notices nothing. Then each fault of `mutations.py` is
-planted, its tests run, and the source is restored. The checkout itself is never touched.
+First the tests run without a fault, because a test that fails anyway detects nothing. Then each fault of `mutations.py`
+is planted, its tests run, and the source is restored. The checkout itself is never touched.
 
 Example:
     python scripts/mutate.py --list
@@ -26,17 +26,17 @@ ROOT = Path(__file__).resolve().parent.parent
 FILES = ("README.md", "CITATION.cff", "pyproject.toml", "Makefile")
 COPIED = ("nao_kin", "urdf", "tests", "scripts", "examples", "docs", "web", *FILES)
 
-# What the exit codes of pytest and node mean here; others (nothing collected, say) tell nothing about the fault.
+# Exit codes of pytest and node; others (such as for nothing collected) tell nothing about the fault.
 PASSED, FAILED = 0, 1
 VERDICTS = {PASSED: "survived", FAILED: "killed"}
 
 
 class NotPlanted(Exception):
-    """The text of a mutation is not there, or there more than once."""
+    """The text of a mutation does not occur, or occurs more than once."""
 
 
 def planted(mutation: Mutation, root: Path = ROOT) -> str:
-    """The source with the fault in it.
+    """Return the source with the fault in it.
 
     Raises:
         NotPlanted: the old text does not occur exactly once.
@@ -51,7 +51,7 @@ def planted(mutation: Mutation, root: Path = ROOT) -> str:
 
 
 def copy_project(target: Path) -> None:
-    """What the tests need."""
+    """Copy the parts of the project that the tests need."""
     for name in COPIED:
         source = ROOT / name
         if source.is_dir():
@@ -62,7 +62,7 @@ def copy_project(target: Path) -> None:
 
 
 def build_page(root: Path) -> None:
-    """Bundle the page's modules, of which one has a fault."""
+    """Bundle the page's modules, one of which has a fault."""
     packages = root / "web" / "node_modules"
     if not packages.exists():
         packages.symlink_to(ROOT / "web" / "node_modules")
@@ -70,7 +70,7 @@ def build_page(root: Path) -> None:
 
 
 def run_tests(root: Path, tests: Iterable[str], timeout: float) -> int:
-    """PASSED, or the exit code of what did not; a test that never ends has failed."""
+    """Return PASSED, or the exit code of the failed run; a test that never ends has failed."""
     for_node: list[str] = []
     for_pytest: list[str] = []
     for test in tests:
@@ -84,7 +84,7 @@ def run_tests(root: Path, tests: Iterable[str], timeout: float) -> int:
 
 
 def _exit_code(root: Path, command: Sequence[str], timeout: float) -> int:
-    # Bytecode is neither written nor found: a fault of the same length within the same second would hide behind it.
+    # Bytecode is neither written nor read: it would hide a fault of the same length within the same second.
     environment = {**os.environ, "PYTHONPATH": str(root), "PYTHONDONTWRITEBYTECODE": "1"}
     try:
         return subprocess.run(command, cwd=root, env=environment, capture_output=True, timeout=timeout).returncode
@@ -93,7 +93,7 @@ def _exit_code(root: Path, command: Sequence[str], timeout: float) -> int:
 
 
 def run(mutations: Sequence[Mutation], timeout: float) -> int:
-    """Print a line for each mutation; 0 when all are killed."""
+    """Print a line for each mutation; return 0 if all are killed."""
     with tempfile.TemporaryDirectory(prefix="mutate-") as folder:
         root = Path(folder)
         copy_project(root)
@@ -120,7 +120,7 @@ def run(mutations: Sequence[Mutation], timeout: float) -> int:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """0 when every fault was noticed, 1 when one survived, 2 when nothing could be said."""
+    """Return 0 if every fault was detected, 1 if one survived, 2 if there is no verdict."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--list", action="store_true", help="print the names and end")
     parser.add_argument("--only", action="append", metavar="NAME", help="this mutation; may be repeated")

@@ -1,4 +1,4 @@
-"""What a planted fault is."""
+"""The description of a planted fault."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ class Mutation:
     """A fault.
 
     Attributes:
-        name: what is wrong, in words joined by hyphens.
+        name: the fault in words joined by hyphens.
         file: the source file, from the root of the project.
         old: text that occurs in it exactly once.
-        new: what stands in its place.
+        new: the text that replaces it.
         tests: arguments for pytest, files or single tests; or files of `web/tests`, which node runs.
     """
 
@@ -28,19 +28,19 @@ class Mutation:
 
 
 def is_for_node(test: str) -> bool:
-    """Whether a test is one of the page's modules."""
+    """Return whether a test is one of the page's modules."""
     return test.endswith(".test.js")
 
 
 def found(test: str) -> str:
-    """A test with its folder: "test_pairs.py::test_name" as "tests/joints/test_pairs.py::test_name"."""
+    """Return a test with its folder: "test_pairs.py::test_name" as "tests/joints/test_pairs.py::test_name"."""
     file, sign, name = test.partition("::")
     (path,) = _TESTS.rglob(file)
     return f"tests/{path.relative_to(_TESTS)}{sign}{name}"
 
 
 def faults(file: str, tests: str, *texts: tuple[str, str, str]) -> tuple[Mutation, ...]:
-    """Faults of one file that the same tests notice.
+    """Return faults of one file that the same tests detect.
 
     Args:
         file: the source file, under `nao_kin` or in `web`.

@@ -1,7 +1,7 @@
 """Solve every problem of the source paper with nao_kin's public functions, beside the paper's numbers.
 
-Places where the paper is wrong are marked with "!" and stated beside the right value. The exit code is 1 when a number
-is off by more than 1e-9, or when a printed error is not refuted.
+Errors of the paper are marked with "!" and shown next to the correct value. The exit code is 1 if a number is off by
+more than 1e-9, or if an error of the paper is not refuted.
 
 Example:
     python scripts/reproduce_paper.py
@@ -22,7 +22,7 @@ from paper import PROBLEMS, Erratum, Problem, Row
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Print the problems; 0 when every number agrees and every erratum is refuted."""
+    """Print the problems; return 0 if every number agrees and every erratum is refuted."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--json", action="store_true", help="machine-readable output")
     options = parser.parse_args(arguments)
@@ -39,7 +39,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def text(problem: Problem) -> str:
-    """A problem for a person."""
+    """Return the text of a problem."""
     title = f"Problem {problem.number}: {problem.title}"
     lines = [title, "=" * len(title)]
     for row in problem.rows:
@@ -51,7 +51,7 @@ def text(problem: Problem) -> str:
 
 
 def row_lines(row: Row) -> Iterator[str]:
-    """The value beside the paper's, one line for each row of a matrix."""
+    """Return the value next to the paper's, one line for each row of a matrix."""
     mark = "  " if row.agrees else "✗ "
     yield f"{mark}{row.quantity}   [{row.function}]"
     if np.asarray(row.paper).dtype == np.bool_:
@@ -64,16 +64,16 @@ def row_lines(row: Row) -> Iterator[str]:
 
 
 def table(value: ArrayLike) -> list[str]:
-    """The rows of a number, vector or matrix, aligned, with twelve digits."""
+    """Return the rows of a number, vector or matrix, aligned, with twelve digits."""
     rows = np.atleast_2d(np.asarray(value, dtype=float))
-    # Rounded to the digits shown, so that a rounding error reads as the zero it is; + 0.0 takes the sign of a zero.
+    # Rounded to the shown digits, so that a rounding error is shown as zero; + 0.0 removes the sign of a zero.
     cells = [[f"{number + 0.0:.12g}" for number in row] for row in np.round(rows, 12)]
     width = max(len(cell) for row in cells for cell in row)
     return ["  ".join(cell.rjust(width) for cell in row) for row in cells]
 
 
 def erratum_lines(erratum: Erratum) -> Iterator[str]:
-    """What is printed, what is right, and why."""
+    """Return the printed value, the correct value, and the reason."""
     yield f"! {erratum.where}"
     yield f"      printed:  {erratum.printed}"
     yield f"      right:    {erratum.right}"
@@ -81,7 +81,7 @@ def erratum_lines(erratum: Erratum) -> Iterator[str]:
 
 
 def summary(problems: list[Problem]) -> str:
-    """The last line."""
+    """Return the last line."""
     rows = [row for problem in problems for row in problem.rows]
     errata = [erratum for problem in problems for erratum in problem.errata]
     agreeing, refuted = sum(row.agrees for row in rows), sum(erratum.refuted for erratum in errata)
@@ -95,7 +95,7 @@ if __name__ == "__main__":
     try:
         code = main()
         sys.stdout.flush()
-    except BrokenPipeError:  # whoever read the output has seen enough
+    except BrokenPipeError:  # the reader of the output has closed the pipe
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         code = 0
     sys.exit(code)

@@ -1,6 +1,6 @@
 """A NAO walks, lifts a foot, and draws a figure eight in the air: poses of feet and a hand, followed by `nk.ik.follow`.
 
-The torso is upright, and so placed that the centre of mass is where the plan wants it: above the sole that stands.
+The torso is upright, and placed so that the centre of mass is where the plan requires it: above the standing sole.
 
 Example:
     python scripts/walk_and_draw.py    # replaces docs/_static/walk_and_draw.html and docs/images/walk_and_draw.jpg here
@@ -31,20 +31,20 @@ Floats = NDArray[np.float64]
 APART, HEIGHT, LIFT = 0.1, 0.308, 0.025
 STEPS = (-0.04, -0.04, -0.04, 0.0, 0.04, 0.04, 0.04, 0.0)  # how far ahead of the other a foot is put down
 SHIFT_TIME, SWING_TIME = 0.45, 0.55
-# Where the centre of mass is above a sole, from its ankle: ahead, and towards the other foot.
+# The centre of mass above a sole, relative to its ankle: ahead, and towards the other foot.
 AHEAD, INWARDS = 0.02, 0.004
 EIGHT_SIZE, EIGHT_TIME, EIGHTS = (0.055, 0.04), 4.0, 2
 EIGHT_FROM_TORSO = (0.15, -0.1, 0.16)
 RAISED = (0.03, -0.01, 0.06)  # the right foot while the hand draws
-TURNED = 0.05  # how high a foot is lifted when it is turned with its leg, so that the ankle does not roll
-# What the centre of mass may be off from where it is wanted.
+TURNED = 0.05  # the height of a foot that is turned with its leg, so that the ankle does not roll
+# The largest error of the centre of mass.
 SETTLED = 1e-6
 MARGIN = 0.01
 
 
 @dataclass
 class Plan:
-    """Rows for the frames of a motion: places of both soles, and where the centre of mass is wanted (x, y)."""
+    """Rows for the frames of a motion: positions of both soles, and the desired centre of mass (x, y)."""
 
     left: list[Floats] = field(default_factory=lambda: [np.array([0.0, APART / 2, 0.0])])
     right: list[Floats] = field(default_factory=lambda: [np.array([0.0, -APART / 2, 0.0])])
@@ -54,7 +54,7 @@ class Plan:
         return len(self.com)
 
     def go_on(self, seconds: float, com: Floats, *, left: Floats | None = None, right: Floats | None = None) -> None:
-        """Move the centre of mass and one foot, which is lifted in between where it comes down again."""
+        """Move the centre of mass and one foot, which is lifted in between if it is put down elsewhere."""
         frames = round(seconds * FPS)
         for rows, last in ((self.left, left), (self.right, right)):
             first = rows[-1]
@@ -67,33 +67,33 @@ class Plan:
         self.com.extend(first + u * (com - first) for u in smooth((np.arange(frames) + 1.0) / frames))
 
     def places(self, side: str) -> Floats:
-        """Places of a sole."""
+        """Return the positions of a sole."""
         return np.array(self.left if side == "L" else self.right)
 
     def standing(self, side: str) -> NDArray[np.bool_]:
-        """Frames in which a sole is on the floor."""
+        """Return the frames in which a sole is on the floor."""
         return np.asarray(self.places(side)[:, 2] == 0.0)
 
 
 def smooth(u: Floats) -> Floats:
-    """From 0 to 1, speed and acceleration zero at both ends."""
+    """Interpolate from 0 to 1, with zero speed and acceleration at both ends."""
     return np.asarray(u**3 * (10.0 - 15.0 * u + 6.0 * u * u))
 
 
 def at(places: Floats) -> Floats:
-    """Poses with the axes of the world."""
+    """Return poses with the axes of the world."""
     T = np.tile(np.eye(4), (len(places), 1, 1))
     T[:, :3, 3] = places
     return T
 
 
 def above(sole: Floats) -> Floats:
-    """Where the centre of mass is wanted to stand on one sole."""
+    """Return the desired centre of mass for standing on one sole."""
     return np.asarray(sole[:2] + np.array([AHEAD, -INWARDS * np.sign(sole[1])]))
 
 
 def walk() -> Plan:
-    """Back and forth, each foot put down, ahead of the other or beside it, before that is lifted."""
+    """Walk back and forth; each foot is put down, ahead of the other or beside it, before the other is lifted."""
     plan = Plan()
     for step, ahead in enumerate(STEPS):
         moved, support = (plan.right, plan.left) if step % 2 == 0 else (plan.left, plan.right)
@@ -106,7 +106,7 @@ def walk() -> Plan:
 
 
 def stand_on_one_leg(after: Plan) -> Plan:
-    """Onto the left foot, the right one up and back, and all again the other way round."""
+    """Step onto the left foot, lift the right one backwards, and return in the opposite order."""
     plan = Plan(after.left[-1:], after.right[-1:], after.com[-1:])
     middle, down = plan.com[-1], plan.right[-1]
     plan.go_on(0.9, above(plan.left[-1]))
@@ -118,14 +118,14 @@ def stand_on_one_leg(after: Plan) -> Plan:
 
 
 def eight(centre: Floats, turns: Floats) -> Floats:
-    """Points on a figure eight across x."""
+    """Return points on a figure eight across x."""
     s = 2.0 * np.pi * turns
     width, height = EIGHT_SIZE
     return np.asarray(centre + np.stack([0.0 * s, width * np.sin(s), height * np.sin(2.0 * s)], axis=-1))
 
 
 def to_eight_and_back(plan: Plan, rest: Floats, centre: Floats) -> Floats:
-    """Points from one at rest to the middle of the eight while the foot is lifted, along it, and back."""
+    """Return points from rest to the middle of the eight while the foot is lifted, along the eight, and back."""
     n, drawn = len(plan), round(EIGHT_TIME * EIGHTS * FPS)
     first = (n - 1 - drawn) // 2
     to_it = smooth(np.linspace(0.0, 1.0, first + 1))[:, None]
@@ -135,7 +135,7 @@ def to_eight_and_back(plan: Plan, rest: Floats, centre: Floats) -> Floats:
 
 
 def drawing_path(nao: nk.NaoModel, plan: Plan, q: Floats, centre: Floats) -> dict[str, Floats]:
-    """Places of the right hand and points to look at, from where both are in a configuration and back to there."""
+    """Return positions of the right hand and points to look at, from those of a configuration and back."""
     camera = nao.fk(q, "CameraTop")
     looked_at = camera[:3, 3] + 0.5 * camera[:3, 0]
     rests = {"RArm": nao.position(q, "RArm"), "CameraTop": looked_at}
@@ -143,7 +143,7 @@ def drawing_path(nao: nk.NaoModel, plan: Plan, q: Floats, centre: Floats) -> dic
 
 
 def soles(nao: nk.NaoModel, plan: Plan, torso: Floats, side: str) -> Floats:
-    """Poses of a sole in the world: flat on the floor, and lifted turned about x at the ankle, with the leg."""
+    """Return poses of a sole in the world: flat on the floor; if lifted, rotated about x at the ankle, with the leg."""
     T = at(plan.places(side))
     zero = nao.neutral()
     hip = torso[:, :3, 3] + nao.position(zero, f"{side}HipRoll", reference="torso")
@@ -158,13 +158,13 @@ def soles(nao: nk.NaoModel, plan: Plan, torso: Floats, side: str) -> Floats:
 def balanced(
     nao: nk.NaoModel, plan: Plan, reference: Floats, beside: dict[str, Floats]
 ) -> tuple[nk.ik.FollowedPath, dict[str, Floats]]:
-    """Follow a plan, and what else is asked for, with the torso where the centre of mass is where it is wanted.
+    """Follow a plan and further targets, with the torso placed so that the centre of mass is at its target.
 
-    The torso is moved by what the centre of mass is off, which moves with it all but a little: each time the error is
-    some ten times smaller.
+    The torso is moved by the error of the centre of mass, which nearly moves with the torso: each iteration reduces the
+    error about ten times.
 
     Returns:
-        What was found, and the targets.
+        The result, and the targets.
     """
     wanted = np.array(plan.com)
     in_torso = nao.com(reference, reference="torso").reshape(-1, 3).mean(axis=0)
@@ -183,7 +183,7 @@ def balanced(
 
 
 def swinging_arms(nao: nk.NaoModel, plan: Plan) -> Floats:
-    """Configurations whose arms swing against the legs."""
+    """Return configurations whose arms swing against the legs."""
     q = np.tile(nao.posture("StandInit"), (len(plan), 1))
     apart = np.array(plan.left)[:, 0] - np.array(plan.right)[:, 0]
     first = nao.nq - len(nao.joint_names)
@@ -193,7 +193,7 @@ def swinging_arms(nao: nk.NaoModel, plan: Plan) -> Floats:
 
 
 def margin_on_sole(nao: nk.NaoModel, q: Floats, side: str) -> Floats:
-    """How far the centre of mass is inside the four force sensors of a sole, seen from above [m]."""
+    """Return the distance of the centre of mass inside the four force sensors of a sole, seen from above [m]."""
     corners = ("FrontLeft", "RearLeft", "RearRight", "FrontRight")
     points = nao.position(q, [f"{side}Foot/FSR/{corner}" for corner in corners])[..., :2]
     along = np.roll(points, -1, axis=1) - points
@@ -203,12 +203,12 @@ def margin_on_sole(nao: nk.NaoModel, q: Floats, side: str) -> Floats:
 
 
 def largest(values: Floats) -> float:
-    """The largest magnitude, 0 of none."""
+    """Return the largest magnitude, 0 for none."""
     return float(np.abs(values).max(initial=0.0))
 
 
 def report(nao: nk.NaoModel, plan: Plan, found: nk.ik.FollowedPath, path: dict[str, Floats]) -> bool:
-    """Print what a part of the motion is like; whether it is as it should be."""
+    """Print the checks of a part of the motion; return whether all are satisfied."""
     if not found.success:
         print(f"  NO   all targets reached, without a jump: {found.message}")
         return False
@@ -233,7 +233,7 @@ def report(nao: nk.NaoModel, plan: Plan, found: nk.ik.FollowedPath, path: dict[s
 
 
 def main() -> int:
-    """The motion, the checks, the clip and the picture."""
+    """Compute the motion, check it, and write the clip and the picture."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument(
         "--folder",
@@ -277,7 +277,7 @@ def main() -> int:
 
 
 def write_picture(viewer: nk.Viewer, path: Path) -> None:
-    """What is on show, as a JPEG."""
+    """Write the displayed scene as a JPEG."""
     from PIL import Image
 
     with tempfile.TemporaryDirectory() as temporary:

@@ -1,3 +1,3 @@
-"""What every room uses: checks of arguments, numbers, messages, atomic writing of files, signals."""
+"""Common helpers: checks of arguments, numbers, messages, atomic writing of files, signals."""
 
 __version__ = "0.3.0"

@@ -43,7 +43,7 @@ def shaped(value: ArrayLike, shape: tuple[int, ...], what: str) -> Floats:
 def all_finite(array: Floats) -> bool:
     """Return whether no entry is NaN or infinite; for large arrays at the cost of one sum."""
     if array.size > _SMALL:
-        # Not a dot product: BLAS runs it on threads, which on a busy machine take ten times as long.
+        # Not a dot product: BLAS uses threads, which on a busy machine take ten times as long.
         with np.errstate(over="ignore", invalid="ignore"):
             if math.isfinite(array.sum()):
                 return True
@@ -100,7 +100,7 @@ def as_vectors(value: ArrayLike, what: str, size: int = 3, *, rows: bool = False
 
 
 def dot(a: Floats, b: Floats) -> Floats:
-    """The scalar products a·b, shape (...)."""
+    """Return the scalar products a·b, shape (...)."""
     return np.asarray(np.einsum("...i,...i->...", a, b), dtype=np.float64)
 
 
@@ -110,7 +110,7 @@ def norm(v: Floats) -> Floats:
 
 
 def largest(v: Floats) -> Floats:
-    """The largest magnitude of the components, shape (...), ten times as fast as a reduction along a short axis."""
+    """Return the largest magnitude of the components, (...), ten times as fast as a reduction along a short axis."""
     sizes = np.abs(v)
     found = sizes[..., 0]
     for i in range(1, v.shape[-1]):
@@ -119,7 +119,7 @@ def largest(v: Floats) -> Floats:
 
 
 def unit(v: Floats, what: str) -> tuple[Floats, Floats]:
-    """v/‖v‖ and ‖v‖, accurate down to the smallest floats, infinite beyond the largest; zero raises `ZeroNorm`."""
+    """Return v/‖v‖ and ‖v‖, accurate for the smallest floats, infinite beyond the largest; zero raises `ZeroNorm`."""
     _, exponent = np.frexp(largest(v))
     # A power of two scales the vector to a length near 1 without rounding, so that no square underflows. 2^1023 is
     # the largest one, which is enough for the smallest floats.
@@ -133,13 +133,13 @@ def unit(v: Floats, what: str) -> tuple[Floats, Floats]:
 
 
 def cross(a: Floats, b: Floats) -> Floats:
-    """The vector products a × b, shape (..., 3), for any batch shape; np.cross allows only 32 axes."""
+    """Return the vector products a × b, shape (..., 3), for any batch shape; np.cross allows only 32 axes."""
     (a0, a1, a2), (b0, b1, b2) = ([v[..., i] for i in range(3)] for v in (a, b))
     return np.stack([a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0], axis=-1)
 
 
 def cross_matrix(v: Floats) -> Floats:
-    """The matrices V of shape (..., 3, 3) with V w = v × w for every w."""
+    """Return the matrices V of shape (..., 3, 3) with V w = v × w for every w."""
     V = np.zeros((*v.shape, 3))
     V[..., 2, 1], V[..., 0, 2], V[..., 1, 0] = v[..., 0], v[..., 1], v[..., 2]
     V[..., 1, 2], V[..., 2, 0], V[..., 0, 1] = -v[..., 0], -v[..., 1], -v[..., 2]
@@ -147,7 +147,7 @@ def cross_matrix(v: Floats) -> Floats:
 
 
 def rigid_inverse(T: Floats) -> Floats:
-    """The inverses of rigid transforms, shape (..., 4, 4)."""
+    """Return the inverses of rigid transforms, shape (..., 4, 4)."""
     found = np.zeros(T.shape)
     found[..., :3, :3] = np.swapaxes(T[..., :3, :3], -1, -2)
     found[..., :3, 3] = -np.einsum("...ji,...j->...i", T[..., :3, :3], T[..., :3, 3])
@@ -182,7 +182,7 @@ def _too_many_axes(count: int, tail: tuple[int, ...], what: str) -> WrongShape:
 
 # --- Single numbers.
 
-# More threads, searches or steps are a mistake, and would never end.
+# More threads, searches or steps are a mistake, and would take forever.
 MAX_THREADS, MAX_SEARCHES = 10_000, 1_000_000
 
 _DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
@@ -200,7 +200,7 @@ def decimal(text: str) -> float:
 
 
 def finite_decimal(text: str) -> float | None:
-    """The finite number that `text` writes in decimal digits; None without one."""
+    """Return the finite number that `text` writes in decimal digits; None without one."""
     try:
         # `float` reads only decimal digits in plain text without underscores, and blanks of any script around them.
         number = float(text) if text.strip().isascii() and "_" not in text else math.nan
@@ -210,7 +210,7 @@ def finite_decimal(text: str) -> float | None:
 
 
 def float_dtype(dtype: DTypeLike | None) -> np.dtype[Any]:
-    """The dtype, which must be float64 or float32."""
+    """Return the dtype, which must be float64 or float32."""
     try:
         kind = np.dtype(dtype)
     except TypeError:

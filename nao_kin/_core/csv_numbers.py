@@ -1,7 +1,7 @@
 """Tables of numbers in CSV: pyarrow reads large blocks if it is installed, the csv module all others.
 
-pyarrow gets the same numbers, correctly rounded. The csv module reads again what pyarrow does not accept (a word, a
-row of another length, an empty field, NaN), and reports the error.
+pyarrow gets the same numbers, correctly rounded. If pyarrow rejects a block (a word, a row of another length, an empty
+field, NaN), the csv module reads it again, and reports the error.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ DELIMITERS = ",;\t"
 _LARGE = 1 << 20
 # Bytes that one thread of pyarrow parses.
 _PARSED_AT_ONCE = 1 << 20
-# What a line above the header begins with.
+# Beginnings of comment lines above the header.
 _COMMENTS = ("#", "%", "//")
-# Bytes of the first rows, which show how fractions are written.
+# Bytes of the first rows, which show the decimal mark.
 _SHOWN_ROWS = 1 << 16
 _COMMA_FRACTION, _POINT_FRACTION = re.compile(rb"\d,\d"), re.compile(rb"\d\.\d")
-# Fractions of times may have another mark than those of numbers.
+# Times may have another decimal mark than numbers.
 _SECONDS_FRACTION = re.compile(rb":\d\d[.,]\d+")
 
 
@@ -50,8 +50,8 @@ class CsvHead:
     Attributes:
         fields: the headings.
         line: the line on which they end.
-        delimiter: between fields.
-        mark: of decimal fractions: "." or ",".
+        delimiter: the delimiter of fields.
+        mark: the decimal mark: "." or ",".
         lines: number of lines before the first row.
         size: number of bytes before the first row.
     """
@@ -183,19 +183,19 @@ def plain_floats(fields: Sequence[str]) -> list[float] | None:
 
 @dataclass(frozen=True)
 class TableColumns:
-    """The columns of a table of joint values that are read, and their meaning.
+    """The columns to read from a table of joint values, and their meaning.
 
     Attributes:
         names: the joint of each.
         units: the unit of each: "rad", "deg", "m", "1" or "%".
         places: index of each among all columns of the file, from 0; times, if there are any, are the last.
-        timed: whether the last place is that of times.
-        time_unit: of the times; None if the file does not state it.
+        timed: whether the last place has times.
+        time_unit: the unit of times; None if the file does not state it.
         all: number of columns in the file.
         iso_times: reads ISO 8601 times; None if the times are numbers.
         blanks: empty cells are NaN, not errors.
         delimiter: between the fields of a CSV file.
-        mark: of its decimal fractions: "." or ",".
+        mark: its decimal mark: "." or ",".
     """
 
     names: tuple[str, ...]
@@ -222,11 +222,11 @@ class TableColumns:
         """Return the columns of a table, and the indices of all columns of times.
 
         Args:
-            headings: of all columns; None for one to skip.
+            headings: the headings of all columns; None for a column to skip.
             joints: names of joints, which take precedence over names of times.
             units_of: the units that a column may have, the default first, or nothing to skip it; takes the heading,
                 the name in it, and its index.
-            error: what to raise for a reason and an index.
+            error: makes the exception for a reason and an index.
             degrees: angles are in degrees where the heading has no unit.
         """
         found: dict[str, tuple[str, int]] = {}
@@ -321,7 +321,7 @@ class TableColumns:
 
 
 def _finite(field: str, mark: str) -> float:
-    """The finite number of a field; what is wrong is said in words that follow the name of the column."""
+    """Return the finite number of a field; the error message continues the name of the column."""
     value = finite_decimal(field if mark == "." else field.replace(mark, ".", "." not in field))
     if value is None:
         raise ValueError(f"is {quoted(field.strip(), MAX_SHOWN)}, expected a finite number")
@@ -336,7 +336,7 @@ def read_csv(
     Args:
         name: the file, for messages.
         data: its content, without a byte order mark.
-        understood: makes the columns of the head.
+        understood: returns the columns for the head.
         expected: what the message of an empty file expects.
     """
     head = csv_head(name, data, expected)

@@ -1,6 +1,6 @@
 """The extras: optional packages, their purposes, and what works without them.
 
-`errors.MissingExtra`, `nao-kin doctor` and the table in docs/installation.md take them from here, and a test compares
+`errors.MissingExtra`, `nao-kin doctor` and the table in docs/installation.md use this list, and a test compares it with
 pyproject.toml.
 """
 
@@ -17,10 +17,10 @@ class Extra:
     """One extra: `pip install 'nao-kin[name]'`.
 
     Attributes:
-        name: as pip takes it.
+        name: its name for pip.
         packages: its distributions, as in pyproject.toml; messages name the first.
-        brings: what works with it.
-        without: what works without it.
+        brings: the features that it adds.
+        without: the features that work without it.
         imported: the modules imported from them, none if they hold data only; None for modules of the same names.
     """
 
@@ -43,7 +43,7 @@ EXTRAS = {
             "batch",
             ("numba",),
             "thousands of configurations or targets at once, and reach maps, by compiled code",
-            "results are the same without it, and large batches slower",
+            "same results without it; large batches are slower",
         ),
         Extra(
             "robots",
@@ -103,7 +103,7 @@ EXTRAS = {
 
 
 def missing(purpose: str, name: str, reason: str = "") -> str:
-    """Return one line: the package that is needed, how to get it or why it fails, and what works without it."""
+    """Return one line: the required package, how to get it or why it fails, and the features that work without it."""
     extra = EXTRAS.get(name)
     if extra is None:
         return f"{purpose} needs an optional package: {command(name)}"

@@ -1,6 +1,6 @@
-"""Reading files, and writing them so that a reader sees the old or the new content, never a part of it.
+"""Read files, and write them so that a reader sees the old or the new content, never a part of it.
 
-A symbolic link is followed and stays. A device, a pipe and a descriptor of this process ("/dev/stdout") are written
+A symbolic link is followed and preserved. A device, a pipe and a descriptor of this process ("/dev/stdout") are written
 directly. An existing file keeps its mode and its owner.
 """
 
@@ -38,8 +38,8 @@ class _Target:
 
     Attributes:
         path: the path, without symbolic links.
-        state: of the existing file, or None.
-        descriptor: of this process, if the path names one.
+        state: the state of the existing file, or None.
+        descriptor: the descriptor of this process that the path names, if any.
     """
 
     path: Path
@@ -48,16 +48,16 @@ class _Target:
 
     @property
     def replaceable(self) -> bool:
-        """Whether a new file may take the place: of a file or of nothing, never of a device or a pipe."""
+        """Whether a new file may be put there: if there is a file or nothing, but not a device or a pipe."""
         return self.descriptor is None and (self.state is None or stat.S_ISREG(self.state.st_mode))
 
 
-# Kind of file → what it shows, and the suffixes that its name may have.
+# Kind of file → noun for it, and the suffixes that its name may have.
 _SUFFIXES = {"png": ("a picture", (".png",)), "html": ("a page", (".html", ".htm"))}
 
 
 def check_writable(path: Path | str, *, kind: str = "") -> None:
-    """Raise the errors of `write_bytes` before the work whose result it writes; a "png" or "html" needs its suffix."""
+    """Raise the errors of `write_bytes` before the work that produces the content; "png" and "html" need their suffix."""
     with errors_naming(path):
         target = _target_of(path)
         if target.replaceable:
@@ -89,7 +89,7 @@ def write_text(path: Path | str, text: str) -> None:
 
 
 def write_bytes(path: Path | str, content: bytes) -> None:
-    """Write `content` to `path`: a file through a temporary one in the same folder and one rename, all else directly.
+    """Write `content` to `path`: a file by a temporary one in the same folder and one rename, anything else directly.
 
     Raises `BadArgument` for a folder, a read-only file, or a folder that does not exist or is not writable.
     """
@@ -119,7 +119,7 @@ def move_into_place(finished: Path, path: Path | str) -> None:
 def _opened(target: _Target) -> Iterator[BinaryIO]:
     """Open a device, a pipe, a descriptor, or a file that keeps its place, for writing."""
     if target.descriptor == _STANDARD_OUTPUT and sys.stdout is not None:
-        sys.stdout.flush()  # keeps the order of what was printed before
+        sys.stdout.flush()  # keeps the order of earlier output
     place = target.path if target.descriptor is None else os.dup(target.descriptor)
     # A file is written without interruption; a pipe may take as long as its reader likes.
     with uninterrupted() if target.replaceable else nullcontext(), open(place, "wb") as stream:
@@ -226,7 +226,7 @@ def errors_naming(path: object) -> Iterator[None]:
 
 
 def check_folder(path: Path | str, *, overwrite: bool) -> None:
-    """Raise the errors of `write_folder` that do not depend on the files, before the work whose result they are."""
+    """Raise the errors of `write_folder` that do not depend on the files, before the work that produces them."""
     with errors_naming(path):
         _folder_target(path, overwrite)
 
@@ -248,7 +248,7 @@ def write_folder(path: Path | str, files: Mapping[str, bytes], *, overwrite: boo
         if target.is_dir():
             others = sorted({file.relative_to(target).as_posix() for file in _files_in(target)} - {*files})
             if others:
-                reason = f"it holds {len(others)} other files, first {quoted(others[0])}"
+                reason = f"it contains {len(others)} other files, first {quoted(others[0])}"
                 raise BadArgument(f"cannot replace {abbreviated(target)}: {reason}")
             _swap(target, files)
         else:
@@ -259,7 +259,7 @@ def write_folder(path: Path | str, files: Mapping[str, bytes], *, overwrite: boo
 
 @contextmanager
 def filled_folder(parent: Path, files: Mapping[str, bytes]) -> Iterator[Path]:
-    """Yield a new folder in `parent` that holds the files; it is removed at the end in any case."""
+    """Yield a new folder in `parent` that contains the files; it is removed at the end in any case."""
     fresh = parent / f".nao_kin-{secrets.token_hex(8)}"
 
     def remove() -> None:
@@ -323,7 +323,7 @@ def _swap(target: Path, files: Mapping[str, bytes]) -> None:
 
 
 def check_replaceable(path: Path | str, *, overwrite: bool) -> None:
-    """Raise the errors of `write_document` for the document alone, before the work whose result it is."""
+    """Raise the errors of `write_document` for the document alone, before the work that produces it."""
     check_writable(path)
     target = replaced_file(path)
     if target is not None and target.exists() and not overwrite:
@@ -394,7 +394,7 @@ def _write_together(folder: Path, extras: Mapping[str, bytes], path: Path | str,
 
 # --- The text of a file that a user names, or of standard input.
 
-# Of a packed file, and of a pipe or device, which may have no end.
+# The largest content of a packed file, and of a pipe or device, which may have no end.
 MAX_BYTES = 1 << 30
 
 

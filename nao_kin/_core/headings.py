@@ -21,7 +21,7 @@ from nao_kin._core.text import MAX_SHOWN, quoted
 
 # Units that a heading may name, for joints whose values are in rad, m or ratios.
 JOINT_UNITS = {"rad": ("rad", "deg", "°"), "m": ("m",), "1": ("1", "%")}
-# Units of times, and how many of each a second has.
+# Units of times, and their number in a second.
 TIME_UNITS = {"s": 1.0, "ms": 1e3, "us": 1e6, "µs": 1e6, "ns": 1e9}
 _TIME_NAMES = ("time", "timestamp", "t", "stamp")
 _HEADING = re.compile(r"(?P<name>[^\[\]()]*?)\s*(?:[\[(]\s*(?P<unit>[^\[\]()]*?)\s*[\])])?")
@@ -52,7 +52,7 @@ class Heading:
 
 
 def read_heading(text: str) -> Heading:
-    """Return the name and the unit of a heading; of a key of NAOqi's devices, the joint."""
+    """Return the name and the unit of a heading; for a key of NAOqi's devices, the joint."""
     text = text.strip()
     match = _HEADING.fullmatch(text)
     name, unit = (text, None) if match is None else (match["name"], match["unit"])

@@ -22,7 +22,7 @@ Kernel = Callable[..., tuple[Number, ...]]
 
 CHUNK = 8192
 
-# Between these the square of a length is accurate.
+# Between these lengths the square is accurate.
 SMALLEST_SQUARE, LARGEST_SQUARE = 1e-280, 1e280
 SMALLEST_NORMAL = 2.0**-1022
 
@@ -65,7 +65,7 @@ def _float_within(value: float, bound: float) -> bool:
 
 
 def _array_within(value: Any, bound: float) -> bool:
-    # Written so that NaN, which min and max pass on, answers False.
+    # Written so that NaN, which min and max propagate, gives False.
     return bool(value.max() <= bound) and bool(value.min() >= -bound)
 
 
@@ -74,7 +74,7 @@ ARRAYS = Functions(np.sqrt, np.sin, np.cos, np.tan, np.log, np.arctan2, np.maxim
 
 
 def evaluate(kernel: Kernel, inputs: Sequence[Floats], *tails: tuple[int, ...]) -> list[Floats]:
-    """Return the results of `kernel` on every row of `inputs`, arrays (*batch, m_i) of one batch shape.
+    """Return the results of `kernel` for every row of `inputs`, arrays (*batch, m_i) of one batch shape.
 
     They fill, in order, one new array of shape (*batch, *tail) for each of `tails`.
     """
@@ -91,7 +91,7 @@ def evaluate(kernel: Kernel, inputs: Sequence[Floats], *tails: tuple[int, ...]) 
         targets = [column for out in outs for column in out.T]
         if count > CHUNK:
             keep_the_heap()
-        # For an overflow the kernel raises an error, which says more than a warning.
+        # In case of overflow the kernel raises an error, which is more specific than a warning.
         with np.errstate(over="ignore", invalid="ignore"):
             for start in range(0, count, CHUNK):
                 part = slice(start, start + CHUNK)
@@ -110,9 +110,9 @@ def rescaled(vectors: Floats, what: str) -> Floats:
 
 
 def keep_the_heap() -> None:
-    """Keep glibc from returning the temporaries of each chunk to the system, only to fault them in again.
+    """Keep glibc from returning the temporaries of each chunk to the system and requesting them again.
 
-    Freeing one large block raises its limits for good: kernels run up to twice as fast. Elsewhere it costs nothing.
+    Freeing one large block raises glibc's limits permanently: kernels run up to twice as fast.
     """
     np.empty(1 << 20)
 

@@ -1,8 +1,8 @@
-"""Leaves no child process, temporary file or folder behind when the program is ended from outside.
+"""Remove child processes, temporary files and folders when a signal ends the program.
 
-Actions that tidy up are registered here. `end_on_signals`, which only the command line calls, makes INT, TERM and HUP
-run them and leave at once. It raises nothing: an exception would be lost in an import, a destructor or a callback from
-C, and the program would go on.
+Cleanup actions are registered here. `end_on_signals`, which only the command line calls, makes INT, TERM and HUP run
+them and exit at once. It raises no exception: an exception would be lost in an import, a destructor or a callback from
+C, and the program would continue.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from types import FrameType
 
 _SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")
-# Tidying up takes milliseconds; if a disk or a lock delays it, the program leaves without it.
+# Cleanup takes milliseconds; if a disk or a lock delays it, the program exits without it.
 _MAX_SECONDS = 0.8
 
 _registered: dict[object, Callable[[], object]] = {}
@@ -26,10 +26,10 @@ _ending: list[int] = []
 
 
 def end_on_signals() -> None:
-    """Tidy up and leave with exit code 128 + n on the signals INT (2), TERM (15) and HUP (1), from now on.
+    """Clean up and exit with code 128 + n on the signals INT (2), TERM (15) and HUP (1), from now on.
 
-    An ignored signal, as for nohup and background jobs of shells, stays ignored. A second signal while the first is
-    handled changes nothing. Only for the main thread.
+    An ignored signal, as for nohup and background jobs of shells, remains ignored. A second signal while the first is
+    handled has no effect. Only for the main thread.
     """
     for name in _SIGNALS:
         number = getattr(signal, name, None)
@@ -48,7 +48,7 @@ def before_ending(action: Callable[[], object]) -> ExitStack:
 
 @contextmanager
 def uninterrupted() -> Iterator[Callable[[], bool]]:
-    """Delay signals until the end of a few quick steps that belong together, such as starting and registering.
+    """Delay signals until the end of a few quick steps, such as starting a process and registering it.
 
     Longer steps poll the function that this yields: whether a signal waits.
     """
@@ -73,7 +73,7 @@ def _end(number: int) -> None:
     if _ending:
         return
     _ending.append(number)
-    with suppress(RuntimeError):  # no new thread while the interpreter is already leaving
+    with suppress(RuntimeError):  # no new thread while the interpreter is exiting
         _thread.start_new_thread(_leave_anyway, (number,))
     for action in reversed(tuple(_registered.values())):
         with suppress(Exception):

@@ -1,8 +1,8 @@
-"""Runs a program that must end with the process that needs it, and removes its folder, however that process ends.
+"""Run a program that must end with the process that needs it, and remove its folder, however that process ends.
 
 It is a separate process in its own session, started by path and without site packages (`python -I -S`), in some 20 ms.
-After SIGKILL a process cannot tidy up; but its end closes a pipe, as do a crash and the operating system when memory is
-short. Unlike the parent-death signal of Linux this works on macOS too, and for any thread that starts the program.
+After SIGKILL a process cannot clean up, but its end closes a pipe, as does a crash or the out-of-memory killer. Unlike
+the parent-death signal of Linux this works on macOS too, and for any thread that starts the program.
 
     supervisor.py FOLDER PREFIX PROGRAM ARGUMENTS…
 
@@ -25,14 +25,14 @@ from contextlib import suppress
 
 # Locked while the folder is in use; a lock ends with its process, and works across containers.
 _LOCK = "in_use"
-# A folder is made a moment before it is locked.
+# A folder is created a moment before it is locked.
 _YOUNG_SECONDS = 60.0
 _LOOK_SECONDS = 0.02
 _KILL_SECONDS = _REMOVE_SECONDS = 0.3
 
 
 def main(folder: str, prefix: str, *command: str) -> None:
-    """Run the command until it is to end."""
+    """Run the command until it has to end."""
     parent = os.getppid()
     asked: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):

@@ -1,4 +1,4 @@
-"""Text for people: values in messages, tables, and names that are not taken."""
+"""Text for people: values in messages, tables, and unused names."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import itertools
 from collections.abc import Container, Iterable, Iterator, Sequence
 from html import escape
 
-# Characters of a value that is only a part of a message.
+# Longest text of a value that is a part of a message.
 MAX_SHOWN = 40
-# No message repeats more than this of a value.
+# No message shows more characters of a value.
 MAX_ECHOED = 200
 
 
@@ -49,7 +49,7 @@ def _html_row(tag: str, cells: Iterable[str]) -> str:
     return f"<tr>{''.join(f'<{tag}>{escape(cell)}</{tag}>' for cell in cells)}</tr>"
 
 
-# --- Names that are not taken.
+# --- Unused names.
 
 
 def fresh_name(name: str, taken: Container[str], *endings: str) -> str:

@@ -1,4 +1,4 @@
-"""Warnings that name the caller's line, refusals for missing extras, and MuJoCo's warnings."""
+"""Warnings that name the caller's line, errors for missing extras, and MuJoCo's warnings."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _PACKAGE = __name__.partition(".")[0]
 
 
 class _Message(str):
-    """A text equal to every other on the same subject.
+    """A text that equals every other text on the same subject.
 
     Python shows a warning once for each text and line; texts that differ only by a number should count as one.
     """
@@ -52,9 +52,9 @@ def need_extra(purpose: str, name: str, *modules: str) -> None:
     """Raise `MissingExtra` if an extra is not installed or does not load.
 
     Args:
-        purpose: what needs it, as the message begins.
-        name: of the extra.
-        modules: what will be imported; by default all modules of the extra.
+        purpose: the feature that needs it, the beginning of the message.
+        name: the name of the extra.
+        modules: the modules to import; by default all modules of the extra.
     """
     for module in modules or EXTRAS[name].modules:
         try:

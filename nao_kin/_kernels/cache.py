@@ -44,7 +44,7 @@ from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import need_extra, warn_caller
 from nao_kin.errors import BadArgument, MissingExtra, NotCachedWarning, NotCompiledWarning, UnknownName
 
-# --- With Numba kernels are compiled, without it they run as Python.
+# --- With Numba kernels are compiled, without Numba they run as Python.
 
 _NOTICEABLE_SECONDS = 2.0  # s
 
@@ -60,7 +60,7 @@ def numba_problem() -> str:
 
 
 def has_numba() -> bool:
-    """Return whether Numba can be used, though NUMBA_DISABLE_JIT may forbid it to compile."""
+    """Return whether Numba can be used; NUMBA_DISABLE_JIT may still forbid compilation."""
     return not numba_problem()
 
 
@@ -74,7 +74,7 @@ def compiles() -> bool:
 
 
 def may_compile() -> bool:
-    """Return whether functions are compiled, as far as this can be seen without importing Numba."""
+    """Return whether functions are compiled, as far as this is known without importing Numba."""
     if "numba" in sys.modules:
         return compiles()
     return importlib.util.find_spec("numba") is not None and os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
@@ -115,7 +115,7 @@ def fingerprint(function: Callable[..., Any], name: str) -> str:
 
     They depend on Python, Numba, NumPy, the processor, the syntax trees of all modules from which the function takes
     functions and classes, directly or through other functions, and the values of the constants it uses. Comments,
-    docstrings, line numbers and the place of the files do not count. Missing sources raise an OSError.
+    docstrings, line numbers and the path of the files do not count. Missing sources raise an OSError.
     """
     modules, constants = _dependencies(function)
     parts = [name, str(sys.implementation.cache_tag), _version("numba"), np.__version__, _processor()]
@@ -214,13 +214,13 @@ KERNELS: dict[str, CachedKernel] = {}
 # Importing these modules makes all kernels.
 _KERNEL_MODULES = "nao_kin._kernels.operations", "nao_kin.reach", "nao_kin.ik"
 
-# How long it takes to read a kernel, with and without the import of Numba [s].
+# Time to read a kernel, with and without the import of Numba [s].
 _IMPORT_SECONDS, _READ_SECONDS = 1.0, 0.2
 # Below this, neither reading a kernel nor a process in the background pays [s].
 _WORTH_COMPILING = 0.01
 # The pause after a background process that ended without a kernel [s].
 _PAUSE_SECONDS = 600.0
-# How often the use of a cached kernel is noted, and after how long an unused one may be removed [s].
+# The interval of noting the use of a cached kernel, and the time after which an unused one may be removed [s].
 _TOUCH_SECONDS, _UNUSED_SECONDS = 86400.0, 30 * 86400.0
 # The bytes of a lock file: one is locked while compiling, one while waiting to compile in the background.
 _COMPILING, _WAITING = 0, 1
@@ -245,9 +245,9 @@ class KernelState:
 
     Attributes:
         name: its name.
-        seconds: how long it took to load or compile it.
+        seconds: the time to load or compile it.
         compiled: whether it had to be compiled because it was not cached on disk.
-        folder: where it is cached; None where it could not be cached.
+        folder: the folder of its cache; None if it could not be cached.
     """
 
     name: str
@@ -262,14 +262,14 @@ class CachedKernel:
     Attributes:
         entry_point: the compiled function, in memory, without Numba's check of its arguments, which takes longer than
             a closed form; or None.
-        python_seconds: how long `first_rows` has run it as Python in this process [s].
+        python_seconds: time for which `first_rows` has run it as Python in this process [s].
 
     Args:
         function: plain Python that Numba can compile; run as Python without Numba or with NUMBA_DISABLE_JIT.
-        what: what is being compiled, for the line on standard error.
+        what: description of the kernel for the line on standard error.
         name: its name, also that of the file that marks it as cached.
         signature: makes the types of its arguments; None for those of its annotations, by `numba_type`.
-        seconds: about how long it takes to compile [s].
+        seconds: approximate time to compile it [s].
     """
 
     def __init__(
@@ -298,7 +298,7 @@ class CachedKernel:
         return (self._compiled or self.ready())(*arguments)
 
     def ready(self) -> Callable[..., Any]:
-        """Return the function to call: the compiled one if possible, else the Python one."""
+        """Return the function to call: the compiled one if possible, otherwise the Python function."""
         if self._compiled is not None:
             return self._compiled
         if not compiles():
@@ -324,16 +324,16 @@ class CachedKernel:
         return KernelState(self.name, seconds, not found, self.folder if self._is_cached() else None)
 
     def seconds_until_better(self) -> float:
-        """Return how much longer to run it as Python rather than wait for the kernel [s].
+        """Return how long to continue as Python before waiting for the kernel [s].
 
-        The time already spent counts, so that many short calls are compiled in the end, too.
+        The time already spent counts, so that the kernel is finally compiled for many short calls too.
         """
         if self._is_cached():
             return (_READ_SECONDS if "numba" in sys.modules else _IMPORT_SECONDS) - self.python_seconds
         return self._seconds - self.python_seconds
 
     def compile_in_background(self) -> None:
-        """Start a process that compiles it and may outlive this one; only once, and not if another one is at it."""
+        """Start a process that compiles it and may outlive this one, once, unless another process compiles it."""
         if self._started or self._is_cached():
             return
         self._started = True
@@ -344,7 +344,7 @@ class CachedKernel:
         with suppress(OSError, subprocess.SubprocessError):
             self.folder.parent.mkdir(parents=True, exist_ok=True)
             with _THREADS, _lock_file(self.folder) as lock:
-                fcntl.lockf(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)  # an error if another process has a part of it
+                fcntl.lockf(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)  # an error if another process has locked a part of it
                 state = os.fstat(lock)
                 if state.st_size and time.time() - state.st_mtime < _PAUSE_SECONDS:
                     return
@@ -365,7 +365,7 @@ class CachedKernel:
         if folder is not None:
             if self._is_cached():
                 self._mark_used(folder)
-                # Files that a crash or another program has damaged are made again.
+                # Files damaged by a crash or another program are written again.
                 with suppress(Exception):
                     return self._compile(folder)
             try:
@@ -420,7 +420,7 @@ class CachedKernel:
     def _remove_unused(self, folder: Path) -> None:
         """Remove folders of this kernel with other fingerprints that have not been used for long.
 
-        A process that is just reading from one finds parts missing, and compiles the kernel.
+        A process that is reading from such a folder finds files missing, and compiles the kernel.
         """
         with suppress(OSError):
             for former in set(folder.parent.iterdir()) - {folder}:
@@ -438,7 +438,7 @@ class CachedKernel:
 
     @cached_property
     def folder(self) -> Path | None:
-        """Where it is cached; None where it cannot be."""
+        """The folder of its cache; None if it cannot be cached."""
         parent = cache_folder()
         if parent is None:
             return None
@@ -454,7 +454,7 @@ def first_rows(
     """Run the first rows as Python as long as this is faster than waiting for the kernels; return their number.
 
     Args:
-        kernels: those that the rows need.
+        kernels: the kernels that the rows need.
         run: computes the rows of a slice with `CachedKernel.uncompiled`.
         count: number of rows.
         at_once: number of rows in one slice.
@@ -482,7 +482,7 @@ def first_rows(
 
 
 def warm_up(names: Iterable[str] | None = None) -> tuple[KernelState, ...]:
-    """Compile kernels, or read them from the cache, so that no later call has to wait for them.
+    """Compile kernels, or read them from the cache, so that later calls do not wait for them.
 
     Args:
         names: names of kernels, such as "ik kernel, legs"; None for all kernels of the package.
@@ -521,7 +521,7 @@ def compile_kernel(module: str, name: str) -> None:
 
 
 def cache_folder() -> Path | None:
-    """Return the folder of compiled kernels: below NUMBA_CACHE_DIR if it is set, else in the user's cache directory.
+    """Return the folder of compiled kernels: below NUMBA_CACHE_DIR if set, otherwise in the user's cache directory.
 
     None if the user has no home directory.
 
@@ -545,7 +545,7 @@ def cache_folder() -> Path | None:
 def _lock_file(folder: Path) -> Iterator[int]:
     """Open the file that is locked while a kernel is compiled, next to its folder, and yield the descriptor.
 
-    POSIX locks end with the process that holds them, and a forked process does not inherit them.
+    POSIX locks end with their process, and a forked process does not inherit them.
     """
     descriptor = os.open(folder.with_suffix(".lock"), os.O_RDWR | os.O_CREAT, 0o600)
     try:
@@ -603,7 +603,7 @@ def _numba_cache(function: Callable[..., Any], folder: Path) -> Any:
 
 
 def _print_once(message: str) -> None:
-    """Print to standard error, once in a process, why something takes a while."""
+    """Print to standard error, once in a process, the reason of a delay."""
     if message not in _printed and sys.stderr is not None:
         with suppress(OSError, ValueError):
             print(f"nao_kin: {message}", file=sys.stderr)  # noqa: T201

@@ -15,12 +15,12 @@ class Chain(NamedTuple):
     """n joints that m coordinates move, from the base to each frame in turn, with the fields of `SerialChain`.
 
     Attributes:
-        joints: number of joints on the way to each frame.
+        joints: number of joints on the path to each frame.
         links: the placements, one more than joints for each frame, twelve numbers each, 3×4 by rows.
         slides: 1 for a prismatic joint.
         place: index of the coordinate that moves a joint, −1 for none.
         ratio: value of a joint = ratio · coordinate + offset [rad or m].
-        offset: of each joint [rad or m].
+        offset: offset of each joint [rad or m].
     """
 
     joints: IntRow
@@ -120,7 +120,7 @@ def rotation_vector(
 
 @both_ways
 def inverse_jacobian_factor(squares: float) -> float:
-    """C = (1 − (φ/2) cot(φ/2))/φ² of J_l(v)⁻¹ = 1 − ½ [v×] + c [v×]², from φ² = v·v."""
+    """Return c = (1 − (φ/2) cot(φ/2))/φ² of J_l(v)⁻¹ = 1 − ½ [v×] + c [v×]², from φ² = v·v."""
     angle = math.sqrt(squares)
     if angle <= SMALL_ANGLE:
         return 1.0 / 12.0 + squares / 720.0

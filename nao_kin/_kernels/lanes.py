@@ -1,4 +1,4 @@
-"""Vectors of one register's width, so that a kernel computes many configurations at once.
+"""Vectors of the width of one register, so that a kernel computes many configurations at once.
 
 The compiler vectorises a loop over parts of one array only behind a check that the parts do not overlap. Here the width
 is fixed: 512 bits, 8 double or 16 single precision numbers, which narrower registers process in several steps. Vectors

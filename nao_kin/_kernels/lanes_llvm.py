@@ -128,7 +128,7 @@ def write_fours(
 
 
 def _pointer(context: Any, builder: Any, array_type: Any, array: Any, at: Any) -> Any:
-    """The address of the vector at array[at]."""
+    """Return the address of the vector at array[at]."""
     numbers = context.make_array(array_type)(context, builder, array).data
     vector = context.get_value_type(LanesType(array_type.dtype))
     return builder.bitcast(builder.gep(numbers, [at]), vector.as_pointer())
@@ -192,7 +192,7 @@ def _fours(builder: Any, vectors: Sequence[Any]) -> list[tuple[int, Any]]:
 
 
 def _elementwise(generate: Callable[..., Any], result: Callable[[Any], Any] = lambda lanes: lanes) -> Any:
-    """An intrinsic of vectors: `generate` makes the instructions; the result has the type of the last argument."""
+    """Return an intrinsic of vectors by `generate`, whose result has the type of the last argument."""
 
     def function(_: Any, *lanes: Any) -> Any:
         def instructions(context: Any, builder: Any, signature: Any, values: Sequence[Any]) -> Any:

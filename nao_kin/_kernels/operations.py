@@ -83,7 +83,7 @@ def compiled(function: _Function) -> _Function:
 
 @compiled
 def sine_and_cosine(m: Array, x: Lanes) -> tuple[Lanes, Lanes]:
-    """Sine and cosine of |x| ≤ FARTHEST; `m` is an array of the same kind of number."""
+    """Return sine and cosine of |x| ≤ FARTHEST; `m` is an array of the same kind of number."""
     if m.itemsize == 8:
         quarters = nearest(x * spread(m, 2.0 / math.pi))
         r = x - quarters * spread(m, 1.57079632673412561417)
@@ -122,7 +122,7 @@ def sine_and_cosine(m: Array, x: Lanes) -> tuple[Lanes, Lanes]:
 
 @compiled
 def arc_tangent(m: Array, y: Lanes, x: Lanes) -> Lanes:
-    """The angle of the point (x, y) in [−π, π], like atan2: zero at the origin, with the sign of y."""
+    """Return the angle of the point (x, y) in [−π, π], like atan2: zero at the origin, with the sign of y."""
     zero, one = spread(m, 0.0), spread(m, 1.0)
     far_x, far_y = with_sign(x, one), with_sign(y, one)
     steep = where_less(far_x, far_y, one, zero)
@@ -152,7 +152,7 @@ def arc_tangent(m: Array, y: Lanes, x: Lanes) -> Lanes:
 
 @compiled
 def length(m: Array, x: Lanes, y: Lanes) -> Lanes:
-    """√(x² + y²) of numbers of moderate size."""
+    """Return √(x² + y²) of numbers of moderate size."""
     return square_root(x * x + y * y)
 
 
@@ -389,8 +389,8 @@ def run(q: Array, v: Array, a: Array, tables: Tables, m: Array, out: Array, far:
 
     Args:
         q: configurations, one after another.
-        v: velocities; empty where the program takes none.
-        a: accelerations; empty where the program takes none.
+        v: velocities; empty if the program uses none.
+        a: accelerations; empty if the program uses none.
         tables: the program.
         m: scratch memory, a tile for each row, with the constant registers filled.
         out: the results, one after another.

@@ -2,7 +2,7 @@
 
 A builder hands out registers. Columns that do not change are shared and not copied: a rotation about z does not change
 the third column of a matrix, and a joint without an offset does not move the origin. A finished program contains only
-the operations that its results depend on.
+the operations on which its results depend.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from nao_kin._core.arrays import Floats
 from nao_kin._kernels.cache import Floats1, Floats2, Ints1, Ints2
 
-# --- The codes of the operations, and the size of a tile: what programs and the kernel that runs them agree on.
+# --- The codes of the operations, and the size of a tile, shared by programs and the kernel that runs them.
 
 TURN, ADD_1, ADD_2, ADD_3, SLIDE, CROSS, PROJECT, BASE, HINGE, MATRIX, QUATERNION, RPY = range(12)
 
@@ -32,7 +32,7 @@ FARTHEST = {8: 1e5, 4: 500.0}
 
 
 class Tables(NamedTuple):
-    """A program as the kernel takes it; rows are those of scratch memory.
+    """A program in the kernel's form; rows are those of scratch memory.
 
     Attributes:
         widths: numbers in each configuration, velocity and acceleration; zero for an input that is not read.
@@ -126,7 +126,7 @@ class Program:
     """A finished program.
 
     Attributes:
-        tables: what the kernel takes.
+        tables: the tables for the kernel.
         constants: the first registers, which do not change, shape (registers, 3).
         rows: number of rows of scratch memory.
     """
@@ -174,7 +174,7 @@ class Builder:
     # --- numbers --------------------------------------------------------------------------------------------------
 
     def constant(self, x: float, y: float, z: float) -> Register:
-        """A vector that is the same for all configurations."""
+        """Return a vector that is the same for all configurations."""
         found = self._constants.get((x, y, z))
         if found is None:
             found = self._constants[(x, y, z)] = -1 - len(self._constants)
@@ -195,7 +195,7 @@ class Builder:
     # --- operations -----------------------------------------------------------------------------------------------
 
     def combination(self, start: Register, terms: Iterable[tuple[Register, float]]) -> Register:
-        """Start + Σ weight · register."""
+        """Return start + Σ weight · register."""
         terms = [(r, w) for r, w in terms if abs(w) > _NEGLIGIBLE and r != self.zero]
         if start == self.zero and len(terms) == 1 and terms[0][1] == 1.0:
             return terms[0][0]
@@ -207,7 +207,7 @@ class Builder:
         return start
 
     def placed(self, frame: FrameRegisters, R: Floats, t: Floats) -> FrameRegisters:
-        """The frame with pose (R, t) in `frame`."""
+        """Return the frame with pose (R, t) in `frame`."""
         axes = frame.columns
         origin = self.combination(frame.origin, zip(axes, t.tolist(), strict=True))
         columns = (self.combination(self.zero, zip(axes, column, strict=True)) for column in R.T.tolist())
@@ -215,59 +215,59 @@ class Builder:
         return FrameRegisters(x, y, z, origin)
 
     def turned(self, frame: FrameRegisters, axis: int, angle: int) -> FrameRegisters:
-        """The frame rotated about its own coordinate axis."""
+        """Return the frame rotated about its own coordinate axis."""
         columns = list(frame.columns)
         a, b = (axis + 1) % 3, (axis + 2) % 3
         columns[a], columns[b] = self._new(TURN, 2, (self.zero, columns[a], columns[b]), angle=angle)
         return FrameRegisters(columns[0], columns[1], columns[2], frame.origin)
 
     def scaled(self, start: Register, direction: Register, number: int, weight: float = 1.0) -> Register:
-        """Start + weight · number · direction, with one number for each configuration."""
+        """Return start + weight · number · direction, with one number for each configuration."""
         return self._new(SLIDE, 1, (start, direction), (weight,), number=number)[0]
 
     def cross(self, a: Register, b: Register, weight: float = 1.0, start: Register | None = None) -> Register:
-        """Start + weight · a × b."""
+        """Return start + weight · a × b."""
         if self.zero in (a, b):
             return self.zero if start is None else start
         return self._new(CROSS, 1, (self.zero if start is None else start, a, b), (weight,))[0]
 
     def difference(self, a: Register, b: Register) -> Register:
-        """A − b."""
+        """Return a − b."""
         return a if b == self.zero else self.combination(a, [(b, -1.0)])
 
     def projected(self, columns: Columns, vector: Register) -> Register:
-        """Components of a vector along three axes."""
+        """Return the components of a vector along three axes."""
         if columns == self.root.columns:
             return vector
         return self._new(PROJECT, 1, (vector, *columns))[0]
 
     def position(self, first: int) -> Register:
-        """The vector of three numbers of the input."""
+        """Return the vector of three numbers of the input."""
         vector = self.zero
         for k, axis in enumerate(self.root.columns):
             vector = self.scaled(vector, axis, first + k)
         return vector
 
     def orientation(self, first: int, *, inverse: bool = False) -> Columns:
-        """The columns of the matrix of a quaternion (x, y, z, w) of the input, or of the inverse matrix."""
+        """Return the columns of the matrix of a quaternion (x, y, z, w) of the input, or of the inverse matrix."""
         x, y, z = self._new(BASE, 3, (), (-1.0 if inverse else 1.0,), number=first)
         return x, y, z
 
     def hinged(self, start: Register, vector: Register, axis: int, angle: int, offset: Sequence[float]) -> Register:
-        """Start + R · vector + offset, with R the rotation about a coordinate axis."""
+        """Return start + R · vector + offset, with R the rotation about a coordinate axis."""
         return self._new(HINGE, 1, (start, vector), tuple(offset), angle=angle, axis=axis)[0]
 
     def transformed(self, start: Register, W: Floats, vector: Register) -> Register:
-        """Start + W · vector, with a constant matrix."""
+        """Return start + W · vector, with a constant matrix."""
         return self._new(MATRIX, 1, (start, vector), tuple(W.reshape(-1).tolist()))[0]
 
     def quaternion(self, frame: FrameRegisters) -> tuple[Component, ...]:
-        """The unit quaternion (r0, r1, r2, r3) of a frame, in canonical sign."""
+        """Return the unit quaternion (r0, r1, r2, r3) of a frame, in canonical sign."""
         first, last = self._new(QUATERNION, 2, (self.zero, *frame.columns))
         return (*components(first), Component(last, 0))
 
     def rpy(self, frame: FrameRegisters) -> tuple[Component, ...]:
-        """Roll, pitch and yaw of a frame."""
+        """Return roll, pitch and yaw of a frame."""
         return components(self._new(RPY, 1, (self.zero, *frame.columns))[0])
 
     def _new(
@@ -339,8 +339,8 @@ def components(register: Register) -> tuple[Component, Component, Component]:
 def _allocate(needed: Sequence[Operation], wanted: set[Register], constants: int) -> tuple[dict[Register, int], int]:
     """Return the first row of each register, and the number of registers in scratch memory.
 
-    A later register reuses the rows of one that is not read any more, so that a tile stays in the nearest cache; an
-    operation never writes where it reads.
+    A later register reuses the rows of a register that is no longer read, so that a tile stays in the nearest cache; an
+    operation never writes to rows that it reads.
     """
     last = {register: k for k, operation in enumerate(needed) for register in operation.operands}
     place = {-1 - k: 3 * k for k in range(constants)}

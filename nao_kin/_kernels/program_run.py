@@ -1,4 +1,4 @@
-"""Runs programs on arrays of any layout and precision, in blocks of rows, on one thread or several."""
+"""Run programs on arrays of any layout and precision, in blocks of rows, on one thread or several."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ Array = NDArray[Any]
 
 # Rows that are made contiguous at a time: few enough to stay in the processor's cache.
 _BLOCK = 2048
-# Rows × length of the program from which on a second thread pays, though it may have to wait for a core.
+# Rows × length of the program above which a second thread pays, even if it has to wait for a core.
 _WORTH_A_THREAD = 4_000_000
 _BITS = {8: (struct.Struct("q"), struct.Struct("d")), 4: (struct.Struct("i"), struct.Struct("f"))}
 _UNUSED = {kind: (np.empty(0, kind),) * 3 for kind in (np.dtype(np.float64), np.dtype(np.float32))}
@@ -68,10 +68,10 @@ def execute(program: Program, inputs: Sequence[Array], out: Array, threads: int 
     """Run a program on configurations, velocities and accelerations; return the largest magnitude of the inputs.
 
     Args:
-        program: what to compute.
+        program: the program to run.
         inputs: arrays of one batch shape, (..., numbers), in any layout and precision.
         out: the results, shape (n, numbers), contiguous, in the precision to compute in.
-        threads: number of threads; None for as many cores as the work is worth.
+        threads: number of threads; None for as many as the work is worth.
 
     Returns:
         The largest magnitude; NaN or infinity if an input has one.

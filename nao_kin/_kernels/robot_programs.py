@@ -1,6 +1,6 @@
 """The programs of a robot: poses, Jacobians, centres of mass, velocities and accelerations.
 
-Programs know no names and no units; a frame is given by its joint and its pose there. Jacobians and twists are (linear;
+Programs have no names and no units; a frame is given by its joint and its pose there. Jacobians and twists are (linear;
 angular), and expressed "mixed" (at the frame's origin in the root's axes), in the "frame" (at its origin in its own
 axes) or in the "root" (at the root's origin in the root's axes).
 """
@@ -28,7 +28,7 @@ class PosedTree:
         self._axes: dict[int, Register] = {}
 
     def frame(self, joint: int) -> FrameRegisters:
-        """The frame of a joint."""
+        """Return the frame of a joint."""
         for place in self.tree.chain(joint):
             if place not in self._frames:
                 parent = self.tree.joints[place].parent
@@ -49,7 +49,7 @@ class PosedTree:
     def _moved(self, place: int, parent: FrameRegisters) -> FrameRegisters:
         builder, joint = self.builder, self.tree.joints[place]
         if joint.kind == "free":
-            first = joint.coordinate  # the pose of a floating base is that in the root
+            first = joint.coordinate  # a floating base has its pose in the root
             return FrameRegisters(*builder.orientation(first + 3), builder.position(first))
         k, sign = joint.principal
         if joint.kind == "prismatic":
@@ -125,7 +125,7 @@ class MovingTree:
         return motion.dv, motion.dw
 
     def _at(self, motion: BodyMotion, point: Register) -> BodyMotion:
-        """The motion at another point of the body: v + ω × r and v̇ + ω̇ × r + ω × (ω × r)."""
+        """Return the motion at another point of the body: v + ω × r and v̇ + ω̇ × r + ω × (ω × r)."""
         if point == motion.point:
             return motion
         builder = self.builder
@@ -159,7 +159,7 @@ class MovingTree:
         return BodyMotion(origin, v, w, dv, dw)
 
     def _floating(self, place: int, origin: Register) -> BodyMotion:
-        """The motion of a floating base, whose velocity and acceleration are given in its own axes."""
+        """Return the motion of a floating base, whose velocity and acceleration are given in its own axes."""
         builder, first = self.builder, self.posed.tree.joints[place].velocity
         columns = self.posed.frame(place).columns
         v = w = dv = dw = builder.zero
@@ -179,7 +179,7 @@ class MovingTree:
 def poses_program(
     tree: JointTree, frames: Sequence[TreeFrame], reference: TreeFrame | None = None, form: str = "matrix"
 ) -> Program:
-    """Poses of frames in the root or in a reference frame, one frame after another.
+    """Return the program of poses of frames in the root or in a reference frame, one frame after another.
 
     The form is "matrix", "rotation", "position", "position_quaternion" or "position6d". With a reference, joints that
     carry all of the frames are left out.
@@ -197,7 +197,7 @@ def poses_program(
 
 
 def jacobian_program(tree: JointTree, frame: TreeFrame, expression: str) -> Program:
-    """The Jacobian of a frame, shape (6, nv)."""
+    """Return the program of the Jacobian of a frame, shape (6, nv)."""
     builder = Builder(tree.nq, tree.nv)
     posed = PosedTree(builder, tree)
     at = posed.placed(frame)
@@ -225,7 +225,7 @@ def jacobian_program(tree: JointTree, frame: TreeFrame, expression: str) -> Prog
 
 
 def com_program(tree: JointTree, reference: TreeFrame | None = None) -> Program:
-    """The centre of mass in the root or in a reference frame, shape (3,).
+    """Return the program of the centre of mass in the root or in a reference frame, shape (3,).
 
     First moments are summed from the tips to the root, and each joint rotates the moment of all bodies behind it: a
     third of the work of computing the pose of every body.
@@ -239,7 +239,7 @@ def com_program(tree: JointTree, reference: TreeFrame | None = None) -> Program:
 
 
 def com_jacobian_program(tree: JointTree) -> Program:
-    """The Jacobian of the centre of mass in the root's axes, shape (3, nv)."""
+    """Return the program of the Jacobian of the centre of mass in the root's axes, shape (3, nv)."""
     builder = Builder(tree.nq, tree.nv)
     posed = PosedTree(builder, tree)
     moments: list[Register] = []
@@ -268,7 +268,7 @@ def com_jacobian_program(tree: JointTree) -> Program:
 
 
 def motion_program(tree: JointTree, frames: Sequence[TreeFrame], expression: str, derivatives: int) -> Program:
-    """Twists of frames, shape (6,) each; with two derivatives the rates of their numbers."""
+    """Return the program of twists of frames, shape (6,) each; with two derivatives the rates of their numbers."""
     builder = Builder(tree.nq, tree.nv, derivatives)
     posed = PosedTree(builder, tree)
     moving = MovingTree(posed, derivatives)
@@ -308,7 +308,7 @@ def _form(builder: Builder, frame: FrameRegisters, form: str) -> list[Component]
 
 
 def _lever(builder: Builder, point: Register, origin: Register, expression: str) -> Register:
-    """The vector from a joint's origin to the point of the linear velocity."""
+    """Return the vector from a joint's origin to the point of the linear velocity."""
     return builder.difference(builder.zero if expression == "root" else point, origin)
 
 
@@ -329,12 +329,12 @@ def _shares(tree: JointTree, moment: Sequence[float]) -> tuple[float, float, flo
 
 
 def _moment(builder: Builder, tree: JointTree, joint: int) -> Register:
-    """First moment of a joint's own body, as a share of the total mass."""
+    """Return the first moment of a joint's own body, divided by the total mass."""
     return builder.constant(*_shares(tree, tree.moment if joint < 0 else tree.joints[joint].moment))
 
 
 def _gathered(builder: Builder, tree: JointTree, joint: int) -> Register:
-    """First moment, in the frame of a joint, of all bodies behind it."""
+    """Return the first moment, in the frame of a joint, of all bodies behind it."""
     total = builder.zero
     for child in tree.children[joint]:
         total = _carried_moment(builder, tree, child, total)
@@ -342,7 +342,7 @@ def _gathered(builder: Builder, tree: JointTree, joint: int) -> Register:
 
 
 def _carried_moment(builder: Builder, tree: JointTree, place: int, start: Register) -> Register:
-    """`start`, in the frame of its parent, plus the first moment of a joint's body and the bodies behind it."""
+    """Return `start`, in the parent's frame, plus the first moment of a joint's body and the bodies behind it."""
     joint, share = tree.joints[place], tree.carried_masses[place] / tree.total_mass
     inside = builder.combination(_gathered(builder, tree, place), [(_moment(builder, tree, place), 1.0)])
     if joint.kind == "free":

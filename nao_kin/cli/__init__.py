@@ -38,12 +38,12 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """
     end_on_signals()
     codes: list[int] = []
-    atexit.register(_leave_qi, codes)  # the first to be registered, and so the last to be called
+    atexit.register(_leave_qi, codes)  # registered first, and so called last
     words = sys.argv[1:] if arguments is None else arguments
     if words and words[0] in _WITH_QI:
         with suppress(ImportError):
             importlib.import_module("qi")  # before Pinocchio, see nao_kin.naoqi._qi
-    from nao_kin.cli.app import run  # takes a while, in which signals are answered already
+    from nao_kin.cli.app import run  # takes a while, during which signals are already handled
 
     codes.append(run(arguments))
     sys.exit(codes[0])

@@ -55,7 +55,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
         return _fail("standard output is closed")
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a terminal without ° or … shows ? and goes on
+            stream.reconfigure(errors="replace")  # a terminal without ° or … shows ? instead
     try:
         with _terminal_restored(), _warnings_as_lines():
             code = app(args=None if arguments is None else list(arguments), prog_name="nao-kin", standalone_mode=False)
@@ -116,7 +116,7 @@ def _warnings_as_lines() -> Iterator[None]:
 
 
 def _terminal_restored() -> AbstractContextManager[object]:
-    """Let a signal leave a terminal with its cursor and without half a progress bar."""
+    """On a signal, restore the terminal's cursor and remove the progress bar."""
 
     def restore() -> None:
         os.write(2, b"\r\x1b[K\x1b[?25h")

@@ -1,4 +1,4 @@
-"""`nao-kin doctor` and `warmup`: what is installed, from where, which conflicts, and kernels compiled in advance."""
+"""`nao-kin doctor` and `warmup`: the installed packages, their origins, conflicts, and kernels compiled in advance."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def _probed(program: str, variables: Mapping[str, str]) -> tuple[int | None, str
 _LIBRARIES = {"pin": "pinocchio"} | {
     name: name for name in "eigenpy coal numpy yourdfpy meshcat typer rich trimesh".split()
 }
-# May be absent: Pinocchio brings them, or works without them.
+# May be absent: Pinocchio includes them, or works without them.
 _OPTIONAL = ("eigenpy", "coal")
 _BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "firefox")
 
@@ -171,17 +171,17 @@ def _spec(module: str) -> ModuleSpec | None:
 
 
 def _location(module: str) -> str | None:
-    """Return the folder that Python would load a module from, without loading it."""
+    """Return the folder from which Python would load a module, without loading it."""
     spec = _spec(module)
     return str(Path(spec.origin).parent) if spec is not None and spec.origin else None
 
 
 def _clashes(pin: str | None, place: str | None, variables: Mapping[str, str]) -> list[str]:
-    """Return what hides or duplicates Pinocchio, from its version by pip and its folder, None if absent."""
+    """Return the packages that hide or duplicate Pinocchio, from pip's version of it and its folder, None if absent."""
     problems = []
     for entry in filter(None, variables.get("PYTHONPATH", "").split(os.pathsep)):
         if entry.startswith(("/opt/ros", "/opt/openrobots")):
-            problems.append(f"PYTHONPATH holds {entry}: libraries there hide those of pip; unset PYTHONPATH")
+            problems.append(f"PYTHONPATH contains {entry}: libraries there hide those of pip; unset PYTHONPATH")
     if place is not None and pin is None:
         problems.append(f"Pinocchio comes from {place} and not from pip's 'pin': pip install 'pin>=4.1'")
     if pin is not None and tuple(map(int, re.findall(r"\d+", pin)[:2])) < (4, 1):

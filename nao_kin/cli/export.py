@@ -13,7 +13,7 @@ from nao_kin.errors import BadArgument
 
 @dataclass(frozen=True)
 class ExportOptions:
-    """The options of all formats; None leaves an option to the format."""
+    """The options of all formats; None means the default of the format."""
 
     frames: str | None = option("WHICH", "Links on fixed joints: all, effectors or none.")
     names: str | None = option("WHOSE", "Names of links and joints: naoqi or ros.")

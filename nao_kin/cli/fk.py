@@ -88,7 +88,7 @@ class PosePrinter:
         for _, rows in _rows(chunks):
             for name, row in zip(self.frames, rows, strict=True):
                 cells = [fixed(value) for value in row]
-                if self.style == "matrix":  # as on paper: the columns are the axes and the origin
+                if self.style == "matrix":  # as usually written: the columns are the axes and the origin
                     cells = ["\n".join(cells[column::4]) for column in range(4)]
                 table.append([name, *cells])
         print_table(["frame", *columns], table, numbers=columns)
@@ -231,7 +231,7 @@ def fk(
             ignore_other=given.ignore_other,
             hips=rule if rows is None else None,
             progress=True,
-            overwrite=True,  # checked above, where a file that is continued is known
+            overwrite=True,  # checked above, where a continued file is recognised
         )
         _report(model, result, json)
         return
@@ -260,7 +260,7 @@ def fk(
 
 
 def _report(model: RobotModel, result: StreamResult, json: bool) -> None:
-    """Print what was written; on standard error what was left out or changed."""
+    """Print a summary of the output, and on standard error the omitted and changed rows."""
     if json:
         print_json(result.as_dict())
     else:

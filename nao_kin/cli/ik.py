@@ -145,7 +145,7 @@ def ik(request: Request, robot: RobotOptions) -> None:
     print_note(*found.notes)
     written = None if html is None else answers.write_page(html)
     if written is not None and not atomic.leads_to_standard_output(written) and not json:
-        # Under --csv standard output is a file, which must not contain this line.
+        # With --csv, standard output is a file, which must not contain this line.
         print(written, file=sys.stderr if csv else sys.stdout)
     if json:
         print_json(answers.document(len(targets.values)) | ({} if written is None else {"html": written}))
@@ -184,14 +184,14 @@ def _solver(model: RobotModel, request: Request, targets: Targets) -> Callable[[
     frame, kind, limits, direction = request.frame, targets.kind, request.limits, request.towards
     limb = LEGS if frame == LEGS else None if request.numeric else room.limb_of_frame(model, frame)
     if limb == LEGS and request.numeric:
-        raise BadArgument("--numeric places one frame; Legs are two")
+        raise BadArgument("--numeric solves for one frame; Legs has two")
     if limb != LEGS and request.priority is not None:
-        raise BadArgument("--priority goes with Legs, which has two feet")
+        raise BadArgument("--priority is for Legs, which has two feet")
     is_arm = limb in ("LArm", "RArm")
     if not (is_arm and kind == "place"):
         for option, value in (("--direction", direction), ("--criterion", request.criterion)):
             if value is not None:
-                raise BadArgument(f"{option} goes with places of a hand, three numbers, and the closed form of an arm")
+                raise BadArgument(f"{option} is for positions of a hand, three numbers, and the closed form of an arm")
     if direction is not None and request.criterion is not None:
         raise BadArgument("--direction leaves an arm no freedom to choose from; leave out --criterion")
 
@@ -209,7 +209,7 @@ def _solver(model: RobotModel, request: Request, targets: Targets) -> Callable[[
             return room.look_at(model, target, frame, reference=near, limits=limits)
         if limb == "Head":
             if kind == "pose":
-                print_note(f"of the poses of {frame} the orientations are used; two joints do not choose the place")
+                print_note(f"of the poses of {frame} only orientations are used; two joints cannot set the position")
             return room.head(model, target if kind == "rotation" else target[..., :3, :3], **common)
         if is_arm and kind != "rotation":
             criterion: Any = {} if request.criterion is None else {"criterion": request.criterion}
@@ -234,7 +234,7 @@ class _Answers:
 
     @cached_property
     def names(self) -> list[str]:
-        """The solved coordinates, by name: a joint that follows another is solved by that one."""
+        """The solved coordinates, by name: a mimic joint is represented by its driver."""
         first = self.model.nq - len(self.model.joint_names)
         return [self.model.joint_names[column - first] for column in self.found.columns]
 

@@ -1,4 +1,4 @@
-"""`nao-kin serve`, `run` and `live`: a virtual NAO, scripts for NAOqi that use it, the joints of a robot."""
+"""`nao-kin serve`, `run` and `live`: a virtual NAO, scripts for NAOqi, and the joints of a running robot."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def served(
     kinds: tuple[str, ...],
     **begin: Any,
 ) -> Iterator[dict[str, str]]:
-    """Serve a virtual NAO over qi, in `page` too if given, for the time of the context.
+    """Serve a virtual NAO over qi, and in `page` if given, until the end of the context.
 
     `kinds` are the changes printed on standard error: "log" for all messages and remarks, "limp" for commands to joints
     without stiffness, "kernels" for remarks on compiled kernels. `begin` has speed, posture and behaviors. Yields the
@@ -225,7 +225,7 @@ def live(
         from nao_kin.motion import FORMATS
 
         suffixes = dict.fromkeys(suffix for known in FORMATS.values() for suffix in known.suffixes)
-        if Path(record).suffix.lower() not in suffixes:  # now, and not when all is recorded
+        if Path(record).suffix.lower() not in suffixes:  # now, not after the recording
             raise BadArgument(f"no motion format for {abbreviated(record)}; end it in one of: {', '.join(suffixes)}")
         atomic.check_replaceable(record, overwrite=force)
     model = robot.load()
@@ -261,4 +261,4 @@ def _report(names: tuple[str, ...], found: list[JointReading], record: str | Non
         print_json({"readings": len(found) if record is not None else None, "last": last, "record": record})
     elif record is not None:
         print(record if found else "no readings")
-    sys.stdout.flush()  # a signal that waits leaves without it
+    sys.stdout.flush()  # a pending signal exits without it

@@ -36,8 +36,8 @@ _CONTRADICTIONS = (
 def option(metavar: str | None, help: str, *names: str, default: Any = None) -> Any:
     """Return an option, as the default value of a command's parameter or of a field of a dataclass of options.
 
-    `metavar` is the placeholder in the help, None for a choice, which lists its values; the names are made from the
-    name of the parameter by default. MISSING is the default value of a required option.
+    `metavar` is the placeholder in the help, None for a choice, which lists its values; by default the name of the
+    parameter determines the names. MISSING is the default value of a required option.
     """
 
     def info(name: str) -> Any:
@@ -120,7 +120,7 @@ class Command(TyperCommand):
                 if times > 1 and not getattr(parameter, "multiple", False):
                     option = " or ".join([*parameter.opts, *parameter.secondary_opts])
                     raise BadArgument(f"{option} is given {'twice' if times == 2 else f'{times} times'}; give it once")
-            # An argument is listed even if it is not given; if it takes several it is then empty, or no tuple.
+            # An argument is listed even if it is not given; one with several values is then empty, or not a tuple.
             names = {str(parameter.name) for parameter in order}
             file = values.get("file")
             if not isinstance(file, str) and not (isinstance(file, tuple) and file):
@@ -180,5 +180,5 @@ class RobotOptions:
         return robot if offsets is None else robot.with_offsets(**offsets)
 
 
-# Options that commands for a NAO alone do not have.
+# Options that commands for only the NAO do not have.
 OTHER_ROBOTS = ("urdf", "robot", "package_dir", "xacro")

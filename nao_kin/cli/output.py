@@ -52,7 +52,7 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[str]], *, number
 
 
 def print_written(*paths: str | Path) -> None:
-    """The files that were written, but for standard output, which has one of them, and nothing behind it."""
+    """Print the written files, unless one of them is standard output, where nothing may follow it."""
     for path in paths:
         if not leads_to_standard_output(path):
             print(path)

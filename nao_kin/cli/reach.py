@@ -63,7 +63,7 @@ def reach(
     previous = None
     if output is not None and continued and Path(output).is_file():
         previous = room.load(output)
-    warm_up([name for name in KERNELS if name.startswith("reach")])  # so that a signal does not have to wait for it
+    warm_up([name for name in KERNELS if name.startswith("reach")])  # so that a signal does not wait for it
     if previous is not None:
         settings.check_same(previous.settings, abbreviated(output))
         done = previous.ranges[-1][1] if previous.ranges else 0
@@ -125,7 +125,7 @@ def _report(found: ReachMap, files: list[str], json: bool) -> None:
         print_json({**summary, "files": files})
         return
     if any(atomic.leads_to_standard_output(file) for file in files):
-        return  # which contains the file and nothing else
+        return  # which contains only the file
     settings, best = found.settings, summary["best"]
     print(
         f"{settings.frame} in {settings.reference} of {settings.robot}, {found.samples} samples, seed {settings.seed}"

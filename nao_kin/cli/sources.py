@@ -107,7 +107,7 @@ class FileOptions:
     timeline: str | None = option(*TIMELINE)
 
     def check(self, file: str | None, posture: str | None, *, moves: bool, hips: str | None = None) -> None:
-        """Refuse options of motions for another file or none, and options of files without one."""
+        """Refuse options of motions without a motion, and options of files without a file."""
         if not moves:
             posture = None if file is None else posture
             refuse_for_motions(file, posture=posture, rate=self.rate, hips=hips, timeline=self.timeline)
@@ -129,7 +129,7 @@ class FileOptions:
     def log(
         self, model: RobotModel, file: str, *, deg: bool, limits: LimitPolicy = "ignore", hips: str | None = None
     ) -> Any:
-        """Return the whole configurations in a file, as `nao_kin.stream.read_log` gives them."""
+        """Return the whole configurations in a file, as `nao_kin.stream.read_log` does."""
         from nao_kin.stream import read_log
 
         rule: Any = hips
@@ -162,7 +162,7 @@ class FileOptions:
 
 
 def refuse_for_motions(file: str | None, **given: object) -> None:
-    """Refuse options that only a motion takes, for another file or none; None if not given."""
+    """Refuse options of motions for another file, or without a file (None)."""
     for name, value in given.items():
         if value is None:
             continue
@@ -174,7 +174,7 @@ def refuse_for_motions(file: str | None, **given: object) -> None:
 
 
 def is_motion(file: str) -> bool:
-    """Whether a file, "-" for standard input, holds a motion; standard input can be read again afterwards."""
+    """Return whether a file, "-" for standard input, contains a motion; standard input can be read again afterwards."""
     from nao_kin.motion import is_motion_file
 
     if file != "-":

@@ -38,9 +38,9 @@ _READ: dict[int, tuple[Kind, Callable[[Floats], Floats]]] = {
     7: ("pose", lambda rows: join_poses(matrix_from_quat(rows[:, 3:]), rows[:, :3])),
     16: ("pose", lambda rows: rows.reshape(-1, 4, 4)),
 }
-# Part of an error that is redundant for a single target.
+# Part of a message that is redundant for a single target.
 _ONLY = " at index [0]"
-_EXPECTED = "3 numbers for a place, 4 or 9 for an orientation, 6, 7 or 16 for a pose"
+_EXPECTED = "3 numbers for a position, 4 or 9 for an orientation, 6, 7 or 16 for a pose"
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +75,7 @@ def numbers_of(text: str, option: str) -> list[float]:
     for word in words:
         number = finite_decimal(word)
         if number is None:
-            raise BadArgument(f"{option} {quoted(text)}: {quoted(word)} is no finite number")
+            raise BadArgument(f"{option} {quoted(text)}: {quoted(word)} is not a finite number")
         numbers.append(number)
     return numbers
 
@@ -83,8 +83,8 @@ def numbers_of(text: str, option: str) -> list[float]:
 def read_targets(path: str, frames: Sequence[str], *, degrees: bool, roots: Sequence[str] = ()) -> Targets:
     """Return the targets in a CSV, JSON or .npy file, "-" for standard input, for one frame or both feet.
 
-    Rows of other frames are skipped. Angles are in `degrees` also if their names end in _deg. JSON that names another
-    reference than one of `roots` is refused.
+    Rows of other frames are skipped. Names that end in _deg mean angles in degrees too. JSON with a reference that is
+    not one of `roots` is refused.
     """
     if not path:
         raise BadArgument("no file name; expected a CSV, JSON or .npy file, or - for standard input")
@@ -131,7 +131,7 @@ def _from_npy(name: str, feet: bool, degrees: bool) -> Targets:
         array = np.load(name, allow_pickle=False)
     except OSError as error:
         raise BadInputFile(name, f"cannot be read: {error.strerror or error}") from None
-    except (ValueError, EOFError) as error:  # of which the second would end the program as Ctrl-D does
+    except (ValueError, EOFError) as error:  # an EOFError would end the program like Ctrl-D
         raise BadInputFile(name, f"no .npy file: {error}") from None
     if not isinstance(array, np.ndarray) or array.dtype.kind not in "fiu" or array.ndim == 0:
         raise BadInputFile(name, "expected an array of numbers, one target in each row")
@@ -218,7 +218,7 @@ def _flat(name: str, index: int, entry: Any) -> list[float]:
         parts = entry.values() if isinstance(entry, dict) else entry
         return [number for part in parts for number in _flat(name, index, part)]
     if not is_finite_number(entry):
-        raise BadInputFile(name, f"target {index}: {described(entry)} is no finite number")
+        raise BadInputFile(name, f"target {index}: {described(entry)} is not a finite number")
     return [float(entry)]
 
 

@@ -18,7 +18,7 @@ from nao_kin.robot import RobotModel, check_robot
 
 # Configurations compared at once, few enough to limit memory and to update a progress bar.
 _CHUNK = 100
-# More would take most of an hour, and reveal nothing new.
+# More would take most of an hour without new results.
 _MOST_SAMPLES = 100_000
 _LARGEST_SEED = 2**128 - 1
 
@@ -41,13 +41,13 @@ def run(
     axes as lines are compared with Pinocchio's Jacobians, limits and mimics with two other readings of the URDF or one
     of the MJCF, limit violations and clamped values with a scalar formula.
 
-    An error in a function under test fails the rows that the function is part of, and no others; their notes name it.
+    An error in a function under test fails only the rows of that function; their notes name the error.
 
     Args:
         robot: a robot with a fixed base.
         samples: number of configurations, 1 to 100000: zero, inside, on and outside the limits, at and near multiples
             of π/2.
-        seed: seed of the random ones, 0 to 2¹²⁸ − 1; equal seeds give equal reports.
+        seed: seed of the random configurations, 0 to 2¹²⁸ − 1; equal seeds give equal reports.
         conversions: the functions under test; None for the library's own.
         steps: the robot's numbers for the kinematics from elementary rotations; None for `steps_of(robot)`.
         progress: called with the number of configurations done and their total.
@@ -57,7 +57,7 @@ def run(
 
     Raises:
         BadArgument: a floating base.
-        UnknownName: a step whose parent is no frame.
+        UnknownName: a step whose parent is not a frame.
         BadModel: the robot's URDF can no longer be read.
 
     Examples:

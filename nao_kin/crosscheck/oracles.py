@@ -32,7 +32,7 @@ _WITHOUT_VALUE = ("fixed", "floating")
 
 @dataclass(frozen=True)
 class ParsedJoint:
-    """A moving joint as another parser reads it, without corrections; None for values that the file lacks.
+    """A moving joint read by another parser, without corrections; None for values that the file lacks.
 
     `follows` is (driving joint, multiplier, offset) of its <mimic>.
     """
@@ -46,10 +46,10 @@ class ParsedJoint:
 
 
 class YourdfpyOracle:
-    """A robot as yourdfpy reads it: the kinds of limits it gives, its moving joints, and poses of `frames`.
+    """A robot read by yourdfpy: its kinds of limits, its moving joints, and poses of `frames`.
 
-    `left_out` are frames that it places differently: it does not move a joint that mimics a mimic joint, and does not
-    normalise the axis of a prismatic joint.
+    `left_out` are frames with other poses in yourdfpy, which does not move a joint that mimics a mimic joint, and does
+    not normalise the axis of a prismatic joint.
     """
 
     name = "yourdfpy"
@@ -105,7 +105,7 @@ class YourdfpyOracle:
         return T[:, self._selection]
 
     def _values(self, q: Floats) -> Floats:
-        """Return values of the joints that yourdfpy moves, those of followers from the robot's couplings."""
+        """Return values of the joints that yourdfpy moves; those of mimic joints follow the couplings."""
         values = dict(zip(self._robot.joint_names, q.T, strict=True))
         values |= {name: mimic.value(values[mimic.joint]) for name, mimic in self._robot.mimics.items()}
         # A floating joint, which yourdfpy counts among the moving ones, has no value.
@@ -142,7 +142,7 @@ def _parsed_by_yourdfpy(joint: Any) -> ParsedJoint:
 
 @contextlib.contextmanager
 def _without_warnings() -> Iterator[None]:
-    """Keep yourdfpy from warning, at every configuration, of the couplings that are counted in `left_out`."""
+    """Keep yourdfpy from warning, at every configuration, about the couplings counted in `left_out`."""
     logger = logging.getLogger("yourdfpy.urdf")
     level = logger.level
     logger.setLevel(logging.ERROR)
@@ -168,11 +168,11 @@ def _with_offsets(source: io.BytesIO | str, offsets: Mapping[str, Origin]) -> io
 # --- Poses, limits and couplings by MuJoCo, which reads the robot's MJCF again, and the choice of the oracle.
 
 _BALL, _FREE = 1, 0  # as `mujoco.mjtJoint` numbers them
-_JOINT_EQUALITY = 2  # as `mujoco.mjtEq` does
+_JOINT_EQUALITY = 2  # as `mujoco.mjtEq` numbers them
 
 
 class MujocoOracle:
-    """A robot as MuJoCo reads its MJCF, by the names of bodies, sites and joints; attributes as `YourdfpyOracle`."""
+    """A robot's MJCF read by MuJoCo, by the names of bodies, sites and joints; attributes as `YourdfpyOracle`."""
 
     name = "MuJoCo"
     kinds = ("lower", "upper")
@@ -186,7 +186,7 @@ class MujocoOracle:
 
         self._mujoco, self._robot = mujoco, robot
         try:
-            name = f"{robot.urdf_path}.xml"  # the one ending under which every version reads MJCF
+            name = f"{robot.urdf_path}.xml"  # the only suffix with which every version reads MJCF
             with mujoco_warnings(mujoco):
                 spec = mujoco.MjSpec.from_file(name, include={name: robot.urdf_path.read_bytes()})
                 self._model: Any = spec.compile()
@@ -273,7 +273,7 @@ class MujocoOracle:
         return kind == _FREE or (bool(name) and (kind != _BALL or not set(_parts(name)) & set(self._joint_names)))
 
     def _body(self, link: str) -> int:
-        """Return the body of a link; 0, the world, where there is none."""
+        """Return the body of a link; 0, the world, if there is none."""
         given = {new: old for old, new in self._robot.tree.shared_names.items()}
         return self._bodies.get(given.get(link, link), 0)
 

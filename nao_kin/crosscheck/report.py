@@ -1,4 +1,4 @@
-"""The report of a cross-check: one row per convention and oracle, and how the differences of a row are counted."""
+"""The report of a cross-check: one row per convention and oracle, and the counting of a row's differences."""
 
 from __future__ import annotations
 
@@ -43,14 +43,14 @@ class Row:
     """One convention compared with one oracle.
 
     Attributes:
-        convention: what was compared: the name of the function under test where there is one.
+        convention: the compared convention: the name of the function under test if there is one.
         against: the oracle.
         pairs: number of compared pairs of results.
-        worst: largest discrepancy; infinite where a result is NaN, of the wrong shape, or an error.
+        worst: largest discrepancy; infinite if a result is NaN, of the wrong shape, or an error.
         tolerance: largest discrepancy allowed.
-        place: where the worst one occurred; None without pairs.
-        failing: the frames or joints that exceed the tolerance somewhere.
-        note: what was left out and why, or the error that the function raised.
+        place: the place of the worst discrepancy; None without pairs.
+        failing: the frames or joints that exceed the tolerance in some configuration.
+        note: omitted comparisons and the reason, or the error that the function raised.
     """
 
     convention: str
@@ -64,7 +64,7 @@ class Row:
 
     @property
     def ok(self) -> bool:
-        """Whether something was compared, and no discrepancy exceeds the tolerance."""
+        """Whether there are compared pairs, and no discrepancy exceeds the tolerance."""
         return self.pairs > 0 and self.worst <= self.tolerance
 
     @property
@@ -175,12 +175,12 @@ class Report:
 
     @property
     def failures(self) -> tuple[Row, ...]:
-        """The rows that are not."""
+        """The rows that exceed their tolerance."""
         return tuple(row for row in self.rows if not row.ok)
 
     @property
     def worst(self) -> dict[str, Row]:
-        """Of each convention, the row that comes nearest to its tolerance, or exceeds it most."""
+        """For each convention, the row that is nearest to its tolerance, or exceeds it most."""
         found: dict[str, Row] = {}
         for row in self.rows:
             known = found.get(row.convention)
@@ -224,9 +224,9 @@ Function = Callable[..., Any]
 
 @dataclass(frozen=True)
 class Conversions:
-    """The conversions that a run compares; by default the library's own.
+    """The conversions to compare; by default the library's own.
 
-    Each field holds the public function of that name of `nao_kin.rotations`, and `joint_axes` the class `JointAxes` or
+    Each field is the public function of that name in `nao_kin.rotations`, and `joint_axes` is the class `JointAxes` or
     a function that replaces it. `dataclasses.replace(Conversions(), log=mine)` tests another function.
 
     Examples:

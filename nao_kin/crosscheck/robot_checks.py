@@ -76,7 +76,7 @@ class PoseChecks:
         second = self._second.poses(q)[:, self._second_columns]
 
         @functools.cache
-        def by_hand() -> Floats:  # fails where an elementary rotation under test does
+        def by_hand() -> Floats:  # fails if an elementary rotation under test does
             return self._by_hand.poses(q)[:, self._mine]
 
         hand_direct, hand_second, direct_second, robot_direct, *kernels_direct = self._poses
@@ -115,8 +115,8 @@ class _StepChecks:
     """The rows about single steps: the pose of a frame in its parent frame, and the motion of its joint.
 
     A wrong step moves everything behind it; only the rows of the step itself identify it. The motion of a joint is
-    measured as M, the pose of its frame in its own pose at zero. A turn by v about e has vect M = sin v e and (tr M −
-    1)/2 = cos v; a slide has the displacement v e. The amount and the axis of the motion are two rows.
+    measured as M, the pose of its frame in its own pose at zero. A rotation by v about e has vect M = sin v e and (tr M
+    − 1)/2 = cos v; a translation has the displacement v e. The amount and the axis of the motion are two rows.
     """
 
     def __init__(self, robot: RobotModel, by_hand: StepKinematics, frames: Sequence[str]) -> None:
@@ -246,7 +246,7 @@ def _vect(M: Floats) -> Floats:
 # A driving joint has the limits that it shares with the joints that mimic it: the values at which all of them are
 # inside their own. These are computed here again, from the results of the other parsers.
 
-# A value that exceeds a limit by less is on the limit, as the library defines it.
+# A value that exceeds a limit by less is on the limit, as defined by the library.
 _ON_THE_LIMIT = 1e-6
 
 
@@ -354,7 +354,7 @@ class LimitChecks:
 def _read_by_pinocchio(
     robot: RobotModel, joints: Mapping[str, ParsedJoint]
 ) -> tuple[dict[str, ParsedJoint] | None, str]:
-    """Return the moving joints as Pinocchio's parser reads them, mimics as given; or None and a note why not."""
+    """Return the moving joints as read by Pinocchio's parser, mimics as given; or None and a note with the reason."""
     not_compared = "not compared with Pinocchio's own parser, which"
     for name, joint in joints.items():
         # The parser would report missing values on standard error.
@@ -382,8 +382,8 @@ def _read_by_pinocchio(
 def _shared_limits(driver: str, joints: Mapping[str, ParsedJoint]) -> tuple[float, float, float, float]:
     """Return lower, upper, velocity and effort of a driving joint and of all its followers.
 
-    Limits that were copied from joint to joint may leave no value, or a single one, to joints that can all move: then
-    the driving joint's own range counts.
+    Limits that were copied from joint to joint may leave no value, or a single one, to joints that can all move; then
+    the driving joint's own range is used.
     """
     own_low, own_high, own_velocity = _own_bounds(joints[driver])
     lower, upper, velocity, can_move = [own_low], [own_high], [own_velocity], own_low < own_high

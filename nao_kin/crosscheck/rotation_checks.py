@@ -1,7 +1,7 @@
 """The rows about rotations: three angles, invariants, quaternions, exponential and logarithm.
 
-Matrices are always compared, angles as far as they are determined: towards lock, any floating-point matrix loses the
-digits of the outer two, whose errors are weighted by h = |cos β|, or |sin β| where the outer axes are the same.
+Matrices are always compared, angles as far as they are determined: towards lock, any floating-point matrix loses digits
+of the outer two, whose errors are weighted by h = |cos β|, or |sin β| if the outer axes are the same.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def _rpy_from_matrix(sample: RotationSample, conversions: Conversions) -> Floats
 
 
 class _EulerCheck:
-    """One of the 24 sequences; turns about fixed axes are eigenpy's turns about moving axes in the opposite order."""
+    """One of the 24 sequences; rotations about fixed axes are eigenpy's about moving axes in the opposite order."""
 
     def __init__(self, sequence: str, axes: str) -> None:
         self.sequence, self.axes = sequence, axes
@@ -117,10 +117,10 @@ class _EulerCheck:
 
 @dataclass(frozen=True)
 class _HipCheck:
-    """Turns about a hip's axis a, about x and about y: Davenport angles that are no Euler angles.
+    """Rotations about a hip's axis a, about x and about y: Davenport angles that are not Euler angles.
 
     a = Rot(x, −δ) y, so the angles of R = Rot(x, −δ) S are (α, β − δ, γ) where (α, β, γ) are the yxy Euler angles of S.
-    Half of the rotations are compared as they are, half as S: those lock where S does. The principal middle angle is in
+    Half of the rotations are compared as they are, half as S, which lock where S does. The principal middle angle is in
     the half turn from −δ, or to −δ, that contains zero.
     """
 
@@ -133,7 +133,7 @@ class _HipCheck:
         return difference(conversions.matrix_from_davenport(angles, self.axis, _X, _Y), self._matrices(angles))
 
     def to_angles(self, sample: RotationSample, conversions: Conversions) -> Floats:
-        """Check that our first triple gives R and is principal, also at lock, and eigenpy's where it has one."""
+        """Check that our first triple gives R and is principal, also at lock, and equals eigenpy's if there is one."""
         turned = sample.spread < 0.5
         R = np.where(turned[:, None, None], turns_about(_X, np.array([-self.delta])) @ sample.R, sample.R)
         found = conversions.davenport_angles(R, self.axis, _X, _Y)
@@ -185,7 +185,7 @@ def _euler_lock_distance(R: Floats, moving: str) -> Floats:
 
 
 def _lock_difference(h: Floats, angles: Floats, locked: Any) -> Floats:
-    """Return 0 where lock is reported correctly with a third angle of zero; else 1, or that angle."""
+    """Return 0 if lock is reported correctly with a third angle of zero; otherwise 1, or that angle."""
     mask = shaped(locked, h.shape) != 0.0
     misreported = (mask & (h > _SURELY_FREE)) | (~mask & (h < _SURELY_LOCKED))
     return np.where(misreported, 1.0, np.where(mask, np.abs(angles[:, 2]), 0.0))
@@ -232,7 +232,7 @@ def _natural_invariants(sample: RotationSample, conversions: Conversions) -> Flo
     )
 
 
-@_row("pin.AngleAxis", note="rotations within 1e-3 of π left out: their linear invariants do not hold the axis")
+@_row("pin.AngleAxis", note="rotations within 1e-3 of π left out: their linear invariants do not determine the axis")
 def _matrix_from_linear(sample: RotationSample, conversions: Conversions) -> Floats:
     axes, angles = sample.natural
     used = (np.cos(angles) > 0.0) | (np.sin(angles) > _SINE)
@@ -285,7 +285,7 @@ def _log(sample: RotationSample, conversions: Conversions) -> Floats:
 @_row(
     "pin.log3",
     "log",
-    "angles from π − 0.3 to π − 0.003 left out: there pin.log3 takes an arccos and errs by up to 7e-11",
+    "angles from π − 0.3 to π − 0.003 left out: there pin.log3 uses an arccos, with errors of up to 7e-11",
 )
 def _log_against_log3(sample: RotationSample, conversions: Conversions) -> Floats:
     short_of_pi = np.pi - sample.natural[1]

@@ -1,4 +1,4 @@
-"""The samples of a cross-check: configurations where conventions differ, and the rotations of the frames there."""
+"""The samples of a cross-check: configurations in which conventions differ, and the rotations of their frames."""
 
 from __future__ import annotations
 
@@ -47,8 +47,8 @@ def sample_configurations(robot: RobotModel, samples: int, seed: int) -> Configu
     zero: every joint at zero. inside: uniform inside the limits. limits: every joint on one of its limits. right
     angles: most joints at zero or at a multiple of π/2 up to π, in or out of limits, some anywhere: rotations by π, and
     three-angle sequences at lock with outer angles of every kind. near right angles: the same, every joint moved by
-    1e-16 … 1e-2. half turns: all joints anywhere in a turn, except one that turns some frame by π about a general axis,
-    or nearly. beyond: uniform in [−2π, 2π].
+    1e-16 … 1e-2. half turns: all joints anywhere in a turn, except one that rotates some frame by π, or nearly π, about
+    a general axis. beyond: uniform in [−2π, 2π].
     """
     rng = np.random.default_rng(seed)
     # Rounded so that the numbers add up, and none is zero by rounding.
@@ -80,9 +80,9 @@ def _right_angles(rng: np.random.Generator, count: int, joints: int) -> Floats:
 
 
 def _half_turns(robot: RobotModel, rng: np.random.Generator, count: int) -> Floats:
-    """Return configurations with one joint at the angle θ that turns a frame by π, every other time with a nudge.
+    """Return configurations with one joint at the angle θ that rotates a frame by π, every second one perturbed.
 
-    tr R(θ) = a + b cos θ + c sin θ, whose least value is −1: the half turn is at θ = π + atan2(c, b).
+    tr R(θ) = a + b cos θ + c sin θ has the minimum −1 at the half turn: θ = π + atan2(c, b).
     """
     configurations = rng.uniform(-np.pi, np.pi, (count, len(robot.joint_names)))
     joints, frames = _turned_frames(robot)

@@ -25,7 +25,7 @@ _BODIES = {"Torso": "torso", "LFoot": "LAnkleRoll", "RFoot": "RAnkleRoll"}
 
 @dataclass(frozen=True)
 class Step:
-    """A frame, its place in its parent frame, and how it moves there.
+    """A frame, its pose in its parent frame, and its motion there.
 
     T_parent_frame = translation(xyz) · turns, in the order written · motion of the joint, if there is one.
 
@@ -34,9 +34,9 @@ class Step:
         parent: its parent frame; None for the root.
         xyz: position of its origin in the parent [m].
         turns: elementary turns about moving axes, ("z", yaw), ("y", pitch), ("x", roll) for a URDF's rpy [rad].
-        axis: unit vector along the joint's axis; None where the frame is fixed in its parent.
+        axis: unit vector along the joint's axis; None if the frame is fixed in its parent.
         sliding: whether the joint is prismatic.
-        mimic: the coordinate that moves the joint, its own or another joint's, and how; None where there is no joint.
+        mimic: the coordinate that moves the joint, its own or another joint's, and how; None without a joint.
     """
 
     name: str
@@ -109,7 +109,7 @@ def steps_of_tree(tree: UrdfTree) -> tuple[Step, ...]:
 
 
 class StepKinematics:
-    """Poses of all frames of a robot from its steps; UnknownName for a step whose parent is no earlier step."""
+    """Poses of all frames of a robot from its steps; UnknownName for a step whose parent is not an earlier step."""
 
     def __init__(self, steps: Sequence[Step], joint_names: Sequence[str], conversions: Conversions) -> None:
         self.steps = tuple(steps)
@@ -144,14 +144,14 @@ class StepKinematics:
         return T
 
     def rotation(self, step: Step, q: Floats) -> Floats:
-        """Return R_parent_frame, shape (3, 3), or (n, 3, 3) where it depends on q."""
+        """Return R_parent_frame, shape (3, 3), or (n, 3, 3) if it depends on q."""
         R = self._fixed_rotation(step)
         if step.axis is None or step.sliding:
             return R
         return np.asarray(R @ self._turn_about(step.axis, self.value(step, q)))
 
     def position(self, step: Step, q: Floats) -> Floats:
-        """Return the origin of the frame in its parent, shape (3,), or (n, 3) where a joint has moved it [m]."""
+        """Return the origin of the frame in its parent, shape (3,), or (n, 3) if a joint moves it [m]."""
         p = np.array(step.xyz)
         if step.axis is None or not step.sliding:
             return p
@@ -177,7 +177,7 @@ class StepKinematics:
 
 
 def turns(step: Step) -> bool:
-    """Return whether a frame is turned, or can turn, in its parent frame."""
+    """Return whether a frame is rotated, or can rotate, in its parent frame."""
     return bool(step.turns) or (step.axis is not None and not step.sliding)
 
 

@@ -26,7 +26,7 @@ FORMATS: Mapping[str, Callable[..., Exported]] = MappingProxyType(
 
 
 def options(format: str) -> dict[str, Any]:
-    """Return the options of a format, each with its default; without "overwrite", which all formats take.
+    """Return the options of a format, each with its default, except "overwrite", which all formats have.
 
     Examples:
         >>> nk.export.options("urdf")["coupling"]
@@ -47,7 +47,7 @@ def write(robot: RobotModel, path: Path | str, format: str, *, overwrite: bool =
         **chosen: options of the format.
 
     Raises:
-        BadArgument: an option that the format does not take; otherwise as the function of the format.
+        BadArgument: an option that the format does not have; otherwise the errors of the format's function.
 
     Examples:
         >>> nk.export.write(nk.load_nao("v6"), "nao.urdf", "urdf", meshes="none").changes
@@ -58,7 +58,7 @@ def write(robot: RobotModel, path: Path | str, format: str, *, overwrite: bool =
 
 
 def check_options(format: str, chosen: Iterable[str]) -> None:
-    """Refuse options that a format does not take, before the robot is read."""
+    """Refuse options that a format does not have, before the robot is read."""
     known = options(format)
     for name in chosen:
         if name not in known:

@@ -22,9 +22,9 @@ from nao_kin.robot import RobotModel, mesh_path, read_mesh
 from nao_kin.robot.urdf import Box, Cylinder, Geometry, Packages, Rgba, Sphere, UnreadableShape, UrdfJoint, UrdfTree
 from nao_kin.rotations import quat_from_matrix, quat_to_xyzw
 
-# --- The nodes of a scene: for each joint a fixed one at the place of the joint, and in it one that moves.
+# --- The nodes of a scene: for each joint a fixed node at the pose of the joint, with a moving node in it.
 
-# From z up, as robots have it, to y up, as glTF has it: a quarter turn about x. Order x, y, z, w.
+# From the robots' z up to glTF's y up: a quarter turn about x. Order x, y, z, w.
 Y_UP = (-np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5))
 
 
@@ -77,7 +77,7 @@ def motion_of(joint: UrdfJoint, values: Floats) -> tuple[Floats, Floats]:
     if joint.kind == "prismatic":
         return values[..., None] * axis, np.broadcast_to([0.0, 0.0, 0.0, 1.0], (*values.shape, 4))
     half = values[..., None] / 2.0
-    # No canonical sign, because the quaternion must be continuous along a motion.
+    # Not in canonical sign, because the quaternion must be continuous along a motion.
     return np.zeros((*values.shape, 3)), np.concatenate([np.sin(half) * axis, np.cos(half)], axis=-1)
 
 
@@ -132,7 +132,7 @@ def _parts(geometry: Geometry, packages: Packages, notes: list[str]) -> list[Any
     except UnreadableShape as reason:
         raise UnreadableShape(f"its mesh {quoted(geometry.filename)} cannot be read: {reason}") from None
     notes += left_out_note(path, left_out)
-    parts = [part for part in loaded if hasattr(part, "faces")]  # and no lines or points
+    parts = [part for part in loaded if hasattr(part, "faces")]  # not lines or points
     for part in parts:
         part.metadata.clear()  # names of files and folders
         part.apply_transform(np.diag([*geometry.scale, 1.0]))
@@ -146,7 +146,7 @@ def _parts(geometry: Geometry, packages: Packages, notes: list[str]) -> list[Any
 
 
 def _paint(mesh: Any, material: str, rgba: Rgba | None, paints: dict[tuple[str, Rgba], str]) -> None:
-    """Give a mesh its own colour, unless only its file gives one."""
+    """Give a mesh its own colour, unless only its file has one."""
     import trimesh
 
     if rgba is None and getattr(mesh.visual, "kind", None) is not None:
@@ -158,7 +158,7 @@ def _paint(mesh: Any, material: str, rgba: Rgba | None, paints: dict[tuple[str, 
     opacity = key[1][3]
     paint = visual.material.PBRMaterial(
         name=paints[key],
-        baseColorFactor=[0.0, 0.0, 0.0, opacity],  # trimesh rounds colours to 8 bits: they are set afterwards
+        baseColorFactor=[0.0, 0.0, 0.0, opacity],  # set afterwards, because trimesh rounds colours to 8 bits
         metallicFactor=0.0,
         roughnessFactor=0.6,
         alphaMode="OPAQUE" if opacity == 1.0 else "BLEND",
@@ -167,7 +167,7 @@ def _paint(mesh: Any, material: str, rgba: Rgba | None, paints: dict[tuple[str, 
 
 
 def linear(rgba: Rgba) -> list[float]:
-    """Return an sRGB colour as glTF has it, proportional to light (IEC 61966-2-1), with the same opacity."""
+    """Return an sRGB colour in glTF's linear form, proportional to light (IEC 61966-2-1), with the same opacity."""
     *rgb, opacity = rgba
     return [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in rgb] + [opacity]
 
@@ -239,16 +239,16 @@ def gltf(
     names: str = "naoqi",
     overwrite: bool = False,
 ) -> Exported:
-    """Write a binary glTF 2.0 scene (.glb): the posed robot, each joint a node, and a motion as an animation.
+    """Write a binary glTF 2.0 scene (.glb): the robot in a posture, a node for each joint, a motion as animation.
 
     Metres, y up. The scene's first node has the robot's name and turns z up into y up. A joint is a node with its name
-    at the place of the joint; its child is the node of the link that it moves, whose rotation or position is that of
-    the joint and nothing else. Axis, limits and coupling of the joint are in the node's `extras`.
+    at the pose of the joint; its child is the node of the link that it moves, whose rotation or position is the joint's
+    value. Axis, limits and coupling of the joint are in the node's `extras`.
 
     Args:
         robot: any robot.
         path: the file; its name ends in .glb.
-        posture: a posture of the robot; None for the one that it starts in, or the first configuration of the motion.
+        posture: a posture of the robot; None for its start posture, or for the first configuration of the motion.
         motion: a motion, or a file of one: the animation.
         fps: poses per second in the animation; between them, glTF interpolates linearly.
         frames: as in `urdf`; frames are empty nodes.
@@ -259,7 +259,7 @@ def gltf(
         The file, and one line for each visual shape that cannot be read.
 
     Raises:
-        BadArgument: another ending, a posture together with a motion, or an existing file.
+        BadArgument: another suffix, a posture together with a motion, or an existing file.
 
     Examples:
         >>> nod = nk.Motion([0.0, 1.0], ["HeadPitch"], [[0.0], [0.4]])
@@ -301,7 +301,7 @@ def _trajectory(robot: RobotModel, motion: Motion | Path | str | None, fps: floa
 
 
 def _scene(tree: UrdfTree, nodes: tuple[Node, ...]) -> tuple[Glb, dict[str, Rgba], tuple[str, ...]]:
-    """Return the scene as trimesh writes it, its colours, and what is missing; `_place` writes the poses of nodes."""
+    """Return the scene as written by trimesh, its colours, and missing shapes; `_place` writes the poses of nodes."""
     import trimesh
     import trimesh.exchange.gltf
 

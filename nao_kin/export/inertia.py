@@ -19,7 +19,7 @@ IDENTITY = Origin()
 
 
 def composed(first: Origin, second: Origin) -> Origin:
-    """Return the pose `second` in the frame at `first`; exactly one of them where the other is the identity."""
+    """Return the pose `second` in the frame at `first`; exactly one of them if the other is the identity."""
     if not any(first.xyz) and not any(first.rpy):
         return second
     if not any(second.xyz) and not any(second.rpy):
@@ -37,7 +37,7 @@ def moved(joint: UrdfJoint, value: float) -> Origin:
 
 
 def hosts(tree: UrdfTree, gone: Collection[str]) -> dict[str, tuple[str, Origin]]:
-    """Return link → the link that contains it when the links `gone` are merged into their parents, and its pose."""
+    """Return link → the link that contains it after the links `gone` are merged into their parents, and its pose."""
     found = {tree.root: (tree.root, IDENTITY)}
     for joint in tree.joints:
         host, place = found[joint.parent]
@@ -116,28 +116,29 @@ def with_moments(mass: float, centre: Floats, moments: Floats) -> Inertial:
 _THINNEST = 1e-6
 # Mass within a micrometre of its centre is rounding [m²].
 _SMALLEST = 1e-12
-# The share of a link's mass that the massless links on it get together.
+# The share of a link's mass that all massless links on it get together.
 _GIVEN_SHARE = 0.01
-# The mass of a massless link where no link that carries it has mass [kg].
+# The mass of a massless link if no link that carries it has mass [kg].
 _ADDED_MASS = 1e-3
 _DENSITY_OF_WATER = 1000.0
 
 
 def make_physical(tree: UrdfTree) -> tuple[UrdfTree, tuple[str, ...]]:
-    """Return the tree with inertias that bodies can have where the published ones are impossible, and the changes.
+    """Return the tree with possible inertias in place of impossible published ones, and the changes.
 
-    A body of nowhere negative density has second moments Σ = ½ tr(I) 1 − I ⪰ 0 about its centre of mass; that is A + B
-    ≥ C for its principal moments. Three cases are corrected, and nothing else:
+    A body without negative density has second moments Σ = ½ tr(I) 1 − I ⪰ 0 about its centre of mass, that is, A + B ≥
+    C for its principal moments. Only three cases are corrected:
 
-    1. Σ with an eigenvalue below 10⁻⁶ of the largest: such eigenvalues are raised to that. Mass and centre of mass
-       stay, and of all admissible tensors this one has the Σ nearest in the Frobenius norm (Higham 1988).
-    2. Mass without inertia, or with less than it has within a micrometre of its centre, 10⁻¹² m²: it becomes a ball of
-       water, I = ⅖ m r².
-    3. A link that moves and has no mass: it gets a ball on the axis of its joint, taken out of the link that carries
-       it. The inertia of a ball does not depend on its rotation, so mass, centre of mass and inertia of the two
-       together stay what they were in every configuration. Of massless links in a row, each weighs as much as all
-       that it carries, and makes a ball together with them. A link gives away a hundredth of its mass in all. Where
-       no link that carries the link has mass, the mass is added.
+    1. Σ with an eigenvalue below 10⁻⁶ of the largest: such eigenvalues are raised to that value. Mass and centre of
+       mass do not change, and among all admissible tensors this one has the nearest Σ in the Frobenius norm (Higham
+       1988).
+    2. A mass without inertia, or with less than that of a mass within a micrometre of its centre, 10⁻¹² m²: it becomes
+       a ball of water, I = ⅖ m r².
+    3. A moving link without mass: it gets a ball on the axis of its joint, whose mass is taken from the link that
+       carries it. The inertia of a ball does not depend on its rotation, so mass, centre of mass and inertia of the two
+       together do not change in any configuration. In a chain of massless links, each weighs as much as all that it
+       carries, and is a ball together with them. A link gives away a hundredth of its mass in total. If no link that
+       carries the link has mass, the mass is added.
 
     Source: Wensing, Kim and Slotine 2018 (above); Higham, Computing a Nearest Symmetric Positive Semidefinite Matrix,
     Linear Algebra and its Applications 103, 1988.
@@ -154,26 +155,26 @@ def make_physical(tree: UrdfTree) -> tuple[UrdfTree, tuple[str, ...]]:
     bodies, changes = dict(tree.inertials), list[str]()
     _realize(tree, bodies, changes)
     _fill(tree, bodies, changes)
-    _realize(tree, bodies, changes)  # links that gave mass away may have been thin
+    _realize(tree, bodies, changes)  # links that gave mass away may have become too thin
     return replace(tree, inertials=bodies), tuple(changes)
 
 
 def realizable(body: Inertial) -> bool:
-    """Return whether a body of nowhere negative density has this mass and this tensor, and is not too thin."""
+    """Return whether a body without negative density can have this mass and this tensor, and is not too thin."""
     values = np.linalg.eigvalsh(second_moments(central_tensor(body)))
     thick = values[0] >= (1.0 - 1e-9) * _THINNEST * values[2]
     return bool(body.mass > 0.0 and thick and values[2] > _SMALLEST * body.mass)
 
 
 def _realize(tree: UrdfTree, bodies: dict[str, Inertial], changes: list[str]) -> None:
-    """Correct every tensor that no body can have."""
+    """Correct every impossible tensor."""
     for link in tree.links:
         body = bodies.get(link)
         if body is None or body.mass == 0.0 or realizable(body):
             continue
         before = central_tensor(body)
         moments, axes = np.linalg.eigh(second_moments(before))
-        if moments[2] <= _SMALLEST * body.mass:  # no part of it is usable
+        if moments[2] <= _SMALLEST * body.mass:  # no part of the tensor is usable
             what = "no" if moments[0] >= -_SMALLEST * body.mass else "a negative"
             bodies[link] = ball = _ball(body.mass, body.origin)
             changes.append(f"{link}: {what} inertia → a ball of water, {ball.inertia[0]:.3g} kg m²")
@@ -187,7 +188,7 @@ def _realize(tree: UrdfTree, bodies: dict[str, Inertial], changes: list[str]) ->
 
 
 def _fill(tree: UrdfTree, bodies: dict[str, Inertial], changes: list[str]) -> None:
-    """Give a ball to every massless link that moves, out of the link that carries it."""
+    """Give a ball to every massless moving link, from the mass of the link that carries it."""
     # Link → the innermost link that fixed joints connect it to, and its pose there.
     groups = hosts(tree, {joint.child for joint in tree.joints if joint.kind == "fixed"})
     heavy = {group for group, _ in (groups[link] for link, body in bodies.items() if body.mass > 0.0)}
@@ -204,7 +205,7 @@ def _fill(tree: UrdfTree, bodies: dict[str, Inertial], changes: list[str]) -> No
         sizes[link] = max(1.0, 2.0 * sum(sizes[other] for other, _ in carried[link]))
 
     def whole(link: str, at: Origin, unit: float) -> Floats:
-        """Return the pseudo-inertia, at pose `at`, of the ball that a massless link makes with all that it carries."""
+        """Return the pseudo-inertia, at pose `at`, of the ball of a massless link and all that it carries."""
         others = [whole(other, place, unit) for other, place in carried[link]]
         rest = np.asarray(sum(others, np.zeros((4, 4))))
         mass = sizes[link] * unit

@@ -20,9 +20,9 @@ MESH_FOLDER = "meshes"
 # The colour of a visual shape without one.
 GREY: Rgba = (0.7, 0.7, 0.7, 1.0)
 
-# Endings of meshes that are copied unread from the robot's package; any other file must be readable as a mesh.
+# Suffixes of meshes that are copied from the robot's package unread; any other file must be readable as a mesh.
 _MESHES = frozenset(".stl .obj .dae .ply .off .glb .gltf .3mf .3ds .fbx .mesh .msh .x".split())
-# Endings of files that a mesh may refer to: materials, buffers of glTF, textures.
+# Suffixes of files to which a mesh may refer: materials, buffers of glTF, textures.
 _COMPANIONS = frozenset(
     ".mtl .bin .png .jpg .jpeg .bmp .tif .tiff .tga .gif .webp .dds .exr .hdr .ktx .ktx2 .pcx .ppm .psd".split()
 )
@@ -36,7 +36,7 @@ def shapes_of(tree: UrdfTree) -> tuple[Visual | Collision, ...]:
 
 
 def mesh_files(tree: UrdfTree) -> dict[str, Path]:
-    """Return mesh name → its file; BadArgument for a missing one, or a file outside of the package that is no mesh."""
+    """Return mesh name → its file; BadArgument for a missing file, or one outside of the package that is not a mesh."""
     found: dict[str, Path] = {}
     packages = tree.packages
     meshes = (shape.geometry for shape in shapes_of(tree) if isinstance(shape.geometry, MeshFile))
@@ -65,8 +65,8 @@ def taken_meshes(tree: UrdfTree, meshes: str, package: str = "") -> TakenMeshes:
     """Return the meshes of a tree by a choice: "none", "relative" copies them, "absolute" refers to the original files.
 
     Any other choice names them below `package`, the address of their folder, and copies nothing. The copies include the
-    materials and textures that meshes refer to, if they exist and are allowed in the export. Raises BadArgument for a
-    mesh that is missing, cannot be read, or is none.
+    materials and textures of the meshes, if they exist and are allowed in the export. Raises BadArgument for a mesh
+    that is missing or cannot be read, or for a file that is not a mesh.
     """
     if meshes == "none":
         return TakenMeshes(None)
@@ -79,7 +79,7 @@ def taken_meshes(tree: UrdfTree, meshes: str, package: str = "") -> TakenMeshes:
         left_out: list[str] = []
         files |= dict.fromkeys((path, *_companions(path, tree.packages, left_out)))
         notes += left_out_note(path, left_out)
-    # The files keep their relative places, below their common folder.
+    # The files keep their relative paths, below their common folder.
     top = Path(os.path.commonpath([file.parent for file in files]))
     folder = MESH_FOLDER if meshes == "relative" else package
     names = {name: f"{folder}/{path.relative_to(top).as_posix()}" for name, path in paths.items()}
@@ -99,7 +99,7 @@ def scene_of(path: Path, packages: Packages) -> Any:
 
 
 def resolver(path: Path, packages: Packages, left_out: list[str]) -> Any:
-    """Return a trimesh resolver of a mesh's materials and textures, limited to those that an export may contain.
+    """Return a trimesh resolver of a mesh's materials and textures, limited to files that an export may contain.
 
     It adds the names of refused files to `left_out`.
     """
@@ -172,7 +172,7 @@ def _obj_names(file: Path) -> list[str]:
 def _is_file(path: Path) -> bool:
     try:
         return path.is_file()
-    except (OSError, ValueError):  # a name that no system takes
+    except (OSError, ValueError):  # a name that no system accepts
         return False
 
 
@@ -236,7 +236,7 @@ def coloured(
 
 
 def _words(tree: UrdfTree) -> dict[Rgba, str]:
-    """Return colour → a name for it, that of its material if no other colour has it."""
+    """Return colour → its name, that of its material if no other colour has this name."""
     words: dict[Rgba, str] = {}
     for visual in tree.visuals:
         if visual.rgba is not None and visual.rgba not in words:
@@ -255,7 +255,7 @@ def _library(materials: Mapping[str, Rgba]) -> bytes:
     return "\n".join(lines).encode()
 
 
-# --- Mesh files for MuJoCo: unchanged where it reads them, others as STL.
+# --- Mesh files for MuJoCo: unchanged if MuJoCo reads them, otherwise as STL.
 
 FOLDER = "assets"
 

@@ -45,7 +45,7 @@ def package_xml(name: str, version: str, description: str, maintainer: tuple[str
 
 
 def joint_limits(tree: UrdfTree) -> str:
-    """Return MoveIt's file of largest speeds; accelerations, which a URDF lacks, are left open."""
+    """Return MoveIt's file of largest speeds; accelerations, which a URDF lacks, are left out."""
     lines = [
         "# For MoveIt. has_acceleration_limits: false until somebody measures them.",
         "default_velocity_scaling_factor: 0.1",
@@ -75,7 +75,7 @@ def slider_starts(values: Mapping[str, float]) -> str:
 
 MESHES = ("package", "none")
 
-# REP 149 and its schema; REP 144 asks for two characters at least.
+# REP 149 and its schema; REP 144 requires at least two characters.
 _NAME = re.compile(r"[a-z](_?[a-z0-9]+)*", re.ASCII)
 _VERSION = re.compile(r"\d+\.\d+\.\d+", re.ASCII)
 _PERSON = re.compile(r"\s*([^<>]*[^<>\s])\s*<([-\w.+]+@[-\w]+(?:\.[-\w]+)*)>\s*")
@@ -114,9 +114,9 @@ def ros2(
             robot's name and "_description".
         package_version: three numbers.
         maintainer: "Name <mail address>".
-        license: of the package's content, an SPDX identifier; None for the license of nao_kin's own files, or for a
-            placeholder if the robot came from elsewhere.
-        names: "naoqi" or "ros", as in `urdf`; None for "ros" where the robot has such names.
+        license: license of the package's content, an SPDX identifier; None for the license of nao_kin's own files, or
+            for a placeholder if the robot is from elsewhere.
+        names: "naoqi" or "ros", as in `urdf`; None for "ros" if the robot has such names.
         frames: as in `urdf`.
         meshes: "package", or "none" to leave them out.
         coupling: as in `urdf`.
@@ -126,7 +126,7 @@ def ros2(
         overwrite: replace the folder, if it contains only such a package.
 
     Returns:
-        The folder, its files, how they differ from the robot, and what you must fill in.
+        The folder, its files, their differences from the robot, and the entries to fill in.
 
     Raises:
         BadArgument: a name, version, maintainer or license that ROS refuses; a missing mesh; an existing folder.

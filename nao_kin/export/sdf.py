@@ -32,7 +32,7 @@ _SEPARATOR = "::"
 _NEGLIGIBLE = Inertial(1e-3, IDENTITY, (1e-7, 0.0, 0.0, 1e-7, 0.0, 1e-7))
 
 
-# Name of a frame that is no link → its link, and its pose there.
+# Name of a frame that is not a link → its link, and its pose there.
 Frames = Mapping[str, tuple[str, Origin]]
 
 
@@ -40,7 +40,7 @@ def frames_of(tree: UrdfTree, bodies: UrdfTree) -> Frames:
     """Return the links of a tree that are not among the bodies, as frames on these."""
     gone = set(tree.links) - set(bodies.links)
     places = hosts(tree, gone)
-    if tree.root in gone:  # the one link at the same place has replaced it
+    if tree.root in gone:  # replaced by the link at the same pose
         places[tree.root] = bodies.root, IDENTITY
     return {link: places[link] for link in tree.links if link in gone}
 
@@ -77,7 +77,7 @@ def sdf_document(
 
 
 def _fresh_names(bodies: UrdfTree, frames: Frames, changes: list[str]) -> dict[str, str]:
-    """Return link or frame → a name that no joint has: links, joints and frames share one set of names."""
+    """Return link or frame → a name that no joint has: names of links, joints and frames must be unique."""
     joints = {joint.name for joint in bodies.joints}
     places = (*bodies.links, *frames)
     for name in (bodies.name, *joints, *(place for place in places if place != WORLD)):
@@ -153,7 +153,7 @@ def _add_joint(model: ET.Element, joint: UrdfJoint, new: Mapping[str, str]) -> N
     if joint.mimic is not None:
         ratio = number_texts({"multiplier": joint.mimic.multiplier, "offset": joint.mimic.offset})
         add_texts(ET.SubElement(axis, "mimic", joint=joint.mimic.joint), ratio | {"reference": "0"})
-        # Drake has another element for it.
+        # Drake has another element for mimic joints.
         ET.SubElement(element, "drake:mimic", {"joint": joint.mimic.joint, **ratio})
 
 
@@ -181,7 +181,7 @@ def sdf(
 ) -> Exported:
     """Write the folder of an SDFormat model: model.sdf, model.config and the meshes.
 
-    Each body is a link; links on fixed joints are frames on it. Followers are coupled by `mimic` (SDFormat 1.11,
+    Each body is a link; links on fixed joints are frames on it. Mimic joints are coupled by `mimic` (SDFormat 1.11,
     Gazebo), and for Drake by `drake:mimic`.
 
     Args:
@@ -196,7 +196,7 @@ def sdf(
         overwrite: replace the folder, if it contains only such a model.
 
     Returns:
-        model.sdf, all files written, and how they differ from the robot.
+        model.sdf, all files written, and their differences from the robot.
 
     Raises:
         BadArgument: a name that SDFormat reserves, a link without mass, a missing mesh, or an existing folder.

@@ -33,9 +33,9 @@ class Group:
     """A planning group."""
 
     name: str
-    chain: tuple[str, str] | None = None  # base link and tip link; None for a group that is no chain
+    chain: tuple[str, str] | None = None  # base link and tip link; None for a group that is not a chain
     joints: tuple[str, ...] = ()
-    links: tuple[str, ...] = ()  # each with the joint that holds it
+    links: tuple[str, ...] = ()  # each with the joint that attaches it
     groups: tuple[str, ...] = ()  # the groups that it contains
     own: tuple[str, ...] = ()  # its joints with their own values, in the order of the URDF
 
@@ -45,7 +45,7 @@ class EndEffector:
     """An end effector."""
 
     name: str
-    parent_link: str  # the link it is attached to, which its group must not contain
+    parent_link: str  # the link to which it is attached, which its group must not contain
     group: str  # the group of its own joints and links
     parent_group: str  # the group that moves the parent link; "" without one
 
@@ -53,10 +53,10 @@ class EndEffector:
 class Planning:
     """Groups and end effectors of a robot; `groups` starts with the group of all joints, `notes` names losses.
 
-    Each chain is a group with its name. Where all but the last joints of a chain move the frame of an end effector, as
-    the arm without its gripper moves the frame of the hand, a second group ends in that frame, because a planner solves
-    inverse kinematics for the last link of a group. Everything else on the link of the effector is the effector's own
-    group: the gripper and its fingers, or the fixed links there.
+    Each chain is a group with its name. If the joints of a chain without the last ones move the frame of an end
+    effector, as the arm without its gripper moves the hand's frame, a second group ends in that frame, because a
+    planner solves inverse kinematics for the last link of a group. The rest of the effector's link is its own group:
+    the gripper and its fingers, or fixed links.
     """
 
     def __init__(self, tree: UrdfTree, semantics: Semantics) -> None:
@@ -145,7 +145,7 @@ class Planning:
         self.end_effectors.append(EndEffector(link.replace("/", "_"), parent, name, fewest.name if fewest else ""))
 
     def _gripper(self, link: str, path: tuple[str, ...], name: str) -> Group | None:
-        """Return the moving joints beyond the body that an end effector is part of, if they move no other effector."""
+        """Return the moving joints beyond the body of an end effector, if they move no other effector."""
         body = {other for other, (host, _) in self._bodies.items() if host == self._bodies[link][0]}
         beyond = tuple(
             joint.name
@@ -158,7 +158,7 @@ class Planning:
         return Group(name, joints=beyond, own=self._own(beyond))
 
     def _holds(self, chain: tuple[str, str], link: str) -> bool:
-        """Return whether a chain moves a link: one behind its base, up to its tip."""
+        """Return whether a chain moves a link, which is behind the base and not beyond the tip."""
         base, tip = map(self._path, chain)
         return link in {joint.child for joint in tip[len(base) :]}
 
@@ -169,7 +169,7 @@ class Planning:
 _MARGIN = 1e-5
 # Batches of this size are computed by Pinocchio, without compiling a kernel.
 _POSED_AT_ONCE = 50
-# Number of planes between two meshes to try, and of configurations from which on this is worth the time.
+# Number of planes to try between two meshes, and of configurations above which this is worth the time.
 _PLANES, _FEW = 8, 4
 _DISTANCE = coal.DistanceRequest()
 # Two names in alphabetical order.
@@ -212,7 +212,7 @@ class LinkContacts:
         self._halves = np.array([(box.max_ - box.min_) / 2.0 for box in boxes]).reshape(-1, 3) + _MARGIN
 
     def count(self, q: Floats, pairs: set[LinkPair], *, limit: int | None = None) -> dict[LinkPair, int]:
-        """Return in how many of n configurations (n, nq) the links of each pair touch, at most `limit` for each."""
+        """Return the number of configurations, of n (n, nq), in which the links of each pair touch, at most `limit`."""
         counts = dict.fromkeys(sorted(pairs), 0)
         both = [(pair, a, b) for pair in counts for a in self._shapes[pair[0]] for b in self._shapes[pair[1]]]
         if not both or not len(q):
@@ -237,8 +237,8 @@ class LinkContacts:
     def _near(self, T_root_shape: Floats, shapes: NDArray[np.intp]) -> Iterator[tuple[int, NDArray[np.intp]]]:
         """Yield the pairs of shapes that may touch, each as index into `shapes`, with their configurations.
 
-        Two shapes do not touch where their bounding spheres do not, or the projections of their boxes on an edge of one
-        of them.
+        Two shapes do not touch if their bounding spheres do not, or if the projections of their boxes on an edge of one
+        of the boxes do not overlap.
         """
         a, b = shapes
         centres = (T_root_shape @ self._centres)[..., :3, 0]
@@ -300,7 +300,7 @@ def _collide(a: Any, place_a: Any, b: Any, place_b: Any) -> bool:
 
 
 def _hull(shape: Any) -> Any:
-    """Return the convex hull of a mesh, or the shape itself if it is no mesh or, as a flat one, has no hull."""
+    """Return the convex hull of a mesh, or the shape itself if it is not a mesh, or is flat and has no hull."""
     try:
         shape.buildConvexHull(True, "Qt")
         hull = shape.convex
@@ -310,7 +310,7 @@ def _hull(shape: Any) -> Any:
     return hull
 
 
-# --- Pairs of links that a planner need not check, by the rules and in the terms of MoveIt's setup assistant.
+# --- Pairs of links that a planner need not check, by the rules of MoveIt's setup assistant.
 #
 # Source: MoveIt Setup Assistant, "Generate Self-Collision Matrix"; moveit_setup_srdf_plugins,
 # compute_default_collisions.
@@ -327,9 +327,9 @@ _AT_ONCE, _REST_AT_ONCE = 50, 500
 def disabled_collisions(robot: RobotModel, contacts: LinkContacts, *, samples: int, seed: int) -> dict[LinkPair, str]:
     """Return the pairs of links with shapes that need no collision check, and the reason.
 
-    "Adjacent": `adjacent_links`. "Default": they touch in the posture that the robot starts in, or without one with
-    every joint at zero, or in the middle of its range where zero is outside. "Always": they touch in more than 95 % of
-    `samples` random configurations inside the limits. "Never": they touch in none of them, and in no posture.
+    "Adjacent": `adjacent_links`. "Default": they touch in the start posture, or without one with every joint at zero,
+    or in the middle of its range if zero is outside. "Always": they touch in more than 95 % of `samples` random
+    configurations inside the limits. "Never": they touch in none of them, and in no posture.
     """
     adjacent = adjacent_links(robot.tree, contacts.links)
     reasons = {pair: ADJACENT for pair in contacts.pairs if pair in adjacent}
@@ -359,8 +359,8 @@ def disabled_collisions(robot: RobotModel, contacts: LinkContacts, *, samples: i
 def adjacent_links(tree: UrdfTree, shaped: Collection[str]) -> set[LinkPair]:
     """Return pairs of links that a joint connects directly, or across links without shapes at one point.
 
-    The setup assistant calls any two links adjacent that have only links without shapes between them. For an upper arm
-    without a shape, a planner would then lead the forearm through the trunk.
+    The setup assistant treats any two links as adjacent if there are only links without shapes between them. With an
+    upper arm without a shape, a planner could then move the forearm through the trunk.
     """
     joints_on: dict[str, list[UrdfJoint]] = defaultdict(list)
     for joint in tree.joints:
@@ -381,7 +381,7 @@ def adjacent_links(tree: UrdfTree, shaped: Collection[str]) -> set[LinkPair]:
 
 
 def _at_one_point(joint: UrdfJoint) -> bool:
-    """Return whether the joint's child keeps its place in the parent: the joint is at its origin, or fixed."""
+    """Return whether the joint's child keeps its position in the parent: the joint is at its origin, or fixed."""
     return joint.kind == "fixed" or (joint.kind == "revolute" and not any(joint.origin.xyz))
 
 
@@ -423,20 +423,20 @@ def srdf(
 
     Groups are the robot's chains, as `nk.semantics` names them, and "whole_body"; a chain whose last joint moves a
     gripper has a second group without it, which ends in the frame of the end effector. Postures are group states
-    without followers, which are passive joints. A pair of links is not checked when the two are adjacent, touch in the
-    posture that the robot starts in, touch in more than 95 % of the configurations tried, or in none of them. A robot
-    without chains has the group of all its joints; one without collision shapes skips no check.
+    without mimic joints, which are passive joints. A pair of links is not checked if the two are adjacent, touch in the
+    start posture, touch in more than 95 % of the tested configurations, or in none of them. A robot without chains has
+    one group of all its joints; without collision shapes no check is skipped.
 
     Args:
         robot: any robot.
         path: the file.
-        names: "naoqi" or "ros", as in the URDF that it belongs to.
+        names: "naoqi" or "ros", as in the corresponding URDF.
         frames: "all", "effectors" or "none", as in that URDF.
         coupling: "mimic", "locked" or "independent", as in that URDF.
-        base: how the root link is attached to the frame "world": "fixed", "floating" or "planar"; None for the base
-            that the robot was loaded with.
-        samples: number of configurations tried for contacts.
-        seed: of the random numbers; the same seed gives the same file.
+        base: how the root link is attached to the frame "world": "fixed", "floating" or "planar"; None for the base of
+            the loaded robot.
+        samples: number of configurations tested for contacts.
+        seed: seed of the random configurations; the same seed gives the same file.
         overwrite: replace an existing file.
 
     Returns:
@@ -484,7 +484,7 @@ def srdf_document(
 
 
 def _as_written(robot: RobotModel, tree: UrdfTree) -> RobotModel:
-    """Return the robot as a variant's tree moves it, with the postures and limits that the contact tests need."""
+    """Return the robot of a variant's tree, with the postures and limits that the contact tests need."""
     own = {joint.name for joint in tree.moving_joints if joint.mimic is None}
     values = {name: joint_values(robot, robot.posture(name)) for name in robot.posture_names}
     postures = {name: Posture({joint: float(q[joint]) for joint in own}) for name, q in values.items()}
@@ -509,7 +509,7 @@ def _robot(
         for tag, names in (("joint", group.joints), ("link", group.links), ("group", group.groups)):
             for name in names:
                 ET.SubElement(element, tag, name=name)
-    # Pinocchio keeps the first state of a name: that of all joints.
+    # First, because Pinocchio keeps the first state of each name.
     for group, (name, values) in product(plan.groups.values(), states.items()):
         if group.own:
             state = ET.SubElement(root, "group_state", name=name, group=group.name)
@@ -540,7 +540,7 @@ def _found(contacts: LinkContacts, reasons: Mapping[LinkPair, str], samples: int
 def _losses(
     robot: RobotModel, plan: Planning, contacts: LinkContacts, unchecked: set[LinkPair], new: Mapping[str, str]
 ) -> list[str]:
-    """Return one line for each thing that a planner will not know, or refuse."""
+    """Return one line for each property that a planner does not know, or refuses."""
     lines = []
     if robot.coupled_limits:
         names = ", ".join(dict.fromkeys(table.joint for table in robot.coupled_limits))
@@ -553,7 +553,7 @@ def _losses(
             lines.append(f"in posture {quoted(name)} checked shapes touch, so no plan can start there: {pairs}")
     for group in plan.groups:
         if not _PARAMETER.fullmatch(group):
-            lines.append(f"group {quoted(group)} is no name for a parameter of ROS: letters, digits and _")
+            lines.append(f"group {quoted(group)} is not a valid name of a ROS parameter: letters, digits and _")
     joints = [joint.name for joint in robot.tree.moving_joints if _TROUBLESOME.search(joint.name)]
     if joints:
         lines.append(f"MoveIt warns of the characters in {len(joints)} names of joints, first {quoted(joints[0])}")

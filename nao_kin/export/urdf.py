@@ -114,7 +114,7 @@ def _limits(joint: UrdfJoint, joints: Mapping[str, UrdfJoint], changes: list[str
     """Return the limits to write; without lower and upper for a continuous joint."""
     lower, upper = joint.lower, joint.upper
     if joint.mimic is not None and not math.isfinite(upper - lower):
-        # A continuous joint may not follow one with limits.
+        # A continuous joint must not mimic a joint with limits.
         driver = joints[joint.mimic.joint]
         lower, upper = joint.mimic.range(driver.lower, driver.upper)
     bounds = {"velocity": joint.velocity, "effort": joint.effort}
@@ -157,23 +157,23 @@ def urdf(
         robot: any robot.
         path: the file to write.
         frames: which links on fixed joints to keep: "all"; "effectors", those that the semantics name: end effectors,
-            soles, cameras, sensors; or "none", one link for each body. The mass of the others goes to the links that
-            carry them.
+            soles, cameras, sensors; or "none", one link for each body. The mass of the other links is added to the
+            links that carry them.
         names: "naoqi", those of the robot's own file, or "ros", those of its published ROS description.
         meshes: "relative" copies them to a folder "meshes" next to the file; "absolute" refers to the original files;
             "package://NAME" refers to the folder "meshes" of a ROS package, "package://NAME/FOLDER" to another folder
             of it, and copies nothing; "none" leaves meshes out and keeps boxes, cylinders and spheres.
-        coupling: followers "mimic" their driver, are "locked" together with it, or are "independent".
-        inertia: "published", or "physical": the nearest that bodies can have, as `nao_kin.export.inertia.make_physical`
-            describes, and an explicit mass of 0 where a link has none, because PyBullet assumes 1 kg.
+        coupling: mimic joints "mimic" their driver, are "locked" together with it, or are "independent".
+        inertia: "published", or "physical": the nearest possible inertias, as `nao_kin.export.inertia.make_physical`
+            describes, and an explicit mass of 0 for a link without mass, because PyBullet assumes 1 kg.
         typed: write three joints with one centre as `type="spherical"`, which PyBullet and MuJoCo read and most others
             do not.
         axes: "published", as in the robot's file; "aligned" turns the frame of a joint with an oblique axis until the
-            axis is its z axis, for tools that accept only axes of the frame. Links stay as they are.
+            axis is its z axis, for tools that accept only axes of the frame. Links do not change.
         overwrite: replace existing files.
 
     Returns:
-        The file, all files written, and how they differ from the robot.
+        The file, all files written, and their differences from the robot.
 
     Raises:
         BadArgument: a mesh is missing, the robot has no ROS names, or a file exists.

@@ -31,10 +31,10 @@ _Z: Vector = (0.0, 0.0, 1.0)
 def align_axes(tree: UrdfTree) -> Changed:
     """Return the tree with every joint axis along plus or minus x, y or z of its joint's frame.
 
-    Some tools accept only joints about the axes of the frame. A joint with an oblique axis gets a link without mass in
-    between: the joint carries it, with its z axis along the joint's axis, and a fixed joint turns back to the link that
-    was carried. Every link of the robot stays where it was in every configuration; joints keep names, limits and
-    values.
+    Some tools accept only joints about the axes of the frame. A joint with an oblique axis gets an additional link
+    without mass: the joint carries it, with its z axis along the joint's axis, and a fixed joint rotates back to the
+    original link. Every link of the robot has the same pose as before in every configuration; joints keep names, limits
+    and values.
     """
     taken = {*tree.links, *(joint.name for joint in tree.joints)}
     joints, links, changes = list[UrdfJoint](), list(tree.links), list[str]()
@@ -57,13 +57,13 @@ def align_axes(tree: UrdfTree) -> Changed:
     return replace(tree, links=tuple(links), joints=tuple(joints)), tuple(changes)
 
 
-# --- Followers: fixed together with their drivers, or made independent.
+# --- Mimic joints: fixed together with their drivers, or made independent.
 
 
 def couple(tree: UrdfTree, coupling: str) -> Changed:
-    """Return the tree with its couplings "locked" or "independent", for tools that do not know them.
+    """Return the tree with its couplings "locked" or "independent", for tools that do not support couplings.
 
-    "locked" fixes a driving joint and its followers, the driver at zero or at its limit nearest to zero. With
+    "locked" fixes a driving joint and its mimic joints, the driver at zero or at its limit nearest to zero. With
     "independent" the caller is responsible for setting the joints to consistent values.
     """
     followers: defaultdict[str, list[str]] = defaultdict(list)
@@ -103,9 +103,9 @@ def keep_frames(tree: UrdfTree, frames: str, semantics: Semantics) -> Changed:
     """Return the tree with fewer links on fixed joints; the others are merged into the links that carry them.
 
     "effectors" keeps the frames that `semantics` names, "none" one link for each body. Mass and shapes of a merged link
-    go to the link that carries it, so that every remaining link moves as before, and mass and centre of mass stay. A
-    root without mass and shapes whose only joint holds a link at the same place is replaced by that link, because
-    simulators need the mass of the trunk on the root.
+    are added to the link that carries it, so that every remaining link moves as before, and mass and centre of mass do
+    not change. A root without mass and shapes, with a single fixed joint to a link at the same pose, is replaced by
+    that link, because simulators need the mass of the trunk on the root.
     """
     named = set(semantics.frames()) if frames == "effectors" else set[str]()
     named |= {tree.shared_names[name] for name in named if name in tree.shared_names}
@@ -128,7 +128,7 @@ def keep_frames(tree: UrdfTree, frames: str, semantics: Semantics) -> Changed:
 
 
 def merged(tree: UrdfTree, gone: Collection[str]) -> UrdfTree:
-    """Return the tree without the links `gone`, merged into the links that hold them by fixed joints."""
+    """Return the tree without the links `gone`, merged into the links that carry them by fixed joints."""
     away = set(gone)
     places = hosts(tree, away)
 
@@ -163,7 +163,7 @@ def _merged_inertias(tree: UrdfTree, places: Mapping[str, tuple[str, Origin]]) -
 
 
 def _bare_root(tree: UrdfTree) -> str | None:
-    """Return the only link on a root without mass and shapes, if it is fixed at the same place."""
+    """Return the only link on a root without mass and shapes, if it is fixed at the same pose."""
     joints = [joint for joint in tree.joints if joint.parent == tree.root]
     own = {*tree.inertials, *(visual.link for visual in tree.visuals), *(shape.link for shape in tree.collisions)}
     if len(joints) != 1 or joints[0].kind != "fixed" or joints[0].origin != IDENTITY or tree.root in own:
@@ -177,9 +177,9 @@ def _bare_root(tree: UrdfTree) -> str | None:
 def name_frames(tree: UrdfTree, semantics: Semantics) -> Changed:
     """Return the tree with the names of the robot's ROS description, `semantics.ros_names`.
 
-    Two links with one name that a fixed joint holds at one place become one link. A link and a joint may have the same
-    name afterwards, as in ros-naoqi's nao_description. Raises BadArgument for a robot without ROS names, or for two
-    links with the same one.
+    Two links with one name that a fixed joint connects at the same pose become one link. A link and a joint may have
+    the same name afterwards, as in ros-naoqi's nao_description. Raises BadArgument for a robot without ROS names, or
+    for two links with the same one.
     """
     new = semantics.ros_names
     if not new:
@@ -204,7 +204,7 @@ def name_frames(tree: UrdfTree, semantics: Semantics) -> Changed:
 
 
 def new_names(semantics: Semantics, names: str) -> Mapping[str, str]:
-    """Return name of a link or joint → its name by that choice, for those that get another one."""
+    """Return name of a link or joint → its name by that choice, for those that get another name."""
     return semantics.ros_names if names == "ros" else {}
 
 
@@ -244,9 +244,9 @@ SPHERICAL = "spherical"
 def merge_balls(tree: UrdfTree) -> Changed:
     """Return the tree with joints of the kind "spherical" where `group_joints` finds them.
 
-    The links between the three axes, with their mass and all that is fixed to them, stay on the link before, where they
-    are with all joints at zero: the centre of mass is then no longer exact, poses of all other links are. A ball has no
-    limits and follows no joint; three joints of which one drives or follows another are left as they are.
+    The links between the three axes, with their mass and everything fixed to them, stay on the link before, as with all
+    joints at zero: the centre of mass is then no longer exact, but the poses of all other links are. A ball has no
+    limits and no coupling; three joints are not merged if one of them drives or mimics another.
     """
     changes: list[str] = []
     coupled = tree.mimics.keys() | {mimic.joint for mimic in tree.mimics.values()}
@@ -284,7 +284,7 @@ def _with_ball(tree: UrdfTree, group: MultiDofJoint, changes: list[str]) -> Urdf
 
 
 def joint_values(robot: RobotModel, q: Floats, names: str = "naoqi") -> dict[str, Floats]:
-    """Return name → values, shape (...), of every joint, followers included, in configurations (..., nq)."""
+    """Return name → values, shape (...), of every joint, mimic joints included, in configurations (..., nq)."""
     own = {name: np.asarray(value) for name, value in robot.angles(q).items()}
     values = own | {name: mimic.value(own[mimic.joint]) for name, mimic in robot.mimics.items()}
     new = new_names(robot.semantics, names)

@@ -1,4 +1,4 @@
-"""Inverse kinematics: joint values for poses, all of them, inside the limits, and the reason where there are none."""
+"""Inverse kinematics: all joint values for a pose inside the limits, or the reason why there are none."""
 
 from nao_kin.ik.arm import arm
 from nao_kin.ik.descent import Goal as Goal, descended as descended

@@ -75,10 +75,10 @@ def arm(
 ) -> IKResult:
     """Compute joint values of an arm for a pose of its hand, for position and direction, or for a position.
 
-    - A pose (..., 4, 4) is six numbers for five joints: the arm can make it only if its elbow is as far from the
-      shoulder as the upper arm is long. The result has all branches, up to four.
+    - A pose (..., 4, 4) is six numbers for five joints: it is possible only if the distance of the elbow from the
+      shoulder is the length of the upper arm. The result has all branches, up to four.
     - A position (..., 3) and a `direction` of the forearm, which is that of the hand, are five: up to eight branches.
-    - A position alone leaves two joints free: the one solution that is best by `criterion`.
+    - A position alone leaves two joints free; the result has the best solution by `criterion`.
 
     If a target is not met, `reason` says why, and `best` and `q` are the nearest joint values, inside the limits if
     these are enforced: with the smallest √(distance² + (angle_weight · angle)²).
@@ -92,11 +92,11 @@ def arm(
         criterion: with positions alone: "nearest" to the reference, "limits" for the largest distance to the nearest
             limit as a share of that joint's range, or "manipulability" for the largest √det(J_v J_vᵀ). The solution is
             searched for on a grid, and refined to 1e-9 rad.
-        angle_weight: the weight of one radian [m]: 0.1 makes 0.1 rad as bad as 10 mm.
+        angle_weight: the weight of one radian [m]: with 0.1, 0.1 rad has the weight of 10 mm.
         frame: a frame on the hand; None for the end effector "LArm" or "RArm".
         reference: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
-            distance to it, and take from it the joints of other limbs. None for all joints at zero, or at the limit
-            nearest to it.
+            distance to it, and its joints of other limbs are used. None for all joints at zero, or at the limit nearest
+            to it.
         limits: "enforce" leaves out branches with a joint outside its limits; "ignore" returns all, each joint with the
             whole turns that bring it within half a turn of the reference; with criterion "limits" within ±π.
         threads: how many threads may work on a batch; None for all cores if that is worthwhile.
@@ -134,20 +134,20 @@ def arm(
     numbers = as_numbers(target, "target")
     if numbers.shape[-2:] == (4, 4):
         if direction is not None:
-            raise BadArgument("a direction goes with places (..., 3), a pose (..., 4, 4) has one")
+            raise BadArgument("a direction is given with positions (..., 3), a pose (..., 4, 4) includes one")
         T = as_poses(numbers, "target")
         rows = T.reshape(*T.shape[:-2], 16)
         options = as_options(robot, limb.rest, reference, T.shape[:-2], limits, threads)
         nearest = partial(_nearest, robot, _POSE, limb)
         return solve_or_nearest(_POSE, limb, rows, options, nearest, lambda: refuse_not_rigid(T, "target"))
     if numbers.shape[-1:] != (3,):
-        raise WrongShape("target", "(..., 4, 4) for poses or (..., 3) for places", numbers.shape)
+        raise WrongShape("target", "(..., 4, 4) for poses or (..., 3) for positions", numbers.shape)
     places = as_vectors(numbers, "target")
     if direction is None:
         form, rows = _POSITION, np.concatenate([places, np.full((*places.shape[:-1], 1), wanted)], axis=-1)
     else:
         towards = as_floats(direction, (3,), "direction")
-        wanted_shape = f"{places.shape} as the places, or (3,)"
+        wanted_shape = f"{places.shape} as the positions, or (3,)"
         batch = broadcast("direction", places.shape[:-1], towards.shape[:-1], wanted_shape, towards.shape)
         form, rows = _DIRECTION, np.empty((*batch, 6))
         rows[..., :3], rows[..., 3:] = places, unit(towards, "direction")[0]
@@ -201,7 +201,6 @@ def _arm_of(robot: RobotModel, side: str, frame: str) -> Limb:
 
 
 # --- Searches of an arm: the nearest pose, and the best solution for a position alone.
-#
 # Damped least squares within the limits find the nearest pose, from the branches that would meet it if the elbow could
 # be moved; for a direction, from those for four turns about it. For a position, ElbowYaw and WristYaw are free and
 # searched over; the other three joints follow in closed form (two values of ElbowRoll, two of the shoulder), and meet
@@ -212,7 +211,8 @@ _REDUNDANT = float(Family.REDUNDANT)
 _STARTS = np.array([[0.25] * 5, [0.75] * 5, [0.75, 0.25, 0.75, 0.75, 0.25], [0.25, 0.75, 0.25, 0.25, 0.75]])
 # Grid values of ElbowYaw and of WristYaw, and how many valleys of the grid are searched.
 _GRID, _BEST = 15, 6
-# Steps of that search: the last, the factor after a failure, by how much the directions then turn [rad], the most.
+# Steps of that search: the last one, the factor after a failure, the rotation of the directions then [rad], the
+# maximum.
 _LAST_STEP, _SHORTER, _TURN, _MAX_STEPS = 1e-9, 0.7, 0.3, 400
 # Costs of joint values outside the limits, and of those that cannot meet the position.
 _OUTSIDE, _IMPOSSIBLE = 1e3, 1e6

@@ -1,4 +1,4 @@
-"""The arm: four real branches for a pose of the hand that five joints can make, and up to eight for five numbers of it.
+"""The arm: four real branches for a feasible pose of the hand, and up to eight for its position and direction.
 
 ShoulderPitch about y and ShoulderRoll about z meet in the shoulder; ElbowYaw about x, ElbowRoll about z and WristYaw
 about x meet in the elbow, at e = (e_x, e_y, 0) in the upper arm. With h from elbow to frame, in the axes of the hand,
@@ -124,7 +124,7 @@ def solve_arm(arm: Arm, target: Row, selection: Selection, work: Workspace) -> i
 
 
 class Circle(NamedTuple):
-    """The circle of the elbow, seen from the shoulder, for a position of the frame and a direction n of the forearm.
+    """The circle of the elbow, relative to the shoulder, for a position of the frame and a direction n of the forearm.
 
     Its centre is along · n + across · v [m], with v perpendicular to n; its radius is the distance of the frame from
     the axis of the forearm [m].

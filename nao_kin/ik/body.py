@@ -21,15 +21,15 @@ class Body(NamedTuple):
     """A robot for the compiled search. Variables are joint values, first the `moving` ones, then fixed ones.
 
     Attributes:
-        parent: row of the parent; −1 of the torso, shape (rows,).
+        parent: row of the parent; −1 for the torso, shape (rows,).
         rotation, place: pose of each joint in its parent at zero, shapes (rows, 3, 3) and (rows, 3) [m].
-        axis: of each joint, shape (rows, 3).
-        variable: index of the variable that moves each joint; −1 of the torso.
+        axis: the axis of each joint, shape (rows, 3).
+        variable: index of the variable that moves each joint; −1 for the torso.
         multiplier, offset: joint value = multiplier · variable + offset [rad].
         mass, lever: mass of each body [kg], and its centre of mass, shape (rows, 3) [m].
         legs: rows of the joints of the legs, from the hip outwards, shape (2, 6).
         ankle_to_sole: T of the sole's frame in the last of them, shape (2, 4, 4).
-        limits: of the moving variables.
+        limits: the limits of the moving variables.
     """
 
     parent: Ints1

@@ -52,13 +52,13 @@ class Plan(NamedTuple):
     Attributes:
         kind: PLACE, POSE, GAZE or COM of each target, shape (t,).
         row: the body that carries its frame, shape (t,); T_row_frame in it, shape (t, 4, 4).
-        weights: of errors in metres and in radians, shape (t, 2).
+        weights: the weights of errors in metres and in radians, shape (t, 2).
         support: weight of the distance by which the centre of mass misses the margin; 0 if it is free.
         posture: weight of the differences to the posture [per rad].
         stance: 0 for the left foot, 1 for the right one, 2 for both.
         as_is: whether to keep a start that meets all targets.
-        tolerance: of a target that is met [m, rad].
-        steps: at most, of one search.
+        tolerance: the largest error of a target that is met [m, rad].
+        steps: largest number of steps of one search.
     """
 
     kind: Ints1
@@ -111,7 +111,7 @@ def new_state(body: Body, variables: int, targets: int) -> State:
 def errors_at(body: Body, plan: Plan, targets: Floats, state: State) -> None:
     """Write the weighted errors of all targets and their derivatives into a state with known x and T.
 
-    `targets` (t, 4, 4) has the pose of each, or its position in the last column of a pose without rotation.
+    `targets` (t, 4, 4) are poses; a target position is the last column of a pose without rotation.
     """
     n, rows = body.moving, len(body.parent)
     e, J, residuals, com, com_J = state.e, state.J, state.residuals, state.com, state.com_J
@@ -210,7 +210,7 @@ def _gaze(T: Floats, target: Floats, twists: Floats, weight: float, e: Floats, J
         slope = (1.0 - ratio * dx) / (sine * sine)  # d(φ/sin φ)/dφ = slope · sin φ
     elif dx > 0.0:
         ratio, slope = 1.0 + sine * sine / 6.0, 1.0 / 3.0
-    else:  # straight behind the camera, all rotations have the same length
+    else:  # straight behind the camera, all rotations have the same angle
         ratio, slope, dy, dz = math.pi / _SMALL, 0.0, max(dy, _SMALL), dz
     e[0], e[1] = weight * ratio * dy, weight * ratio * dz
     for k in range(twists.shape[1]):

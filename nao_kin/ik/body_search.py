@@ -48,7 +48,7 @@ from nao_kin.ik.quadratic_program import quadratic_program
 # A smaller excess over the limits counts as inside [rad].
 INSIDE = 2e-10
 _MAX_STEP = 0.5
-# Places in the sums of a state.
+# Indices in the sums of a state.
 SUM_ERRORS, SUM_POSTURE, SUM_OUTSIDE, SUM_SHORTFALL = range(4)
 
 
@@ -205,7 +205,7 @@ def sum_after(problem: Problem, state: State, step: Floats) -> float:
 
 # How a search ended.
 SETTLED, REACHED, STOPPED, NOT_STANDING = range(4)
-# Places in a report.
+# Indices in a report.
 STATUS, STEPS, START, SHORTFALL = range(4)
 
 _FIRST_DAMPING, _MIN_DAMPING, _MAX_DAMPING, _FLOOR = 0.1, 1e-6, 1e9, 1e-10
@@ -219,7 +219,7 @@ _MIN_BEND, _FIRST_BEND = 0.02, 0.3
 # The search with the posture ends with a step that decreases the sum by a smaller share.
 _ENOUGH = 0.02
 _MAX_WITH_POSTURE = 20
-# The search ends with a step that promises to decrease the sum by a smaller share.
+# The search ends with a step whose predicted decrease of the sum is a smaller share.
 _FLAT = 1e-6
 _FOOT_TOLERANCE = 1e-6
 # How much `_stand` may change a configuration that already stands [rad].
@@ -408,7 +408,7 @@ def solve_body(
             steps += more
             if not stands:
                 continue
-            # The pull would lead every start back to where the first one got stuck.
+            # The pull would lead every start back to the local minimum of the first one.
             if problem.pull > 0.0 and start == 0:
                 _, more = descend(body, second_leg, problem, current, trial)
                 steps += more

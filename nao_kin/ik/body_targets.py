@@ -91,7 +91,7 @@ class PreparedRobot:
         tables: whether limits are enforced → arrays.
         second_leg: its closed form.
         corners: side → corners of the sole, shape (k, 3) [m].
-        rest: the configuration with all joints at zero, or at the limit nearest to it, shape (nq,).
+        rest: the configuration with all joints at zero, or at the limit nearest to zero, shape (nq,).
     """
 
     def __init__(self, robot: RobotModel) -> None:
@@ -115,7 +115,7 @@ _LOCK = threading.Lock()
 
 
 def prepared(robot: RobotModel) -> PreparedRobot:
-    """Return the cached data of a robot, made again if `robot.model` has changed."""
+    """Return the cached data of a robot, computed again if `robot.model` has changed."""
     check_robot(robot)
     with _LOCK:
         found = _CACHE.get(robot)
@@ -141,7 +141,7 @@ class Target:
         kind: PLACE, POSE, GAZE or COM.
         row: the row of the body that carries the frame, at T_row_frame (4, 4).
         values: T_world_target, or the position in its last column, shape (..., 4, 4).
-        weights: of metres and of radians.
+        weights: the weights of metres and of radians.
     """
 
     name: str
@@ -176,7 +176,7 @@ def all_targets(
 ) -> list[Target]:
     """Return all targets, checked, without the support polygon."""
     if not isinstance(targets, Mapping):
-        raise BadArgument(f"targets must be a mapping of frames to poses or places, got {type(targets).__name__}")
+        raise BadArgument(f"targets must be a mapping of frames to poses or positions, got {type(targets).__name__}")
     requested: list[tuple[str, str, ArrayLike, int]] = []
     for name, value in targets.items():
         if not isinstance(name, str) or name not in robot.frame_table:
@@ -288,7 +288,7 @@ def target_beyond(body: Body, target: Target, standing: tuple[str, ...], feet: F
 
 
 def feet_beyond(body: Body, feet: Floats) -> Floats:
-    """Return lower bounds on how much too far apart the feet (n, 2, 4, 4) are for stretched legs, shape (n,) [m]."""
+    """Return lower bounds on the distance by which stretched legs miss the feet (n, 2, 4, 4), shape (n,) [m]."""
     reach = _reach(body, 0, int(body.legs[1, -1]), body.ankle_to_sole[1, :3, 3])
     distance = np.linalg.norm(feet[:, 1, :3, 3] - feet[:, 0, :3, 3], axis=-1)
     return np.asarray(np.maximum(0.0, distance - reach))

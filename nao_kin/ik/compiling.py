@@ -35,9 +35,9 @@ def cached_kernel(
 
 
 def borrowed(array: Any) -> Any:
-    """Return the array without reference counting in compiled code, which takes a sixth of the time of a leg.
+    """Return the array without reference counting in compiled code, which would take a sixth of the time of a leg.
 
-    The original array must be used once more after the last use of the returned one.
+    The original array must be used once more after the last use of the returned array.
     """
     return array
 
@@ -81,8 +81,8 @@ def run_rows(
 ) -> None:
     """Run `count` rows with the compiled kernel, or as Python while that is quicker than waiting for the kernel.
 
-    `run` takes a function and a slice of rows; `uncompiled`, if there is a quicker way as Python, a slice of one row.
-    `threads` is their number, None for all cores as far as each gets `per_thread` rows; `each` as in `first_rows`.
+    `run` takes a function and a slice of rows; `uncompiled`, if Python has a quicker way, a slice of one row. `threads`
+    is the number of threads, None for all cores if each gets `per_thread` rows; `each` as in `first_rows`.
     """
     done = first_rows([kernel], uncompiled or (lambda part: run(kernel.uncompiled, part)), count, each=each)
     left = count - done

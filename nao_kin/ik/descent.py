@@ -3,9 +3,9 @@
 With the target (R_t, p_t) and the pose (R, p) of each frame, it minimises ½‖e‖² with e = w · (R_tᵀ (p_t − p);
 log(Rᵀ R_t)) and its exact derivative ∂e/∂q = −w · (R_tᵀ J_v; J_l⁻¹(log(Rᵀ R_t)) Rᵀ J_ω).
 
-A step solves (JᵀJ + λ 1) δ = −Jᵀe in the directions that the limits leave open, with λ in proportion to ‖e‖²
-(quadratic convergence also for singular J), is shortened to 1 rad, and projected onto the limits. λ follows the ratio
-of the actual decrease to the one promised by the linear model.
+A step solves (JᵀJ + λ 1) δ = −Jᵀe in the directions that the limits leave free, with λ proportional to ‖e‖² (quadratic
+convergence also for singular J), is shortened to 1 rad, and projected onto the limits. λ follows the ratio of the
+actual decrease to the decrease predicted by the linear model.
 
 Source: Sugihara, Solvability-unconcerned inverse kinematics by the Levenberg–Marquardt method, IEEE T-RO 2011; Nielsen,
 Damping parameter in Marquardt's method, IMM-REP-1999-05; Barfoot, State Estimation for Robotics, 7.1.5 (J_l⁻¹).
@@ -39,7 +39,7 @@ from nao_kin.rotations import matrix_from_quat, nearest_rotation, quat_from_xyzw
 # Initial damping as a share of the squared error; it grows after a rejected step, and shrinks after an accepted one.
 FIRST_DAMPING = 0.1
 MIN_DAMPING, MAX_DAMPING = 1e-6, 1e12
-# A step is rejected if it decreases the error by a smaller share of the decrease promised by the linear model.
+# A step is rejected if it decreases the error by a smaller share of the decrease predicted by the linear model.
 MIN_GAIN = 1e-3
 # Largest change of a joint in one step [rad or m]: the linear model does not hold beyond.
 MAX_STEP = 1.0
@@ -48,8 +48,8 @@ FLAT = 1e-7
 # A floor against rounding keeps the linear system regular when damping vanishes with the error.
 _FLOOR, _TINY = 1e-15, 1e-300
 
-# Places in the report of a start: half the squared error, whether the target is met, whether no direction decreases the
-# error any more, and the errors of position and angle in the components with a weight.
+# Indices in the report of a start: half the squared error, whether the target is met, whether no direction decreases
+# the error any more, and the errors of position and angle in the components with a weight.
 COST, MET, SETTLED, POSITION, ANGLE = range(5)
 
 
@@ -368,7 +368,7 @@ class FrameMotion:
         joints: their indices in `RobotModel.joint_names`, from the base outwards, shape (m,), and their `names`.
         columns, velocity_columns: their indices in q and in velocities, shape (m,).
         chain: the joints from the base to each frame, for scalar code.
-        length: of the stretched chain from the first joint to the frame [m].
+        length: the length of the stretched chain from the first joint to the frame [m].
         limited, free: regions of joint values with and without limits.
         start: all joints at zero, or at the limit nearest to it, shape (nq,).
     """
@@ -391,7 +391,7 @@ class FrameMotion:
 
     @property
     def robot(self) -> RobotModel:
-        """The robot, which the caller holds."""
+        """The robot, to which the caller keeps a reference."""
         return cast(RobotModel, self._robot())
 
     def joint_values(self, q: Floats) -> Floats:
@@ -404,7 +404,7 @@ class FrameMotion:
 
     def jacobians(self, q: Floats, expressed_in: Expression = "mixed") -> Floats:
         """Return the Jacobian of the frame for the joints that move it, shape (n, 6, m)."""
-        if len(q) == 1:  # which takes fewer steps
+        if len(q) == 1:  # with fewer steps
             return np.asarray(self.robot.jacobian(q[0], self.frame, expressed_in)[None, :, self.velocity_columns])
         return np.asarray(self.robot.jacobian(q, self.frame, expressed_in)[..., self.velocity_columns])
 
@@ -443,7 +443,7 @@ class Minimum:
     settled: NDArray[np.bool_]
 
     def take(self, rows: NDArray[np.intp], other: Minimum, part: slice) -> None:
-        """Replace the results of these rows by those of other searches that are the first to succeed, or nearer."""
+        """Replace the results of these rows by those of other searches that succeed first, or end nearer."""
         better = ~self.reached[rows] & (other.reached[part] | (other.cost[part] < self.cost[rows]))
         for name, mine in vars(self).items():
             mine[rows[better]] = getattr(other, name)[part][better]

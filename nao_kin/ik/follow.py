@@ -68,7 +68,7 @@ def scaled(
     least = moved / limits
     needed = least.max(axis=1, initial=0.0) / speed
     given = np.zeros(len(moved)) if times is None else np.diff(times)
-    # Differences of times are rounded: a segment that is too short by no more than that stays as it is.
+    # Differences of times are rounded: a segment that is too short by no more than rounding is not changed.
     short = needed > given * (1.0 + 1e-12) + (0.0 if times is None else 4.0 * np.spacing(np.abs(times).max()))
     taken = np.where(short, needed, given)
     if times is not None and not short.any():
@@ -84,7 +84,7 @@ def scaled(
 
 
 def between_samples(values: Floats) -> Floats:
-    """Return columns (n, c) with nan interpolated between neighbouring samples; a column of only nan stays so."""
+    """Return columns (n, c) with nan interpolated between neighbouring samples; a column of only nan is not changed."""
     filled = np.array(values)
     places = np.arange(len(values))
     for column in np.flatnonzero(np.isnan(values).any(axis=0)):
@@ -107,9 +107,9 @@ class FollowedPath:
 
     Attributes:
         joint_names: the joints in the order of q, after the seven numbers of a floating base.
-        times: of the samples, shape (n,) [s]; equal if nothing moves and no times were given.
+        times: the times of the samples, shape (n,) [s]; equal if nothing moves and no times were given.
         q: configurations, shape (n, nq). At a sample that is not reached, the limb is at the nearest pose, or its
-            joints are nan if its solver does not know one.
+            joints are nan if its solver does not find one.
         torso: the pose of the torso in the world, shape (n, 4, 4); None if targets are in the torso.
         limbs: reasons and residuals of each limb.
         jumps: steps in which a limb cannot move continuously, in order.
@@ -246,16 +246,16 @@ def follow(
 
     For each limb, both legs together, dynamic programming selects the branches with the least sum of the squared motion
     Σ (Δq_j / v_j)² with the speed limits v_j. In a family of solutions, including that of a hand with only a position,
-    each sample takes the member nearest to the previous sample. For a target that is not reached, the nearest pose is
-    taken if the solver knows it.
+    each sample uses the member nearest to the previous sample. For a target that is not reached, the nearest pose is
+    used if the solver finds it.
 
     Args:
         robot: a NAO of any version, or another robot with limbs of its geometry.
         path: effector → targets at n samples, or one target for all samples. "LLeg", "RLeg": poses (n, 4, 4); "LArm",
             "RArm": poses (n, 4, 4) or positions (n, 3); "Head": orientations (n, 3, 3); the name of a camera: points
             (n, 3) that it looks at [m].
-        times: of the samples, increasing, shape (n,) [s]; a segment in which a joint would be too fast is stretched.
-            None for the least times within the speed limits.
+        times: the times of the samples, increasing, shape (n,) [s]; a segment in which a joint would be too fast is
+            stretched. None for the least times within the speed limits.
         torso: the pose of the torso in the world, T_world_torso, shape (n, 4, 4) or (4, 4), for targets in the world.
             None for targets in the torso.
         directions: arm → direction of its forearm, shape (n, 3), with positions of that arm.
@@ -268,7 +268,7 @@ def follow(
         priority: the foot that keeps its yaw if both feet need different values of the shared hip motor: "left",
             "right", or "balanced" for half of the error each.
         free: with `torso` and both feet, the direction in which the torso moves, at each sample as little as necessary,
-            so that both legs agree: "height", "lean" or "yaw". The result's `torso` is the moved one, from which all
+            so that both legs agree: "height", "lean" or "yaw". The result's `torso` is the moved torso, from which all
             other targets are met.
         threads: number of threads; None for all cores if that is worthwhile.
 
@@ -342,7 +342,7 @@ def _with_free_torso(
 ) -> Path:
     """Return the path with the torso moved so that both legs agree."""
     if path.torso is None or not {"LLeg", "RLeg"} <= path.targets.keys():
-        raise BadArgument("free goes with torso and the poses of both feet in the world")
+        raise BadArgument("free requires torso and the poses of both feet in the world")
     feet = path.targets["LLeg"], path.targets["RLeg"]
     named = (frames or {}).get("LLeg", "LLeg"), (frames or {}).get("RLeg", "RLeg")
     options = {**options, "base": "floating", "torso": path.torso, "free": free}

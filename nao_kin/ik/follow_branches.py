@@ -22,7 +22,7 @@ from nao_kin.ik.follow_limbs import LimbPath
 from nao_kin.ik.results import Codes, Family, IKResult, Integers, Reason
 from nao_kin.robot import RobotModel
 
-# In a family, every branch of the previous sample adds its own member; only so many cheapest ones are kept.
+# In a family, every branch of the previous sample adds its own member; only so many of the cheapest are kept.
 _MAX_CANDIDATES = 16
 # Nearer members are the same [rad].
 _SAME = 1e-9
@@ -63,7 +63,7 @@ class Choice(NamedTuple):
 class _Layer(NamedTuple):
     """Candidates at one sample: values (k, c), least cost up to each (k,), index of its predecessor (k,).
 
-    `answers` and `rows` are the solver's result that each comes from, and its target.
+    `answers` and `rows` are the solver's result for each candidate, and the index of its target.
     """
 
     sample: int
@@ -149,7 +149,7 @@ def _followed(
     references = np.tile(reference[i], (k, 1))
     references[:, list(first.columns)] = before.values
     found = limb.at(*[i] * k).solve(references)
-    # Branches outside families do not depend on the reference: those of the first row are those of all.
+    # Branches outside families do not depend on the reference: the first row has those of all rows.
     single = np.flatnonzero(found.families[0, : found.count[0]] == Family.NONE)
     values = [found.branches[0, single]]
     cost, back = _reached(before, values[0], weights)
@@ -207,7 +207,7 @@ def _squares(displacements: Floats) -> Floats:
     return np.asarray((displacements**2).sum(axis=-1))
 
 
-# --- Jumps: steps between two samples that a finer path between the two targets does not make smaller.
+# --- Jumps: steps between two samples that do not become smaller with a finer path between the two targets.
 #
 # First, every joint moves linearly from one value to the other. If the limb halfway deviates by less than a quarter of
 # the distance, the step follows the path as closely as the path is sampled, and is not a jump. Otherwise the path
@@ -237,7 +237,7 @@ class Jump:
         limb: "LLeg", "RLeg", "legs", "LArm", "RArm" or "Head".
         joint: the joint that takes longest at its speed limit.
         size: its change [rad].
-        cause: why and where the branch before the jump ends.
+        cause: the place and the reason of the end of the branch before the jump.
     """
 
     index: int
@@ -277,7 +277,7 @@ def jumps_of(limb: LimbPath, choice: Choice, reference: Floats, weights: Floats)
 
 
 def _leaves_path(limb: LimbPath, first: Floats, second: Floats) -> Floats:
-    """Return whether the limb deviates from straight lines of its points when its joints move linearly, shape (m,)."""
+    """Return whether the limb's points deviate from straight lines when its joints move linearly, shape (m,)."""
     ends = limb.points(first), limb.points(second)
     halfway = limb.points(0.5 * (first + second))
     distance = np.linalg.norm(ends[1] - ends[0], axis=-1).max(axis=-1)
@@ -323,7 +323,7 @@ def _cause(limb: LimbPath, q: Floats, i: int, columns: list[int]) -> str:
         outside = [row for row in limb.robot.limit_violations(now) if row.joint in moved]
         if outside and limb.options.get("limits") != "ignore":
             return f"its branch ends at sample {sample}, where {outside[0].describe()}"
-    return "its branch continues, but the jump makes the total motion less"
+    return "its branch continues, but the jump reduces the total motion"
 
 
 def _joint_of(robot: RobotModel, column: int) -> str:

@@ -22,7 +22,7 @@ from nao_kin.ik.targets import as_poses, refuse_not_rigid, refuse_not_rotation
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import exp, log
 
-# Distance of compared points from a frame's origin [m]: one radian counts as much as 0.1 m, as in `arm`.
+# Distance of compared points from a frame's origin [m]: one radian has the weight of 0.1 m, as in `arm`.
 _LEVER = 0.1
 
 Targets = tuple[Floats, ...]
@@ -50,7 +50,7 @@ class LimbPath:
 
     @property
     def follows_only(self) -> bool:
-        """Whether every target has a family of solutions, as positions of a hand have, and depends on the previous."""
+        """Whether every target has a family of solutions, as a hand's positions do, and depends on the previous one."""
         return self.name in _ARMS and len(self.targets) == 1 and self.targets[0].ndim == 2
 
     def solve(self, reference: Floats, **changed: Any) -> IKResult:
@@ -87,9 +87,9 @@ class LimbPath:
     def between(self, first: Floats, second: Floats, shares: Floats) -> LimbPath:
         """Return targets at shares (m,) in [0, 1] of the path from the pose in one configuration to that in another.
 
-        Positions move straight, orientations rotate about a fixed axis. The five joints of an arm cannot make poses
-        between two of theirs, so its targets are positions, with directions unless these are free. Targets of a gaze
-        are orientations, because two of them can look at the same point.
+        Positions move straight, orientations rotate about a fixed axis. The five joints of an arm cannot reach poses
+        between two of their poses, so its targets are positions, with directions unless these are free. Targets of a
+        gaze are orientations, because two of them can look at the same point.
         """
         q = np.stack([first, second])
         T = self._poses(q)
@@ -190,9 +190,9 @@ def checked_path(
         what = f"directions[{quoted(name)}]"
         if name not in path or name not in _ARMS:
             arms = [arm for arm in _ARMS if arm in path]
-            raise UnknownName("arm", name, arms, "a direction goes with the positions of an arm in the path")
+            raise UnknownName("arm", name, arms, "a direction is given with the positions of an arm in the path")
         if given[f"path[{quoted(name)}]"][0].shape[1:] == _POSE:
-            raise BadArgument(f"{what} goes with positions (n, 3), a pose has a direction")
+            raise BadArgument(f"{what} is given with positions (n, 3), a pose includes a direction")
         array, count = _samples(value, _PLACE, what, free=True)
         given[what] = unit(array, what)[0], count
     if torso is not None:

@@ -1,10 +1,10 @@
-"""The limbs of a robot as the closed forms need them, and the closed forms run on targets.
+"""The limbs of a robot for the closed forms, and running the closed forms on targets.
 
-The places and axes of the joints are read from the model with all joints at zero, in the axes of the torso. The
+The positions and axes of the joints are read from the model with all joints at zero, in the axes of the torso. The
 assumptions of the closed forms (axes that meet, are perpendicular, point along x, y or z) are verified here; other
-limbs are refused.
+limbs are rejected.
 
-A closed form runs as Python on one target where nothing is compiled yet, and compiled on many.
+A closed form runs as Python for one target while nothing is compiled yet, and compiled for many.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ from nao_kin.robot import ModelNumbers, RobotModel, check_robot
 from nao_kin.robot.semantics import Mimic
 from nao_kin.rotations import nearest_rotation, quat_from_matrix, quat_to_xyzw
 
-# Tolerance of axes and places [rad, m]: a URDF rounds its numbers.
+# Tolerance of axes and positions [rad, m]: a URDF rounds its numbers.
 _TOLERANCE = 1e-9
 
 _SIDES = ("L", "R")
@@ -94,8 +94,8 @@ class Limb:
 class ChainAtZero:
     """The joints of a limb with all joints at zero, and a frame on its last link, in the torso.
 
-    `points` (c, 3) [m] and the unit vectors `axes` (c, 3) are of the joints, `rotation` (3, 3) and `point` (3,) [m] of
-    the frame; `limb` is its name in messages.
+    The joints have `points` (c, 3) [m] and unit vectors `axes` (c, 3), the frame has `rotation` (3, 3) and `point` (3,)
+    [m]; `limb` is the name of the limb in messages.
     """
 
     robot: RobotModel
@@ -132,7 +132,7 @@ class ChainAtZero:
             raise self.error(f"{what} by {float(np.abs(values).max()):.3g} m")
 
     def frame_in_link(self, origin: Floats) -> tuple[float, Rotation, Vector]:
-        """Return 1 if the frame is turned against its link, else 0; its rotation, and its place from a point."""
+        """Return 1 if the frame is rotated in its link, else 0; its rotation, and its position from a point."""
         turned = 0.0 if np.array_equal(self.rotation, np.eye(3)) else 1.0
         return turned, tuple(self.rotation.ravel().tolist()), tuple((self.point - origin).tolist())
 
@@ -167,7 +167,7 @@ _LOCK = threading.Lock()
 
 
 def cached_limb(robot: RobotModel, make: Callable[..., _Made], *arguments: str) -> _Made:
-    """Return `make(robot, *arguments)`, made anew if `robot.model` has changed since the last call."""
+    """Return `make(robot, *arguments)`, computed again if `robot.model` has changed since the last call."""
     check_robot(robot)
     for name in arguments:
         if not isinstance(name, str):
@@ -200,7 +200,7 @@ def chain_at_zero(robot: RobotModel, limb: str, joints: tuple[str, ...], frame: 
     for parent, own in zip([base, *ids], ids, strict=False):
         if int(model.parents[own]) != parent:
             above = model.names[int(model.parents[own])]
-            raise geometry_error(robot, limb, f"{model.names[own]} hangs on {above}")
+            raise geometry_error(robot, limb, f"{model.names[own]} is carried by {above}")
     place = model.frames[robot.frame_ids([frame])[0]]
     if int(place.parentJoint) != ids[-1]:
         carried = [name for name, i in robot.frame_table.items() if int(model.frames[i].parentJoint) == ids[-1]]
@@ -307,13 +307,13 @@ class ClosedForm:
                 count = solve(limb, targets[i], Selection(ranges, references[i], enforce), work)
                 out[i, 0] = count
                 write_branches(found, count, joints, out[i, branches:])
-            owner[0] = 0.0  # used once more, as `borrowed` asks
+            owner[0] = 0.0  # used once more, as `borrowed` requires
 
         def signature() -> tuple[Any, ...]:
             register_borrowed()
             return (*types(), *map(numba_type, (Floats2, Floats2, bool, Floats2)))
 
-        run.__module__ = solve.__module__  # which a process that compiles it has to import
+        run.__module__ = solve.__module__  # the module that a compiling process has to import
         self.kernel = cached_kernel(name, seconds, signature)(run)
 
 
@@ -374,7 +374,7 @@ def solve_targets(
     joints = _contiguous((np.broadcast_to(joints, (*batch, c)) if batch else joints).reshape(-1, c))
     flat = _contiguous(targets.reshape(math.prod(batch), targets.shape[-1]))
     if batch:
-        # Space for the usual number of branches; for all if there are more.
+        # Space for the usual number of branches; if there are more, for all.
         space = min(form.usual, form.max_branches) if enforce else form.max_branches
         output = _solve_by_kernel(form, limb, flat, joints, enforce, space, options.threads)
         if output.rows[:, 0].max(initial=0.0) > space:

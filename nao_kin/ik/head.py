@@ -54,9 +54,9 @@ def head(
     limits: Limits = "enforce",
     threads: SupportsIndex | None = None,
 ) -> IKResult:
-    """Compute the joint values with which the head has an orientation, or is nearest to it.
+    """Compute the joint values that give the head an orientation, or the nearest one.
 
-    Two joints make two of three turns: they cannot lean the head to a side. If the target is not met, `best` and `q`
+    Two joints have two of three rotations: they cannot tilt the head sideways. If the target is not met, `best` and `q`
     are the joint values with the smallest angle to it, inside the limits if these are enforced.
 
     Args:
@@ -69,7 +69,7 @@ def head(
         threads: how many threads may work on a batch; None for all cores if that is worthwhile.
 
     Returns:
-        At most one solution, to within 1e-10 rad. Two joints cannot make a rounded orientation, of float32 for
+        At most one solution, to within 1e-10 rad. Two joints cannot reach a rounded orientation, of float32 for
         instance: its reason is `NOT_ENOUGH_JOINTS`, and `q` the nearest, some 1e-8 rad off.
 
     Raises:
@@ -102,9 +102,9 @@ def look_at(
 ) -> IKResult:
     """Compute the joint values with which a camera has a point on its optical axis, in front of it.
 
-    There are two solutions, the second with the head turned round and looking over the crown. For a point on the axis
-    of HeadYaw any yaw is possible (`YAW_AXIS`). If the limits exclude the solutions, or the point is too near to the
-    neck, `best` and `q` have the smallest angle between the optical axis and the direction to the point.
+    There are two solutions, the second with the head turned backwards and looking over the crown. For a point on the
+    axis of HeadYaw any yaw is possible (`YAW_AXIS`). If the limits exclude the solutions, or the point is too near to
+    the neck, `best` and `q` have the smallest angle between the optical axis and the direction to the point.
 
     Args:
         robot: a NAO of any version, or another robot with a neck of its geometry.
@@ -140,7 +140,7 @@ def look_at(
 class Head(NamedTuple):
     """The geometry of a head: the neck in the torso, and the frame in the head from the neck [m].
 
-    `turned` is 1 if the frame is turned against the head. A camera's `place` is in the plane of x and z.
+    `turned` is 1 if the frame is rotated in the head. A camera's `place` is in the plane of x and z.
     """
 
     neck: Vector
@@ -170,7 +170,7 @@ def _head_of(robot: RobotModel, frame: str) -> Limb:
 def _camera_of(robot: RobotModel, camera: str) -> Limb:
     chain = chain_at_zero(robot, "head", _JOINTS, camera)
     aside = np.array([chain.point[1] - chain.points[0][1], chain.rotation[1, 0]])
-    chain.require_zero(f"{camera} is beside the head's plane of symmetry, or looks out of it", aside)
+    chain.require_zero(f"{camera} is not in the head's plane of symmetry, or does not look along it", aside)
     return _head_of(robot, camera)
 
 
@@ -189,7 +189,7 @@ JOINTS = 2
 MAX_BRANCHES = 4
 
 _ALONE, _YAW_AXIS = float(Family.NONE), float(Family.YAW_AXIS)
-# Below this distance of a point from the yaw's axis [m], every yaw is as good.
+# Below this distance of a point from the yaw's axis [m], every yaw is equally good.
 _ON_AXIS = 1e-12
 # Steps of the search for the nearest yaw.
 _STEPS = 120

@@ -63,7 +63,7 @@ def leg(
     limits: Limits = "enforce",
     threads: SupportsIndex | None = None,
 ) -> IKResult:
-    """Compute all joint values of a leg with which its foot has a given pose: up to eight branches, each verified.
+    """Compute all joint values of a leg that give its foot a pose: up to eight branches, each verified.
 
     If the target is not met, `best` and `q` are the nearest joint values that a search finds, inside the limits if
     these are enforced: with the smallest √(distance² + (0.1 m · angle)²).
@@ -77,8 +77,8 @@ def leg(
         T_torso_foot: the pose of the frame in the torso, shape (..., 4, 4) [m].
         frame: a frame on the foot; None for the end effector "LLeg" or "RLeg".
         reference: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
-            distance to it, and take from it the joints of other limbs. None for all joints at zero, or at the limit
-            nearest to it.
+            distance to it, and its joints of other limbs are used. None for all joints at zero, or at the limit nearest
+            to it.
         limits: "enforce" leaves out branches with a joint outside its own or a coupled limit; "ignore" returns all,
             each joint with the whole turns that bring it within half a turn of the reference.
         threads: how many threads may work on a batch; None for all cores if that is worthwhile.
@@ -119,7 +119,7 @@ class Leg(NamedTuple):
     """The geometry of a leg: the hip in the torso, thigh L₁, tibia L₂, and the frame in the foot from the ankle [m].
 
     The axis of HipYawPitch is (0, cos κ, sin κ). `stretched` is how far a target may be out of reach of the straight
-    leg [m]; `turned` is 1 if the frame is turned against the foot.
+    leg [m]; `turned` is 1 if the frame is rotated in the foot.
     """
 
     hip: Vector
@@ -319,7 +319,7 @@ def _branches(leg: Leg, foot: Pose, knee: tuple[float, int], selection: Selectio
                 if prune and not is_inside(ranges, q):
                     continue
                 if prune or check_limits(selection, q, work.report):
-                    if errors[0] < 0.0:  # both solutions make the same rotation
+                    if errors[0] < 0.0:  # both solutions give the same rotation
                         errors = _errors(leg, foot, (s4, cosine), ankle, q)
                     count = add_branch(selection, work, errors, family, count)
     return count
@@ -369,7 +369,7 @@ def _add_about_ankle_axis(leg: Leg, foot: Pose, other: int, selection: Selection
     if selection.enforce:
         low, high = coupled_range(selection.ranges, 5, q[4])
     given = leg, foot, other, selection, q
-    # The reference's roll is tried too, so that rounding of the axis does not change a reference that is a solution.
+    # The reference's roll is tried too: rounding of the axis must not change a reference that is a solution.
     roll = least(_cost_of_roll, given, low, high, near, _STEPS)
     if _cost_of_roll(given, roll) < math.inf and check_limits(selection, q, work.report):
         count = add_branch(selection, work, leg_errors(leg, foot, q), _ANKLE_AXIS, count)

@@ -1,4 +1,4 @@
-"""`legs`: both legs, whose hips share one motor: the call, the result, and the move of the torso."""
+"""`legs`: both legs, whose hips share one motor: the call, the result, and the displacement of the torso."""
 
 from __future__ import annotations
 
@@ -161,14 +161,14 @@ def legs(
     free: Free = "height",
     threads: SupportsIndex | None = None,
 ) -> LegsResult:
-    """Compute all joint values of both legs with which both feet have given poses; one motor drives both hips.
+    """Compute all joint values of both legs that give both feet their poses; one motor drives both hips.
 
     - If some HipYawPitch meets both feet to 1e-10 m and rad, the result has all such joint values. With `base="fixed"`
       a foot may be out of reach of a straight leg by up to 1e-6 m, as in `leg`.
     - Otherwise, also for poses rounded to float32 for instance, ankles and normals of both soles stay exact, and
-      HipYawPitch is the value inside the limits that turns the feet least about these normals: `q` is this best,
-      `yaw_errors` are the turns, and the reason is that the hips disagree, or the obstacle to one leg alone. A frame
-      that is not on the normal through the ankle also moves, see `foot_residuals`.
+      HipYawPitch is the value inside the limits that turns the feet least about these normals: `q` is this
+      configuration, `yaw_errors` are the rotations, and the reason is `HIPS_DISAGREE`, or the obstacle to one leg
+      alone. A frame that is not on the normal through the ankle also moves, see `foot_residuals`.
     - If a leg is too short, or its limits exclude all such values, `q` is the nearest pose inside the limits that a
       search finds: with the smallest Σ (distance² + (0.1 m · angle)²) over both feet, with the torso unchanged.
 
@@ -181,12 +181,12 @@ def legs(
         T_right: the pose of the right foot; they broadcast with each other.
         frames: a frame on the left and one on the right foot; None for the end effectors "LLeg" and "RLeg".
         reference: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
-            distance to it over the eleven joints, and take from it the other joints. None for all joints at zero, or
+            distance to it over the eleven joints, and its other joints are used. None for all joints at zero, or
             at the limit nearest to it.
         limits: "enforce" leaves out branches with a joint outside its own or a coupled limit; "ignore" returns all,
             each joint with the whole turns that bring it within half a turn of the reference.
-        priority: the foot to turn less if both cannot be met: "left" or "right", and then the other as little as
-            possible; "balanced" for the least sum of squares.
+        priority: which foot turns least if both cannot be met: "left" or "right", with the other as little as possible;
+            "balanced" for the least sum of squares.
         base: "fixed" for feet in the torso, "floating" for feet in the world.
         torso: with a floating base the desired pose of the torso in the world, shape (..., 4, 4) [m]; None for its pose
             relative to the middle of the feet in the reference.
@@ -213,7 +213,7 @@ def legs(
     for option, value, valid in (("priority", priority, _PRIORITIES), ("base", base, _BASES), ("free", free, _FREE)):
         choice(value, valid, option)
     if base == "fixed" and torso is not None:
-        raise BadArgument('a pose of the torso goes with feet in the world: base="floating"')
+        raise BadArgument('a pose of the torso requires feet in the world: base="floating"')
     poses = as_poses(T_left, "T_left"), as_poses(T_right, "T_right")
     batch = _broadcast(poses[0].shape[:-2], poses[1].shape[:-2], "T_right")
     desired = None if torso is None else as_poses(torso, "torso")

@@ -1,7 +1,8 @@
 """Both legs if no value of HipYawPitch meets both feet: the best value inside the limits.
 
-Ankle and normal of both soles stay exact. HipYawPitch is the value with the least turns ψ of the feet about their
-normals, weighted by the priority; it lies in intervals of both legs. Each leg is solved alone first, for the reason.
+Ankle and normal of both soles stay exact. HipYawPitch is the value with the smallest rotations ψ of the feet about
+their normals, weighted by the priority; it is in intervals of both legs. Each leg is solved alone first, for the
+reason.
 """
 
 from __future__ import annotations
@@ -164,7 +165,7 @@ def _add_form(a: float, b: float, c: float, ends: Floats, count: int) -> int:
 def _add_angles(times: int, cosine: float, sine: float, value: float, ends: Floats, count: int) -> int:
     """Add the q₁ between the first two ends with cosine · cos(times · q₁) + sine · sin(times · q₁) = value."""
     size = math.sqrt(cosine * cosine + sine * sine)
-    # A double root that rounding has removed is kept.
+    # A double root that rounding has removed is restored.
     if size > 0.0 and abs(value) <= size * (1.0 + 1e-14):
         middle, half = math.atan2(sine, cosine), math.acos(min(1.0, max(-1.0, value / size)))
         for angle in (middle - half, middle + half):
@@ -355,7 +356,7 @@ def solve_disagreeing(legs: Legs, target: Row, selection: Selection, work: Works
 
 @both_ways
 def solve_separately(legs: Legs, target: Row, selection: Selection, work: Workspace) -> float:
-    """Solve each leg alone, and report one that does not reach its target; return by how much the hips disagree."""
+    """Solve each leg alone, and report one that does not reach its target; return the disagreement of the hips."""
     row, (ranges, reference, enforce) = OF_ONE + EXTRAS, selection
     found, report = work.found, work.report
     own, near = Workspace(work.q[:OF_ONE], found, report), work.q[OF_ONE : 2 * OF_ONE]

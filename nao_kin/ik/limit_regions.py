@@ -23,7 +23,7 @@ from nao_kin.robot.semantics import CoupledLimit
 MAX_PASSES = 20
 # Length of the step that probes a direction [rad or m]: far above rounding, far below the segments of a table.
 PROBE = 1e-6
-# A line of a table at most so far beyond the table's bound [rad] coincides with it.
+# A line of a table within this distance of the table's bound [rad] coincides with it.
 _SAME = 1e-12
 # Numbers of a table: the indices of joint `of` and of the joint whose range depends on it, −1 for a joint that does not
 # move; the first of its rows, and the end of its rows.
@@ -414,7 +414,7 @@ def extended(table: CoupledLimit) -> Floats:
 def _plane_region(table: CoupledLimit, of_box: tuple[float, float], joint_box: tuple[float, float]) -> Floats:
     """Return the region of points (of, joint) inside a coupled limit and the boxes of its two joints, shape (3, k).
 
-    It lies between two polylines, and need not be convex: values of `of`, with both ends of its range, and the smallest
+    It is between two polylines, and need not be convex: values of `of`, with both ends of its range, and the smallest
     and largest value of `joint` there. Robots of one kind share it.
     """
     first, last = max(of_box[0], table.at[0] - _FAR), min(of_box[1], table.at[-1] + _FAR)

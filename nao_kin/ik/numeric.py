@@ -190,7 +190,7 @@ _CONVERGED = 1e-9
 
 
 def minimise_with_pink(search: PoseSearch, region: LimitRegion, targets: Floats, q: Floats) -> Minimum:
-    """As `minimise`, with boxes as limits of the quadratic programs, and projection onto coupled limits after each."""
+    """Do the same by quadratic programs within boxes, with projection onto coupled limits after each step."""
     import pink
     import pinocchio as pin
     from pink.limits import ConfigurationLimit
@@ -261,7 +261,7 @@ def numeric(
     solver: Solver = "least squares",
     threads: SupportsIndex | None = None,
 ) -> IKResult:
-    """Return joint values that take a frame to a pose, for any robot, by damped least squares.
+    """Return joint values that bring a frame to a pose, for any robot, by damped least squares.
 
     With the target (R_t, p_t) and the pose (R, p) of the frame, Levenberg–Marquardt steps with the exact derivative
     minimise ½‖w · (R_tᵀ (p_t − p); log(Rᵀ R_t))‖² inside boxes and coupled limits, first from `reference`, then from
@@ -279,13 +279,13 @@ def numeric(
         reference: start of the search, and values of the other joints, shape (..., nq); broadcasts with T. None for
             `robot.neutral()`. Outside the limits it is projected onto them, and `notes` says so.
         limits: "enforce" or "ignore" for boxes and coupled limits.
-        weights: of position errors [1/m] and of rotation errors [1/rad], two numbers; or six for x, y, z and the
-            rotations about x, y, z in the axes of the target. Zero frees a component: (1, 1, 1, 0, 0.1, 0.1) leaves the
-            rotation about the target's x axis free.
-        restarts: at most so many other starts.
+        weights: weights of position errors [1/m] and of rotation errors [1/rad], two numbers; or six for x, y, z and
+            the rotations about x, y, z in the axes of the target. Zero frees a component: (1, 1, 1, 0, 0.1, 0.1) leaves
+            the rotation about the target's x axis free.
+        restarts: the maximum of other starts.
         tolerance: a target is met within this error of position [m] and rotation [rad], in components with a weight.
-        iterations: steps of one search, at most.
-        seed: of the random starts.
+        iterations: largest number of steps of one search.
+        seed: the seed of the random starts.
         solver: "least squares" as above; "pink" for steps by the quadratic programs of pink, an extra.
         threads: number of threads for a batch; None for all cores if that is worthwhile.
 

@@ -3,7 +3,7 @@
     min ½ xᵀ H x + gᵀ x  such that  aᵢ·x = bᵢ for the first rows and aᵢ·x ≥ bᵢ for all others
 
 It starts at the minimum without constraints, adds the most violated constraint and drops those with a wrong sign, until
-none is violated. It needs no feasible start, and linearly dependent rows do no harm.
+none is violated. It needs no feasible start, and handles linearly dependent rows.
 
 Source: Goldfarb and Idnani, A numerically stable dual method for solving strictly convex quadratic programs,
 Mathematical Programming 27, 1983. Here the small system of the active rows is factored anew each time.
@@ -64,7 +64,7 @@ def solve_cholesky(L: Floats, n: int, b: Floats) -> None:
 def quadratic_program(H: Floats, g: Floats, A: Floats, b: Floats, count: int, equal: int, x: Floats) -> bool:
     """Write the minimum into x (n,); False if the rows contradict each other.
 
-    H (n, n) is destroyed. The first `count` rows of A and b hold, the first `equal` of them as equations.
+    H (n, n) is destroyed. The first `count` rows of A and b are used, the first `equal` of them as equations.
     """
     n = len(g)
     if not cholesky(H, n):
@@ -96,7 +96,7 @@ def quadratic_program(H: Floats, g: Floats, A: Floats, b: Floats, count: int, eq
             return True
         pull = 0.0
         while True:
-            # H⁻¹ of the new row, and the multipliers that the active rows give up for it.
+            # H⁻¹ of the new row, and the change of the active rows' multipliers.
             for j in range(n):
                 step[j] = towards * A[row, j]
             solve_cholesky(H, n, step)

@@ -25,7 +25,7 @@ REACHED, OUT_OF_REACH = float(Reason.REACHED), float(Reason.OUT_OF_REACH)
 NOT_ENOUGH_JOINTS, NOT_CONVERGED = float(Reason.NOT_ENOUGH_JOINTS), float(Reason.NOT_CONVERGED)
 JOINT_LIMIT, COUPLED_LIMIT = float(Reason.JOINT_LIMIT), float(Reason.COUPLED_LIMIT)
 
-# Numbers that follow the joint values in a row of `found`.
+# Numbers after the joint values in a row of `found`.
 EXTRAS = 4
 # Largest error of a solution [m, rad].
 VERIFIED = 1e-10
@@ -54,7 +54,7 @@ class Ranges(NamedTuple):
     `lower` and `upper` have c numbers [rad]. If a limit is coupled, the range of `joint` depends on joint `of`: at the
     first `bends` values of `at` it is from `low` to `high`; zeros follow up to `MAX_BENDS`. Without one `bends` is 0.
 
-    Tuples, because compiled code counts the references to an array, for which threads would wait.
+    Tuples, because compiled code counts references to arrays, and threads would wait for each other.
     """
 
     lower: tuple[float, ...]

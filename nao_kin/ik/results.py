@@ -1,7 +1,7 @@
 """Results of inverse kinematics: the solutions, or the reason why there are none, in numbers and words.
 
-Every solver of this room returns an `IKResult`, for one target or for a batch of any shape. It stores the joints that
-were solved for; `q` and `solutions` insert them into whole configurations on request.
+Every solver of this package returns an `IKResult`, for one target or for a batch of any shape. It stores the joints
+that were solved for; `q` and `solutions` insert them into whole configurations on request.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Reason(enum.IntEnum):
     Attributes:
         REACHED: the pose is met, inside the limits if they are enforced.
         OUT_OF_REACH: the target is farther from the limb's base, or nearer to it, than the limb can be.
-        NOT_ENOUGH_JOINTS: in reach, but the joints of this limb cannot make this pose, whatever their limits.
+        NOT_ENOUGH_JOINTS: in reach, but the joints of this limb cannot reach this pose, whatever their limits.
         JOINT_LIMIT: every solution has a joint outside its own range.
         COUPLED_LIMIT: every solution has a joint outside its limits; in the best one, outside the range at the value of
             another joint.
@@ -62,9 +62,9 @@ class Family(enum.IntEnum):
         NONE: the solution is isolated.
         HIP_LOCK: the axis of HipPitch is parallel to that of HipYawPitch; only the sum of both turns is determined.
         ANKLE_AXIS: the axis of AnkleRoll passes through the hip; the leg may turn about it.
-        SHOULDER_AXIS: the elbow lies on the axis of ShoulderPitch; the arm may turn about it.
+        SHOULDER_AXIS: the elbow is on the axis of ShoulderPitch; the arm may turn about it.
         ELBOW_LOCK: the arm is stretched, and ElbowYaw and WristYaw turn about one axis.
-        YAW_AXIS: the point lies on the axis of HeadYaw, or the camera would look along it.
+        YAW_AXIS: the point is on the axis of HeadYaw, or the camera would look along it.
         REDUNDANT: the target has fewer numbers than the limb has joints; chosen by the given criterion.
 
     Examples:

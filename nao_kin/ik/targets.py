@@ -1,4 +1,4 @@
-"""Checks of what callers give: poses, references and options."""
+"""Checks of arguments: poses, references and options."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def refuse_not_rigid(T: Floats, what: str) -> RotationDefects:
     if wrong.any():
         index = first_index(wrong)
         row = ", ".join(f"{value:.6g}" for value in T[index][3])
-        raise BadArgument(f"{what}{at_index(index)} is no rigid transform: its last row is {row}, not 0, 0, 0, 1")
+        raise BadArgument(f"{what}{at_index(index)} is not a rigid transform: its last row is {row}, not 0, 0, 0, 1")
     return defects
 
 
@@ -113,7 +113,7 @@ def as_options(
 def inside_limits(robot: RobotModel, reference: ArrayLike, what: str = "reference") -> tuple[Floats, tuple[str, ...]]:
     """Return the nearest configurations inside the limits, shape (..., nq), and a note if they differ.
 
-    Two joints with a coupled limit go to the nearest point of their plane region.
+    Two joints with a coupled limit move to the nearest point of their plane region.
     """
     return _projected(robot, _finite(robot, reference, what), what)
 

@@ -18,7 +18,7 @@ from nao_kin.ik.limit_regions import Region, limit_rows, most_rows
 from nao_kin.ik.quadratic_program import quadratic_program
 from nao_kin.robot import LIMIT_TOLERANCE, Expression, RobotModel, check_robot
 
-# --- The results: joint velocities, and the twists that cannot be made.
+# --- The results: joint velocities, and the twists that are not possible.
 
 TWIST_NAMES = ("vx", "vy", "vz", "ωx", "ωy", "ωz")
 
@@ -37,7 +37,7 @@ class TwistMap:
     Attributes:
         joints: names of the m joints that move the frame.
         singular_values: the k = min(6, m) singular values, largest first, shape (..., k).
-        twists: U, a twist in each column; those after the first k cannot be made, shape (..., 6, 6).
+        twists: U, a twist in each column; those after the first k are not possible, shape (..., 6, 6).
         velocities: V, joint velocities in each column; those after the first k do not move the frame, (..., m, m).
         length: the unit of translation [m].
     """
@@ -64,7 +64,7 @@ class TwistMap:
         return np.asarray(np.divide(sigma[..., 0], sigma[..., -1], out=infinite, where=sigma[..., -1] > 0.0))
 
     def rank(self, singular: float = SINGULAR) -> NDArray[np.int64]:
-        """Return the number of independent twists that can be made, shape (...).
+        """Return the number of independent possible twists, shape (...).
 
         Args:
             singular: share of the largest singular value below which one counts as zero.
@@ -74,9 +74,9 @@ class TwistMap:
         return np.asarray((sigma > singular * sigma[..., :1]).sum(axis=-1), dtype=np.int64)
 
     def lost_twists(self, index: tuple[int, ...] = (), singular: float = SINGULAR) -> tuple[str, ...]:
-        """Return 6 − rank twists that cannot be made, by name: "ωx", "vx + 0.5 ωz".
+        """Return 6 − rank twists that are not possible, by name: "ωx", "vx + 0.5 ωz".
 
-        They span the space perpendicular to all twists that can be made, in the axes of the Jacobian.
+        They span the space perpendicular to all possible twists, in the axes of the Jacobian.
 
         Args:
             index: of the configuration in a batch.
@@ -135,12 +135,12 @@ class VelocityResult:
 
     @property
     def manipulability(self) -> Floats:
-        """As `TwistMap.manipulability`."""
+        """The same as `TwistMap.manipulability`."""
         return self.map.manipulability
 
     @property
     def condition_number(self) -> Floats:
-        """As `TwistMap.condition_number`."""
+        """The same as `TwistMap.condition_number`."""
         return self.map.condition_number
 
 
@@ -185,7 +185,7 @@ _MAX_PROJECTIONS = 8
 _ZERO = 1e-12
 # Rounding of a velocity at its limit.
 _ROUNDING = 1e-9
-# Cost of motions that make no twist, as a share of the largest squared singular value.
+# Cost of motions without a twist, as a share of the largest squared singular value.
 _MIN_COST = 1e-10
 # Fewer quadratic programs are solved as Python before the kernel is in memory.
 _FEW = 64
@@ -206,7 +206,7 @@ def velocity(
     """Return joint velocities that give a frame a twist, by the damped pseudo-inverse of its Jacobian.
 
     With J = U Σ Vᵀ and damping Λ, v = V Σ (Σ² + Λ²)⁻¹ Uᵀ t. Only the joints between the base and the frame move; a
-    floating base does not. Among the velocities that make the twist, these have the least sum of squares; if there are
+    floating base does not. Among the velocities that give the twist, these have the least sum of squares; if there are
     none, they approximate the twist in the sense of least squares.
 
     Args:
@@ -224,7 +224,7 @@ def velocity(
             direction; a joint at its limit may stop all. "ignore": nothing.
         dt: the time [s] within which ranges hold.
         length: the unit of translation for damping and all measures [m]; with the characteristic length of the robot,
-            singular values have one unit. It does not affect the velocities of a twist that can be made.
+            singular values have one unit. It does not affect the velocities of a possible twist.
 
     Raises:
         UnknownName: a frame that does not exist.
@@ -292,7 +292,7 @@ class _Bounds:
         off = np.abs(self._region.project(self._values) - self._values)
         self._inside: NDArray[np.bool_] = np.asarray(off.max(axis=-1) <= LIMIT_TOLERANCE)
         speed = motion.robot.velocity_limits[motion.joints]
-        # A URDF without speed limits says 0, which would stop every joint.
+        # A URDF without speed limits has 0, which would stop every joint.
         self._fastest: Floats = np.where(speed > 0.0, speed, np.inf)
 
     def allowed(self, speeds: Floats, rows: NDArray[np.intp]) -> Floats:

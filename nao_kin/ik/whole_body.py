@@ -53,7 +53,7 @@ from nao_kin.ik.results import (
 from nao_kin.ik.targets import Limits, check_threads, inside_limits, is_enforced, with_unit_quaternion
 from nao_kin.robot import RobotModel, SupportPolygon, polygon_below
 
-# --- The result: the pose, the residual of each target, and which of them gives way.
+# --- The result: the pose, the residual of each target, and the target that gives way.
 
 FEET = "feet"
 COM = "com"
@@ -128,7 +128,7 @@ class WholeBodyResult(Outcome):
         beyond = float(self.beyond[index])
         if np.isnan(self.q[index]).any():
             if reason is not Reason.OUT_OF_REACH:
-                return "no pose found that stands on both feet: do their directions fit the one motor of the hips?"
+                return "no pose found that stands on both feet: do their directions fit the shared hip motor?"
             hint = _METRES if beyond > MILLIMETRES_FROM else ""
             return f"the feet cannot both be stood on: too far apart by {length_in_words(beyond)}{hint}"
         margin = float(self.margin[index])
@@ -199,8 +199,8 @@ def whole_body(
             be empty: the robot stands.
         feet: the standing feet, "L", "R" or both, with T_world_foot of the frames "LLeg" and "RLeg", (..., 4, 4). None
             for both feet as in the reference.
-        com: position (x, y) of the centre of mass, shape (..., 2) [m]; "support" for anywhere above the support polygon
-            of the standing feet; None to leave it free. The world's z axis points up.
+        com: position (x, y) of the centre of mass, shape (..., 2) [m]; "support" for any point above the support
+            polygon of the standing feet; None to leave it free. The world's z axis points up.
         margin: distance of the centre of mass inside the support polygon, with com="support" [m].
         gaze: a point to be on the optical axis of CameraTop, shape (..., 3) [m]; or (point, camera).
         torso: a pose or position for the torso, as in `targets`.
@@ -209,15 +209,15 @@ def whole_body(
         weights: name of a target, "com", "gaze", "torso" or "posture" → a factor on its default weight, or two weights
             for metres and radians; 0 frees the component. Defaults are 1 per metre and 0.1 per radian, and 0.01 per
             radian of difference to the posture.
-        reference: start of the search, shape (..., nq), which also sets the hands. None for all joints at zero, or at
-            the limit nearest to it. A fixed base has its torso at the origin of the world, a floating base is where the
-            reference has it. Outside the limits it is projected onto them, and `notes` says so.
+        reference: start of the search, shape (..., nq), and the values of the hands. None for all joints at zero, or at
+            the limit nearest to it. The torso of a fixed base is at the origin of the world, a floating base has its
+            pose in the reference. Outside the limits it is projected onto them, and `notes` says so.
         limits: "enforce" or "ignore" for boxes and coupled limits. If ignored, joint values are within half a turn of
             those of the posture.
-        restarts: at most so many other starts if the first does not meet the targets.
+        restarts: the maximum of other starts if the first does not meet the targets.
         tolerance: a target is met within this error [m and rad].
-        iterations: steps of one search, at most.
-        seed: of the other starts.
+        iterations: largest number of steps of one search.
+        seed: the seed of the other starts.
         threads: number of threads for a batch; None for all cores.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Joint types: what revolute, universal and spherical joints are, and where a robot has them."""
+"""Joint types: the kinematic pairs, a robot's revolute, universal and spherical joints, and anatomy."""
 
 from nao_kin.joints._readings import CouplingViolation
 from nao_kin.joints.grouping import JointAxes, Rule, group_joints

@@ -1,6 +1,6 @@
 """The Pinocchio model of a robot whose merged joints are universal and spherical joints.
 
-A merged joint has no links between its axes, but the robot has: they carry mass and frames. Each is attached to a
+A merged joint has no links between its axes, but the robot has such links, with mass and frames. Each is attached to a
 carrier, a revolute joint about the original axis, on a side branch. The carrier of a universal joint mimics that
 joint's coordinate. A ball has no angles to mimic, so its carriers have their own coordinates.
 """
@@ -34,8 +34,8 @@ class Assembly:
         model: the Pinocchio model; its first frames are the robot's, in the robot's order.
         slots: its coordinates that are joint values.
         balls: its spherical joints.
-        followers: joints whose value it holds in addition to that of their driver, and where.
-        hints: joints whose value it holds a second time, only to resolve ambiguity, and where.
+        followers: joints whose value it has in addition to that of their driver, and where.
+        hints: joints whose value it has a second time, only to resolve ambiguity, and where.
         carriers: names of the carriers.
         lumped: joints of the robot that are not in the model → the joint that their bodies are fixed to.
     """
@@ -82,18 +82,18 @@ class Assembly:
                 self._add_carrier(group, node)
                 tasks += [("joint", child) for child in reversed(node.children) if self._merged.get(child) is not group]
             elif group.pair.name == "universal":
-                # Its carrier mimics it, so it comes after it.
+                # The carrier mimics the joint, so it comes after it.
                 self._add_merged(group, members)
                 tasks += carriers + outer
             elif task == "joint":
-                # Its carriers hold the angles that outer joints may mimic, so they come before it.
+                # The carriers have the angles that outer joints may mimic, so they come before the joint.
                 tasks += [("ball", index), *carriers]
             else:
                 self._add_merged(group, members)
                 tasks += outer
 
     def _drop_between(self, members: Sequence[JointNode]) -> None:
-        """Fix all that moves between the axes of a merged joint to the body before it, with all joints at zero."""
+        """Fix everything between the axes of a merged joint to the body before it, with all joints at zero."""
         before = members[0].parent
         waiting = [member.index for member in members[:-1]]
         while waiting:
@@ -145,8 +145,8 @@ class Assembly:
     def _add_follower(self, node: JointNode) -> None:
         """Add a joint that mimics the holder of its driver's value, or one with its own coordinate.
 
-        A driver on a carrier has its own. A follower has its own where the driver's value is inside a ball, or comes
-        later, or where Pinocchio's crba would be wrong.
+        A driver on a carrier has its own. So has a follower if the driver's value is inside a ball or comes later, or
+        if Pinocchio's crba would be wrong.
         """
         mimic = node.coupling
         holder = self._holders.get(mimic.joint)
@@ -161,8 +161,8 @@ class Assembly:
     def _misleads_crba(self, node: JointNode, holder: int) -> bool:
         """Return whether crba of Pinocchio 4.1 would compute a wrong mass matrix if this follower mimicked.
 
-        It does where a joint of several coordinates carries the follower but not its driver, and where more than one
-        coordinate follows it in the tree: crba couples only the first.
+        It would if a joint of several coordinates carries the follower but not its driver, and if more than one
+        coordinate comes after it in the tree: crba couples only the first.
         """
         shared = set(self.model.supports[holder]) - {holder}
         carrying = set(self.model.supports[self._places[node.parent][0]]) - shared
@@ -201,7 +201,7 @@ class Assembly:
         column, row = joint.idx_q + place, joint.idx_v + place
         self.slots.append(Slot(node, column, row, derived))
         if derived:
-            # A carrier of links between the axes of a merged joint does not decide its value.
+            # A carrier of links between the axes of a merged joint does not determine its value.
             readings = self.followers if node.mimic is not None and node.name not in self.carriers else self.hints
             readings.append((node, Reading(column)))
         model.lowerPositionLimit[column], model.upperPositionLimit[column] = node.lower, node.upper

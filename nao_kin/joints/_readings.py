@@ -1,4 +1,4 @@
-"""Where a typed configuration holds the values of joints, and which joints share a motor."""
+"""The values of the robot's joints in a typed configuration, and the joints that share a motor."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class Ball:
 
 @dataclass(frozen=True, eq=False)
 class Mismatch:
-    """The difference between a follower and the value that its driver asks for, at n configurations."""
+    """The difference between a follower and the value that its driver requires, at n configurations."""
 
     follower: JointNode
     driver_value: Floats  # shape (n,), as all others
@@ -92,7 +92,7 @@ class CouplingViolation:
         mimic: the joint that follows it.
         primary_value: value of the driving joint.
         mimic_value: value of the follower, by whole turns nearest to the expected value.
-        expected: value of the follower that the driving joint asks for.
+        expected: value of the follower that the driving joint requires.
         nearest: value of the driving joint that is nearest to the given values of itself and all its followers.
         index: index of the configuration in the batch.
     """
@@ -161,7 +161,7 @@ def outer_axes_angle(ball: Ball, middle: Floats) -> tuple[Floats, Floats]:
 
 
 def outer_uncertainty(ball: Ball, middle: Floats, locked: NDArray[np.bool_]) -> Floats:
-    """Return how far rounding may move the outer angles [rad]; at lock it leaves only their sum determined."""
+    """Return how far rounding may move the outer angles [rad]; at lock only their sum is determined."""
     _, sine = outer_axes_angle(ball, middle)
     with np.errstate(divide="ignore"):
         return np.where(locked, math.pi, np.minimum(_ROUNDING / np.abs(sine), math.pi))
@@ -197,7 +197,7 @@ def inside_at_lock(ball: Ball, angles: Floats, lower: Floats, upper: Floats) -> 
     # The first angle with the third at either end of its range: their sum, or difference, stays.
     ends = np.sort([angles[0] + sign * (angles[2] - end) for end in (lower[2], upper[2])], axis=0)
     least, most = np.maximum(lower[0], ends[0]), np.minimum(upper[0], ends[1])
-    with np.errstate(invalid="ignore"):  # where there are no limits, ∞ − ∞ is computed and not taken
+    with np.errstate(invalid="ignore"):  # without limits, ∞ − ∞ is computed and not used
         first = np.where(least <= most, np.clip(angles[0], least, most), 0.5 * (least + most))
     return move_angle(ball, angles, 0, first - angles[0])
 

@@ -1,4 +1,4 @@
-"""Selection of the joint angles of each spherical joint, among all that give its rotation.
+"""Selection of the joint angles of each spherical joint, among all angles that give its rotation.
 
 A rotation belongs to two triples of angles, each angle up to whole turns, and at lock it determines only the sum of the
 outer angles. Joints of one motor move together, so spherical joints that share a motor are solved together:
@@ -8,7 +8,7 @@ nearest to the reference, or each triple also nearest to the hints.
 2. For every combination of candidates, every motor takes its value where it is known best, by the whole turns that
 come first in this order: no violated couplings; inside the limits, or near the reference; near the hints; near the
 middle of the limits.
-3. The combination that comes first in the same order is taken.
+3. The combination that comes first in the same order is used.
 
 Hints are the values of carriers and followers, whole turns included. Arrays have the batch last: shape (n,) for a
 value, (3, n) for a triple.
@@ -43,9 +43,9 @@ from nao_kin.robot import COUPLING_TOLERANCE, LIMIT_TOLERANCE
 
 # A value with less uncertainty than this needs no second source.
 _SURE = 1e-13
-# Larger limits count as none, and hints are clipped to this [rad].
+# Larger limits count as no limits, and hints are clipped to this [rad].
 _UNLIMITED = 1e3
-# Whole turns tried in both directions where couplings decide, or limits allow as many.
+# Whole turns that are tried in both directions, if couplings decide or limits allow as many.
 _TURNS = 16
 
 
@@ -111,7 +111,7 @@ def connected(motors: Iterable[Motor]) -> list[tuple[list[int], list[Motor]]]:
 
 @dataclass(frozen=True)
 class _TurnRange:
-    """Limits of a joint, infinite where it has none, and what counts as the middle between them."""
+    """Limits of a joint, infinite without limits, and the middle between them."""
 
     lower: float
     upper: float
@@ -186,7 +186,7 @@ class TurnSelection:
         return chosen, mismatches
 
     def _candidates(self, ball: Ball, query: _Input) -> list[_Triple]:
-        """Return both triples, and where the outer angles are open, each also nearest to the hints."""
+        """Return both triples; if the outer angles are undetermined, each also nearest to the hints."""
         found = turns_of_quaternion(ball, ball.quaternions(query.typed))
         ranges = [_TurnRange.of(joint) for joint in ball.joints]
         target = np.stack([query.target(*pair) for pair in zip(ball.joints, (r.middle for r in ranges), strict=True)])
@@ -232,7 +232,7 @@ def _assignment(
     for index, triple in triples.items():
         found.angles[index], found.uncertainties[index] = triple
     shared = [motor for motor in motors if motor.followers]
-    # At a lock, one motor may depend on what another one contributes to the ball.
+    # At a lock, one motor may depend on the angle of another motor of the ball.
     for _ in shared if np.any(found.uncertainties > _SURE) else shared[:1]:
         for motor in shared:
             found.reconcile(motor)
@@ -248,8 +248,8 @@ def _assignment(
 class _Assignment:
     """A candidate for every ball of a group, with its costs; the angles of other balls are zero.
 
-    What decides between assignments, the most important first: number of violated couplings; squared distances from the
-    limits or the reference, from the hints, and from the middle of the limits.
+    The costs, the most important first: number of violated couplings; squared distances from the limits or the
+    reference, from the hints, and from the middle of the limits.
     """
 
     query: _Input
@@ -290,7 +290,7 @@ class _Assignment:
                 self.uncertainties[at.ball] = np.where(agreed, np.minimum(own, asked), own)
 
     def _take_from_followers(self, motor: Motor, at: Angle) -> None:
-        """Move the driver, where a lock leaves it open, to the value of a follower that is known better."""
+        """Move the driver, if a lock leaves it undetermined, to the value of a follower that is more accurate."""
         value, uncertainty = self.read(at)
         if not np.any(uncertainty > _SURE):
             return
@@ -313,7 +313,7 @@ class _Assignment:
             self.angles[at.ball] = move_angle(self.balls[at.ball], self.angles[at.ball], at.place, by)
 
     def choose_turns(self, motor: Motor, at: Angle) -> Floats:
-        """Take the driver's angle by the whole turns that come first; return the costs, shape (4, n)."""
+        """Set the driver's angle, by the whole turns that come first; return the costs, shape (4, n)."""
         limits, query = _TurnRange.of(motor.driver), self.query
         target = query.target(motor.driver, limits.middle)
         hints = [query.hint(source) for source in motor.hints]
@@ -359,9 +359,9 @@ class _Assignment:
 def _turn_candidates(
     motor: Motor, limits: _TurnRange, angle: Floats, target: Floats, hints: Sequence[Floats], query: _Input
 ) -> Floats:
-    """Return the driver's angle by all the whole turns that may be meant, shape (candidates, n)."""
+    """Return the driver's angle with all possible whole turns, shape (candidates, n)."""
     nearest = nearest_turn(angle, target)
-    # Whether a whole turn of the driver turns a follower by something else.
+    # Whether a whole turn of the driver is not a whole turn of some follower.
     winding = any(joint.kind != "revolute" or joint.coupling.multiplier % 1.0 != 0.0 for joint, _ in motor.followers)
     # Whether the limits contain some angle at more than one count of whole turns.
     several = limits.upper - limits.lower >= TURN - 2.0 * LIMIT_TOLERANCE

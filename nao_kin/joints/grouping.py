@@ -22,7 +22,7 @@ from nao_kin.screws.lines import PluckerLine, geometric_jacobian
 
 TURN = 2.0 * math.pi
 
-# --- The joint tree of a robot, with every axis in its place at zero.
+# --- The joint tree of a robot, with every axis at zero.
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +33,7 @@ class JointNode:
     name: str
     parent: int  # index of the joint that carries it, 0 for the root
     children: tuple[int, ...]  # indices of the joints that it carries
-    kind: str  # "revolute", "prismatic", "free", or "fixed" for a follower with the multiplier zero
+    kind: str  # "revolute", "prismatic", "free", or "fixed" for a mimic joint with the multiplier zero
     axis: Floats  # unit vector in its frame; zero for "free" and "fixed"
     T_root: pin.SE3  # pose of its frame in the root's, all joints at zero; includes the offset of "fixed"
     mimic: Mimic | None  # how it follows another joint; None with its own coordinate
@@ -64,7 +64,7 @@ class JointNode:
         return self.coupling.value(q[..., self.column])
 
     def excess(self, value: Floats, driver: Floats) -> Floats:
-        """Return a value minus the value that its driver asks for; of a revolute joint up to whole turns."""
+        """Return a value minus the value that its driver requires; for a revolute joint up to whole turns."""
         difference = value - self.coupling.value(driver)
         return wrapped(difference) if self.kind == "revolute" else np.asarray(difference)
 
@@ -107,7 +107,7 @@ _Item = TypeVar("_Item")
 Rule = Literal["coincident", "concurrent"]
 RULES: tuple[Rule, ...] = ("coincident", "concurrent")
 
-# Below the first, rounding decides; an offset above the second is intended.
+# Below the first, rounding dominates; an offset above the second is intended.
 _TOLERANCES = (1e-15, 1e-2)
 # Three turns reach every rotation only if consecutive axes are perpendicular: a1·a2 up to rounding, and less than the
 # 1e-9 that `davenport_angles` allows, so that every quaternion of a ball has angles.
@@ -128,13 +128,13 @@ def group_joints(robot: RobotModel, *, rule: Rule = "coincident", tolerance: flo
     and neighbouring axes are not parallel, those of a spherical joint are perpendicular (otherwise the three turns
     would not reach every rotation, and the ball would be freer than the robot), and no motor turns two of them.
 
-    Of several ways to cut a run, the one with the fewest joints is taken; of those the one with the largest joints (by
-    the sum of squares of their numbers of axes); of those the one whose larger joint is closer to the root.
+    If a run can be cut in several ways, the cut with the fewest joints is used; among these the one with the largest
+    joints (sum of squares of their numbers of axes), then the one whose larger joint is closer to the root.
 
     Args:
         robot: any robot.
         rule: "coincident" or "concurrent".
-        tolerance: how far a centre, or an axis, may be from the common point [m], in [1e-15, 0.01].
+        tolerance: largest distance of a centre, or an axis, from the common point [m], in [1e-15, 0.01].
 
     Raises:
         BadArgument: a tolerance outside these bounds.
@@ -192,7 +192,7 @@ def _cut(nodes: Mapping[int, JointNode], rule: Rule, tolerance: float) -> list[l
 
 
 def _runs(nodes: Mapping[int, JointNode]) -> list[list[JointNode]]:
-    """Return the joints that count, in longest runs of revolute joints; other kinds alone."""
+    """Return the joints that count, in the longest possible runs of revolute joints; other kinds alone."""
     runs: dict[int, list[JointNode]] = {}
     for node in nodes.values():
         if not _counts(node):
@@ -210,7 +210,7 @@ def _runs(nodes: Mapping[int, JointNode]) -> list[list[JointNode]]:
 
 
 def _counts(node: JointNode) -> bool:
-    """Return whether a joint adds a freedom, or carries one that does."""
+    """Return whether a joint adds a degree of freedom, or carries one that does."""
     return node.moves and node.kind != "fixed"
 
 
@@ -325,7 +325,7 @@ class JointAxes:
 
     Attributes:
         robot: the robot.
-        names: its m moving joints, followers included.
+        names: its m moving joints, mimic joints included.
         sliding: which of them are prismatic, shape (m,).
 
     Examples:
@@ -364,7 +364,7 @@ class JointAxes:
     def coupling(self, frame: str) -> Floats:
         """Return ∂(joint value)/∂(coordinate), shape (m, n), with zero rows for joints that do not carry the frame.
 
-        Columns are in the order of the robot's `joint_names`: a follower has its multiplier in the column of its
+        Columns are in the order of the robot's `joint_names`: a mimic joint has its multiplier in the column of its
         driver.
 
         Args:

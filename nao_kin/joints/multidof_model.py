@@ -36,13 +36,13 @@ _INTERMEDIATE = ("keep", "drop")
 
 
 class MultiDofModel:
-    """A robot whose runs of revolute joints have become universal and spherical joints of a Pinocchio model.
+    """A robot whose runs of revolute joints are universal and spherical joints of a Pinocchio model.
 
-    A configuration of the typed model, shape (..., nq), holds for every joint its Pinocchio coordinates in the order of
+    A configuration of the typed model, shape (..., nq), contains Pinocchio's coordinates of every joint in the order of
     the model: one value for a revolute or prismatic joint, two angles for a universal one, a unit quaternion (x, y, z,
-    w) for a spherical one; `columns` says where. Bodies, inertias, frame names and gravity are the robot's. So are the
-    limits of revolute, prismatic and universal joints; those of the three angles of a ball do not bound its quaternion,
-    and are in `pairs`.
+    w) for a spherical one; `columns` gives their indices. Bodies, inertias, frame names and gravity are the robot's. So
+    are the limits of revolute, prismatic and universal joints; those of the three angles of a ball do not bound its
+    quaternion, and are in `pairs`.
 
     The links between the axes of a merged joint are attached to `carriers`, revolute joints on a side branch. Carriers
     of a universal joint mimic it. Those of a ball have their own coordinates: `from_q` writes them, `to_q` reads them
@@ -58,7 +58,7 @@ class MultiDofModel:
         carriers: names of the joints that only carry links between the axes of merged joints.
         frame_names: its frames: those of the robot unless links were dropped.
         link_names: the links among them.
-        notes: how it differs from the robot, one sentence each; none unless links were dropped.
+        notes: its differences from the robot, one sentence each; none unless links were dropped.
         columns: joint name → its part of a typed configuration.
         rows: joint name → its part of a typed velocity.
 
@@ -86,9 +86,9 @@ class MultiDofModel:
                 rounding. Where they miss by up to r, rotations are still the robot's, and positions differ by up to 2 r
                 for every merged axis on the way, by nothing at zero.
             intermediate: "keep" attaches the links between the axes of merged joints to carriers: everything is the
-                robot's. "drop" leaves them and their frames out: poses and Jacobians of all other frames and the total
-                mass are the robot's; the centre of mass and the mass matrix only where all merged joints are at zero,
-                as `notes` says.
+                robot's. "drop" leaves out these links and their frames: poses and Jacobians of all other frames and the
+                total mass are the robot's; the centre of mass and the mass matrix only where all merged joints are at
+                zero, as `notes` says.
 
         Raises:
             BadArgument: as `group_joints`.
@@ -166,19 +166,19 @@ class MultiDofModel:
     def to_q(
         self, q_typed: ArrayLike, *, reference: ArrayLike | None = None, couplings: CouplingPolicy = "raise"
     ) -> Floats:
-        """Return the configuration of the robot (..., robot.nq) that a typed configuration belongs to.
+        """Return the configuration of the robot (..., robot.nq) for a typed configuration.
 
-        A quaternion belongs to two triples of angles, each angle up to whole turns. Of all combinations, the one is
-        taken that comes first in this order: fewest followers that disagree with their drivers; nearest to the
-        reference, or, without one, least outside the limits; nearest to the values of carriers and followers, whole
-        turns included; nearest to the middle of the limits. So `to_q(from_q(q))` is q for every q inside limits, except
-        for whole turns of the last angle of a ball, which has no carrier, when its limits span more than one turn and
-        nothing follows it. At a lock, where a ball determines only the sum of its outer angles, joints of the same
-        motor that are known better decide, then the same order.
+        A quaternion belongs to two triples of angles, each angle up to whole turns. Among all combinations, the first
+        in this order is used: fewest followers that disagree with their drivers; nearest to the reference, or, without
+        one, least outside the limits; nearest to the values of carriers and followers, whole turns included; nearest to
+        the middle of the limits. So `to_q(from_q(q))` is q for every q inside limits, except for whole turns of the
+        last angle of a ball, which has no carrier, when its limits span more than one turn and nothing follows it. At a
+        lock, where a ball determines only the sum of its outer angles, joints of the same motor that are known better
+        decide, then the same order.
 
         Revolute followers agree with their drivers up to whole turns, which do not change any pose. Sixteen turns of a
         driver in both directions are considered, and those nearest to the values of carriers and followers. A joint
-        without limits takes the value of its carrier, a last angle one in [−π, π], unless a coupling requires more.
+        without limits has the value of its carrier, a last angle a value in [−π, π], unless a coupling requires more.
 
         Args:
             q_typed: typed configurations, shape (..., nq). The values of carriers only resolve what is otherwise
@@ -382,7 +382,7 @@ class MultiDofModel:
         return q, mismatches, batch
 
     def _frame_ids(self, names: Sequence[str]) -> FrameIds:
-        """Places of frames in this model."""
+        """Return the indices of frames in this model."""
         places = []
         for name, index in zip(names, self.robot.frame_ids(names), strict=True):
             if index not in self._places:

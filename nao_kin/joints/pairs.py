@@ -33,7 +33,7 @@ class KinematicPair:
         rotations: independent rotations that it allows.
         translations: independent translations that it allows. A helical joint turns and slides, but not independently:
             it counts as one rotation.
-        axes: how many directions define it: the axis, the two axes of a universal joint, the normal of a plane.
+        axes: number of directions that define it: the axis, the two axes of a universal joint, the normal of a plane.
         pinocchio: the Pinocchio joint that moves this way.
         lower: True for Reuleaux's six lower pairs, whose bodies touch on a surface. A universal joint is two revolute
             joints with a cross between them, a condyloid touches on a line or point, and a free body touches nothing.
@@ -197,7 +197,7 @@ class Singularity:
     """The singularity of a joint of three axes, where its third axis is parallel to the first.
 
     Attributes:
-        joint: the joint of the middle axis, which decides.
+        joint: the joint of the middle axis, on which it depends.
         at: its two singular values, in (−π, π] [rad].
         lower: smallest value its limits allow [rad].
         upper: largest value its limits allow [rad].
@@ -280,7 +280,7 @@ class JointGroups:
         driven: joints of the URDF that follow another one and carry none with its own coordinate, such as fingers that
             follow the hand: each adds a freedom and removes it again, so they are not among `joints`.
         rule: the rule that merged them.
-        tolerance: how far centres or axes may miss their common point [m].
+        tolerance: largest distance of centres or axes from their common point [m].
     """
 
     joints: tuple[MultiDofJoint, ...]
@@ -299,7 +299,7 @@ class JointGroups:
         return len(self.joints)
 
     def __getitem__(self, name: str) -> MultiDofJoint:
-        """Return the joint with this name, or the one that this joint of the URDF is a part of."""
+        """Return the joint with this name, or the joint of which this joint of the URDF is a part."""
         for joint in self.joints:
             if name == joint.name or name in joint.joints:
                 return joint
@@ -312,7 +312,7 @@ class JointGroups:
 
     @property
     def summary(self) -> str:
-        """The count in one line, as "25 DOF = 2×3 + 7×2 + 6×1 − 1": joints × freedoms each, less the couplings."""
+        """The count in one line, such as "25 DOF = 2×3 + 7×2 + 6×1 − 1": joints × freedoms each, less the couplings."""
         counts = Counter(joint.pair.freedoms for joint in self.joints)
         terms = " + ".join(f"{count}×{freedoms}" for freedoms, count in sorted(counts.items(), reverse=True)) or "0"
         return f"{self.mobility} DOF = {terms}" + (f" − {len(self.mimics)}" if self.mimics else "")

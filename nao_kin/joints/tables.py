@@ -41,29 +41,29 @@ class BodyPart:
 
 
 NAO_ANATOMY: tuple[BodyPart, ...] = (
-    BodyPart("neck", ("HeadYaw", "HeadPitch"), "saddle", ("pivot", "ellipsoid"), "does not lean the head sideways"),
+    BodyPart("neck", ("HeadYaw", "HeadPitch"), "saddle", ("pivot", "ellipsoid"), "does not tilt the head sideways"),
     BodyPart(
         "shoulder",
         ("ShoulderPitch", "ShoulderRoll"),
         "saddle",
         ("ball and socket",),
-        "the turn about the upper arm sits in the elbow",
+        "the rotation about the upper arm is in the elbow",
     ),
     BodyPart(
         "elbow",
         ("ElbowYaw", "ElbowRoll"),
         "saddle",
         ("hinge", "pivot"),
-        "turns the upper arm's share of the shoulder's motion; the forearm's turn sits in the wrist",
+        "has the shoulder's rotation about the upper arm; the forearm's rotation is in the wrist",
     ),
-    BodyPart("wrist", ("WristYaw",), "pivot", ("ellipsoid",), "turns as the human forearm does; does not bend"),
+    BodyPart("wrist", ("WristYaw",), "pivot", ("ellipsoid",), "rotates like the human forearm; does not bend"),
     BodyPart("hand", ("Hand",), "hinge", ("hinge", "saddle"), "one motor opens all fingers"),
     BodyPart(
         "hip",
         ("HipYawPitch", "HipRoll", "HipPitch"),
         "ball and socket",
         ("ball and socket",),
-        "the first axis lies at 45°, and one motor turns it for both hips",
+        "the first axis is inclined by 45°, and one motor turns it for both hips",
     ),
     BodyPart("knee", ("KneePitch",), "hinge", ("hinge",), "none"),
     BodyPart(
@@ -265,11 +265,11 @@ class JointTable:
     Attributes:
         robot: name of the robot.
         rule: the rule that merged its joints, "none" for the joints as its URDF has them.
-        tolerance: how far the axes of a merged joint may miss their common point [m]; zero for "none".
+        tolerance: largest distance of the axes of a merged joint from their common point [m]; zero for "none".
         rows: the joints.
-        driven: joints of the URDF that only follow another one and are no rows.
+        driven: joints of the URDF that only follow another one and are not rows.
         dof: degrees of freedom.
-        summary: the count, as "25 DOF = 2×3 + 7×2 + 6×1 − 1".
+        summary: the count, such as "25 DOF = 2×3 + 7×2 + 6×1 − 1".
     """
 
     robot: str
@@ -306,8 +306,8 @@ def joint_table(
         robot: any robot.
         typed: merge runs of revolute joints first, as `group_joints` does; otherwise one row for each joint of the
             URDF.
-        rule: with `typed`, the rule that merges.
-        tolerance: with `typed`, how far the axes of a merged joint may miss their common point [m].
+        rule: with `typed`, the rule for merging.
+        tolerance: with `typed`, the largest distance of the axes of a merged joint from their common point [m].
 
     Examples:
         >>> nk.joints.joint_table(nk.load_nao(), typed=True).summary

@@ -1,4 +1,4 @@
-"""Trajectories with keys for each joint: interpolated, checked, mended and edited; and motion files."""
+"""Trajectories with keys for each joint: interpolation, checks, repair and editing; and motion files."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ from nao_kin.robot.semantics import CoupledLimit
 # --- The violations that a check finds.
 
 Kind = Literal["limit", "coupled limit", "speed", "motor"]
-# A message lists so many intervals of a joint and kind, the worst ones.
+# A message lists so many intervals of a joint and kind, those with the largest excess.
 _MAX_LISTED = 3
 
 
@@ -104,9 +104,9 @@ class MotionReport:
         start: time of the first key [s].
         end: time of the last key [s].
         violations: by kind, joint and time; for one bound of one joint at most the 1 000 worst.
-        left_out: number of the others.
-        sampled: samples per second of coupled limits and shared motors, if they were sampled; None if all was found in
-            closed form.
+        left_out: number of the violations that are left out.
+        sampled: samples per second of coupled limits and shared motors, if they were sampled; None if all violations
+            were found in closed form.
     """
 
     robot: str
@@ -184,11 +184,11 @@ def _counted(violations: Iterable[MotionViolation]) -> str:
 
 # --- The check.
 
-# As a share of a speed limit: times are differences of rounded numbers.
+# Tolerance as a share of a speed limit, because times are differences of rounded numbers.
 SPEED_TOLERANCE = 1e-9
 _RATE = 1000.0
 
-# Violations, and the number of those left out.
+# Violations, and the number of omitted ones.
 _Found = tuple[list[MotionViolation], int]
 
 
@@ -201,7 +201,7 @@ def check(robot: RobotModel, motion: Motion, *, fill: str | ArrayLike = HOLD, ra
     agree to 1e-6.
 
     Args:
-        robot: has all the joints named.
+        robot: a robot with all the named joints.
         motion: the motion to check.
         fill: values of the joints that the motion does not name, as in `Motion.configurations`; coupled limits need
             them.

@@ -45,7 +45,7 @@ class Trajectory:
 
 
 def sampling_times(motion: Motion, rate: float | None, times: ArrayLike | None) -> Floats:
-    """Return the times (n,) to sample at: those given, or at a rate, or the key times."""
+    """Return the sampling times (n,): the given times, times at a rate, or the key times."""
     if times is not None:
         if rate is not None:
             raise BadArgument("rate and times both set the times; give one")

@@ -17,10 +17,10 @@ from nao_kin.robot import RobotModel
 
 
 class JointCurves:
-    """The curve of every joint of a robot during a motion; joints not named stand still.
+    """The curve of every joint of a robot during a motion; joints that are not named stand still.
 
     Attributes:
-        sampled: whether common times of Bezier curves were asked for, which are sampled.
+        sampled: whether common times of Bezier curves were requested, which are sampled.
     """
 
     def __init__(self, motion: Motion, fill: str | ArrayLike, robot: RobotModel, rate: float) -> None:
@@ -31,9 +31,9 @@ class JointCurves:
         self.sampled = False
 
     def __getitem__(self, joint: str) -> Segments:
-        """The curve of a joint, from the first key of the motion to the last."""
+        """Return the curve of a joint, from the first key of the motion to the last."""
         if joint not in self._cache:
-            # Few curves are asked for twice, and those of long motions are large.
+            # Few curves are requested twice, and those of long motions are large.
             self._cache = dict(list(self._cache.items())[-1:])
             self._cache[joint] = self._curve(joint)
         return self._cache[joint]
@@ -49,7 +49,7 @@ class JointCurves:
         return [float(self.values(joint, np.array([time]))[0]) for joint in joints]
 
     def common_times(self, *joints: str, bends: Floats | None = None) -> Floats:
-        """Return times, also `bends`, between which the curve of each joint is one cubic; Bezier curves are sampled."""
+        """Return times, with `bends`, between which the curve of each joint is one cubic; Bezier curves are sampled."""
         motion = self._motion
         times = [np.array([motion.start, motion.end])]
         times += [motion.times[motion.joint_names.index(joint)] for joint in joints if joint in motion.joint_names]
@@ -106,13 +106,13 @@ def combination(one: Segments, other: Segments, times: Floats, slope: Floats, va
     for end in (times[:-1], times[1:]):
         with np.errstate(invalid="ignore"):
             speed = _speed_within(one, middle, end) - slope * _speed_within(other, middle, end)
-        # Where the speed is infinite, a straight line.
+        # A straight line where the speed is infinite.
         inner.append(np.where(np.isfinite(speed), speed * width, rise) / 3.0)
     return Segments(times[:-1], width, values[:-1], np.stack([inner[0], rise - inner[1], rise], axis=-1))
 
 
 def _speed_within(curve: Segments, middle: Floats, end: Floats) -> Floats:
-    """Return the speed at one end of intervals, in the segment that holds their middle."""
+    """Return the speed at one end of intervals, in the segment that contains their middle."""
     segment: NDArray[np.intp] = np.clip(np.searchsorted(curve.start, middle, side="right") - 1, 0, None)
     return curve.speed(segment, curve.parameter(segment, end))
 
@@ -122,7 +122,7 @@ def _speed_within(curve: Segments, middle: Floats, end: Floats) -> Floats:
 # Halvings of a piece, which locate a crossing up to rounding.
 _HALVINGS = 54
 
-# Longer lists help no reader.
+# Longer lists would not be read.
 _MAX_INTERVALS = 1000
 
 Quantity = Literal["value", "speed"]
@@ -137,8 +137,8 @@ class Pieces:
         quantity: "value" or "speed".
         segment: segment of each piece, shape (n,).
         ends: parameters u of its two ends, shape (n, 2).
-        times: of its two ends, shape (n, 2) [s].
-        values: of the quantity at its two ends, shape (n, 2).
+        times: the times of its two ends, shape (n, 2) [s].
+        values: the quantity at its two ends, shape (n, 2).
     """
 
     curve: Segments
@@ -166,7 +166,7 @@ class Excess(NamedTuple):
     Attributes:
         start: beginning [s].
         end: end [s].
-        time: when the quantity is greatest [s].
+        time: the time of the largest quantity [s].
         value: the quantity at that time.
     """
 
@@ -181,8 +181,8 @@ class Excesses:
     """The time intervals in which a quantity is above a bound.
 
     Attributes:
-        rows: in order of time; the worst if there are more than 1 000.
-        left_out: number of the others.
+        rows: the intervals in order of time; the worst if there are more than 1 000.
+        left_out: number of the omitted ones.
     """
 
     rows: list[Excess]
@@ -200,7 +200,7 @@ def pieces_of(curve: Segments, quantity: Quantity, chosen: NDArray[Any]) -> Piec
     if quantity == "speed":
         a1, b1, c1 = time[0] - 2.0 * time[1] + time[2], time[1] - time[0], time[0]
         a, b, c = a * b1 - b * a1, 0.5 * (a * c1 - c * a1), b * c1 - c * b1
-    # A missing root, or one outside, gives a piece of no length.
+    # A missing root, or one outside, gives a piece of zero length.
     turns = np.sort(np.clip(_roots(a, b, c), 0.0, 1.0), axis=0)
     if quantity == "speed":
         # The speed is also unbounded next to the parameter with x′ = 0.
@@ -267,7 +267,7 @@ def _may_exceed(curve: Segments, quantity: Quantity, bound: float, sign: float, 
 
 
 def _roots(a: Floats, b: Floats, c: Floats) -> Floats:
-    """Return both solutions of a u² + 2 b u + c = 0, shape (2, n); 0 for one that is not real."""
+    """Return both solutions of a u² + 2 b u + c = 0, shape (2, n); 0 for a complex one."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         # The sum of equal signs first: no digits cancel.
         sum_ = -(b + np.copysign(np.sqrt(b * b - a * c), b))

@@ -1,4 +1,4 @@
-"""Motions joined, mirrored, reversed, resampled, warped in time and repeated."""
+"""Join, mirror, reverse, resample, warp and repeat motions."""
 
 from __future__ import annotations
 
@@ -41,9 +41,9 @@ def resample(motion: Motion, rate: float | None = None, *, times: ArrayLike | No
     """Return a linear motion with keys at given times, the same for all joints, and the values of the motion there.
 
     Args:
-        motion: of any interpolation.
-        rate: keys per second, from the first key on; the last is at the last key.
-        times: instead, the times, ascending, shape (n,) [s].
+        motion: a motion of any interpolation.
+        rate: keys per second, from the first key on; the last one is at the last key.
+        times: the times instead of a rate, ascending, shape (n,) [s].
 
     Raises:
         BadArgument: neither or both, times that do not ascend, more than 4 million keys.
@@ -65,7 +65,7 @@ def time_warp(motion: Motion, warp: float | Callable[[Floats], ArrayLike]) -> Mo
 
     Args:
         motion: the motion to change.
-        warp: a factor above zero by which the motion takes longer, with the first key in place; or an increasing
+        warp: a factor above zero by which the duration is multiplied, with the first key in place; or an increasing
             function from times to new times [s], both of shape (n,). Keys and the ends of handles move; the curve
             between them is interpolated in the new time. To warp the curve itself, `resample` it first.
 
@@ -100,8 +100,8 @@ def concatenate(motions: Sequence[Motion], *, gap: float = 0.0, blend: float = 0
     """Return motions one after another, the first at its own times.
 
     Each keeps its curves. In a gap every joint moves from its last value to its next one: straight between linear
-    motions, else from rest to rest. A joint that a motion does not name stands still in it, at its last value or at its
-    first one later. Motions of different or of smooth interpolation become a Bezier one.
+    motions, otherwise from rest to rest. A joint that a motion does not name stands still in it, at its last value or
+    at its first later one. Motions of different or of smooth interpolation become a Bezier one.
 
     Args:
         motions: at least one.
@@ -136,11 +136,11 @@ def loop(motion: Motion, n: int, *, gap: float = 0.0) -> Motion:
 
     Args:
         motion: the motion to repeat.
-        n: number of repetitions, at least 1, with at most 4 million keys of a joint in all.
+        n: number of repetitions, at least 1, with at most 4 million keys of a joint in total.
         gap: time from the end back to the beginning [s]; 0 needs a motion that ends where it begins.
 
     Raises:
-        BadArgument: no such number, or a joint that would jump without a gap.
+        BadArgument: an invalid number, or a joint that would jump without a gap.
 
     Examples:
         >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
@@ -206,7 +206,7 @@ def _joined(one: Motion, two: Motion, gap: float) -> Motion:
                 raise BadArgument(
                     f"{name} would jump from {first:.6g} to {second:.6g} at {one.end:.6g} s; give a gap or a blend"
                 )
-            # The first key of the second motion replaces the last one, and takes the handle before that.
+            # The first key of the second motion replaces the last one, and gets its handle before the key.
             parts[1][2][0, 0] = parts[0][2][-1, 0]
             parts[0] = parts[0][0][:-1], parts[0][1][:-1], parts[0][2][:-1]
         elif len(parts) == 2:
@@ -267,7 +267,7 @@ def _blended(one: Motion, two: Motion, blend: float) -> Motion:
 
 
 def _each(columns: Sequence[Floats], change: Callable[[Floats], Floats]) -> list[Floats]:
-    """Return the changed columns; joints that share one still do."""
+    """Return the changed columns; joints that share a column still do."""
     changed: list[Floats] = []
     for index, column in enumerate(columns):
         changed.append(changed[-1] if index and column is columns[index - 1] else change(column))
@@ -360,7 +360,7 @@ def _polar(controls: tuple[Floats, Floats, Floats] | Floats, r: Floats, s: Float
     return np.asarray(p * once + q * twice + d * r * s * t)
 
 
-# --- Motions and configurations mirrored: left and right exchanged.
+# --- Mirror images of motions and configurations: left and right exchanged.
 
 # Largest sine between an axis and the mirror image of that of the other side.
 _PARALLEL = 1e-3
@@ -372,8 +372,8 @@ def mirror(robot: RobotModel, motion: Motion) -> Motion:
 
     RShoulderPitch gets the movement of LShoulderPitch; a motion mirrored twice is the original. The mirror image of a
     joint that turns about the axis a turns about −M a, with M = diag(1, −1, 1): its value changes sign if that is
-    opposite to the axis of the joint on the other side. A sliding joint slides along M a; ratios, such as a hand's,
-    stay.
+    opposite to the axis of the joint on the other side. A sliding joint slides along M a; ratios, such as a hand's, do
+    not change.
 
     Args:
         robot: its axes determine the signs.
@@ -401,7 +401,7 @@ def mirror(robot: RobotModel, motion: Motion) -> Motion:
 def mirrored_joints(robot: RobotModel) -> dict[str, tuple[str, float]]:
     """Return joint → (the joint on the other side, sign): the mirror image has the sign times that joint's value.
 
-    A joint on neither side is its own other side. Mimic joints are not keys. Refuses joints without a mirror image.
+    A joint on neither side is its own mirror joint. Mimic joints are no keys. Other joints need a mirror image.
     """
     check_robot(robot)
     return {name: (other, _sign(robot, name, other)) for name in robot.joint_names for other in (other_side(name),)}

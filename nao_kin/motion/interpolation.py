@@ -6,7 +6,7 @@ Every segment between two keys is one cubic in a parameter u from 0 to 1:
     x(u)     =        3 u (1 − u)² a + 3 u² (1 − u) (1 − b) + u³    x = (time − time₀) / (time₁ − time₀)
 
 P is the value of the handle after the first key, Q − D that of the handle before the second; a and b are the lengths of
-the two handles as shares of the segment. For straight and smooth segments a = b = ⅓, so x = u.
+the two handles as fractions of the segment. For straight and smooth segments a = b = ⅓, so x = u.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ def smooth_slopes(times: Floats, keys: Floats) -> Floats:
     """Return the slopes of the monotone cubic at the keys, shape (k,).
 
     With widths h and slopes d of the straight lines before and after a key, the slope is zero if these differ in sign,
-    else their weighted harmonic mean (w₁ + w₂) / (w₁ / d₁ + w₂ / d₂) with w₁ = h₁ + 2 h₂ and w₂ = 2 h₁ + h₂. At the
-    first and the last key it is zero: the robot starts and ends at rest. Between two keys the curve never leaves their
-    range.
+    otherwise their weighted harmonic mean (w₁ + w₂) / (w₁ / d₁ + w₂ / d₂) with w₁ = h₁ + 2 h₂ and w₂ = 2 h₁ + h₂. At
+    the first and the last key it is zero: the robot starts and ends at rest. Between two keys the curve never leaves
+    their range.
 
     Source: F. N. Fritsch and J. Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300–304.
     """
@@ -103,9 +103,9 @@ class Segments:
     """The m segments between the m + 1 keys of a joint.
 
     Attributes:
-        start: times at which they begin, shape (m,) [s].
-        width: how long they last, shape (m,) [s]; zero only for a joint that stands still for no time.
-        first: values at which they begin, shape (m,).
+        start: the times of their beginnings, shape (m,) [s].
+        width: their durations, shape (m,) [s]; zero only for a joint that does not move.
+        first: the values at their beginnings, shape (m,).
         controls: P, Q and D of the value, shape (m, 3).
         lengths: a and b of the time, shape (m, 2); None if all are a third.
     """
@@ -132,7 +132,7 @@ class Segments:
         return np.asarray(self.start[segment] + self.width[segment] * _cubic(u, a, 1.0 - b, 1.0))
 
     def value(self, segment: NDArray[Any], u: Floats) -> Floats:
-        """Return values at parameters u; at 0 and 1 those of the keys, without rounding where they are equal."""
+        """Return values at parameters u; at 0 and 1 exactly those of the keys, if these are equal."""
         return np.asarray(self.first[segment] + _cubic(u, *self.controls[segment].T))
 
     def speed(self, segment: NDArray[Any], u: Floats) -> Floats:
@@ -141,7 +141,7 @@ class Segments:
         over, under = _quadratic(u, *value), _quadratic(u, *time)
         vertical = under <= 0.0
         if vertical.any():
-            # The limit of 0 / 0: the ratio of the second derivatives, then that of the third.
+            # The limit of 0 / 0: the ratio of the second derivatives, then of the third.
             for order in (_quadratic_slope, _quadratic_bend):
                 still = vertical & (over == 0.0) & (under == 0.0)
                 over = np.where(still, order(u, *value), over)

@@ -1,4 +1,4 @@
-"""Motions moved into the limits of a robot, with joints of one motor made to agree, or slowed down."""
+"""Move motions into a robot's limits, make joints of one motor agree, and slow motions down."""
 
 from __future__ import annotations
 
@@ -46,8 +46,8 @@ class Change:
         joint: name of the joint; "" for all.
         start: beginning, in the original motion [s].
         end: end [s].
-        amount: the largest change of a value; for "slower", the factor of the time.
-        unit: of the amount: "rad", "m" or "1"; "" for a factor.
+        amount: the largest change of a value; for "slower", the factor of the duration.
+        unit: the unit of the amount: "rad", "m" or "1"; "" for a factor.
     """
 
     kind: Kind
@@ -95,7 +95,7 @@ class MendedMotion:
     changes: tuple[Change, ...]
 
     def describe(self, *, degrees: bool = False) -> str:
-        """Return one line for each change, or that there was none."""
+        """Return one line for each change, or a line for no change."""
         return "\n".join(change.describe(degrees=degrees) for change in self.changes) or "nothing had to be changed"
 
 
@@ -114,7 +114,7 @@ def changes_of(kind: Kind, joint: str, times: Floats, miss: Floats, unit: str) -
 
 
 def made_linear(robot: RobotModel, motion: Motion) -> tuple[Motion, Change]:
-    """Return a linear motion with the same keys and 100 more per second, and how that changed it."""
+    """Return a linear motion with the same keys and 100 more per second, and the resulting changes."""
     grid = np.union1d(sampling_times(motion, LINEAR_RATE, None), motion.key_times)
     linear = resample(motion, times=grid)
     middle = 0.5 * (grid[:-1] + grid[1:])
@@ -129,10 +129,10 @@ def made_linear(robot: RobotModel, motion: Motion) -> tuple[Motion, Change]:
 def clamp(robot: RobotModel, motion: Motion, *, fill: str | ArrayLike = HOLD) -> MendedMotion:
     """Return the motion with its keys moved into the limits, then into the coupled limits.
 
-    A key outside the range of its joint goes to the end of the range. A Bezier segment that overshoots has the ends of
-    its handles moved too: a curve stays within the hull of its control points. Then, where a joint leaves the range
-    that depends on another joint, a linear motion gets more keys, and a smooth or Bezier motion becomes linear, with
-    100 keys per second and one wherever a coupled limit bends; these keys are moved into the range.
+    A key outside the range of its joint is moved to the end of the range. The ends of the handles of a Bezier segment
+    that overshoots are moved too: a curve stays within the hull of its control points. Then, where a joint leaves the
+    range that depends on another joint, a linear motion gets more keys, and a smooth or Bezier motion becomes linear,
+    with 100 keys per second and one wherever a coupled limit bends; these keys are moved into the range.
 
     Args:
         robot: has all the joints named.
@@ -140,7 +140,7 @@ def clamp(robot: RobotModel, motion: Motion, *, fill: str | ArrayLike = HOLD) ->
         fill: values of the joints that the motion does not name, as in `Motion.configurations`.
 
     Raises:
-        BadArgument: the motion moves a joint and does not name another one, whose coupled limit that violates.
+        BadArgument: the motion moves a joint and thereby violates the coupled limit of a joint that it does not name.
 
     Examples:
         >>> nao = nk.load_nao()
@@ -216,7 +216,7 @@ def share_motors(robot: RobotModel, motion: Motion, hips: Hips = "average") -> M
 
 
 def _same_times(motion: Motion, joints: list[str]) -> bool:
-    """Whether the keys of some joints, and the ends of their handles, are at the same times."""
+    """Return whether the keys of some joints, and the ends of their handles, are at the same times."""
     columns = [motion.joint_names.index(joint) for joint in joints]
     handles = motion.handles or ()
     return all(
@@ -238,7 +238,7 @@ def _into_ranges(robot: RobotModel, motion: Motion) -> tuple[Motion, list[Change
         miss = np.abs(clipped - given)
         if motion.handles is not None:
             offsets = np.array(motion.handles[column])
-            # The end of a handle stays, or goes to the end of the range if its segment overshoots.
+            # The end of a handle stays in place, or is moved to the end of the range if its segment overshoots.
             ends = given[:, None] + offsets[..., 1]
             offsets[..., 1] = np.where(outside[:, None], ends - clipped[:, None], offsets[..., 1])
             over = _overshoots(motion, column, lower, upper)
@@ -298,15 +298,15 @@ _SLACK = 1.0 + 1e-10
 
 
 def slow_down(robot: RobotModel, motion: Motion, *, how: Literal["local", "uniform"] = "local") -> MendedMotion:
-    """Return the motion with time stretched until every joint keeps its speed limit.
+    """Return the motion with time stretched until every joint satisfies its speed limit.
 
-    A segment with the largest speed v of a joint with the limit v_max needs v / v_max times its time, if that is more
-    than one. "local" stretches the time of that segment by this factor, for all joints, and overlapping segments by the
-    largest factor. "uniform" stretches the whole motion by one factor.
+    A segment in which a joint with the limit v_max has the largest speed v takes v / v_max times as long, if this
+    factor is above one. "local" stretches the time of that segment by this factor, for all joints, and overlapping
+    segments by the largest factor. "uniform" stretches the whole motion by one factor.
 
-    Either way the joints pass through the same configurations, and so keep coupled limits and shared motors. With
-    "local" the speed jumps where the factor changes; a joint without a key there gets one, and a smooth motion becomes
-    a Bezier one.
+    In both cases the joints pass through the same configurations, so coupled limits and shared motors are respected.
+    With "local" the speed jumps where the factor changes; a joint without a key there gets one, and a smooth motion
+    becomes a Bezier one.
 
     Args:
         robot: has all the joints named.
@@ -314,7 +314,7 @@ def slow_down(robot: RobotModel, motion: Motion, *, how: Literal["local", "unifo
         how: "local" or "uniform".
 
     Raises:
-        BadArgument: a joint is to move whose speed limit is zero, or moves in no time.
+        BadArgument: a joint has to move but its speed limit is zero, or it moves in no time.
 
     Examples:
         >>> nao = nk.load_nao()

@@ -19,7 +19,7 @@ from nao_kin.robot import Hips, RobotModel, check_hips, check_robot, motor_value
 
 # --- Conversion and checks of the names, times, keys and handles of a motion.
 
-# By this share of its segment a handle may leave it: rounding, also of single precision.
+# Share of its segment by which a handle may leave it: rounding, also of single precision.
 _HANDLE_ROUNDING = 1e-6
 
 # Beyond any joint, and the product of three such numbers is still finite.
@@ -61,13 +61,13 @@ def checked_times(times: Any, names: tuple[str, ...]) -> tuple[Columns, bool]:
             continue
         column = _checked_column(row, f"times of {name}")
         _check_ascending(column, f"times of {name}")
-        # Joints of equal times share one array, so that places in it are looked up once.
+        # Joints with equal times share one array, so that segments are looked up once.
         columns.append(columns[-1] if index and np.array_equal(column, columns[-1]) else column)
     return tuple(columns), False
 
 
 def checked_keys(keys: Any, names: tuple[str, ...], times: Columns, *, shared: bool) -> Columns:
-    """Return the keys of each joint; `shared` times take a row for each time, else there is a list for each joint."""
+    """Return the keys of each joint, from a row for each of `shared` times, or else from a list for each joint."""
     if shared:
         array = as_numbers(keys, "keys")
         if array.ndim == 1 and len(names) == 1:
@@ -143,7 +143,7 @@ def check_speeds(names: tuple[str, ...], times: Columns, keys: Columns) -> None:
 
 
 def out_of_order(times: Floats) -> tuple[int, str] | None:
-    """Return the index of the first time that does not ascend, and how it compares with the one before it, or None."""
+    """Return the index of the first time that does not ascend, and how it compares with its predecessor, or None."""
     ascends = np.diff(times) > 0.0
     if ascends.all():
         return None
@@ -178,7 +178,7 @@ def _check_size(values: Floats, what: str) -> None:
 
 
 def _rows(values: Any, what: str) -> list[Any]:
-    """Return the entries of a list; of a 1-D array of numbers, only the first."""
+    """Return the entries of a list; for a 1-D array of numbers, only the first."""
     if isinstance(values, (str, bytes)) or not isinstance(values, Iterable):
         raise BadArgument(f"{what} must be a list, got {quoted(values)}")
     array = values if isinstance(values, np.ndarray) and values.ndim < 2 else None
@@ -221,7 +221,7 @@ class SharedTimes:
             for coefficients in self._coefficients[-2::-1]:
                 rows *= x
                 rows += coefficients[segment]
-        # Exactly the keys, where a sum would round.
+        # Exactly the keys: a sum would be rounded.
         result[t >= self._times[-1]] = self._last
         return result
 
@@ -257,7 +257,7 @@ class Motion:
     """Joints that move through keys, each at its own times.
 
     Before its first and after its last key a joint stands still. A motion names only the joints that it moves; the
-    others get their values where configurations are made of it.
+    other joints get their values when the motion is converted to configurations.
 
     Attributes:
         times: for each joint the times of its keys, strictly ascending, shape (k,) [s].
@@ -266,7 +266,7 @@ class Motion:
         interpolation: the curve between two keys of a joint. "linear": a straight line. "smooth": a monotone cubic
             (Fritsch–Butland), at rest at the first and the last key. "bezier": a cubic in time and value with handles.
         handles: for "bezier", for each joint shape (k, 2, 2): key, before or after it, offset in time [s] and in value,
-            as in NAOqi; else None. By default they are a third of their segment long, along the slope of "smooth".
+            as in NAOqi; otherwise None. By default they are a third of their segment long, along the slope of "smooth".
             Offsets in time are ≤ 0 before and ≥ 0 after a key, and end within the segment.
 
     The arrays are read-only copies.
@@ -296,7 +296,7 @@ class Motion:
         Args:
             times: one list for all joints, (n,), or a list of lists, one for each joint.
             joint_names: the joints.
-            keys: for one list of times a row for each time, (n, joints); else a list for each joint.
+            keys: for one list of times a row for each time, (n, joints); otherwise a list for each joint.
             interpolation: "linear", "smooth" or "bezier".
             handles: for "bezier", one array (k, 2, 2) for each joint.
 
@@ -385,18 +385,18 @@ class Motion:
         fill: str | ArrayLike = HOLD,
         hips: Hips = "average",
     ) -> Trajectory:
-        """Return the configurations of a robot that performs the motion, whose limits are not checked.
+        """Return the configurations of a robot that performs the motion; limits are not checked.
 
         Args:
             robot: has all the joints named.
-            rate: configurations per second, from the first key on; the last is at the last key, possibly after a
+            rate: configurations per second, from the first key on; the last one is at the last key, possibly after a
                 shorter step. Without `rate` and `times` there is one for each key time.
             times: times of the configurations, shape (n,) [s].
             fill: values of the joints not named, and of a floating base: the name of a posture, a configuration (nq,),
                 or "hold": the robot's start posture (StandInit for a NAO), or else zero, moved to the nearest limit.
             hips: value of a motor that the motion names twice, such as LHipYawPitch and RHipYawPitch: the "average", or
-                the "left" or "right" one. It holds for all mimic joints; without sides in their names the average is
-                taken.
+                the "left" or "right" one. It applies to all mimic joints; without sides in their names the average is
+                used.
 
         Returns:
             Times (n,) and q (n, nq).
@@ -443,7 +443,7 @@ class Motion:
 
     @cached_property
     def _shared(self) -> SharedTimes | None:
-        """All joints together, if they share their key times and are polynomials in time; else None."""
+        """All joints together, if they share their key times and are polynomials in time; otherwise None."""
         times = self.times[0]
         if len(times) < 2 or len(self.keys) < 2 or any(column is not times for column in self.times[1:]):
             return None

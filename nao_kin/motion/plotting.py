@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 _SAMPLES = 2000
-# Keys drawn as dots; more of them would look like a line.
+# Largest number of keys drawn as dots; more would look like a line.
 _MAX_DOTS = 60
 _COLUMNS = 3
 _SIZE = (4.2, 2.0)

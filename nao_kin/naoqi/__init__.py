@@ -1,7 +1,7 @@
-"""NAOqi's language: its names, orders, poses, spaces and limits, and a virtual NAO that speaks it.
+"""NAOqi: its names, orders, poses, spaces and limits, and a virtual NAO that implements its protocol.
 
-Only `QiServer` and `NaoqiSource` need qi, NAOqi's Python binding. The rest are pure functions of robots, configurations
-and poses, with leading batch axes, and `VirtualNao`, which `nao_kin.naoqi.virtual` explains.
+Only `QiServer` and `NaoqiSource` need qi, NAOqi's Python binding. `nao_kin.naoqi.virtual` documents `VirtualNao`. All
+other names are pure functions of robots, configurations and poses, with leading batch axes.
 """
 
 from nao_kin.naoqi import _qi  # noqa: F401  (qi is loaded before Pinocchio, which the others import)

@@ -2,7 +2,7 @@
 
 Both bring their own C++ libraries. In a process that loads Pinocchio first, the libraries of qi find Pinocchio's in
 place of their own: a refused connection is never answered, and closing a server corrupts the memory (qi 3.1.5, pin 3).
-In the other order, both work. So the room imports this module first.
+In the other order, both work. Therefore this package imports this module first.
 """
 
 from __future__ import annotations
@@ -18,6 +18,6 @@ with suppress(ImportError):
 
 
 def load_qi(purpose: str) -> Any:
-    """The module qi; raises MissingExtra with the purpose if it is not installed."""
+    """Return the module qi; raise MissingExtra with the purpose if it is not installed."""
     need_extra(purpose, "naoqi")
     return importlib.import_module("qi")

@@ -51,7 +51,7 @@ LOLA_ENTRIES: dict[str, int] = {
 }
 # BodyId, BodyVersion, HeadId, HeadVersion.
 _CONFIG, _CONFIG_LENGTH = "RobotConfig", 4
-# The longest frame; a map that claims to be longer is no frame, and is not read to its end.
+# The longest frame; a map that claims to be longer is not a frame, and is not read to its end.
 _MAX_BYTES = 65536
 _UNREADABLE = (umsgpack.UnpackException, RecursionError, MemoryError, ValueError, TypeError)
 
@@ -69,7 +69,7 @@ def decode_lola(content: bytes) -> LolaFrame:
             out; only "Position" is required.
 
     Raises:
-        BadArgument: no such map, or an entry of another length.
+        BadArgument: the content is not such a map, or an entry has another length.
 
     Examples:
         >>> frame = {name: np.zeros(n) for name, n in nk.naoqi.LOLA_ENTRIES.items()}
@@ -175,7 +175,7 @@ def _checked(frame: object) -> LolaFrame:
 
 
 def _numbers(name: str, values: object) -> Floats:
-    """The numbers of an entry; only positions must be finite, so that a broken sensor does not hide the joints."""
+    """Return the numbers of an entry; only positions must be finite: a broken sensor must not hide the joints."""
     count = LOLA_ENTRIES[name]
     if name == "Position":
         return np.array(as_floats(np.asarray(values, dtype=object).tolist(), (count,), f"a LoLA frame's {name}"))
@@ -206,7 +206,7 @@ class JointReading:
 
     Attributes:
         time: since the first reading [s].
-        q: configuration, shape (nq,); if the two hips disagree, LHipYawPitch counts.
+        q: configuration, shape (nq,); if the two hips disagree, LHipYawPitch is used.
         up: the vertical in the torso's frame, shape (3,), from the robot's inertial sensor; None without one.
     """
 
@@ -256,14 +256,14 @@ class JointSource(ABC):
 
 
 class NaoqiSource(JointSource):
-    """A robot or a virtual NAO over NAOqi's own protocol: getAngles("Body", True), and two sensors of its torso.
+    """A robot or a virtual NAO, read over NAOqi's own protocol: getAngles("Body", True), and two sensors of its torso.
 
     Args:
         address: "tcp://nao.local:9559", or "nao.local" with every robot's default port.
 
     Raises:
         MissingExtra: qi is not installed.
-        BadArgument: no such address.
+        BadArgument: an invalid address.
     """
 
     def __init__(self, address: str) -> None:
@@ -316,7 +316,7 @@ class NaoqiSource(JointSource):
 
 
 class LolaSource(JointSource):
-    """A NAO6 over its RoboCup interface, a Unix socket `path` to which it writes frames.
+    """A NAO6, read over its RoboCup interface, a Unix socket `path` to which it writes frames.
 
     Examples:
         >>> nk.naoqi.LolaSource("/tmp/robocup").address
@@ -394,10 +394,10 @@ def readings(
     wanted: Callable[[], bool] = lambda: True,
     on_state: Callable[[str], object] | None = None,
 ) -> Iterator[JointReading]:
-    """Read a robot's joints repeatedly; a lost connection is made again.
+    """Read a robot's joints repeatedly; a lost connection is reestablished.
 
     Args:
-        source: of the readings.
+        source: the source of the readings.
         robot: a NAO of the robot's version.
         rate: the largest number of readings per second.
         wanted: called repeatedly; returns whether to continue.
@@ -429,7 +429,7 @@ def readings(
                 while wanted():
                     q, up = source.read(robot)
                     now = time.monotonic()
-                    # LoLA's frames come at its own rate; those between two readings are read and dropped.
+                    # LoLA has a rate of its own; frames between two readings are read and dropped.
                     if now - last < 1.0 / rate and isinstance(source, LolaSource):
                         continue
                     start = now if start is None else start
@@ -449,7 +449,7 @@ def readings(
 
 
 def recorded(found: Iterable[JointReading], robot: RobotModel) -> Motion:
-    """Readings as a motion from time zero, linear between them.
+    """Return readings as a motion from time zero, with linear interpolation.
 
     Raises:
         BadArgument: no readings.
@@ -471,7 +471,7 @@ def recorded(found: Iterable[JointReading], robot: RobotModel) -> Motion:
 
 
 def vertical(roll: float, pitch: float) -> Floats:
-    """The vertical in the torso's frame, shape (3,), from the angles of a NAO's inertial sensor.
+    """Return the vertical in the torso's frame, shape (3,), from the angles of a NAO's inertial sensor.
 
     With the torso's rotation R = Ry(pitch) Rx(roll), the vertical is Rᵀ (0, 0, 1).
 
@@ -501,12 +501,12 @@ def _sleep(until: float, wanted: Callable[[], bool]) -> None:
 
 
 def _endpoint(address: str) -> str:
-    """tcp://HOST:PORT from an address that may lack the scheme or the port."""
+    """Return tcp://HOST:PORT for an address that may lack the scheme or the port."""
     if not isinstance(address, str):
         raise BadArgument(f"address must be like tcp://nao.local:{PORT}, got {quoted(address)}")
     scheme, _, rest = address.rpartition("://")
     host, separator, port = rest.rpartition(":")
-    if not separator or "]" in port:  # no port, or the colons of an address of version 6
+    if not separator or "]" in port:  # no port, or the colons of an IPv6 address
         host, port = rest, str(PORT)
     if scheme not in ("", "tcp", "tcps") or not host or not port.isdecimal() or not 0 < int(port) < 65536:
         raise BadArgument(f"address must be like tcp://nao.local:{PORT}, got {quoted(address)}")

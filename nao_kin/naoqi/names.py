@@ -17,22 +17,22 @@ from nao_kin.robot.nao import BODY_ORDER
 # Body = Head + LArm + LLeg + RLeg + RArm (Aldebaran documentation 2.8, body parts of NAO6).
 CHAINS: tuple[str, ...] = ("Head", "LArm", "LLeg", "RLeg", "RArm")
 LIMB_PAIRS: dict[str, tuple[str, str]] = {"Arms": ("LArm", "RArm"), "Legs": ("LLeg", "RLeg")}
-# getBodyNames of each: all 26; the same; the 24 without the hands; the 2 hands.
+# Results of getBodyNames: all 26; the same; the 24 without the hands; the 2 hands.
 GROUPS: tuple[str, ...] = ("Body", "JointActuators", "Joints", "Actuators")
 # The unit of a hand's opening.
 _OPENING = "1"
 
 
 def joint_names(robot: RobotModel, names: str | Iterable[str]) -> tuple[str, ...]:
-    """The joints of NAOqi's names, in its order.
+    """Return the joints of NAOqi's names, in its order.
 
     - A joint is itself; RHipYawPitch is included, although one motor moves it with LHipYawPitch.
     - A chain, "Head", "LArm", "LLeg", "RLeg" or "RArm", is its joints from the trunk outwards, an arm's hand last.
     - "Arms" is LArm and RArm, "Legs" is LLeg and RLeg.
     - "Body" and "JointActuators" are all 26, "Joints" the 24 without the hands, "Actuators" the two hands.
 
-    Several names give their joints one after the other, repeated if they are named twice. A robot that lacks some of
-    NAO's joints has the others.
+    Several names give their joints one after the other, repeated if they are named twice. Joints of a NAO that the
+    robot lacks are left out.
 
     Args:
         robot: a NAO of any version, or a robot with chains of these names.
@@ -50,7 +50,7 @@ def joint_names(robot: RobotModel, names: str | Iterable[str]) -> tuple[str, ...
 
 
 def chain_names(robot: RobotModel) -> tuple[str, ...]:
-    """The chains in the order of "Body", as getBodyNames("Chains") gives them.
+    """Return the chains in the order of "Body", as getBodyNames("Chains") does.
 
     Raises:
         BadArgument: the robot has none of these chains.
@@ -67,7 +67,7 @@ def chain_names(robot: RobotModel) -> tuple[str, ...]:
 
 
 def angles(robot: RobotModel, q: ArrayLike, names: str | Iterable[str] = "Body") -> Floats:
-    """Joint values as getAngles gives them.
+    """Return joint values as getAngles does.
 
     Args:
         robot: a NAO of any version.
@@ -90,7 +90,7 @@ def angles(robot: RobotModel, q: ArrayLike, names: str | Iterable[str] = "Body")
 
 
 def as_names(names: str | Iterable[str]) -> tuple[str, ...]:
-    """One name or several as a tuple of strings."""
+    """Return one name or several as a tuple of strings."""
     found = (names,) if isinstance(names, str) else tuple(names) if isinstance(names, Iterable) else (names,)
     for name in found:
         if not isinstance(name, str):
@@ -99,7 +99,7 @@ def as_names(names: str | Iterable[str]) -> tuple[str, ...]:
 
 
 def _known(robot: RobotModel) -> dict[str, tuple[str, ...]]:
-    """Every name with its joints."""
+    """Return every name with its joints."""
     chains = {chain: tuple(robot.chains[chain]) for chain in chain_names(robot)}
     body = tuple(joint for joints in chains.values() for joint in joints)
     hands = tuple(joint for joint in body if robot.unit(joint) == _OPENING)
@@ -133,7 +133,7 @@ BODY_ORDERS: MappingProxyType[str, tuple[str, ...]] = MappingProxyType(
 
 
 def to_order(robot: RobotModel, q: ArrayLike, order: str) -> Floats:
-    """Joint values in one of `BODY_ORDERS`; RHipYawPitch repeats LHipYawPitch if the order has both.
+    """Return joint values in one of `BODY_ORDERS`; RHipYawPitch repeats LHipYawPitch if the order has both.
 
     Args:
         robot: a NAO of any version.
@@ -155,16 +155,15 @@ def to_order(robot: RobotModel, q: ArrayLike, order: str) -> Floats:
 def from_order(
     robot: RobotModel, values: ArrayLike, order: str, *, reference: ArrayLike | None = None, hips: Hips = "agree"
 ) -> Floats:
-    """Configurations from joint values in one of `BODY_ORDERS`: the inverse of `to_order`.
+    """Return configurations from joint values in one of `BODY_ORDERS`: the inverse of `to_order`.
 
     Args:
         robot: a NAO of any version.
         values: shape (..., n) [rad; 0 to 1 for the hands].
         order: "H25", "H21", "LoLA" or "jointActuator".
         reference: configurations for the joints that the order lacks, shape (..., nq); None for zero.
-        hips: one motor moves LHipYawPitch and RHipYawPitch. If an order has both, "agree" refuses values that differ by
-            more than 1e-6, "left" takes the left one, which has priority on the robot, "right" the other, "average" the
-            mean.
+        hips: one motor moves LHipYawPitch and RHipYawPitch. If an order has both, "agree" rejects values that differ by
+            more than 1e-6, "left" uses the left one, as the robot does, "right" the right one, "average" the mean.
 
     Returns:
         q, shape (..., nq); limits are not checked.
@@ -207,14 +206,14 @@ def _order(order: object) -> tuple[str, ...]:
     return BODY_ORDERS[choice(order, BODY_ORDERS, "order of joints")]
 
 
-# --- Joint limits as getLimits gives them.
+# --- Joint limits as getLimits returns them.
 
 
 def limits(robot: RobotModel, names: str | Iterable[str] = "Body") -> Floats:
-    """[minAngle, maxAngle, maxVelocity, maxTorque] of joints, a row each, from the robot's own URDF.
+    """Return [minAngle, maxAngle, maxVelocity, maxTorque] of joints, a row each, from the robot's own URDF.
 
-    The ranges are the boxes; for HeadPitch and the AnkleRolls another joint may narrow them, which getLimits does not
-    show (`robot.coupled_limits` does). The published URDFs of the NAO have the speeds at no load.
+    The ranges are those of each joint alone. Another joint may narrow those of HeadPitch and the AnkleRolls, which
+    `robot.coupled_limits` shows and getLimits does not. The NAO's published URDFs have the speeds at no load.
 
     Args:
         robot: a NAO of any version.

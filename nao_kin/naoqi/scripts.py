@@ -1,4 +1,4 @@
-"""Scripts for NAOqi in a process of their own, and what a viewer shows of their LEDs and words."""
+"""Run scripts for NAOqi in a process of their own, and convert LEDs and words for a viewer."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ ENDPOINT_VARIABLE = "NAO_KIN_ENDPOINT"
 def run_script(script: Path | str, arguments: Sequence[str] = (), *, endpoint: str | None = None) -> int:
     """Run a script for NAOqi in a process of its own, and wait for its end.
 
-    It finds the modules `naoqi`, `almath` and `motion`, those of an installed SDK first; Python 2 is translated.
+    The script can import `naoqi`, `almath` and `motion`, from an installed SDK if there is one; Python 2 is translated.
 
     Args:
         script: the file.
-        arguments: of the script.
+        arguments: the script's arguments.
         endpoint: the address for all its connections, "tcp://127.0.0.1:9559"; None for the address in the script.
 
     Returns:
         Its exit code; 128 + n if signal n ended it.
 
     Raises:
-        BadArgument: no such file.
+        BadArgument: the file does not exist.
 
     Examples:
         >>> from pathlib import Path
@@ -49,7 +49,7 @@ def run_script(script: Path | str, arguments: Sequence[str] = (), *, endpoint: s
     return 128 - code if code < 0 else code
 
 
-# --- LEDs and words for a viewer: NAOqi's names as the viewer has them.
+# --- LEDs and words for a viewer: the viewer's names for those of NAOqi.
 
 Colour = tuple[float, float, float]
 
@@ -64,7 +64,7 @@ _TAG = re.compile(r"\\[a-zA-Z]+=[^\\]*\\|\\(?:pau|rst|mrk)[^\\]*\\|\^[a-zA-Z]+\(
 
 
 def light_colours(leds: Mapping[str, Colour]) -> dict[str, Colour]:
-    """Colours of LEDs as `Viewer.show_lights` takes them, without the LEDs of the ears and on the head.
+    """Return colours of LEDs for `Viewer.show_lights`, without the LEDs in the ears and on the head.
 
         viewer.show_lights(nk.naoqi.light_colours(robot.state().leds))
 
@@ -81,7 +81,7 @@ def light_colours(leds: Mapping[str, Colour]) -> dict[str, Colour]:
 
 
 def spoken_words(text: str) -> str:
-    r"""The spoken words of a text for ALTextToSpeech, without tags such as `\rspd=80\` and `^start(animation)`.
+    r"""Return the spoken words of a text for ALTextToSpeech, without tags such as `\rspd=80\` and `^start(animation)`.
 
     Examples:
         >>> nk.naoqi.spoken_words("^start(animations/Stand/Gestures/Hey_1) Hello")

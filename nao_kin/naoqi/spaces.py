@@ -1,12 +1,13 @@
 """The three spaces of NAOqi, its effectors, and their poses in each space.
 
-FRAME_TORSO is the torso. FRAME_WORLD is where the robot started, fixed to the floor. FRAME_ROBOT is between the feet:
+FRAME_TORSO is the torso. FRAME_WORLD is fixed to the floor where the robot started. FRAME_ROBOT is between the feet:
 "average of the two feet positions projected around a vertical z axis" (doc.aldebaran.com/2-8/glossary.html).
 
 The model of FRAME_ROBOT: its origin is the mean of the origins of LLeg and RLeg, projected along the world's
 vertical to the height of the lower foot; its z axis is the vertical, its yaw the mean of the yaws of the feet.
-Recordings of ALMotion.getPosition (LennonNM/NaoMimic) agree on the yaw to rounding, but their origin lies 4.5 mm in
-front of the mean with both feet down, and stays with the standing foot while the other is lifted. This is not modelled.
+Recordings of ALMotion.getPosition (LennonNM/NaoMimic) agree on the yaw to rounding, but their origin is 4.5 mm in front
+of the mean with both feet down, and stays with the standing foot while the other is lifted. These two effects are not
+modelled.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ _TYPED = 1e-3
 
 
 def position6d(T: ArrayLike) -> Floats:
-    """Position6D (x, y, z, wx, wy, wz) of poses, with R = Rz(wz) Ry(wy) Rx(wx).
+    """Return Position6D (x, y, z, wx, wy, wz) of poses, with R = Rz(wz) Ry(wy) Rx(wx).
 
     wy is in [−π/2, π/2]. At wy = ±π/2 only wx ∓ wz is determined, and wz is 0: the pose is still exact.
 
@@ -45,7 +46,7 @@ def position6d(T: ArrayLike) -> Floats:
         Shape (..., 6) [m, rad].
 
     Raises:
-        NotARotation, BadArgument: T is no rigid transform.
+        NotARotation, BadArgument: T is not a rigid transform.
 
     Examples:
         >>> nk.naoqi.position6d(nk.naoqi.pose([0.1, 0.0, 0.2, 0.0, 0.5, 0.0])).tolist()
@@ -56,7 +57,7 @@ def position6d(T: ArrayLike) -> Floats:
 
 
 def pose(position6d: ArrayLike) -> Floats:
-    """Homogeneous matrices, shape (..., 4, 4), of Position6D (x, y, z, wx, wy, wz), shape (..., 6) [m, rad].
+    """Return homogeneous matrices, shape (..., 4, 4), of Position6D (x, y, z, wx, wy, wz), shape (..., 6) [m, rad].
 
     Examples:
         >>> nk.naoqi.pose([0.1, 0.0, 0.2, 0.0, 0.0, 0.0])[:3, 3].tolist()
@@ -67,7 +68,7 @@ def pose(position6d: ArrayLike) -> Floats:
 
 
 def transform_list(T: ArrayLike) -> Floats:
-    """The sixteen numbers of poses row by row, as getTransform gives them.
+    """Return the sixteen numbers of poses row by row, as getTransform does.
 
     Args:
         T: homogeneous matrices, shape (..., 4, 4).
@@ -76,7 +77,7 @@ def transform_list(T: ArrayLike) -> Floats:
         A copy, shape (..., 16).
 
     Raises:
-        NotARotation, BadArgument: T is no rigid transform.
+        NotARotation, BadArgument: T is not a rigid transform.
 
     Examples:
         >>> nk.naoqi.transform_list(np.eye(4)).tolist()[:5]
@@ -87,7 +88,7 @@ def transform_list(T: ArrayLike) -> Floats:
 
 
 def pose_from_list(transform: ArrayLike) -> Floats:
-    """Poses from sixteen numbers row by row, or from twelve without the last row, as setTransforms takes them.
+    """Return poses from sixteen numbers row by row, or from twelve without the last row, as for setTransforms.
 
     Rounding to single precision or to three digits is removed from the rotation: the nearest exact one is returned.
 
@@ -121,7 +122,7 @@ def _rigid(T: Floats, what: str, *tolerance: float) -> Floats:
     if wrong.any():
         index = first_index(wrong)
         row = ", ".join(f"{value:.6g}" for value in T[index][3])
-        raise BadArgument(f"{what}{at_index(index)} is no rigid transform: its last row is {row}, not 0, 0, 0, 1")
+        raise BadArgument(f"{what}{at_index(index)} is not a rigid transform: its last row is {row}, not 0, 0, 0, 1")
     try:
         check_rotation(T[..., :3, :3], *tolerance)
     except NotARotation as error:
@@ -134,13 +135,13 @@ def _rigid(T: Floats, what: str, *tolerance: float) -> Floats:
 
 FRAME_TORSO, FRAME_WORLD, FRAME_ROBOT = 0, 1, 2
 SPACES: tuple[str, ...] = ("FRAME_TORSO", "FRAME_WORLD", "FRAME_ROBOT")
-# The six points that Cartesian control moves: the ends of the chains, and the torso.
+# The six frames that Cartesian control moves: the ends of the chains, and the torso.
 EFFECTORS: tuple[str, ...] = (*CHAINS, "Torso")
 TORSO, LEGS = "Torso", ("LLeg", "RLeg")
 
 
 def space_number(space: SupportsIndex | str) -> int:
-    """FRAME_TORSO 0, FRAME_WORLD 1 or FRAME_ROBOT 2, by number or by name."""
+    """Return the number of a space: FRAME_TORSO 0, FRAME_WORLD 1 or FRAME_ROBOT 2, by number or by name."""
     if isinstance(space, str):
         return SPACES.index(choice(space, SPACES, "space"))
     number = _whole(space)
@@ -151,7 +152,7 @@ def space_number(space: SupportsIndex | str) -> int:
 
 
 def _whole(value: SupportsIndex | float) -> int:
-    """A whole number, also from a float such as 2.0; -1 for anything else."""
+    """Return a whole number, also from a float such as 2.0; -1 for anything else."""
     try:
         return int(value) if isinstance(value, float) and value.is_integer() else operator.index(value)  # type: ignore[arg-type]
     except TypeError:
@@ -159,7 +160,7 @@ def _whole(value: SupportsIndex | float) -> int:
 
 
 def frame_of(robot: RobotModel, name: str) -> str:
-    """The robot's frame for NAOqi's name of an effector, joint, sensor or camera, or for any frame of the robot.
+    """Return the robot's frame for NAOqi's name of an effector, joint, sensor or camera, or for any frame of the robot.
 
     Sensors have the names of getSensorNames: "CameraTop", "LFsrFL", "HeadTouchFront", "Accelerometer".
     """
@@ -172,7 +173,7 @@ def frame_of(robot: RobotModel, name: str) -> str:
 
 
 def robot_frame(robot: RobotModel, q: ArrayLike, *, torso_in_world: ArrayLike | None = None) -> Floats:
-    """FRAME_ROBOT in the world, T_world_robot, shape (..., 4, 4), as the module's docstring defines it.
+    """Return FRAME_ROBOT in the world, T_world_robot, shape (..., 4, 4), as the module's docstring defines it.
 
     Args:
         robot: a NAO of any version.
@@ -193,7 +194,7 @@ def pose_in(
     *,
     torso_in_world: ArrayLike | None = None,
 ) -> Floats:
-    """T_space_name: the pose that getTransform gives; getPosition gives its `position6d`.
+    """Return T_space_name, the pose of getTransform; getPosition returns its `position6d`.
 
     Args:
         robot: a NAO of any version.
@@ -224,7 +225,7 @@ def pose_in(
 def torso_in(
     robot: RobotModel, q: ArrayLike, space: SupportsIndex | str, *, torso_in_world: ArrayLike | None = None
 ) -> Floats:
-    """T_space_torso, which takes poses from the torso to a space; arguments as in `pose_in`."""
+    """Return T_space_torso, which maps poses from the torso to a space; arguments as in `pose_in`."""
     number = space_number(space)
     if number == FRAME_TORSO:
         return np.eye(4)
@@ -241,7 +242,7 @@ def _torso_in_world(robot: RobotModel, q: ArrayLike, torso_in_world: ArrayLike |
 
 
 def _between(T_world_feet: Floats) -> Floats:
-    """The frame between two feet, from poses of shape (..., 2, 4, 4)."""
+    """Return the frame between two feet, from poses of shape (..., 2, 4, 4)."""
     yaw = position6d(T_world_feet)[..., 5]
     # Halfway along the shorter arc, also where the yaws are on both sides of ±π.
     turn = yaw[..., 1] - yaw[..., 0]
@@ -280,7 +281,7 @@ class AxisMask(IntFlag):
 
 
 def axis_mask(mask: SupportsIndex | str) -> int:
-    """A mask as a number from 0 to 63.
+    """Return a mask as a number from 0 to 63.
 
     Args:
         mask: a number, a member of `AxisMask`, or a name: "VEL" or "AXIS_MASK_VEL".
@@ -300,7 +301,7 @@ def axis_mask(mask: SupportsIndex | str) -> int:
 
 
 def controlled_axes(mask: SupportsIndex | str) -> NDArray[np.bool_]:
-    """Which of x, y, z, wx, wy, wz a mask controls, shape (6,).
+    """Return which of x, y, z, wx, wy, wz a mask controls, shape (6,).
 
     Args:
         mask: as in `axis_mask`.

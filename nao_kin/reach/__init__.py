@@ -1,4 +1,4 @@
-"""Where a hand can be: voxel maps of positions drawn at random, with manipulability and directions."""
+"""Reachability: voxel maps of the random positions of a hand, with manipulability and directions."""
 
 from nao_kin.reach._kernels import direction_cells
 from nao_kin.reach.files import check_column as check_column

@@ -1,7 +1,7 @@
 """Compiled loops over samples: random numbers → joint values → hand → voxel → counts.
 
-The code handles one sample after another, so that the result of a sample does not depend on its neighbours. It runs as
-Python without Numba, and until compiling is worth the wait.
+The code processes one sample after another, so that the result of a sample does not depend on its neighbours. It runs
+as Python without Numba, and until compiling is worth the wait.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ Integers = NDArray[np.int64]
 
 # Manipulability is counted in integer steps, so that sums do not depend on their order: its upper bound in steps.
 _STEPS = 2**30
-# Smaller differences of placements come from another machine's trigonometry, not from another robot.
+# Smaller differences of placements are due to another machine's trigonometry, not to another robot.
 _DIGITS = 12
 
 
@@ -38,7 +38,7 @@ class ChainTables(NamedTuple):
 
     Attributes:
         chain: the joints.
-        moving: number of coordinates that move the frame; only limits of others depend on those after them.
+        moving: number of coordinates that move the frame; the others only affect limits.
         low, high: smallest and largest value of each coordinate, shape (c,).
         tables: coupled limits in the order in which they are applied, shape (t, 4): the coordinate, the one it depends
             on, and the first and last + 1 of its rows in `bends`.
@@ -55,7 +55,7 @@ class ChainTables(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class MovedChain:
-    """The joints, by name and as tables, that move a frame in a reference.
+    """The joints that move a frame in a reference, by name and as tables.
 
     `radius` is the length of the stretched chain [m], the largest distance of the frame from `centre`.
     """
@@ -73,7 +73,7 @@ class MovedChain:
 
     @property
     def manipulability_step(self) -> float:
-        """The least power of two of which no manipulability of this chain has more than 2³⁰.
+        """The smallest power of two such that every manipulability of this chain is at most 2³⁰ times it.
 
         With r = min(3, moving), w² ≤ (mean of the eigenvalues of J_v J_vᵀ)ʳ, whose sum is that of the squared columns.
         """
@@ -98,7 +98,7 @@ class MovedChain:
 def moved_chain(robot: RobotModel, name: str, reference: str | None) -> MovedChain:
     """Return the joints between a reference, None or "world" for the root, and a frame.
 
-    The name of a chain of the robot's semantics means its end effector, or else its last link.
+    The name of a chain in the robot's semantics means its end effector, or else its last link.
     """
     frame = _frame_named(robot, name)
     if reference is not None and not isinstance(reference, str):
@@ -200,7 +200,7 @@ _UNIT = 2.0**-53
 
 
 class VoxelGrid(NamedTuple):
-    """The voxels that are counted: `shape` of them from index `first` on, each `voxel` wide [m]."""
+    """The counted voxels: `shape` of them from index `first` on, each `voxel` wide [m]."""
 
     voxel: float
     first: tuple[int, int, int]
@@ -216,7 +216,7 @@ def cached_kernel(function: Callable[..., Any]) -> CachedKernel:
 def joint_values(draws: Annotated[NDArray[np.uint64], "uint64", 2], tables: ChainTables, values: Floats2) -> None:
     """Write values (m, c) inside all limits from 64 random bits each.
 
-    Each is uniform in its box; then the box of a coupled joint is mapped onto its range at the other joint's value.
+    Each value is uniform in its box; a coupled joint's box is then mapped onto its range at the other's value.
     """
     count = tables.low.shape[0]
     for sample in range(draws.shape[0]):

@@ -1,4 +1,4 @@
-"""Reach maps in files, and the ranges of samples that a map is made of."""
+"""Reach maps in files, and the ranges of samples of a map."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def requested_range(samples: int | SampleRange, shard: tuple[int, int] | None) -
 
 
 def union(ranges: Iterable[SampleRange]) -> tuple[SampleRange, ...]:
-    """Return the same samples in as few ranges as possible, ascending."""
+    """Return the same samples in as few ascending ranges as possible."""
     merged: list[SampleRange] = []
     for start, stop in sorted(ranges):
         if merged and start <= merged[-1][1]:
@@ -78,7 +78,7 @@ COLUMNS = ("best", "mean", "count", "coverage")
 _FORMAT = "nao_kin reach map 1"
 # During counting, every voxel of the box around the reach takes 32 bytes.
 MAX_VOXELS = 50_000_000
-# The parts that do not grow with the voxels, and the bytes that each may take.
+# The parts that do not grow with the voxels, and the largest size of each in bytes.
 _SMALL_PARTS, _MAX_BYTES = ("format.npy", "settings.npy", "ranges.npy"), 1 << 24
 _HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
 

@@ -1,4 +1,4 @@
-"""The map: how often, how well and in which directions samples of a hand fell into each voxel."""
+"""The map: number, manipulability and directions of the samples of a hand in each voxel."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from nao_kin.reach._kernels import DIRECTION_COUNT, Integers
 from nao_kin.reach.files import SampleRange, overlap, union
 from nao_kin.rotations import rot_z
 
-# --- Where to stand to have most targets within reach.
+# --- The pose with most targets within reach.
 
 # Positions compared at once, 8 bytes each.
 _MAX_POSITIONS = 30_000_000
@@ -80,7 +80,7 @@ class _Votes:
         self._targets, self._voxel, self._heights = targets, reach.voxel, heights
         self._low, high = reach.indices.min(axis=0).astype(np.int64), reach.indices.max(axis=0).astype(np.int64)
         self._sides = high - self._low + 1
-        # Many targets leave fewer bits for each.
+        # With many targets there are fewer bits for each.
         shift = max(0, int(reach.best_steps.max()).bit_length() + len(targets).bit_length() - _BITS)
         scores = np.zeros(tuple(self._sides), dtype=np.int64)
         scores[tuple((reach.indices - self._low).T)] = (1 << _BITS) + (reach.best_steps >> shift)
@@ -94,7 +94,7 @@ class _Votes:
         cells = np.floor((self._targets @ R - origin) / self._voxel)
         if np.abs(cells).max() >= 2**40:
             raise BadArgument("targets are too far away for voxels of this size")
-        # Where the mirrored map starts when moved to each target.
+        # The start of the mirrored map after it is moved to each target.
         starts: Integers = cells.astype(np.int64) - (self._low + self._sides - 1)
         first, last = starts.min(axis=0), starts.max(axis=0) + self._sides
         if self._heights is not None:
@@ -111,7 +111,7 @@ class _Votes:
         return int(votes.flat[best]), R @ (origin + cell * self._voxel)
 
 
-# --- The map: how often, how well and in which directions samples of a hand fell into each voxel.
+# --- The map: number, manipulability and directions of the samples of a hand in each voxel.
 
 # Each voxel index fits into this many bits, so that three of them make one key.
 _INDEX_BITS = 20
@@ -120,7 +120,7 @@ MAX_INDEX = 2**_INDEX_BITS - 2
 
 @dataclass(frozen=True)
 class ReachSettings:
-    """The settings that two maps must share to be parts of one.
+    """The settings that two maps must share to be added.
 
     Attributes:
         robot: name of the robot.
@@ -143,7 +143,7 @@ class ReachSettings:
     step: float
 
     def check_same(self, other: ReachSettings, what: str) -> None:
-        """Raise `BadArgument` naming the first setting of `other`, which belongs to `what`, that differs."""
+        """Raise `BadArgument` that names the first differing setting of `other`, which belongs to `what`."""
         for name, mine in asdict(self).items():
             theirs = getattr(other, name)
             if mine == theirs:
@@ -157,7 +157,7 @@ class ReachSettings:
 class ReachMap:
     """Hand positions counted in voxels; `workspace` makes it.
 
-    Voxel (i, j, k) holds the points p with ⌊p / voxel⌋ = (i, j, k), in the reference frame. Each voxel with at least
+    Voxel (i, j, k) contains the points p with ⌊p / voxel⌋ = (i, j, k), in the reference frame. Each voxel with at least
     one sample has a row; rows are in ascending order of the indices. Maps of different samples with the same settings
     can be added: `part_a + part_b`.
 
@@ -217,12 +217,12 @@ class ReachMap:
 
     @property
     def directions(self) -> NDArray[np.bool_]:
-        """Which of the 48 cells of `direction_cells` the hand's x axis points into, shape (m, 48)."""
+        """Which of the 48 cells of `direction_cells` contain a direction of the hand's x axis, shape (m, 48)."""
         return np.asarray((self.masks[:, None] >> np.arange(DIRECTION_COUNT)) & 1, dtype=np.bool_)
 
     @property
     def coverage(self) -> Floats:
-        """Share of the sphere of directions that the hand's x axis points into, shape (m,), in (0, 1]."""
+        """Share of the sphere of directions of the hand's x axis, shape (m,), in (0, 1]."""
         return np.asarray(self.directions.mean(axis=1, dtype=np.float64))
 
     def column(self, name: str) -> Floats:
@@ -241,7 +241,7 @@ class ReachMap:
     def reachable(self, points: ArrayLike) -> NDArray[np.bool_]:
         """Return whether a sample fell into the voxel of each point (..., 3) in the reference frame, shape (...).
 
-        A reachable voxel at the boundary that no sample happened to find counts as out of reach.
+        A reachable voxel at the boundary without a sample counts as out of reach.
 
         Examples:
             >>> reach = nk.reach.workspace(nk.load_nao(), "LArm", 1000, voxel=0.05)
@@ -262,7 +262,7 @@ class ReachMap:
 
         Positions are tried on a grid with the size of the voxels, headings in equal steps of the full turn. Among
         poses with equally many targets within reach, the one with the largest sum of best manipulability at the targets
-        wins, then the first. The reference must be a frame that is upright when the robot is, such as the trunk.
+        is returned, then the first. The reference must be a frame that is upright if the robot is, such as the trunk.
 
         Args:
             targets: points in a frame with z up, shape (m, 3) with m ≥ 1 [m].
@@ -294,10 +294,10 @@ class ReachMap:
         seen = (points - position) @ rot_z(yaw)
         return Stance(position, yaw, self.reachable(seen), self.best_at(seen))
 
-    # --- parts and wholes -----------------------------------------------------------------------------------------
+    # --- sums of maps ---------------------------------------------------------------------------------------------
 
     def __add__(self, other: object) -> ReachMap:
-        """Return the map of the samples of both, bit for bit that of one run.
+        """Return the map of the samples of both, bit for bit the same as from one run.
 
         Raises:
             BadArgument: their robots, frames, voxels or seeds differ, or they share samples.
@@ -418,7 +418,7 @@ def map_of(
 def _collected(
     settings: ReachSettings, ranges: tuple[SampleRange, ...], indices: NDArray[np.int32], rows: dict[str, Integers]
 ) -> ReachMap:
-    """Return the map of rows of which several may belong to one voxel."""
+    """Return the map of rows; several rows may belong to one voxel."""
     _, first, place = np.unique(_keys_of(indices), return_index=True, return_inverse=True)
     totals = np.zeros((len(first), 4), dtype=np.int64)
     for column, (name, add) in enumerate(zip(_COUNTED, (np.add, np.maximum, np.add, np.bitwise_or), strict=True)):

@@ -1,4 +1,4 @@
-"""Draw random configurations, and count where they take the hand."""
+"""Draw random configurations, and count the resulting positions of the hand."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from nao_kin.reach.files import MAX_VOXELS, SampleRange, requested_range, union,
 from nao_kin.reach.reach_map import MAX_INDEX, ReachMap, ReachSettings, map_of
 from nao_kin.robot import RobotModel, check_robot
 
-# Samples counted between two checks whether to stop; their arrays fit into the cache of one core.
+# Samples counted between two checks for a stop; their arrays fit into the cache of one core.
 _BLOCK = 8192
 # Samples counted at a time as Python, until the kernels are worth the wait.
 _FEW = 64
-# Words that Philox makes of one count.
+# Words that Philox generates from one count.
 _WORDS = 4
 _SECONDS_BETWEEN_REPORTS = 0.1
 
@@ -41,30 +41,30 @@ def workspace(
     progress: Callable[[int, int], object] | None = None,
     stop: Callable[[], bool] | None = None,
 ) -> ReachMap:
-    """Return a voxel map of where a frame can be, with the number of samples, manipulability and directions.
+    """Return a voxel map of the positions of a frame, with the number of samples, manipulability and directions.
 
     Samples are configurations drawn as by `RobotModel.random`: each joint uniform in its box; for a coupled limit, the
     box is mapped onto the range at the other joint's value. Sample i depends on seed and i alone: words i·c to
-    i·c + c − 1 of NumPy's Philox generator are its c joint values. All counts are integers, so that maps of parts add
-    up to the map of the whole bit for bit, for any parts and number of threads.
+    i·c + c − 1 of NumPy's Philox generator are its c joint values. All counts are integers, so that the sum of partial
+    maps equals the whole map bit for bit, for any parts and number of threads.
 
     The manipulability is that of the position, w = √det(J_v J_vᵀ), with J_v the (3, n) Jacobian of the frame's origin
-    for the n joints that move it: up to a factor the volume of the ellipsoid of velocities at unit joint speeds, zero
-    if the hand cannot move along some direction, in m³ for three or more revolute joints. With fewer than three joints
-    w = √det(J_vᵀ J_v). (The six-row Jacobian of an arm with five joints never has full rank.)
+    for the n joints that move it: up to a factor the volume of the ellipsoid of velocities at unit joint speeds, in m³
+    for three or more revolute joints. It is zero if the hand cannot move along some direction. With fewer than three
+    joints w = √det(J_vᵀ J_v). (The six-row Jacobian of an arm with five joints never has full rank.)
 
     Args:
         robot: any robot; a floating base stays where it is.
         frame: a frame, or the name of a chain for its end effector.
-        samples: their number, or (start, stop) for a part of them.
+        samples: number of samples, or (start, stop) for a part of them.
         voxel: edge of a voxel [m].
         seed: seed of the samples.
         reference: the frame in which positions are counted; None for the root.
         shard: (k, n) for the k-th of n equal parts of the samples, k from 0.
         previous: a map with the same settings; the result includes its samples, which are not drawn again.
-        threads: their number; None for one per core that this process may use.
-        progress: called now and then, in the calling thread, with the numbers of samples done and requested.
-        stop: called now and then; if it returns true, the map of the samples done so far is returned.
+        threads: number of threads; None for one per core that this process may use.
+        progress: called repeatedly, in the calling thread, with the numbers of samples done and requested.
+        stop: called repeatedly; if it returns true, the map of the samples done so far is returned.
 
     Raises:
         BadArgument: no joint moves the frame, a joint slides without limits, there would be too many voxels, or
@@ -99,7 +99,7 @@ def workspace(
 def map_settings(
     robot: RobotModel, frame: str, *, voxel: float = 0.01, seed: int = 0, reference: str | None = None
 ) -> ReachSettings:
-    """Return the settings of the map that `workspace` would make of these arguments."""
+    """Return the settings of the map that `workspace` would return for these arguments."""
     return _prepared(robot, frame, voxel, seed, reference)[1]
 
 
@@ -160,7 +160,7 @@ class _Counter:
                     if stop is not None and stop():
                         self._ending.set()
             finally:
-                self._ending.set()  # no thread continues after an exception
+                self._ending.set()  # after an exception, no thread continues
 
     def _work(self, blocks: Iterator[SampleRange]) -> None:
         while not self._ending.is_set():
@@ -212,7 +212,7 @@ def _edge(voxel: float) -> float:
 
 
 def _grid(centre: Floats, radius: float, voxel: float) -> VoxelGrid:
-    """Return the voxels that hold a ball, with one to spare on each side."""
+    """Return the voxels that contain a ball, with a margin of one voxel on each side."""
     with np.errstate(over="ignore"):
         first, last = np.floor((centre - radius) / voxel) - 1.0, np.floor((centre + radius) / voxel) + 1.0
         sides = last - first + 1.0

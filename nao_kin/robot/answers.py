@@ -63,11 +63,11 @@ def tree_frame(model: pin.Model, frame_id: int) -> kernels.TreeFrame:
 
 # --- The dispatch.
 
-# From this number of configurations on, the kernels answer. Once in memory they are as fast as Pinocchio at 3 to 8; but
-# loading them takes as long as tens of thousands of configurations, which a handful should not wait for.
+# From this number of configurations on, the kernels are used. In memory they are as fast as Pinocchio at 3 to 8, but
+# loading them takes as long as tens of thousands of configurations, too long for a handful.
 CROSSOVER = 32
 
-# Size of the cache of programs: more than programs use in turn.
+# Size of the cache of programs: more than an application uses alternately.
 _MAX_PROGRAMS = 256
 
 

@@ -65,10 +65,10 @@ def _built(tree: UrdfTree, base: Base) -> pin.Model:
     model = pin.Model()
     model.name = tree.name
     joint = frame = 0
-    # Joint of its own → its id: Pinocchio's "universe" may be the name of a joint of the file too.
+    # Joint of the file → its id, without Pinocchio's "universe", whose name a joint of the file may have.
     drivers: dict[str, int] = {}
     if base == "floating":
-        # Pinocchio's own name for it, or the first of its kind that no joint has.
+        # Pinocchio's own name for it, or the first such name that no joint has.
         free = fresh_name("root_joint", {row.name for row in tree.joints})
         joint = model.addJoint(0, pin.JointModelFreeFlyer(), _IDENTITY, free)
         frame = model.addJointFrame(joint)

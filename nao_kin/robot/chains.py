@@ -103,13 +103,13 @@ class Topology:
 
     Attributes:
         degrees_of_freedom: joints that move independently, without a floating base.
-        moving_joints: all joints that move, followers included.
+        moving_joints: all joints that move, mimic joints included.
         closed_loops: independent loops of the graph of links and joints, joints − links + 1; 0 for a tree.
         chains: the serial chains, each from the root outwards: the longest runs of joints without a branch. Joints that
             follow a joint of the same limb are left out: they belong to a hand or a mechanism.
         couplings: joints that follow another one, and how, from the root outwards.
-        couplings_between_limbs: the couplings between different limbs, as of NAO's right HipYawPitch; the fingers of a
-            hand, which follow the motor of that hand, are not among them.
+        couplings_between_limbs: the couplings between different limbs, such as NAO's right HipYawPitch; fingers that
+            follow the motor of their hand are not included.
     """
 
     degrees_of_freedom: int

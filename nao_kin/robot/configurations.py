@@ -17,7 +17,7 @@ from nao_kin.errors import BadArgument, CouplingViolated, DegreesWarning, NotFin
 from nao_kin.robot.limits import JointLimits, LimitPolicy, check_policy
 from nao_kin.robot.semantics import Mimic, Posture
 
-# --- Conversion between joint values by name and arrays; followers must agree with their driving joints.
+# --- Conversion between joint values by name and arrays; mimic joints must agree with their driving joints.
 
 _PLAIN = frozenset((float, int, np.float64))
 # Two values for one motor agree if they differ by less than the resolution of single precision.
@@ -33,7 +33,7 @@ class Coordinates:
 
     Args:
         names: the independent joints.
-        mimics: the followers, by name.
+        mimics: the mimic joints, by name.
         chains: names for several joints.
     """
 
@@ -94,7 +94,7 @@ class Coordinates:
         return values
 
     def with_mimics(self, joints: Floats, names: tuple[str, ...]) -> Floats:
-        """Return values (..., len(names)) of any joints, followers included."""
+        """Return values (..., len(names)) of any joints, mimic joints included."""
         couplings = [self.mimics.get(name) or Mimic(name) for name in names]
         return np.stack([coupling.value(joints[..., self.column[coupling.joint]]) for coupling in couplings], axis=-1)
 

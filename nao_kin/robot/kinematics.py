@@ -40,7 +40,7 @@ class Question(NamedTuple):
 
     Attributes:
         kind: "poses", "jacobian", "com", "com_jacobian", "velocity" or "acceleration".
-        frame_ids: the frames that are asked for.
+        frame_ids: the requested frames.
         reference_id: the frame that poses and centres of mass are expressed in; None for the root.
         form: for poses, one of POSE_SHAPES; for Jacobians and motions, the expression.
     """
@@ -67,7 +67,7 @@ class Question(NamedTuple):
 
 _DOUBLES = 12
 _ONE, _ZERO = 0, 1  # where the universe's rotation, stored by columns, holds a one and a zero
-# Up to here, placing frames one by one is faster than placing all.
+# Up to this number, placing frames one by one is faster than placing all.
 _FEW = 10
 # Sizes of the caches of selections and of ids, one for each set of frames: more than programs use in turn.
 _MAX_SELECTIONS, _MAX_SETS = 256, 1000
@@ -155,7 +155,7 @@ class Kinematics:
     def centres_of_mass(self, q: Floats) -> Floats:
         """Return centres of mass of all bodies, those fixed to the world included, shape (..., 3)."""
         model, data = self.model, self._workspace().data
-        # Pinocchio counts only what moves, and divides by its mass.
+        # Pinocchio includes only moving bodies, and divides by their mass.
         held, moving = self._inertias[0], pin.computeTotalMass(model)
         total = moving + held.mass
         if total <= 0.0:

@@ -18,7 +18,7 @@ from nao_kin.robot.model import RobotModel
 
 _PACKAGE = "example-robot-data"
 _DESCRIPTIONS = "robot_descriptions"
-# The ending of all its names.
+# The suffix of all its names.
 _ENDING = "_description"
 
 
@@ -110,9 +110,9 @@ def _described_names() -> tuple[str, ...]:
 def _described(name: str, base: Base) -> RobotModel:
     """Return a robot of robot_descriptions."""
     try:
-        with contextlib.redirect_stdout(sys.stderr):  # it prints what it downloads
+        with contextlib.redirect_stdout(sys.stderr):  # it prints its downloads
             module = importlib.import_module(f"{_DESCRIPTIONS}.{name}")
-    except Exception as error:  # of git, of the network, of the disk
+    except Exception as error:  # errors of git, of the network, of the disk
         reason = abbreviated(error) or type(error).__name__
         raise BadModel(f"robot {quoted(name)}: {_DESCRIPTIONS} cannot download it: {reason}") from None
     load = functools.partial(RobotModel.from_file, base=base, package_dirs=_package_dirs(module))

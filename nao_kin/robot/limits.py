@@ -146,7 +146,7 @@ class JointLimits:
     def _outside(
         self, values: Floats, joints: Collection[str] | None
     ) -> tuple[NDArray[np.bool_], list[NDArray[np.bool_]]]:
-        """Return which joints are outside their own limits, (..., n), and for each table, which configurations are."""
+        """Return which joints are outside their own limits, (..., n), and which configurations violate each table."""
         boxes = (values < self.lower - LIMIT_TOLERANCE) | (values > self.upper + LIMIT_TOLERANCE)
         if joints is not None:
             boxes &= np.array([name in joints for name in self.names], dtype=np.bool_)
@@ -155,7 +155,7 @@ class JointLimits:
             lower, upper = table.range(values[..., of])
             outside = (values[..., column] < lower - LIMIT_TOLERANCE) | (values[..., column] > upper + LIMIT_TOLERANCE)
             named = joints is None or table.joint in joints or table.of in joints
-            # Where the box is already violated, the table adds nothing.
+            # If the joint's own range is already violated, the table adds nothing.
             tables.append(np.asarray(outside & ~boxes[..., column] & named))
         return boxes, tables
 
@@ -187,7 +187,7 @@ class JointLimits:
 
 
 def _distinguishable(value: float, lower: float, upper: float) -> tuple[str, str, str]:
-    """Return a value and the range that it is outside of, with enough digits to show that."""
+    """Return a value and the range that it violates, with enough digits to show the difference."""
     for digits in range(_MIN_DIGITS, _MAX_DIGITS):
         texts = f"{value:.{digits}g}", f"{lower:.{digits}g}", f"{upper:.{digits}g}"
         shown = tuple(map(float, texts))

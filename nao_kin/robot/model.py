@@ -55,17 +55,17 @@ class RobotModel:
       configurations are also computed in it: poses, Jacobians and centres of mass to 2e-6 where joints are within a
       turn of zero; angles and rates of motion, which enlarge rounding, to several times that.
     - `out`: an array for the result, which is also returned: of the same shape and precision, contiguous, and not in
-      the memory of the input. Another array raises BadArgument or WrongShape.
+      the memory of the input; otherwise BadArgument or WrongShape is raised.
     - `threads`: how many threads may compute many configurations; None for all cores where that is worthwhile. With a
       number, the kernels compute any batch, however small, and a configuration gives the same bits in every batch.
 
     Attributes:
         model: the Pinocchio model, nq coordinates and nv velocities.
         tree: the URDF as read: links, joints, inertias and shapes.
-        semantics: what the URDF does not say: chains, end effectors, postures, coupled limits.
+        semantics: what the URDF lacks: chains, end effectors, postures, coupled limits.
         urdf_path: the file that was read.
         base: "fixed" or "floating".
-        load_notes: what was changed on loading, one line each.
+        load_notes: changes made on loading, one line each.
         joint_names: names of the independent joints, in the order of q.
         joint_units: unit of each: "rad", "m", or "1" for a ratio.
         mimics: the joints that follow another one, by name.
@@ -140,9 +140,9 @@ class RobotModel:
         Args:
             path: the file; it is read once, and may be a pipe.
             base: "fixed", or "floating" for a free base.
-            semantics: chains, end effectors, postures …, as `from_urdf` takes them.
+            semantics: chains, end effectors, postures …, as for `from_urdf`.
             package_dirs: folders to search for packages and meshes, as `from_urdf` and `from_mjcf` take them.
-            xacro: whether to expand the file as a xacro source, as `from_urdf` takes it.
+            xacro: whether to expand the file as a xacro source, as for `from_urdf`.
             xacro_arguments: values of the arguments of a xacro source, by name.
 
         Raises:
@@ -179,7 +179,7 @@ class RobotModel:
         Args:
             path: the URDF file, or its xacro source.
             base: "fixed", or "floating" for a free base.
-            semantics: what the URDF does not say: a `Semantics`, or the path of a TOML file (as
+            semantics: what the URDF lacks: a `Semantics`, or the path of a TOML file (as
                 `nk.semantics.read_semantics` takes it) or of an SRDF. None for the .toml or .srdf file of the same name
                 beside the URDF, if there is one.
             package_dirs: ROS packages, or folders of packages, for `package://` and `$(find …)`; they are searched
@@ -221,7 +221,7 @@ class RobotModel:
         Args:
             path: the MJCF file.
             base: "fixed", or "floating" for a free base; a free joint of the file is the joint of the base.
-            semantics: as `from_urdf` takes it; a file takes precedence over the MJCF part by part, a `Semantics`
+            semantics: as for `from_urdf`; a file takes precedence over the MJCF part by part, a `Semantics`
                 replaces all.
             package_dirs: folders to search for meshes that are not where the file says.
 
@@ -267,7 +267,7 @@ class RobotModel:
         return None
 
     def unit(self, joint: str) -> str:
-        """Return the unit of any joint's value, followers included: "rad", "m", or "1" for a ratio.
+        """Return the unit of any joint's value, mimic joints included: "rad", "m", or "1" for a ratio.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -300,7 +300,7 @@ class RobotModel:
         Args:
             joints: name → offset δ [rad; m for a sliding joint]. True value = reported value + δ, where q holds the
                 reported value: `new.fk(q) == old.fk(q + δ)`. Each joint has its own mounting, so an offset of
-                LHipYawPitch turns the left leg alone, and RHipYawPitch takes another one. The limits of the reported
+                LHipYawPitch turns the left leg alone, and RHipYawPitch has its own offset. The limits of the reported
                 values do not change.
             frames: name of a frame that is fixed to a link, such as a camera or hand → its true pose in the old frame,
                 `T_link_new = T_link_old @ T_old_new`: a matrix, shape (4, 4), or (dx, dy, dz, roll, pitch, yaw),
@@ -329,7 +329,7 @@ class RobotModel:
         `addAllCollisionPairs` or `addCollisionPair`: it has no collision pairs yet.
 
         Args:
-            kind: "visual" for the looks of the links, "collision" for their simplified shapes in contacts.
+            kind: "visual" for the displayed shapes of the links, "collision" for their simplified shapes in contacts.
 
         Returns:
             One object per shape, named as Pinocchio's own parser names it: the link, "_", and its number from 0.
@@ -349,7 +349,7 @@ class RobotModel:
     def neutral(self) -> Floats:
         """Return the configuration with all joints at zero and a floating base at the world's origin; shape (nq,).
 
-        Frames are defined in this configuration. It need not be inside the limits: NAO's elbows stop 2° before it.
+        Frames are defined in it. It need not be inside the limits: the NAO's elbows stop 2° before zero.
 
         Examples:
             >>> nk.load_nao().neutral().shape
@@ -373,7 +373,7 @@ class RobotModel:
 
         Args:
             name: one of `posture_names`.
-            angles: joint or chain → value, as `configuration` takes them.
+            angles: joint or chain → value, as for `configuration`.
             limits: what to do with joints outside their limits: "raise", "clamp" or "ignore".
             **joints: further joints or chains → value, for names that are Python identifiers.
 
@@ -419,8 +419,8 @@ class RobotModel:
     ) -> Floats:
         """Return the configuration with the given joint values; joints not named are at zero.
 
-        A follower may be named too: alone it sets its driving joint, together the two must agree. The name of a chain
-        stands for its joints, from the trunk outwards.
+        A mimic joint may be named too: alone it sets its driving joint, together the two must agree. The name of a
+        chain means its joints, from the trunk outwards.
 
         Args:
             angles: joint name → value, or an array of values of one batch shape [rad, m or ratio]; chain name →
@@ -671,7 +671,7 @@ class RobotModel:
 
         Returns:
             Shape (..., 6, nv): rows vx vy vz ωx ωy ωz, columns in the order of the velocities; the column of a driving
-            joint includes the motion of its followers [m/s and rad/s per unit of joint speed].
+            joint includes the motion of its mimic joints [m/s and rad/s per unit of joint speed].
 
         Examples:
             >>> nao = nk.load_nao()
@@ -829,7 +829,7 @@ class RobotModel:
         Args:
             q: one configuration, shape (nq,).
             soles: frames of the soles on the floor; None for all soles of the robot's semantics.
-            reference: frame in whose xy plane the polygon lies; None for the first of the soles.
+            reference: frame whose xy plane contains the polygon; None for the first of the soles.
 
         Returns:
             The polygon, with vertices in the xy plane of the reference [m]; its `signed_distance` takes points in that

@@ -23,7 +23,7 @@ _DIGITS = 6
 
 
 def with_offsets(tree: UrdfTree, joints: Mapping[str, ArrayLike], frames: Mapping[str, ArrayLike]) -> UrdfTree:
-    """Return a tree with calibrated joints and frames, given as `RobotModel.with_offsets` takes them."""
+    """Return a tree with calibrated joints and frames, given as for `RobotModel.with_offsets`."""
     moving = {joint.name: joint for joint in tree.moving_joints}
     fixed = {joint.child: joint for joint in tree.joints if joint.kind == "fixed"}
     moved = {joint.child: joint for joint in moving.values()}

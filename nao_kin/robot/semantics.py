@@ -88,15 +88,15 @@ class Mimic:
     offset: float = 0.0
 
     def value(self, driver: Floats | float) -> Floats:
-        """Return values of the follower for values of the driving joint, any shape."""
+        """Return values of the mimic joint for values of the driving joint, any shape."""
         return np.asarray(self.multiplier * driver + self.offset)
 
     def driver_value(self, value: Floats | float) -> Floats:
-        """Return values of the driving joint for values of the follower; the multiplier must not be zero."""
+        """Return values of the driving joint for values of the mimic joint; the multiplier must not be zero."""
         return np.asarray((value - self.offset) / self.multiplier)
 
     def through(self, driver: Mimic) -> Mimic:
-        """Return the mimic of the last driver, if the driving joint itself follows: a = m b + o and b = driver(c)."""
+        """Return the mimic of the last driver, if the driving joint mimics it: a = m b + o and b = driver(c)."""
         return Mimic(driver.joint, self.multiplier * driver.multiplier, self.offset + self.multiplier * driver.offset)
 
     def inverted(self, follower: str) -> Mimic:
@@ -104,14 +104,14 @@ class Mimic:
         return Mimic(follower, 1.0 / self.multiplier, -self.offset / self.multiplier)
 
     def range(self, lower: float, upper: float) -> tuple[float, float]:
-        """Return the range of the follower for a range of the driving joint."""
+        """Return the range of the mimic joint for a range of the driving joint."""
         if self.multiplier == 0.0:
             return self.offset, self.offset
         ends = sorted(self.multiplier * end + self.offset for end in (lower, upper))
         return ends[0], ends[1]
 
     def driver_range(self, lower: float, upper: float) -> tuple[float, float]:
-        """Return the range of the driving joint for a range of the follower; the multiplier must not be zero."""
+        """Return the range of the driving joint for a range of the mimic joint; the multiplier must not be zero."""
         ends = sorted((end - self.offset) / self.multiplier for end in (lower, upper))
         return ends[0], ends[1]
 
@@ -189,7 +189,7 @@ class Posture:
 
 @dataclass(frozen=True)
 class View:
-    """A part of the robot worth looking at.
+    """A close view of a part of the robot.
 
     Attributes:
         direction: from the robot to the camera, in the root's frame.
@@ -202,7 +202,7 @@ class View:
 
 @dataclass(frozen=True)
 class Semantics:
-    """The parts of a robot's meaning that its URDF does not contain; each may be empty.
+    """The semantics of a robot, which its URDF does not contain; each part may be empty.
 
     Attributes:
         chains: name → joints from the trunk outwards.

@@ -18,7 +18,7 @@ def find_semantics(
 ) -> Semantics:
     """Return the semantics given, or those of the .toml or .srdf file of the same name beside the robot's file.
 
-    `given` may be semantics or a path; `implied` are the semantics in the robot's file itself, as an MJCF has them, and
+    `given` may be semantics or a path; `implied` are the semantics in the robot's own file (MJCF), and
     fill the parts that the other file leaves empty. What was found or could not be used is added to the notes.
     """
     kind, implied = ("URDF", Semantics()) if implied is None else ("MJCF", implied)
@@ -61,8 +61,8 @@ def _read(path: Path, tree: UrdfTree, notes: list[str]) -> Semantics:
 def checked_semantics(semantics: Semantics, tree: UrdfTree) -> Semantics:
     """Return the semantics; raise `BadModel` if they do not fit the robot.
 
-    They must name existing joints, frames and postures; postures must suit shared motors; coupled limits must not name
-    followers.
+    They must name existing joints, frames and postures; postures must fit shared motors; coupled limits must not name
+    mimic joints.
     """
     moving, mimics = [joint.name for joint in tree.moving_joints], tree.mimics
     _check(semantics.joints(), moving, "joint", tree.name)

@@ -1,7 +1,7 @@
 """The support polygon: the convex hull of the soles on the floor, seen from above.
 
-The world's z axis points up. For flat soles on one floor the centre of mass must lie above this polygon; for other
-soles it is the hull of their projections, and says nothing about friction.
+The world's z axis points up. For flat soles on one floor the centre of mass must be above this polygon. For other soles
+it is the hull of their projections; friction is not considered.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 # Largest distance of a corner of the sole from the plane of the sole [m].
 _FLAT = 1e-6
-# Twice the area below which points are taken as lying on one line [m²].
+# Twice the area below which points count as collinear [m²].
 _NO_AREA = 1e-12
 
 
@@ -38,10 +38,10 @@ class SupportPolygon:
 
     @staticmethod
     def around(points: ArrayLike) -> SupportPolygon:
-        """Return the convex hull of points of shape (n, 2) or (n, 3), of which x and y count.
+        """Return the convex hull of the x and y of points, shape (n, 2) or (n, 3).
 
         Raises:
-            BadArgument: the points lie on one line.
+            BadArgument: the points are collinear.
 
         Source: Andrew, Another efficient algorithm for convex hulls in two dimensions, 1979.
 
@@ -135,7 +135,7 @@ def support_polygon(
     robot.frame_ids(named)
     names = (named,) if isinstance(named, str) else tuple(named)
     if not names:
-        raise BadArgument(f"{robot.name} has no soles in its semantics; name frames that stand, as in soles=[…]")
+        raise BadArgument(f"{robot.name} has no soles in its semantics; name the standing frames, as in soles=[…]")
     row = robot.checked(q)
     if row.ndim != 1:
         raise WrongShape("q", f"({robot.nq},), one configuration", row.shape)

@@ -13,7 +13,7 @@ from nao_kin._core.kernels import Functions, Kernel, Number, OutOfScale, evaluat
 from nao_kin.errors import BadArgument, NotARotation, WrongShape, at_index
 
 TOLERANCE = 1e-6  # a rotation rounded to float32 passes (1e-7), one typed to five digits does not
-ROUNDING = 2.0**-46  # larger than the defects of a product of a few dozen float64 rotations
+ROUNDING = 2.0**-46  # above the defects of a product of a few dozen float64 rotations
 _LARGEST_EXPONENT = 1e15
 
 
@@ -55,7 +55,7 @@ def check_rotation(R: ArrayLike, tolerance: float = TOLERANCE) -> RotationDefect
     """Return the defects of rotation matrices, and raise `NotARotation` for the first matrix that is not a rotation.
 
     Every function of this package checks its rotation matrices in this way, with the default tolerance. For a matrix
-    with defects above rounding (1.4e-14) it gives the answer for the nearest rotation.
+    with defects above rounding (1.4e-14) it uses the nearest rotation.
 
     Args:
         R: matrices, shape (..., 3, 3).
@@ -83,7 +83,7 @@ def check_rotation(R: ArrayLike, tolerance: float = TOLERANCE) -> RotationDefect
 def nearest_rotation(M: ArrayLike) -> Floats:
     """The rotation nearest to a matrix in the Frobenius norm.
 
-    With M = U Σ Vᵀ it is R = U diag(1, 1, det U det V) Vᵀ, whose determinant is +1 also where det M < 0.
+    With M = U Σ Vᵀ it is R = U diag(1, 1, det U det V) Vᵀ, whose determinant is +1 even if det M < 0.
 
     Args:
         M: matrices, shape (..., 3, 3), for instance rotations with measurement or rounding errors.
@@ -105,7 +105,7 @@ def nearest_rotation(M: ArrayLike) -> Floats:
     refuse_non_finite(matrices, "matrix")
     # A common scale does not change the rotation, and keeps products in the SVD from overflowing.
     scale = np.abs(matrices).max(axis=(-2, -1), keepdims=True, initial=0.0)
-    # With one batch axis, for the SVD takes fewer batch axes than arrays may have.
+    # With one batch axis, because the SVD supports fewer batch axes than arrays may have.
     row = (matrices / np.where(scale > 0.0, scale, 1.0)).reshape(-1, 3, 3)
     U, sigma, Vt = np.linalg.svd(row)
     sign = np.where(np.linalg.det(U) * np.linalg.det(Vt) < 0.0, -1.0, 1.0)
@@ -135,15 +135,15 @@ def defects_of(f: Functions, *m: Number) -> tuple[Number, ...]:
 
 
 def as_rotations(R: ArrayLike) -> Floats:
-    """`R` as an array of rotation matrices, shape (..., 3, 3), checked and projected as in `evaluate_rotations`."""
+    """Return `R` as rotation matrices, shape (..., 3, 3), checked and projected as in `evaluate_rotations`."""
     return evaluate_rotations(_entries, R, (3, 3))[0]
 
 
 def as_exponent(t: ArrayLike, what: str) -> Floats:
-    """`t` as finite numbers, shape (...), not so large that an angle times t has lost its digits."""
+    """Return `t` as finite numbers, shape (...), not so large that an angle times t loses its digits."""
     parts = as_batch(t, (), what)
     if np.abs(parts).max(initial=0.0) > _LARGEST_EXPONENT:
-        raise BadArgument(f"{what} must not exceed {_LARGEST_EXPONENT:.0e} in magnitude, for its digits would be lost")
+        raise BadArgument(f"{what} must not exceed {_LARGEST_EXPONENT:.0e} in magnitude, or its digits would be lost")
     return parts
 
 
@@ -185,7 +185,7 @@ def _projected(f: Functions, m: Sequence[Number], defects: Sequence[Number]) -> 
     """R (1 + D)^(−1/2), the rotation nearest to R, for D = RᵀR − 1 up to the tolerance.
 
     1 − D/2 + 3 D²/8 has an error of 5 D³/16, which is below rounding. Matrices that are exact to rounding stay
-    unchanged, for the signs of half turns depend on entries that are exactly zero.
+    unchanged, because the signs of half turns depend on entries that are exactly zero.
     """
     largest = abs(defects[0])
     for defect in defects[1:]:

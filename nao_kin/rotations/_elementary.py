@@ -91,7 +91,7 @@ def rodrigues(x: Number, y: Number, z: Number, A: Number, B: Number) -> tuple[Nu
 def from_rotation_vector(f: Functions, x: Number, y: Number, z: Number) -> tuple[Number, ...]:
     """Rotation vector of any length: A = sin φ/φ, B = (1 − cos φ)/φ² with φ = ‖v‖."""
     square = squared_angle(f, x, y, z)
-    # The floor keeps 0/0 away; both quotients are constant to the last digit from φ = 1e-8 down.
+    # The floor avoids 0/0; both quotients are constant to the last digit below φ = 1e-8.
     square = f.larger(square, SMALLEST_NORMAL)
     half = 0.5 * f.sqrt(square)
     # One tangent of the half angle gives sine and cosine: 2t/(1 + t²) and (1 − t²)/(1 + t²), at half the cost.
@@ -101,7 +101,7 @@ def from_rotation_vector(f: Functions, x: Number, y: Number, z: Number) -> tuple
 
 
 def squared_angle(f: Functions, x: Number, y: Number, z: Number) -> Number:
-    """‖v‖² of a rotation vector; `OutOfScale` where it is too long to mean an angle within a turn."""
+    """‖v‖² of a rotation vector; `OutOfScale` if it is too long to determine an angle within a turn."""
     square = x * x + y * y + z * z
     if not f.within(square, LARGEST_SQUARE):
         raise OutOfScale

@@ -46,7 +46,7 @@ def exp(v: ArrayLike) -> Floats:
 def log(R: ArrayLike) -> Floats:
     """Rotation vector of a rotation, axis times angle, with length in [0, π].
 
-    v = r · 2 atan2(‖r‖, r0)/‖r‖ with the quadratic invariants (r, r0), which lose nothing at φ = 0 or φ = π. For
+    v = r · 2 atan2(‖r‖, r0)/‖r‖ with the quadratic invariants (r, r0), which are accurate at φ = 0 and φ = π. For
     matrices exact to rounding it is accurate to a few 1e-16 in every component, and near φ = 0 also relative to φ.
 
     Args:
@@ -108,7 +108,7 @@ def angle_between(A: ArrayLike, B: ArrayLike) -> Floats:
 
 def _logarithm(f: Functions, *m: Number) -> tuple[Number, ...]:
     r0, r1, r2, r3 = quaternion_of(f, *m)
-    # The floor keeps 0/0 away; atan2(n, r0)/n is 1 to the last digit from n = 1e-8 down.
+    # The floor avoids 0/0; atan2(n, r0)/n is 1 to the last digit below n = 1e-8.
     norm = f.larger(f.sqrt(r1 * r1 + r2 * r2 + r3 * r3), SMALLEST_NORMAL)
     quotient = 2.0 * f.atan2(norm, r0) / norm
     return r1 * quotient, r2 * quotient, r3 * quotient
@@ -179,8 +179,8 @@ def left_jacobian_inverse(v: ArrayLike) -> Floats:
         v: rotation vectors, shape (..., 3) [rad].
 
     Returns:
-        Matrices, shape (..., 3, 3), accurate to a few 1e-16 in every entry up to φ = π, and near 2πk to as many digits
-        as φ − 2πk has.
+        Matrices, shape (..., 3, 3), accurate to a few 1e-16 in every entry up to φ = π, and near 2πk as accurate as φ −
+        2πk.
 
     Raises:
         SingularMatrix: φ = 2πk, k ≥ 1, up to rounding: |sin(φ/2)| ≤ 4 × 2⁻⁵² φ/2; carries the index.

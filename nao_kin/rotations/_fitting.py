@@ -1,4 +1,4 @@
-"""Rotations fitted to others: means, directions, points seen before and after, and one or two turns."""
+"""Rotations fitted to data: means, directions or points before and after a motion, and one or two angles."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from nao_kin.rotations._three_angles import REQUIRED, Axes, find_short_sequence,
 MeanMethod = Literal["geodesic", "chordal"]
 
 _MAX_STEPS = 200
-# Length of a step that changes only the last digit, and of one that may be rounding [rad].
+# Length of a step that changes only the last digit, and of a step that may be rounding [rad].
 _LAST_STEP, _SHORT_STEP = 1e-15, 1e-12
 # A lower bound above ½, so that no step increases the sum of squares.
 _LEAST_CURVATURE = 0.55
@@ -40,7 +40,7 @@ _LEAST_CURVATURE = 0.55
 
 @dataclass(frozen=True, eq=False)
 class MeanRotation:
-    """A mean of rotations, and how far they scatter about it.
+    """A mean of rotations, and their spread about it.
 
     Attributes:
         rotation: the mean R̄, shape (..., 3, 3).
@@ -61,7 +61,7 @@ def mean_rotation(R: ArrayLike, weights: ArrayLike | None = None, *, method: Mea
     are less than 90° from some rotation. Otherwise there may be several local minima; the result is the one reached
     from the chordal mean.
     chordal: the R̄ with least Σ wᵢ ‖Rᵢ − R̄‖², the rotation nearest to Σ wᵢ Rᵢ, which is also the eigenvector mean of
-    unit quaternions. It is faster, is the global minimum wherever it exists, and outliers pull it less.
+    unit quaternions. It is faster, is the global minimum if it exists, and is less sensitive to outliers.
     Both give the midpoint of two rotations of equal weight, and nearly the same for rotations close together.
 
     Args:
@@ -143,12 +143,12 @@ def _arms(mean: Floats, rotations: Floats) -> Floats:
 PointsMethod = Literal["least_squares", "triads"]
 
 # σ₂/σ₁ of the points at which they count as one line. Triads lose digits of the rotation about it as 1/thinness, least
-# squares as its square, for the product of both point sets has the squares of their singular values.
+# squares as its square, because the product of both point sets has the squares of their singular values.
 THINNEST = {"triads": 1e-8, "least_squares": 1e-6}
 
 
 def rotation_from_points(before: ArrayLike, after: ArrayLike, *, method: PointsMethod = "least_squares") -> Floats:
-    """The rotation R that takes points of a body before a motion to the same points after it, whatever the translation.
+    """The rotation R that maps points of a body before a motion to the same points after it, for any translation.
 
     least_squares: the R that minimises Σ ‖(p'ᵢ − p̄') − R (pᵢ − p̄)‖², the rotation nearest to Σ (p'ᵢ − p̄')(pᵢ − p̄)ᵀ;
     for n ≥ 3 points.
@@ -167,7 +167,7 @@ def rotation_from_points(before: ArrayLike, after: ArrayLike, *, method: PointsM
 
     Raises:
         DegeneratePoints: fewer than three points, points on one line (thinner than 1e-6 of their length for least
-            squares, 1e-8 for triads), or points as near to a mirror image as to a rotated one.
+            squares, 1e-8 for triads), or points as near to a mirror image as to a rotated image.
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 2.3 (triads); Umeyama, IEEE PAMI 13(4), 1991.
 
@@ -200,8 +200,8 @@ def best_fit(before: Floats, after: Floats, what: str) -> Floats:
 
 
 def refuse_one_line(rows: Floats, what: str, thinnest: float, coincident: NDArray[np.bool_] | bool = False) -> None:
-    """Refuse vectors (..., n, 3) along one line, and those known to be `coincident`."""
-    # With one batch axis, for the SVD takes fewer batch axes than arrays may have.
+    """Refuse vectors (..., n, 3) along one line, and vectors known to be `coincident`."""
+    # With one batch axis, because the SVD supports fewer batch axes than arrays may have.
     row = np.linalg.svd(rows.reshape(-1, *rows.shape[-2:]), compute_uv=False)
     sigma = row.reshape(*rows.shape[:-2], row.shape[-1])
     thin = (sigma[..., 1] <= thinnest * sigma[..., 0]) | coincident
@@ -265,9 +265,9 @@ class DirectionFit:
 
 
 def rotation_between(a: ArrayLike, b: ArrayLike, *, axis: ArrayLike | None = None) -> Floats:
-    """The rotation by the least angle that takes the direction of a to the direction of b, about a × b.
+    """The rotation by the least angle that maps the direction of a to the direction of b, about a × b.
 
-    For opposite directions every axis normal to a is as good. Then the axis is the part of `axis` normal to a; without
+    For opposite directions every axis normal to a is possible. Then the axis is the part of `axis` normal to a; without
     `axis`, the part normal to a of the coordinate axis along which a is smallest (x before y before z): −z is reached
     from z by a half turn about x, −x from x about y. Directions are opposite if ‖a/‖a‖ + b/‖b‖‖ ≤ 4 × 2⁻⁵².
 
@@ -280,7 +280,7 @@ def rotation_between(a: ArrayLike, b: ArrayLike, *, axis: ArrayLike | None = Non
         Rotation matrices, shape (..., 3, 3), with R a along b to a few 1e-16.
 
     Raises:
-        BadArgument: an axis along a where a and b are opposite.
+        BadArgument: an axis along a, if a and b are opposite.
 
     Examples:
         >>> R = nk.rotations.rotation_between([1, 0, 0], [0, 2, 0])
@@ -312,10 +312,10 @@ def rotation_between(a: ArrayLike, b: ArrayLike, *, axis: ArrayLike | None = Non
 
 
 def rotation_from_directions(before: ArrayLike, after: ArrayLike, weights: ArrayLike | None = None) -> DirectionFit:
-    """The rotation that best takes directions to their observed directions (Wahba's problem).
+    """The rotation that best maps directions to their observed directions (Wahba's problem).
 
     The R with least Σ wᵢ ‖bᵢ − R aᵢ‖² over the unit directions aᵢ before and bᵢ after, the rotation nearest to
-    Σ wᵢ bᵢ aᵢᵀ. For points, whose distances count and whose translation does not, take `rotation_from_points`.
+    Σ wᵢ bᵢ aᵢᵀ. For points, use `rotation_from_points`.
 
     Args:
         before: directions, shape (..., n, 3), n ≥ 2, of any length but zero.
@@ -367,14 +367,14 @@ def _units(value: ArrayLike, what: str) -> Floats:
 
 
 def _normal_part(wanted: Floats, first: Floats, needed: NDArray[np.bool_]) -> Floats:
-    """The part of unit vectors normal to others, refused where it is needed but zero."""
+    """The part of unit vectors normal to others; refused if it is needed but zero."""
     part = wanted - dot(wanted, first)[..., np.newaxis] * first
     along = np.asarray(needed & (norm(part) <= _OPPOSITE))
     if along.any():
         raise BadArgument(
             f"the axis of a half turn between opposite directions{at_index(first_index(along))} must not lie along them"
         )
-    # Rounding leaves a part along `first`: once more.
+    # Rounding leaves a part along `first`: repeat.
     part = part / np.where(needed, norm(part), 1.0)[..., np.newaxis]
     return np.asarray(part - dot(part, first)[..., np.newaxis] * first)
 
@@ -399,10 +399,10 @@ class NearestAngles:
 
 
 def nearest_euler(R: ArrayLike, sequence: str, *, axes: Axes = REQUIRED) -> NearestAngles:
-    """The angles about one or two coordinate axes that come nearest to a rotation, with the angle that remains.
+    """The angles about one or two coordinate axes nearest to a rotation, and the remaining angle.
 
-    A rotation is in general not one about z, or about z and then y; the residual says how far it is from one. For three
-    axes take `euler_from_matrix`.
+    In general a rotation is not one about z, or about z and then y; the residual is its distance from such a rotation.
+    For three axes use `euler_from_matrix`.
 
     For "i", α = 2 atan2(rᵢ, r0) with the unit quaternion (r0, r): the twist about the axis. For moving axes "ij" the
     products of half angles in the quaternion form a matrix of rank one, whose nearest is found in closed form: α and β
@@ -439,8 +439,8 @@ def nearest_euler(R: ArrayLike, sequence: str, *, axes: Axes = REQUIRED) -> Near
 def nearest_davenport(R: ArrayLike, a1: ArrayLike, a2: ArrayLike | None = None) -> NearestAngles:
     """The angles about one or two arbitrary axes nearest to a rotation: Rot(a1, α) Rot(a2, β), or Rot(a1, α).
 
-    Like `nearest_euler`, for axes that need be neither coordinate axes nor perpendicular. One axis gives the twist of a
-    rotation about it; the rest, Rot(a1, −α) R, is its swing.
+    Like `nearest_euler`, for any axes, perpendicular or not. One axis gives the twist of a rotation about it; the rest,
+    Rot(a1, −α) R, is its swing.
 
     Args:
         R: rotation matrices, shape (..., 3, 3).

@@ -19,8 +19,8 @@ _SINE_NEAR_PI = 2.0**-26
 def natural_invariants(R: ArrayLike) -> tuple[Floats, Floats]:
     """Axis e and angle φ of a rotation, R = 1 + sin φ [e×] + (1 − cos φ) [e×]².
 
-    Computed from the quadratic invariants, φ = 2 atan2(‖r‖, r0) and e = r/‖r‖, which lose nothing at φ = 0 or φ = π,
-    where an arccos loses half the digits and vect R the axis. For matrices exact to rounding the angle is accurate to
+    Computed from the quadratic invariants, φ = 2 atan2(‖r‖, r0) and e = r/‖r‖, which are accurate at φ = 0 and φ = π.
+    There an arccos loses half the digits, and vect R the axis. For matrices exact to rounding the angle is accurate to
     a few 1e-16, near 0 also relative to itself, and the axis to a few 1e-16 at every angle but 0.
 
     Args:
@@ -116,7 +116,7 @@ def matrix_from_linear(q: ArrayLike, q0: ArrayLike) -> Floats:
         True
     """
     vectors, scalars = vector_and_number(q, q0, "q", "q0")
-    # Clipped, for the squares of large values would overflow; no valid component exceeds 1.
+    # Clipped, because the squares of large values would overflow; no valid component exceeds 1.
     sine = np.sqrt(np.square(np.clip(vectors, -2.0, 2.0)).sum(axis=-1))
     defect = np.abs(np.square(sine) + np.square(np.clip(scalars, -2.0, 2.0)) - 1.0)
     if not (defect <= TOLERANCE).all():
@@ -129,7 +129,7 @@ def matrix_from_linear(q: ArrayLike, q0: ArrayLike) -> Floats:
     if lost.any():
         index = first_index(lost)
         raise BadArgument(
-            f"linear invariants{at_index(index)} belong to a rotation by π, whose axis they do not hold "
+            f"linear invariants{at_index(index)} belong to a rotation by π, whose axis they do not contain "
             f"(‖q‖ = {sine[index]:.3g}): use natural or quadratic invariants"
         )
     return evaluate(from_linear, [vectors, scalars[..., np.newaxis]], (3, 3))[0]
@@ -246,7 +246,7 @@ def matrix_from_mrp(p: ArrayLike) -> Floats:
 
 
 def mrp_shadow(p: ArrayLike) -> Floats:
-    """The other triple of the same rotation, −p/‖p‖² = −e tan((2π − φ)/4), which is the rotation the other way round.
+    """The other triple of the same rotation, −p/‖p‖² = −e tan((2π − φ)/4): the rotation in the opposite direction.
 
     Towards φ = 2π one triple grows without bound and the other vanishes: change at ‖p‖ = 1 to stay within 1.
 

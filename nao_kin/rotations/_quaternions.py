@@ -43,12 +43,12 @@ def quaternion_of(f: Functions, *m: Number) -> tuple[Number, ...]:
 
 
 def axis_and_half_angle(f: Functions, r0: Number, r1: Number, r2: Number, r3: Number) -> tuple[Number, ...]:
-    """The kernel from a quaternion to the unit vector along r, zero where r is, and atan2(‖r‖, r0)."""
+    """The kernel from a quaternion to the unit vector along r, zero if r is zero, and atan2(‖r‖, r0)."""
     norm = f.sqrt(r1 * r1 + r2 * r2 + r3 * r3)
     unit: Number = 1.0
     tiny = norm < 1e-140
     if f.some(tiny):
-        # The squares of the smallest angles underflow, unless taken in a larger unit.
+        # The squares of the smallest angles underflow, unless computed in a larger unit.
         unit = f.where(tiny, 2.0**700, 1.0)
         r1, r2, r3 = r1 * unit, r2 * unit, r3 * unit
         norm = f.sqrt(r1 * r1 + r2 * r2 + r3 * r3)
@@ -286,7 +286,7 @@ def quat_log(q: ArrayLike) -> Floats:
     """The principal logarithm of a quaternion, log q = (ln ‖q‖, θ r/‖r‖) with θ = atan2(‖r‖, r0) in [0, π].
 
     For a unit quaternion its vector part is half the rotation vector: axis times φ/2. It depends on the quaternion, not
-    only on the rotation: log(−q) is the rotation the other way round, by 2π − φ. Take `quat_canonical(q)` for φ ≤ π.
+    only on the rotation: log(−q) rotates the opposite way by 2π − φ. Use `quat_canonical(q)` for φ ≤ π.
 
     Args:
         q: quaternions (r0, r1, r2, r3) of any length but zero, shape (..., 4).
@@ -312,7 +312,7 @@ def quat_power(q: ArrayLike, t: ArrayLike) -> Floats:
 
     A unit quaternion rotates by t times its angle 2θ in [0, 2π]. Its power is a unit quaternion: a length within 1e-15
     of 1 counts as 1. The power depends on the quaternion, not only on the rotation: q and −q have different powers.
-    `power` and `quat_power(quat_canonical(q), t)` take the angle φ ≤ π of the rotation.
+    `power` and `quat_power(quat_canonical(q), t)` use the angle φ ≤ π of the rotation.
 
     Args:
         q: quaternions (r0, r1, r2, r3) of any length but zero, shape (..., 4).
@@ -335,7 +335,7 @@ def quat_power(q: ArrayLike, t: ArrayLike) -> Floats:
 
 
 def _exponential(f: Functions, x: Number, y: Number, z: Number) -> tuple[Number, ...]:
-    # The floor keeps 0/0 away; sin θ/θ is 1 to the last digit from θ = 1e-8 down.
+    # The floor avoids 0/0; sin θ/θ is 1 to the last digit below θ = 1e-8.
     theta = f.larger(f.sqrt(x * x + y * y + z * z), SMALLEST_NORMAL)
     quotient = f.sin(theta) / theta
     return f.cos(theta), quotient * x, quotient * y, quotient * z
@@ -362,13 +362,13 @@ def slerp(p: ArrayLike, q: ArrayLike, t: ArrayLike, *, arc: Arc = "shorter") -> 
 
     cos(t θ) p + sin(t θ) w/‖w‖, with w = q − (p·q) p the part of q perpendicular to p and θ = atan2(‖w‖, p·q) the
     angle between the unit quaternions, q replaced by −q where p·q < 0. It equals (sin((1 − t) θ) p + sin(t θ) q)/sin θ,
-    but has unit length for every t. Where p·q = 0 (half a turn apart) both arcs are equally long; the shorter takes q
-    as given, the longer −q. The longer arc is the rotation the other way round, by 2π less the angle between p and q.
+    but has unit length for every t. If p·q = 0 (half a turn apart) both arcs are equally long; the shorter uses q as
+    given, the longer −q. The longer arc is the rotation in the opposite direction.
 
     Args:
         p: quaternions at t = 0, shape (..., 4), of any length but zero.
         q: quaternions at t = 1, shape (..., 4); broadcasts with p.
-        t: shape (...), broadcasts with p and q; may lie outside [0, 1], up to ±1e15.
+        t: shape (...), broadcasts with p and q; may be outside [0, 1], up to ±1e15.
         arc: "shorter" or "longer".
 
     Returns:
@@ -404,7 +404,7 @@ def _slerp(f: Functions, *components: Number) -> tuple[Number, ...]:
     p, t = components[:4], components[8]
     aside, sine, shift = _apart(f, p, components[4:8])
     theta = f.atan2(sine, 1.0 + shift)
-    # Where the squares have underflowed the arc is a straight line.
+    # If the squares have underflowed the arc is a straight line.
     same = sine == 0.0
     along = f.cos(t * theta)
     across = f.where(same, t, f.sin(t * theta) / f.where(same, 1.0, sine))
@@ -414,7 +414,7 @@ def _slerp(f: Functions, *components: Number) -> tuple[Number, ...]:
 def _longer(f: Functions, *components: Number) -> tuple[Number, ...]:
     p, t = components[:4], components[8]
     aside, sine, shift = _apart(f, p, components[4:8])
-    # To the negative of the end of the shorter arc, and so the other way.
+    # To the negative of the end of the shorter arc, and so in the opposite direction.
     theta = f.atan2(sine, -1.0 - shift)
     along = f.cos(t * theta)
     across = f.sin(t * theta) / f.where(sine == 0.0, -1.0, -sine)
@@ -425,7 +425,7 @@ def _apart(f: Functions, p: Sequence[Number], q: Sequence[Number]) -> tuple[list
     """The part of ±q at right angles to p, its length, and p·(±q) − 1; of ±q the one nearer to p."""
     sign = f.where(_inner(p, q) < 0.0, -1.0, 1.0)
     difference = [sign * b - a for a, b in zip(p, q, strict=True)]
-    # From the difference, which is exact where the two are nearly equal.
+    # From the difference, which is exact if the two are nearly equal.
     shift = _inner(p, difference)
     aside = [d - shift * a for a, d in zip(p, difference, strict=True)]
     return aside, f.sqrt(_inner(aside, aside)), shift

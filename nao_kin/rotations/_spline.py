@@ -16,7 +16,7 @@ from nao_kin.rotations._three_angles import REQUIRED
 # --- The angular velocities at the keys that make the acceleration continuous.
 
 _MAX_STEPS = 60
-# Relative length of a Newton step after which the next one changes nothing.
+# Relative length of a Newton step after which the next step changes nothing.
 _SHORT_STEP = 1e-9
 
 
@@ -130,7 +130,7 @@ class RotationSpline:
     share their times.
 
     Attributes:
-        times: of the keys, shape (n,) [s].
+        times: the times of the keys, shape (n,) [s].
         keys: rotations at these times, shape (..., n, 3, 3).
         velocities: angular velocities at these times in the moving frame, shape (..., n, 3) [rad/s].
 

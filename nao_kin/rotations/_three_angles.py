@@ -60,7 +60,7 @@ _CONVENTIONS = {(s, axes): _convention(s, axes) for s in SEQUENCES for axes in (
 
 
 def find_convention(sequence: str, axes: Axes) -> Convention:
-    """The convention of that name; anything that is not exactly one of the 24 is refused."""
+    """Return the convention of that name; refuse anything that is not exactly one of the 24."""
     if isinstance(sequence, str) and isinstance(axes, str):
         found = _CONVENTIONS.get((sequence, axes))
         if found is not None:
@@ -72,7 +72,7 @@ def find_convention(sequence: str, axes: Axes) -> Convention:
 
 
 def find_any_convention(sequence: str, axes: Axes) -> tuple[Convention, int]:
-    """As `find_convention`, and the number of angles: of one or two axes, a convention whose other angles are zero."""
+    """Return the convention and the number of angles; for one or two axes, a convention whose other angles are zero."""
     count = len(sequence) if isinstance(sequence, str) else 0
     if isinstance(sequence, str) and sequence in SHORT_SEQUENCES:
         rest = "".join(axis for axis in "xyz" if axis not in sequence)
@@ -83,7 +83,7 @@ def find_any_convention(sequence: str, axes: Axes) -> tuple[Convention, int]:
 
 
 def find_short_sequence(sequence: str, axes: Axes) -> tuple[int, ...]:
-    """The one or two axes as numbers, in the order in which moving axes make the same turns."""
+    """Return the one or two axes as numbers, in the order in which moving axes give the same rotation."""
     if not isinstance(sequence, str) or sequence not in SHORT_SEQUENCES:
         full = isinstance(sequence, str) and sequence in SEQUENCES
         raise _unknown_sequence(sequence, SHORT_SEQUENCES, "`euler_from_matrix` takes three axes" if full else "")
@@ -111,7 +111,7 @@ def composition(convention: Convention) -> Kernel:
 
     def kernel(f: Functions, *angles: Number) -> tuple[Number, ...]:
         first, middle, third = angles[::-1] if convention.reversed else angles
-        # An odd permutation of the axes mirrors space, in which every angle changes its sign.
+        # An odd permutation of the axes mirrors space, which changes the sign of every angle.
         ca, sa = f.cos(first), s * f.sin(first)
         cb, sb = f.cos(middle), s * f.sin(middle)
         cc, sc = f.cos(third), s * f.sin(third)
@@ -134,7 +134,7 @@ def composition(convention: Convention) -> Kernel:
 
 
 def extraction(convention: Convention, third_is_zero: bool) -> Kernel:
-    """The kernel from nine entries to both triples and the lock mask; `third_is_zero` speaks of moving axes."""
+    """The kernel from nine entries to both triples and the lock mask; `third_is_zero` refers to moving axes."""
     i, j, k, s = convention.i, convention.j, convention.k, convention.sign
     positive = s > 0.0
 
@@ -154,7 +154,7 @@ def extraction(convention: Convention, third_is_zero: bool) -> Kernel:
             x = f.where(locked, m[3 * j + j] if third_is_zero else 1.0, x)
             y = f.where(locked, signed(m[3 * k + j]) if third_is_zero else 0.0, y)
         first = f.atan2(y, x)
-        # (x, y) is h (cos, sin) of the first angle: removing it needs no division, for atan2 ignores the scale.
+        # (x, y) is h (cos, sin) of the first angle: removing it needs no division, because atan2 ignores the scale.
         y = signed(y)
         cosine = x * m[3 * j + j] + y * m[3 * k + j]
         if convention.symmetric:
@@ -267,9 +267,9 @@ def euler_from_quat(q: ArrayLike, sequence: str, *, axes: Axes = REQUIRED, at_lo
 def euler_from_matrix(R: ArrayLike, sequence: str, *, axes: Axes = REQUIRED, at_lock: AtLock = "third") -> EulerAngles:
     """Both triples of angles of a rotation, exact at every distance from lock.
 
-    The first angle comes from an atan2; its rotation is removed from the matrix, and an atan2 each of the remaining
-    matrix gives the other two. They absorb the error of the first, so that the matrix of the angles differs from R by a
-    few 1e-16 even where the single angles are ill-determined. For moving axes x, y, z:
+    The first angle is an atan2; its rotation is removed from the matrix, and the remaining matrix gives the other two
+    by one atan2 each. They compensate the error of the first, so that the matrix of the angles differs from R by a few
+    1e-16 even where single angles are ill-conditioned. For moving axes x, y, z:
 
         α = atan2(−r23, r33),  β = atan2(r13, √(r23² + r33²)),
         γ = atan2(cos α r21 + sin α r31, cos α r22 + sin α r32).
@@ -386,7 +386,7 @@ def davenport_angles(
         _refuse_leaning(axes[i], axes[i + 1], f"axes a{i + 1} and a{i + 2}")
     first, second, third = (unit(axis, "axis")[0] for axis in axes)
     sine = dot(second, cross(first, third))
-    # Exactly parallel, so that the principal triple does not depend on the sign of a rounding error.
+    # Made exactly parallel, so that the principal triple does not depend on the sign of a rounding error.
     delta = np.arctan2(np.where(np.abs(sine) <= _PARALLEL, 0.0, sine), dot(first, third))
     # Reversing the second axis puts the half turn that contains β = 0 into the principal triple.
     side = np.where(delta >= 0.0, 1.0, -1.0)
@@ -456,7 +456,7 @@ def matrix_from_davenport(
 
 
 def scaled_axis(axis: ArrayLike, what: str) -> Floats:
-    """The axis at a length from 1 to √3, shape (..., 3); zero refused."""
+    """Return the axis with a length from 1 to √3, shape (..., 3); refuse zero."""
     return rescaled(as_batch(axis, (3,), what), what)
 
 
@@ -473,7 +473,7 @@ def _refuse_leaning(a: Floats, b: Floats, what: str) -> None:
 
 
 def _are_perpendicular(a: Floats, b: Floats) -> NDArray[np.bool_]:
-    """Written component by component, so that a batch is rounded as each of its pairs alone."""
+    """Written component by component, so that a batch is rounded like each pair alone."""
     a0, a1, a2 = (a[..., i] for i in range(3))
     b0, b1, b2 = (b[..., i] for i in range(3))
     lengths = np.sqrt((a0 * a0 + a1 * a1 + a2 * a2) * (b0 * b0 + b1 * b1 + b2 * b2))
@@ -481,5 +481,5 @@ def _are_perpendicular(a: Floats, b: Floats) -> NDArray[np.bool_]:
 
 
 def _wrapped(angle: Floats) -> Floats:
-    """The angle, from within (−2π, 2π], taken into [−π, π]."""
+    """Return the angle in [−π, π] of an angle in (−2π, 2π]."""
     return np.where(angle > math.pi, angle - 2.0 * math.pi, np.where(angle < -math.pi, angle + 2.0 * math.pi, angle))

@@ -1,7 +1,7 @@
 """The matrix T = 1 + u vᵀ in three dimensions: determinant, inverse, eigenvalues and eigenvectors in closed form.
 
-T w = w for every w ⟂ v, and T u = (1 + u·v) u. Two of these matrices are special: where u·v = 0 (and neither vector is
-zero) u is itself one of the w, T is a shear and has no third eigenvector; where u·v = −1 T is singular.
+T w = w for every w ⟂ v, and T u = (1 + u·v) u. Two kinds are special. If u·v = 0 (and neither vector is zero), u is
+itself one of the w: T is a shear and has no third eigenvector. If u·v = −1, T is singular.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ __all__ = [
 
 # Bound of the rounding error of u·v is this times Σ|uᵢ vᵢ|; a smaller u·v counts as zero.
 _ROUNDING = 4.0 * float(np.finfo(np.float64).eps)
-# ‖u‖ ‖v‖ under which T is the identity: 1/(‖u‖ ‖v‖), the size of a generalised eigenvector, must not overflow.
+# ‖u‖ ‖v‖ below which T is the identity: 1/(‖u‖ ‖v‖), the size of a generalised eigenvector, must not overflow.
 _SMALLEST = 1e-300
 
 
@@ -129,7 +129,7 @@ def eigen(u: ArrayLike, v: ArrayLike) -> RankOneEigen:
 
     w1 = _perpendicular_to_both(normal_v, along_u)
     w2 = cross(w1, normal_v)
-    # The u of a shear is normal to v, so that w2 is u up to rounding: use the same vector.
+    # The u of a shear is normal to v, so w2 is u up to rounding: use the same vector.
     w2 = np.where(defective[..., None], along_u, w2)
 
     one = np.ones_like(product)
@@ -160,7 +160,7 @@ def _matrix(u: Floats, v: Floats) -> Floats:
 
 
 def _is_minus_one(product: Floats, u: Floats, v: Floats) -> NDArray[np.bool_]:
-    """Whether u·v is −1 up to its own rounding, and not a zero that long vectors have blurred as widely."""
+    """Return whether u·v is −1 up to its own rounding, and not a zero with a rounding error as large."""
     blur = _ROUNDING * (1.0 + dot(np.abs(u), np.abs(v)))
     return np.asarray((np.abs(1.0 + product) <= blur) & (product < -0.5))
 

@@ -1,7 +1,7 @@
 """Unit dual quaternions r + ε d: eight numbers (r; d), scalar first, with rotation r and translation t in d = ½ t r.
 
-q and −q are the same motion. A dual quaternion of any length but zero is divided by the length of r; for a unit one
-r·d = 0.
+q and −q are the same motion. Dual quaternions of any non-zero length are accepted, and divided by the length of r; for
+a unit one r·d = 0.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def pose_from_dual_quat(q: ArrayLike) -> Floats:
         Poses, shape (..., 4, 4).
 
     Raises:
-        BadArgument: r·d is not zero to 1e-6, so that q is not a rigid motion.
+        BadArgument: r·d is not zero to 1e-6: q is not a rigid motion.
 
     Examples:
         >>> nk.screws.pose_from_dual_quat([0, 1, 0, 0, 0, 0, 1, 0])[:3, 3]
@@ -83,7 +83,7 @@ def dual_quat_multiply(p: ArrayLike, q: ArrayLike) -> Floats:
 
 
 def dual_quat_conjugate(q: ArrayLike) -> Floats:
-    """The conjugate (r*; d*), of a unit dual quaternion the inverse motion.
+    """The conjugate (r*; d*); for a unit dual quaternion the inverse motion.
 
     Args:
         q: dual quaternions, shape (..., 8).
@@ -127,7 +127,7 @@ def dual_quat_transform_line(q: ArrayLike, line: PluckerLine) -> PluckerLine:
         line: lines; batch axes broadcast.
 
     Returns:
-        Lines with their moments about the origin of coordinates, whatever that of `line` was.
+        Lines with their moments about the origin of coordinates, whatever the origin of `line` is.
 
     Examples:
         >>> x_axis = nk.lines.PluckerLine.through([0, 0, 0], [1, 0, 0])
@@ -150,7 +150,7 @@ def _pure(v: Floats) -> Floats:
 
 
 def _unit(q: ArrayLike, what: str) -> tuple[Floats, Floats]:
-    """Real and dual part, divided by the length of the real part; what is no rigid motion refused."""
+    """Return real and dual part, divided by the length of the real part; refuse anything but rigid motions."""
     Q = as_vectors(q, what, 8)
     r, length = unit(Q[..., :4], what)
     d = Q[..., 4:] / length[..., None]

@@ -35,9 +35,9 @@ from nao_kin.screws._poses import as_twists, turned, upper_blocks
 from nao_kin.screws.lines import PluckerLine
 from nao_kin.screws.lines._line import as_poses, check_line
 
-# The angle within a turn has no correct digit for a longer rotation vector [rad], or a larger multiple of one.
+# For a longer rotation vector [rad], or a larger multiple of one, the angle within a turn has no correct digit.
 LARGEST_ANGLE = 1e15
-# How far a 4 × 4 matrix may be from the form of a twist, relative to its largest entry.
+# Largest difference of a 4 × 4 matrix from the form of a twist, relative to its largest entry.
 _FORM = 1e-9
 
 
@@ -49,7 +49,7 @@ def exp(twist: ArrayLike) -> Floats:
 
     Args:
         twist: ξ = (v; ω), linear part first as in `RobotModel.jacobian` and Pinocchio, shape (..., 6) [m, rad], with
-            ‖ω‖ up to 1e15 rad. v is the velocity of the point of the body that is passing the origin.
+            ‖ω‖ up to 1e15 rad. v is the velocity of the point of the body at the origin.
 
     Returns:
         Poses, shape (..., 4, 4).
@@ -115,7 +115,7 @@ def vee(matrix: ArrayLike) -> Floats:
         Twists, shape (..., 6).
 
     Raises:
-        BadArgument: not of that form by more than 1e-9 of its largest entry; smaller errors are averaged out.
+        BadArgument: it differs from that form by more than 1e-9 of its largest entry; smaller errors are averaged out.
 
     Examples:
         >>> nk.screws.vee(nk.screws.hat([1, 2, 3, 0, 0, 4]))
@@ -136,7 +136,7 @@ def vee(matrix: ArrayLike) -> Floats:
 
 
 def turns_checked(twist: ArrayLike, what: str = "twist") -> tuple[Floats, Floats]:
-    """Linear and angular part of twists whose angles mean something."""
+    """Return linear and angular part of twists, after checking that their angles have correct digits."""
     v, omega = as_twists(twist, what)
     square = dot(omega, omega)
     if square.size and square.max() > LARGEST_ANGLE**2:
@@ -156,7 +156,7 @@ def motion_of(v: Floats, omega: Floats) -> Floats:
 
 
 def log_parts(R: Floats, t: Floats) -> tuple[Floats, Floats]:
-    """The linear and the angular part of the logarithm of a motion, which is checked on the way."""
+    """Return the linear and the angular part of the logarithm of a motion, after checking the motion."""
     omega = rotations.log(R)
     D, _, _ = evaluate(inverse_coefficients, [dot(omega, omega)[..., None]], (), (), ())
     across = cross(omega, t)
@@ -271,7 +271,7 @@ def right_jacobian_inverse(twist: ArrayLike) -> Floats:
 
 
 def _products(v: Floats, omega: Floats) -> tuple[Floats, ...]:
-    """[ω×], [v×], [ω×]², [ω×][v×] + [v×][ω×] and ω·v; by [a×][b×] = b aᵀ − (a·b) 1, which costs half of a product."""
+    """[ω×], [v×], [ω×]², [ω×][v×] + [v×][ω×] and ω·v; by [a×][b×] = b aᵀ − (a·b) 1, at half the cost of a product."""
     along, outer = dot(omega, v)[..., None, None], v[..., :, None] * omega[..., None, :]
     W2 = omega[..., :, None] * omega[..., None, :] - dot(omega, omega)[..., None, None] * np.eye(3)
     WV = outer + np.swapaxes(outer, -1, -2) - 2.0 * along * np.eye(3)
@@ -293,7 +293,7 @@ def sclerp(T_0: ArrayLike, T_1: ArrayLike, s: ArrayLike, *, longer: bool = False
     Args:
         T_0: poses at s = 0, shape (..., 4, 4).
         T_1: poses at s = 1; batch axes broadcast.
-        s: shape (...), broadcasts with the poses; may lie outside [0, 1], up to ±1e15.
+        s: shape (...), broadcasts with the poses; may be outside [0, 1], up to ±1e15.
         longer: rotate by θ − 2π about the same line instead of by θ ≤ π, with the same slide along it. At θ = π, where
             both are equally long, the shorter one has the axis whose first non-zero component is positive, in frame 0.
 
@@ -312,10 +312,10 @@ def sclerp(T_0: ArrayLike, T_1: ArrayLike, s: ArrayLike, *, longer: bool = False
     """
     parts = as_batch(s, (), "s")
     if np.abs(parts).max(initial=0.0) > LARGEST_ANGLE:
-        raise BadArgument(f"s must not exceed {LARGEST_ANGLE:.0e} in magnitude, for its digits would be lost")
+        raise BadArgument(f"s must not exceed {LARGEST_ANGLE:.0e} in magnitude, or its digits would be lost")
     (R_0, p_0), (R_1, p_1) = as_poses(T_0, "T_0"), as_poses(T_1, "T_1")
     common_batch("T_0, T_1 and s", p_0.shape[:-1], p_1.shape[:-1], parts.shape)
-    # From the difference of the points: two poses far from the origin of their frame may be close to each other.
+    # From the difference of the points, because two poses far from the origin may be close to each other.
     back = np.swapaxes(R_0, -1, -2)
     v, omega = log_parts(back @ R_1, turned(back, p_1 - p_0))
     if longer:
@@ -337,7 +337,7 @@ def _the_other_way(v: Floats, omega: Floats) -> tuple[Floats, Floats]:
 
 
 def _axes_of(v: Floats, omega: Floats) -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]:
-    """Directions e and angles of twists, what v has across e, and which twists have no axis within `FARTHEST_AXIS`."""
+    """Return directions e, angles, the part of v across e, and which twists have no axis within `FARTHEST_AXIS`."""
     without_turn = np.asarray((omega == 0.0).all(axis=-1))
     e, angle = unit(np.where(without_turn[..., None], 1.0, omega), "axis")
     across = cross(cross(e, v), e)
@@ -389,8 +389,8 @@ class Screw:
         """The screw of a twist (v; ω): angle ‖ω‖, slide v·e, about the line along e = ω/‖ω‖ through ω × v/‖ω‖².
 
         A twist without ω is a translation, with infinite pitch: angle 0, slide ‖v‖, along the parallel to v through the
-        origin. So is a twist whose line is farther away than 1e150 m. The zero twist gets the z axis, angle 0 and
-        slide 0.
+        origin. A twist whose line is farther away than 1e150 m is treated as a translation too. The zero twist gets the
+        z axis, angle 0 and slide 0.
 
         Args:
             twist: (v; ω), linear part first, shape (..., 6), with ‖ω‖ up to 1e15.
@@ -425,7 +425,7 @@ class Screw:
             T_ab: poses [[R, t], [0, 1]], shape (..., 4, 4).
 
         Returns:
-            Screws; axes in the coordinates of frame a, which the screw's motion leaves where they are.
+            Screws, with axes in the coordinates of frame a.
 
         Examples:
             >>> screw = nk.screws.Screw.from_pose(nk.screws.pose(nk.rotations.rot_z(np.pi), [2, 0, 0.4]))
@@ -470,7 +470,7 @@ class Screw:
         return motion_of(*turns_checked(self.twist, "screw"))
 
     def __getitem__(self, index: Any) -> Screw:
-        """The screws that `index`, any NumPy index over the batch axes, picks; IndexError outside them."""
+        """The screws at `index`, any NumPy index over the batch axes; IndexError outside them."""
         return Screw(self.axis[index], self.angle[index], self.slide[index])
 
     def __reduce__(self) -> tuple[Any, ...]:

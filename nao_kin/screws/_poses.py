@@ -1,4 +1,4 @@
-"""Rigid motions as 4 × 4 matrices: made, inverted, composed, applied to points, repaired."""
+"""Rigid motions as 4 × 4 matrices: construct, invert, compose, apply to points, repair."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from nao_kin.rotations import check_rotation, nearest_rotation
 from nao_kin.screws.lines import motion_matrix
 from nao_kin.screws.lines._line import as_poses
 
-# How far the last row of an approximate pose may be from (0, 0, 0, 1).
+# Largest distance of the last row of an approximate pose from (0, 0, 0, 1).
 _LAST_ROW = 1e-3
 
 
@@ -110,13 +110,13 @@ def nearest_pose(M: ArrayLike) -> Floats:
     """The rigid motion nearest to a 4 × 4 matrix in the Frobenius norm: the nearest rotation, the same translation.
 
     Args:
-        M: matrices, shape (..., 4, 4), for instance products of many poses, or poses measured or typed.
+        M: matrices, shape (..., 4, 4), for instance products of many poses, or measured or typed poses.
 
     Returns:
         Poses, shape (..., 4, 4), with the last row (0, 0, 0, 1).
 
     Raises:
-        BadArgument: a last row farther than 1e-3 from (0, 0, 0, 1) in some entry, as of a transposed pose; or a matrix
+        BadArgument: a last row farther than 1e-3 from (0, 0, 0, 1) in some entry, as in a transposed pose; or a matrix
             without a single nearest rotation.
 
     Examples:
@@ -240,7 +240,7 @@ def transform_wrench(T_ab: ArrayLike, wrench: ArrayLike) -> Floats:
 def bracket(a: ArrayLike, b: ArrayLike) -> Floats:
     """The Lie bracket of two twists, [ξ_a, ξ_b] = (ω_a × v_b + v_a × ω_b; ω_a × ω_b).
 
-    The rate of ξ_b when it is moved by ξ_a, d/ds Ad(exp s ξ_a) ξ_b at s = 0, and the twist of the matrix
+    The rate of change of ξ_b when it is moved by ξ_a, d/ds Ad(exp s ξ_a) ξ_b at s = 0, and the twist of the matrix
     [ξ_a] [ξ_b] − [ξ_b] [ξ_a]. Pinocchio's `Motion.cross`.
 
     Args:
@@ -262,7 +262,7 @@ def bracket(a: ArrayLike, b: ArrayLike) -> Floats:
 
 
 def dual_bracket(twist: ArrayLike, wrench: ArrayLike) -> Floats:
-    """The rate of a wrench when it is moved by a twist: (ω × f; ω × τ + v × f).
+    """The rate of change of a wrench when it is moved by a twist: (ω × f; ω × τ + v × f).
 
     The negative dual of the bracket, dual_bracket(ξ, w)·η = −w·bracket(ξ, η), so that the power w·η is constant when
     both are moved. Pinocchio's `Motion.cross` of a `Force`.

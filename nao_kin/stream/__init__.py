@@ -1,4 +1,4 @@
-"""Files larger than memory: poses for every row of a file, written to a file, and resumed after a kill."""
+"""Files larger than memory: poses for every row of a file, written to a file, with resumable runs."""
 
 from nao_kin.stream.results import BadRow, Clamped, StreamResult, clamp
 from nao_kin.stream.run import ErrorPolicy, fk

@@ -50,9 +50,8 @@ def connect(
 ) -> Client:
     """Return a client of the scheduler at an address, or of new worker processes on this machine.
 
-    From then on dask computes there, lazy arrays of `nk.distributed` and all others, until the client is closed, which
-    also ends the new workers. Any other `distributed.Client` works as well. nao_kin must be installed in the same
-    version on all machines.
+    From then on dask computes all lazy arrays there until the client is closed, which also ends the new workers. Any
+    other `distributed.Client` works as well. nao_kin must be installed in the same version on all machines.
 
         with nk.distributed.connect("tcp://10.0.0.7:8786"):  # or connect() for this machine
             poses = nk.distributed.fk(nao, q, "LArm").compute()
@@ -60,7 +59,8 @@ def connect(
     A program that starts workers must do so under `if __name__ == "__main__":`, because they import it.
 
     Args:
-        address: of a scheduler, as `dask scheduler` prints it; None starts workers that only this machine can reach.
+        address: address of a scheduler, as printed by `dask scheduler`; None starts workers that only this machine can
+        reach.
         workers: number of workers to start; None for one for each core.
         threads_per_worker: threads of each new worker.
         timeout: longest time to wait for the scheduler [s].
@@ -104,8 +104,8 @@ _LOADING = threading.Lock()
 class PickledRobot:
     """A copy of a robot; two are equal if their robots have equal numbers.
 
-    Loading builds a Pinocchio model: a process does it once, however many chunks it gets, and a scheduler, which only
-    passes the bytes on, never.
+    Loading builds a Pinocchio model: each process does it once for all chunks, and a scheduler, which only passes the
+    bytes on, never.
 
     Attributes:
         token: identifies the robot, the same in every process.
@@ -142,7 +142,7 @@ def _token(robot: RobotModel) -> str:
     """
     written = io.BytesIO()
     pickler = pickle.Pickler(written, protocol=4)
-    pickler.fast = True  # every value in full, none as a reference to an equal one before it
+    pickler.fast = True  # every value in full, not as a reference to an earlier equal value
     pickler.dump((type(robot).__module__, type(robot).__qualname__, robot.__getstate__()))
     return hashlib.sha256(written.getvalue()).hexdigest()[:32]
 
@@ -163,8 +163,8 @@ def fk(
 ) -> Array:
     """Return poses of frames, lazily: `robot.fk(q, frame, reference=reference)` of every chunk of q.
 
-    Names are checked now, configurations when they are computed. Later changes of the robot have no effect. The entries
-    are those of a single process, bit for bit, however q is cut into chunks.
+    Names are checked now, configurations when they are computed. Later changes of the robot have no effect. The results
+    are those of a single process, bit for bit, for any chunks of q.
 
     Args:
         robot: any robot.
@@ -339,7 +339,7 @@ def _mapped(
     tail = _chunk(robot, none, method, arguments, result_dtype).shape[1:]
     batch = q.ndim - 1
     pickled = PickledRobot.of(robot)
-    # Several names as a tuple, which cannot change until they are used.
+    # Several names as a tuple, which cannot change before use.
     settled = tuple(
         (name, value if isinstance(value, str) or not isinstance(value, Sequence) else tuple(value))
         for name, value in sorted(arguments.items())

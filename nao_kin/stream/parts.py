@@ -1,4 +1,4 @@
-"""The folder next to an output that holds its finished parts, so that an interrupted run can be resumed.
+"""The folder next to an output with its finished parts, so that an interrupted run can be resumed.
 
     poses.parquet.parts/
         run.json           inputs of the parts: source, robot, arguments, version
@@ -37,7 +37,7 @@ class Progress:
     """Progress of a run.
 
     Attributes:
-        end: where the next block begins in the source.
+        end: the beginning of the next block in the source.
         rows_read: rows so far, bad ones included.
         rows_written: rows of the parts so far.
         bad_rows: rows so far without a valid configuration.
@@ -63,7 +63,7 @@ class PartFolder:
         parts: the finished parts.
         last: progress at their end; None before the first.
         resumable: a later run may use them.
-        busy: held while a part is written, so that a signal never finds half of one.
+        busy: held while a part is written, so that a signal never interrupts a part.
     """
 
     def __init__(self, output: Path | None) -> None:
@@ -92,7 +92,7 @@ class PartFolder:
         return self.path / _UNFINISHED
 
     def resume(self, run: Mapping[str, Any] | None) -> str:
-        """Find the parts of an earlier run of the same inputs; else delete them and return which inputs changed."""
+        """Find the parts of an earlier run of the same inputs, or delete the parts and return which inputs changed."""
         self.resumable = self.resumable and run is not None
         before = _read_json(self.path / _RUN)
         run = run or {}
@@ -104,7 +104,7 @@ class PartFolder:
         return changed
 
     def add(self, file: BinaryIO, progress: Progress) -> None:
-        """Make the next part of `file`, which is the one named "unfinished"."""
+        """Make the next part of `file`, the file named "unfinished"."""
         file.close()
         part = self.path / f"part-{len(self.parts):06d}"
         size = self.unfinished.stat().st_size
@@ -128,7 +128,7 @@ class PartFolder:
             self.path.rmdir()
 
     def _end(self) -> None:
-        """Leave for good, and keep the lock on writing."""
+        """Leave permanently, and keep the lock on writing."""
         self.busy.acquire()
         self.leave()
 

@@ -23,7 +23,7 @@ class BadRow:
         line: its line in a CSV file, from 1; 0 in other files.
         column: the wrong column in a CSV file, from 1; 0 for none.
         reason: description of the error.
-        file: its file, if there are several; else "".
+        file: its file, if there are several; otherwise "".
     """
 
     row: int
@@ -94,7 +94,7 @@ class StreamResult:
         columns: names of the numbers of a pose.
         rows_read: rows of the source, bad ones included.
         rows_written: rows of the output, each with one pose per frame.
-        rows_resumed: rows that an earlier run had finished, of those read.
+        rows_resumed: rows, of those read, that an earlier run had finished.
         bad_rows: rows without a valid configuration: left out, or written as NaN.
         first_bad_rows: the first of them.
         clamped: the changes by limits="clamp".

@@ -57,7 +57,7 @@ class ProgressBar:
         self._bar.update(self._task, total=None if fraction is None else 1.0, completed=fraction or 0.0)
 
     def show(self, rows: int, fraction: float | None) -> None:
-        """Show the number of finished rows, and their share of the source if it is known."""
+        """Show the number of finished rows, and their fraction of the source if it is known."""
         if self._bar.disable:
             return
         rate = (rows - self._first) / max(1e-9, time.monotonic() - self._start)
@@ -112,14 +112,14 @@ def fk(
     or 6), without the axis of frames for a single name.
 
     Memory does not grow with the files. The output appears, or is replaced, when it is complete. Until then finished
-    parts are in a folder next to it, "….parts"; if a run is ended by a signal, an exception or a full disk, the next
-    one with the same source and arguments resumes after them, with the same result. If the source or an argument has
-    changed, it starts over and warns. Bad input leaves no parts.
+    parts are in a folder next to it, "….parts". If a run is ended by a signal, an exception or a full disk, the next
+    run with the same source and arguments resumes after these parts, with the same result. If the source or an argument
+    has changed, it starts over and warns. Bad input leaves no parts.
 
     Args:
         robot: its joints are named in the source.
-        source: the file of configurations; several, or a pattern such as `logs/*.csv`, with rows counted on; or
-            `Configurations` in memory.
+        source: the file of configurations; several files, or a pattern such as `logs/*.csv`, with continuous row
+            numbers; or `Configurations` in memory.
         frames: a frame name, several, or None for all links, as in `RobotModel.fk`.
         sink: the file of poses, or "-" for CSV on standard output. A device or a pipe is written at the end.
         reference: the frame to express the poses in, as in `RobotModel.fk`.
@@ -127,7 +127,7 @@ def fk(
             "position_quaternion", x, y, z, r0, r1, r2, r3, scalar first; "position6d", x, y, z, wx, wy, wz with R =
             Rz(wz) Ry(wy) Rx(wx); or "rpy", the same numbers as x, y, z, roll, pitch, yaw.
         dtype: float64, or float32 for half the size.
-        limits: "raise" makes a row with a joint outside its limits a bad one; "clamp" moves the joint to the limit;
+        limits: "raise" makes a row with a joint outside its limits a bad row; "clamp" moves the joint to the limit;
             "ignore" accepts it.
         degrees: turning joints of a source file are in degrees if it does not give their unit, and so are angles of
             poses.
@@ -139,7 +139,7 @@ def fk(
         overwrite: replace an existing output.
 
     Returns:
-        What was read and written, and the first bad rows with their lines.
+        The counts of rows read and written, and the first bad rows with their lines.
 
     Raises:
         BadInputFile: the source cannot be read, or changes meanwhile; with on_error="stop", the first bad row.
@@ -202,7 +202,7 @@ class _PoseRun:
 
     Attributes:
         joints: meaning of the columns of each file of the source.
-        warned: a warning of degrees was given; further blocks would repeat it with other numbers.
+        warned: whether a warning of degrees was given, which further blocks would repeat with other numbers.
         notes: assumptions about the source.
     """
 
@@ -264,7 +264,7 @@ class _PoseRun:
         unit = self.joints[block.file].table.time_unit or self._time_units.get(block.file)
         times, note = times_in_seconds(block.times, unit)
         if unit is None:
-            # The first block determines the unit of all.
+            # The first block determines the unit of all blocks.
             self._time_units[block.file] = time_unit_of(block.times)
             self.notes += [note] if note and note not in self.notes else []
         return times
@@ -376,7 +376,7 @@ def _write_parts(job: _PoseRun, folder: PartFolder, bar: ProgressBar) -> Progres
 
 
 class _PartWriter:
-    """Writes blocks to parts in turn."""
+    """A writer of blocks to one part after the other."""
 
     def __init__(self, sink: Sink, folder: PartFolder) -> None:
         self._sink, self._folder = sink, folder
@@ -421,7 +421,7 @@ def _read_ahead(blocks: Iterator[Block], path: str) -> Generator[Block, None, No
 
 
 def _identity(source: Sequence[str] | Configurations) -> list[dict[str, Any]] | None:
-    """Return what identifies files and their versions; None for sources that are no files, which are read once."""
+    """Return what identifies files and their versions; None for sources that are not files, which are read once."""
     if isinstance(source, Configurations):
         return None
     found = []

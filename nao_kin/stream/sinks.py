@@ -36,7 +36,7 @@ _ORIENTATION: dict[str, tuple[str, ...]] = {
 }
 
 
-# So many rows are computed by Pinocchio, in small pieces, without loading the batch kernels.
+# Up to so many rows, Pinocchio computes small pieces, without loading the batch kernels.
 FEW_ROWS = 10_000
 
 
@@ -100,7 +100,7 @@ class PoseColumns:
 
 # --- Poses as lines of CSV: row, time, frame, and the numbers with all their digits.
 
-# Python writes so many numbers in the time that loading pyarrow takes.
+# Python writes so many numbers in the time of loading pyarrow.
 _FEW = 20_000
 
 
@@ -114,7 +114,7 @@ def pose_lines(
 ) -> bytes:
     """Return a line for each of `rows` (n,) and each frame, of numbers (n, frames, k) and perhaps times (n,), in UTF-8.
 
-    Without pyarrow the lines are the same, and take longer.
+    Without pyarrow the lines are the same, but take longer.
     """
     names = [_field(name) for name in frames]
     flat = numbers.reshape(-1, numbers.shape[-1])
@@ -184,7 +184,7 @@ class Sink(ABC):
 
     @abstractmethod
     def join(self, parts: Iterable[Path], file: BinaryIO, rows: int) -> None:
-        """Write the whole file from its parts with so many rows in all."""
+        """Write the whole file from its parts with `rows` rows in total."""
 
 
 class CsvSink(Sink):
@@ -201,7 +201,7 @@ class CsvSink(Sink):
 
 
 class NpySink(Sink):
-    """A NumPy array of shape (rows, *shape), which has no place for times."""
+    """A NumPy array of shape (rows, *shape), which has no times."""
 
     def write(self, file: BinaryIO, rows: NDArray[np.int64], numbers: NDArray[Any], times: Floats | None) -> None:
         """As `Sink`."""
@@ -219,7 +219,7 @@ class ArrowSink(Sink):
     """An Arrow IPC file: one record for each row and frame."""
 
     def write(self, file: BinaryIO, rows: NDArray[np.int64], numbers: NDArray[Any], times: Floats | None) -> None:
-        """As `Sink`; a part is a sequence of streams of one batch."""
+        """Append poses; a part is a sequence of streams of one batch."""
         import pyarrow as pa
 
         with pa.ipc.new_stream(file, self._schema()) as writer:
@@ -255,11 +255,11 @@ class ParquetSink(ArrowSink):
     """A Parquet file: one record for each row and frame."""
 
     def join(self, parts: Iterable[Path], file: BinaryIO, rows: int) -> None:
-        """As `Sink`; all groups have the same length, independent of the parts."""
+        """Write the file; all groups have the same length, independent of the parts."""
         import pyarrow as pa
         from pyarrow import parquet
 
-        # The numbers do not repeat, so a dictionary of them is useless.
+        # The numbers do not repeat, so a dictionary is useless.
         options = {"compression": "zstd", "use_dictionary": ["frame"]}
         schema = self._schema()
         with parquet.ParquetWriter(file, schema, **options) as writer:

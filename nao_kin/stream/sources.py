@@ -26,7 +26,7 @@ from nao_kin.stream.tables import TableOptions
 
 # Beginning of a block: bytes, lines or rows before it, depending on the format.
 Position = tuple[int, ...]
-# For rows that could not be read, by their index in a block: column, from 1 or 0 for none, and reason.
+# Unreadable rows, by their index in a block: column, from 1 or 0 for none, and reason.
 Problems = dict[int, tuple[int, str]]
 
 
@@ -59,9 +59,9 @@ class TableSource(ABC):
     Attributes:
         path: the file.
         table: the columns of joints and times, and their units.
-        whole: the columns are those of q, a floating base included.
+        whole: whether the columns are those of q, a floating base included.
         start: beginning of the first block.
-        size: length of the file, as counted by the number `counted` of a position; None if unknown.
+        size: length of the file, in terms of number `counted` of a position; None if unknown.
     """
 
     path: str
@@ -119,7 +119,7 @@ class CsvSource(TableSource):
             raise
 
     def blocks(self, start: Position) -> Iterator[Block]:
-        """As `TableSource`; a pipe is read only from its start."""
+        """Yield the blocks; a pipe is read only from its start."""
         offset, line = start
         rest = self._rest
         if start != self.start:
@@ -235,7 +235,7 @@ class NpySource(TableSource):
         self.size = len(rows)
 
     def blocks(self, start: Position) -> Iterator[Block]:
-        """As `TableSource`; the file is mapped again for each block, so that memory is released."""
+        """Yield the blocks; the file is mapped again for each block, so that memory is released."""
         for first in range(start[0], self.size, ROWS_AT_ONCE):
             values = np.array(self._rows()[first : first + ROWS_AT_ONCE], dtype=np.float64)
             end = first + len(values)
@@ -258,7 +258,7 @@ class Configurations:
 
     Attributes:
         q: shape (n, nq) [rad, m or ratio], whatever the unit of the poses.
-        times: of the rows, shape (n,) [s]; None for none.
+        times: times of the rows, shape (n,) [s]; None without times.
         name: their origin, for messages.
     """
 
@@ -301,7 +301,7 @@ class ParquetSource(TableSource):
         self.table, self._columns = _table_of(schema, path, robot, options)
 
     def blocks(self, start: Position) -> Iterator[Block]:
-        """As `TableSource`; earlier row groups are not read."""
+        """Yield the blocks; earlier row groups are not read."""
         from pyarrow import ArrowException, parquet
 
         skipped, left_out = 0, start[0]
@@ -345,7 +345,7 @@ class ArrowSource(TableSource):
         self.table, self._columns = _table_of(schema, path, robot, options)
 
     def blocks(self, start: Position) -> Iterator[Block]:
-        """As `TableSource`; the file is mapped again for each batch, so that memory is released."""
+        """Yield the blocks; the file is mapped again for each batch, so that memory is released."""
         import pyarrow as pa
 
         row, first, offset = start
@@ -462,7 +462,7 @@ class JoinedSource(TableSource):
 
 
 def _check_times_alike(file: TableSource, first: TableSource) -> None:
-    """Refuse times that cannot continue those of the first file."""
+    """Refuse times that cannot be a continuation of the first file's times."""
     times, before = file.table.iso_times, first.table.iso_times
     other = abbreviated(first.path)
     if (times is None) != (before is None):

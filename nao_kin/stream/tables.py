@@ -3,7 +3,7 @@
 A file names every joint once, in any order: the robot's independent joints, and perhaps mimic joints, as in NAOqi's 26
 Body names. Names may be followed by a unit in brackets, or be keys of NAOqi's devices; there may be a column of times.
 CSV has the names in its header and one configuration a line, separated by commas, semicolons or tabs; lines above the
-header that begin with # are skipped. JSON holds one object name → value, or a list of such objects.
+header that begin with # are skipped. JSON has one object name → value, or a list of such objects.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from nao_kin.robot import (
 )
 from nao_kin.stream.results import Clamped, clamp
 
-# Bytes of a file to look at.
+# Bytes of a file to inspect.
 _BEGINNING = 1 << 16
 _TURN = 2.0 * math.pi
 
@@ -48,8 +48,8 @@ class Log:
 
     Attributes:
         q: configurations, shape (n, nq).
-        times: of the rows, shape (n,) [s]; None without times. Dates and times count from the first row.
-        many: whether the file holds a list; False for one JSON object.
+        times: times of the rows, shape (n,) [s]; None without times. Dates and times count from the first row.
+        many: whether the file contains a list; False for one JSON object.
         notes: assumptions about the file.
     """
 
@@ -71,7 +71,7 @@ def read_configurations(
         degrees: turning joints are in degrees if the file does not give their unit.
 
     Returns:
-        q, shape (n, nq), and whether the file holds a list: False for one JSON object.
+        q, shape (n, nq), and whether the file contains a list: False for one JSON object.
 
     Raises:
         BadInputFile: as in `read_log`.
@@ -120,7 +120,7 @@ def read_log(
     Raises:
         BadArgument: no file name, or `columns` that the file does not have.
         BadInputFile: with line and column if there is one: unreadable, empty, malformed, a joint unknown, missing or
-            named twice, a value that is no finite number, times with and without a zone, two joints of one motor that
+            named twice, a value that is not a finite number, times with and without a zone, joints of one motor that
             disagree, a joint outside its limits.
 
     Examples:
@@ -257,10 +257,10 @@ def log_columns(
     columns: Mapping[str, str | None] | None = None,
     data: bytes | None = None,
 ) -> TableColumns | None:
-    """Return the columns of a CSV table whose rows, by its beginning, are whole configurations of a robot, or None.
+    """Return the columns of a CSV table if its beginning has whole configurations of a robot, otherwise None.
 
-    None is also the answer for a table of times and some joints, or with empty cells, which is a motion, and for files
-    that cannot be read, and pipes. `data` is the content, if it has been read; `columns` are those of `read_log`.
+    The result is also None for a motion (a table of times and some joints, or with empty cells), an unreadable file and
+    a pipe. `data` is the content, if it has been read; `columns` are those of `read_log`.
     """
     try:
         if data is None and Path(path).is_file():
@@ -365,9 +365,9 @@ class JointColumns:
     Attributes:
         robot: the robot.
         table: joint and unit of every column; with `whole`, of those after the seven of a floating base.
-        limits: joints outside their limits: "raise" makes the row a bad one; "clamp"; "ignore".
-        hips: value of a motor whose two joints differ; None makes the row a bad one.
-        whole: the columns are those of q.
+        limits: joints outside their limits: "raise" makes the row a bad row; "clamp"; "ignore".
+        hips: value of a motor whose two joints differ; None makes the row a bad row.
+        whole: whether the columns are those of q.
     """
 
     robot: RobotModel
@@ -401,14 +401,14 @@ class JointColumns:
         return q, good, Clamped()
 
     def advice(self, row: Floats) -> str:
-        """Return the options that accept a row (columns,) outside the limits, or with joints that disagree; else ""."""
+        """Return the options that accept a row (columns,) outside the limits or with disagreeing joints, or ""."""
         reason = self.problem(row)[1]
         if reason.startswith(_OUTSIDE):
             return limits_advice(self.robot, self.table, row[self.base :])
         return HIPS_ADVICE if " drives " in reason else ""
 
     def problem(self, row: Floats) -> tuple[int, str]:
-        """Return column, from 0 or -1 for none, and reason why a row (columns,) is no valid configuration."""
+        """Return column, from 0 or -1 for none, and reason why a row (columns,) is not a valid configuration."""
         for column in np.flatnonzero(~np.isfinite(row)).tolist():
             name = self.table.names[column - self.base] if column >= self.base else f"number {column + 1} of the base"
             return column, f"{name} is {float(row[column])}, expected a finite number"
@@ -455,7 +455,7 @@ class JointColumns:
 
 
 def _narrow(good: NDArray[np.bool_], still: NDArray[np.bool_], rows: Floats) -> Floats:
-    """Clear `good` where the good rows are not `still` good, and return the rows that remain."""
+    """Clear `good` for rows that are not `still` good, and return the remaining rows."""
     if still.all():
         return rows
     good[np.flatnonzero(good)[~still]] = False

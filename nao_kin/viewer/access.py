@@ -1,18 +1,18 @@
 """The page as an HTTP document: its contents, the access rules, and the headers of the responses.
 
-Three rules decide who may see and command the page.
+Three rules control the access to the page.
 
-*Host.* A browser sends the requested name as `Host`. A name that somebody else owns may resolve to this machine (DNS
-rebinding), and a page under it would pass for ours. So the server answers only to names that nobody else can own: those
-of this machine, the address listened on, and the allowed names. If the address is not loopback, it also answers to
-every numeric address, which cannot be rebound.
+*Host.* A browser sends the requested name as `Host`. A name owned by somebody else may resolve to this machine (DNS
+rebinding), and a page under that name would appear to be ours. So the server answers only to names that nobody else can
+own: those of this machine, the address listened on, and the allowed names. If the address is not loopback, it also
+answers to every numeric address, which cannot be rebound.
 
-*Origin.* A browser states with every socket which page opens it. It must be the page served here, under the same name
+*Origin.* A browser sends the page that opens a socket. It must be the page served here, under the same name
 and port, or under an allowed name if a proxy has changed `Host`.
 
 *Token.* Text that only the page's address carries. It is required on the page and on the socket if others could reach
-them: if the address listened on, or an allowed name, is not loopback. It stays in the address, for a cookie would be
-sent to every other port of the same machine as well. With the right token a socket needs no origin, for programs that
+them: if the address listened on, or an allowed name, is not loopback. It stays in the address, because a cookie would
+also be sent to every other port of the same machine. With the right token a socket needs no origin, for programs that
 are not browsers. Without a token it needs one: a program without an origin looks like a browser whose origin was
 removed.
 """
@@ -44,7 +44,7 @@ import tornado.web
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, BadModel
 
-# As an allowed name, it accepts every name, provided that there is a token.
+# As an allowed name, it means every name, and requires a token.
 ANY_NAME = "*"
 _NAME = re.compile(r"[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)*\.?")
 _HOST = re.compile(r"(?P<name>\[[0-9A-Fa-f:.]+\]|[A-Za-z0-9_.-]+)(:\d{1,5})?")
@@ -104,7 +104,7 @@ class Access:
             return "A socket needs the Origin header of the page, as browsers send it, or a token."
         parts = urlsplit("")
         if len(origins) == 1:
-            with suppress(ValueError):  # an address in brackets that is none
+            with suppress(ValueError):  # not an address in the brackets
                 parts = urlsplit(origins[0])
         match = _HOST.fullmatch(parts.netloc) if parts.scheme in ("http", "https") else None
         if match is not None:
@@ -114,7 +114,7 @@ class Access:
         return "A page from elsewhere may not open this socket."
 
     def has_token(self, token: str) -> bool:
-        """Whether the token is right or none is required; takes equally long for every wrong token."""
+        """Return whether the token is right or not required; takes equally long for every wrong token."""
         return not self.token or hmac.compare_digest(token.encode(), self.token.encode())
 
     def embedders(self) -> str:
@@ -135,7 +135,7 @@ class Access:
 
 
 def checked_names(names: Iterable[str]) -> tuple[str, ...]:
-    """Return names and addresses in one spelling each; refuse other text than names, addresses and "*"."""
+    """Return names and addresses in canonical spelling; refuse any text but names, addresses and "*"."""
     if not isinstance(names, Iterable):
         raise BadArgument(f"allow_hosts must be names, got {quoted(names)}")
     found = []
@@ -159,10 +159,10 @@ def checked_token(token: Token) -> Token:
 
 
 def is_loopback(name: str) -> bool:
-    """Whether a name or an address refers to this machine itself."""
+    """Return whether a name or an address refers to this machine itself."""
     address = _address(name)
     if address is None:
-        # No resolver may answer these from outside (RFC 6761, 6.3), and browsers do not ask one.
+        # These names are never resolved outside of this machine (RFC 6761, 6.3); browsers do not even ask.
         return name == "localhost" or name.endswith(".localhost")
     return address.is_loopback
 
@@ -233,7 +233,7 @@ class Guarded(tornado.web.RequestHandler):
         self.set_header("Referrer-Policy", "no-referrer")
 
     def compute_etag(self) -> str | None:
-        """Return no tag, so that none is computed."""
+        """Return None, so that no tag is computed."""
         return None
 
     def log_exception(self, kind: Any, error: Any, trace: Any) -> None:
@@ -271,7 +271,7 @@ class PageHandler(Guarded):
         """Send the page, or 304 to a browser that has it."""
         zipped = _takes_gzip(self.request.headers)
         self.set_header("Content-Type", "text/html; charset=utf-8")
-        self.set_header("Cache-Control", "no-cache")  # keep it, and ask each time whether it is still the same
+        self.set_header("Cache-Control", "no-cache")  # keep the page, and ask each time whether it has changed
         self.set_header("Vary", "Accept-Encoding")
         self.set_header("Content-Security-Policy", self._policy())
         if zipped:
@@ -285,11 +285,11 @@ class PageHandler(Guarded):
         return f'W/"{self.document.tag}"'
 
     def _policy(self) -> str:
-        # Where 'self' does not cover sockets yet (older Firefox and Safari) the address itself does; behind a proxy
-        # that changes the name, only 'self' is right. The name has passed the rules of access: letters, digits, -._[]:
+        # If 'self' does not cover sockets (older Firefox and Safari) the address itself does; behind a proxy that
+        # changes the name, only 'self' is right. The name has passed the rules of access: letters, digits, -._[]:
         host = self.request.headers["Host"].strip()
         connect = "connect-src 'self'"
-        if not host.startswith("["):  # which has no place in a policy
+        if not host.startswith("["):  # not allowed in a policy
             connect += f" ws://{host} wss://{host}"
         return f"{self.document.policy}; {connect}; frame-ancestors {self.access.embedders()}"
 
@@ -308,7 +308,7 @@ POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inli
 
 
 def live_page(title: str) -> str:
-    """Return the page that takes its scene from its server; the policy in the header allows no other address."""
+    """Return the page that gets its scene from its server; the policy in the header allows no other address."""
     return _document(title, f"{POLICY}; connect-src 'self' ws: wss:", "")
 
 

@@ -42,7 +42,7 @@ _OPTIONS = """
     --hide-scrollbars --mute-audio --no-default-browser-check --no-first-run --password-store=basic
 """.split()
 _SUPERVISOR = str(Path(__file__).resolve().parents[1] / "_core" / "supervisor.py")
-# Killing and removing take less time, unless the disk is slow: then the supervisor continues alone.
+# Killing and removing take less time; if the disk is slow, the supervisor continues alone.
 _END_SECONDS = 0.7
 _LOOK_SECONDS = 0.05
 _KEY_BYTES = 16
@@ -68,7 +68,7 @@ class PictureBrowser:
 
         Raises:
             BadArgument: a size out of range.
-            NoBrowser: there is no browser, it ends, or it gives no picture in time.
+            NoBrowser: there is no browser, it ends, or it sends no picture in time.
         """
         if not isinstance(size, (tuple, list)) or len(size) != 2:
             raise BadArgument(f"size must be two whole numbers from {_MIN_EDGE} to {_MAX_EDGE}, got {quoted(size)}")
@@ -191,7 +191,7 @@ def find_browser() -> Path:
         if found is not None:
             return Path(found)
     if named:
-        raise NoBrowser(f"{VARIABLE} names {quoted(named)}, which is no program")
+        raise NoBrowser(f"{VARIABLE} names {quoted(named)}, which is not a program")
     raise NoBrowser(
         f"a picture needs Chromium or Chrome, and none was found: install one (Debian: apt install chromium) "
         f"or name it in {VARIABLE}"
@@ -254,7 +254,7 @@ def start_browser(url: str) -> Browser:
 
 
 def _python() -> str:
-    """Return a Python for the supervisor; a program that embeds Python is not one."""
+    """Return a Python interpreter for the supervisor; a program that embeds Python cannot be used."""
     if "py" in Path(sys.executable or "").name.lower():
         return sys.executable
     found = shutil.which("python3")

@@ -1,4 +1,4 @@
-"""A robot of the scene: its messages, and the description that the panel needs."""
+"""A robot of the scene: its messages, and its description for the panel."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ _BODY_CAMERAS: Mapping[str, Vector] = {
 
 
 class SceneRobot:
-    """A robot in a scene: its shapes and links, and what the panel offers for it.
+    """A robot in a scene: its shapes and links, and its description for the panel.
 
-    What the semantics do not define is taken from the tree: branches as chains, their ends as effectors.
+    Parts that the semantics do not define are derived from the tree: branches are chains, and their ends effectors.
 
     Attributes:
         number: its number among the robots of a scene; the leading robot has 0.
@@ -106,7 +106,7 @@ class SceneRobot:
     def messages(self, name: str = "", opacity: float = 1.0) -> Iterator[tuple[str, bytes]]:
         """Yield key and message of all constant parts, and of the panel's description."""
         of = {"robot": self.number}
-        if self.number:  # a page that has another robot of this number, from a program before this one, is to forget it
+        if self.number:  # a page that has another robot of this number, from an earlier program, must remove it
             yield f"{self.key}anew", panel_message("robot_removed", of)
         for key, command in self.commands(self.ground, opacity):
             yield f"{self.key}{key}", packed(command)
@@ -116,7 +116,7 @@ class SceneRobot:
             yield "robot", panel_message("robot", {"about": self.about()})
 
     def lights(self, values: Mapping[str, ArrayLike]) -> bytes:
-        """Return the message that sets colours of lights; a light named in addition to its group has its own."""
+        """Return the message that sets colours of lights; a light named in addition to its group has its own colour."""
         if not isinstance(values, Mapping):
             raise BadArgument(f"lights are a mapping from names to colours, got {type(values).__name__}")
         rgb: dict[str, list[float]] = {}
@@ -130,7 +130,7 @@ class SceneRobot:
     ) -> tuple[str, bytes]:
         """Return key and message that show links in the colours of a scale, with its legend.
 
-        A link without a shape colours the link with a shape that it is fixed to, unless that one is named too.
+        A link without a shape colours the link with a shape to which it is fixed, unless that link is named too.
         """
         if not isinstance(values, Mapping):
             raise BadArgument(f"colours are a mapping from link names to numbers, got {type(values).__name__}")
@@ -155,8 +155,8 @@ class SceneRobot:
         """Return the description for the panel: joints, limits, postures, mirror, frames, masses, cameras, lights.
 
         Links are given by their index in `links`, coordinates by their index in q. Names from foreign files are values,
-        never keys, some of which have a meaning in JavaScript. Joints that follow another one and carry none with a
-        coordinate are part of no pair.
+        never keys, some of which have a meaning in JavaScript. Mimic joints that carry no joint with a coordinate are
+        not part of a pair.
         """
         robot, semantics, place = self.robot, self.robot.semantics, self._places
         moving, drivers, views = robot.tree.moving_joints, drivers_of(robot), semantics.fields_of_view

@@ -1,4 +1,4 @@
-"""Small figures of frames, turns, lines and robots for texts, drawn in parallel projection with matplotlib.
+"""Small figures of frames, rotations, lines and robots for texts, drawn in parallel projection with matplotlib.
 
 Axes are red, green and blue for x, y and z, with letters at the tips and different brightness, so that they can be told
 apart in black and white. This module needs the extra `plot`.
@@ -78,8 +78,8 @@ class Scene:
         axes: the matplotlib axes.
         title: title of the picture.
         size: half the height of the view.
-        centre: point of the room in the middle.
-        azimuth, elevation: direction of the viewer, seen from the origin [°].
+        centre: point of the room at the centre of the picture.
+        azimuth, elevation: direction from the origin to the viewer [°].
         width: half the width of the view; None for that of the height.
     """
 

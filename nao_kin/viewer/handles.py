@@ -63,8 +63,8 @@ class ShownRobot:
         """Show a configuration, as `Viewer.display` does.
 
         Args:
-            q: one configuration, shape (nq,); for a typed model a typed one.
-            up: the vertical in the root's frame, shape (3,); None: found as in `Viewer.display`.
+            q: one configuration, shape (nq,); a typed one for a typed model.
+            up: the vertical in the root's frame, shape (3,); None to compute it as in `Viewer.display`.
 
         Raises:
             DisagreeingJoints: a typed configuration in which joints of one motor disagree.
@@ -84,13 +84,13 @@ class ShownRobot:
         self._show(array, None if up is None else overlays.direction(up, "up"))
 
     def place(self, T: ArrayLike) -> None:
-        """Move the ground that the robot stands on.
+        """Move the ground on which the robot stands.
 
         Args:
             T: pose of the ground in the world, shape (4, 4); the identity is the ground of the viewer's own robot.
 
         Raises:
-            NotARotation: T is no pose.
+            NotARotation: T is not a pose.
             BadArgument: farther away than 10 km; or the robot was removed.
 
         Examples:
@@ -160,7 +160,7 @@ _MAX_ROWS = 120_000
 
 
 class Recording:
-    """What a viewer shows in a `with` block.
+    """The configurations that a viewer shows in a `with` block.
 
     Attributes:
         robot: the robot that moves.
@@ -229,7 +229,7 @@ class Recording:
     def _note(self, now: float, q: Floats) -> None:
         step = 1.0 / self.fps
         last = self._times[-1]
-        if now - last > 2.0 * step:  # the last configuration was held until just now
+        if now - last > 2.0 * step:  # the last configuration was shown until now
             self._times.append(now - step)
             self._rows.append(self._rows[-1])
         elif now - last < step and len(self._times) > 1:
@@ -244,7 +244,7 @@ class Recording:
             self._thin_out()
 
     def _thin_out(self) -> None:
-        """Halve the rate until a quarter is free; a configuration that is held stays held."""
+        """Halve the rate until a quarter is free; the duration of a configuration that stays is preserved."""
         while len(self._times) > 0.75 * _MAX_ROWS:
             self.fps /= 2.0
             # The margin is for rounding: steps of equal length differ in their last digits.

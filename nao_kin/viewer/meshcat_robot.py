@@ -1,4 +1,4 @@
-"""A robot in a running meshcat."""
+"""A robot in a meshcat scene."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _ARROWS = {
     "z": ((0.0, 0.0, 0.0), (0.15, 0.35, 0.95, 1.0)),
 }
 _SLENDERNESS = 30.0  # length of an arrow : its radius
-# A browser turns the shorter way from key to key; closer keys than this avoid half a circle.
+# A browser rotates the shorter way from key to key; keys closer than this avoid half turns.
 _LARGEST_STEP = math.pi / 2.0
 
 
@@ -112,10 +112,10 @@ class MeshcatRobot:
         fill: str | ArrayLike = HOLD,
         hips: Hips = "average",
     ) -> None:
-        """Send a clip of configurations to meshcat, whose own controls play, pause and scrub it.
+        """Send a clip of configurations to meshcat, whose controls play, pause and scrub it.
 
-        Between two configurations every joint moves at constant speed. Meshcat has one clip in the whole scene: this
-        one replaces another.
+        Between two configurations every joint moves at constant speed. Meshcat has one clip in the whole scene: the new
+        clip replaces an existing one.
 
         Args:
             qs: configurations, shape (n, nq) with n ≥ 1; or a motion, which is sampled and plays at its own speed.
@@ -148,7 +148,7 @@ class MeshcatRobot:
         self._plays = True
 
     def show_frames(self, names: Iterable[str], *, size: float = 0.05) -> None:
-        """Draw frames as triads, x red, y green, z blue, instead of those before; they move with the robot.
+        """Draw frames as triads, x red, y green, z blue, instead of the previous ones; they move with the robot.
 
         Args:
             names: frame names; empty to remove all, as `hide_frames` does.
@@ -198,7 +198,7 @@ class MeshcatRobot:
         return before != values
 
     def _stop(self) -> None:
-        """End the clip, which would go on moving the nodes, and at its end put them back."""
+        """End the clip, which would continue to move the nodes, and restore them at its end."""
         if self._plays:
             self._send(set_animation({}, 1.0))
             self._sent.clear()

@@ -55,11 +55,11 @@ def shape_box(shape: Shape) -> tuple[Floats, Floats]:
 def load_meshes(path: Path, scale: Floats) -> tuple[Mesh, ...]:
     """Return the triangles of a file, one mesh per colour, scaled by factors along the axes, shape (3,).
 
-    A mirror image keeps its outside outside. Raises UnreadableShape for a file without triangles.
+    The faces of a mirror image still point outwards. Raises UnreadableShape for a file without triangles.
     """
 
     def parts_of(scene: Any) -> list[Mesh]:
-        # Normals in the file say which edges are smooth; otherwise the angle between faces does.
+        # Normals in the file determine the smooth edges, otherwise the angle between faces.
         return list(_parts(scene, path.suffix.lower() == ".obj" and b"\nvn " in path.read_bytes()))
 
     parts = read_mesh(path, parts_of)
@@ -127,7 +127,7 @@ def _split_at_creases(part: Any) -> Any:
     welded.update_faces(welded.area_faces > 0.0)
     if (welded.face_adjacency_angles < _CREASE).any():
         return smooth_shade(welded, angle=_CREASE, facet_minarea=None)
-    welded.unmerge_vertices()  # smooth_shade leaves a mesh without any smooth edge whole
+    welded.unmerge_vertices()  # smooth_shade does not split a mesh without any smooth edge
     return welded
 
 

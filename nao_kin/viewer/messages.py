@@ -56,17 +56,17 @@ class RetainedMessages:
         """Replace the message of a key; the key keeps its first place in the order."""
         with self._lock:
             self._messages[key] = message
-        for watcher in tuple(self._watchers):  # one may stop watching meanwhile, in another thread
+        for watcher in tuple(self._watchers):  # a watcher may stop watching meanwhile, in another thread
             watcher(key)
 
     def drop(self, prefix: str) -> None:
-        """Remove the messages of all keys with a prefix; pages that have them are not told."""
+        """Remove the messages of all keys with a prefix; pages that have them are not notified."""
         with self._lock:
             for key in [key for key in self._messages if key.startswith(prefix)]:
                 del self._messages[key]
 
     def scene_is_complete(self) -> None:
-        """Declare all messages so far the constant scene, which is not sent again to a page that has it."""
+        """Declare all messages so far as the constant scene, which is not sent again to a page that has it."""
         with self._lock:
             self.scene = frozenset(self._messages)
             self.scene_tag = hashlib.sha256(b"".join(self._messages.values())).hexdigest()[:32]
@@ -111,10 +111,10 @@ class RetainedMessages:
 
 
 def note_last(keys: dict[str, None], key: str) -> None:
-    """Note that the message under `key` is what changed last.
+    """Note that the message under `key` changed last.
 
-    A page is sent what it lacks in the order of the last changes: a clip that follows a configuration is to play, and a
-    configuration that follows a clip to end it.
+    A page gets its missing messages in the order of the last changes: a clip after a configuration must play, and a
+    configuration after a clip must end it.
     """
     keys.pop(key, None)
     keys[key] = None
@@ -220,7 +220,7 @@ def _matrix(shape: Shape) -> list[float]:
     return [float(entry) for entry in np.eye(4).flat]
 
 
-# --- The messages for the panel, each kind with its fields: as sent here and read by web/src/messages.js.
+# --- The messages for the panel, each kind with its fields: sent here, read by web/src/messages.js.
 
 
 @dataclass(frozen=True)
@@ -230,7 +230,7 @@ class Kind:
     Attributes:
         fields: name → TypeScript type; a question mark after the name marks an optional field.
         is_kept: whether pages that open later get the newest one; others are sent once, to open pages.
-        blank: fields of the message that removes what this kind shows; None if nothing needs to be removed.
+        blank: fields of the message that removes the drawing of this kind; None if there is nothing to remove.
     """
 
     fields: Mapping[str, str]

@@ -27,7 +27,7 @@ _SCRIPT = Path(__file__).resolve().parent / "page" / "bridge.js"
 # The period of a common screen.
 _PAUSE_SECONDS = 1.0 / 30.0
 
-# Unpacks the page: compression makes a notebook's outputs a third of the size.
+# Unpacks the page: compression reduces a notebook's outputs to a third.
 _LOADER = """<script type="module">
 const packed = Uint8Array.from(atob("{packed}"), (letter) => letter.charCodeAt(0));
 const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
@@ -54,7 +54,7 @@ NOT_LIVE = (
 
 
 def has_bridge() -> bool:
-    """Whether anywidget, which the bridge needs, is installed."""
+    """Return whether anywidget, which the bridge needs, is installed."""
     return find_spec("anywidget") is not None
 
 
@@ -102,13 +102,13 @@ class Bridge:
 
     def _note_change(self, key: str) -> None:
         with self._news:
-            if self._thread is None:  # what the frame lacks when it opens is found then
+            if self._thread is None:  # the messages that the frame lacks are determined when it opens
                 return
             note_last(self._changed, key)
             self._news.notify_all()
 
     def _send_changes(self) -> None:
-        """Send what has changed, the newest of each kind; what comes faster than it can be drawn is skipped."""
+        """Send the newest changed message of each kind; messages faster than the drawing are skipped."""
         while True:
             with self._news:
                 self._news.wait_for(lambda: self._closed or self._changed)

@@ -1,4 +1,4 @@
-"""The messages of what is drawn over the robot, checked here so that the page can trust them.
+"""The messages of the overlays of the robot, checked here so that the page can trust them.
 
 Arguments and errors are those of the methods of `Viewer`.
 """
@@ -42,11 +42,11 @@ REACH_LABELS = {
     "count": "samples",
     "coverage": "share of directions",
 }
-# A browser without a graphics card can still turn this many cubes.
+# A browser without a graphics card can still rotate this many cubes.
 _MAX_CUBES = 40_000
 _MAX_GHOSTS = 64
 _LARGEST_FIRST = 1_000_000
-# The colours that NAO's shells were sold in.
+# The colours of the sold editions of the NAO.
 EDITIONS = ("orange", "blue", "red", "grey")
 # Beyond this, a double resolves angles worse than 1e-10 rad, and a graphics card, which uses floats, distorts robots.
 LARGEST = 1e6
@@ -130,7 +130,7 @@ def clip(
 def check_size(robot: RobotModel, qs: Floats) -> None:
     """Refuse configurations, shape (..., nq), with values beyond ±1e6 rad or m, which a page cannot draw.
 
-    They are not wrapped: a turn more or less is another q.
+    Values are not wrapped, because a whole turn changes q.
     """
     beyond = np.argwhere(np.abs(qs) > LARGEST)
     if len(beyond):
@@ -237,7 +237,7 @@ def checked_name(name: str) -> str:
     """Return `name` if a shape may have it."""
     if not isinstance(name, str) or not name or len(name) > _LONGEST_NAME:
         raise BadArgument(f"name must be 1 to {_LONGEST_NAME} characters, got {quoted(name)}")
-    packed(name)  # refuses what cannot be sent
+    packed(name)  # refuses names that cannot be sent
     return name
 
 
@@ -318,7 +318,7 @@ def _built(vertices: ArrayLike, faces: ArrayLike) -> Mesh:
     if len(corners) > _MAX_CORNERS:
         raise BadArgument(f"at most {_MAX_CORNERS} faces are drawn, got {len(corners)}; leave some out")
     if not np.isin(corners % 1.0, 0.0).all() or corners.min() < 0 or corners.max() >= len(rows):
-        raise BadArgument(f"faces must be whole numbers from 0 to {len(rows) - 1}, the places of their corners")
+        raise BadArgument(f"faces must be whole numbers from 0 to {len(rows) - 1}, the indices of their corners")
     triangles: NDArray[np.uint32] = corners.astype(np.uint32)
     try:
         return mesh_of(rows, triangles)
@@ -330,7 +330,7 @@ def _read(path: Path) -> tuple[Mesh, ...]:
     try:
         parts = load_meshes(path, np.ones(3))
     except UnreadableShape as reason:
-        raise BadArgument(f"{abbreviated(path)} is no mesh that can be drawn: {abbreviated(reason)}") from None
+        raise BadArgument(f"{abbreviated(path)} is not a mesh that can be drawn: {abbreviated(reason)}") from None
     if sum(len(part.vertices) for part in parts) > _MAX_CORNERS:
         raise BadArgument(f"{abbreviated(path)} has more than {_MAX_CORNERS} vertices")
     for part in parts:
@@ -368,14 +368,14 @@ class Buttons:
             self._messages.put(f"shown {what}", message)
 
     def draw(self, what: str, message: bytes, *, on: bool) -> None:
-        """Put a message that draws something and sets its button; drop the older message of the button."""
+        """Put a message that draws an overlay and sets its button; drop the older message of the button."""
         with self._lock:
             self._messages.put(what, message)
             self.shown[what] = on
             self._messages.drop(f"shown {what}")
 
     def receive(self, shown: object, source: str) -> None:
-        """Take the state of a page's buttons."""
+        """Set the state of the buttons from a page."""
         for what, on in list(shown.items())[:_MAX_SHOWN] if isinstance(shown, dict) else ():
             may_begin = len(self.shown) < _MAX_SHOWN and 0 < len(what) <= _LONGEST_BUTTON and what.isprintable()
             if (what in self.shown or may_begin) and isinstance(on, bool) and self.shown.get(what) is not on:
@@ -411,5 +411,5 @@ class Extras:
 
 
 def _key(name: str) -> str:
-    """Return the key of a shape's message, which is no prefix of another one, because `drop` takes prefixes."""
+    """Return the key of a shape's message, which is not a prefix of another key, because `drop` takes prefixes."""
     return f"extra {len(name)} {name}"

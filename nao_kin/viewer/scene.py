@@ -1,7 +1,7 @@
 """A robot as a tree of scene nodes, so that the browser composes the transforms.
 
 Every moving joint is a node with its constant placement in the parent link; the child link is a node below it whose
-rotation, or translation, is the joint's. Nothing else changes, so that only configurations have to be sent.
+rotation, or translation, is the joint's. Nothing else changes, so only configurations have to be sent.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ def link_paths(tree: UrdfTree) -> dict[str, str]:
 class Driver:
     """The coordinate that moves a joint: its value is multiplier · q[column] + offset [rad or m].
 
-    `follows` is the joint that it follows, "" for none.
+    `follows` is the driving joint of a mimic joint, otherwise "".
     """
 
     column: int
@@ -129,6 +129,6 @@ def numbered(drawables: Iterable[Drawable]) -> Iterator[tuple[int, Drawable]]:
 
 
 def holder(paths: Mapping[str, str], joint: UrdfJoint) -> str:
-    """Return the node that holds the child link: the joint's own, or for a fixed joint the parent link's."""
+    """Return the node of the child link: the joint's own, or for a fixed joint the parent link's."""
     parent = paths[joint.parent]
     return parent if joint.kind == "fixed" else f"{parent}/{node_name('joint', joint.name)}"

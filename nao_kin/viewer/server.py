@@ -1,8 +1,8 @@
-"""The live page: one thread that serves it and keeps every open copy up to date.
+"""The live page: one thread that serves it and updates every open page.
 
 The server runs inside the process and ends with it. Each page gets the newest message of each kind; a slow page skips
-outdated ones. The messages of pages are limited in size and rate, and the pages in number, so that a faulty page costs
-neither memory nor the others' time.
+outdated ones. The size, rate and number of pages' messages are limited, so that a faulty page neither fills the memory
+nor delays the other pages.
 """
 
 from __future__ import annotations
@@ -36,17 +36,17 @@ _LARGEST_PICTURE, _LARGEST_ANSWER = 1 << 27, 1 << 20
 # Requests here have no body; by default tornado would read 100 MB before it refuses one.
 _LARGEST_BODY = 1 << 10
 _MAX_PAGES = 64
-# More often than any page sends: one that draws 240 times a second sends less.
+# More messages than any page sends, even if it draws 240 times a second.
 _SECONDS_BETWEEN_ANSWERS = 1.0 / 500.0
 _JOIN_SECONDS = 5.0
-# Address that means all addresses → one that a browser can open.
+# Address that means all addresses → an address that a browser can open.
 _HERE = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}
 
 Answer = dict[str, Any]
 
 
 def weak_receiver(receive: Callable[[Answer], None]) -> Callable[[Answer], None]:
-    """Return a function that calls a method without keeping its object alive, and does nothing without it."""
+    """Return a function that calls a method without keeping its object alive, and does nothing once that is gone."""
     receiver = weakref.WeakMethod(receive)
 
     def on_answer(answer: Answer) -> None:
@@ -123,7 +123,7 @@ class LiveServer:
     def expected(self, role: str) -> Iterator[str]:
         """Expect one page in a random role, which needs no token and may send a picture; yield its address.
 
-        The address is on the command line of a browser, where other users can read it; so it opens one socket, once.
+        Other users can read the address on a browser's command line; therefore it opens only one socket, once.
         """
         self._access.expected.add(role)
         try:
@@ -136,7 +136,7 @@ class LiveServer:
         self._messages.unwatch(self._note_change)
         if self._thread.is_alive():
             self._call(self._stop.set)
-            if self._thread is not threading.current_thread():  # which may be the last to hold a viewer
+            if self._thread is not threading.current_thread():  # which may have the last reference to a viewer
                 self._thread.join(_JOIN_SECONDS)
         with self._arrival:
             self._arrival.notify_all()
@@ -218,7 +218,7 @@ class LiveServer:
             retained = messages.scene | {"camera"} if had else frozenset[str]()
             shown = messages.names()
             if had:
-                # Remove what it shows from an earlier program.
+                # Remove the drawings of an earlier program.
                 for key in BLANKS.keys() - set(shown):
                     page.send_once(BLANKS[key])
             page.refresh(key for key in shown if key not in retained)
@@ -260,7 +260,7 @@ class _Page(Guarded, tornado.websocket.WebSocketHandler):
         return _LARGEST_PICTURE if self.role_asked_for() in self.access.expected else _LARGEST_ANSWER
 
     def get_compression_options(self) -> dict[str, Any] | None:
-        """Compress for pages on other machines: to a third of the size, which on this machine only takes longer."""
+        """Compress for pages on other machines, to a third of the size; on this machine compression only takes time."""
         return None if self.request.remote_ip in ("127.0.0.1", "::1") else {"compression_level": 1}
 
     def open(self, *_: str, **__: str) -> None:
@@ -328,7 +328,7 @@ def _listen(host: str, port: int | None) -> socket.socket:
             if error.errno != errno.EADDRINUSE:
                 raise BadArgument(f"cannot listen on {quoted(host)} port {number}: {error.strerror or error}") from None
         except ValueError:
-            raise BadArgument(f"{quoted(host)} is no address") from None
+            raise BadArgument(f"{quoted(host)} is not an address") from None
     raise BadArgument(f"port {port} on {host} is in use; leave it out to take the next free one")
 
 

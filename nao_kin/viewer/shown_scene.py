@@ -16,16 +16,16 @@ from nao_kin.robot import RobotModel
 
 # --- The page whose playback is followed.
 
-# A page that plays reports up to thirty times a second. After this silence [s] it loses the lead: even a busy browser
-# reports sooner.
+# A playing page reports up to thirty times a second. After this time without a report [s] it loses the lead; even a
+# busy browser reports sooner.
 _SILENCE = 3.0
 
 
 class Lead:
     """The page whose playback is followed if several play at once.
 
-    It is the page in which a user last began to play or moved the time, and before that the first one that reported.
-    Other changes of the robot take the lead too, so that a page's reports from before its stop are not taken for new.
+    It is the page in which a user last began to play or moved the time, or else the first page that reported.
+    Other changes of the robot take the lead too, so that outdated reports of a page are ignored.
     Callers hold the viewer's lock.
     """
 
@@ -42,7 +42,7 @@ class Lead:
         self._heard = -_SILENCE
 
     def admits(self, source: str, *, begins: bool) -> bool:
-        """Whether to follow a page that plays; `begins` if a user has just begun to play in it, or moved the time."""
+        """Return whether to follow a playing page; `begins`: its user just began to play, or moved the time."""
         if not begins and source != self._source and time.monotonic() - self._heard < _SILENCE:
             return False
         self.take(source)
@@ -72,8 +72,8 @@ class Subscription:
 class Changes:
     """Calls callbacks on changes, one at a time and in order, in a separate thread.
 
-    The thread lives while there are changes. Changes during a call are combined into one: the newest configuration, and
-    every joint that changed. So a slow callback delays neither the server nor the page, and no queue grows.
+    The thread runs while there are changes. Changes during a call are combined into one: the newest configuration, and
+    every joint that changed. A slow callback therefore delays neither the server nor the page, and no queue grows.
     """
 
     def __init__(self) -> None:
@@ -117,11 +117,11 @@ class Changes:
                     return
             q, joints = pending
             for subscription in subscriptions:
-                if subscription not in self._subscriptions:  # removed by the one before it, or meanwhile
+                if subscription not in self._subscriptions:  # removed by the previous callback, or meanwhile
                     continue
                 try:
                     subscription.callback(q.copy(), tuple(joints))
-                except BaseException:  # whatever a caller's function raises, sys.exit() too, is the caller's
+                except BaseException:  # exceptions of the caller's function, sys.exit() too, are the caller's
                     _LOG.exception("a callback of viewer.on_change failed")
 
 
@@ -152,13 +152,13 @@ def warn_outside(robot: RobotModel, qs: Floats, warned: set[str]) -> None:
 def _first_outside(robot: RobotModel, qs: Floats) -> list[int]:
     """Return, for each joint, the first configuration of a clip in which it is outside its limits, except at zero.
 
-    A clip that runs outside of them for minutes has a violation in every frame, which would add nothing.
+    A clip that is outside for minutes has a violation in every frame, of which the first is enough.
     """
     outside = ~robot.within_limits(qs, per_joint=True)
     values = qs[:, robot.nq - len(robot.joint_names) :]
     moved = outside & (values != 0.0)
     for table in robot.coupled_limits:
         joint, of = robot.joint_names.index(table.joint), robot.joint_names.index(table.of)
-        if robot.lower[joint] <= 0.0 <= robot.upper[joint]:  # else the box refuses zero, whatever the table says
+        if robot.lower[joint] <= 0.0 <= robot.upper[joint]:  # otherwise its own range excludes zero
             moved[:, joint] |= outside[:, joint] & (values[:, of] != 0.0)
     return sorted({int(column.argmax()) for column in moved.T if column.any()})

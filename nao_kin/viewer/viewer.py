@@ -34,7 +34,7 @@ from nao_kin.viewer.scene import ROBOT
 from nao_kin.viewer.server import Answer, LiveServer, weak_receiver
 from nao_kin.viewer.shown_scene import ChangeCallback, Changes, Lead, Subscription, warn_outside
 
-# A page sends its name with its messages, and gets it back.
+# A page sends its name with its messages, and gets the name back.
 _MAX_SOURCE = 64
 # Distance between neighbouring robots [m], and the largest number of additional robots.
 _GAP = 0.1
@@ -51,7 +51,7 @@ class Viewer:
         robot: any robot.
         host: address to listen on; "127.0.0.1" accepts only connections from this machine.
         port: port to listen on; None for the first free one from 7000.
-        allow_hosts: further names that the page may be requested under, such as that of a proxy. The names of this
+        allow_hosts: further names under which the page may be requested, such as that of a proxy. The names of this
             machine, its loopback names and the address are always accepted; others get 403. "*" accepts every name, and
             needs a token.
         token: text of at least 8 letters that the page's address must carry to see and move the robot; True for a
@@ -60,8 +60,8 @@ class Viewer:
     Attributes:
         robot: the robot.
         notes: shapes that cannot be shown, one line each.
-        camera_names: names that `camera` takes.
-        light_names: names that `show_lights` takes; empty for a robot without lights.
+        camera_names: the names for `camera`.
+        light_names: the names for `show_lights`; empty for a robot without lights.
 
     Raises:
         BadModel: the robot's URDF can no longer be read.
@@ -85,7 +85,7 @@ class Viewer:
         allow_hosts: Iterable[str] = (),
         token: bool | str | None = None,
     ) -> None:
-        # The server, and the finalizer that ends it. Only a finalizer that has run releases its server.
+        # The server, and the finalizer that ends it; the server is released only after the finalizer has run.
         self._server: LiveServer | None = None
         self._end_server: Callable[[], object] | None = None
         self._starting = threading.Lock()
@@ -117,8 +117,8 @@ class Viewer:
         """The displayed configuration, shape (nq,): the last one displayed, set in a page, or played.
 
         While a clip or the key frames of a page play, an open page reports the configuration, at most thirty times a
-        second. Of several pages it is the one in which a user last pressed play or moved the time, or else the first.
-        With no page open, a clip stays at its first configuration.
+        second. If there are several pages, this is the page in which a user last pressed play or moved the time,
+        otherwise the first. With no page open, a clip stays at its first configuration.
         """
         return np.array(self._q)
 
@@ -126,17 +126,17 @@ class Viewer:
         """Show a configuration.
 
         A joint outside its limits is shown in its position, marked red, and warned of once (`OutsideLimitsWarning`),
-        unless it is at zero: the neutral configuration of some robots, the NAO too, is outside. Values are not wrapped,
-        and those beyond ±1e6 rad or m are refused.
+        unless it is at zero: the neutral configuration of some robots, such as the NAO, is outside. Values are not
+        wrapped, and those beyond ±1e6 rad or m are refused.
 
         Args:
             q: one configuration, shape (nq,).
             up: for a robot with a fixed base, the vertical in the root's frame, as an accelerometer at rest measures
-                it, shape (3,): (−1, 0, 0) for a robot on its belly. With None the viewer finds it: the robot stands on
-                its soles if it is balanced on them, and otherwise rests as in its nearest posture.
+                it, shape (3,): (−1, 0, 0) for a robot on its belly. With None the viewer computes it: the robot stands
+                on its soles if it is balanced on them, and otherwise rests as in its nearest posture.
 
         Raises:
-            ZeroNorm: `up` is no direction.
+            ZeroNorm: `up` is not a direction.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -157,7 +157,7 @@ class Viewer:
     def rest(self, posture: str) -> tuple[float, float, float] | None:
         """Return the vertical in the root's frame for a robot that rests in a posture; None if it stands on its soles.
 
-        `display` does this by itself; use it where you give `up`.
+        `display` computes this itself; use it if you give `up`.
 
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
@@ -188,7 +188,7 @@ class Viewer:
             loop: repeat the clip.
             fill: values of the joints that a motion does not name, as in `Motion.configurations`.
             hips: rule for a motor that a motion names twice, as in `Motion.configurations`.
-            up: as in `display`, shape (3,) for all configurations or (n, 3) for each; None: found for each of them.
+            up: as in `display`, shape (3,) for all configurations or (n, 3) for each; None to compute it.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -244,7 +244,7 @@ class Viewer:
 
     @contextmanager
     def record(self, fps: float = 30.0) -> Iterator[Recording]:
-        """Record in a `with` block what is displayed, dragged, and played in a page.
+        """Record the configurations that are displayed, dragged and played in a `with` block.
 
         Move the robot in the page inside the block, and write `recording.motion` to a file afterwards. At most `fps`
         configurations are recorded per second; `Recording` bounds the memory of long recordings.
@@ -282,13 +282,13 @@ class Viewer:
         Args:
             robot: any robot, or a typed model of one.
             name: its name in the page, 1 to 200 characters; None for the robot's name.
-            at: pose in the world of the ground that it stands on, shape (4, 4); the viewer's own robot stands at the
+            at: pose in the world of the ground on which it stands, shape (4, 4); the viewer's own robot stands at the
                 origin, x ahead, z up. None to place it to the right of the others.
             opacity: above 0 and at most 1.
 
         Raises:
             BadArgument: there are 32 robots already.
-            NotARotation: `at` is no pose.
+            NotARotation: `at` is not a pose.
             BadModel: the robot's URDF can no longer be read.
 
         Examples:
@@ -328,7 +328,7 @@ class Viewer:
         """Send the list of robots: a page removes all others, even if it has missed messages."""
         self._messages.put("robots", panel_message("robots", {"robots": [look.number for look in self._robots[1:]]}))
 
-    # --- what is drawn over the robot -----------------------------------------------------------------------------
+    # --- overlays of the robot ------------------------------------------------------------------------------------
 
     @property
     def shown(self) -> Mapping[str, bool]:
@@ -339,7 +339,7 @@ class Viewer:
         return MappingProxyType(dict(self._buttons.shown))
 
     def show_frames(self, names: Iterable[str], *, size: float | None = None) -> None:
-        """Draw frames as triads, x red, y green, z blue, with their names, instead of those before.
+        """Draw frames as triads, x red, y green, z blue, with their names, instead of the previous ones.
 
         Args:
             names: frame names; empty to remove all.
@@ -358,8 +358,7 @@ class Viewer:
     def show_joint_axes(self, on: bool = True) -> None:
         """Draw the joint axes as screws, turning or sliding.
 
-        The colour is that of the joint that `nao_kin.joints.group_joints` finds: revolute, prismatic, universal,
-        spherical …
+        The colour shows the kind of joint by `nao_kin.joints.group_joints`: revolute, prismatic, universal, spherical …
 
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
@@ -386,15 +385,15 @@ class Viewer:
         self._buttons.press("support", on)
 
     def show_ghosts(self, configurations: ArrayLike, *, opacity: float = 0.3, first: int = 1) -> None:
-        """Draw the links of other configurations, pale, instead of the ghosts before.
+        """Draw the links of other configurations, pale, instead of the previous ghosts.
 
         Links in the same pose as those of the robot are not drawn twice. A single configuration is blue and stays until
-        it is cleared. The rows of several have one colour each, and numbers in the legend of the page; they belong to
-        the displayed configuration, and dragging a limb in a page removes them there.
+        it is cleared. Several rows have one colour each, and numbers in the page's legend; they belong to the displayed
+        configuration, and dragging a limb in a page removes them there.
 
         Args:
             configurations: one, shape (nq,), or several, shape (k, nq), k up to 64; none to remove all.
-            opacity: of the links, above 0 and at most 1.
+            opacity: opacity of the links, above 0 and at most 1.
             first: number of the first row in the legend, at least 0; 2 if the robot itself shows solution 1.
 
         Examples:
@@ -432,7 +431,7 @@ class Viewer:
     ) -> None:
         """Colour links by numbers, cold to warm, with a legend; an empty mapping restores their own colours.
 
-        A link without a shape colours the link that it is fixed to, unless that one is named too.
+        A link without a shape colours the link to which it is fixed, unless that link is named too.
 
         Args:
             values: link name → number.
@@ -468,11 +467,11 @@ class Viewer:
         self._messages.put("reach", overlays.reach(self.robot, reach, by, cut))
 
     def show_lights(self, colours: Mapping[str, ArrayLike]) -> None:
-        """Set the colours of the robot's lights; lights that are not named keep their own look.
+        """Set the colours of the robot's lights; lights that are not named keep their appearance.
 
         A NAO has Chest, LeftFoot, RightFoot, and LeftEye0 … LeftEye7 and RightEye0 … RightEye7, counted from the top of
-        each eye towards the nose; LeftEye and RightEye are all eight. Black is a light that is off. Lights are the LEDs
-        of this library's own meshes: other robots have none.
+        each eye towards the nose; LeftEye and RightEye are all eight. Black means that the light is off. Lights are the
+        LEDs of this library's own meshes: other robots have none.
 
         Args:
             colours: one of `light_names` → red, green and blue, shape (3,), each from 0 to 1; empty for none.
@@ -498,7 +497,7 @@ class Viewer:
         self._messages.put("speech", panel_message("speech", {"text": text}))
 
     def color_edition(self, name: str) -> None:
-        """Show a NAO's shells in a colour that they were sold in; other meshes than this library's keep their colours.
+        """Show a NAO's shells in the colour of an edition; meshes that are not this library's keep their colours.
 
         Args:
             name: "orange", "blue", "red" or "grey"; "" for the colours of the URDF.
@@ -529,8 +528,8 @@ class Viewer:
             points: shape (n, 3), up to two million and 10 km away [m].
             colors: red, green and blue from 0 to 1, shape (3,) for all or (n, 3) for each; None for blue.
             size: diameter of a point [m].
-            frame: frame of the robot that the points are given in and move with; None for the world, with its origin on
-                the floor below the robot's root, z up.
+            frame: frame of the robot in which the points are given and with which they move; None for the world, with
+                its origin on the floor below the robot's root, z up.
 
         Raises:
             BadArgument: there are 1000 shapes already.
@@ -619,7 +618,7 @@ class Viewer:
         """Open the live page in this machine's web browser.
 
         Raises:
-            NoBrowser: Python knows of no browser.
+            NoBrowser: Python finds no browser.
         """
         if not webbrowser.open(self.url):
             raise NoBrowser(f"no web browser to open {self._started().address} with")
@@ -713,7 +712,7 @@ class Viewer:
             The file.
 
         Raises:
-            NoBrowser: there is no browser, or it gives no picture in time.
+            NoBrowser: there is no browser, or it sends no picture in time.
             BadArgument: the file exists or cannot be written, or has another suffix.
         """
         choice(camera, self.camera_names, "camera")
@@ -764,7 +763,7 @@ class Viewer:
                     Document(live_page(self.robot.name), POLICY),
                     host=self.host,
                     port=self._port,
-                    # The server must not keep the viewer alive, whose end is the server's too.
+                    # The server must not keep the viewer alive: it ends with the viewer.
                     on_answer=weak_receiver(self._receive),
                     allow_hosts=self._allow_hosts,
                     token=self._token,
@@ -780,7 +779,7 @@ class Viewer:
             self._receive_configuration(answer, _source_of(answer))
 
     def _receive_configuration(self, answer: Answer, source: str) -> None:
-        """Process the configuration that a page reports: set by a user, or of the program's clip or the page's own."""
+        """Process the configuration that a page reports: set by a user, or of a clip of the program or the page."""
         try:
             q = overlays.one_configuration(self.robot, answer.get("q", ()))
             up = None if answer.get("up") is None else overlays.direction(answer["up"], "up")
@@ -809,7 +808,7 @@ class Viewer:
         self._extras.add(name, panel_message("extra", {**known, **content}))
 
     def _show_joints(self, q: Floats, up: list[float] | None, source: str = "") -> None:
-        # A page's change follows the clip that it stops: pages that open later have the clip, and do not play it.
+        # A page's change comes after the clip that it stops: pages that open later have the clip, but do not play it.
         behind_clip = source != "" and self._messages.get("clip") is not None
         if not behind_clip:
             self._messages.drop("moved")
@@ -829,6 +828,6 @@ class Viewer:
 
 
 def _source_of(answer: Answer) -> str:
-    """Return the name by which the sending page calls itself, as text that can be sent on."""
+    """Return the name that the sending page gives itself, as text that can be sent on."""
     source = answer.get("source")
     return source[:_MAX_SOURCE].encode("utf-8", "replace").decode("utf-8") if isinstance(source, str) else ""

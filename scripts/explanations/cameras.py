@@ -1,4 +1,4 @@
-"""What the cameras see of the world around the robot, and the frames of a camera."""
+"""The fields of view of the cameras, and the frames of a camera."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from explanations.solids import box, draw_solid
 
 TOP, BOTTOM = "#0f766e", ORANGE
 COLOURS = {"CameraTop": TOP, "CameraBottom": BOTTOM}
-SIGHT, GROUND = 2.1, 1.75  # how far a field of view is drawn, in the air and on the ground [m]
-SCALE, LEFT, SOLE = 240.0, 78.0, 350.0  # pixels per metre, where the torso stands, and the height of the ground
+SIGHT, GROUND = 2.1, 1.75  # length of a drawn field of view, in the air and on the ground [m]
+SCALE, LEFT, SOLE = 240.0, 78.0, 350.0  # pixels per metre, position of the torso, and height of the ground
 
 
 def eye_of(camera: str) -> tuple[Floats, float, float]:
-    """Where a camera is in the torso with all joints at zero, how high above the ground, and how far it looks down."""
+    """Return a camera's position in the torso with all joints at zero, its height above the ground, and its tilt."""
     nao, _ = nao_shapes()
     q = nao.neutral()
     eye = nao.position(q, camera)
@@ -25,7 +25,7 @@ def eye_of(camera: str) -> tuple[Floats, float, float]:
 
 
 def rays(camera: str, u: Floats, v: Floats) -> Floats:
-    """Directions in the torso of places in the picture, each from −1 to 1, to the right and down."""
+    """Return directions in the torso of points in the picture, each from −1 to 1, to the right and down."""
     nao, _ = nao_shapes()
     across, down = (np.tan(angle / 2) for angle in nao.semantics.fields_of_view[camera])
     directions = np.stack([np.ones(np.shape(u)), -u * across, -v * down], axis=-1)
@@ -33,7 +33,7 @@ def rays(camera: str, u: Floats, v: Floats) -> Floats:
 
 
 def fields_of_view() -> Drawing:
-    """From the right, down to the ground, and the part of the ground that is seen from above."""
+    """Draw both fields from the right, down to the ground, and the visible part of the ground from above."""
     nao, _ = nao_shapes()
     drawing = Drawing(
         760, 905, "The fields of view of both cameras of a standing NAO, from the right, and on the ground"
@@ -47,7 +47,7 @@ def fields_of_view() -> Drawing:
 
 
 def side_view(drawing: Drawing) -> None:
-    """Both fields of view from the side, with the places where their edges meet the ground."""
+    """Draw both fields of view from the side, with the points where their edges meet the ground."""
     nao, _ = nao_shapes()
     sole = nao.position(nao.neutral(), "LLeg")[2]
     view = View((LEFT, SOLE + SCALE * sole), SCALE, (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
@@ -76,7 +76,7 @@ def side_view(drawing: Drawing) -> None:
 
 
 def ground_view(drawing: Drawing) -> None:
-    """What both cameras see of the ground, cut off where it goes on too far."""
+    """Draw the visible part of the ground for both cameras, cut off at a distance."""
     nao, _ = nao_shapes()
     view = View((LEFT, 655.0), SCALE, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
     drawing.text((24, 420), "the ground from above", 16, weight="600")
@@ -94,7 +94,7 @@ def ground_view(drawing: Drawing) -> None:
 
 
 def camera_frames() -> Drawing:
-    """The body frame, the optical frame and the picture of one camera."""
+    """Draw the body frame, the optical frame and the picture of one camera."""
     drawing = Drawing(760, 330, "A camera's body frame, its optical frame, and the axes u and v of its picture")
     nao, _ = nao_shapes()
     optical = nao.rotation(nao.neutral(), "CameraTop").T @ nao.rotation(nao.neutral(), "CameraTop_optical_frame")

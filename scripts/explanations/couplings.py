@@ -12,7 +12,7 @@ Y, Z = np.eye(3)[1:]
 
 
 def hips() -> Drawing:
-    """The two axes, and the legs at zero and turned by the one value."""
+    """Draw the two axes, and the legs at zero and turned by the same value."""
     nao, _ = nao_shapes()
     drawing = Drawing(760, 335, "The axes of both HipYawPitch joints from the front, and the legs turned by one motor")
     values = (0.0, -0.55, 0.45)
@@ -51,7 +51,7 @@ def hips() -> Drawing:
 
 
 def motor(drawing: Drawing, at: Floats, hips_at: list[Floats]) -> None:
-    """A box from which both hips are driven."""
+    """Draw a box that drives both hips."""
     for hip in hips_at:
         drawing.path([at, (hip[0], at[1]), hip + np.array([0.0, -8.0])], stroke=PALE, width=1.6)
     corners = [at + np.array([dx, dy]) for dx, dy in ((-36, -14), (36, -14), (36, 14), (-36, 14))]
@@ -60,7 +60,7 @@ def motor(drawing: Drawing, at: Floats, hips_at: list[Floats]) -> None:
 
 
 def fingers() -> Drawing:
-    """The left hand closed, half open and open, from the right."""
+    """Draw the left hand closed, half open and open, from the right."""
     nao, _ = nao_shapes()
     drawing = Drawing(760, 245, "The left hand with LHand at 0, one half and 1, and the turn of each part of a finger")
     for k, value in enumerate((0.0, 0.5, 1.0)):

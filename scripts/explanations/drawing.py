@@ -1,4 +1,4 @@
-"""An SVG drawing whose words stay words, and parallel projections of space onto it."""
+"""An SVG drawing whose text remains text, and parallel projections of space onto it."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ class Drawing:
     """A white card of shapes, in the order in which they are drawn.
 
     Args:
-        width, height: in pixels.
-        title: what a screen reader says.
+        width, height: its size in pixels.
+        title: the text for screen readers.
     """
 
     def __init__(self, width: float, height: float, title: str) -> None:
@@ -48,7 +48,7 @@ class Drawing:
         dash: str = "",
         opacity: float = 1.0,
     ) -> None:
-        """Straight lines from point to point."""
+        """Draw straight lines from point to point."""
         d = "M " + " L ".join(_xy(point) for point in points) + (" Z" if closed else "")
         more = f' stroke-dasharray="{dash}"' if dash else ""
         more += f' fill-opacity="{_n(opacity)}"' if opacity < 1.0 else ""
@@ -58,11 +58,11 @@ class Drawing:
         )
 
     def line(self, a: Point, b: Point, colour: str, width: float = 1.5, dash: str = "") -> None:
-        """A straight line."""
+        """Draw a straight line."""
         self.path([a, b], stroke=colour, width=width, dash=dash)
 
     def circle(self, at: Point, radius: float, fill: str, stroke: str = "none", width: float = 1.5) -> None:
-        """A circle."""
+        """Draw a circle."""
         x, y = _xy(at).split()
         self._lines.append(
             f'<circle cx="{x}" cy="{y}" r="{_n(radius)}" fill="{fill}" stroke="{stroke}" stroke-width="{_n(width)}"/>'
@@ -78,7 +78,7 @@ class Drawing:
         both: bool = False,
         dash: str = "",
     ) -> None:
-        """A line, straight or bent, that ends in a head, on request at both ends."""
+        """Draw a straight or bent line with an arrow head at its end, or at both ends."""
         way = np.array([np.asarray(point, dtype=float) for point in points])
         heads = [_head(way, head)]
         way = _shortened(way, 0.7 * head)
@@ -100,7 +100,7 @@ class Drawing:
         weight: str = "400",
         halo: bool = False,
     ) -> None:
-        """Words, whose foot is at the point; what stands in `_{…}` is set as an index, what in `*…*` slanted."""
+        """Draw text on a baseline at the point; text in `_{…}` is an index, text in `*…*` slanted."""
         x, y = _xy(at).split()
         more = ' paint-order="stroke" stroke="white" stroke-width="3.5" stroke-linejoin="round"' if halo else ""
         more += f' font-weight="{weight}"' if weight != "400" else ""
@@ -115,7 +115,7 @@ class View:
     """Parallel projection of space onto a drawing.
 
     Attributes:
-        origin: where the origin of space is drawn.
+        origin: position of the origin of space in the drawing.
         scale: pixels per unit of length.
         right, up: directions of space that are drawn to the right and upwards.
     """
@@ -127,7 +127,7 @@ class View:
 
     @classmethod
     def around(cls, origin: Point, scale: float, azimuth: float, elevation: float) -> View:
-        """From an azimuth, counted from x to y, and a height above the horizon [deg]."""
+        """Return a view from an azimuth, counted from x to y, and an elevation [deg]."""
         a, e = np.radians([azimuth, elevation])
         right = (-np.sin(a), np.cos(a), 0.0)
         return cls(origin, scale, right, (-np.cos(a) * np.sin(e), -np.sin(a) * np.sin(e), np.cos(e)))
@@ -138,7 +138,7 @@ class View:
         return np.asarray(np.cross(self.right, self.up))
 
     def flat(self, points: ArrayLike) -> Floats:
-        """Points on the page, shape (..., 2)."""
+        """Return points on the page, shape (..., 2)."""
         points = np.asarray(points, dtype=float)
         across, upwards = points @ np.asarray(self.right), points @ np.asarray(self.up)
         x, y = self.origin
@@ -148,10 +148,10 @@ class View:
         """A frame: x red, y green, z blue; an axis towards the reader is a ring with a dot, one away with a cross.
 
         Args:
-            drawing: where.
+            drawing: the drawing.
             T: the pose.
-            length: of the axes, in units of space.
-            width: of the lines in pixels.
+            length: length of the axes, in units of space.
+            width: width of the lines in pixels.
         """
         start = self.flat(T[:3, 3])
         order = np.argsort(self.towards @ T[:3, :3])
@@ -165,7 +165,7 @@ class View:
 
 
 def circle_points(centre: ArrayLike, a: ArrayLike, b: ArrayLike, start: float, end: float, n: int = 40) -> Floats:
-    """An arc centre + a cos φ + b sin φ, φ from start to end [deg]; in space or in the plane, shape (n, ...)."""
+    """Return an arc centre + a cos φ + b sin φ, φ from start to end [deg]; in space or in the plane, shape (n, ...)."""
     turn = np.radians(np.linspace(start, end, n))[:, None]
     return np.asarray(np.asarray(centre) + np.cos(turn) * np.asarray(a) + np.sin(turn) * np.asarray(b))
 
@@ -192,7 +192,7 @@ def _head(way: Floats, size: float) -> list[Floats]:
 
 
 def _shortened(way: Floats, length: float) -> Floats:
-    """A way without what lies within a length of its end."""
+    """Return a path without the part within a length of its end."""
     away = np.linalg.norm(way - way[-1], axis=1)
     last = int(np.flatnonzero(away >= min(length, 0.999 * away.max()))[-1])
     rest = (way[last + 1] if last + 1 < len(way) else way[-1]) - way[last]
@@ -221,5 +221,5 @@ def _xy(point: Point) -> str:
 
 
 def _n(value: float) -> str:
-    """A number with at most one decimal; no negative zero."""
+    """Return a number with at most one decimal; no negative zero."""
     return f"{round(value, 1) + 0.0:g}" if abs(value) < 1e5 else f"{value:.1f}"

@@ -12,16 +12,16 @@ from explanations.robot_outline import draw_robot, nao_shapes
 SCALE = 640.0
 LENGTH = 0.052
 X, Y, Z = np.eye(3)
-# What is drawn to the right and upwards.
+# Directions drawn to the right and upwards.
 SIDES = {"front": (Y, Z), "left": (-X, Z), "back": (-Y, Z), "top": (-Y, X)}
-# Where the torso is drawn, how far left and right of it the names stand, and the frames named there.
+# Position of the torso, distance of the names to its left and right, and the frames named there.
 Panel = tuple[tuple[float, float], tuple[float, float], list[str], list[str]]
 
 
 def labelled(
     drawing: Drawing, view: View, q: Floats, columns: dict[str, Sequence[str]], edges: tuple[float, float], step: float
 ) -> None:
-    """The frames and their names in columns left and right of them, tied to them by lines that do not cross."""
+    """Draw the frames, and their names in columns on both sides, connected by lines that do not cross."""
     nao, _ = nao_shapes()
     places: list[tuple[Floats, Floats, str, str]] = []
     for anchor, x, names in (("end", edges[0], columns["left"]), ("start", edges[1], columns["right"])):
@@ -41,7 +41,7 @@ def labelled(
 
 
 def spread(heights: list[float], step: float) -> list[float]:
-    """Ascending heights, moved as little as puts them a step apart."""
+    """Return ascending heights, moved as little as necessary to be a step apart."""
     groups = [[height, 1] for height in heights]
     k = 0
     while k + 1 < len(groups):
@@ -55,7 +55,7 @@ def spread(heights: list[float], step: float) -> list[float]:
 
 
 def four_sides() -> Drawing:
-    """In the zero posture, where all frames are parallel to the torso but those of the cameras."""
+    """Draw the zero posture, where all frames except the cameras' are parallel to the torso."""
     nao, _ = nao_shapes()
     q = nao.neutral()
     drawing = Drawing(810, 945, "The main frames of the NAO in its zero posture from the front, left, back and top")
@@ -73,7 +73,7 @@ def four_sides() -> Drawing:
 
 
 def side(drawing: Drawing, name: str, panel: Panel, q: Floats, title_at: float) -> None:
-    """The robot from one side, with its frames."""
+    """Draw the robot from one side, with its frames."""
     (x, y), (to_left, to_right), left, right = panel
     view = View((x, y), SCALE, *SIDES[name])
     drawing.text((x, title_at), f"from the {name}", 16, anchor="middle", weight="600")
@@ -82,7 +82,7 @@ def side(drawing: Drawing, name: str, panel: Panel, q: Floats, title_at: float) 
 
 
 def key(drawing: Drawing, at: tuple[float, float]) -> None:
-    """What the colours and the rings mean."""
+    """Draw the legend of colours and rings."""
     x, y = at
     for k, (name, colour) in enumerate(zip("xyz", AXES, strict=True)):
         drawing.arrow([(x + 52 * k, y - 4), (x + 26 + 52 * k, y - 4)], colour, 2.2)
@@ -97,7 +97,7 @@ def key(drawing: Drawing, at: tuple[float, float]) -> None:
 
 
 def standing() -> Drawing:
-    """In StandInit, where the frames of the limbs have turned with them."""
+    """Draw StandInit, where the frames of the limbs have moved with them."""
     nao, _ = nao_shapes()
     q = nao.posture("StandInit")
     drawing = Drawing(810, 485, "The main frames of the NAO in StandInit from the front and from the left")

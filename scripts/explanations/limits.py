@@ -14,10 +14,10 @@ class Chart:
     """Degrees to the right and upwards.
 
     Args:
-        drawing: where.
+        drawing: the drawing.
         box: left, top, width and height.
-        x, y: the ranges.
-        steps: between the marks of both.
+        x, y: the ranges of both axes.
+        steps: the steps between the marks of both axes.
     """
 
     def __init__(
@@ -40,14 +40,14 @@ class Chart:
             drawing.text((a[0] - 7.0, a[1] + 4.5), degrees(value), 12.5, PALE, anchor="end")
 
     def at(self, points: object) -> Floats:
-        """Where points in degrees are drawn."""
+        """Return the positions of points given in degrees."""
         points = np.asarray(points, dtype=float)
         across = (points[..., 0] - self._x[0]) / (self._x[1] - self._x[0])
         upwards = (points[..., 1] - self._y[0]) / (self._y[1] - self._y[0])
         return np.stack([self._left + self._width * across, self._top + self._height * (1.0 - upwards)], axis=-1)
 
     def limits(self, nao: nk.NaoModel, joint: str) -> None:
-        """The joint's own rectangle, dashed, and what the table leaves of it."""
+        """Draw the joint's own rectangle, dashed, and the region that the table allows."""
         table = next(limit for limit in nao.coupled_limits if limit.joint == joint)
         columns = [nao.joint_names.index(name) for name in (table.of, joint)]
         (x0, y0), (x1, y1) = np.degrees([nao.lower[columns], nao.upper[columns]])
@@ -65,17 +65,17 @@ class Chart:
                     self._drawing.circle(self.at([place, value]), 3.2, "white", FREE, 1.7)
 
     def words(self, x: float, y: float, words: str, colour: str) -> None:
-        """Words in the middle of a place in degrees."""
+        """Draw text centred at a point in degrees."""
         self._drawing.text(self.at([x, y]), words, 13.5, colour, anchor="middle", weight="600")
 
 
 def degrees(value: float) -> str:
-    """With a real minus."""
+    """Return degrees with a minus sign instead of a hyphen."""
     return f"{value:.0f}°".replace("-", "−")
 
 
 def head() -> Drawing:
-    """HeadPitch over HeadYaw."""
+    """Draw HeadPitch over HeadYaw."""
     drawing = Drawing(760, 400, "The range of HeadPitch over HeadYaw: least where the chin would meet the shoulders")
     chart = Chart(drawing, (84.0, 48.0, 640.0, 280.0), (-130.0, 130.0), (-45.0, 35.0), (30.0, 10.0))
     chart.limits(nk.load_nao("v6"), "HeadPitch")
@@ -88,7 +88,7 @@ def head() -> Drawing:
 
 
 def ankles() -> Drawing:
-    """AnkleRoll over AnklePitch, left and right."""
+    """Draw AnkleRoll over AnklePitch, left and right."""
     drawing = Drawing(760, 420, "The ranges of LAnkleRoll over LAnklePitch and of RAnkleRoll over RAnklePitch")
     nao = nk.load_nao("v6")
     for k, side in enumerate("LR"):

@@ -1,4 +1,4 @@
-"""Reuleaux's six lower pairs, each with the motions it leaves."""
+"""Reuleaux's six lower pairs, each with the motions that it allows."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ Z = np.eye(3)[2]
 
 
 def slide(drawing: Drawing, view: View, centre: Floats, direction: Floats, length: float) -> None:
-    """A straight arrow with two heads."""
+    """Draw a straight arrow with two heads."""
     drawing.arrow(view.flat([centre - length * direction, centre + length * direction]), SLIDE, 2.4, both=True)
 
 
 def turn(drawing: Drawing, view: View, centre: Floats, axis: Floats, radius: float) -> None:
-    """A bow with two heads on the side of the axis that is seen."""
+    """Draw an arc with two heads on the visible side of the axis."""
     side = np.cross(axis, [0.31, 0.52, 0.79])
     side = side / np.linalg.norm(side)
     bow = circle_points(centre, radius * side, radius * np.cross(axis, side), 0.0, 360.0, 73)[:-1]

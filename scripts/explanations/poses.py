@@ -10,14 +10,14 @@ from explanations.robot_outline import draw_robot, nao_shapes
 
 
 def bent(start: Floats, end: Floats, by: float) -> Floats:
-    """A bow between two points that bulges by a part of their distance."""
+    """Return an arc between two points that bulges by a part of their distance."""
     s = np.linspace(0.0, 1.0, 41)[3:-3, None]
     across = by * np.array([start[1] - end[1], end[0] - start[0]])
     return np.asarray(start + s * (end - start) + 4.0 * s * (1.0 - s) * across)
 
 
 def pose_composition() -> Drawing:
-    """Torso, head and camera: two poses make a third."""
+    """Draw torso, head and camera: the product of two poses is a third."""
     nao, _ = nao_shapes()
     q = nao.posture("StandInit", HeadPitch=np.radians(12.0))
     drawing = Drawing(
@@ -50,7 +50,7 @@ def pose_composition() -> Drawing:
 
 
 def quaternion_order() -> Drawing:
-    """The same four numbers in two orders."""
+    """Draw the same four numbers in two orders."""
     drawing = Drawing(
         760, 300, "A quaternion scalar first, as here, and scalar last, as in scipy, ROS and Pinocchio's q"
     )

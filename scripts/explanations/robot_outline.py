@@ -1,4 +1,4 @@
-"""The robot as pale shapes behind a figure: the outline of each link's shape as one sees it."""
+"""The robot as pale shapes behind a figure: the visible outline of each link's shape."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SHADE = "#eef0f3"
 
 @lru_cache
 def nao_shapes() -> tuple[nk.NaoModel, tuple[tuple[int, Floats], ...]]:
-    """The NAO, and of each of its shapes the joint that carries it and its corners there."""
+    """Return the NAO, and for each of its shapes the joint that carries it and its corners there."""
     nao = nk.load_nao()
     folder = str(nao.urdf_path.parent)
     shapes = pin.buildGeomFromUrdf(nao.model, str(nao.urdf_path), pin.GeometryType.VISUAL, package_dirs=[folder])
@@ -31,7 +31,7 @@ def nao_shapes() -> tuple[nk.NaoModel, tuple[tuple[int, Floats], ...]]:
 
 
 def coarse(outline: Floats) -> list[Floats]:
-    """Without corners that lie too close to the one before them to be seen."""
+    """Return an outline without corners that are too close to the previous corner."""
     kept = [outline[0]]
     for point in outline[1:]:
         if np.linalg.norm(point - kept[-1]) > 2.5:
@@ -40,15 +40,15 @@ def coarse(outline: Floats) -> list[Floats]:
 
 
 def draw_robot(drawing: Drawing, view: View, q: Floats, only: str = "", fill: str = SHADE, stroke: str = LINE) -> None:
-    """The outlines of all links, those in front over those behind.
+    """Draw the outlines of all links, back to front.
 
     Args:
-        drawing: where.
-        view: from which side.
+        drawing: the drawing.
+        view: the view.
         q: the configuration.
-        only: the joint whose links alone are drawn, with all that it carries; all where empty.
+        only: a joint, to draw only its links and all that they carry; empty for all.
         fill: the colour of the shapes.
-        stroke: that of their edges.
+        stroke: the colour of their edges.
     """
     nao, shapes = nao_shapes()
     data = nao.model.createData()

@@ -1,4 +1,4 @@
-"""Convex solids in parallel projection, as the figures draw bodies: the faces that look at the reader, shaded."""
+"""Convex solids in parallel projection: shades the faces towards the reader."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ NOSE = np.array([[-0.5, -0.34], [0.25, -0.34], [0.62, 0.0], [0.25, 0.34], [-0.5,
 
 
 def prism(outline: Floats, low: float, high: float) -> list[Floats]:
-    """The faces of an outline in x and y between two heights; the first is the upper one."""
+    """Return the faces of an outline in x and y between two heights; the first is the upper one."""
     top, bottom = (np.column_stack([outline, np.full(len(outline), z)]) for z in (high, low))
     sides = [np.array([bottom[i], bottom[j], top[j], top[i]]) for i, j in pairwise([*range(len(outline)), 0])]
     return [top, bottom[::-1], *sides]
 
 
 def box(low: ArrayLike, high: ArrayLike) -> list[Floats]:
-    """The faces of a box along the axes."""
+    """Return the faces of a box along the axes."""
     (x0, y0, z0), (x1, y1, z1) = np.asarray(low, dtype=float), np.asarray(high, dtype=float)
     return prism(np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]]), z0, z1)
 
 
 def cylinder(radius: float, low: float, high: float, corners: int = 48) -> list[Floats]:
-    """The faces of a cylinder about z."""
+    """Return the faces of a cylinder about z."""
     turn = np.linspace(0.0, 2.0 * np.pi, corners, endpoint=False)
     return prism(radius * np.column_stack([np.cos(turn), np.sin(turn)]), low, high)
 
@@ -41,16 +41,16 @@ def draw_solid(
     first: tuple[int, int, int] | None = None,
     edges: bool = True,
 ) -> None:
-    """The faces of a convex solid that are seen.
+    """Draw the visible faces of a convex solid.
 
     Args:
-        drawing: where.
-        view: from which side.
+        drawing: the drawing.
+        view: the view.
         faces: their corners, counter-clockwise from outside.
         T: the pose of the solid.
-        colour: of the solid, red, green and blue up to 255.
-        first: the colour of the first face, where it differs.
-        edges: of the sides are drawn too, not only those of the two ends.
+        colour: colour of the solid, red, green and blue up to 255.
+        first: the colour of the first face, if it differs.
+        edges: whether to draw the edges of the sides too, not only those of the two ends.
     """
     pose = np.eye(4) if T is None else T
     light = view.towards + 0.6 * np.asarray(view.up) - 0.35 * np.asarray(view.right)

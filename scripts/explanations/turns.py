@@ -27,18 +27,18 @@ QUARTER = np.pi / 2
 
 
 def placed(R: Floats) -> Floats:
-    """A pose without a shift."""
+    """Return a pose without a translation."""
     return nk.screws.pose(R, [0.0, 0.0, 0.0])
 
 
 def body(drawing: Drawing, view: View, R: Floats) -> None:
-    """A body with a nose along its x and a blue upper side, and its axes."""
+    """Draw a body with a nose along its x and a blue upper side, and its axes."""
     draw_solid(drawing, view, BODY, placed(R), first=TOP)
     view.triad(drawing, placed(R), 0.95, 2.4)
 
 
 def room(drawing: Drawing, view: View, length: float = 1.05) -> None:
-    """The axes of the room, pale."""
+    """Draw the axes of the room, pale."""
     for k, axis in enumerate(np.eye(3)):
         tip = view.flat(length * axis)
         drawing.arrow([view.flat([0, 0, 0]), tip], LINE, 1.2, head=7.0)
@@ -47,18 +47,18 @@ def room(drawing: Drawing, view: View, length: float = 1.05) -> None:
 
 
 def turn(drawing: Drawing, view: View, axis: Floats, colour: str, at: float) -> None:
-    """A bent arrow of a right-handed turn about an axis."""
+    """Draw a bent arrow of a right-handed rotation about an axis."""
     axis = axis / np.linalg.norm(axis)
     side = np.cross(axis, [0.31, 0.52, 0.79])
     side = side / np.linalg.norm(side)
-    # It begins where its bow is nearest to the reader.
+    # It begins at the point nearest to the reader.
     bow = circle_points(at * axis, 0.3 * side, 0.3 * np.cross(axis, side), 0.0, 360.0, 73)[:-1]
     middle = int(np.argmax(bow @ view.towards - 0.3 * (bow @ np.asarray(view.up))))
     drawing.arrow(view.flat(bow[np.arange(middle - 24, middle + 24) % 72]), colour, 2.2)
 
 
 def active_rotation() -> Drawing:
-    """One matrix, read as a turn of a vector and as a change of coordinates."""
+    """Draw one matrix as a rotation of a vector and as a change of coordinates."""
     drawing = Drawing(760, 330, "A rotation matrix turns a vector, and converts coordinates from frame b to frame a")
     angle, length = 40.0, 165.0
     R = nk.rotations.rot_z(np.radians(angle))[:2, :2]
@@ -106,7 +106,7 @@ def active_rotation() -> Drawing:
 
 
 def moving_and_fixed() -> Drawing:
-    """Ninety degrees about x and ninety about y, with axes that move and axes that stay."""
+    """Draw 90° about x and 90° about y, with moving and with fixed axes."""
     drawing = Drawing(760, 595, "Turns by 90 degrees about x and then y, about moving axes and about fixed axes")
     rot_x, rot_y = nk.rotations.rot_x(QUARTER), nk.rotations.rot_y(QUARTER)
     rows = {
@@ -132,7 +132,7 @@ def moving_and_fixed() -> Drawing:
 
 
 def roll_pitch_yaw() -> Drawing:
-    """Yaw, then pitch, then roll, each about an axis that the turns before carried along."""
+    """Draw yaw, then pitch, then roll, each about an axis moved by the previous rotations."""
     yaw, pitch, roll = np.radians([35.0, 25.0, 40.0])
     R = nk.rotations
     after_yaw = R.rot_z(yaw)

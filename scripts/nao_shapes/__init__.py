@@ -1,4 +1,4 @@
-"""Shapes of a NAO, drawn for this library: solids per link and colour, and the meshes made of them."""
+"""Shapes of a NAO, made for this library: solids per link and colour, and their meshes."""
 
 from nao_shapes.parts import mesh_texts
 

@@ -12,7 +12,7 @@ _CAP, _ELBOW = 34.5, 22.5
 
 
 def shoulder() -> Part:
-    """What LShoulderPitch turns: the axle out of the trunk."""
+    """The link of LShoulderPitch: the axle out of the trunk."""
     return {"dark": rod((0.0, -42.0, 0.0), (0.0, -12.0, 0.0), 22.0, 0.0, 32)}
 
 
@@ -22,7 +22,7 @@ def shoulder_pad() -> Part:
 
 
 def upper_arm(length: float, offset: float) -> Part:
-    """What LShoulderRoll turns, elbow at (length, offset): round about the shoulder, so that no motion opens a gap."""
+    """The link of LShoulderRoll, elbow at (length, offset): round about the shoulder, so that no motion opens a gap."""
     return {"white": _upper_arm(length, offset, 0.0)}
 
 
@@ -39,7 +39,7 @@ def _upper_arm(length: float, offset: float, grow: float) -> Manifold:
 
 
 def elbow() -> Part:
-    """What LElbowYaw turns: a tube in the sleeve and the ball of the elbow."""
+    """The link of LElbowYaw: a tube in the sleeve and the ball of the elbow."""
     return {"dark": rod((-24.0, 0.0, 0.0), (0.0, 0.0, 0.0), 20.2, 0.0, 28) + ball(_ELBOW, segments=28)}
 
 
@@ -49,7 +49,7 @@ def hinge() -> Part:
 
 
 def forearm(length: float) -> Part:
-    """What LElbowRoll turns, wrist at length: open towards the upper arm on the side where the elbow bends."""
+    """The link of LElbowRoll, wrist at length: open towards the upper arm on the side to which the elbow bends."""
     # The rim is flat and wider than the ball in it, so that the ball leaves it in a clean arc.
     bend = slab((1.0, 0.55, 0.0), -FAR, 1.0) + slab(X, -FAR, -9.0)
     inside = bend + rod((length + 5.0, 0.0, 0.0), (length + 40.0, 0.0, 0.0), 26.0, 0.0, 32)
@@ -61,7 +61,7 @@ def forearm(length: float) -> Part:
         (length + 30.0, 26.0),
         (0.45 * length, 20.0),
     ]
-    # Drawn in the x-z plane and turned up, to lie on the upper side.
+    # Drawn in the x-z plane and rotated to the upper side.
     cover = _forearm(length, 0.9) ^ prism(outline, 15.0, FAR, 6.0).rotate((90.0, 0.0, 0.0))
     return {"white": _forearm(length, 0.0) - inside, "accent": cover - inside}
 

@@ -1,7 +1,7 @@
-"""Fewer triangles where a surface is nearly flat: edges collapse in the order of the error they make.
+"""Fewer triangles on nearly flat surfaces: edges collapse in the order of the resulting error.
 
 Source: Garland and Heckbert, Surface simplification using quadric error metrics, SIGGRAPH 1997. A vertex only moves
-into a neighbour, so that what is left stands where it stood, edges and the plane of symmetry too.
+into a neighbour, so that the remaining vertices do not move, nor edges and the plane of symmetry.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Vector = tuple[float, float, float]
 
-# A collapse may turn a triangle by this much, and make none whose longest edge is so many times its height.
+# Largest rotation of a triangle by a collapse, and largest ratio of its longest edge to its height.
 _TURN = math.cos(math.radians(25.0))
 _SLIVER = 12.0
 _NEEDLE = 50.0
-# A triangle of less height is a sliver.
+# A triangle with a smaller height is a sliver.
 _THIN = 0.05
 
 
 def decimated(vertices: Floats, triangles: Ints, tolerance: float) -> Ints:
-    """The triangles of a closed surface after all collapses that keep within a tolerance.
+    """Return the triangles of a closed surface after all collapses within a tolerance.
 
     Args:
         vertices: shape (V, 3).
@@ -34,7 +34,7 @@ def decimated(vertices: Floats, triangles: Ints, tolerance: float) -> Ints:
             for, in the unit of the vertices.
 
     Returns:
-        What is left, vertices as they were, shape (S, 3).
+        The remaining triangles, with the same vertex numbers, shape (S, 3).
     """
     return _Surface(vertices, triangles).collapse(tolerance**2)
 
@@ -68,7 +68,7 @@ class _Surface:
         return np.array(list(self.corners.values()), dtype=np.int64).reshape(-1, 3)
 
     def flip_slivers(self) -> None:
-        """Turn the longest edge of every sliver, so that two better triangles lie across it."""
+        """Flip the longest edge of every sliver, which gives two better triangles."""
         for face in list(self.corners):
             a, b, c = self.corners[face]
             if _Shape(self.at[a], self.at[b], self.at[c]).height > _THIN:
@@ -106,7 +106,7 @@ class _Surface:
         return max(square, 0.0)
 
     def allows(self, gone: int, kept: int) -> bool:
-        """Whether the surface stays a surface, keeps its side outside, and gets no slivers."""
+        """Return whether the surface remains a surface, keeps its orientation, and gets no slivers."""
         shared = self.around[gone] & self.around[kept]
         if len(shared) != 2 or len(self.neighbours(gone) & self.neighbours(kept)) != 2:
             return False
@@ -115,7 +115,7 @@ class _Surface:
             new = _Shape(*(self.at[kept if vertex == gone else vertex] for vertex in self.corners[face]))
             if new.slenderness > max(_SLIVER, old.slenderness):
                 return False
-            # What is a sliver has no direction to keep.
+            # A sliver has no direction to preserve.
             if old.slenderness < _NEEDLE and _dot(old.normal, new.normal) < _TURN * old.area * new.area:
                 return False
         return True

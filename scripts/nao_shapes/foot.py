@@ -15,7 +15,7 @@ _DOME = (
     Section(-11.0, (34.0, 36.5, 32.5, 30.5), 2.2),
     Section(-6.0, (30.0, 33.5, 31.0, 29.5), 2.1),
 )
-# Within the rim of the dome, that it ends in a shadow and not in a crossing.
+# Inside the rim of the dome, so that it ends in a shadow and not in an intersection.
 _SOLE = (Section(-45.1, (98.5, 50.2, 46.4, 35.6), 2.5), Section(-40.0, (99.5, 51.0, 47.0, 36.0), 2.5))
 _BUMPER = (
     Section(-42.0, (103.2, 54.0, 50.0, 38.8), 2.5),
@@ -26,7 +26,7 @@ _AROUND = 60
 
 
 def foot() -> Part:
-    """What LAnkleRoll turns."""
+    """The link of LAnkleRoll."""
     sole = loft(_SOLE, End(1.0, 0.01, 1), End(1.0, 0.01, 1), around=44, along=0)
     dome = loft(_DOME, End(1.5, 0.008, 1), End(2.5, 0.1, 2), around=_AROUND, along=7)
     toes = box((60.0, 2.2, -FAR), (FAR, FAR, FAR)) + box((60.0, -FAR, -FAR), (FAR, 0.8, FAR))

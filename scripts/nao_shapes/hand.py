@@ -1,4 +1,4 @@
-"""The left hand: a palm that goes on from the wrist, and the finger bones, which serve every finger of both hands."""
+"""The left hand: a palm that continues the wrist, and the phalanges, used for every finger of both hands."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _PHALANX = 14.36
 
 
 def palm() -> Part:
-    """What LWristYaw turns."""
+    """The link of LWristYaw."""
     shell = loft(_PALM, End(5.0, 0.25, 3), End(12.0, 0.7, 4), axis="x", around=36, along=4)
     wrist = rod((-8.0, 0.0, 0.0), (14.0, 0.0, 0.0), 21.0, 0.0, 24)
     x, _, z = _THUMB

@@ -1,9 +1,9 @@
 """The neck and the head: a skull with a flat face under a brow, round eyes with their LED rings, and speaker ears.
 
-What lies in the skull reaches little below its surface: rasterizers let dots of long hidden walls through that are seen
-from their edge.
+Parts in the skull are only slightly below its surface, because rasterizers show dots of long hidden walls seen from
+their edge.
 
-The cameras and microphones stand where the frames of each version have them.
+The cameras and microphones are at the frames of each version.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ _SKULL = (
     Section(82.0, (66.0, 61.5, 61.0, 61.0), 2.45),
     Section(113.5, (60.0, 58.0, 59.0, 59.0), 2.3),
 )
-# How far the middle of the face stands out, from the chin over the mouth and the eyes to the brow.
+# Reach of the middle of the face, from the chin over the mouth and the eyes to the brow.
 _FACE = PchipInterpolator(
     [-12.0, -4.0, 6.0, 17.0, 30.0, 46.0, 56.0, 64.0, 76.0, 92.0, 115.0],
     [33.0, 39.5, 48.0, 53.0, 55.0, 57.0, 59.0, 61.0, 60.5, 55.0, 36.0],
 )
-# Radius of the face seen from above, and how softly it goes over into the cheeks [mm].
+# Radius of the face seen from above, and the width of the transition to the cheeks [mm].
 _FACE_RADIUS, _FACE_EDGE = 82.0, 2.2
 
 _EYE: Point = (57.0, 26.0, 46.0)
@@ -63,7 +63,7 @@ def neck() -> Part:
 
 
 def head() -> Part:
-    """Everything that nods but the ears and the sensors, in the frame of HeadPitch."""
+    """The link of HeadPitch without the ears and the sensors, in the frame of HeadPitch."""
     socket = place(lathe([(0, -4.4), (17.4, -4.4), (17.4, -1.6), (21.5, 4.0), (0, 4.0)], 48), _EYE, _EYE_LOOKS)
     well = place(lathe([(0, -2.0), (_EAR_RADIUS + 0.8, -2.0), (_EAR_RADIUS + 0.8, 16.0), (0, 16.0)], 48), _EAR, Y)
     # Turned up from the x-z plane.
@@ -97,8 +97,8 @@ def sensors(cameras: Sequence[tuple[Point, float]], microphones: Sequence[Point]
     """The two cameras and the holes of the microphones.
 
     Args:
-        cameras: place in the frame of HeadPitch, and how far each looks down [rad].
-        microphones: where they are; the holes are drawn on the shell.
+        cameras: position in the frame of HeadPitch, and downward tilt [rad].
+        microphones: their positions; the holes are drawn on the shell.
     """
     rims, lenses = [], []
     for at, down in cameras:

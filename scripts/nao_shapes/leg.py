@@ -1,6 +1,7 @@
 """Leg of the left side, hip to ankle: a cover over the slanted axle, a thigh, and a shin whose knee is a drum.
 
-The drum of the knee and the balls of hip and ankle are round about their joints: what slides over them leaves no gap.
+The drum of the knee and the balls of hip and ankle are round about their joints, so that shells slide over them without
+a gap.
 """
 
 from __future__ import annotations
@@ -38,13 +39,13 @@ _SHIN = (
 
 
 def pelvis() -> Part:
-    """What LHipYawPitch turns: the cover of the slanted axle, over the ball of the hip."""
+    """The link of LHipYawPitch: the cover of the slanted axle, over the ball of the hip."""
     disc = rod((0.0, -14.0, 14.0), (0.0, -20.5, 20.5), 25.5, 3.0, 28)
     return {"white": Manifold.batch_hull([disc, ball(27.0, segments=24)])}
 
 
 def hip() -> Part:
-    """What LHipRoll turns: the motor behind the hip, under the cover that the robot sits on."""
+    """The link of LHipRoll: the motor behind the hip, under the cover on which the robot sits."""
     cover = [_roller(x, z, radius) for x, z, radius in _SEAT]
     cap = rod((-52.2, 0.0, -0.2), (-42.4, 0.0, -2.3), 8.8, 1.2, 24)
     return {"white": Manifold.batch_hull(cover), "grey": cap}
@@ -55,19 +56,19 @@ def _roller(x: float, z: float, radius: float) -> Manifold:
 
 
 def thigh() -> Part:
-    """What LHipPitch turns: hollow below, where the knee's drum turns in it."""
+    """The link of LHipPitch: hollow below, where the knee's drum turns in it."""
     plate = prism([(-15.0, -24.0), (20.0, -24.0), (14.0, -62.0), (-10.0, -62.0)], 36.0, FAR, 7.0)
     disc = place(lathe(pill(14.0, 4.9, 0.0, 1.6), 28), (0.0, 40.0, -9.0), Y)
     drum = _drum(-60.0, 60.0, 1.0, _GAP).translate((0.0, 0.0, -_THIGH_LENGTH))
-    # Seen through the gap alone.
+    # Visible only through the gap.
     fork = rod((0.0, 0.0, -60.0), (0.0, 0.0, -_THIGH_LENGTH), 12.0, 0.0, 12)
     return {"white": _thigh(0.0) - drum, "accent": _thigh(0.9) ^ plate, "grey": disc + fork}
 
 
 def shin() -> Part:
-    """What LKneePitch turns."""
+    """The link of LKneePitch."""
     plate = prism([(-14.0, -34.0), (17.0, -30.0), (18.0, -66.0), (-16.0, -74.0)], 34.0, FAR, 7.0)
-    # The pin lies in a well on each side, for the shell bulges below it.
+    # The pin is in a recess on each side, because the shell bulges below it.
     wells = (rod((0.0, start, 0.0), (0.0, end, 0.0), 13.8, 0.0, 32) for start, end in ((-60.0, -31.0), (34.0, 60.0)))
     return {
         "white": _shin(0.0) + _drum(-33.0, 36.0, 8.5) - union(wells),
@@ -77,7 +78,7 @@ def shin() -> Part:
 
 
 def ankle() -> Part:
-    """What LAnklePitch turns: the ball between shin and foot, and in it the cross of the two axles."""
+    """The link of LAnklePitch: the ball between shin and foot, and in it the cross of the two axles."""
     return {"grey": ball(_ANKLE, segments=28) ^ slab(Z, -20.0, 22.0)}
 
 

@@ -24,7 +24,7 @@ class Section:
     (+y, -y, +z, -z).
 
     Attributes:
-        at: where it stands on the axis.
+        at: its position on the axis.
         sides: the four reaches.
         power: 2 is an ellipse, larger is squarer.
     """
@@ -36,7 +36,7 @@ class Section:
 
 @dataclass(frozen=True)
 class End:
-    """How a loft closes: over `height` it curves in by the share `inset` of its reach; the rest is flat.
+    """The end of a loft: over `height` it curves in by the fraction `inset` of its reach; the rest is flat.
 
     Attributes:
         rings: cross-sections drawn in the curve.
@@ -58,17 +58,17 @@ def loft(
     along: int = 5,
     press: Callable[[Floats], Floats] | None = None,
 ) -> Manifold:
-    """The body through the sections, its outline a monotone cubic between them.
+    """Return the body through the sections, whose outline is a monotone cubic between them.
 
     Args:
         sections: ascending in `at`; the first and last are where the body ends.
-        low: how it closes at the first section.
-        high: how it closes at the last one.
-        axis: the axis it runs along.
-        grow: how much thicker than the sections everywhere, or thinner if negative [mm].
+        low: the end at the first section.
+        high: the end at the last section.
+        axis: the axis of the loft.
+        grow: additional thickness everywhere, negative for a thinner body [mm].
         around: corners of a cross-section.
         along: cross-sections drawn between the ends.
-        press: where the points of the surface go, shape (n, 3) to (n, 3), to press a flat face into a round body.
+        press: maps the points of the surface, shape (n, 3) to (n, 3), to press a flat face into a round body.
     """
     at = np.array([section.at for section in sections])
     table = np.array([(*section.sides, section.power) for section in sections])
@@ -94,7 +94,7 @@ def loft(
     v = radius * sin * np.where(sin >= 0, sides[:, 2:3], sides[:, 3:4])
     rings = np.stack([u, v, np.broadcast_to(levels[:, None], u.shape)], axis=-1)
     middles = np.column_stack([np.zeros((len(levels), 2)), levels])
-    # An end that closes to a point is that point alone, not a ring of them.
+    # An end that closes to a point is a single point, not a ring of points.
     rings = rings[(sides > 0).any(axis=1)]
     vertices = np.concatenate([rings.reshape(-1, 3), middles[[0, -1]]])
     body = _skin(vertices if press is None else press(vertices), *rings.shape[:2])
@@ -103,7 +103,7 @@ def loft(
 
 
 def _levels(bottom: float, top: float, low: End, high: End, along: int) -> Floats:
-    """Heights of the rings: close together where the ends curve in."""
+    """Return the heights of the rings: close together where the ends curve in."""
     lower = bottom + low.height * (1 - np.cos(np.linspace(0, np.pi / 2, low.rings + 1)))
     upper = top - high.height * (1 - np.cos(np.linspace(np.pi / 2, 0, high.rings + 1)))
     return np.concatenate([lower, np.linspace(lower[-1], upper[0], along + 2)[1:-1], upper])

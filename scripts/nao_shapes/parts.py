@@ -17,14 +17,14 @@ from nao_shapes.solids import Part, Point
 from nao_shapes.surface import TOLERANCE_MM, obj_text, surface_of
 from nao_shapes.torso import torso
 
-# Head and fingers have finer curves than the rest: how far its surface may move [mm].
+# Largest movement of the surface [mm]; head and fingers have finer curves than the rest.
 _FINE_MM = 0.25
-# The skull is the largest round outline of all; the segments of an eye stay alike.
+# The skull is the largest round outline; the segments of an eye remain equal.
 _TOLERANCES_MM = {"head_white": 0.15, "head_led": 0.0}
 
 
 def mesh_texts() -> Iterator[tuple[str, str]]:
-    """Name and OBJ text of every mesh; equal every time."""
+    """Return name and OBJ text of every mesh, the same every time."""
     for name, solid in _meshes(_middle_parts()):
         fine = TOLERANCE_MM if name.startswith("torso") else _TOLERANCES_MM.get(name, _FINE_MM)
         yield name, obj_text(name, surface_of(solid, mirror="y", tolerance=fine))

@@ -18,12 +18,12 @@ X: Point = (1.0, 0.0, 0.0)
 Y: Point = (0.0, 1.0, 0.0)
 Z: Point = (0.0, 0.0, 1.0)
 
-# Larger than any part: what is cut off with it is cut off whole.
+# Larger than any part, so that cuts are complete.
 FAR = 400.0
 
 
 def from_triangles(vertices: ArrayLike, triangles: ArrayLike) -> Manifold:
-    """The solid that closed, outward triangles bound."""
+    """Return the solid bounded by closed, outward triangles."""
     return Manifold(Mesh(np.ascontiguousarray(vertices, np.float32), np.ascontiguousarray(triangles, np.uint32)))
 
 
@@ -86,7 +86,7 @@ def prism(outline: Sequence[tuple[float, float]], low: float, high: float, corne
 
 
 def _outline(points: NDArray[np.float64]) -> CrossSection:
-    """A polygon with its inside on the left, whichever way its points were listed."""
+    """Return a polygon with its inside on the left, for any order of its points."""
     x, y = points.T
     area = x @ np.roll(y, -1) - y @ np.roll(x, -1)
     return CrossSection([points if area > 0 else points[::-1]])
@@ -95,7 +95,7 @@ def _outline(points: NDArray[np.float64]) -> CrossSection:
 def place(solid: Manifold, at: Point, towards: Point = Z) -> Manifold:
     """Turn the z axis of a solid towards a direction and move its origin to a point."""
     w = np.array(towards, dtype=float) / math.hypot(*towards)
-    # Lathed solids do not care where x and y go; for the others, y stays level where it can.
+    # The direction of x and y does not matter for lathed solids; for the others, y remains level if possible.
     v = np.cross(w, X if abs(w[2]) > 0.9 else Z)
     v /= math.hypot(*v)
     return solid.transform(np.column_stack([np.cross(v, w), v, w, np.array(at, dtype=float)]))

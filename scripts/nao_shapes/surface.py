@@ -23,10 +23,10 @@ Ints = NDArray[np.int64]
 # Vertex and normal of one corner of a face.
 Corner = tuple[int, int]
 
-# Vertices stand on a grid of 10 µm, so that the last bits of a platform's arithmetic do not reach the file.
+# Vertices are on a grid of 10 µm, so that the last bits of a platform's arithmetic do not affect the file.
 _DECIMALS_MM = 2
 _DECIMALS_NORMAL = 3
-# Detail smaller than this is dropped [mm], and how far the surface may move where that saves triangles.
+# Smallest detail to keep [mm], and largest movement of the surface to save triangles.
 _DETAIL_MM = 0.02
 TOLERANCE_MM = 0.4
 # Faces that meet at a flatter angle than this share a normal and look like one curved surface.
@@ -52,12 +52,12 @@ class Surface:
 
 
 def surface_of(solid: Manifold, *, mirror: Literal["y", "z"] | None = None, tolerance: float = TOLERANCE_MM) -> Surface:
-    """The surface of a solid, with fewer triangles where it is nearly flat.
+    """Return the surface of a solid, with fewer triangles where it is nearly flat.
 
     Args:
         solid: the solid.
-        mirror: draw half of it alone and mirror it along an axis, for a part that is its own mirror image.
-        tolerance: how far the surface may move [mm].
+        mirror: make one half and mirror it along an axis, for a part that is its own mirror image.
+        tolerance: largest movement of the surface [mm].
     """
     if mirror is not None:
         solid = solid.trim_by_plane(Y if mirror == "y" else Z, 0.0)
@@ -98,7 +98,7 @@ def _canonical(vertices: Floats, triangles: Ints) -> tuple[Floats, Ints]:
 
 
 def _without_folds(triangles: Ints) -> Ints:
-    """Triangles without the pairs that lie back to back: what welding leaves of a sliver."""
+    """Return triangles without pairs that are back to back, which remain of slivers after welding."""
     _, inverse, counts = np.unique(np.sort(triangles, axis=1), axis=0, return_inverse=True, return_counts=True)
     alone: Ints = triangles[counts[inverse.reshape(-1)] == 1]
     return alone
@@ -107,7 +107,7 @@ def _without_folds(triangles: Ints) -> Ints:
 def _with_normals(vertices: Floats, dense: Ints, triangles: Ints) -> Surface:
     """Each corner's normal: the mean of the dense faces around its vertex that smooth edges join, on its own side.
 
-    So the shading is that of the surface as it was drawn, whatever triangles are left of it.
+    The shading is therefore that of the original surface, for any remaining triangles.
     """
     vertices, triangles, dense = _sorted(vertices, triangles, dense)
     facing, weight = _facing(vertices[dense])
@@ -120,7 +120,7 @@ def _with_normals(vertices: Floats, dense: Ints, triangles: Ints) -> Surface:
     for i, corners in enumerate(triangles):
         for k, corner in enumerate(corners):
             likeness = sides[corner] @ own[i]
-            # Where no side around points its way, a triangle has its own direction.
+            # If no side at the vertex has a similar direction, a triangle has its own direction.
             means[i, k] = sides[corner][likeness.argmax()] if likeness.max() > 0.3 else own[i]
     normals, inverse = np.unique(np.round(means.reshape(-1, 3), _DECIMALS_NORMAL) + 0.0, axis=0, return_inverse=True)
     return Surface(vertices, triangles, normals, inverse.reshape(-1, 3))

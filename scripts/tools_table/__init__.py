@@ -1,1 +1,1 @@
-"""Every export, loaded in the tool it is meant for: which tools, how each is asked, and the page of answers."""
+"""Load every export in its tool: the tools, the probes that measure them, and the page of results."""

@@ -1,4 +1,4 @@
-"""A Python environment for each tool, made once: the tools ask for versions that clash with each other."""
+"""A Python environment for each tool, made once, because the tools require conflicting versions."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ def default_cache() -> Path:
 
 
 def python_of(tool: Tool, cache: Path) -> Path:
-    """The Python that has the tool, installed when it is not there yet.
+    """Return the Python that has the tool; install the tool first if necessary.
 
     Raises:
-        RuntimeError: pip cannot install it; with the last line that it says.
+        RuntimeError: pip cannot install it; with the last line of pip's output.
     """
     folder = cache / tool.package
     python = folder / "bin" / "python"
@@ -44,7 +44,7 @@ def installed_version(tool: Tool, python: Path) -> str:
 
 
 def environment() -> dict[str, str]:
-    """Variables for a process of a tool: it finds the probes, and nothing else of ours."""
+    """Return the variables for a process of a tool: it can import the probes, and nothing else of this project."""
     scripts = str(Path(__file__).resolve().parent.parent)
     kept = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
     return {**kept, "PYTHONPATH": scripts, "PYTHONDONTWRITEBYTECODE": "1", "MPLBACKEND": "Agg"}

@@ -1,4 +1,4 @@
-"""Rows of the table: each tool with each version, in a process of its own, so that one that crashes is a row too."""
+"""Measure the rows of the table: each tool with each version, in a process of its own, so that a crash is a row too."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _SECONDS = 300.0
 
 
 def measure(tool: Tool, cache: Path, versions: Iterable[str] = VERSIONS) -> dict[str, Any]:
-    """What a tool makes of the versions; where it cannot be installed, only what pip says."""
+    """Measure a tool with the given versions; if it cannot be installed, return only pip's message."""
     try:
         python = python_of(tool, cache)
     except RuntimeError as error:
@@ -34,7 +34,7 @@ def measure(tool: Tool, cache: Path, versions: Iterable[str] = VERSIONS) -> dict
 
 
 def faults(tool: Tool, measured: dict[str, Any]) -> list[str]:
-    """What is wrong in the rows of a tool, one line each."""
+    """Return the faults in the rows of a tool, one line each."""
     found = [] if measured["snippet"] == "yes" else [f"{tool.name}: the lines that load it: {measured['snippet']}"]
     for version, row in measured["rows"].items():
         wrong = []
@@ -65,7 +65,7 @@ def _row(tool: Tool, python: Path, folder: Path) -> dict[str, Any]:
 
 
 def _said(command: list[str | Path], folder: Path) -> tuple[str, str]:
-    """What went wrong in a process, "" for nothing, and what it printed."""
+    """Return the error of a process, "" for none, and its output."""
     try:
         done = subprocess.run(
             command, cwd=folder, env=environment(), capture_output=True, text=True, errors="replace", timeout=_SECONDS

@@ -1,4 +1,4 @@
-"""The page of the documentation, from the record."""
+"""Write the page of the documentation from the record."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ _HEAD = """\
 
 <!-- Written by scripts/measure_tools.py from docs/tools.json. -->
 
-Which export for which tool. Each export was loaded in its tool, for every version of the NAO, and what the tool makes
-of it was compared with this library: poses of all links that it knows in random configurations, all seen from the
-trunk, and the mass. The lines that load it were run as they stand. `make tools-table` does it again.
+This page lists the export to use for each tool. Each export was loaded in its tool, for every version of the NAO. The
+mass, and the poses of all its links relative to the trunk in random configurations, were compared with this library.
+The lines that load the export were run exactly as shown. `make tools-table` repeats the measurement.
 
 """
 
 _LEGEND = """
-Poses: no entry of a matrix is off by more than this; 10⁻¹⁴ stands for rounding. Hips and fingers are joints that follow
-others, and the tool
+Poses: no entry of a matrix is off by more than this; 10⁻¹⁴ means rounding. Hips and fingers have mimic joints, which
+the tool supports in one of these ways:
 
-- *follows*: moves them by itself;
-- *constraint*: holds them in simulation, or in its solver; where joints are set by hand, set both;
-- *says*: tells what follows what, and leaves it to the caller;
-- *set both*: knows of nothing; where the export is `--coupling independent`, the file claims nothing else.
+- *follows*: the tool moves them with their driver;
+- *constraint*: the tool's simulation or solver enforces the coupling; if you set joints directly, set both;
+- *says*: the tool gives the coupling, and the caller applies it;
+- *set both*: the tool ignores couplings, and with `--coupling independent` the file has none.
 
-What moves: simulators were run for a moment, solvers were given a target, and the couplings that they hold were looked
-at afterwards. A dash: the tool has no such thing.
+Moves: simulators were run for a moment, solvers were given a target, and the couplings were checked afterwards. A dash
+means that the tool has no such function.
 """
 
 _COUPLINGS = {"held": "follows", "constraint": "constraint", "told": "says", "free": "set both"}
@@ -36,7 +36,7 @@ _EXPONENTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def page(known: Mapping[str, Any]) -> str:
-    """The text of the page."""
+    """Return the text of the page."""
     measured = [(tool, known[tool.package]) for tool in TOOLS if tool.package in known]
     head = ("tool", "export", "poses", "mass", "meshes", "hips", "fingers", "moves")
     rows = [_summary(tool, record["rows"].values()) for tool, record in measured]
@@ -44,7 +44,7 @@ def page(known: Mapping[str, Any]) -> str:
 
 
 def _summary(tool: Tool, rows: Iterable[Mapping[str, Any]]) -> list[str]:
-    """The worst of the versions."""
+    """Return the worst result of all versions."""
     rows = list(rows)
     failed = [row["loads"] for row in rows if row["loads"] != "yes"]
     if failed or not rows:
@@ -102,7 +102,7 @@ def _dash(value: object) -> str:
 
 
 def _all_or_none(words: list[str]) -> str:
-    """The one word of all versions; several where they differ."""
+    """Return the word of all versions, or several if they differ."""
     return ", ".join(dict.fromkeys(words))
 
 

@@ -1,4 +1,4 @@
-"""What is kept of a measurement: nothing that another machine would find otherwise."""
+"""The part of a measurement that is the same on every machine."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _FACTS = ("loads", "frames", "meshes", "hips", "fingers", "simulates")
 
 
 def recorded(measured: dict[str, Any]) -> dict[str, Any]:
-    """The measurement with masses in milligrams and errors in powers of ten."""
+    """Return the measurement with masses in milligrams and errors in powers of ten."""
     rows = dict[str, Any]()
     for version, row in measured["rows"].items():
         kept = {name: row[name] for name in _FACTS if name in row}
@@ -24,12 +24,12 @@ def recorded(measured: dict[str, Any]) -> dict[str, Any]:
 
 
 def power_of_ten(error: float) -> float:
-    """The least power of ten that is not below an error; of rounding errors 10⁻¹⁴."""
+    """Return the smallest power of ten that is not below an error; 10⁻¹⁴ for rounding errors."""
     return float(f"1e{math.ceil(math.log10(max(error, 1e-14)) - 1e-9)}")
 
 
 def differences(tool: Tool, before: dict[str, Any] | None, now: dict[str, Any]) -> list[str]:
-    """Facts that are not as they were, one line each; errors below the bound and versions of the tool may change."""
+    """Return the changed facts, one line each; errors below the bound and versions of the tool may change."""
     if before is None:
         return [f"{tool.name}: not in the table"]
     found = []

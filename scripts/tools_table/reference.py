@@ -1,4 +1,4 @@
-"""An export of a NAO, and beside it what the tool that loads it shall find."""
+"""Export a NAO, with the results that the tool must reproduce."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which export is meant for which tool: the table that the documentation recommends and the measurement tries."""
+"""The export for each tool, as recommended in the documentation and tested by the measurement."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from types import MappingProxyType
 
 @dataclass(frozen=True)
 class Tool:
-    """A tool, and the export that is meant for it.
+    """A tool, and the export to use with it.
 
     Attributes:
-        name: as people call it.
-        package: as pip calls it; of its version the page speaks.
+        name: its usual name.
+        package: its name for pip; the page shows its version.
         probe: module in `probes`.
         format: one of `nao_kin.export.FORMATS`.
-        snippet: a few lines that load the export, run as they stand.
-        remarks: what to know.
+        snippet: a few lines that load the export, run as shown.
+        remarks: remarks on the page.
         options: of the format.
-        output: the file or folder that is written.
-        more: what pip shall install besides.
+        output: the file or folder to write.
+        more: further packages to install.
     """
 
     name: str
@@ -35,12 +35,12 @@ class Tool:
 
     @property
     def requirements(self) -> tuple[str, ...]:
-        """What pip installs."""
+        """The packages to install."""
         return (self.package, *self.more)
 
     @property
     def command(self) -> str:
-        """What writes the export of V6."""
+        """The command that exports V6."""
         options = "".join(f" --{name.replace('_', '-')} {value}" for name, value in self.options.items())
         return f"nao-kin export {self.output} --format {self.format}{options}"
 
@@ -59,7 +59,7 @@ data = mujoco.MjData(model)
 mujoco.mj_resetDataKeyframe(model, data, model.key("StandInit").id)
 mujoco.mj_step(model, data)
 """,
-        "Stands on its soles in simulation. Where joints are set without simulating, set the followers too: "
+        "The robot stands on its soles in simulation. If you set joints without simulating, set the mimic joints too: "
         "{doc}`mujoco`.",
         output="nao_mujoco",
     ),
@@ -76,7 +76,7 @@ configuration = mink.Configuration(mujoco.MjModel.from_xml_path("nao_mujoco/scen
 configuration.update_from_keyframe("StandInit")
 couplings = mink.EqualityConstraintTask(configuration.model, cost=1.0)
 """,
-        "Give `couplings` to `solve_ik` with the other tasks: mink does not add it by itself.",
+        "Pass `couplings` to `solve_ik` with the other tasks; mink does not add it.",
         {"base": "fixed"},
         "nao_mujoco",
         ("daqp",),
@@ -94,8 +94,8 @@ plant = MultibodyPlant(time_step=1e-3)
 Parser(plant).AddModels("nao.urdf")
 plant.Finalize()
 """,
-        "The couplings are constraints of a plant with a time step: they hold in simulation. `set_angle` does not "
-        "apply them; set the followers too.",
+        "The couplings are constraints of a plant with a time step, and apply in simulation. `set_angle` does not "
+        "apply them; set the mimic joints too.",
         {"inertia": "physical"},
     ),
     Tool(
@@ -109,8 +109,8 @@ import pybullet
 pybullet.connect(pybullet.DIRECT)
 robot = pybullet.loadURDF("nao.urdf")
 """,
-        "Computes states of links in single precision. Knows no couplings, and the file makes none: set both hips, and "
-        "the fingers. Beyond 128 links it answers for none; `effectors` leaves fewer.",
+        "Link states have single precision. PyBullet ignores couplings, and the file has none: set both hips, and "
+        "the fingers. With more than 128 links it returns no states; `effectors` leaves fewer.",
         {"frames": "effectors", "coupling": "independent", "inertia": "physical"},
         more=("numpy",),
     ),
@@ -125,7 +125,7 @@ import pinocchio
 floating = pinocchio.JointModelFreeFlyer()
 robot = pinocchio.RobotWrapper.BuildFromURDF("nao.urdf", ["."], floating, mimic=True)
 """,
-        "Without `mimic=True` the joints are uncoupled. `nao.model` is such a model, without any file.",
+        "Without `mimic=True` the joints are uncoupled. `nao.model` is the coupled model, without a file.",
     ),
     Tool(
         "pink",
@@ -140,7 +140,7 @@ floating = pinocchio.JointModelFreeFlyer()
 robot = pinocchio.RobotWrapper.BuildFromURDF("nao.urdf", ["."], floating, mimic=True)
 configuration = pink.Configuration(robot.model, robot.data, robot.q0)
 """,
-        "As Pinocchio.",
+        "The same as Pinocchio.",
         more=("daqp",),
     ),
     Tool(
@@ -155,9 +155,9 @@ robot = placo.RobotWrapper("./nao.urdf", placo.Flags.ignore_collisions)
 solver = placo.KinematicsSolver(robot)
 solver.add_gear_task().set_gear("RHipYawPitch", "LHipYawPitch", 1.0)
 """,
-        "Knows no couplings of a file, and this one makes none: the solver gets a gear for the hips. To set joints, "
-        "set both. The meshes are not found without the `./`. It asks for another Pinocchio than this library does: "
-        "give it an environment of its own.",
+        "placo ignores the couplings of a file, and this file has none: add a gear task for the hips to the solver. If "
+        "you set joints directly, set both. Meshes are found only with the `./`. placo requires another version of "
+        "Pinocchio than this library: install it in an environment of its own.",
         {"coupling": "independent"},
     ),
     Tool(
@@ -184,7 +184,7 @@ import urchin
 robot = urchin.URDF.load("nao.urdf")
 poses = robot.link_fk({"HeadYaw": 0.5})
 """,
-        "The successor of urdfpy. Takes silence about a link's mass for 1 kg, without `physical` 104 kg in all.",
+        "The successor of urdfpy. It assumes 1 kg for a link without a mass: 104 kg in total without `physical`.",
         {"frames": "effectors", "inertia": "physical"},
     ),
     Tool(
@@ -200,7 +200,7 @@ from viser.extras import ViserUrdf
 
 robot = ViserUrdf(viser.ViserServer(), Path("nao.urdf"))
 """,
-        "Reads with yourdfpy.",
+        "viser reads the file with yourdfpy.",
         more=("yourdfpy",),
     ),
     Tool(
@@ -216,8 +216,8 @@ rerun.init("nao", spawn=False)
 tree = UrdfTree.from_file_path("nao.urdf")
 tree.log_urdf_to_recording()
 """,
-        "Shows what it is sent, in single precision. `joint.mimic` says what a joint follows; whoever logs transforms "
-        "applies it.",
+        "rerun shows the transforms that you log, in single precision. `joint.mimic` describes the coupling of a "
+        "joint; apply it when you log.",
     ),
     Tool(
         "ikpy",
@@ -232,7 +232,7 @@ links = ["LShoulder", "LBicep", "LElbow", "LForeArm", "l_wrist"]
 path = ["torso", *(name for pair in zip(joints, links) for name in pair)]
 arm = Chain.from_urdf_file("nao.urdf", base_elements=[*path, "LArm_fixed", "LArm"])
 """,
-        "One chain at a time. Knows no couplings, and the file makes none: give both legs the same `HipYawPitch`.",
+        "One chain at a time. ikpy ignores couplings, and the file has none: give both legs the same `HipYawPitch`.",
         {"coupling": "independent", "meshes": "none"},
     ),
     Tool(
@@ -247,8 +247,8 @@ from roboticstoolbox.models.URDF.URDFRobot import URDFRobot
 
 robot = URDFRobot(Path("nao.urdf").resolve())
 """,
-        "Turns the frame of a joint with an oblique axis by a wrong angle, and the legs with it; with `--axes aligned` "
-        "there is no such joint. Knows no couplings, and the file makes none: set both values.",
+        "It rotates the frame of a joint with an oblique axis by a wrong angle, and the legs with it; with "
+        "`--axes aligned` there is no such joint. It ignores couplings, and the file has none: set both values.",
         {"coupling": "independent", "axes": "aligned"},
     ),
     Tool(
@@ -265,7 +265,7 @@ frames = UrdfTransformManager()
 frames.load_urdf(Path("nao.urdf").read_text(), mesh_path=".")
 T_torso_hand = frames.get_transform("LArm", "torso")
 """,
-        "Knows no couplings, and the file makes none: set both values.",
+        "It ignores couplings, and the file has none: set both values.",
         {"coupling": "independent"},
         more=("lxml", "trimesh"),
     ),
@@ -282,7 +282,7 @@ import kinpy
 chain = kinpy.build_chain_from_urdf(Path("nao.urdf").read_bytes())
 poses = chain.forward_kinematics({"HeadYaw": 0.5})
 """,
-        "Give it bytes: its parser refuses a text that names its encoding. Knows no couplings, and the file makes "
+        "Pass bytes: the parser rejects text with an encoding declaration. It ignores couplings, and the file has "
         "none: set both values.",
         {"coupling": "independent"},
     ),
@@ -300,8 +300,8 @@ import torch
 chain = pytorch_kinematics.build_chain_from_urdf(Path("nao.urdf").read_bytes())
 poses = chain.forward_kinematics(torch.zeros(100, chain.n_joints))
 """,
-        "Origins are read in single precision, even where the chain is turned to double. Knows no couplings, and the "
-        "file makes none: set both values.",
+        "Origins are read in single precision, even if the chain is converted to double. It ignores couplings, and the "
+        "file has none: set both values.",
         {"coupling": "independent"},
     ),
 )

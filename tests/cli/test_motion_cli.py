@@ -110,7 +110,7 @@ def test_columns_that_name_no_joint_are_left_out_when_asked(capsys: pytest.Captu
         assert run(["motion", command, str(log), *more, "--ignore-other", "--json"]) == 0
         out, err = capsys.readouterr()
         assert json.loads(out)["joints"] == ["HeadYaw"]
-        assert "left out names that are no joints: Battery" in err
+        assert "left out names that are not joints: Battery" in err
 
 
 def test_fk_and_view_leave_out_columns_of_a_motion_that_name_no_joint(
@@ -126,11 +126,11 @@ def test_fk_and_view_leave_out_columns_of_a_motion_that_name_no_joint(
         assert run(["fk", str(motion), "--frame", "Head", *options, "--ignore-other"]) == 0
         out, err = capsys.readouterr()
         assert out == expected
-        assert "left out names that are no joints: state" in err
+        assert "left out names that are not joints: state" in err
     page = str(tmp_path / "page.html")
     assert "--ignore-other" in _refused(capsys, "view", str(motion), "--html", page)
     assert run(["view", str(motion), "--html", page, "--ignore-other"]) == 0
-    assert "left out names that are no joints: state" in capsys.readouterr().err
+    assert "left out names that are not joints: state" in capsys.readouterr().err
     assert "--columns is for whole" in _refused(capsys, "fk", str(motion), "--columns", "state=", "--frame", "Head")
 
 

@@ -162,7 +162,7 @@ def test_bad_input_is_refused_in_one_line(
     assert "cannot write" in _refused(capsys, "--html", str(tmp_path / "no" / "x.html"))
     assert not (tmp_path / "x.html").exists()
     monkeypatch.setenv("NAO_KIN_BROWSER", str(tmp_path / "no-browser"))
-    assert "which is no program" in _refused(capsys, "--png", str(tmp_path / "x.png"))
+    assert "which is not a program" in _refused(capsys, "--png", str(tmp_path / "x.png"))
     monkeypatch.delenv("NAO_KIN_BROWSER")
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.setattr("nao_kin.viewer.browser._MAC_APPLICATIONS", ())

@@ -47,7 +47,7 @@ def test_a_folder_is_replaced_only_by_force(tmp_path: Path) -> None:
 def test_what_somebody_else_has_put_there_stays(tmp_path: Path) -> None:
     write_folder(tmp_path / "nao", FILES)
     (tmp_path / "nao/thesis.tex").write_text("x")
-    with pytest.raises(BadArgument, match=r"it holds 1 other files, first 'thesis.tex'"):
+    with pytest.raises(BadArgument, match=r"it contains 1 other files, first 'thesis.tex'"):
         write_folder(tmp_path / "nao", FILES, overwrite=True)
     assert _content(tmp_path / "nao") == FILES | {"thesis.tex": b"x"}
 

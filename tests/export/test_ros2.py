@@ -399,6 +399,6 @@ def test_a_folder_with_other_files_is_never_replaced(tmp_path: Path) -> None:
     nk.export.ros2(robot, folder, package="p1", samples=1, package_version="0.2.0", overwrite=True)
     assert "0.2.0" in (folder / "package.xml").read_text(encoding="utf-8")
     (folder / "notes.txt").write_text("mine", encoding="utf-8")
-    with pytest.raises(BadArgument, match="it holds 1 other files, first 'notes.txt'"):
+    with pytest.raises(BadArgument, match="it contains 1 other files, first 'notes.txt'"):
         nk.export.ros2(robot, folder, package="p1", samples=1, overwrite=True)
     assert all(file.is_file() for file in done.files)

@@ -463,7 +463,7 @@ def test_chains_beside_each_other_are_groups_of_joints(tmp_path: Path) -> None:
     path.write_text(document.text, encoding="utf-8")
     again = nk.RobotModel.from_urdf(robot.urdf_path, semantics=path)
     assert {name: again.chains[name] for name in chains} == chains
-    assert any("'on the way' is no name for a parameter of ROS" in line for line in document.changes)
+    assert any("'on the way' is not a valid name of a ROS parameter" in line for line in document.changes)
 
 
 def test_an_effector_on_the_trunk_takes_no_arm_for_its_gripper(tmp_path: Path) -> None:

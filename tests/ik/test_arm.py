@@ -338,7 +338,7 @@ def test_bad_targets_are_refused(nao: nk.NaoModel) -> None:
     T = nao.fk(nao.random(16, 3), "LArm")
     with pytest.raises(BadArgument, match="a pose .* has one"):
         nk.ik.arm(nao, "L", T, direction=[1.0, 0.0, 0.0])
-    with pytest.raises(WrongShape, match=r"\(\.\.\., 4, 4\) for poses or \(\.\.\., 3\) for places"):
+    with pytest.raises(WrongShape, match=r"\(\.\.\., 4, 4\) for poses or \(\.\.\., 3\) for positions"):
         nk.ik.arm(nao, "L", np.zeros(4))
     with pytest.raises(ZeroNorm, match=r"direction must not be zero at index \[1\]"):
         nk.ik.arm(nao, "L", T[:2, :3, 3], direction=[[1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])

@@ -674,7 +674,7 @@ def test_wrong_paths_are_refused_with_effector_and_sample(nao: nk.NaoModel) -> N
         nk.ik.follow(nao, {"Head": stretched[:, :3, :3]})
     with pytest.raises(NotFinite, match=r"path\['LLeg'\] must be finite, got nan at index \[2, 1, 3\]"):
         nk.ik.follow(nao, {"LLeg": gap})
-    with pytest.raises(BadArgument, match=r"path\['LLeg'\] at index \[4\] is no rigid transform"):
+    with pytest.raises(BadArgument, match=r"path\['LLeg'\] at index \[4\] is not a rigid transform"):
         nk.ik.follow(nao, {"LLeg": row})
 
 
@@ -693,7 +693,7 @@ def test_wrong_times_and_options_are_refused(nao: nk.NaoModel) -> None:
         nk.ik.follow(nao, {"LLeg": T}, limits="enforced")  # type: ignore[arg-type]
     with pytest.raises(WrongShape, match="reference"):
         nk.ik.follow(nao, {"LLeg": T}, reference=np.zeros(24))
-    with pytest.raises(BadArgument, match="free goes with torso"):
+    with pytest.raises(BadArgument, match="free requires torso"):
         nk.ik.follow(nao, {"LLeg": T}, free="lean")
     with pytest.raises(BadArgument, match="fps"):
         nk.ik.follow(nao, {"LLeg": T}).sampled(0.0)

@@ -439,7 +439,7 @@ def test_bad_targets_are_refused_with_their_index(nao: nk.NaoModel) -> None:
         nk.ik.leg(nao, "L", mirrored)
     transposed = T.copy()
     transposed[2] = T[2].T
-    with pytest.raises(BadArgument, match=r"T_torso_foot at index \[2\] is no rigid transform: its last row"):
+    with pytest.raises(BadArgument, match=r"T_torso_foot at index \[2\] is not a rigid transform: its last row"):
         nk.ik.leg(nao, "L", transposed)
     T[0, 1, 3] = math.nan
     with pytest.raises(NotFinite, match="T_torso_foot"):

@@ -220,7 +220,7 @@ def test_a_target_without_a_rotation_is_named_with_its_index_and_its_defect(
     T = np.tile(nao.fk(nao.posture("StandInit"), frame), (2, 1, 1))
     T[1, 3, 0] = 1.0
     with pytest.raises(
-        BadArgument, match=rf"^{argument} at index \[1\] is no rigid transform: its last row is 1, 0, 0, 1"
+        BadArgument, match=rf"^{argument} at index \[1\] is not a rigid transform: its last row is 1, 0, 0, 1"
     ):
         solve(nao, T)
 

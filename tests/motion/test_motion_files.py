@@ -198,7 +198,7 @@ def test_what_names_no_joint_is_left_out_when_asked(tmp_path: Path, name: str, t
         BadInputFile, match="ignore_other=True, or --ignore-other of nao-kin motion, fk and view, leaves it out"
     ):
         read_motion(path)
-    with pytest.warns(MotionFileWarning, match="left out names that are no joints: (Battery|Wheel)"):
+    with pytest.warns(MotionFileWarning, match="left out names that are not joints: (Battery|Wheel)"):
         motion = read_motion(path, ignore_other=True)
     assert motion == Motion([0.0, 1.0], ["HeadYaw", "HeadPitch"], [[0.1, 0.0], [0.2, 0.5]])
     path.write_text(text.replace("HeadYaw", "A").replace("HeadPitch", "B"), encoding="utf-8")

@@ -226,7 +226,7 @@ def test_rounding_is_taken_out_of_a_transform_list() -> None:
 def test_numbers_that_are_no_pose_are_refused() -> None:
     with pytest.raises(NotARotation, match="transform: not a rotation matrix"):
         naoqi.pose_from_list([1.1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1])
-    with pytest.raises(BadArgument, match="transform is no rigid transform: its last row is 0, 0, 0, 2"):
+    with pytest.raises(BadArgument, match="transform is not a rigid transform: its last row is 0, 0, 0, 2"):
         naoqi.pose_from_list([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 2])
     with pytest.raises(WrongShape, match="16"):
         naoqi.pose_from_list(np.zeros(15))

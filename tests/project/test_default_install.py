@@ -249,5 +249,5 @@ def test_nothing_is_compiled_ahead_without_numba(capsys: pytest.CaptureFixture) 
     assert (captured.out, captured.err) == (
         "",
         "nao-kin: warmup needs numba: pip install 'nao-kin[batch]'; "
-        "results are the same without it, and large batches slower\n",
+        "same results without it; large batches are slower\n",
     )

@@ -306,7 +306,7 @@ def test_a_batch_is_iterated_over_along_its_first_axis() -> None:
 def test_a_single_line_is_not_iterated_over() -> None:
     line = PluckerLine.through([0, 0, 0], [1, 0, 0])
     for walk in (iter, list, lambda line: [*line]):
-        with pytest.raises(NaoKinError, match="a single PluckerLine holds no lines to iterate over"):
+        with pytest.raises(NaoKinError, match="a single PluckerLine contains no lines to iterate over"):
             walk(line)
     with pytest.raises(TypeError):
         iter(line)

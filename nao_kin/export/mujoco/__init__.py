@@ -26,7 +26,7 @@ from nao_kin.robot import RobotModel
 __all__ = ["mjcf"]
 
 
-# --- The scene around the robot: a floor, light, and a viewpoint.
+# --- The scene of the robot: a floor, light, and a viewpoint.
 
 NAME = "scene.xml"
 
@@ -116,13 +116,13 @@ def mjcf(
     typed: bool = False,
     overwrite: bool = False,
 ) -> Exported:
-    """Write a folder for MuJoCo: the robot's file, `scene.xml` that puts it on a floor, and its meshes in `assets/`.
+    """Write a folder for MuJoCo: the robot's file, `scene.xml` with the robot on a floor, and its meshes in `assets/`.
 
     Names are the robot's: a joint has its name, and so has the position actuator that drives it; a body has the name of
     its link, and every other link is a site. Forward kinematics is the robot's to rounding. Key frames are its
     postures, with the robot on the floor z = 0, and controls that hold it there.
 
-    Sensors are named by the part that they belong to and the quantity: `<joint>_position` and `<joint>_velocity`,
+    Sensors are named after their part and quantity: `<joint>_position` and `<joint>_velocity`,
     `<frame>_acceleration`, `<frame>_angular_velocity`, `<frame>_force`, and `<root>_orientation`.
 
     Gains, damping and rotor inertias are estimates from the published efforts and speeds, described in
@@ -132,11 +132,11 @@ def mjcf(
         robot: any robot.
         folder: the folder to write; its parent must exist.
         base: "floating" for a free joint at the root, or "fixed".
-        frames: which links that move with another one are sites: "all", "effectors" for those that the semantics name,
+        frames: which links without a body of their own are sites: "all", "effectors" for those named in the semantics,
             or "none". Frames of sensors are always sites.
-        coupling: "mimic" makes an equality for each follower, "locked" fixes follower and driver, "independent" gives
-            the follower its own actuator.
-        inertia: "physical" corrects impossible inertias, which MuJoCo refuses; "published" leaves them as they are.
+        coupling: "mimic" makes an equality for each mimic joint, "locked" fixes it and its driver, "independent" gives
+            the mimic joint its own actuator.
+        inertia: "physical" corrects impossible inertias, which MuJoCo refuses; "published" does not change them.
         meshes: "relative" copies mesh files, "none" leaves out the shapes that need them.
         typed: make one body of several joints with axes through one point: two hinges of one body for a universal
             joint, a ball for a spherical one. MuJoCo couples only joints of one coordinate, so a spherical joint with a
@@ -145,7 +145,7 @@ def mjcf(
         overwrite: replace an existing folder.
 
     Returns:
-        The path of the scene, the files, and how they differ from the robot.
+        The path of the scene, the files, and the differences from the robot.
 
     Raises:
         BadArgument: a mesh is missing or cannot be read, or the folder exists.
@@ -206,7 +206,7 @@ def mjcf(
 
 
 def _merging_notes(bodies: Bodies, typed: bool) -> tuple[str, ...]:
-    """Return one line for the links between merged axes, and one for each three axes that cannot be a ball."""
+    """Return one line for the links between merged axes, and one for each set of three axes that cannot be a ball."""
     notes = [
         f"{', '.join(joint.name for joint in body.joints)} stay three hinges of one body, because MuJoCo couples no "
         "balls; coupling='independent' (--coupling independent) makes a ball of them"

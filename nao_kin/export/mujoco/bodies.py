@@ -1,4 +1,4 @@
-"""A tree of links as MuJoCo's bodies: one for each link that moves, with all links fixed to it."""
+"""A tree of links as MuJoCo's bodies: one body for each moving link and all links fixed to it."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Bodies:
     between: frozenset[str]  # links between merged axes, fixed to the body before as with all joints at zero
 
     def place(self, link: str) -> tuple[Body, pin.SE3]:
-        """Return the body that a link belongs to, and its pose there."""
+        """Return the body of a link, and the link's pose in it."""
         return next((body, body.links[link]) for body in self.bodies if link in body.links)
 
     def joints(self) -> Iterator[BodyJoint]:
@@ -74,8 +74,8 @@ class Bodies:
 def bodies_of(tree: UrdfTree, groups: JointGroups | None = None) -> Bodies:
     """Return the bodies of a tree, with the joints of `groups` merged.
 
-    Those of a universal joint become two hinges of one body, those of a spherical one a ball, or three hinges of one
-    body if one of them is coupled, because MuJoCo couples only joints of one coordinate.
+    A universal joint becomes two hinges of one body, a spherical joint a ball, or three hinges of one body if one of
+    its axes is coupled, because MuJoCo couples only joints of one coordinate.
     """
     runs = [group.joints for group in groups or () if len(group.axes) > 1]
     before_last = {name for run in runs for name in run[:-1]}
@@ -101,7 +101,7 @@ def bodies_of(tree: UrdfTree, groups: JointGroups | None = None) -> Bodies:
         parts = [(row, np.array(row.axis))]
         if len(run) > 1:
             turned = [T_joint.rotation.T @ axes[name] for name in run]
-            # Without the rounding of a rotation and its inverse.
+            # Avoids the rounding of a rotation and its inverse.
             parts = [
                 (rows[name], np.where(np.abs(e) < 1e-15, 0.0, e) + 0.0) for name, e in zip(run, turned, strict=True)
             ]
@@ -122,7 +122,7 @@ def bodies_of(tree: UrdfTree, groups: JointGroups | None = None) -> Bodies:
 
 
 def give_the_root_mass(bodies: Bodies) -> tuple[str, ...]:
-    """Give a root without mass that moves freely a ball of water of one gram; return one line if done."""
+    """Give a freely moving root without mass a ball of water of one gram; return a line if this was done."""
     root = bodies.bodies[0]
     if root.inertia.mass > 0.0:
         return ()

@@ -3,7 +3,7 @@
 A URDF states the largest effort e and the largest speed v of a motor. Three estimates complete the servo:
 
 - the full effort acts at an error of 0.05 rad (5 mm for a sliding joint): kp = e / 0.05;
-- no effort is available at the largest speed, the line of an ideal DC motor: damping = e / v;
+- no effort is available at the largest speed, as for an ideal DC motor: damping = e / v;
 - the rotor's inertia behind the gear is armature = 0.015 s · e / v: 0.007 kg m² for the NAO's knee, as for a rotor of
   4 g cm² behind the published ratio of 130.85.
 
@@ -46,7 +46,7 @@ class Servo:
 
 
 def servo(row: UrdfJoint) -> Servo:
-    """Return the motor of a joint by the published effort and speed; zero or infinite ones are unknown."""
+    """Return the motor of a joint from the published effort and speed; zero or infinite values are unknown."""
     effort = row.effort if 0.0 < row.effort < math.inf else math.inf
     known = effort < math.inf and 0.0 < row.velocity < math.inf
     slope = effort / row.velocity if known else 0.0
@@ -57,17 +57,17 @@ def servo(row: UrdfJoint) -> Servo:
 
 
 def motor_of(joint: BodyJoint) -> Servo:
-    """Return the motor of a joint; a ball has the weakest of its three, whose effort all of them reach."""
+    """Return the motor of a joint; a ball has the weakest of its three, because all three reach this effort."""
     return min(map(servo, joint.rows), key=lambda motor: motor.effort)
 
 
 def proper_range(lower: float, upper: float) -> tuple[float, float]:
-    """Return limits for MuJoCo, which ignores a range of no width and would let the joint move freely."""
+    """Return limits for MuJoCo, which would ignore a range of zero width and let the joint move freely."""
     return (lower, upper) if lower < upper else (lower - _NARROWEST, upper + _NARROWEST)
 
 
 def add_actuators(spec: Any, joints: Iterable[BodyJoint]) -> tuple[str, ...]:
-    """Add a position actuator for each joint that does not follow another, with the name of the joint.
+    """Add a position actuator for each joint that is not a mimic joint, with the name of the joint.
 
     A ball has three, with the suffixes _x, _y, _z: their controls are the rotation vector of the wanted orientation in
     the frame of the joint (`nao_kin.rotations.log`), because MuJoCo measures a ball by its rotation vector. Returns one
@@ -113,7 +113,7 @@ _FELT = 0.01
 def add_sites(
     spec: Any, added: list[Any], bodies: Bodies, tree: UrdfTree, semantics: Semantics, frames: str
 ) -> tuple[str, ...]:
-    """Add a site for each link that is no body, a camera for each camera, and all sensors.
+    """Add a site for each link that is not a body, a camera for each camera, and all sensors.
 
     `added` has MuJoCo's body for each of `bodies`; `frames` selects the links with sites: "all", "effectors" for those
     in the semantics, "none" for sensors only. Returns one line for each difference from the robot.

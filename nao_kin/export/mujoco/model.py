@@ -29,7 +29,7 @@ _COUPLING_SOLIMP = (0.9999, 0.9999, 0.001, 0.5, 2.0)
 
 
 def add_bodies(spec: Any, bodies: Bodies, *, floating: bool) -> list[Any]:
-    """Add bodies with masses and joints, and an equality for each follower; return MuJoCo's body for each."""
+    """Add bodies with masses and joints, and an equality for each mimic joint; return MuJoCo's body for each."""
     added: list[Any] = []
     for body in bodies.bodies:
         parent = spec.worldbody if body.parent < 0 else added[body.parent]
@@ -73,9 +73,9 @@ def _add_joint(one: Any, joint: BodyJoint) -> None:
         added.axis = joint.axes[0].tolist()
         if row.mimic is None and math.isfinite(row.lower) and math.isfinite(row.upper):
             added.range = proper_range(row.lower, row.upper)
-    # The driving joint has the motor and the limits of all its followers.
+    # The driving joint has the motor and the limits of all its mimic joints.
     damping, added.armature = (motor.damping, motor.armature) if row.mimic is None else (row.damping, 0.0)
-    # A polynomial of the speed since MuJoCo 3.10, a number before.
+    # A polynomial of the speed since MuJoCo 3.10, a number in earlier versions.
     added.damping = damping if np.ndim(added.damping) == 0 else [damping, 0.0, 0.0]
     added.frictionloss = max(part.friction for part in joint.rows)
 
@@ -156,9 +156,8 @@ def _set_geometry(geom: Any, geometry: Geometry, scaled: Mapping[MeshFile, str])
 def add_excludes(spec: Any) -> tuple[str, ...]:
     """Exclude contacts between neighbours, and between bodies whose shapes overlap at zero or in a posture.
 
-    Collision shapes are rough: those of neighbours always overlap, and others where the real shells just pass each
-    other. The neighbour of a body is the nearest one before it that has a shape. Returns a line about pairs that are no
-    neighbours.
+    Collision shapes are approximate: those of neighbours always overlap, and others where the real shells just pass
+    each other. The neighbour of a body is the nearest preceding body with a shape. Returns a line about other pairs.
     """
     model = spec.compile()
     data = mujoco.MjData(model)
@@ -225,7 +224,7 @@ def _to_the_plane(shape: Collision, T_sole_shape: pin.SE3) -> tuple[Collision, f
     if abs(down[axis]) < 1.0 - _PARALLEL or gap == 0.0 or abs(gap) > _NEAR:
         return None
     size[axis] += gap
-    # The box grows along one axis, away from the face that stays.
+    # The box grows along one axis, away from the fixed face.
     shift = np.zeros(3)
     shift[axis] = -0.5 * gap * np.sign(down[axis])
     x, y, z = (np.array(shape.origin.xyz) + pose(shape.origin).rotation @ shift).tolist()
@@ -286,7 +285,7 @@ def add_keyframes(spec: Any, robot: RobotModel, bodies: Bodies, *, floating: boo
 
 
 def _set_joint(model: Any, data: Any, joint: BodyJoint, values: Mapping[str, Floats]) -> None:
-    """Set the coordinates of a joint, and the controls that hold it."""
+    """Set the coordinates of a joint, and the controls that keep it there."""
     place = int(model.joint(joint.name).qposadr[0])
     if joint.kind == "ball":
         R = np.eye(3)
@@ -302,7 +301,7 @@ def _set_joint(model: Any, data: Any, joint: BodyJoint, values: Mapping[str, Flo
 
 
 def upright(up: Floats) -> Floats:
-    """Return the smallest rotation (3, 3) that makes the direction `up` the z axis; about y where it points down."""
+    """Return the smallest rotation (3, 3) that makes the direction `up` the z axis; about y if it points down."""
     up = up / np.linalg.norm(up)
     axis = np.cross(up, [0.0, 0.0, 1.0])
     sine = float(np.linalg.norm(axis))

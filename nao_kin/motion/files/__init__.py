@@ -1,4 +1,4 @@
-"""Motion files of many formats, recognised, read and written."""
+"""Read and write motion files of many formats, and recognise the formats."""
 
 from __future__ import annotations
 
@@ -48,12 +48,12 @@ def read_motion(
         degrees: turning joints are in degrees if neither the file nor its format says otherwise: "csv" without units,
             "json" without "units", "naoqi" and "python".
         timeline: one of several motions of a "xar", "python" or "bhuman" file: its name, or its number from 1.
-        robot: its joints are the known ones; None for the NAO.
-        ignore_other: leave out names that are no joints of the robot, with a `MotionFileWarning`.
+        robot: the robot whose joints are accepted; None for the NAO.
+        ignore_other: leave out names that are not joints of the robot, with a `MotionFileWarning`.
 
     Raises:
         BadInputFile: one line that names the file and, if possible, line and column: unreadable, of unknown format,
-            malformed, a joint unknown or given twice, a value that is no finite number, times that do not ascend,
+            malformed, a joint unknown or given twice, a value that is not a finite number, times that do not ascend,
             several motions and none chosen.
 
     Examples:
@@ -106,14 +106,14 @@ def _recognised(source: MotionSource) -> Format:
 
 
 def looks_like(known: Format, source: MotionSource) -> bool:
-    """Whether a file has the content of a format."""
+    """Return whether a file has the content of a format."""
     try:
         return known.recognises(source)
     except BadInputFile:
         return False
 
 
-# --- Writing: the format is that of the name or the suffix; a file is written whole or not at all.
+# --- Writing: the format is given, or determined by the suffix; a file is written completely or not at all.
 
 
 def write_motion(
@@ -126,18 +126,18 @@ def write_motion(
 ) -> None:
     """Write a motion to a file.
 
-    Joints that a format has no place for are an error; curves that a linear format loses are a `MotionFileWarning`.
+    Joints that a format does not support raise an error; a linear format loses curves with a `MotionFileWarning`.
 
     Args:
         motion: the motion to write.
         path: the file.
         format: one of `FORMATS` except "bhuman" and "naodevils", which are only read; None for that of the suffix,
             where ".json" is "json".
-        rate: write samples, so many a second, instead of the keys.
+        rate: samples per second to write instead of the keys.
         overwrite: replace an existing file.
 
     Raises:
-        BadArgument: no format, a file that exists or cannot be written, a motion that the format cannot hold.
+        BadArgument: no format, a file that exists or cannot be written, a motion that the format cannot represent.
 
     Examples:
         >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
@@ -164,7 +164,7 @@ def write_motion(
 
 # Suffixes of configurations too; any other suffix is unambiguous.
 _SHARED = (".csv", ".tsv", ".txt", ".json", "")
-# Bytes of a table to look at, which may be larger than memory.
+# Bytes to read of a table, which may be larger than memory.
 _HEAD = 1 << 16
 _JSON = re.compile(rb"(?:\xef\xbb\xbf)?\s*[\[{]")
 # The beginning of a list of configurations, which is not read to its end.
@@ -172,7 +172,7 @@ _CONFIGURATIONS = re.compile(rb"(?:\xef\xbb\xbf)?\s*\[\s*\{")
 
 
 def is_motion_file(path: Path | str, data: bytes | None = None) -> bool:
-    """Whether a file is a motion file, by its content or by an unambiguous suffix.
+    """Return whether a file is a motion file, by its content or by an unambiguous suffix.
 
     A table of joint values without a time column, and JSON objects of joint values, are not: `nao_kin.stream` reads
     them. Unreadable files and pipes, which can be read only once, are not either. `data` is the content, if it has been

@@ -1,4 +1,4 @@
-"""B-Human's key frames, in blocks of which motions are made; and those of NaoDevils.
+"""B-Human's key frames, whose blocks make up motions; and those of NaoDevils.
 
     motions = {
       sit = {keyframes = [sit, sitDown]; …};
@@ -56,7 +56,7 @@ from nao_kin.motion.motion import Motion
 _BEGINS = re.compile(r"^\s*(?:keyframeBlock|mofs)\s*=\s*[\[{]", re.MULTILINE)
 _BLOCKS, _OLD = "keyframeBlock", "mofs"
 _LIMBS = ("leftArm", "leftLeg", "rightLeg", "rightArm")
-# The default of a key frame is that of its block, and of a block linear.
+# The default of a key frame is that of its block, the default of a block is linear.
 _EASES: dict[str, Ease | None] = {
     "Default": None,
     "Linear": "linear",
@@ -171,7 +171,7 @@ _KFM_EASES: dict[str, Ease | None] = {"linear": "linear", "sine": "cosine"}
 
 
 def _read_kfm(source: MotionSource) -> Motion:
-    """Read the motion in a .kfm file; a .kmc file, which holds no joint values, is refused."""
+    """Read the motion in a .kfm file; a .kmc file, which contains no joint values, is refused."""
     stream = ConfigStream(source)
     if "phaseParameters" in stream.fields:
         raise source.error(

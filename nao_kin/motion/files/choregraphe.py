@@ -187,7 +187,7 @@ _EXPECTED = "[value, [type, time, value], [type, time, value]]"
 
 
 def plain_keys(rows: list[Any]) -> bool:
-    """Whether the keys of a joint are values without handles."""
+    """Return whether the keys of a joint are values without handles."""
     return not any(isinstance(row, list) for row in rows)
 
 
@@ -223,7 +223,7 @@ def make_straight(times: Floats, keys: Floats, handles: Floats, linear: Any) -> 
 
 
 def points(motion: Motion) -> list[list[Any]]:
-    """Return the keys of each joint as in NAOqi: plain for a linear motion, else control points."""
+    """Return the keys of each joint as in NAOqi: plain for a linear motion, otherwise control points."""
     if motion.interpolation == "linear":
         return [keys.tolist() for keys in motion.keys]
     curves = motion.as_bezier()
@@ -244,7 +244,7 @@ _FIRST_FRAME = 1
 
 
 def recognises(source: MotionSource) -> bool:
-    """Whether it is XML with Choregraphe, a timeline or an XML declaration near its beginning."""
+    """Return whether it is XML with Choregraphe, a timeline or an XML declaration near its beginning."""
     head = source.data[:4096].replace(b"\x00", b"")
     start = head.removeprefix(b"\xef\xbb\xbf").removeprefix(b"\xff\xfe").removeprefix(b"\xfe\xff").lstrip()
     return start[:1] == b"<" and (b"Choregraphe" in head or b"<Timeline" in head or b"<?xml" in head)
@@ -351,7 +351,7 @@ def write(motion: Motion, _: Motion) -> bytes:
             f'unit="{_PERCENT if hand else _DEGREE}">'
         )
         offsets = handles * [fps, scale]
-        # Rounded frames must not let handles leave their segment.
+        # Rounding of frames must not move handles out of their segment.
         offsets[1:, 0, 0] = np.maximum(offsets[1:, 0, 0], -np.diff(own))
         offsets[:-1, 1, 0] = np.minimum(offsets[:-1, 1, 0], np.diff(own))
         for frame, value, pair in zip(own.tolist(), (keys * scale).tolist(), offsets.tolist(), strict=True):

@@ -36,7 +36,7 @@ from nao_kin.motion.motion import Motion
 
 
 def _recognises_csv(source: MotionSource) -> bool:
-    """Whether the header names a time column."""
+    """Return whether the header names a time column."""
     head = csv_head(source.name, _encoded(source), "a header")
     return any(read_heading(field).is_time for field in head.fields)
 
@@ -51,7 +51,7 @@ def _read_csv(source: MotionSource) -> Motion:
     first = Place()
 
     def understood(head: CsvHead) -> TableColumns:
-        """Return the columns to read, joints once each; those left out become tracks without keys."""
+        """Return the columns to read, joints once each; omitted joints become tracks without keys."""
         nonlocal first
         first = Place(head.line, 1)
 
@@ -124,7 +124,7 @@ _REQUIRED = ("joint_names", "counts", "times", "keys", "interpolation")
 
 
 def _recognises_npz(source: MotionSource) -> bool:
-    """Whether it begins as a zip file does."""
+    """Return whether it begins like a zip file."""
     return source.data[:4] == b"PK\x03\x04"
 
 
@@ -185,7 +185,7 @@ def _arrays(source: MotionSource) -> dict[str, NDArray[Any]]:
 
 
 def _write_npz(motion: Motion, _: Motion) -> bytes:
-    """Write an npz file that gives back the same motion."""
+    """Write an npz file from which the same motion is read."""
     arrays: dict[str, Any] = {
         "joint_names": np.array(motion.joint_names),
         "counts": np.array([len(keys) for keys in motion.keys]),

@@ -156,7 +156,7 @@ def _object(row: Floats) -> str:
 HULKS = Format("hulks", (".json",), "HULKs' key frames", has_field("initial_positions"), _read_hulks, _write_hulks)
 
 
-# --- HULKs' older .motion2: JSON with lists of positions, whose times are shares of the total.
+# --- HULKs' older .motion2: JSON with lists of positions, whose times are fractions of the total.
 #
 #     {"header": {"version": "2.0", "title": "nod", "time": 1000, "joints": [0, 1]},
 #      "position": [{"time": 1, "parameters": [0.0, 0.2]}, {"time": 3, "parameters": [0.0, 0.0]}],
@@ -170,7 +170,7 @@ _VERSION = "2.0"
 
 
 def _recognises_motion2(source: MotionSource) -> bool:
-    """Whether it is a JSON object with header and position."""
+    """Return whether it is a JSON object with header and position."""
     value = source.json
     return isinstance(value, dict) and "header" in value and ("position" in value or "commands" in value)
 

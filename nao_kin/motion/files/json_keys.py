@@ -7,8 +7,8 @@
      "times": [[0.0, 0.5], [0.0]],
      "keys": [[0.0, 0.3], [0.4]]}
 
-All joints may share one list of times; then "keys" has a row for each time. For "bezier", "handles" holds for each
-joint and key [[seconds, value] before, [seconds, value] after], offsets from the key.
+All joints may share one list of times; then "keys" has a row for each time. For "bezier", "handles" has for each joint
+and key [[seconds, value] before, [seconds, value] after], offsets from the key.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _UNITS = {"time": {"s": 1.0, "ms": 1e-3}, "angle": {"rad": 1.0, "deg": math.pi /
 
 
 def recognises(source: MotionSource) -> bool:
-    """Whether it is a JSON object with joint_names or the title of this format."""
+    """Return whether it is a JSON object with joint_names or the title of this format."""
     value = source.json
     return isinstance(value, dict) and ("joint_names" in value or value.get("format") == TITLE)
 
@@ -156,7 +156,7 @@ def _is_nested(times: list[Any]) -> bool:
 
 
 def write(motion: Motion, _: Motion) -> bytes:
-    """Write a JSON file that gives back the same motion."""
+    """Write a JSON file from which the same motion is read."""
     fields: dict[str, Any] = {
         "times": [times.tolist() for times in motion.times],
         "keys": [keys.tolist() for keys in motion.keys],

@@ -1,4 +1,4 @@
-"""Key frames with a duration each as a motion, and the configuration streams of B-Human that hold them."""
+"""Motions from key frames with durations, and B-Human's configuration streams, which contain them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from nao_kin.robot.nao import BODY_ORDER
 _COSINE = 0.36434
 # Difference between such a cubic and the cosine, as a share of the step.
 COSINE_ERROR = 0.0002
-# Values this large are no angles: 10000 switches a joint off, 20000 leaves it unchanged.
+# Values this large are not angles: 10000 switches a joint off, 20000 leaves it unchanged.
 _NO_ANGLE = 10000.0
 
 Ease = Literal["linear", "cosine", "sine"]
@@ -35,7 +35,7 @@ class KeyFrame:
 
     Attributes:
         duration: time of the step [ms].
-        ease: share of the way at the share s of the duration: "linear" s, "cosine" ½ − ½ cos π s, "sine" sin ½ π s.
+        ease: progress at the fraction s of the duration: "linear" s, "cosine" ½ − ½ cos π s, "sine" sin ½ π s.
         values: of all joints, NaN for those that are not commanded [rad, for hands 1 for open], shape (26,).
         place: place of the duration.
     """
@@ -55,7 +55,7 @@ def key_frame(
 ) -> KeyFrame:
     """Return the key frame that an object describes, with numbers without a unit in the unit `plain`.
 
-    `lists` of values, in NAOqi's order, are the object that holds each, its name there, and its length.
+    `lists` of values, in NAOqi's order: for each the object that contains it, its name there, and its length.
     """
     values = []
     for items, count in [(stream.get(fields, name, Items), count) for fields, name, count in lists]:
@@ -70,7 +70,7 @@ def key_frame(
 
 
 def ease_of(stream: ConfigStream, name: str, eases: Mapping[str, Ease | None], *objects: Fields) -> Ease:
-    """Return the ease of the word `name` in the first object that has it; None in `eases` leaves it to the next."""
+    """Return the ease that the first object with the word `name` gives; None in `eases` means the next object."""
     for fields in objects:
         if name in fields:
             word = stream.get(fields, name, Word)
@@ -86,7 +86,7 @@ def ease_of(stream: ConfigStream, name: str, eases: Mapping[str, Ease | None], *
 def motion_of_frames(source: MotionSource, frames: Sequence[KeyFrame]) -> Motion:
     """Return the motion through key frames, the first of which is reached from the robot's current pose.
 
-    A joint that is not commanded has no key; between two values it holds the first one up to the last frame that does
+    A joint that is not commanded has no key; between two values it keeps the first one up to the last frame that does
     not command it.
     """
     times = np.cumsum([frame.duration for frame in frames]) / 1e3
@@ -118,7 +118,7 @@ def warn_of_sensors(source: MotionSource, names: set[str]) -> None:
 def held_keys(column: Floats) -> tuple[NDArray[np.intp], Floats]:
     """Return the rows in which a joint has a key, and its values there, from values with NaN if it is not commanded.
 
-    Between two values it holds the first one up to the last NaN.
+    Between two values it keeps the first one up to the last NaN.
     """
     given = np.flatnonzero(~np.isnan(column))
     gaps = np.flatnonzero(np.diff(given) > 1)

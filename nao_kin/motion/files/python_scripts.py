@@ -22,7 +22,7 @@ from nao_kin.motion.files.tracks import Track, is_hand, motion_of
 from nao_kin.motion.motion import Motion
 from nao_kin.robot.nao import BODY_ORDER, CHAINS
 
-# --- Python text split into statements, of Python 2 as well as 3, without running or parsing it.
+# --- Splits text of Python 2 or 3 into statements, without running or parsing it.
 #
 # Choregraphe's exports end in `except BaseException, err:` and `print err`, which the parser of Python 3 refuses.
 
@@ -119,7 +119,7 @@ _CHANGED = re.compile(
     r"\s*(?:self\s*\.\s*)?(?:names|times|keys)\s*(?:,|\[|[-+*/]=|\.\s*(?!append\b)\w+\s*\()", re.ASCII
 )
 _MENTION = re.compile(r"^[ \t]*(?:self\.)?names[ \t]*(?:=[^=]|\.append\()", re.MULTILINE)
-# Numbers and lists that JSON reads as Python does, at a hundred times its speed.
+# Numbers and lists that mean the same in JSON, which is read a hundred times faster than Python.
 _PLAIN = re.compile(r"[\s\d.,\[\]eE+-]*", re.ASCII)
 _CUT = re.compile(r"[,\[\]()]")
 # Longer statements and numbers would need much memory or deep recursion in ast [characters].
@@ -127,7 +127,7 @@ _MAX_STATEMENT = 1 << 20
 _MAX_NUMBER = 200
 _CONSTANTS = {"almath.TO_RAD": math.pi / 180.0, "math.pi": math.pi}
 _RADIANS = ("math.radians", "radians")
-# The entries of a joint, and the place of each.
+# The entries of a joint, and the position of each in the file.
 _Entries = tuple[list[Any], PlaceOf]
 _OPERATIONS: dict[type[ast.operator], Callable[[float, float], float]] = {
     ast.Add: operator.add,
@@ -293,7 +293,7 @@ def _number(source: MotionSource, node: ast.expr, place: Place) -> float:
 
 
 def _write_python(motion: Motion, _: Motion) -> bytes:
-    """Write an export: plain keys of a linear motion, else Bezier control points."""
+    """Write an export: plain keys for a linear motion, otherwise Bezier control points."""
     kind = "simplified" if motion.interpolation == "linear" else "bezier"
     call = (
         "angleInterpolation(names, keys, times, True)"
@@ -326,7 +326,7 @@ _TIMES = ("times", "timeLists")
 
 
 def _recognises_naoqi(source: MotionSource) -> bool:
-    """Whether it is a JSON list that begins with names, or an object with names and times."""
+    """Return whether it is a JSON list that begins with names, or an object with names and times."""
     value = source.json
     if isinstance(value, dict):
         return "names" in value and any(name in value for name in _TIMES)
@@ -413,12 +413,12 @@ def _entries(value: Any, place: Place) -> _Entries:
 
 
 def _is_points(rows: list[Any]) -> bool:
-    """Whether a list is the control points of one joint, and not a list of such lists."""
+    """Return whether a list is the control points of one joint, and not a list of such lists."""
     return isinstance(rows[0], list) and bool(rows[0]) and not isinstance(rows[0][0], list) and len(rows[0]) == 3
 
 
 def _write_naoqi(motion: Motion, _: Motion) -> bytes:
-    """Write the arguments of angleInterpolation for a linear motion, else of angleInterpolationBezier."""
+    """Write the arguments of angleInterpolation for a linear motion, otherwise of angleInterpolationBezier."""
     names = json.dumps(list(motion.joint_names), ensure_ascii=False)
     stamps, keys = ([row.tolist() for row in motion.times], points(motion))
     rows = [_rows(stamps), _rows(keys)] if motion.interpolation != "linear" else [_rows(keys), _rows(stamps), "true"]

@@ -26,7 +26,7 @@ _PEPPER = ("HipRoll", "HipPitch", "KneePitch", "WheelFL", "WheelFR", "WheelB")
 
 
 class MotionFileWarning(NaoKinWarning):
-    """Part of a motion or of a motion file is left out or changed, because the other cannot hold it.
+    """Part of a motion or of a motion file is left out or changed, because the other cannot represent it.
 
     Examples:
         >>> issubclass(nk.motion.MotionFileWarning, nk.errors.NaoKinWarning)
@@ -36,12 +36,12 @@ class MotionFileWarning(NaoKinWarning):
 
 @dataclass(frozen=True)
 class Place:
-    """A place in a file.
+    """A position in a file.
 
     Attributes:
         line: from 1; 0 for none.
         column: from 1; 0 for none.
-        where: words in front of a message, such as "keys[3][2]".
+        where: a prefix of messages, such as "keys[3][2]".
     """
 
     line: int = 0
@@ -49,11 +49,11 @@ class Place:
     where: str = ""
 
     def entry(self, index: int) -> Place:
-        """The place of an entry of the list at this place."""
+        """Return the place of an entry of the list at this place."""
         return Place(self.line, self.column, f"{self.where}[{index}]")
 
     def field(self, index: int) -> Place:
-        """The place of a field of the row whose first field is here."""
+        """Return the place of a field of the row that begins here."""
         return Place(self.line, self.column + index)
 
 
@@ -83,7 +83,7 @@ class MotionSource:
 
     Attributes:
         name: the file, "-" for standard input.
-        data: its bytes.
+        data: its content.
         joints: the known joint names.
         degrees: turning joints are in degrees if the file does not say so.
         timeline: name or number of one of several motions in the file; None for the only one.
@@ -154,7 +154,7 @@ class MotionSource:
         return BadInputFile(self.name, f"{place.where}: {reason}" if place.where else reason, place.line, place.column)
 
     def floats(self, values: Sequence[Any], what: str, place: PlaceOf) -> Floats:
-        """Return the finite numbers (n,) in values of JSON or Python, each of which is called `what` in messages."""
+        """Return the finite numbers (n,) in values of JSON or Python, which messages call `what`."""
         if set(map(type, values)) <= {int, float}:
             with suppress(OverflowError):
                 numbers = np.array(values, dtype=np.float64)
@@ -181,15 +181,15 @@ class MotionSource:
 
     @cached_property
     def _has_plain_digits(self) -> bool:
-        """Whether `float` reads only decimal digits: it also takes those of any script, and underscores."""
+        """Whether `float` reads only decimal digits: it also accepts those of any script, and underscores."""
         return self.text.isascii() and "_" not in self.text
 
     def floats_at(self, what: str, *path: str | int) -> Floats:
-        """Return the numbers of a list in the JSON text, each of which is called `what`."""
+        """Return the numbers of a list in the JSON text, which messages call `what`."""
         return self.floats(self.list_at(*path), what, in_json(*path).entry)
 
     def check_joint(self, joint: Any, place: Place = NOWHERE) -> str:
-        """Return a known joint name, or one that is left out later; others are refused with the nearest names."""
+        """Return a known joint name, or one to leave out later; refuse other names, with the nearest ones."""
         if isinstance(joint, str) and (joint in self.joints or (joint and self.ignore_other)):
             return joint
         if not isinstance(joint, str):
@@ -224,7 +224,7 @@ class Format:
 
     Attributes:
         name: its name in `read_motion` and `write_motion`.
-        suffixes: of its files, the usual one first.
+        suffixes: the suffixes of its files, the usual one first.
         title: a short description.
     """
 
@@ -234,7 +234,7 @@ class Format:
     # Whether the content looks like this format.
     recognises: Callable[[MotionSource], bool] = field(repr=False)
     read: Callable[[MotionSource], Motion] = field(repr=False)
-    # The bytes of a file with a motion, given also before it was sampled; None for a format that is only read.
+    # Writes a motion, also given as it was before sampling; None for a format that is only read.
     write: Callable[[Motion, Motion], bytes] | None = field(repr=False, default=None)
 
 

@@ -1,4 +1,4 @@
-"""The keys of each joint in a file, checked and made into a motion; and motions as tables, for writers."""
+"""Make a motion from the checked keys of each joint in a file, and a table from a motion, for writers."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from nao_kin.motion.interpolation import Interpolation
 from nao_kin.motion.motion import Motion, out_of_order
 from nao_kin.robot.nao import BODY_ORDER
 
-# How far a handle may leave its segment in a file, which rounds to six digits, and in a motion [s, and share].
+# Largest distance of a handle outside its segment in a file, which has six digits, and in a motion [s, and share].
 _FILE_TOLERANCE = 1e-5
 _MOTION_TOLERANCE = 1e-6
 _MAX_LISTED = 5
@@ -33,7 +33,7 @@ class Track:
 
     Attributes:
         joint: its name.
-        times: of its keys, shape (k,) [s].
+        times: the times of its keys, shape (k,) [s].
         keys: its values at these times, shape (k,) [rad, m or ratio].
         handles: of a Bezier curve, shape (k, 2, 2), as in `Motion`.
         place: place of the name.
@@ -63,7 +63,7 @@ def motion_of(
         tracks = [track for track in tracks if track.joint in source.joints]
         more = f" and {len(other) - _MAX_LISTED} more" if len(other) > _MAX_LISTED else ""
         warn_caller(
-            f"{abbreviated(source.name)}: left out names that are no joints: {', '.join(other[:_MAX_LISTED])}{more}",
+            f"{abbreviated(source.name)}: left out names that are not joints: {', '.join(other[:_MAX_LISTED])}{more}",
             MotionFileWarning,
         )
     if not tracks:
@@ -110,7 +110,7 @@ def check_times(source: MotionSource, times: Floats, place: PlaceOf, *, negative
 
 
 def _check_handles(source: MotionSource, track: Track, handles: Floats) -> None:
-    """Refuse handles that leave their segment in time; move those back that do so by rounding."""
+    """Refuse handles that leave their segment in time; correct those that do so by rounding."""
     widths = np.diff(track.times)
     for side, sign, word in ((0, -1.0, "before"), (1, 1.0, "after")):
         inner = slice(1, None) if side == 0 else slice(None, -1)
@@ -135,7 +135,7 @@ _NOTICED = 1e-6
 
 
 def is_hand(joint: str) -> bool:
-    """Whether a joint is a hand, given as a ratio from 0 to 1 and not in radians."""
+    """Return whether a joint is a hand, given as a ratio from 0 to 1 and not in radians."""
     return joint in ("LHand", "RHand")
 
 

@@ -5,7 +5,7 @@
     00:00:040,Pose2,0.1,*
 
 Source: cyberbotics/webots, src/controller/c/motion.c: times are [[minutes:]seconds:]milliseconds and ascend, angles are
-radians, a pose has a name and one value for each joint, straight lines lie between, and the file ends at an empty line.
+radians, a pose has a name and one value for each joint, straight lines connect them, and an empty line ends the file.
 Webots' own motions of the NAO name the eight motors of each hand, LPhalanx1 to LPhalanx8: 0 closed, 1 rad open.
 """
 
@@ -38,9 +38,9 @@ _MAX_LINE = 4094
 def read(source: MotionSource) -> Motion:
     """Read the motion in a Webots file.
 
-    A joint has no key in a cell with *: before its first value it has none at all, between two values it holds the
-    first one up to the last *, after the last value it is at rest. (Webots commands nothing next to a *, and so jumps
-    where this motion follows a straight line from the last * to the value after it.)
+    A cell with * is not a key: before its first value a joint has no key, between two values it keeps the first one up
+    to the last *, after the last value it is at rest. (Webots commands nothing next to a *, and jumps where this motion
+    follows a straight line from the last * to the next value.)
     """
     lines = source.lines
     names = _names(source, lines[0])

@@ -60,19 +60,19 @@ def main() -> None:
 def _leave_qi(codes: list[int]) -> None:
     """Exit with the script's code at once if qi is loaded.
 
-    Its threads continue, and need Python's lock for their objects: while Python ends, that aborts the program.
+    The threads of qi continue, and need Python's lock for their objects; this aborts the program while Python ends.
     """
     if codes and "qi" in sys.modules:
         for stream in (sys.stdout, sys.stderr):
             try:
                 stream.flush()
-            except (OSError, ValueError):  # its reader has closed it
+            except (OSError, ValueError):  # its reader has closed the pipe
                 continue
         os._exit(codes[0] & 0xFF)
 
 
 def compiled(script: Path) -> Any:
-    """The script's code; ends the program with one line if there is none."""
+    """Return the script's code; end the program with one line if there is none."""
     python2 = importlib.import_module("_python2")
     try:
         content = script.read_bytes()

@@ -1,7 +1,7 @@
-"""Python 2 run as Python 3: scripts, and the modules of their folders.
+"""Run Python 2 as Python 3: scripts, and the modules of their folders.
 
-lib2to3 translates, in memory, code that Python 3 cannot read or that uses names of Python 2; the division of two whole
-numbers is then Python 2's. No file and no bytecode is written.
+lib2to3 translates, in memory, code that Python 3 cannot parse or that uses names of Python 2; two integers are then
+divided as in Python 2. No file and no bytecode is written.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _TRUE_DIVISION = re.compile(rb"^\s*from\s+__future__\s+import\s.*\bdivision\b", 
 
 
 def compiled(content: bytes, path: str, *, old: bool = False) -> tuple[types.CodeType, bool]:
-    """The code of a script or module, and whether it was translated; `old` modules belong to a script in Python 2.
+    """Return the code of a script or module, and whether it was translated; `old` modules belong to a Python 2 script.
 
     Raises SyntaxError or ValueError for code that is neither Python 3 nor Python 2.
     """
@@ -73,12 +73,12 @@ class _Loader(machinery.SourceFileLoader):
         raise OSError
 
     def source_to_code(self, data: Any, path: Any, *, _optimize: int = -1) -> Any:  # type: ignore[override]
-        """The code of a module."""
+        """Return the code of a module."""
         return compiled(bytes(data), str(path), old=True)[0]
 
 
 def _only_in_python_2(tree: ast.AST) -> bool:
-    """Whether a tree uses names that Python 3 lacks, outside of a try with an except for them."""
+    """Return whether a tree uses names that Python 3 lacks, outside of a try with an except for them."""
     nodes = list(_untried(tree))
     bound = {node.id for node in nodes if isinstance(node, ast.Name) and not isinstance(node.ctx, ast.Load)}
     bound |= {node.arg for node in nodes if isinstance(node, ast.arg)}
@@ -112,9 +112,9 @@ def _is_for_other_versions(handler: ast.ExceptHandler) -> bool:
 
 
 def _translated(content: bytes, path: str) -> types.CodeType | None:
-    """The code of a script in Python 2; None if it is not Python 2, or without a translator."""
+    """Return the code of a Python 2 script; None if it is not Python 2, or if there is no translator."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # lib2to3 is deprecated, and part of every Python that qi has wheels for
+        warnings.simplefilter("ignore")  # deprecated, but part of every Python for which qi has wheels
         try:
             from lib2to3.refactor import RefactoringTool, get_fixers_from_package
         except ImportError:
@@ -123,7 +123,7 @@ def _translated(content: bytes, path: str) -> types.CodeType | None:
             tool = RefactoringTool(get_fixers_from_package("lib2to3.fixes"))
             text = str(tool.refactor_string(_text(content).expandtabs(8) + "\n", path))
             tree = ast.parse(text, path)
-        except Exception:  # a script that the translator cannot read is no Python 2
+        except Exception:  # a script that the translator cannot parse is not Python 2
             return None
         if not _TRUE_DIVISION.search(content):
             setattr(builtins, _DIVIDE, _divide)
@@ -132,7 +132,7 @@ def _translated(content: bytes, path: str) -> types.CodeType | None:
 
 
 def _text(content: bytes) -> str:
-    """A script's text in its declared encoding; Latin-1 if it declares none and is no UTF-8."""
+    """Return a script's text in its declared encoding; Latin-1 if it declares none and is not UTF-8."""
     try:
         encoding, _ = tokenize.detect_encoding(io.BytesIO(content).readline)
         text = content.decode(encoding)
@@ -142,7 +142,7 @@ def _text(content: bytes) -> str:
 
 
 def _divide(one: Any, other: Any) -> Any:
-    """Python 2's division: of two whole numbers the floor."""
+    """Divide as Python 2: two integers give the floor."""
     return one // other if isinstance(one, int) and isinstance(other, int) else one / other
 
 

@@ -1,7 +1,7 @@
 """The module `almath` that old scripts import: its constants, and poses in the plane and in space.
 
-Aldebaran's own (BSD-3) has no wheels for today's Python; scripts get it if it is installed. This one has `Pose2D`,
-`Position3D`, `Position6D` and `Transform` with their products and inverses.
+Aldebaran's own module (BSD-3) has no wheels for current Python; scripts get it if it is installed. This module has
+`Pose2D`, `Position3D`, `Position6D` and `Transform` with their products and inverses.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ class Position6D(_Vector):
 
 
 class Pose2D(_Numbers):
-    """A pose on the floor [m, rad]; a product is one pose after the other."""
+    """A pose on the floor [m, rad]; the product composes two poses."""
 
     _names = ("x", "y", "theta")
     x: float
@@ -106,7 +106,7 @@ class Pose2D(_Numbers):
         return Pose2D(-c * self.x - s * self.y, s * self.x - c * self.y, -self.theta)
 
     def distance(self, other: Pose2D) -> float:
-        """Distance of the places."""
+        """Distance of the positions."""
         return math.hypot(self.x - other.x, self.y - other.y)
 
 
@@ -202,9 +202,9 @@ def clipData(low: float, high: float, value: float) -> float:
 
 
 def getDubinsSolutions(pTargetPose: Pose2D, pCircleRadius: float) -> list[Pose2D]:
-    """The shortest way from the origin, along x, to a pose: the ends of an arc, a straight line and another arc.
+    """Return the shortest path from the origin, along x, to a pose: the ends of an arc, a line and another arc.
 
-    The target is at least four radii away; at this distance no way of three arcs is shorter.
+    The target is at least four radii away; at this distance no path of three arcs is shorter.
 
     Source: L. E. Dubins, On curves of minimal length with a constraint on average curvature, 1957.
     """

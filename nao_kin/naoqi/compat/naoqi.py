@@ -1,6 +1,6 @@
 """The module `naoqi` that old scripts import: proxies, a broker and modules, on top of qi.
 
-Aldebaran's own is for Python 2. This one has the parts that scripts use:
+Aldebaran's own module is for Python 2. This module has the parts that scripts use:
 
     from naoqi import ALProxy
     motion = ALProxy("ALMotion", "127.0.0.1", 9559)
@@ -65,7 +65,7 @@ class ALProxy:
         self.post = _Post(self)
 
     def __getattr__(self, method: str) -> Callable[..., Any]:
-        if method.startswith("__"):  # Python's own attributes are no methods of a robot
+        if method.startswith("__"):  # Python's own attributes are not methods of a robot
             raise AttributeError(method)
 
         def call(*arguments: Any) -> Any:
@@ -196,7 +196,7 @@ class ALModule:
 
 
 _OWN = ("getName", "exit", "BIND_PYTHON")
-# The lowest number of a method that is not one of qi's for every object.
+# The lowest number of a method that is not one of those that qi adds to every object.
 _FIRST_OWN_METHOD = 100
 
 
@@ -214,7 +214,7 @@ def _method(module: ALModule, name: str) -> Callable[..., Any]:
 
 
 def _max_arguments(method: Callable[..., Any]) -> int | None:
-    """The number of arguments of a method, None for any: scripts' methods take the first of an event's three."""
+    """Return the number of arguments of a method, None for any: scripts' methods get the first of an event's three."""
     parameters = inspect.signature(method).parameters.values()
     if any(one.kind is one.VAR_POSITIONAL for one in parameters):
         return None
@@ -222,7 +222,7 @@ def _max_arguments(method: Callable[..., Any]) -> int | None:
 
 
 def _session_of(where: tuple[Any, ...]) -> Any:
-    """The session for the arguments after a proxy's name."""
+    """Return the session for the arguments after a proxy's name."""
     if where and isinstance(where[0], ALBroker):
         return where[0].session
     if len(where) == 2:
@@ -239,13 +239,13 @@ def _session_of(where: tuple[Any, ...]) -> Any:
 
 
 def _services(session: Any) -> list[str]:
-    """Names of the robot's services that answer a ping; those that a virtual NAO only refuses do not."""
+    """Return the names of the robot's services that answer a ping; the missing services of a virtual NAO do not."""
     names = sorted(row["name"] for row in session.service("ServiceDirectory").services())
     return [name for name in names if hasattr(session.service(name), "ping")]
 
 
 def _connected(ip: str, port: int) -> Any:
-    """The session with an address, one for all of a script."""
+    """Return the session with an address, one for the whole script."""
     asked = f"tcp://{f'[{ip}]' if ':' in ip else ip}:{port}"
     endpoint = os.environ.get(ENDPOINT_VARIABLE) or asked
     with _lock:

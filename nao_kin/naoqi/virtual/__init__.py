@@ -1,6 +1,6 @@
-"""A virtual NAO: services that answer as NAOqi's do, over a kinematic robot, and a server that offers them.
+"""A virtual NAO: a kinematic robot with NAOqi's services, and a server that offers them.
 
-Only `qi_server` depends on qi: a test calls services directly, and steps the time by hand.
+Only `qi_server` depends on qi: a test calls services directly, and advances the time itself.
 
     with VirtualNao(stepped=True) as nao:
         call = nao.post("ALMotion", "angleInterpolation", "HeadYaw", 0.5, 1.0, True)
@@ -18,12 +18,13 @@ arguments. Names of internal ones begin with an underscore:
             columns = self.nao.joints.columns(self.joints(names))
             ...
 
-A method runs with the lock held, on any thread, and so neither waits nor sleeps. `arguments` reads its arguments
+A method runs with the lock held, on any thread, and therefore must not wait or sleep. `arguments` reads its arguments
 (`number`, `fraction`, `flag`, `one_each`, `list_each` …) and `self.joints` reads names; every `NaoKinError` reaches the
 script as `Service::method`, a line break, a tab and the error's line. A method that takes time returns a `Call`: that
-of a task or of `nao.after(seconds)`, or a new one. `@settings(Setting(...))` makes the methods of a value that scripts
-set and read, without effect, `@constant_answers` those with a constant answer, `@former_names(walkTo="moveTo")` former
-names, and `@variants` those that differ in their arguments only. `absent_methods.json` lists NAOqi's other methods.
+of a task or of `nao.after(seconds)`, or a new one. Decorators make simple methods: `@settings(Setting(...))` for a
+value that is stored without effect, `@constant_answers` for a constant result, `@former_names(walkTo="moveTo")` for
+former names, and `@variants` for methods that differ only in their arguments. `absent_methods.json` lists NAOqi's other
+methods.
 
 ## How to write a task
 
@@ -44,8 +45,8 @@ A `MotionTask` moves joints over time. It has a name, resources, and an action f
 
     return self.nao.start_task(Nod())               # in a method: the Call of it
 
-A task with `reactive = True` books nothing; later tasks take its joints (`give_up`). `end` is called once at its end,
-killed or not; `value` is the answer of its call. A method that changes its running task (move) finds it in
+A task with `reactive = True` reserves nothing; later tasks take its joints (`give_up`). `end` is called once at its
+end, killed or not; `value` is the result of its call. A method that changes its running task (move) finds the task in
 `nao.tasks.running`. Commands may be outside the limits: `Joints` clips them and notes it in `self.notes`. `nao.base`
 has the torso's pose in the world, and a walk plants feet with `nao.base.plant`. A task that plans with the standing
 foot in place sets `keeps_feet = True`; without such a task, FRAME_ROBOT stays while both soles are down.

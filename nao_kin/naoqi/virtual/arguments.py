@@ -1,4 +1,4 @@
-"""Reading the arguments that scripts send over NAOqi: numbers, flags, names, and one entry or list for each joint."""
+"""Read the arguments that scripts send over NAOqi: numbers, flags, names, and one entry or list for each joint."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MAX_SECONDS = 86400.0
 
 
 def number(value: object, what: str) -> float:
-    """One finite number."""
+    """Return one finite number."""
     if not isinstance(value, (bool, int, float, np.integer, np.floating)):
         raise BadArgument(f"{what} must be a number, got {quoted(value, 60)}")
     try:
@@ -30,7 +30,7 @@ def number(value: object, what: str) -> float:
 
 
 def fraction(value: object, what: str, *, positive: bool = False) -> float:
-    """A number from 0 to 1; with `positive`, above 0."""
+    """Return a number from 0 to 1; with `positive`, above 0."""
     result = number(value, what)
     if not (0.0 <= result <= 1.0) or (positive and result == 0.0):
         raise BadArgument(f"{what} must be {'above 0 and at most' if positive else 'between 0 and'} 1, got {result:g}")
@@ -38,7 +38,7 @@ def fraction(value: object, what: str, *, positive: bool = False) -> float:
 
 
 def duration(value: object, what: str, *, zero: bool = False) -> float:
-    """A positive number of seconds, at most a day; with `zero`, zero too."""
+    """Return a positive number of seconds, at most a day; with `zero`, zero too."""
     result = number(value, what)
     if result < 0.0 or (result == 0.0 and not zero):
         raise BadArgument(f"{what} must be {'at least' if zero else 'above'} 0 s, got {result:g} s")
@@ -53,14 +53,14 @@ def check_duration(seconds: float, what: str) -> None:
 
 
 def flag(value: object, what: str) -> bool:
-    """True or False; 1 and 0 count as such."""
+    """Return True or False; 1 and 0 are accepted."""
     if isinstance(value, (bool, np.bool_)) or (isinstance(value, (int, float)) and value in (0, 1)):
         return bool(value)
     raise BadArgument(f"{what} must be True or False, got {quoted(value, 60)}")
 
 
 def whole(value: object, what: str) -> int:
-    """A whole number; 2.0 counts as one."""
+    """Return a whole number; 2.0 is accepted."""
     result = number(value, what)
     if not result.is_integer():
         raise BadArgument(f"{what} must be a whole number, got {result:g}")
@@ -68,29 +68,29 @@ def whole(value: object, what: str) -> int:
 
 
 def text(value: object, what: str) -> str:
-    """A text."""
+    """Return a text."""
     if isinstance(value, str):
         return value
     raise BadArgument(f"{what} must be a text, got {quoted(value, 60)}")
 
 
 def choice(value: object, what: str, valid: Sequence[str]) -> str:
-    """One of some names."""
+    """Return one of the valid names."""
     return one_of(text(value, what), valid, what)
 
 
 def is_list(value: object) -> bool:
-    """Whether NAOqi takes the value as a list: a list, a tuple or an array."""
+    """Return whether NAOqi treats the value as a list: a list, a tuple or an array."""
     return isinstance(value, (list, tuple, np.ndarray))
 
 
 def length(value: Any) -> str:
-    """Describe the length of a list for an error message, or a value that is no list."""
+    """Describe the length of a list for an error message, or a value that is not a list."""
     return str(len(value)) if is_list(value) else quoted(value, 60)
 
 
 def three(value: Any, what: str) -> Floats:
-    """Three numbers, shape (3,)."""
+    """Return three numbers, shape (3,)."""
     found = as_floats(value, (3,), what)
     if found.shape != (3,):
         raise BadArgument(f"{what} must be three numbers, got {found.size}")
@@ -98,7 +98,7 @@ def three(value: Any, what: str) -> Floats:
 
 
 def one_each(value: Any, joints: Sequence[str], what: str) -> Floats:
-    """One number for each joint, shape (joints,), from a number for all or a list of one for each."""
+    """Return one number for each joint, shape (joints,), from a number for all or a list of one for each."""
     if not is_list(value):
         return np.full(len(joints), number(value, what))
     values = _numbers(value, what)
@@ -108,10 +108,10 @@ def one_each(value: Any, joints: Sequence[str], what: str) -> Floats:
 
 
 def list_each(value: Any, joints: Sequence[str], what: str) -> tuple[Floats, ...]:
-    """A list of numbers for each joint, of any lengths.
+    """Return a list of numbers for each joint, of any lengths.
 
-    NAOqi takes one number for all joints, a list of one number for each, and a list of one list for each; for a single
-    joint also its list alone.
+    NAOqi accepts one number for all joints, a list of one number for each, and a list of one list for each; for a
+    single joint also its list alone.
     """
     if not is_list(value):
         return (np.full(1, number(value, what)),) * len(joints)
@@ -143,7 +143,7 @@ def check_times(times: Sequence[Floats], joints: Sequence[str], what: str = "tim
 
 
 def timed(values: Any, times: Any, joints: Sequence[str], what: str) -> tuple[tuple[Floats, ...], tuple[Floats, ...]]:
-    """Values of each joint, and their times, positive and ascending, one for each; as in `list_each`."""
+    """Return the values of each joint, and their times, positive and ascending, one for each; as in `list_each`."""
     rows, when = list_each(values, joints, what), list_each(times, joints, "times")
     check_lengths(rows, when, joints, what)
     check_times(when, joints)

@@ -26,19 +26,19 @@ class Joints:
 
     In every tick the tasks `set` commands, and `advance` applies them:
 
-    1. LHipYawPitch and RHipYawPitch are one motor. If both are commanded in a tick, the left one counts, as NAOqi
+    1. LHipYawPitch and RHipYawPitch are one motor. If both are commanded in a tick, the left one is used, as NAOqi
        documents; the right one alone moves both.
     2. Commands are clipped as `robot.clamp` does: first every joint into its box, then into its table. A joint without
     a
        command is clipped too if its table narrows (HeadPitch when HeadYaw turns), and stays there.
-    3. A joint with stiffness above zero goes to its command, at most at its maximum speed; without stiffness it stays.
+    3. A joint with stiffness above zero moves to its command, at most at its maximum speed; without stiffness it stays.
        A stiffness between 0 and 1 does not slow a joint: there is no load.
 
     Clipped and too fast commands are noted once for each command and joint.
 
     Attributes:
         names: the 26 names.
-        column: name → place in the arrays.
+        column: name → index in the arrays.
         lower, upper: limits, shape (26,).
         max_speed: largest speeds, shape (26,) [rad/s, 1/s for the hands].
     """
@@ -79,21 +79,21 @@ class Joints:
         return np.array(self._stiffness)
 
     def columns(self, names: Sequence[str]) -> list[int]:
-        """Places of joints in the arrays."""
+        """Return the indices of joints in the arrays."""
         return [self.column[name] for name in names]
 
     def q(self, *, sensor: bool = True) -> Floats:
-        """The measured or the commanded configuration, shape (25,)."""
+        """Return the measured or the commanded configuration, shape (25,)."""
         return np.array((self._sensor if sensor else self._command)[self._to_q])
 
     # --- commanding -----------------------------------------------------------------------------------------------
 
     def set(self, columns: Sequence[int], values: Floats, notes: Notes) -> None:
-        """Command joints in this tick, with values that are not clipped; the last command for a joint counts."""
+        """Command joints in this tick, with values that are not clipped; the last command for a joint is used."""
         self._set.append((list(columns), values, notes))
 
     def set_stiffness(self, columns: Sequence[int], values: Floats | float) -> None:
-        """Set stiffnesses at once; the two HipYawPitch share a motor and so the last value."""
+        """Set stiffnesses at once; the two HipYawPitch share a motor, so the last value applies to both."""
         chosen = list(columns)
         self._stiffness[chosen] = values
         self._reported_limp -= {self._chain[column] for column in chosen if self._stiffness[column] > 0.0}
@@ -113,8 +113,8 @@ class Joints:
     def note_limp(self, columns: Sequence[int], notes: Notes) -> None:
         """Note the joints without stiffness, which will not move.
 
-        The watcher gets a change of kind "limp" at the first command that moves no joint of a chain, and at the first
-        after the chain has had stiffness again.
+        The watcher gets a change of kind "limp" at the first command that moves no joint of a chain, and again after
+        the chain has had stiffness.
         """
         limp = [self.names[column] for column in columns if self._stiffness[column] == 0.0]
         if limp:
@@ -192,7 +192,7 @@ class Joints:
 
 # The height difference of the soles above which the lower foot becomes the standing one [m].
 _LOWER = 1e-3
-# The mean distance of a limb's shell from its joints, for a robot that lies on its shells [m].
+# The mean distance of a limb's shell from its joints, for a robot that rests on its shells [m].
 _SHELL = 0.04
 
 
@@ -200,17 +200,17 @@ class Base:
     """The torso's pose in the world: kinematics only, without weight or balance.
 
     On its feet the robot stands on one sole, flat on the floor z = 0; initially the left one. If the other sole is
-    lower by more than 1 mm, it becomes the standing one, flat, with its current position and yaw. If the feet are
-    inclined to each other so that each is lower than the other when that one is flat, the foot stays the same. A walk
-    names the foot itself (`plant`).
+    lower by more than 1 mm, it becomes the standing one, flat, with its current position and yaw. If the feet are so
+    inclined to each other that each is the lower one when the other is flat, the standing foot does not change. A walk
+    sets the foot itself (`plant`).
 
     The sole stays in place while the other is lifted, by more than 1 mm, and during tasks that plan with a foot in
-    place (`MotionTask.keeps_feet`). Otherwise both soles are down and slide alike, and FRAME_ROBOT between them stays.
+    place (`MotionTask.keeps_feet`). Otherwise both soles are down and slide equally, and FRAME_ROBOT between them stays
+    in place.
 
-    In a posture on the floor (Sit, LyingBack …) the posture defines the vertical in the torso's frame, and the torso is
-    so high that the lowest joint is 40 mm above the floor, or the lowest sole on it: an estimate, without the shells.
-    The torso's x, y and yaw in the world stay. On the way into and out of such a posture the vertical turns with the
-    movement.
+    In a posture on the floor (Sit, LyingBack …) the posture defines the vertical in the torso's frame. The torso's
+    height is an estimate without the shells: the lowest joint is 40 mm above the floor, or the lowest sole on it. The
+    torso's x, y and yaw in the world do not change. The vertical turns with movements into and out of such a posture.
 
     At the start, the world's origin is on the floor at FRAME_ROBOT's x and y, and its x axis along FRAME_ROBOT's.
 
@@ -233,7 +233,7 @@ class Base:
             self.rest(up, q)
 
     def torso(self, q: Floats) -> Floats:
-        """T_world_torso in a configuration, for the current support; shape (4, 4)."""
+        """Return T_world_torso in a configuration, for the current support; shape (4, 4)."""
         if self.support is not None:
             T_torso_sole = self._robot.fk(q, self.support)
             return np.asarray(self._T_world_sole @ rigid_inverse(T_torso_sole))
@@ -245,7 +245,7 @@ class Base:
     def update(self, q: Floats, before: Floats | None = None) -> None:
         """Change the standing foot if the other sole is lower after the joints have moved.
 
-        With the configuration `before`, FRAME_ROBOT stays while both soles are down; with None, the sole stays.
+        With the configuration `before`, FRAME_ROBOT stays in place while both soles are down; with None, the sole does.
         """
         if self.support is None:
             return
@@ -268,7 +268,7 @@ class Base:
         self.plant(foot, _flat(self.torso(q) @ self._robot.fk(q, foot)))
 
     def plant(self, foot: str, T_world_sole: Floats) -> None:
-        """Put a foot with its sole in any pose, to stay there: for each step of a walk."""
+        """Put a foot down with its sole at a pose, where it stays: for each step of a walk."""
         self.support, self._T_world_sole = foot, np.array(T_world_sole)
 
     def rest(self, up: Floats | tuple[float, float, float], q: Floats) -> None:
@@ -286,13 +286,13 @@ class Base:
         return np.array(self.torso(q)[2, :3])
 
     def _both_down(self, q: Floats) -> bool:
-        """Whether the other sole is on the floor too."""
+        """Return whether the other sole is on the floor too."""
         assert self.support is not None
         T_torso_sole, T_torso_other = self._robot.fk(q, [self.support, LEGS[1 - LEGS.index(self.support)]])
         return bool((rigid_inverse(T_torso_sole) @ T_torso_other)[2, 3] <= _LOWER)
 
     def standing_foot(self, q: Floats, before: str = LEGS[0]) -> str:
-        """The foot that carries the robot: `before`, unless the other is lower, also seen from its own sole."""
+        """Return the standing foot: `before`, unless the other is lower, also relative to its own sole."""
         other = LEGS[1 - LEGS.index(before)]
         T_torso_before, T_torso_other = self._robot.fk(q, [before, other])
         T_before_other = rigid_inverse(T_torso_before) @ T_torso_other
@@ -301,12 +301,12 @@ class Base:
 
 
 def _flat(T: Floats) -> Floats:
-    """The pose on the floor below, with the same yaw."""
+    """Return the pose on the floor below, with the same yaw."""
     return join_poses(rot_z(math.atan2(T[1, 0], T[0, 0])), T[:3, 3] * [1.0, 1.0, 0.0])
 
 
 def _upright(up: ArrayLike) -> Floats:
-    """The smallest rotation that makes `up` the z axis, shape (3, 3); about y where up points down."""
+    """Return the smallest rotation that makes `up` the z axis, shape (3, 3); about y if up points down."""
     return rotation_between(up, [0.0, 0.0, 1.0], axis=[0.0, 1.0, 0.0])
 
 
@@ -316,10 +316,10 @@ WHOLE = ("Body", "Joints", "Com")
 
 
 def mass_and_com(robot: NaoModel, q: ArrayLike, name: str) -> tuple[float, Floats]:
-    """Mass of a part [kg] and its centre of mass in the torso's frame, shape (3,) [m]; the origin for zero mass.
+    """Return a part's mass [kg] and centre of mass in the torso's frame, shape (3,) [m]; the origin for zero mass.
 
-    A part is a joint for the segment that it moves, a chain or group for the segments of its joints, "Torso" for the
-    trunk alone, or "Body", "Joints" or "Com" for the whole robot.
+    A part is a joint, which means the segment that it moves, a chain or group, which means the segments of its joints,
+    "Torso" for the trunk alone, or "Body", "Joints" or "Com" for the whole robot.
     """
     if name in WHOLE:
         return robot.mass, np.array(robot.com(q))

@@ -38,7 +38,7 @@ class EffectorRequest:
     Attributes:
         effector: one of the six.
         space, mask: the space of its poses, and the controlled axes along those of the space.
-        poses: of its path in the space, or changes, shape (k, 4, 4).
+        poses: the poses of its path in the space, or changes, shape (k, 4, 4).
         times: of the poses, shape (k,) [s]; empty without times.
         relative: the poses are changes of the effector's pose at the beginning.
     """
@@ -61,7 +61,7 @@ def _each(value: Any, count: int, what: str, read: Callable[[Any], int]) -> list
 
 
 def _depth(value: Any) -> int:
-    """How deep lists are nested, along the first entries."""
+    """Return how deep lists are nested, along the first entries."""
     depth = 0
     while arguments.is_list(value):
         depth += 1
@@ -70,7 +70,7 @@ def _depth(value: Any) -> int:
 
 
 def _split(paths: Any, count: int) -> Sequence[Any]:
-    """The path of each effector."""
+    """Return the path of each effector."""
     if count == 1:
         return paths if _depth(paths) == 3 and len(paths) == 1 else [paths]
     if _depth(paths) < 2 or len(paths) != count:
@@ -79,7 +79,7 @@ def _split(paths: Any, count: int) -> Sequence[Any]:
 
 
 def _path(path: Any, read: ToPoses, effector: str) -> Floats:
-    """The poses of one path, shape (k, 4, 4)."""
+    """Return the poses of one path, shape (k, 4, 4)."""
     if _depth(path) not in (1, 2) or not len(path):
         raise BadArgument(f"the path of {effector} must be a pose or a list of poses, got {quoted(path, 60)}")
     return read(list(path)).reshape(-1, 4, 4)
@@ -121,11 +121,11 @@ class EffectorPath:
         self._motion = Motion(self.times, ("x", "y", "z", "turn"), keys, "smooth")
 
     def segment(self, time: float) -> int:
-        """The index of the key at which the segment of a time begins."""
+        """Return the index of the key at which the segment of a time begins."""
         return int(np.clip(np.searchsorted(self.times, time, side="right") - 1, 0, max(0, len(self.times) - 2)))
 
     def pose(self, time: float) -> Floats:
-        """The pose at a time, shape (4, 4)."""
+        """Return the pose at a time, shape (4, 4)."""
         x, y, z, turned = self._motion.sample(time)
         at, place = self.segment(time), np.array([x, y, z])
         if at >= len(self._turns):
@@ -135,9 +135,9 @@ class EffectorPath:
         return join_poses(self._R[at] @ exp(share * self._turns[at]), place)
 
 
-# --- The motion tasks of Cartesian control: effectors along paths in time, and joints on their way to a solution.
+# --- The motion tasks of Cartesian control: effectors along timed paths, and joints moving to a solution.
 
-# The number of places between two keys at which a path is checked before it is followed.
+# The number of points between two keys at which a path is checked before it is followed.
 _CHECKED = 8
 # The residual of a target above which the log reports it: metres, and radians times 0.1.
 NOTEWORTHY = 1e-3
@@ -148,7 +148,7 @@ _FIRST = (TORSO, *LEGS)
 class CartesianState:
     """The commanded configuration, shape (nq,), with the torso, FRAME_ROBOT (4, 4) and the feet (2, 4, 4) in the world.
 
-    FRAME_ROBOT moves with the feet; a task uses the one at its beginning.
+    FRAME_ROBOT moves with the feet; a task uses FRAME_ROBOT as it is at the beginning.
     """
 
     def __init__(self, nao: VirtualNao) -> None:
@@ -160,13 +160,13 @@ class CartesianState:
         self._standing = nao.base.support
 
     def path(self, request: EffectorRequest) -> Floats:
-        """All poses of a request from the effector's current one, changes added to it, shape (k + 1, 4, 4).
+        """Return the effector's current pose and all poses of a request, changes added to it, shape (k + 1, 4, 4).
 
-        They are in the world; those of FRAME_TORSO stay in the torso.
+        The poses are in the world, those of FRAME_TORSO in the torso.
         """
         now = frames.pose_in(self.robot, self.q, request.effector, request.space, torso_in_world=self.T_world_torso)
         poses = request.poses
-        if request.relative:  # places add up, and rotations are about the axes of the space
+        if request.relative:  # positions add up, and rotations are about the axes of the space
             poses = join_poses(poses[:, :3, :3] @ now[:3, :3], now[:3, 3] + poses[:, :3, 3])
         if request.effector == TORSO:
             # The other coordinates of Position6D stay.
@@ -176,16 +176,16 @@ class CartesianState:
         return np.asarray(self.T_world_robot @ poses if request.space == FRAME_ROBOT else poses)
 
     def curve(self, request: EffectorRequest) -> EffectorPath:
-        """The curve of a request over its times."""
+        """Return the curve of a request over its times."""
         return EffectorPath(np.concatenate([[0.0], request.times]), self.path(request))
 
     def target(self, request: EffectorRequest, T: Floats, T_world_torso: Floats) -> LimbTarget:
-        """The solvers' target for a request, its pose T as `path` returns it, and the torso's current pose."""
+        """Return the solvers' target for a request, its pose T as `path` returns it, and the torso's current pose."""
         effector, standing, reference = request.effector, self._standing, TORSO
         R_world_space = self.T_world_robot[:3, :3] if request.space == FRAME_ROBOT else np.eye(3)
         T_reference_world = np.eye(4) if request.space == FRAME_TORSO else rigid_inverse(T_world_torso)
         if request.space != FRAME_TORSO and effector in LEGS and standing is not None and standing != effector:
-            # A leg moves the hip of the other leg and so the torso: only the standing foot stays.
+            # A leg moves the hip of the other leg and so the torso: only the standing foot stays in place.
             reference = standing
             T_reference_world = rigid_inverse(self.T_world_torso @ self.robot.fk(self.q, standing))
         R = T_reference_world[:3, :3] @ R_world_space
@@ -202,7 +202,7 @@ def hold_still(nao: VirtualNao, requests: Sequence[EffectorRequest]) -> None:
 class _LimbFollower:
     """One limb on its path, from segment to segment.
 
-    Descents from tick to tick follow a segment. If they miss its key and other joint values meet it, the joints go
+    Descents from tick to tick follow a segment. If they miss its key and other joint values reach it, the joints move
     straight to those values instead.
     """
 
@@ -215,7 +215,7 @@ class _LimbFollower:
         self.missing = 0.0
 
     def solve(self, time: float, q: Floats, T_world_torso: Floats) -> Floats:
-        """The configuration at a time, from that of the tick before."""
+        """Return the configuration at a time, from that of the previous tick."""
         at = self.path.segment(time)
         begin, end = self.path.times[at : at + 2]
         if at != self._segment:
@@ -233,7 +233,7 @@ class _LimbFollower:
         return self._initial.target(self.request, self.path.pose(time), T_world_torso)
 
     def _look_ahead(self, begin: float, end: float, q: Floats, T_world_torso: Floats) -> None:
-        """Follow the segment in a few steps; if that misses its key, find out whether other joint values meet it."""
+        """Follow the segment in a few steps; if that misses its key, search for other joint values that reach it."""
         found = LimbSolution(q, 0.0)
         for time in begin + (end - begin) * np.arange(1, _CHECKED + 1) / _CHECKED:
             target = self._target(float(time), T_world_torso)
@@ -289,7 +289,7 @@ class PathTask(MotionTask):
         return q
 
     def _over_feet(self, torso: _LimbFollower, t: float, q: Floats) -> Floats:
-        """Both legs for the torso on its path, and for a foot on its own path; the other foot stands."""
+        """Solve both legs for the torso on its path, and for a foot on its own path; the other foot stands."""
         feet = self._initial.T_world_feet.copy()
         for leg in self._legs:
             T = leg.path.pose(t)
@@ -303,7 +303,7 @@ class PathTask(MotionTask):
 
 
 class SynchronizedApproach(Approach):
-    """Joints go to values and arrive together, none faster than a fraction of its maximum speed: setPositions."""
+    """Joints move to values and arrive together, none faster than a fraction of its maximum speed: setPositions."""
 
     def start(self, nao: VirtualNao, time: float) -> None:
         """Slow the joints down so that all arrive with the slowest."""
@@ -341,22 +341,22 @@ class CartesianControl(Service):
 
     Effectors are Head, LArm, RArm, LLeg, RLeg and Torso. A position is Position6D (x, y, z, wx, wy, wz), a transform
     its 4 x 4 matrix row by row, 16 numbers or 12. The axis mask says which axes of the space are controlled: 7 for the
-    place, 56 for the rotation, 63 for both.
+    position, 56 for the rotation, 63 for both.
 
-    - The interpolations begin at the effector's commanded pose: to one target on a straight line, through several along
-      a monotone cubic of x, y and z, turning about one axis from key to key; at rest at both ends, at each key in time.
-      FRAME_ROBOT is that of the beginning.
-    - setPositions and its relatives find joint values for the target and send the joints there, all arriving together,
-      none faster than the fraction of its maximum speed: not on a straight line in space.
-    - A relative target adds to the place, and rotates about the axes of the space.
-    - Torso moves the legs with the feet in place; its yaw is adapted if the one motor of both hips demands it.
-      A leg that moves takes the other hip with it, as on the robot; in FRAME_WORLD and FRAME_ROBOT the other foot
+    - The interpolations begin at the effector's commanded pose, and are at rest at both ends and at each key in time:
+      to one target on a straight line, through several along a monotone cubic in x, y and z; rotations from key to key
+      are about one axis. FRAME_ROBOT is that of the beginning.
+    - setPositions and its relatives find joint values for the target and send the joints there. All arrive together,
+      none faster than the fraction of its maximum speed; the path in space is not a straight line.
+    - A relative target adds to the position, and rotates about the axes of the space.
+    - Torso moves the legs with the feet in place; its yaw is adapted if the shared hip motor requires it.
+      A moving leg moves the other hip too, as on the robot; in FRAME_WORLD and FRAME_ROBOT the other foot
       stays in place.
-    - A target out of reach raises no error: the effector goes as near as it can, and the log says so.
+    - An unreachable target raises no error: the effector moves as near as it can, and the log says so.
     """
 
     def getPosition(self, name: Any, space: Any, useSensorValues: Any) -> list[float]:
-        """Position6D of an effector, joint, sensor or camera, as the sensors or the commands have it [m, rad]."""
+        """Position6D of an effector, joint, sensor or camera, from the sensors or the commands [m, rad]."""
         return [float(value) for value in frames.position6d(self._pose(name, space, useSensorValues))]
 
     def getTransform(self, name: Any, space: Any, useSensorValues: Any) -> list[float]:
@@ -394,7 +394,7 @@ class CartesianControl(Service):
     def _requests(
         self, name: str, names: Any, spaces: Any, paths: Any, masks: Any, times: Any, *, relative: bool
     ) -> tuple[EffectorRequest, ...]:
-        """The requests of a method from its arguments; a method without an s at the end takes one effector.
+        """Return the requests of a method from its arguments; a method without a final s takes one effector.
 
         Args:
             name: of the method, which says whether poses are positions or transforms.
@@ -428,7 +428,7 @@ class CartesianControl(Service):
     def _follow(
         self, name: str, names: Any, spaces: Any, paths: Any, masks: Any, times: Any, is_absolute: Any = True
     ) -> Call:
-        """Have effectors follow paths: the interpolations."""
+        """Make effectors follow paths: the interpolations."""
         relative = not arguments.flag(is_absolute, "isAbsolute")
         found = self._requests(name, names, spaces, paths, masks, times, relative=relative)
         return self.nao.start_task(self._path_task(name, found))

@@ -42,10 +42,10 @@ class NaoqiError(NaoKinError):
 
 
 class Call(Future[Any]):
-    """The answer of a blocking method, available when the robot has done the task.
+    """The result of a blocking method, available when the robot has done the task.
 
     `result(timeout)`, `done()` and `add_done_callback` are those of `concurrent.futures.Future`. A killed call ends
-    without an error, as NAOqi's do, and answers False if it reports success, else None. `stop` ends the task behind the
+    without an error, as in NAOqi, and returns False if it reports success, else None. `stop` ends the task behind the
     call.
     """
 
@@ -54,7 +54,7 @@ class Call(Future[Any]):
         self._stop = stop
 
     def cancel(self) -> bool:
-        """Stop the task; return whether there was anything to stop."""
+        """Stop the task; return whether there was a task to stop."""
         if self.done():
             return False
         if self._stop is None:
@@ -63,12 +63,12 @@ class Call(Future[Any]):
         return True
 
     def finish(self, value: Any = None) -> None:
-        """Set the answer; without effect if there is one already."""
+        """Set the result; without effect if there is one already."""
         with suppress(InvalidStateError):
             self.set_result(value)
 
     def fail(self, error: BaseException) -> None:
-        """Set an error as the answer; without effect if there is an answer already."""
+        """Set an error as the result; without effect if there is a result already."""
         with suppress(InvalidStateError):
             self.set_exception(error)
 
@@ -76,8 +76,8 @@ class Call(Future[Any]):
 class Monitor:
     """The lock for all state; callbacks run when it is free again.
 
-    A callback may wait for another thread, which may wait for the lock. So no outside function is called with the lock
-    held: `later` stores such calls until the thread leaves the outermost `with`.
+    A callback may wait for another thread, which may wait for the lock. Therefore no external function is called with
+    the lock held: `later` stores such calls until the thread leaves the outermost `with`.
     """
 
     def __init__(self) -> None:
@@ -107,7 +107,7 @@ class Monitor:
                 logging.getLogger("nao_kin.naoqi").exception("a callback of the virtual NAO failed")
 
 
-# --- Robot time: counted in ticks that follow the wall clock at some speed, or that are stepped by hand.
+# --- Robot time: counted in ticks that follow the wall clock at some speed, or are stepped explicitly.
 
 TICKS_PER_SECOND = 100
 TICK = 1.0 / TICKS_PER_SECOND
@@ -120,7 +120,7 @@ _MAX_SECONDS_BEHIND = 1.0
 class Clock:
     """Robot time, from zero in ticks of 10 ms; `speed` is seconds of robot time per second of the wall clock.
 
-    The clock does not tick by itself: its owner asks how many ticks are due, and makes them one by one.
+    The clock does not tick by itself: its owner asks for the number of due ticks, and makes them one by one.
     """
 
     def __init__(self, speed: float = 1.0) -> None:
@@ -191,8 +191,8 @@ class Change:
     Attributes:
         time: robot time [s].
         kind: "log", "limp", "leds", "speech", "posture", "life" …
-        value: a text for "log" and for "limp", a command to joints without stiffness; otherwise as the documentation of
-            the service that makes the change says.
+        value: a text for "log" and for "limp", a command to joints without stiffness; otherwise as documented by the
+            service that makes the change.
     """
 
     time: float
@@ -226,7 +226,7 @@ class EventLog:
 
 
 class Notes:
-    """Remarks on one command, each made once, however many ticks it lasts; lines begin with the subject."""
+    """Remarks on one command, each written once, however many ticks the command lasts; lines begin with the subject."""
 
     def __init__(self, log: EventLog, subject: str) -> None:
         self._log, self._subject = log, subject
@@ -243,27 +243,27 @@ class Notes:
         self._log.change(kind, f"{self._subject}: {message}")
 
 
-# --- Motion tasks: they move joints over time, book the joints that they need, and wait for each other.
+# --- Motion tasks: they move joints over time, reserve the joints that they need, and wait for each other.
 
 
 class MotionTask(ABC):
     """An action that takes more than one tick.
 
-    A blocking method books its resources: names of joints, or "<joint>/Stiffness". Another task that needs one of them
-    waits until they are free. A *reactive* task (setAngles, changeAngles, setPositions, move) books nothing: any later
-    task that needs its joints takes them over. Subclasses implement `advance`, and `start`, `give_up` and `end` if
-    needed. All are called with the lock held.
+    A blocking method reserves its resources: names of joints, or "<joint>/Stiffness". Another task that needs one of
+    them waits until they are free. A *reactive* task (setAngles, changeAngles, setPositions, move) reserves nothing:
+    any later task that needs its joints takes them over. Subclasses implement `advance`, and `start`, `give_up` and
+    `end` if needed. All are called with the lock held.
 
     Attributes:
         name: NAOqi's method, "angleInterpolation".
         joints: the joints in the given order, and their `columns` in the arrays of `nao.joints`, from the start on.
         resources: the joints or stiffnesses that it needs.
         reactive: whether later tasks may take its resources.
-        keeps_feet: whether its plan has the standing foot in place. Without such a task, FRAME_ROBOT stays while both
-            soles are down.
+        keeps_feet: whether its plan keeps the standing foot in place. Without such a task, FRAME_ROBOT stays in place
+            while both soles are down.
         id: number in the task list, from 1; 0 before it is listed.
-        call: the answer, given at the end.
-        value: the answer of the call.
+        call: the call, which gets the result at the end.
+        value: the result of the call.
         notes: for remarks that are made once.
         started: robot time at which its resources were free [s]; None before, and `begin` is not set.
     """
@@ -312,7 +312,7 @@ class Tasks:
         self._numbers = itertools.count(1)
 
     def add(self, task: MotionTask) -> Call:
-        """Start a task, or have it wait for its resources; its call ends with it."""
+        """Start a task, or make it wait for its resources; its call ends with the task."""
         task.id = next(self._numbers)
         task.notes = Notes(self._nao.log, f"{task.name} (task {task.id})")
         task.call = Call(lambda: self.kill(lambda other: other is task))
@@ -347,7 +347,7 @@ class Tasks:
         return next((task for task in self.all if task.id == number), None)
 
     def of(self, kind: type[_T]) -> _T | None:
-        """The first task of a kind, running or waiting."""
+        """Return the first task of a kind, running or waiting."""
         return next((task for task in self.all if isinstance(task, kind)), None)
 
     def kill(self, wanted: Callable[[MotionTask], bool] = lambda task: True) -> bool:
@@ -360,11 +360,11 @@ class Tasks:
         return bool(found)
 
     def booked(self) -> frozenset[str]:
-        """The resources of the running blocking tasks."""
+        """Return the resources of the running blocking tasks."""
         return frozenset[str]().union(*(task.resources for task in self.running if not task.reactive))
 
     def start_waiting(self) -> None:
-        """Start every task, first come first, whose resources neither a running task nor an earlier one needs."""
+        """Start every task, in order of arrival, whose resources no running or earlier task needs."""
         taken = set(self.booked())
         for task in list(self._waiting):
             if taken.isdisjoint(task.resources):

@@ -26,7 +26,7 @@ ON_TIME = 1e-9
 class Interpolation(MotionTask):
     """Joints follow a motion: angleInterpolation and its relatives.
 
-    `plan` makes the motion of these joints, from time zero, when they are free; it gets their commanded values, shape
+    When the joints are free, `plan` makes their motion, from time zero; its argument are their commanded values, shape
     (joints,).
     """
 
@@ -54,9 +54,9 @@ class Interpolation(MotionTask):
 
 
 class AtSpeed(Interpolation):
-    """Joints go straight to targets and arrive together: angleInterpolationWithSpeed.
+    """Joints move straight to targets and arrive together: angleInterpolationWithSpeed.
 
-    The joint with the longest way goes at its speed: the motion takes max |target − start| / (fraction · max_speed).
+    The slowest joint determines the time: the motion takes max |target − start| / (fraction · max_speed).
     """
 
     def __init__(self, name: str, nao: VirtualNao, joints: Sequence[str], targets: Floats, fraction: float) -> None:
@@ -91,7 +91,7 @@ class HandMove(AtSpeed):
 
 
 class Approach(MotionTask):
-    """Joints go to angles, or with `relative` by changes, each at a fraction of its own maximum speed: setAngles."""
+    """Joints move to angles, or with `relative` by changes, each at a fraction of its own maximum speed: setAngles."""
 
     reactive = True
 
@@ -155,7 +155,7 @@ def through(
     kind: Literal["smooth", "linear", "bezier"] = "smooth",
     handles: Sequence[Floats] | None = None,
 ) -> Motion:
-    """The motion from `start`, shape (n,), at time zero through n lists of keys (k,) at times (k,), all after zero [s].
+    """Return the motion from `start`, shape (n,), at time zero through n lists of keys (k,) at times (k,) > 0 [s].
 
     `handles` are n arrays (k + 1, 2, 2) for "bezier".
     """

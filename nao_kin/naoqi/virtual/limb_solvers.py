@@ -21,7 +21,7 @@ from nao_kin.rotations import log
 # So does this module: damped least squares from the joint values of the cycle before, which keeps joint motion along a
 # path small.
 
-# One radian counts as much as 0.1 m.
+# One radian has the weight of 0.1 m.
 RADIAN = 0.1
 _WEIGHTS = np.repeat([1.0, RADIAN], 3)
 _MAX_STEPS = 60
@@ -30,14 +30,14 @@ _CONVERGED = 1e-10
 
 @dataclass(frozen=True, eq=False)
 class LimbTarget:
-    """The target pose of a frame, seen from the torso or from the sole of the standing foot.
+    """The target pose of a frame, relative to the torso or to the sole of the standing foot.
 
     Attributes:
         frame: the robot's name of the frame.
         T_reference_target: shape (4, 4).
         mask: the controlled ones of x, y, z, wx, wy, wz, along the axes of the space.
         R_reference_space: the rotation of the space, shape (3, 3).
-        reference: the frame that stays in place: "Torso", or a foot whose leg moves with the joints too.
+        reference: the frame that stays in place: "Torso", or a foot, whose leg then moves too.
     """
 
     frame: str
@@ -67,7 +67,7 @@ class _Limb:
 
 
 def descend(robot: NaoModel, target: LimbTarget, q: Floats) -> LimbSolution:
-    """The nearby joint values that bring an effector to its target, inside all limits, or as near as steps downhill go.
+    """Return the nearby joint values that bring an effector to its target, inside all limits, or as near as steps downhill go.
 
     Only the effector's own joints move; q, shape (nq,), is inside the limits.
     """
@@ -90,30 +90,30 @@ def descend(robot: NaoModel, target: LimbTarget, q: Floats) -> LimbSolution:
 # --- The six effectors of Cartesian control, each with its joints and its solvers.
 
 ARMS = ("LArm", "RArm")
-# The residual below which a target counts as met [m].
+# The residual below which a target counts as reached [m].
 MET = 1e-6
-# The largest number of corrections of the torso's place, and the place error that ends them [m].
+# The largest number of corrections of the torso's position, and the position error that ends them [m].
 _MAX_CORRECTIONS, _IN_PLACE = 5, 1e-9
 # The number of random starts after a descent from the current joints that misses its target.
 _STARTS = 12
 
 
 def joints_of(robot: NaoModel, effectors: Sequence[str]) -> tuple[str, ...]:
-    """The joints that move effectors, each once, by their 26 names, without the hands."""
+    """Return the joints that move effectors, each once, by their 26 names, without the hands."""
     chains = ["Legs" if effector == TORSO else effector for effector in effectors]
     return tuple(joint for joint in dict.fromkeys(joint_names(robot, chains)) if robot.unit(joint) != "1")
 
 
 def columns_of(robot: NaoModel, effectors: Sequence[str]) -> list[int]:
-    """The columns of these joints in q; LHipYawPitch and RHipYawPitch share one."""
+    """Return the columns of these joints in q; LHipYawPitch and RHipYawPitch share one."""
     names = ["LHipYawPitch" if joint == "RHipYawPitch" else joint for joint in joints_of(robot, effectors)]
     return [robot.joint_names.index(name) for name in dict.fromkeys(names)]
 
 
 def anywhere(robot: NaoModel, target: LimbTarget, q: Floats) -> LimbSolution:
-    """Joint values for one limb: the nearest solution to the current ones; without a solution, the nearest pose.
+    """Return joint values for one limb: the solution nearest to the current ones; without a solution, the nearest pose.
 
-    Poses of arms and legs, places of hands and directions of the head go through closed forms, other masks through
+    Poses of arms and legs, positions of hands and orientations of the head are solved in closed form, other masks by
     descents from the current joints and from random ones.
     """
     found = descend(robot, target, q)
@@ -135,7 +135,7 @@ def anywhere(robot: NaoModel, target: LimbTarget, q: Floats) -> LimbSolution:
 
 
 def torso_over_feet(robot: NaoModel, T_world_torso: Floats, T_world_feet: Floats, q: Floats) -> LimbSolution:
-    """Both legs for a torso pose (4, 4) with the feet, left and right, in place (2, 4, 4); the torso's yaw is free.
+    """Solve both legs for a torso pose (4, 4) with free yaw, and the feet, left and right, in place (2, 4, 4).
 
     `missing` is the torso's error, its yaw included; infinite if a foot is not in place.
     """
@@ -147,7 +147,7 @@ def torso_over_feet(robot: NaoModel, T_world_torso: Floats, T_world_feet: Floats
         if not np.all(found.success):
             return LimbSolution(found.q[0] if np.isfinite(found.q).all() else np.array(q), np.inf)
         torso = np.asarray(found.torso)[0]
-        # The yaw is relaxed about the middle of the hips, which displaces a leaning torso: correct its place.
+        # The yaw is relaxed about the middle of the hips, which displaces a leaning torso: correct its position.
         six = position6d(T_world_torso)
         six[5] = position6d(torso)[5]
         target_torso = pose(six)

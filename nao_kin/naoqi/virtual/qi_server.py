@@ -23,9 +23,9 @@ from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
 
 PORT = 9559
 HOST = "127.0.0.1"
-# If Pinocchio was loaded before qi, libqi corrupts its memory when a session is closed while those of scripts that have
-# just ended are being destroyed: half of the programs that ended right after 40 of them crashed, and none a moment
-# later. A destroyed session also continues for a moment: two of three programs that ended at once were aborted.
+# If Pinocchio was loaded before qi, libqi corrupts its memory when a session is closed while the sessions of ended
+# scripts are being destroyed: half of the programs that ended right after 40 scripts crashed, and none a moment later.
+# A destroyed session also continues for a moment: two of three programs that ended at once were aborted.
 _SECONDS_TO_SETTLE = 0.3
 
 
@@ -39,14 +39,13 @@ class QiServer:
         with VirtualNao() as nao, QiServer(nao) as server:
             print(server.endpoint)          # tcp://127.0.0.1:9559
 
-    Scripts connect to it as to a robot. Calls are made in the order in which they arrive. Blocking methods hold no
-    thread: they answer with qi's future, so that thousands may wait. Angles travel as doubles; a robot sends floats of
-    32 bits.
+    Scripts connect to it as to a robot. Calls are executed in order of arrival. Blocking methods occupy no thread: they
+    return qi's future, so that thousands may wait. Angles travel as doubles; a robot sends floats of 32 bits.
 
-    The compiled kernels for walking, Cartesian and whole-body control are loaded in the background; a call that needs
-    one earlier waits for it, and so do robot time and the calls after it.
+    The compiled kernels for walking, Cartesian and whole-body control are loaded in the background. A call that needs a
+    kernel waits until it is loaded, and so do robot time and later calls.
 
-    Import `nao_kin.naoqi`, or qi, before you make a robot: loaded after Pinocchio, qi is not reliable.
+    Import `nao_kin.naoqi`, or qi, before you create a robot: qi is not reliable if Pinocchio is loaded first.
 
     Args:
         nao: the virtual NAO.
@@ -59,14 +58,14 @@ class QiServer:
 
     Raises:
         MissingExtra: qi is not installed.
-        BadArgument: the port is in use, or the host is no address of this machine.
+        BadArgument: the port is in use, or the host is not an address of this machine.
     """
 
     def __init__(self, nao: VirtualNao, *, host: str = HOST, port: int = PORT, quiet: bool = False) -> None:
         if not isinstance(nao, VirtualNao):
             raise BadArgument(f"nao must be a VirtualNao, got {quoted(nao)}")
         if not isinstance(host, str):
-            raise BadArgument(f"host {quoted(host)} is no address of this machine")
+            raise BadArgument(f"host {quoted(host)} is not an address of this machine")
         number, silent = whole_number(port, "port", 0, 65535), flag(quiet, "quiet")
         qi = load_qi("a server that NAOqi's scripts can connect to")
         if silent:
@@ -83,7 +82,7 @@ class QiServer:
         nao.services["ALMemory"].module_called = self._call_module  # type: ignore[attr-defined]
         strand = None
         for name, service in nao.services.items():
-            # Absent methods answer that they are absent.
+            # Missing methods return an error that says so.
             methods = {method: _forwarded(qi, service, method) for method in (*service.method_names, *service.absent)}
             exported = qi.singleThreaded()(type(name, (), methods))()
             if strand is not None:
@@ -102,7 +101,7 @@ class QiServer:
         if session is not None:
             time.sleep(_SECONDS_TO_SETTLE)
             session.close()
-            del session  # this destroys it
+            del session  # this destroys the session
             time.sleep(_SECONDS_TO_SETTLE)
 
     def __enter__(self) -> QiServer:
@@ -129,7 +128,7 @@ class QiServer:
         try:
             found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
         except (OSError, ValueError):
-            raise BadArgument(f"host {quoted(host)} is no address of this machine") from None
+            raise BadArgument(f"host {quoted(host)} is not an address of this machine") from None
         if not all(ipaddress.ip_address(str(row[4][0]).partition("%")[0]).is_loopback for row in found):
             warn_caller(
                 f"listening on {host}: qi has no passwords, and any client of port {port} can drive the robot",
@@ -166,7 +165,7 @@ def _forwarded(qi: Any, service: Service, name: str) -> Callable[..., Any]:
             answer = service.invoke(name, *arguments)
         except NaoKinError as error:
             return _failed(qi, str(error))
-        except Exception as error:  # the script gets a line, not the traceback of our own fault
+        except Exception as error:  # the script gets one line, not our traceback
             return _failed(qi, str(NaoqiError(service.name, name, f"internal error: {error!r}")))
         if isinstance(answer, Call):
             return _promised(qi, answer)
@@ -182,7 +181,7 @@ def _forwarded(qi: Any, service: Service, name: str) -> Callable[..., Any]:
 
 
 class _Signalling:
-    """A subscriber with qi's signal, one for each key: scripts that die leave nothing behind."""
+    """A subscriber with qi's signal, one for each key, so that scripts that end leave nothing behind."""
 
     def __init__(self, qi: Any, subscriber: Subscriber) -> None:
         self.signal = qi.Signal("(m)")
@@ -190,14 +189,14 @@ class _Signalling:
 
 
 def _as_object(qi: Any, thing: object) -> Any:
-    """A Python object as qi's, made once: qi makes another one for every answer, and keeps 8 kB of it."""
+    """Return a Python object as qi's, made once: qi makes another one for every result, and keeps 8 kB of it."""
     promise = qi.Promise()
     promise.setValue(thing)
     return promise.future().value()
 
 
 def _promised(qi: Any, call: Call) -> Any:
-    """The qi future of a call."""
+    """Return the qi future of a call."""
     promise = qi.Promise(lambda _: call.cancel())
 
     def settle(done: Any) -> None:
@@ -218,7 +217,7 @@ def _promised(qi: Any, call: Call) -> Any:
 
 
 def _failed(qi: Any, message: str) -> Any:
-    """A future with exactly this error text; an exception would arrive with a traceback in it."""
+    """Return a future with exactly this error text; an exception would arrive with its traceback."""
     promise = qi.Promise()
     promise.setError(message)
     return promise.future()

@@ -1,4 +1,4 @@
-"""The base of all services: the methods that they offer, how scripts call them, and how they refuse."""
+"""The base of all services: their methods, calls by scripts, and errors."""
 
 from __future__ import annotations
 
@@ -39,8 +39,8 @@ class Service:
     A subclass sets `name`, "ALMotion"; `absent` are the methods of NAOqi's service that it lacks. As qi does with a
     Python object, its public methods are offered to scripts; names of internal ones begin with an underscore. Methods
     take NAOqi's positional arguments; defaults make overloads. They run with the lock held (`nao.monitor`), so they
-    neither wait nor sleep: what takes time is a task, and its `Call` is returned. `arguments` reads their arguments;
-    every `NaoKinError` becomes a `NaoqiError` that names service and method.
+    must not wait or sleep: a method that takes time starts a task and returns its `Call`. `arguments` reads their
+    arguments; every `NaoKinError` becomes a `NaoqiError` that names service and method.
     """
 
     name: str
@@ -60,11 +60,11 @@ class Service:
         return tuple(sorted(self._methods))
 
     def help(self, name: str) -> str:
-        """The description of a method; "" for an unknown one."""
+        """Return the description of a method; "" for an unknown one."""
         return inspect.getdoc(self._methods[name]) or "" if name in self._methods else ""
 
     def invoke(self, name: str, *given: Any) -> Any:
-        """Call a method by name; a blocking one returns a `Call`. Every refusal is a `NaoqiError`."""
+        """Call a method by name; a blocking one returns a `Call`. Every error is a `NaoqiError`."""
         if not isinstance(name, str):
             raise BadArgument(f"method must be a name, got {quoted(name)}")
         function = self._methods.get(name)
@@ -97,13 +97,13 @@ class Service:
     def kernels_for(self, name: str, given: tuple[Any, ...]) -> frozenset[str]:
         """Return the compiled kernels of `nk.ik` that a call needs, some of `KERNELS`.
 
-        They are loaded, or compiled, before the lock is taken, and robot time stands still meanwhile. Single targets of
+        They are loaded, or compiled, before the lock is taken; robot time waits. Single targets of
         the head, a camera or a leg need none: their closed forms run as Python.
         """
         return frozenset()
 
     def joints(self, names: Any, what: str = "names") -> tuple[str, ...]:
-        """The joints of a name, a chain or a list of them; refuses an empty list and a joint that is named twice."""
+        """Return the joints of a name, a chain or a list of names; reject an empty list and repeated joints."""
         found = joint_names(self.nao.robot, names)
         if not found:
             raise BadArgument(f"{what} must name at least one joint")
@@ -113,7 +113,7 @@ class Service:
         return found
 
     def get_setting(self, row: Setting, *given: Any) -> Any:
-        """Return a setting, or the one of the name that is given."""
+        """Return a setting, or the setting of the given name."""
         return self._settings.get((row.name, row.owner(given)), row.default)
 
     def set_setting(self, row: Setting, *given: Any) -> bool | None:
@@ -186,7 +186,7 @@ class Service:
         return waiting
 
 
-# --- Methods that are made from tables: settings without effect, constant answers, former names and variants.
+# --- Methods made from tables: settings without effect, constant results, former names and variants.
 
 
 @dataclass(frozen=True)
@@ -194,12 +194,12 @@ class Setting:
     """A value that scripts set and read, without effect on the simulation.
 
     Attributes:
-        name: of the two methods, after "set" and "get".
+        name: the name after "set" and "get" in the two methods.
         note: the help of the first.
         default: the initial value.
         takes: its parameters, the value last; the first of two is the owner of the value.
-        check: returns the value from the argument and its name in a refusal.
-        what: this name; the parameter's name if empty.
+        check: returns the value for the argument and its name in errors.
+        what: the name in errors; the parameter's name if empty.
         of: the kind and the valid names of the first of two parameters; None for any text.
         log: the name of the setting in the log, if setting it is logged.
         answer: the answer of the first method.
@@ -216,14 +216,14 @@ class Setting:
     answer: bool | None = None
 
     def owner(self, given: tuple[Any, ...]) -> str:
-        """The name that a call is about; "" if there is only one value."""
+        """Return the owner of the value in a call; "" if there is only one value."""
         if len(self.takes) == 1:
             return ""
         return arguments.text(given[0], self.takes[0]) if self.of is None else arguments.choice(given[0], *self.of)
 
 
 def _decorator(offer: Callable[Concatenate[type[Service], _P], None]) -> Callable[_P, Callable[[type[_S]], type[_S]]]:
-    """A decorator of services, with arguments, from a function that offers methods of a service."""
+    """Return a decorator of services, with arguments, from a function that offers methods of a service."""
 
     @wraps(offer)
     def given(*arguments: _P.args, **more: _P.kwargs) -> Callable[[type[_S]], type[_S]]:

@@ -1,6 +1,6 @@
 """The steps of a walk: the move configuration, footsteps, and the joint values of a step.
 
-The walk is kinematic, without balance: the centre of mass does not move over the standing foot, as in a real walk.
+The walk is kinematic, without balance: unlike in a real walk, the centre of mass does not move over the standing foot.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from nao_kin.naoqi.virtual.cartesian import EffectorPath
 from nao_kin.naoqi.virtual.engine import TICK
 from nao_kin.robot import RobotModel
 
-# --- How the virtual NAO walks: NAOqi's move configuration, with its defaults and bounds.
+# --- NAOqi's move configuration, with its defaults and bounds.
 
 SIDES = {"L": "Left", "R": "Right"}
 
@@ -74,9 +74,9 @@ class Gait(NamedTuple):
 
 
 def gait_of(config: Any) -> Gait:
-    """A gait from NAOqi's list of [name, value] pairs; numbers outside the documented range are clipped.
+    """Return a gait from NAOqi's list of [name, value] pairs; numbers outside the documented range are clipped.
 
-    A name counts for both feet, or with "Left" or "Right" before it for one. Later pairs override earlier ones.
+    A name applies to both feet, or with the prefix "Left" or "Right" to one. Later pairs override earlier ones.
     """
     values: dict[str, list[float]] = {side: list(FootGait()) for side in SIDES}
     for name, value in [] if config is None else _pairs(config):
@@ -92,7 +92,7 @@ def gait_of(config: Any) -> Gait:
 
 
 def move_config(which: str) -> list[list[object]]:
-    """NAOqi's getMoveConfig: [name, value] pairs of "Default", "Min" or "Max"."""
+    """Return NAOqi's getMoveConfig: [name, value] pairs of "Default", "Min" or "Max"."""
     gaits = {"Default": FootGait(), "Min": LOWEST, "Max": HIGHEST}
     return [list(row) for row in zip(PARAMETERS, gaits[choice(which, gaits, "move configuration")], strict=True)]
 
@@ -132,14 +132,14 @@ def wrapped(theta: float) -> float:
 
 
 def composed(a: ArrayLike, b: ArrayLike) -> Floats:
-    """The pose b in the frame of a, taken to the floor's frame."""
+    """Return the pose b, given in the frame of a, in the floor's frame."""
     (ax, ay, angle), (bx, by, more) = np.array([a, b], dtype=np.float64).tolist()
     c, s = math.cos(angle), math.sin(angle)
     return np.array([ax + c * bx - s * by, ay + s * bx + c * by, angle + more])
 
 
 def seen_from(a: ArrayLike, b: ArrayLike) -> Floats:
-    """The pose b in the frame of a, the angle within ±π: the inverse of `composed`."""
+    """Return the pose b in the frame of a, the angle within ±π: the inverse of `composed`."""
     (ax, ay, angle), (bx, by, more) = np.array([a, b], dtype=np.float64).tolist()
     c, s = math.cos(angle), math.sin(angle)
     x, y = bx - ax, by - ay
@@ -182,10 +182,10 @@ class Footstep:
 
 
 def bounded(step: ArrayLike, side: str, gait: FootGait) -> Floats:
-    """A foot's pose relative to the standing one, clipped to the limits of the gait and of the one hip motor.
+    """Return a foot's pose relative to the standing foot, clipped to the limits of gait and shared hip motor.
 
-    Forwards and back up to MaxStepX; sideways from 88 mm to MaxStepY; turned outwards up to MaxStepTheta and inwards up
-    to 0.12 rad, because the toes of a foot that is turned inwards come near those of the other.
+    Forwards and backwards up to MaxStepX; sideways from 88 mm to MaxStepY; turned outwards up to MaxStepTheta and
+    inwards up to 0.12 rad, because toes that turn inwards come near those of the other foot.
     """
     x, y, theta = np.asarray(step, dtype=np.float64).tolist()
     outwards = 1.0 if side == "L" else -1.0
@@ -195,13 +195,13 @@ def bounded(step: ArrayLike, side: str, gait: FootGait) -> Floats:
 
 
 def first_side(motion: ArrayLike) -> str:
-    """The foot that begins: the one on the side of a sideways motion or rotation."""
+    """Return the foot that begins: the one on the side of a sideways motion or rotation."""
     _, y, theta = np.asarray(motion, dtype=np.float64).tolist()
     return "R" if (y, theta) < (0.0, 0.0) else "L"
 
 
 def along(start: Floats, goal: Floats, share: Floats | float) -> Floats:
-    """Poses at shares of the way between two, shape (..., 3): straight, turning evenly along the shorter arc."""
+    """Return poses at fractions of the straight path between two, shape (..., 3), turning along the shorter arc."""
     way = goal - start
     way[2] = wrapped(float(way[2]))
     found = np.asarray(start + np.multiply.outer(share, way))
@@ -210,7 +210,7 @@ def along(start: Floats, goal: Floats, share: Floats | float) -> Floats:
 
 
 def next_step(feet: dict[str, Floats], side: str, body: Floats, goal: Floats, gait: Gait) -> tuple[Footstep, Floats]:
-    """The step with which a foot brings the body as far as possible towards a goal, and the body's pose after it."""
+    """Return a foot's step that brings the body as far as possible towards a goal, and the body's pose after it."""
     own = gait.of(side)
     support = feet[other(side)]
 
@@ -229,13 +229,13 @@ def next_step(feet: dict[str, Floats], side: str, body: Floats, goal: Floats, ga
 
 
 def stands_beside(feet: dict[str, Floats], body: Floats) -> bool:
-    """Whether both feet stand side by side below this body."""
+    """Return whether both feet stand side by side below this body."""
     errors = [float(np.abs(seen_from(foot_beside(body, side), foot)).max()) for side, foot in feet.items()]
     return max(errors) < _TOGETHER
 
 
 def _largest(fits: Callable[[float], bool]) -> float:
-    """The largest share that fits; 0 if none does."""
+    """Return the largest fraction that fits; 0 if none does."""
     low = next((k for k in range(_SCANNED, 0, -1) if fits(k / _SCANNED)), 0)
     if low == _SCANNED:
         return 1.0
@@ -247,9 +247,9 @@ def _largest(fits: Callable[[float], bool]) -> float:
 
 # "The double support time uses one third of the step time" (Aldebaran documentation, locomotion control).
 _DOUBLE_SUPPORT = 1.0 / 3.0
-# Steps are stretched until joints need no more than this share of their largest speeds.
+# Steps are stretched until joints need no more than this fraction of their largest speeds.
 _SPEED_SHARE = 0.98
-# The shortest time to get ready to walk [s], and the joints' share of their largest speeds meanwhile.
+# The shortest time to get ready to walk [s], and the joints' fraction of their largest speeds meanwhile.
 _GETTING_READY = 0.5
 _READY_SPEED_SHARE = 0.4
 _READY = 1e-6
@@ -264,16 +264,16 @@ class StepImpossible(BadArgument):
 
 
 def smooth(u: Floats) -> Floats:
-    """From 0 to 1 at rest at both ends, with continuous acceleration: 10u³ − 15u⁴ + 6u⁵."""
+    """Interpolate from 0 to 1, at rest at both ends, with continuous acceleration: 10u³ − 15u⁴ + 6u⁵."""
     return np.asarray(u * u * u * (10.0 + u * (6.0 * u - 15.0)))
 
 
 def ready_motion(robot: RobotModel, feet: dict[str, Floats], T_world_torso: Floats, q: Floats) -> Floats:
-    """Configurations at the ticks, shape (n, nq), that bring the torso level between the feet; empty if it is there.
+    """Return configurations at the ticks, (n, nq), that bring the torso level between the feet; empty if it is there.
 
-    The feet stay in place. If the legs cannot do that (from Crouch, whose ankles are at their limits), the joints go
-    straight to the final configuration, and the feet slide a little; if the legs cannot stand there, to feet side by
-    side.
+    The feet stay in place. If the legs cannot do that (from Crouch, whose ankles are at their limits), the joints move
+    straight to the final configuration, and the feet slide a little; if the legs cannot stand there, the feet end side
+    by side.
     """
     left, right = (_flat(feet[side][None]) for side in ("L", "R"))
     ready = _legs(robot, left, right, _torso(robot, along(feet["L"], feet["R"], 0.5)[None]), q)
@@ -304,7 +304,7 @@ def ready_motion(robot: RobotModel, feet: dict[str, Floats], T_world_torso: Floa
 
 
 def step_motion(robot: RobotModel, step: Footstep, q: Floats) -> Floats:
-    """Configurations at the ticks of a step from q, shape (n, nq); longer than its period for slow joints."""
+    """Return configurations at the ticks of a step from q, shape (n, nq); longer than its period for slow joints."""
 
     def at(ticks: int) -> Floats:
         time = np.arange(1, ticks + 1) / ticks
@@ -322,9 +322,9 @@ def step_motion(robot: RobotModel, step: Footstep, q: Floats) -> Floats:
 
 
 def _slow_enough(robot: RobotModel, at: Callable[[int], Floats], q: Floats, ticks: int, share: float) -> Floats:
-    """A motion of at least so many ticks, in which no joint needs more than a share of its largest speed.
+    """Return a motion of at least so many ticks, in which no joint needs more than a fraction of its largest speed.
 
-    More time does not help a joint that jumps from one branch of the legs' solutions to another: that is refused.
+    A step is rejected if a joint jumps to another branch of the legs' solutions: more time does not help there.
     """
     max_ticks = _MAX_STRETCH * ticks
     while True:
@@ -346,17 +346,17 @@ def _all_of(found: ik.LegsResult) -> Floats:
 
 
 def _legs(robot: RobotModel, left: Floats, right: Floats, torso: Floats, q: Floats) -> ik.LegsResult:
-    """Both legs by their closed form; the torso's yaw is adapted so that one hip motor reaches both feet."""
+    """Solve both legs in closed form; the torso's yaw is adapted so that the shared hip motor reaches both feet."""
     return ik.legs(robot, left, right, base="floating", torso=torso, free="yaw", reference=q)
 
 
 def _flat(places: Floats, height: Floats | float = 0.0) -> Floats:
-    """Level poses of places on the floor, shape (n, 4, 4)."""
+    """Return level poses of positions on the floor, shape (n, 4, 4)."""
     six = np.zeros((len(places), 6))
     six[:, :2], six[:, 2], six[:, 5] = places[:, :2], height, places[:, 2]
     return pose(six)
 
 
 def _torso(robot: RobotModel, places: Floats) -> Floats:
-    """Level poses of the torso above places on the floor, at the height of StandInit, shape (n, 4, 4)."""
+    """Return level poses of the torso above positions on the floor, at the height of StandInit, shape (n, 4, 4)."""
     return _flat(places, -float(robot.fk(robot.posture("StandInit"), "LLeg")[2, 3]))

@@ -22,7 +22,7 @@ from nao_kin.naoqi.virtual.service import ABSENT, Service
 from nao_kin.naoqi.virtual.services import expression, life, memory, motion, movements
 from nao_kin.robot import NaoModel, load_nao
 
-# The shortest pause of the thread, which otherwise only wakes up [s].
+# The shortest pause of the thread, so that it does not wake up too often [s].
 _SHORTEST_SLEEP = 0.001
 # The robot time after which a stepped call counts as endless [s].
 _MAX_SECONDS = 3600.0
@@ -85,10 +85,10 @@ class State:
 
 
 class VirtualNao:
-    """A NAO without a body that answers as NAOqi does.
+    """A simulated NAO that answers NAOqi's calls.
 
-    It is kinematics: joints go to their commands within limits and maximum speeds; nothing has weight, falls or
-    collides. It begins in Crouch without stiffness, as a robot that was switched on.
+    The simulation is kinematic: joints move to their commands within limits and maximum speeds; nothing has weight,
+    falls or collides. It begins in Crouch without stiffness, like a robot that was just switched on.
 
     Args:
         robot: a NAO with a fixed base; None for a V6.
@@ -105,7 +105,7 @@ class VirtualNao:
         monitor: the lock.
 
     Raises:
-        BadArgument: robot is no NAO with a fixed base, speed is not positive, or behaviors is no folder.
+        BadArgument: robot is not a NAO with a fixed base, speed is not positive, or behaviors is not a folder.
 
     Examples:
         >>> with nk.naoqi.VirtualNao(stepped=True) as nao:
@@ -155,10 +155,10 @@ class VirtualNao:
     # --- for scripts ----------------------------------------------------------------------------------------------
 
     def call(self, service: str, method: str, *arguments: Any) -> Any:
-        """Call a method and wait for its answer; with `stepped`, time advances until it is there.
+        """Call a method and wait for its result; with `stepped`, time advances until the result is available.
 
         Raises:
-            NaoqiError: the method refuses, as NAOqi's does.
+            NaoqiError: the method raises an error, as in NAOqi.
 
         Examples:
             >>> with nk.naoqi.VirtualNao(stepped=True) as nao:
@@ -175,10 +175,10 @@ class VirtualNao:
         return call.result()
 
     def post(self, service: str, method: str, *arguments: Any) -> Call:
-        """Call a method without waiting for its answer.
+        """Call a method without waiting for its result.
 
         Raises:
-            NaoqiError: the method refuses at once.
+            NaoqiError: the method raises an error at once.
 
         Examples:
             >>> with nk.naoqi.VirtualNao(stepped=True) as nao:
@@ -227,7 +227,7 @@ class VirtualNao:
 
     @contextmanager
     def time_held(self) -> Iterator[None]:
-        """Stop robot time meanwhile, if it runs by itself; the elapsed wall-clock time is not caught up.
+        """Stop robot time inside the block, if it runs by itself; the elapsed wall-clock time is not caught up.
 
         Examples:
             >>> with nk.naoqi.VirtualNao(speed=100.0) as nao, nao.time_held():
@@ -295,7 +295,7 @@ class VirtualNao:
             )
 
     def torso_in_world(self, *, sensor: bool = True) -> Floats:
-        """T_world_torso for the measured or the commanded joint values, shape (4, 4).
+        """Return T_world_torso for the measured or the commanded joint values, shape (4, 4).
 
         Examples:
             >>> with nk.naoqi.VirtualNao(stepped=True, posture="Stand") as nao:
@@ -310,7 +310,7 @@ class VirtualNao:
         return self.tasks.add(task)
 
     def await_answer(self, call: Call) -> None:
-        """Let a call fail if the virtual NAO is closed before it is done."""
+        """Make a call fail if the virtual NAO is closed before the call is done."""
         self._pending.add(call)
         call.add_done_callback(self._pending.discard)
 

@@ -64,7 +64,7 @@ class WalkPlan(ABC):
 class ToTargets(WalkPlan):
     """Walk to poses one after the other, straight and turning evenly, and end with the feet side by side.
 
-    The first target, shape (3,), is relative to FRAME_ROBOT at the beginning, each other to the one before.
+    The first target, shape (3,), is relative to FRAME_ROBOT at the beginning, every other to its predecessor.
     """
 
     def __init__(self, targets: Sequence[Floats], gait: steps.Gait) -> None:
@@ -77,7 +77,7 @@ class ToTargets(WalkPlan):
         self._targets = list(accumulate(self._targets, steps.composed, initial=np.array(body)))[1:]
 
     def step(self, walker: Walker) -> steps.Footstep | None:
-        """A step towards the first target that is not reached."""
+        """Return a step towards the first target that is not reached yet."""
         while self._targets and np.abs(steps.seen_from(walker.body, self._targets[0])).max() < _THERE:
             walker.body = self._targets.pop(0)
         if not self._targets and (not self._closes or steps.stands_beside(walker.feet, walker.body)):
@@ -95,7 +95,7 @@ class ToTargets(WalkPlan):
 class AtVelocity(WalkPlan):
     """Walk at a velocity of the body in its own frame, shape (3,) [m/s, m/s, rad/s], until stopped.
 
-    Feet step outwards only: sideways and turning, every second step compensates for the one before.
+    Feet step outwards only: sideways and turning, every second step only closes the feet.
     """
 
     def __init__(self, velocity: Floats, gait: steps.Gait) -> None:
@@ -122,7 +122,7 @@ class AtVelocity(WalkPlan):
 
 
 class ByFootsteps(WalkPlan):
-    """Make given steps, and stay as the feet then are.
+    """Make given steps, and leave the feet as they are at the end.
 
     `steps` are the remaining ones: side, pose of the foot relative to the other one, shape (3,), and duration [s].
     """
@@ -162,7 +162,7 @@ _PLACE = [0, 1, 5]
 class Walk(MotionTask):
     """A kinematic walk: step after step, one foot stands, the other is lifted, the torso is between the feet.
 
-    It has no balance: the centre of mass does not move over the standing foot, as a real robot's does. Before the first
+    It has no balance: unlike a real robot's, the centre of mass does not move over the standing foot. Before the first
     step the torso is brought over the feet.
     """
 
@@ -176,7 +176,7 @@ class Walk(MotionTask):
         self.walker: Walker | None = None
 
     def start(self, nao: VirtualNao, time: float) -> None:
-        """Bring the torso over the feet, or refuse a robot that cannot walk from its posture."""
+        """Bring the torso over the feet, or reject a robot that cannot walk from its configuration."""
         nao.base.check_stands()
         super().start(nao, time)
         q = nao.joints.q(sensor=False)
@@ -193,14 +193,14 @@ class Walk(MotionTask):
         return self._at == len(self.motion) and not self._next(nao, q)
 
     def take_over(self, nao: VirtualNao, plan: WalkPlan) -> Call:
-        """Continue with another plan after this step; the call ends with the walk."""
+        """Continue with another plan after this step; the call ends when the walk ends."""
         self.plan = plan
         if self.started is not None:
             plan.begin(self.walker.body if self.walker else body_of(nao, nao.joints.q(sensor=False)))
         return self.follow(lambda: self._answer(plan))
 
     def follow(self, answer: Callable[[], object] = lambda: None) -> Call:
-        """Return a call that ends with the walk and takes its answer then; its `cancel` stops the walk."""
+        """Return a call that ends with the walk and has its result; `cancel` of the call stops the walk."""
 
         def end(walk: Future[Any]) -> None:
             error = walk.exception()
@@ -233,12 +233,12 @@ class Walk(MotionTask):
         self.value = self._answer(self._first)
 
     def _answer(self, plan: WalkPlan) -> bool | None:
-        """The answer of the call that gave a plan: whether the robot reached its goal."""
+        """Return the result of the call that gave a plan: whether the robot reached its goal."""
         return None if plan.arrived is None else plan.arrived and not self._limp
 
 
 def feet_of(nao: VirtualNao, q: Floats) -> dict[str, Floats]:
-    """The poses of the feet on the floor, by "L" and "R", shape (3,)."""
+    """Return the poses of the feet on the floor, by "L" and "R", shape (3,)."""
     T_world_feet = nao.base.torso(q) @ nao.robot.fk(q, list(_FEET.values()))
     return dict(zip(_FEET, position6d(T_world_feet)[:, _PLACE], strict=True))
 
@@ -251,7 +251,7 @@ def body_of(nao: VirtualNao, q: Floats) -> Floats:
 # --- The methods.
 
 _ARMS = ("LArm", "RArm")
-# The distance between the feet side by side, from which MaxStepY counts [m].
+# The distance between the feet side by side, from which MaxStepY is measured [m].
 _STANCE = 0.1
 # The largest distance of a target [m], and the longest time of a step [s].
 _FARTHEST, _LONGEST_STEP = 1000.0, 60.0
@@ -275,10 +275,10 @@ class Locomotion(Service):
     - Steps are those of the move configuration, [[name, value], …] of getMoveConfig: MaxStepX, MaxStepY, MaxStepTheta,
       MaxStepFrequency and StepHeight; for one foot with "Left" or "Right" before the name. TorsoWx and TorsoWy are
       stored without effect. A step lasts 0.42 s at frequency 1 and 0.6 s at 0, and longer if joints would be too fast.
-    - Feet step outwards: sideways and turning, every second step only closes the feet, as the one motor of both hips
-      and the feet themselves demand.
+    - Feet step outwards: sideways and turning, every second step only closes the feet, because of the shared hip motor
+      and of the feet themselves.
     - A path is straight, turning evenly. The robot ends with its feet side by side, FRAME_ROBOT at the target.
-    - A new command takes a running walk over after its current step; calls that wait for the first command wait until
+    - A new command takes over a running walk after its current step; calls that wait for the first command return when
       the robot stands.
     """
 
@@ -287,7 +287,7 @@ class Locomotion(Service):
     # --- walking --------------------------------------------------------------------------------------------------
 
     def moveInit(self) -> Call:
-        """Bring the torso over the feet, level and at walking height; returns when it is there."""
+        """Bring the torso over the feet, level and at walking height; returns at the end."""
         return self._start("moveInit", ToTargets([], steps.Gait()))
 
     def moveTo(self, x: Any, y: Any = None, theta: Any = None, moveConfig: Any = None) -> Call:
@@ -346,10 +346,10 @@ class Locomotion(Service):
     # --- footsteps ------------------------------------------------------------------------------------------------
 
     def setFootSteps(self, legName: Any, footSteps: Any, timeList: Any, clearExisting: Any) -> None:
-        """Make given steps, and stay as the feet then are; returns at once.
+        """Make given steps, and leave the feet as they are at the end; returns at once.
 
-        legName is "LLeg" or "RLeg" of each step, footSteps the pose [x, y, theta] of the foot relative to the other
-        one, clipped to what a foot can do, timeList when each step ends, from the beginning of the first [s].
+        legName is "LLeg" or "RLeg" for each step, footSteps the pose [x, y, theta] of the foot relative to the other
+        one, clipped to the feasible range, timeList the end of each step, from the beginning of the first [s].
         clearExisting discards the steps that have not begun.
         """
         legs, poses = _legs(legName), _poses(footSteps)
@@ -363,9 +363,9 @@ class Locomotion(Service):
         self._make_steps("setFootSteps", legs, poses, durations, clearExisting)
 
     def setFootStepsWithSpeed(self, legName: Any, footSteps: Any, fractionMaxSpeed: Any, clearExisting: Any) -> Call:
-        """Make given steps, each at a fraction of the highest frequency, above 0; returns when they are made.
+        """Make given steps, each at a fraction of the highest frequency, above 0; returns at the end.
 
-        Else as setFootSteps.
+        Otherwise the same as setFootSteps.
         """
         legs, poses = _legs(legName), _poses(footSteps)
         shares = arguments.one_each(fractionMaxSpeed, legs, "fractionMaxSpeed")
@@ -389,10 +389,10 @@ class Locomotion(Service):
         lists = [[[_FEET[s], float(time), pose.tolist()] for s, pose, time in rows] for rows in (current, coming)]
         return [[feet["L"].tolist(), feet["R"].tolist()], *lists]
 
-    # --- where the robot is ---------------------------------------------------------------------------------------
+    # --- position of the robot ------------------------------------------------------------------------------------
 
     def getRobotPosition(self, useSensors: Any) -> list[float]:
-        """FRAME_ROBOT in FRAME_WORLD, as the sensors or the commands have it: [x, y, theta] [m, rad]."""
+        """FRAME_ROBOT in FRAME_WORLD, from the sensors or the commands: [x, y, theta] [m, rad]."""
         return _pose(body_of(self.nao, self.nao.joints.q(sensor=arguments.flag(useSensors, "useSensors"))))
 
     def getNextRobotPosition(self) -> list[float]:
@@ -427,7 +427,7 @@ class Locomotion(Service):
     # --- names before NAOqi 1.14 ----------------------------------------------------------------------------------
 
     def setWalkTargetVelocity(self, x: Any, y: Any, theta: Any, frequency: Any, moveConfig: Any = None) -> None:
-        """As moveToward, with the frequency from 0 to 1."""
+        """The same as moveToward, with the frequency from 0 to 1."""
         share = arguments.fraction(frequency, "frequency")
         self.moveToward(x, y, theta, [*(moveConfig or []), ["MaxStepFrequency", share]])
 
@@ -443,7 +443,7 @@ class Locomotion(Service):
         return (None, 0.0) if walk is None else (walk.step, len(walk.motion) * TICK)
 
     def _start(self, name: str, plan: WalkPlan) -> Call:
-        """Walk by a plan, or have the current walk take it over."""
+        """Walk by a plan, or continue the current walk with it."""
         walk = self.nao.tasks.of(Walk)
         if walk is not None:
             return walk.take_over(self.nao, plan)

@@ -26,9 +26,9 @@ if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
 
 
-# --- The constraints of whole-body control, and joint values that fulfil them.
+# --- The constraints of whole-body control, and joint values that satisfy them.
 
-# Effector → pose (4, 4) or place (3,) in the world, and its weights of metres and of radians.
+# Effector → pose (4, 4) or position (3,) in the world, and its weights for metres and for radians.
 Targets = dict[str, tuple[Floats, tuple[float, float]]]
 
 FOOT_STATES: tuple[str, ...] = ("Fixed", "Plane", "Free")
@@ -38,11 +38,11 @@ _SENSORS = ("FrontLeft", "FrontRight", "RearLeft", "RearRight")
 _HELD = 100.0
 # The distance of the centre of mass from the edge of the support polygon [m].
 _MARGIN = 0.005
-# The largest number of times that targets are brought nearer so that joints are not too fast.
+# The largest number of times that targets are moved nearer so that joints are not too fast.
 _MAX_HALVINGS = 7
 # The residual that is reported after that: metres, and radians times 0.1.
 _NOTEWORTHY_IN_BALANCE = 2e-3
-# The axis masks of whole-body control, with weights of metres and of radians.
+# The axis masks of whole-body control, with weights for metres and for radians.
 MASKS: dict[int, tuple[float, float]] = {
     AxisMask.VEL: (1.0, 0.0),
     AxisMask.ROT: (0.0, RADIAN),
@@ -106,7 +106,7 @@ class WholeBodyTask(MotionTask):
             found = self.solve(nearer, q, com=None if com is None else above + share * (com - above))
             if found is None:
                 return None
-            # Targets that were brought nearer are missed in any case.
+            # Targets that were moved nearer are missed in any case.
             missing = max(missing, _NOTEWORTHY_IN_BALANCE) if halving else found.missing
             if np.all(np.abs(found.q - q) <= self._max_step):
                 joints = found.q
@@ -117,13 +117,13 @@ class WholeBodyTask(MotionTask):
         return joints
 
     def solve(self, targets: Targets, q: Floats, *, com: Floats | None = None) -> LimbSolution | None:
-        """Joint values of the whole robot, near to the initial ones; None if no foot stands.
+        """Return joint values of the whole robot, near the initial ones; None if no foot stands.
 
         Args:
-            targets: effector → pose (4, 4) or place (3,) in the world, and its weights of metres and of radians. A foot
-                with a target is not fixed.
+            targets: effector → pose (4, 4) or position (3,) in the world, and its weights for metres and for radians. A
+                foot with a target is not fixed.
             q: the start of the search, shape (nq,).
-            com: the target of the centre of mass on the floor, shape (2,); None for anywhere above the support.
+            com: the target of the centre of mass on the floor, shape (2,); None for any point above the support.
         """
         feet, balance = dict(zip(LEGS, self._initial.T_world_feet, strict=True)), self._balance
         fixed = {foot: T for foot, T in feet.items() if foot not in targets and balance.feet[foot] != "Free"}
@@ -154,12 +154,12 @@ class WholeBodyTask(MotionTask):
 
 
 def com_above(robot: NaoModel, q: Floats, T_world_torso: Floats) -> Floats:
-    """The projection of the centre of mass onto the floor, shape (2,) [m]."""
+    """Return the projection of the centre of mass onto the floor, shape (2,) [m]."""
     return np.asarray((T_world_torso[:3, :3] @ robot.com(q) + T_world_torso[:3, 3])[:2])
 
 
 def _part(now: Floats, wanted: Floats, share: float) -> Floats:
-    """A share of the way from a pose (4, 4) to a pose or a place (3,)."""
+    """Return the pose at a fraction of the path from a pose (4, 4) to a pose or a position (3,)."""
     if wanted.ndim == 1:
         return np.asarray(now[:3, 3] + share * (wanted - now[:3, 3]))
     R = now[:3, :3] @ exp(share * log(now[:3, :3].T @ wanted[:3, :3]))
@@ -176,9 +176,9 @@ _MIN_DURATION = 0.1
 
 
 class GoToBalance(WholeBodyTask):
-    """The centre of mass goes above a foot, or between both: wbGoToBalance.
+    """The centre of mass moves above a foot, or between both: wbGoToBalance.
 
-    It takes `duration` [s], or with a `fraction` of the joints' largest speeds at least as long.
+    It takes `duration` [s], or at least the time for a `fraction` of the joints' largest speeds.
     """
 
     def __init__(
@@ -191,7 +191,7 @@ class GoToBalance(WholeBodyTask):
         self.value = False
 
     def start(self, nao: VirtualNao, time: float) -> None:
-        """Find the way of the centre of mass, to above the middle of the feet's pressure sensors."""
+        """Find the path of the centre of mass, which ends above the middle of the feet's pressure sensors."""
         super().start(nao, time)
         state, feet = self._initial, LEGS if self._support == "Legs" else (self._support,)
         sensors = nao.robot.fk(state.q, [f"{foot[0]}Foot/FSR/{sensor}" for foot in feet for sensor in _SENSORS])
@@ -206,7 +206,7 @@ class GoToBalance(WholeBodyTask):
             arguments.check_duration(self._duration, "the time to balance")
 
     def advance(self, nao: VirtualNao, time: float) -> bool:
-        """Solve the whole robot for this tick's place of the centre of mass."""
+        """Solve the whole robot for this tick's position of the centre of mass."""
         share = min((time - self.begin) / self._duration, 1.0)
         place = self._from + float(smooth(np.array(share))) * (self._to - self._from)
         q = self.command(nao, {}, "the centre of mass goes as near to its place as it can", com=place)
@@ -220,7 +220,7 @@ class GoToBalance(WholeBodyTask):
 
 
 class WholeBodyPathTask(WholeBodyTask):
-    """Effectors follow paths with the whole robot, masks being those of `MASKS`: positionInterpolations."""
+    """Effectors follow paths with the whole robot, with the masks of `MASKS`: positionInterpolations."""
 
     def __init__(self, name: str, nao: VirtualNao, requests: Sequence[EffectorRequest], balance: Balance) -> None:
         super().__init__(nao, name, balance)
@@ -252,8 +252,8 @@ class WholeBodyPathTask(WholeBodyTask):
 class EffectorControl(WholeBodyTask):
     """The whole robot holds effectors at their last goals: wbSetEffectorControl.
 
-    `goals` in the world: of an arm the place of its hand (3,), of the head its rotation (3, 3). Targets move there at
-    0.2 m/s and 0.8 rad/s.
+    `goals` are in the world: for an arm the position of its hand (3,), for the head its rotation (3, 3). Targets move
+    there at 0.2 m/s and 0.8 rad/s.
     """
 
     reactive = True
@@ -270,7 +270,7 @@ class EffectorControl(WholeBodyTask):
         self._now[effector] = self.goals[effector] = T_world[:3, :3] if effector == "Head" else T_world[:3, 3]
 
     def send(self, nao: VirtualNao, effector: str, target: Floats) -> None:
-        """Set the goal of an effector, shape (3,) in FRAME_ROBOT: [x, y, z], or [wx, wy, wz] of the head."""
+        """Set the goal of an effector, shape (3,) in FRAME_ROBOT: [x, y, z], or [wx, wy, wz] for the head."""
         T_world_robot = CartesianState(nao).T_world_robot
         if effector == "Head":
             self.goals[effector] = T_world_robot[:3, :3] @ matrix_from_rpy(target)
@@ -298,7 +298,7 @@ class EffectorControl(WholeBodyTask):
 
 
 def _towards(now: Floats, goal: Floats) -> Floats:
-    """The next target after one tick, for a place, shape (3,), or a rotation, shape (3, 3)."""
+    """Return the target after one tick, for a position, shape (3,), or a rotation, shape (3, 3)."""
     is_place = now.ndim == 1
     way = goal - now if is_place else log(now.T @ goal)
     length, step = float(np.linalg.norm(way)), (_PLACE_SPEED if is_place else _TURN_SPEED) * TICK
@@ -317,14 +317,14 @@ _OPTIMIZED = ("All", "Arms", "Legs", "Head", "LArm", "RArm", "LLeg", "RLeg", "To
 class WholeBodyControl(CartesianControl):
     """The methods of ALMotion that move the whole robot, with its feet in place and its balance kept.
 
-    They use `nk.ik.whole_body`: the standing feet are met exactly, and with the balance constraint the centre of mass
-    stays 5 mm inside the support polygon of their pressure sensors. The balance is static: nothing has inertia.
+    They use `nk.ik.whole_body`: the standing feet are satisfied exactly, and with the balance constraint the centre of
+    mass stays 5 mm inside the support polygon of their pressure sensors. The balance is static: nothing has inertia.
 
     - While it is on, positionInterpolations and transformInterpolations use it too: all joints except the hands help,
       and a foot that is neither moved nor "Free" stays. Masks are then 7, 56 or 63; others move their own chain.
     - setAngles, angleInterpolation and setPositions move their own joints; the balance does not correct them.
-    - "Plane" counts as "Fixed": a foot does not slide.
-    - wbEnableEffectorOptimization changes nothing.
+    - "Plane" is treated as "Fixed": a foot does not slide.
+    - wbEnableEffectorOptimization has no effect.
     """
 
     def __init__(self, nao: VirtualNao) -> None:
@@ -364,7 +364,7 @@ class WholeBodyControl(CartesianControl):
         return self.nao.start_task(GoToBalance(self.nao, "wbGoToBalance", supportLeg, seconds))
 
     def wbGoToBalanceWithSpeed(self, supportLeg: Any, fractionMaxSpeed: Any) -> Call:
-        """The same, no joint faster than a fraction of its maximum speed."""
+        """The same, with no joint faster than a fraction of its maximum speed."""
         share = arguments.fraction(fractionMaxSpeed, "fractionMaxSpeed", positive=True)
         return self.nao.start_task(GoToBalance(self.nao, "wbGoToBalanceWithSpeed", supportLeg, _MIN_DURATION, share))
 
@@ -392,7 +392,7 @@ class WholeBodyControl(CartesianControl):
     def wbSetEffectorControl(self, effectorName: Any, targetCoordinate: Any) -> None:
         """Send a held effector to a target in FRAME_ROBOT; returns at once.
 
-        The target of an arm is the place of its hand [x, y, z] [m], of the head its rotation [wx, wy, wz] [rad].
+        The target of an arm is the position of its hand [x, y, z] [m], of the head its rotation [wx, wy, wz] [rad].
         """
         effector = arguments.choice(effectorName, "effector", HELD)
         target = arguments.three(targetCoordinate, "targetCoordinate")
@@ -402,6 +402,6 @@ class WholeBodyControl(CartesianControl):
         control.send(self.nao, effector, target)
 
     def wbEnableEffectorOptimization(self, effectorName: Any, isActive: Any) -> None:
-        """Accepted without effect: an effector whose target is far goes as near as it can in any case."""
+        """Accepted without effect: an effector with a distant target moves as near as it can in any case."""
         arguments.choice(effectorName, "effector", _OPTIMIZED)
         arguments.flag(isActive, "isActive")

@@ -110,7 +110,7 @@ def load_nao(
     Args:
         version: "v3.2", "v3.3", "v4", "v5" or "v6".
         base: "fixed" holds the trunk at the origin; "floating" adds a free-flyer before the joints.
-        offsets: calibrated joints and frames, `{"joints": {…}, "frames": {…}}` as `RobotModel.with_offsets` takes them,
+        offsets: calibrated joints and frames, `{"joints": {…}, "frames": {…}}` as for `RobotModel.with_offsets`,
             or the path of a TOML file with these two tables.
 
     Raises:

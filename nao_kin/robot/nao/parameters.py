@@ -91,8 +91,8 @@ class Joint:
 class Finger:
     """The joint of one phalanx, which follows the opening of its hand: angle = multiplier · opening.
 
-    Names begin with the hand, so that parsers that sort siblings by name meet the driving joint first, as Pinocchio
-    needs.
+    Names begin with the hand, so that parsers that sort siblings by name find the driving joint first, as Pinocchio
+    requires.
 
     Attributes:
         name: the joint, "LHandFinger11".
@@ -154,7 +154,7 @@ class NaoParameters:
         version: "v3.2" … "v6".
         offsets: Aldebaran's named distances [m].
         joints: the 26 joints in NAOqi's Body order.
-        fingers: the 16 phalanges, left hand first, each after the one that carries it.
+        fingers: the 16 phalanges, left hand first, each after the phalanx that carries it.
         inertials: mass, centre of mass and inertia by the joint that moves the link, and "torso".
         placeholder: inertia of links without a published mass; None for no inertia.
         frames: sensor and effector frames.
@@ -349,7 +349,7 @@ _ANKLES = {"LAnklePitch_link": "LAnklePitch", "RAnklePitch_link": "RAnklePitch"}
 def ros_names(parameters: NaoParameters) -> dict[str, str]:
     """Return name in the URDF of this package → name in `nao_description`, for the robot, its links and its joints.
 
-    Two links with the same name there are one link there: here the second one is NAOqi's name for the same place.
+    Two links with the same name there are one link there: here the second link is NAOqi's name for the same frame.
 
     Args:
         parameters: the numbers of a version.

@@ -1,4 +1,4 @@
-"""Joints that follow another one: direct mimics instead of chains, driving joints first, shared limits."""
+"""Mimic joints: direct mimics instead of chains, driving joints first, shared limits."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def _drivers(joints: Mapping[str, UrdfJoint], mimic: Mimic | None) -> Iterator[s
 
 
 def drive_order(joints: Mapping[str, UrdfJoint], root: str, notes: list[str]) -> list[UrdfJoint]:
-    """Return the joints in depth-first order, siblings by name, but every driving joint before its followers.
+    """Return the joints in depth-first order, siblings by name, but every driving joint before its mimic joints.
 
     If that is impossible (the driver is further out on the same branch, or two branches drive each other), the first
     joint of the group becomes its driver: the motion is the same, with another joint's coordinate, and the notes say
@@ -89,7 +89,7 @@ def drive_order(joints: Mapping[str, UrdfJoint], root: str, notes: list[str]) ->
 
 
 def share_limits(joints: list[UrdfJoint], notes: list[str]) -> list[UrdfJoint]:
-    """Return the joints with every driving joint limited to values at which its followers are inside their limits.
+    """Return the joints with every driving joint limited to values at which its mimic joints are inside their limits.
 
     Limits that were copied from joint to joint can leave no value, or a single one, to joints that can all move alone:
     a follower with the multiplier −1 and the limits [0, 1] of its driver. Then the driver's range does not change. It
@@ -100,7 +100,7 @@ def share_limits(joints: list[UrdfJoint], notes: list[str]) -> list[UrdfJoint]:
 
 
 def _followers(joints: Iterable[UrdfJoint]) -> dict[str, list[UrdfJoint]]:
-    """Return driving joint → its followers, both in the order of `joints`."""
+    """Return driving joint → its mimic joints, both in the order of `joints`."""
     found: dict[str, list[UrdfJoint]] = {}
     for joint in joints:
         if joint.mimic is not None:
@@ -109,7 +109,7 @@ def _followers(joints: Iterable[UrdfJoint]) -> dict[str, list[UrdfJoint]]:
 
 
 def _sharing(driver: UrdfJoint, followers: Sequence[UrdfJoint], notes: list[str]) -> UrdfJoint:
-    """Return the driving joint with the limits that it shares with its followers."""
+    """Return the driving joint with the limits that it shares with its mimic joints."""
     turning = [follower for follower in followers if follower.coupling.multiplier != 0.0]
     lower, upper, velocity = driver.lower, driver.upper, driver.velocity
     confined: list[str] = []

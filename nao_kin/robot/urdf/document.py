@@ -1,4 +1,4 @@
-"""The XML of a URDF as people write it: undeclared namespaces, leftovers of xacro, blank lines at the beginning."""
+"""The XML of a URDF in practice: undeclared namespaces, leftovers of xacro, blank lines at the beginning."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from nao_kin._core.files import read_bounded
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile, BadModel
 
-# Definitions may contain ${…} although the file is expanded: nothing uses them any more.
+# Definitions may contain ${…} although the file is expanded, because they are no longer used.
 _DEFINITIONS = ("property", "arg", "include")
-# The expressions of xacro; other programs use $(…) with other words.
+# The expressions of xacro; other programs use $(…) with other names.
 _EXPRESSION = re.compile(r"\$\{|\$\((?:anon|arg|cwd|dirname|env|eval|find|optenv)\b")
 # Blank lines, and a byte order mark, before the text.
 _BLANK = re.compile(rb"\A[ \t\r\n]*(\xef\xbb\xbf)?[ \t\r\n]*")
@@ -77,7 +77,7 @@ class _RootOnly(ET.TreeBuilder):
 
 
 def finite_numbers(text: str) -> list[float]:
-    """Return the numbers in a text; none if one of its words is no finite number."""
+    """Return the numbers in a text; none if one of its words is not a finite number."""
     try:
         numbers = [decimal(word) for word in text.split()]
     except ValueError:
@@ -380,7 +380,7 @@ def expand_xacro(
 
 
 def xacro_values(arguments: Mapping[str, object] | None) -> dict[str, str]:
-    """Return arguments as xacro takes them: texts, with true and false in lower case; none for None."""
+    """Return arguments for xacro: texts, with true and false in lower case; none for None."""
     arguments = {} if arguments is None else arguments
     if not isinstance(arguments, Mapping) or not all(isinstance(name, str) for name in arguments):
         raise BadArgument(f"xacro_arguments must be a mapping name → value, got {quoted(arguments)}")

@@ -68,7 +68,7 @@ def read_urdf(
 
     document, expanded = read_document(path, content, notes, expand, always=bool(given or xacro))
     if given and not expanded:
-        raise BadArgument(f"{path} is no xacro source and takes no arguments, got {', '.join(given)}")
+        raise BadArgument(f"{path} is not a xacro source and takes no arguments, got {', '.join(given)}")
     try:
         tree = _UrdfReader(document, path, folders, notes).tree()
     except Refused as refusal:
@@ -247,7 +247,7 @@ class _UrdfReader:
         return value
 
     def _root(self, links: list[str], joints: Iterable[UrdfJoint]) -> str:
-        """Return the one link that no joint moves; refuse graphs that are no tree."""
+        """Return the one link that no joint moves; refuse graphs that are not a tree."""
         known, carried = set(links), dict[str, str]()
         for joint in joints:
             for end in (joint.parent, joint.child):

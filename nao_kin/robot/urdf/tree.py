@@ -1,4 +1,4 @@
-"""The contents of a URDF as numbers: links, joints, inertias and shapes."""
+"""The contents of a URDF: links, joints, inertias and shapes."""
 
 from __future__ import annotations
 
@@ -254,7 +254,7 @@ class UrdfJoint:
 
     @property
     def coupling(self) -> Mimic:
-        """How it follows a coordinate; an independent joint follows itself."""
+        """Its coupling to a coordinate; an independent joint follows itself."""
         return self.mimic or Mimic(self.name)
 
     def travel(self, value: float) -> Floats:
@@ -277,7 +277,7 @@ class UrdfTree:
         root: the link that no joint moves.
         links: link names in order of the file.
         inertials: link → its mass and inertia, if it has them.
-        joints: all joints in depth-first order, every driving joint before its followers.
+        joints: all joints in depth-first order, every driving joint before its mimic joints.
         visuals: the visual shapes of the links.
         shared_names: name that the file gives to a link and to a joint → the name of the link here.
         notes: repairs, one line each.

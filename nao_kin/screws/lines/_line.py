@@ -1,4 +1,4 @@
-"""The line itself: how it is made, seen from another origin, moved."""
+"""Lines: construction, change of origin, rigid motions, and planes."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from nao_kin.errors import BadArgument, DegeneratePoints, NotABatch, at_index
 from nao_kin.rotations import check_rotation
 
 _CENTRE = (0.0, 0.0, 0.0)
-# A difference of two points that is shorter, relative to the larger coordinate, has no correct digit.
+# A shorter difference of two points, relative to the larger coordinate, has no correct digit.
 _COINCIDENT = 4.0 * float(np.finfo(np.float64).eps)
-# Six numbers with a larger pitch are a screw, and not a line with rounding errors [m].
+# Six numbers with a larger pitch are a screw, not a line with rounding errors [m].
 _LARGEST_PITCH = 1e-9
 # The largest component of arguments, so that squares do not overflow.
 _LARGEST_MOMENT = 1e150
@@ -64,7 +64,7 @@ class PluckerLine:
     def __post_init__(self) -> None:
         direction, moment = as_vectors(self.direction, "direction"), as_vectors(self.moment, "moment")
         common_batch("direction and moment", direction.shape[:-1], moment.shape[:-1])
-        # A power of two scales both so that the division loses no digits, however short the direction is.
+        # A power of two scales both, so that the division loses no digits even for a short direction.
         shift = -np.frexp(np.abs(direction).max(axis=-1, keepdims=True))[1]
         e, length = unit(np.ldexp(direction, shift), "direction")
         with np.errstate(over="ignore"):
@@ -90,7 +90,7 @@ class PluckerLine:
 
         Args:
             p: points, shape (..., 3) [m].
-            q: points, shape (..., 3) [m], other than p.
+            q: points, shape (..., 3) [m], different from p.
             origin: point about which the moment is taken, shape (..., 3) [m].
 
         Raises:
@@ -224,14 +224,14 @@ class PluckerLine:
         return self._of(e, n + cross(moved_origin - self.origin, e), self.origin)
 
     def __getitem__(self, index: Any) -> PluckerLine:
-        """The lines that `index`, any NumPy index over the batch axes, picks; IndexError outside them."""
+        """The lines at `index`, any NumPy index over the batch axes; IndexError outside them."""
         picked = np.arange(self.direction.size // 3).reshape(self.batch_shape)[index]
         return self._of(*(v.reshape(-1, 3)[picked] for v in (self.direction, self.moment, self.origin)))
 
     def __iter__(self) -> Iterator[PluckerLine]:
         """The lines along the first batch axis; a single line is refused with `NotABatch`, which is a TypeError too."""
         if not self.batch_shape:
-            raise NotABatch("a single PluckerLine holds no lines to iterate over: its batch shape is ()")
+            raise NotABatch("a single PluckerLine contains no lines to iterate over: its batch shape is ()")
         return (self[i] for i in range(self.batch_shape[0]))
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -254,14 +254,14 @@ class PluckerLine:
 
 
 def check_line(value: object, what: str) -> PluckerLine:
-    """`value`, which must be a line or a batch of them."""
+    """Return `value`; raise `BadArgument` unless it is a line or a batch of lines."""
     if not isinstance(value, PluckerLine):
         raise BadArgument(f"{what} must be a PluckerLine, got {type(value).__name__}")
     return value
 
 
 def as_poses(T: ArrayLike, what: str) -> tuple[Floats, Floats]:
-    """The rotations, checked, and the translations of poses."""
+    """Return the checked rotations and the translations of poses."""
     R, t = split_poses(T, what)
     check_rotation(R)
     return R, t
@@ -275,13 +275,12 @@ class PlaneMeeting:
     """The intersection of a line with a plane, and its angle.
 
     Attributes:
-        point: the point of the line nearest to the plane, shape (..., 3) [m]: their intersection, or for a parallel
-            line, where all points are equally near, the one closest to its origin.
+        point: the intersection, shape (..., 3) [m]; for a parallel line, the point of the line closest to its origin.
         offset: signed distance of `point` from the plane, positive on the side of the normal, shape (...) [m]: 0 for an
             intersection.
-        angle: angle of the line with the plane, positive where it leaves on the side of the normal, shape (...), in
+        angle: angle of the line with the plane, positive if the line points to the side of the normal, shape (...), in
             [−π/2, π/2] [rad].
-        parallel: where the line counts as parallel to the plane, shape (...).
+        parallel: whether the line counts as parallel to the plane, shape (...).
     """
 
     point: Floats
@@ -295,12 +294,12 @@ def meet_plane(
 ) -> PlaneMeeting:
     """Intersect lines with planes: x = c + ((p − c)·n / e·n) e, with c the point of the line closest to p.
 
-    x may lie forwards or backwards; (x − line.point)·e is its coordinate along the line. Its error is that of line and
+    (x − line.point)·e is the coordinate of x along the line, and may be negative. The error of x is that of line and
     plane, divided by the sine of the angle between them.
 
     Args:
         line: lines with directions e.
-        point: p, some point of each plane, shape (..., 3) [m].
+        point: p, a point of each plane, shape (..., 3) [m].
         normal: n, the normal of each plane, of any length but zero, shape (..., 3).
         parallel_below: lines under this angle count as parallel to the plane [rad].
 

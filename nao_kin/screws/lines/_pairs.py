@@ -1,4 +1,4 @@
-"""What two lines have to do with one another."""
+"""Two lines: common normal, distance, angle, reciprocal product; and matrices that transform lines."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ class CommonNormal:
     """The shortest connection of two lines: foot_b = foot_a + offset · direction, to the last digit.
 
     Attributes:
-        foot_a: its point on the first line, to the rounding of its coordinates, shape (..., 3) [m]. For parallel lines
-            the common normal through the point of the first line closest to its origin.
+        foot_a: its point on the first line, to the rounding of its coordinates, shape (..., 3) [m]. For parallel lines,
+            the point of the first line closest to its origin.
         foot_b: its point on the second line, shape (..., 3) [m]; equal to `foot_a` where the lines coincide.
         direction: unit vectors normal to both lines, shape (..., 3): e_a × e_b normalised, also for lines that meet;
             from the first to the second line if they are parallel; zero if they coincide.
         offset: signed distance along `direction`, shape (...) [m].
         angle: angle from e_a to e_b, positive about `direction`, shape (...), in [0, π] [rad].
-        parallel: where the lines count as parallel or antiparallel, shape (...).
+        parallel: whether the lines count as parallel or antiparallel, shape (...).
     """
 
     foot_a: Floats
@@ -86,7 +86,7 @@ def common_normal(
     along_a = dot(a_to_b, cross(e_b, normal))[..., None] / safe_sine
     along_b = dot(a_to_b, cross(e_a, normal))[..., None] / safe_sine
     skew_offset = dot(a_to_b, normal)
-    # Feet of nearly parallel lines are far away; the line with the nearer foot determines both.
+    # The feet of nearly parallel lines are far away; the line with the nearer foot determines both.
     from_a = p_a + along_a * e_a
     from_b = b.point + along_b * e_b - skew_offset[..., None] * normal
     skew_foot = np.where(np.abs(along_a) <= np.abs(along_b), from_a, from_b)
@@ -113,8 +113,8 @@ def common_normal(
 def distance(a: PluckerLine, b: PluckerLine) -> Floats:
     """Distance between two lines, shape (...) [m], with the same result in either order.
 
-    It is that of `common_normal`. Only for lines that count as parallel there without being exactly so it differs: it
-    is the distance of the points closest to the origins of both, normal to the mean of the two directions.
+    It equals that of `common_normal`, except for lines that count as parallel there but are not exactly parallel. For
+    these it is the distance of the points closest to the origins of both, normal to the mean of the two directions.
 
     Examples:
         >>> a = nk.lines.PluckerLine.through([0, 0, 0], [1, 0, 0])
@@ -129,8 +129,8 @@ def distance(a: PluckerLine, b: PluckerLine) -> Floats:
 def angle(a: PluckerLine, b: PluckerLine) -> Floats:
     """Angle between two directed lines, shape (...), in [0, π] [rad], with the same result in either order.
 
-    atan2(‖e_a × e_b‖, e_a·e_b) keeps all digits of small angles and of those near π, where an arccos loses half. For
-    lines without a direction take min(angle, π − angle).
+    atan2(‖e_a × e_b‖, e_a·e_b) keeps all digits of small angles and of angles near π, where an arccos loses half. For
+    undirected lines use min(angle, π − angle).
 
     Examples:
         >>> a = nk.lines.PluckerLine.through([0, 0, 0], [1, 0, 0])
@@ -174,7 +174,7 @@ def reciprocal_product(a: PluckerLine, b: PluckerLine) -> Floats:
 
 
 class _Pair(NamedTuple):
-    """Two lines side by side. Exchanging them turns round `a_to_b`, `normal` and perhaps `mean_direction`, no more."""
+    """Two lines. Exchanging them reverses `a_to_b`, `normal` and perhaps `mean_direction`, and changes nothing else."""
 
     a_to_b: Floats
     mean_direction: Floats
@@ -252,9 +252,9 @@ def motion_matrix(T_ab: ArrayLike) -> Floats:
     """The matrix X with k_a = X k_b for the coordinates (direction; moment) of every line about the origins of a and b.
 
     X = [[R, 0], [t× R, R]] for the pose T_ab = [[R, t], [0, 1]], where t× is the cross-product matrix of t. With
-    P = [[0, 1], [1, 0]], the adjoint of SE(3) in Pinocchio's order (linear; angular) is Ad = P X P, for a unit rotation
-    about a line is the velocity (moment; direction). X is also Pinocchio's `SE3.toDualActionMatrix`, for a unit force
-    along a line is (direction; moment).
+    P = [[0, 1], [1, 0]], the adjoint of SE(3) in Pinocchio's order (linear; angular) is Ad = P X P, because a unit
+    rotation about a line is the velocity (moment; direction). X is also Pinocchio's `SE3.toDualActionMatrix`, because a
+    unit force along a line is (direction; moment).
 
     Args:
         T_ab: pose of frame b in frame a, shape (..., 4, 4).
@@ -291,7 +291,7 @@ def geometric_jacobian(
         axes: the m axes, batch shape (..., m).
         at: the point of the body whose velocity is computed, shape (..., 3) [m]: the frame's origin, or the root's.
         coupling: ∂(angle of axis)/∂(coordinate of the robot), shape (m, n). A mimic joint has its multiplier in the
-            column of its primary; an axis that does not move the body has a row of zeros. By default the identity.
+            column of its driver; an axis that does not move the body has a row of zeros. By default the identity.
         sliding: which joints are prismatic, shape (m,), or one boolean for all.
 
     Returns:

@@ -126,7 +126,7 @@ def test_what_xacro_refuses_is_refused_in_one_line(
 def test_arguments_for_a_file_without_any_are_refused(nao: nk.NaoModel) -> None:
     with pytest.raises(BadArgument, match="takes arguments with xacro=True only, got length"):
         nk.RobotModel.from_urdf(nao.urdf_path, xacro_arguments={"length": 1})
-    with pytest.raises(BadArgument, match="no xacro source and takes no arguments, got length"):
+    with pytest.raises(BadArgument, match="not a xacro source and takes no arguments, got length"):
         nk.RobotModel.from_urdf(nao.urdf_path, xacro=True, xacro_arguments={"length": 1})
     with pytest.raises(BadArgument, match="must be a mapping"):
         nk.RobotModel.from_urdf(nao.urdf_path, xacro_arguments=["length"])  # type: ignore[arg-type]

@@ -48,7 +48,7 @@ Part = tuple[str, int | None]
 
 
 def groups() -> dict[str, tuple[Part, ...]]:
-    """NAOqi's groups and second names of LEDs, with their LEDs."""
+    """Return NAOqi's groups and second names of LEDs, with their LEDs."""
     eyes, ears = LEFT_EYE + RIGHT_EYE, LEFT_EAR + RIGHT_EAR
     found: dict[str, tuple[str, ...]] = {
         "FaceLeds": eyes,
@@ -69,7 +69,7 @@ def groups() -> dict[str, tuple[Part, ...]]:
 
 
 def actuators() -> dict[str, Part]:
-    """The LEDs by their actuators' names in ALMemory and the DCM, without prefix and "/Actuator/Value"."""
+    """Return the LEDs by their actuators' names in ALMemory and the DCM, without prefix and "/Actuator/Value"."""
     found: dict[str, Part] = {}
     for channel, colour in enumerate(CHANNELS):
         for number in range(8):
@@ -108,8 +108,8 @@ class ALLeds(Service):
     Face/Led/Red/Left/0Deg/Actuator/Value. The ears are only blue and the head only white: they show the brightest
     channel.
 
-    The last call for a LED counts: it takes the LED from a running fade or effect, which continues with the others.
-    `colours` has the r, g, b of each LED.
+    The last call for an LED has priority: it takes the LED from a running fade or effect, which continues with the
+    others. `colours` has the r, g, b of each LED.
     """
 
     name = "ALLeds"
@@ -148,30 +148,30 @@ class ALLeds(Service):
     # --- light ----------------------------------------------------------------------------------------------------
 
     def on(self, name: Any) -> None:
-        """Light a LED or group fully, in white or its only colour."""
+        """Light an LED or group fully, in white or its only colour."""
         self._fade(self._parts(name), (1.0, 1.0, 1.0))
 
     def off(self, name: Any) -> None:
-        """Darken a LED or group."""
+        """Darken an LED or group."""
         self._fade(self._parts(name), (0.0, 0.0, 0.0))
 
     def setIntensity(self, name: Any, intensity: Any) -> None:
-        """Set the brightness of a LED or group, from 0 to 1: white, or the channel at the end of its name."""
+        """Set the brightness of an LED or group, from 0 to 1: white, or the channel at the end of its name."""
         value = arguments.fraction(intensity, "intensity")
         self._fade(self._parts(name), (value, value, value))
 
     def getIntensity(self, name: Any) -> list[float]:
-        """[r, g, b] of the first LED of a LED or group, from 0 to 1."""
+        """[r, g, b] of the first LED of an LED or group, from 0 to 1."""
         return list(self.colours[self._parts(name)[0][0]])
 
     def fade(self, name: Any, intensity: Any, duration: Any) -> Call:
-        """Fade a LED or group to a brightness in some seconds; returns at the end."""
+        """Fade an LED or group to a brightness in some seconds; returns at the end."""
         parts, value = self._parts(name), arguments.fraction(intensity, "intensity")
         seconds = arguments.duration(duration, "duration", zero=True)
         return self._fade(parts, (value, value, value), seconds)
 
     def fadeRGB(self, name: Any, *colour: Any) -> Call:
-        """Fade a LED or group to a colour in some seconds; returns at the end.
+        """Fade an LED or group to a colour in some seconds; returns at the end.
 
         The colour is 0x00RRGGBB, a name, or three numbers from 0 to 1; the seconds follow.
         """
@@ -184,7 +184,7 @@ class ALLeds(Service):
         return self._fade(parts, (r, g, b), arguments.duration(colour[-1], "duration", zero=True))
 
     def fadeListRGB(self, name: Any, rgbList: Any, timeList: Any) -> Call:
-        """Fade a LED or group through colours at times from now; returns at the end."""
+        """Fade an LED or group through colours at times from now; returns at the end."""
         parts = self._parts(name)
         if not isinstance(rgbList, (list, tuple)) or not rgbList:
             raise BadArgument("rgbList must be a list of colours")
@@ -215,7 +215,7 @@ class ALLeds(Service):
     # --- inside ---------------------------------------------------------------------------------------------------
 
     def _parts(self, name: Any) -> tuple[Part, ...]:
-        """The LEDs of a name, each with its channel."""
+        """Return the LEDs of a name, each with its channel."""
         wanted = arguments.text(name, "name")
         actuator = self._actuators.get(wanted.removeprefix(_PREFIX).removesuffix(_SUFFIX))
         if actuator is not None:
@@ -227,7 +227,7 @@ class ALLeds(Service):
         raise UnknownName("LED or group", wanted, (*self._groups, *self.colours))
 
     def _with(self, parts: tuple[Part, ...], colour: Colour) -> dict[str, Colour]:
-        """The colours of LEDs after some or all of their channels get those of a colour."""
+        """Return the colours of LEDs after some or all of their channels are set to those of a colour."""
         found: dict[str, Colour] = {}
         for led, channel in parts:
             mixed = list(found.get(led, self.colours[led]))
@@ -295,7 +295,7 @@ class ALLeds(Service):
 
 
 def _colour(value: Any) -> Colour:
-    """A colour from 0x00RRGGBB or a name."""
+    """Return a colour from 0x00RRGGBB or a name."""
     if isinstance(value, str):
         return _NAMED[arguments.choice(value, "colour", tuple(_NAMED))]
     number = arguments.whole(value, "rgb")
@@ -347,7 +347,7 @@ class ALTextToSpeech(Service):
         self._parameters |= dict.fromkeys(("speed", "defaultVoiceSpeed", "volume", "pitch"), 100.0)
 
     def say(self, stringToSay: Any, language: Any = None) -> Call:
-        """Say a text, after those before it; returns when it is said."""
+        """Say a text after the previous ones; returns at its end."""
         if language is not None:
             arguments.choice(language, "language", _LANGUAGES)
         words = arguments.text(stringToSay, "stringToSay")
@@ -392,7 +392,7 @@ class ALTextToSpeech(Service):
         self._parameters["speed"] = 100.0
 
     def _duration(self, words: str) -> float:
-        """The duration of a text [s]."""
+        """Return the duration of a text [s]."""
         pauses = sum(int(milliseconds) for milliseconds in _PAUSE.findall(words)) / 1000.0
         letters = len(spoken_words(words))
         return BEFORE_SPEAKING + pauses + letters / (CHARACTERS_PER_SECOND * self._parameters["speed"] / 100.0)

@@ -181,7 +181,7 @@ class _Ability(Service):
 
 @constant_answers(isAwarenessRunning=(False, "The same as isRunning, under its name before NAOqi 2.5."))
 class ALBasicAwareness(_Ability):
-    """The ability to look at people; it sees none here."""
+    """The ability to look at people; there are none here."""
 
     name, ability = "ALBasicAwareness", "BasicAwareness"
 
@@ -203,7 +203,7 @@ def _strategy(value: Any, what: str) -> str:
     Setting("BackgroundStrategy", 'Stored: "none" or "backToNeutral".', "backToNeutral", ("strategy",), _strategy),
 )
 class ALAutonomousMoves(Service):
-    """Moves between the moves of scripts, before NAOqi 2.5; there are none here."""
+    """Autonomous movements between those of scripts, before NAOqi 2.5; there are none here."""
 
     name = "ALAutonomousMoves"
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 DEVICE = "Device/SubDeviceList/"
 SENSOR = "/Sensor/Value"
 
-# Switches and touch sensors → their events, and the part of the body that ALTouch names.
+# Switches and touch sensors → their events, and ALTouch's name of the part of the body.
 SWITCHES: Mapping[str, tuple[str, str]] = {
     "Head/Touch/Front": ("FrontTactilTouched", "Head"),
     "Head/Touch/Middle": ("MiddleTactilTouched", "Head"),
@@ -56,12 +56,12 @@ _GYROSCOPES = "GyroscopeX GyroscopeY GyroscopeZ GyrX GyrY GyrRef".split()
 
 
 def sonar_key(side: str) -> str:
-    """The key of the nearest echo on a side, "Left" or "Right"."""
+    """Return the key of the nearest echo on a side, "Left" or "Right"."""
     return f"{DEVICE}US/{side}{SENSOR}"
 
 
 def constants(joints: Iterable[str]) -> dict[str, Any]:
-    """The keys with constant values: nothing has weight, uses current or warms up."""
+    """Return the keys with constant values: nothing has weight, uses current or warms up."""
     found: dict[str, Any] = {f"{DEVICE}{switch}{SENSOR}": 0.0 for switch in SWITCHES}
     found |= {f"{sonar_key(side)}{echo}": _NO_ECHO for side in SONARS for echo in _ECHOES}
     found |= {f"{DEVICE}{foot}/FSR/{place}{SENSOR}": 0.0 for foot in ("LFoot", "RFoot") for place in _PER_FOOT}
@@ -90,7 +90,7 @@ _ON_FLOOR = 1e-3  # the largest height of a sole on the floor [m]
 
 
 class Subscriber:
-    """The answer of `ALMemory.subscriber`: it reports every value that is raised under its key."""
+    """The result of `ALMemory.subscriber`, which reports every value that is raised under its key."""
 
     def __init__(self, memory: ALMemory, key: str) -> None:
         self.key = key
@@ -183,7 +183,7 @@ class ALMemory(Service):
         return self.getDataList("")
 
     def getDataOnChange(self, key: Any, iDummy: Any = 0) -> Call:
-        """Wait until the event is raised next, and return its value."""
+        """Wait for the next event of this name, and return its value."""
         wanted, waiting = Subscriber(self, _key(key)), Call()
         number = wanted.connect(waiting.finish)
         waiting.add_done_callback(lambda _: wanted.disconnect(number))
@@ -220,7 +220,7 @@ class ALMemory(Service):
         return Subscriber(self, _key(eventName))
 
     def subscribeToEvent(self, name: Any, callbackModule: Any, callbackMethod: Any, *more: Any) -> None:
-        """Have a method of a service called with key, value and message whenever the event is raised.
+        """Call a method of a service with key, value and message whenever the event is raised.
 
         Four arguments are key, service, message and method; with three, the message is the service's name.
         """
@@ -239,7 +239,7 @@ class ALMemory(Service):
             raise BadArgument(f"{module} has not subscribed to {name}")
 
     def subscribeToMicroEvent(self, name: Any, callbackModule: Any, callbackMessage: Any, callbackMethod: Any) -> None:
-        """As subscribeToEvent with a message."""
+        """The same as subscribeToEvent with a message."""
         self.subscribeToEvent(name, callbackModule, callbackMessage, callbackMethod)
 
     def getSubscribers(self, name: Any) -> list[str]:
@@ -315,7 +315,7 @@ class ALMemory(Service):
         return float(getattr(joints, quantity)[joints.column[joint]])
 
     def _led(self, led: str, channel: int | None) -> float:
-        """Brightness of a channel of a LED, from 0 to 1; of a LED with one colour, its brightest channel."""
+        """Brightness of a channel of an LED, from 0 to 1; of an LED with one colour, its brightest channel."""
         colour = self.nao.services["ALLeds"].colours[led]  # type: ignore[attr-defined]
         return float(max(colour) if channel is None else colour[channel])
 

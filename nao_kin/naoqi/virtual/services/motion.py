@@ -27,7 +27,7 @@ from nao_kin.naoqi.virtual.whole_body import WholeBodyControl
 
 _HANDS = ("LHand", "RHand")
 _THIRD = 1.0 / 3.0
-_CHANGE = "Change the commanded angles; else as setAngles."
+_CHANGE = "Change the commanded angles; otherwise the same as setAngles."
 _CLOSE = "Close a hand at its maximum speed, and remove its stiffness."
 
 
@@ -36,14 +36,14 @@ _CLOSE = "Close a hand at its maximum speed, and remove its stiffness."
 class JointControl(Service):
     """The methods of ALMotion that move joints by angles.
 
-    - angleInterpolation goes from the commanded values, when the joints are free, through the keys at their times,
-      along a monotone cubic that is at rest at both ends.
-    - angleInterpolationWithSpeed goes straight: the joint with the longest way at the fraction of its maximum speed,
-      the others so that all arrive together.
+    - angleInterpolation moves the joints, when they are free, from the commanded values through the keys at their
+      times, along a monotone cubic that is at rest at both ends.
+    - angleInterpolationWithSpeed moves all joints straight to their targets: the slowest at the fraction of its maximum
+      speed, the others so that all arrive together.
     - angleInterpolationBezier follows NAOqi's handles, and starts at rest.
-    - setAngles and changeAngles return at once; each joint goes at the fraction of its own maximum speed.
+    - setAngles and changeAngles return at once; each joint moves at the fraction of its own maximum speed.
 
-    If keys demand more than a joint's maximum speed, the command is at the keys in time, and the joint follows late;
+    If keys require more than a joint's maximum speed, the command is at the keys in time, and the joint follows late;
     the log says so. The blocking methods return when the command is at its last key.
     """
 
@@ -79,7 +79,7 @@ class JointControl(Service):
         return self.nao.start_task(Interpolation("angleInterpolation", joints, plan))
 
     def angleInterpolationWithSpeed(self, names: Any, targetAngles: Any, maxSpeedFraction: Any) -> Call:
-        """Move joints to angles, the one with the longest way at a fraction of its maximum speed; returns at the end.
+        """Move joints to angles, the slowest at a fraction of its maximum speed; returns at the end.
 
         targetAngles is one for all joints, or a list of one for each [rad].
         """
@@ -93,7 +93,7 @@ class JointControl(Service):
 
         times and controlPoints have a list for each joint. For each time, ascending, above 0 [s], a point is an angle,
         or [angle, handle before, handle after], a handle being [type, offset in time, offset in angle] [s, rad]. The
-        type is ignored. A missing handle is a third of its segment long, and level.
+        type is ignored. A missing handle is horizontal, with a third of the length of its segment.
         """
         joints = self.joints(jointNames, "jointNames")
         rows = arguments.list_each(times, joints, "times")
@@ -107,7 +107,7 @@ class JointControl(Service):
         def plan(start: Floats) -> Motion:
             return through(joints, rows, keys, start, "bezier", handles)
 
-        plan(np.array([row[0] for row in keys]))  # refuses handles that leave their segments, before any joint moves
+        plan(np.array([row[0] for row in keys]))  # rejects handles outside their segments, before any joint moves
         return self.nao.start_task(Interpolation("angleInterpolationBezier", joints, plan))
 
     def openHand(self, handName: Any) -> Call:
@@ -128,7 +128,7 @@ class JointControl(Service):
 
 
 def _points(points: Any, times: Floats, joint: str) -> tuple[Floats, Floats]:
-    """Angles (k,) and handles (k + 1, 2, 2) of one joint, those at its start first."""
+    """Return angles (k,) and handles (k + 1, 2, 2) of one joint, the handles at its start first."""
     what = f"controlPoints of {joint}"
     if not arguments.is_list(points) or len(points) != len(times):
         got = arguments.length(points)
@@ -161,12 +161,12 @@ class StiffnessControl(Service):
     """
 
     def wakeUp(self) -> None:
-        """Give all joints stiffness and keep them at their places, as a NAO does."""
+        """Switch on the stiffness of all joints and keep their values, as a NAO does."""
         self.nao.joints.hold()
         self._awake(True)
 
     def rest(self) -> Call | None:
-        """End all tasks, go to Crouch at three tenths of the maximum speeds, and remove the stiffness."""
+        """End all tasks, move to Crouch at three tenths of the maximum speeds, and remove the stiffness."""
         self.nao.tasks.kill()
         if not self.nao.joints.stiffness.any():
             self._awake(False)
@@ -245,13 +245,13 @@ _OUTSIDE = "ExternalCollisionProtection", "external collision protection"
 @former_names("The same under its name before NAOqi 1.14.", getJointNames="getBodyNames")
 @settings(
     _switch("FallManager", "fall manager", "Stored; nothing falls here."),
-    _switch("SmartStiffness", "smart stiffness", "Stored; stiffness is as it is set here. Always True.", answer=True),
+    _switch("SmartStiffness", "smart stiffness", "Stored; stiffness is not adapted here. Always True.", answer=True),
     _switch("DiagnosisEffect", "diagnosis effect", "Stored; nothing breaks here."),
     _switch("CollisionProtection", "collision protection", _COLLIDES, "pChainName", answer=True),
     _switch(*_OUTSIDE, "Stored; there is nothing to collide with here.", "pName"),
     _switch("PushRecovery", "push recovery", "Stored; nothing pushes the robot here."),
     _switch("Breath", "breath", "Stored; the robot does not breathe here.", "pChain"),
-    _switch("IdlePosture", "idle posture", "Stored; an idle robot stays as it is here.", "pChain"),
+    _switch("IdlePosture", "idle posture", "Stored; an idle robot does not move here.", "pChain"),
     Setting("OrthogonalSecurityDistance", "Stored [m].", 0.4, ("securityDistance",), arguments.duration),
     Setting("TangentialSecurityDistance", "Stored [m].", 0.1, ("securityDistance",), arguments.duration),
 )
@@ -327,7 +327,7 @@ class GeneralTools(Service):
         return [[task.name, task.id] for task in self.nao.tasks.all]
 
     def areResourcesAvailable(self, resourceNames: Any) -> bool:
-        """Whether no blocking task holds any of these joints."""
+        """Whether no blocking task has reserved any of these joints."""
         return self.nao.tasks.booked().isdisjoint(self.joints(resourceNames, "resourceNames"))
 
     def killTask(self, motionTaskID: Any) -> bool:

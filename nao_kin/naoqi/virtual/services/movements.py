@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
 
 
-# --- ALRobotPosture: the robot goes to a posture.
+# --- ALRobotPosture: the robot moves to a posture.
 
 # The tolerance of a posture [rad]; NAOqi's own is not published.
 _NEAR = 0.1
@@ -42,7 +42,7 @@ _BENT_KNEES = 1.5
 
 
 class GoToPosture(AtSpeed):
-    """Joints go to a posture, and the robot stands up, sits or lies down with them."""
+    """Joints move to a posture, while the robot stands up, sits or lies down."""
 
     def __init__(self, name: str, posture: str, nao: VirtualNao, fraction: float) -> None:
         self._posture = posture
@@ -52,7 +52,7 @@ class GoToPosture(AtSpeed):
         self.value = False
 
     def start(self, nao: VirtualNao, time: float) -> None:
-        """Note how the robot stands or lies."""
+        """Note whether the robot stands or lies."""
         super().start(nao, time)
         rest = nao.robot.semantics.postures[self._posture].up
         self._from_feet, self._to_feet = nao.base.support is not None, rest is None
@@ -86,12 +86,12 @@ class GoToPosture(AtSpeed):
             nao.announce("PostureFamilyChanged", _FAMILIES.get(self._posture, "Unknown"))
 
 
-@variants("goToPosture", "_go", applyPosture=("", "The same; in NAOqi, without planning a way."))
+@variants("goToPosture", "_go", applyPosture=("", "The same; in NAOqi, without path planning."))
 class ALRobotPosture(Service):
-    """Predefined postures, each reached on straight lines in the space of joints.
+    """Predefined postures, each reached on a straight line in joint space.
 
-    NAOqi plans a way from posture to posture; here all joints start and arrive together, the one with the longest way
-    at the given fraction of its maximum speed.
+    NAOqi plans a path from posture to posture; here all joints start and arrive together, the slowest at the given
+    fraction of its maximum speed.
     """
 
     name = "ALRobotPosture"
@@ -126,10 +126,10 @@ class ALRobotPosture(Service):
         return "Crouching" if float(knees.min()) > _BENT_KNEES else "Standing"
 
     def goToPosture(self, postureName: Any, maxSpeedFraction: Any) -> Call | bool:
-        """Go to a posture at a fraction of the maximum speeds, above 0; a fraction above 1 counts as 1.
+        """Move to a posture at a fraction of the maximum speeds, above 0; a fraction above 1 is used as 1.
 
-        True when it is reached; False if it is unknown, the task was killed, or joints have no stiffness. The hands go
-        there too, but do not count: openHand and closeHand leave them without stiffness.
+        Returns True if it is reached; False if it is unknown, the task was killed, or joints have no stiffness. The
+        hands move too, but do not count: openHand and closeHand leave them without stiffness.
         """
         return self._go("goToPosture", postureName, maxSpeedFraction)
 
@@ -154,7 +154,7 @@ class ALRobotPosture(Service):
 
 
 def _between(one: Floats, other: Floats, share: float) -> Floats:
-    """A direction on the arc between two; for opposite ones, the second."""
+    """Return a direction on the arc between two; for opposite ones, the second."""
     mixed = (1.0 - share) * one + share * other
     length = float(np.linalg.norm(mixed))
     return other if length < 1e-6 else mixed / length
@@ -169,7 +169,7 @@ _TASKS = ("lookAt", "pointAt")
 
 
 class ALTracker(Service):
-    """Looks and points at given places; targets that must be seen are not tracked."""
+    """Looks and points at given positions; targets that require vision are not tracked."""
 
     name = "ALTracker"
 
@@ -216,10 +216,10 @@ class ALTracker(Service):
 
 
 def pointing(robot: NaoModel, side: str, point: Floats) -> Floats:
-    """The joint values, ShoulderPitch to WristYaw, with which a stretched arm points at a point in the torso (3,).
+    """Return joint values, ShoulderPitch to WristYaw, of a stretched arm that points at a point in the torso (3,).
 
-    With pitch p and roll r of the shoulder, the hand is at Ry(p) Rz(r) h from it, where h is its place at zero. The
-    roll determines y, and then the pitch x and z of the direction to the point. Limits of the shoulder are ignored.
+    With pitch p and roll r of the shoulder, the hand is at Ry(p) Rz(r) h from it, where h is its position at zero. The
+    roll determines y of the direction to the point, then the pitch x and z. Limits are ignored.
     """
     names = [f"{side}{joint}" for joint in _ARM]
     columns = [robot.joint_names.index(name) for name in names]
@@ -269,8 +269,8 @@ class ALBehaviorManager(Service):
     """The behaviours (.xar) in the folder of `nao-kin serve --behaviors FOLDER`, or of `VirtualNao(behaviors=FOLDER)`.
 
     The file dance/behavior_1/behavior.xar is the behaviour dance/behavior_1, the file wave.xar is wave. Its timeline is
-    played: joints go from their commanded values to its first keys, and through the others. Of several timelines,
-    wave/1 is the first, and wave/NAME that of a box. Boxes and scripts are not run.
+    played: joints move from their commanded values to its first keys, and through the others. If there are several
+    timelines, wave/1 is the first, and wave/NAME that of a box. Boxes and scripts are not run.
     """
 
     name = "ALBehaviorManager"
@@ -309,7 +309,7 @@ class ALBehaviorManager(Service):
         return sorted(task.behavior for task in self.nao.tasks.all if isinstance(task, Playing))
 
     def _play(self, task: str, name: Any) -> Call:
-        """Start a behaviour as a task of this name; refuses unknown, running and unreadable ones."""
+        """Start a behaviour as a task of this name; reject unknown, running and unreadable behaviours."""
         wanted, files = arguments.text(name, "name"), self._files()
         if self.nao.behaviors is None:
             raise BadArgument("no behaviours are installed; nao-kin serve and run take a folder of them, --behaviors")
@@ -322,7 +322,7 @@ class ALBehaviorManager(Service):
         return self.nao.start_task(Playing(task, wanted, motion))
 
     def _read(self, path: Path, timeline: str, name: str) -> Motion:
-        """The motion of a timeline in a file; of its only one for an empty `timeline`."""
+        """Return the motion of a timeline in a file; for an empty `timeline`, of its only one."""
         try:
             return read_motion(path, format="xar", timeline=timeline or None, robot=self.nao.robot)
         except BadInputFile:
@@ -360,7 +360,7 @@ class ALAnimationPlayer(Service):
 
 
 def led_in(motion: Motion, start: Floats) -> Motion:
-    """The motion with a key at time zero for every joint, at its current value, shape (n,), with level handles."""
+    """Return the motion with a key of every joint at time zero, at its value in `start` (n,), handles horizontal."""
     curves = motion.as_bezier()
     assert curves.handles is not None
     times, keys, handles = list(curves.times), list(curves.keys), list(curves.handles)

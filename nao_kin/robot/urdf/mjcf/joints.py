@@ -1,4 +1,4 @@
-"""The joints of MuJoCo's bodies as a series of joints with one coordinate each.
+"""The joints of MuJoCo's bodies as a sequence of joints with one coordinate each.
 
 A body of MuJoCo has a pose in its parent body and is moved by its joints in their order: about an axis through an
 anchor (hinge), along an axis (slide), or freely about the anchor (ball). A joint's value is measured from `ref`.

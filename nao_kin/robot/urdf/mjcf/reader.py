@@ -27,7 +27,7 @@ WORLD = 0
 
 
 def robot_of(model: Any, notes: list[str]) -> tuple[int, list[int]]:
-    """Return the root body of the robot, and all its bodies in order, root included; a note names what is left out.
+    """Return the root body of the robot, and all its bodies in order, root included; a note names omitted bodies.
 
     The robot is the child of the world with the most joints. It is the root if it floats (a free joint), or if it is
     fixed and alone in the world. Otherwise the world is the root, and all bodies that do not float belong to the robot.
