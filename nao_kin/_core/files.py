@@ -57,7 +57,7 @@ _SUFFIXES = {"png": ("a picture", (".png",)), "html": ("a page", (".html", ".htm
 
 
 def check_writable(path: Path | str, *, kind: str = "") -> None:
-    """Raise the errors of `write_bytes` before the work that produces the content; "png" and "html" need their suffix."""
+    """Raise the errors of `write_bytes` before the content is made; "png" and "html" need their suffix."""
     with errors_naming(path):
         target = _target_of(path)
         if target.replaceable:

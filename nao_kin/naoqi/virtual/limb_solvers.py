@@ -67,7 +67,7 @@ class _Limb:
 
 
 def descend(robot: NaoModel, target: LimbTarget, q: Floats) -> LimbSolution:
-    """Return the nearby joint values that bring an effector to its target, inside all limits, or as near as steps downhill go.
+    """Return nearby joint values, inside all limits, with which an effector meets its target, or a local minimum.
 
     Only the effector's own joints move; q, shape (nq,), is inside the limits.
     """
