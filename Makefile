@@ -3,7 +3,7 @@
 #   make test    sets everything up and checks what a change can break
 # And while working:
 #   make quick        lint and the fast tests, about a minute; with ROOM=ik, all tests of tests/ik
-#   make test-all     what `make test` leaves out: matrices, notebooks, wheels, other versions of the dependencies
+#   make test-all     what `make test` leaves out, at once: matrices, notebooks, wheels, other versions of the dependencies
 #   make test-lowest  the fast tests with the lowest versions of all dependencies that pyproject.toml allows
 #   make test-light   the wheel with the default dependencies alone answers, and says what an extra would bring
 #   make coverage     all tests with branch coverage, 95 % at least
@@ -28,7 +28,7 @@ unexport PYTHONDONTWRITEBYTECODE
 QUICK := -m "not slow and not full" --hypothesis-profile=quick
 PARALLEL := -n $(WORKERS) --dist loadfile --no-loadscope-reorder
 
-.PHONY: demo test test-all quick kernels long-kernels other-kernels lint types web unit test-lowest test-light coverage mutate docs linkcheck generate check-generated tools-table check-tools-table bench clean
+.PHONY: demo test test-all test-full quick kernels long-kernels other-kernels lint types web unit test-lowest test-light coverage mutate docs linkcheck generate check-generated tools-table check-tools-table bench clean
 
 $(STAMP): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -52,10 +52,12 @@ test: $(STAMP)
 	$(MAKE) -j3 lint types check-generated docs kernels web
 	$(MAKE) unit
 
+# At the same time, for the full tests mostly wait for processes and browsers.
 test-all: $(STAMP) $(LOWEST)/.installed $(LIGHT)/.installed
+	$(MAKE) -j3 --output-sync=target test-full test-lowest test-light
+
+test-full: $(STAMP)
 	$(BIN)/pytest $(PARALLEL) -m full
-	$(MAKE) test-lowest
-	$(MAKE) test-light
 
 quick: lint
 	$(BIN)/pytest $(if $(ROOM),$(PARALLEL) tests/$(ROOM),-n auto $(QUICK))
