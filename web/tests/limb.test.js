@@ -1,11 +1,11 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { Answer } from "../src/ik/answer.js";
-import { leastCost } from "../src/ik/family.js";
-import { Limb } from "../src/ik/limb.js";
-import { LIMB_CLASSES } from "../src/ik/limbs.js";
-import { rigidRotation } from "../src/ik/rigid.js";
+import { Answer } from "../src/ik/answer.ts";
+import { leastCost } from "../src/ik/family.ts";
+import { Limb } from "../src/ik/limb.ts";
+import { LIMB_CLASSES } from "../src/ik/limbs.ts";
+import { rigidRotation } from "../src/ik/rigid.ts";
 import { areInside, assertClose, LIMBS, numbersOf, poseOf, randomValues, unlimited } from "./chains.js";
 
 const leg = new Limb(numbersOf("LLeg"));

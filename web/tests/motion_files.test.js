@@ -1,10 +1,10 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { Motion } from "../src/timeline/motion.js";
-import { readMotion } from "../src/timeline/reading.js";
-import { NoMotion } from "../src/timeline/tracks.js";
-import { NotWritten, csvText, jsonText } from "../src/timeline/writing.js";
+import { Motion } from "../src/timeline/motion.ts";
+import { readMotion } from "../src/timeline/reading.ts";
+import { NoMotion } from "../src/timeline/tracks.ts";
+import { NotWritten, csvText, jsonText } from "../src/timeline/writing.ts";
 import { ABOUT, GEARED } from "./small_robot.js";
 
 const Q = ABOUT.neutral;

@@ -1,8 +1,8 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { LAST_STEP, directionsAround, nearestPlace } from "../src/drag/nearest_place.js";
-import { distance } from "../src/math/vectors.js";
+import { LAST_STEP, directionsAround, nearestPlace } from "../src/drag/nearest_place.ts";
+import { distance } from "../src/math/vectors.ts";
 
 const AROUND = directionsAround([1, 0, 0], [0, 1, 0]);
 

@@ -1,0 +1,167 @@
+import { squaredDistance } from "../math/numbers.ts";
+import { distance, minus, plus, times } from "../math/vectors.ts";
+import { THREE } from "../three.ts";
+import { feetCross, footOf } from "./feet.ts";
+import { FOLLOWERS } from "./follow.ts";
+import { LAST_STEP, directionsAround, nearestPlace } from "./nearest_place.ts";
+import type { Gesture, Handle, Limb } from "./types.ts";
+import type { Pose, Vector } from "../math/types.ts";
+import type { App } from "../app.ts";
+import type { Ghosts } from "../scene/ghosts.ts";
+
+// Branches whose squared distance is above OTHER are two; the looks of their ghosts.
+const OTHER = 1e-6;
+const INSIDE = { colour: "#2f6fe0", opacity: 0.3 };
+const OUTSIDE = { colour: "#5c6678", opacity: 0.1 };
+
+/**
+ * A handle that is held: the limb follows it in the plane that the camera faces, by its closed form, and the trunk stays.
+ */
+export class LimbDrag implements Gesture {
+  follower;
+  at;
+  plane;
+  from;
+  floor: number;
+  place;
+  says: string | undefined;
+
+  /** @param ray of the pointer that takes hold of it, if one does */
+  constructor(
+    readonly app: App,
+    readonly limbs: Limb[],
+    readonly ghosts: Ghosts,
+    readonly handle: Handle,
+    ray: THREE.Ray | null,
+  ) {
+    const { limb } = handle;
+    this.follower = new FOLLOWERS[limb.kind](limb, (frame) => this.poseOf(frame), limbs);
+    this.at = handle.knob.getWorldPosition(new THREE.Vector3());
+    this.plane = app.pick.viewport.facingPlane(this.at);
+    this.from = ray?.intersectPlane(this.plane, new THREE.Vector3()) ?? this.at.clone();
+    // The sole is not to go below the floor, nor lower where it is below it.
+    const isOnFloor = limb.kind === "leg" && !app.robot.about.floating;
+    this.floor = isOnFloor ? this.at.y - Math.max(0, footOf(app.robot, limb).low) : -Infinity;
+    this.place = this.inTorso(this.at);
+  }
+
+  /** @param options whether the handle goes up and down only */
+  move(ray: THREE.Ray, { level }: { level: boolean }) {
+    const now = ray.intersectPlane(this.plane, new THREE.Vector3());
+    if (!now) return this.says ?? "";
+    const by = now.sub(this.from);
+    if (level) by.projectOnVector(this.app.pick.viewport.axes[1]);
+    return this.moveTo(this.at.clone().add(by));
+  }
+
+  /**
+   * Go on from where the handle is.
+   *
+   * @param right on the screen [m]
+   */
+  step(right: number, up: number) {
+    const axes = this.app.pick.viewport.axes;
+    return this.moveTo(this.inWorld(this.place).addScaledVector(axes[0], right).addScaledVector(axes[1], up));
+  }
+
+  /** @param to in the world */
+  moveTo(to: THREE.Vector3) {
+    const isBelow = to.y < this.floor;
+    if (isBelow) to.setY(this.floor);
+    this.says = this.follow(this.inTorso(to), isBelow ? "the sole is on the floor" : "");
+    return this.says;
+  }
+
+  end() {
+    this.handle.knob.position.set(this.handle.ahead, 0, 0);
+    this.ghosts.clear();
+  }
+
+  /**
+   * Take the limb to a target in the torso's frame, or to the reachable one nearest to it in the plane of the drag.
+   */
+  follow(target: Vector, notice: string) {
+    const { app, follower, handle } = this;
+    const near = this.approach(target);
+    let followed = follower.follow(target, near.q);
+    const { says } = followed;
+    let place = target;
+    if (!followed.q) {
+      place = nearestPlace(target, near.place, this.directions(), (tried) => this.isReached(tried, near.q));
+      followed = follower.follow(place, near.q);
+    }
+    if (followed.q) {
+      this.place = place;
+      app.ghosts.clearAnswers();
+      const others = this.others(place, followed.q);
+      app.stance.set(followed.q);
+      app.stance.settle();
+      this.ghosts.show(others, app.robot.linkOf(handle.limb.joints[0]));
+      // What a camera looks at, or past, stays where it is dragged.
+      if (handle.ahead) handle.knob.position.copy(handle.mark.worldToLocal(this.inWorld(target)));
+    }
+    const crossing = feetCross(app.robot, handle.limb, this.limbs) ? "the feet cross" : "";
+    const said = [notice, says, crossing].filter(Boolean).join("; ");
+    return said && `${handle.limb.frame}: ${said}`;
+  }
+
+  /**
+   * The place and the configuration from which a target is less than a stride away, or at which the straight way to it ends.
+   */
+  approach(target: Vector) {
+    const { follower, place } = this;
+    const strides = Math.ceil(distance(place, target) / (follower.stride ?? Infinity));
+    let near = { place, q: this.app.stance.q };
+    for (let i = 1; i < strides; i++) {
+      const next = plus(place, times(i / strides, minus(target, place)));
+      const { q } = follower.follow(next, near.q);
+      if (!q) break;
+      near = { place: next, q };
+    }
+    return near;
+  }
+
+  isReached(place: Vector, q: number[]): boolean {
+    const isAbove = this.inWorld(place).y > this.floor - LAST_STEP;
+    return isAbove && Boolean(this.follower.follow(place, q).q);
+  }
+
+  /** Unit vectors in the plane of the drag, in the torso's frame. */
+  directions() {
+    const toTorso = new THREE.Matrix4().copy(this.torso.matrixWorld).invert();
+    const [right, up] = this.app.pick.viewport.axes.map((axis) => axis.transformDirection(toTorso).toArray());
+    return directionsAround(right, up);
+  }
+
+  /** The other branches for a target as ghosts, fainter where a limit stands against them. */
+  others(target: Vector, q: number[]) {
+    const { limb } = this.handle;
+    const own = limb.values(q);
+    return this.follower
+      .branches(target, q)
+      .filter(({ values }) => squaredDistance(values, own) > OTHER)
+      .map(({ values }) => ({ q: limb.merged(q, values), ...(limb.isInside(values) ? INSIDE : OUTSIDE) }));
+  }
+
+  // --- where things are ----------------------------------------------------------------------------------------
+
+  get torso() {
+    return this.app.robot.frameNode(this.handle.limb.torso);
+  }
+
+  /** of the world */
+  inTorso(point: THREE.Vector3): Vector {
+    return this.torso.worldToLocal(point.clone()).toArray();
+  }
+
+  /** @param place in the torso */
+  inWorld(place: Vector) {
+    return this.torso.localToWorld(new THREE.Vector3().fromArray(place));
+  }
+
+  /** Pose of a frame in the frame of the torso, row by row. */
+  poseOf(frame: string): Pose {
+    const pose = this.app.robot.poseIn(frame, this.handle.limb.torso);
+    return pose.transpose().toArray() as Pose;
+  }
+}

@@ -1,0 +1,124 @@
+import { openDialog } from "./dialog.ts";
+import { element } from "./element.ts";
+import type { Panel } from "./panel.ts";
+
+/** What the list of keys says: where, and which keys do what. */
+const LIST = {
+  Everywhere: [
+    ["Ctrl+Z", "undo"],
+    ["Ctrl+Shift+Z, Ctrl+Y", "redo"],
+    ["Ctrl+V", "paste a configuration"],
+    ["Space", "play or pause the clip"],
+    ["K", "add a key frame, where they are open"],
+    ["/", "filter the joints"],
+    ["P", "show or hide the panel"],
+    ["?", "this list"],
+  ],
+  "Sliders and numbers of joints": [
+    ["↑ ↓ (sliders ← → too)", "one step: 1°, 1 mm, 1 %, 0.01 rad"],
+    ["Ctrl or Alt and these", "a tenth of that"],
+    ["Shift and these, Page up, Page down", "ten times that"],
+    ["Home, End", "the limits (sliders)"],
+    ["Enter, Escape", "take a typed number, or give the old one back"],
+  ],
+  "Key frames": [
+    ["← →", "a tenth of a second earlier or later; with Shift a hundredth"],
+    ["↑ ↓, Home, End", "the key frame before and behind, the first, the last"],
+    ["Delete", "delete the key frame"],
+    ["Ctrl+Z, Ctrl+Shift+Z", "undo and redo of key frames"],
+  ],
+  "Handles (Tab, after the buttons over the picture)": [
+    ["← → ↑ ↓", "move it by 1 mm; with Shift by 10 mm"],
+    ["X, Y, Z", "turn it by 1° about an axis of its frame; with Shift back"],
+    ["Enter, Escape", "let go, or give back what was before"],
+  ],
+  "The picture": [
+    ["← → ↑ ↓", "go round the robot; with Shift three times as far"],
+    ["+ −", "nearer, further away"],
+    ["1 … 9", "the cameras in their order"],
+    ["0, Home", "all of the robot"],
+  ],
+  "The line beside the panel": [
+    ["Arrows, Home, End", "the size of the panel"],
+    ["Enter", "hide the panel"],
+  ],
+};
+
+/** Keys that work wherever the focus is, unless it is where they are typed. */
+export class Keys {
+  constructor(readonly panel: Panel) {
+    document.addEventListener("keydown", (event) => this.press(event));
+    document.addEventListener("paste", (event) => this.paste(event));
+  }
+
+  press(event: KeyboardEvent) {
+    const { target } = event;
+    if (event.defaultPrevented || !(target instanceof Element)) return;
+    if (isTyped(target) || target.closest("dialog, [popover]")) return;
+    const does =
+      event.ctrlKey || event.metaKey ? this.withCtrl(event) : event.altKey ? null : this.alone(event, target);
+    if (!does) return;
+    event.preventDefault();
+    does();
+  }
+
+  withCtrl({ key, shiftKey }: KeyboardEvent) {
+    const { past } = this.panel;
+    const lower = key.toLowerCase();
+    if (lower === "y" || (lower === "z" && shiftKey)) return () => past.redo();
+    return lower === "z" ? () => past.undo() : null;
+  }
+
+  alone({ key }: KeyboardEvent, target: Element) {
+    const { app, layout, joints, settings } = this.panel;
+    if (key === " ") {
+      const isOfTarget = target.closest("button, summary, select, input, a");
+      return isOfTarget || !app.player.loaded ? null : () => app.player.toggle();
+    }
+    if (!settings.keys) return null;
+    switch (key) {
+      case "?":
+        return () => this.help();
+      case "p":
+      case "P":
+        return () => layout.fold(!layout.folded);
+      case "/":
+        return () => {
+          layout.fold(false);
+          joints.search.focus();
+        };
+      default:
+        return null;
+    }
+  }
+
+  paste(event: ClipboardEvent) {
+    if (!(event.target instanceof Element) || isTyped(event.target)) return;
+    if (document.querySelector("dialog[open]")) return;
+    event.preventDefault();
+    this.panel.exchange.take(event.clipboardData?.getData("text") ?? "");
+  }
+
+  help() {
+    const sections = Object.entries(LIST).map(([where, rows]) =>
+      element(
+        "section",
+        {},
+        element("h3", {}, where),
+        element(
+          "dl",
+          {},
+          ...rows.map(([keys, does]) =>
+            element("div", {}, element("dt", {}, element("kbd", {}, keys)), element("dd", {}, does)),
+          ),
+        ),
+      ),
+    );
+    openDialog("Keys", element("div", { className: "keys" }, ...sections));
+  }
+}
+
+/** Whether keys pressed here are text. */
+function isTyped(target: Element) {
+  return target.matches('textarea, [contenteditable], input:not([type="range"], [type="radio"], [type="checkbox"])');
+}

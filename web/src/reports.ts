@@ -1,0 +1,49 @@
+import type { App } from "./app.ts";
+
+// Time between two reports of where what is played is [ms].
+const BETWEEN = 1000 / 30;
+
+/** What the program behind the page is told of where the robot is. */
+export class Reports {
+  /** Who this page is. */
+  source = String(Math.random());
+  /** How many configurations it has had to tell; those told before are out of date when they come back. */
+  count = 0;
+  /** Whether somebody has begun to play, or gone to a time, and the program has not been told. */
+  begins = false;
+  /** What is played, and is to be told next. */
+  waiting: { kind: "clip" | "played"; q: number[] } | null = null;
+
+  constructor(readonly app: App) {}
+
+  /** A configuration that somebody has made in this page. */
+  joints() {
+    this.count += 1;
+    this.send({ kind: "joints", ...this.app.stance.snapshot() });
+  }
+
+  /**
+   * Where what is played is, not at every picture.
+   *
+   * @param kind whether it is the program's clip, which every page plays for itself, or of this page
+   */
+  playing(kind: "clip" | "played", q: readonly number[]) {
+    if (this.app.role !== "") return;
+    if (!this.waiting) setTimeout(() => this.sendWaiting(), BETWEEN);
+    this.waiting = { kind, q: [...q] };
+    this.count += 1;
+  }
+
+  sendWaiting() {
+    const { waiting, begins } = this;
+    this.waiting = null;
+    // Somebody else may move the robot by now.
+    if (!waiting || (waiting.kind === "clip" && !this.app.stance.followsClip)) return;
+    this.begins = false;
+    this.send({ ...waiting, begins });
+  }
+
+  send(report: object) {
+    this.app.send({ ...report, source: `${this.source} ${this.count}` });
+  }
+}

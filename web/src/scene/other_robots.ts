@@ -1,0 +1,72 @@
+import { ShownRobot } from "../robot/shown_robot.ts";
+import type { App } from "../app.ts";
+import type { About } from "../types.ts";
+
+const ground = (number: number) => `ground:${number}`;
+
+/** a robot, and whether it is to be seen */
+export interface Other {
+  name: string;
+  shown: ShownRobot;
+  visible: boolean;
+}
+
+/** The robots beside the page's own, each on a ground of its own, by the numbers that Python gives them. Event of the app: "robots", when they are others. */
+export class OtherRobots {
+  robots: Map<number, Other> = new Map();
+
+  constructor(readonly app: App) {}
+
+  /** The nodes of a robot are there: they become a robot. */
+  add({ robot: number, name, about }: { robot: number; name: string; about: About }) {
+    const { viewer, studio } = this.app;
+    const root = viewer.scene_tree.find([ground(number), "robot"]).object;
+    this.robots.set(number, { name, shown: new ShownRobot(root, about, studio), visible: true });
+    this.app.dispatchEvent(new Event("robots"));
+  }
+
+  /** @param on whether it is to be seen */
+  show(other: Other, on: boolean) {
+    other.visible = other.shown.robot.root.visible = on;
+    this.app.studio.moved();
+    this.app.viewer.set_dirty();
+  }
+
+  display(number: number, q: ArrayLike<number>, up: ArrayLike<number> | null) {
+    const shown = this.robots.get(number)?.shown;
+    if (!shown) return;
+    shown.robot.q.splice(0, q.length, ...Array.from(q));
+    shown.settle(up);
+    this.app.studio.moved();
+  }
+
+  remove(number: number) {
+    const other = this.robots.get(number);
+    if (other) this.app.studio.release(other.shown.robot);
+    const isOther = this.robots.delete(number);
+    // meshcat gives back what its nodes hold on the graphics card.
+    this.app.viewer.scene_tree.delete([ground(number)]);
+    if (isOther) this.app.dispatchEvent(new Event("robots"));
+  }
+
+  /** Forget all robots but these. */
+  keep(numbers: number[]) {
+    for (const number of [...this.robots.keys()]) {
+      if (!numbers.includes(number)) this.remove(number);
+    }
+  }
+
+  /**
+   * The box around all robots that are seen, in the world of three.js; around some links of the page's own where they are named.
+   */
+  box(links: number[]) {
+    const box = this.app.robot.box(links);
+    for (const { shown, visible } of links.length === 0 ? this.robots.values() : []) {
+      if (!visible) continue;
+      const { robot } = shown;
+      robot.root.updateWorldMatrix(true, true); // its ground may have moved since
+      box.union(robot.box([]));
+    }
+    return box;
+  }
+}

@@ -1,0 +1,103 @@
+import { entry } from "./legend.ts";
+import { button } from "./panel/element.ts";
+import { paintFloor } from "./scene/floor_colours.ts";
+import { chainColours } from "./scene/chain_colours.ts";
+import type { App } from "./app.ts";
+
+/** What may be drawn over the robot: the button's text, and what a new state does. */
+const TOGGLES: Record<string, { text: string; show(app: App, on: boolean): void }> = {
+  frames: {
+    text: "Frames",
+    show: ({ frames, menu }, on) => {
+      frames.show(on);
+      menu.refresh();
+    },
+  },
+  axes: {
+    text: "Joint axes",
+    show: ({ axes, legend }, on) =>
+      legend.set(
+        "pairs",
+        [...axes.show(on)].map(([kind, colour]) => entry(kind, colour)),
+      ),
+  },
+  chains: {
+    text: "Chains",
+    show: ({ colours, legend, robot }, on) => {
+      const { chains, links } = chainColours(robot.about);
+      colours.setChains(on ? links : new Map());
+      legend.set("chains", on ? chains.map(({ title, colour }) => entry(title, colour)) : []);
+    },
+  },
+  com: { text: "Centre of mass", show: ({ balance }, on) => balance.show({ com: on }) },
+  support: { text: "Support", show: ({ balance }, on) => balance.show({ support: on }) },
+  ghosts: {
+    text: "Ghosts",
+    show: ({ ghosts, legend }, on) => {
+      ghosts.group.visible = on;
+      legend.set("ghosts", on && ghosts.entries.length > 0 ? ["ghosts", ...ghosts.entries] : []);
+    },
+  },
+  eye: {
+    text: "Camera view",
+    show: ({ eyes }, on) => eyes.show(on ? eyes.sight.select.value : null),
+  },
+  contrast: {
+    text: "High contrast",
+    show: ({ studio }, on) => {
+      document.documentElement.dataset.contrast = on ? "high" : "";
+      paintFloor(studio);
+    },
+  },
+  handles: { text: "Handles", show: ({ drag }, on) => drag.show(on) },
+  joints: { text: "Drag joints", show: ({ drag }, on) => (drag.movesJoints = on) },
+};
+
+/** The buttons of what may be drawn over the robot. */
+export class Toggles {
+  shown: Record<string, boolean>;
+  buttons: Map<string, HTMLButtonElement> = new Map();
+
+  constructor(
+    readonly app: App,
+    bar: HTMLElement,
+  ) {
+    this.shown = {
+      ...{ frames: false, axes: false, chains: false, com: false, support: false, ghosts: true, eye: false },
+      contrast: window.matchMedia("(forced-colors: active), (prefers-contrast: more)").matches,
+      handles: app.role === "",
+      joints: app.role === "",
+    };
+    for (const [name, { text }] of Object.entries(TOGGLES)) {
+      const flip = () => {
+        this.set({ [name]: !this.shown[name] });
+        app.send({ kind: "shown", shown: { [name]: this.shown[name] }, source: app.reports.source });
+      };
+      const made = button(text, flip);
+      made.dataset.shown = name;
+      this.buttons.set(name, made);
+      bar.append(made);
+    }
+    this.offer("ghosts", false);
+  }
+
+  /** Whether there is anything to show, and so a button for it. */
+  offer(name: string, on: boolean) {
+    (this.buttons.get(name) as HTMLButtonElement).hidden = !on;
+  }
+
+  set(changes: Record<string, boolean>) {
+    for (const [name, on] of Object.entries(changes).filter(([key]) => Object.hasOwn(TOGGLES, key))) {
+      this.shown[name] = on;
+      TOGGLES[name].show(this.app, on);
+      this.buttons.get(name)?.setAttribute("aria-pressed", String(on));
+    }
+    this.app.viewer.set_dirty();
+    this.app.dispatchEvent(new Event("shown"));
+  }
+
+  /** Show everything as it is to be, when the robot has just come. */
+  apply() {
+    this.set(this.shown);
+  }
+}
