@@ -15,7 +15,7 @@ _CLOSED_FORMS_AND_DRAGS = (
         ),
     ),
     *_faults(
-        "web/src/ik/answer.ts",
+        "web/src/ik/limb.ts",
         "test_closed_forms.py",
         ("page-sorts-branches-the-other-way", "].distance > branch.distance", "].distance < branch.distance"),
     ),
@@ -29,7 +29,7 @@ _CLOSED_FORMS_AND_DRAGS = (
         ),
     ),
     *_faults(
-        "web/src/ik/leg_standing.ts",
+        "web/src/ik/leg.ts",
         "test_closed_forms.py",
         (
             "other-foot-turns-the-other-way-round",
@@ -91,12 +91,12 @@ _CLOSED_FORMS_AND_DRAGS = (
 
 _PURE = (
     *_faults(
-        "web/src/backoff.ts",
+        "web/src/connection.ts",
         "backoff.test.js",
         ("page-waits-twice-as-long-before-its-first-try", "2 ** failures", "2 ** (failures + 1)"),
     ),
     *_faults(
-        "web/src/echo.ts",
+        "web/src/reports.ts",
         "backoff.test.js",
         ("newest-report-of-a-page-taken-for-an-outdated-one", "Number(number) < newest", "Number(number) <= newest"),
         ("reports-of-other-pages-taken-for-outdated", "who === mine && ", ""),
@@ -112,17 +112,17 @@ _PURE = (
         ("angle-of-half-a-turn-is-no-number-by-rounding", "Math.asin(Math.min(1, half))", "Math.asin(half)"),
     ),
     *_faults(
-        "web/src/math/roll_pitch_yaw.ts",
+        "web/src/math/rotations.ts",
         "roll_pitch_yaw.test.js",
         ("pitch-by-the-arcsine", "Math.atan2(-m[2], c * m[0] + s * m[1])", "Math.asin(-m[2])"),
     ),
     *_faults(
-        "web/src/math/closed.ts",
+        "web/src/math/surfaces.ts",
         "closed.test.js",
         ("solids-inside-out-taken-for-closed", "return volume > 0;", "return volume !== 0;"),
     ),
     *_faults(
-        "web/src/math/polygon.ts",
+        "web/src/math/surfaces.ts",
         "polygon.test.js",
         (
             "outlines-that-share-an-edge-overlap",
@@ -199,7 +199,7 @@ _PURE = (
         ),
     ),
     *_faults(
-        "web/src/values/csv.ts",
+        "web/src/values/literals.ts",
         "reading.test.js",
         ("lines-inside-quotation-marks-not-counted", '      line += found[0].split("\\n").length - 1;\n', ""),
     ),
@@ -213,12 +213,12 @@ _PURE = (
         ),
     ),
     *_faults(
-        "web/src/pick/pose_numbers.ts",
+        "web/src/pick/facts.ts",
         "pose_numbers.test.js",
         ("quaternion-without-its-sign", "Math.sign(first) / Math.hypot", "1 / Math.hypot"),
     ),
     *_faults(
-        "web/src/pick/link_facts.ts",
+        "web/src/pick/facts.ts",
         "link_facts.test.js",
         ("frame-of-the-farthest-carrier", "b.path.length - a.path.length", "a.path.length - b.path.length"),
     ),
@@ -248,7 +248,7 @@ _PURE = (
         ("places-behind-the-camera-turn-a-joint", "along > 0 && Number.isFinite(along)", "Number.isFinite(along)"),
     ),
     *_faults(
-        "web/src/drag/nearest_place.ts",
+        "web/src/drag/follow.ts",
         "nearest_place.test.js",
         ("search-for-a-place-takes-the-first-way-that-helps", "      .sort((a, b) => a.away - b.away)\n", ""),
     ),
@@ -259,7 +259,7 @@ _PURE = (
         ("time-of-a-key-belongs-to-the-segment-before", "this.times[middle] <= time", "this.times[middle] < time"),
     ),
     *_faults(
-        "web/src/timeline/smooth_slopes.ts",
+        "web/src/timeline/motion.ts",
         "motion.test.js",
         (
             "smooth-keys-weighted-by-the-other-side",
@@ -278,17 +278,17 @@ _PURE = (
         ("bound-of-a-recording-forgets-the-width", "Math.floor(MOST_NUMBERS / width)", "MOST_NUMBERS"),
     ),
     *_faults(
-        "web/src/timeline/thinning.ts",
+        "web/src/timeline/recorder.ts",
         "motion.test.js",
         ("one-key-fewer-than-may-be", "kept.size > most", "kept.size >= most"),
     ),
     *_faults(
-        "web/src/timeline/json_tracks.ts",
+        "web/src/timeline/formats.ts",
         "motion_files.test.js",
         ("hand-in-a-file-of-degrees-taken-for-an-angle", "isHand(name) ? 1 : scale.angle", "scale.angle"),
     ),
     *_faults(
-        "web/src/timeline/reading.ts",
+        "web/src/timeline/formats.ts",
         "motion_files.test.js",
         (
             "joint-in-a-file-that-follows-scaled-the-wrong-way",
@@ -302,7 +302,7 @@ _PURE = (
         ("whole-turn-of-a-locked-pair-not-tried", "turns = -2; turns < 3", "turns = 0; turns < 2"),
     ),
     *_faults(
-        "web/src/ik/answer.ts",
+        "web/src/ik/limb.ts",
         "limb.test.js",
         (
             "the-other-end-of-a-range-is-blamed",
@@ -316,12 +316,12 @@ _PURE = (
         ("second-hip-triple-not-wrapped", "wrapped(2 * this.geometry.kappa - q[1])", "2 * this.geometry.kappa - q[1]"),
     ),
     *_faults(
-        "web/src/ik/gaze.ts",
+        "web/src/ik/head.ts",
         "head.test.js",
         ("camera-looks-backwards-at-what-is-behind-it", "if (ahead > along)", "if (ahead > -Infinity)"),
     ),
     *_faults(
-        "web/src/ik/neck.ts",
+        "web/src/ik/head.ts",
         "head.test.js",
         ("neck-beyond-its-own-range-where-the-table-is-wider", ".map((bound) => clamp(bound, low, high))", ""),
     ),

@@ -1,8 +1,8 @@
-import { isOutdated } from "./echo.ts";
-import { sendPicture } from "./record/pictures.ts";
-import { scaleBar } from "./scene/colour_scale.ts";
-import { showGhosts } from "./scene/ghosts.ts";
 import type { App } from "./app.ts";
+import { sendPicture } from "./record/pictures.ts";
+import { isOutdated } from "./reports.ts";
+import { showGhosts } from "./scene/ghosts.ts";
+import { scaleBar } from "./scene/legend.ts";
 import type { Vector } from "./types.ts";
 
 /** What each kind of message does that Python's `panel_message` makes. */

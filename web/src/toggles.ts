@@ -1,8 +1,8 @@
-import { entry } from "./legend.ts";
-import { button } from "./panel/element.ts";
-import { paintFloor } from "./scene/floor_colours.ts";
-import { chainColours } from "./scene/chain_colours.ts";
 import type { App } from "./app.ts";
+import { button } from "./panel/element.ts";
+import { paintFloor } from "./scene/floor.ts";
+import { entry } from "./scene/legend.ts";
+import { chainColours } from "./scene/link_colours.ts";
 
 /** What may be drawn over the robot: the button's text, and what a new state does. */
 const TOGGLES: Record<string, { text: string; show(app: App, on: boolean): void }> = {

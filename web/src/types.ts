@@ -1,9 +1,7 @@
 // What the page gets from Python and from meshcat.
-
 import type * as Three from "three";
-
 import type { LimbNumbers } from "./ik/types.ts";
-import type { Vector } from "./math/types.ts";
+import type { Vector } from "./math/rotations.ts";
 
 /** The robot as nao_kin.viewer.description describes it. Links are numbers into `links`, columns places in q. */
 export interface About {
@@ -72,7 +70,7 @@ export interface Coordinate {
   unit: string;
 }
 
-export interface Posture {
+interface Posture {
   name: string;
   q: number[];
   up: Vector | null;
@@ -124,7 +122,7 @@ export interface MeshcatViewer {
 }
 
 /** The part of meshcat that plays clips. */
-export interface Animator {
+interface Animator {
   actions: Three.AnimationAction[];
   mixer: Three.AnimationMixer;
   duration: number;

@@ -1,9 +1,9 @@
+import type { App } from "./app.ts";
+import { button, element } from "./panel/element.ts";
+import { saveScreenshot } from "./record/pictures.ts";
+import { Video } from "./record/video.ts";
 import { clearGhosts, keepGhost } from "./scene/ghosts.ts";
 import { EDITIONS } from "./scene/link_colours.ts";
-import { button, element } from "./panel/element.ts";
-import { saveScreenshot } from "./record/screenshot.ts";
-import { Video } from "./record/video.ts";
-import type { App } from "./app.ts";
 
 // Where the page is this narrow, what the bars hold is in the menu.
 const NARROW = "(max-width: 600px)";

@@ -1,6 +1,5 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-
 import { Arm } from "../src/ik/arm.ts";
 import { ArmPlace } from "../src/ik/arm_place.ts";
 import {

@@ -1,8 +1,6 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-
-import { Gaze } from "../src/ik/gaze.ts";
-import { Head } from "../src/ik/head.ts";
+import { Gaze, Head } from "../src/ik/head.ts";
 import {
   areInside,
   assertBlamed,

@@ -1,6 +1,5 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-
 import { KeyFrames } from "../src/timeline/key_frames.ts";
 import { MOST_LINKED, readKeys, writeKeys } from "../src/timeline/key_text.ts";
 import { readLink, writeLink } from "../src/values/link.ts";

@@ -1,12 +1,8 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-
-import { Answer } from "../src/ik/answer.ts";
-import { leastCost } from "../src/ik/family.ts";
-import { Limb } from "../src/ik/limb.ts";
+import { Answer, Limb, leastCost, rigidRotation } from "../src/ik/limb.ts";
 import { LIMB_CLASSES } from "../src/ik/limbs.ts";
-import { rigidRotation } from "../src/ik/rigid.ts";
-import { areInside, assertClose, LIMBS, numbersOf, poseOf, randomValues, unlimited } from "./chains.js";
+import { LIMBS, areInside, assertClose, numbersOf, poseOf, randomValues, unlimited } from "./chains.js";
 
 const leg = new Limb(numbersOf("LLeg"));
 

@@ -1,6 +1,5 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-
 import { readLink, writeLink } from "../src/values/link.ts";
 import { NoConfiguration } from "../src/values/reading.ts";
 import { ABOUT } from "./small_robot.js";

@@ -1,11 +1,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-
-import { GAP, KeyFrames, LATEST } from "../src/timeline/key_frames.ts";
+import { GAP, KeyFrames, LATEST, excesses, slowedTimes } from "../src/timeline/key_frames.ts";
 import { Motion } from "../src/timeline/motion.ts";
-import { Recorder } from "../src/timeline/recorder.ts";
-import { excesses, slowedTimes } from "../src/timeline/speed_limits.ts";
-import { thinned } from "../src/timeline/thinning.ts";
+import { Recorder, thinned } from "../src/timeline/recorder.ts";
 
 const TIMES = [0, 1, 3, 3.5];
 const ROWS = [

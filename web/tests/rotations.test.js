@@ -1,6 +1,5 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-
 import { angleBetween, product, rotX, rotY, rotZ } from "../src/math/rotations.ts";
 import { generator } from "./chains.js";
 

@@ -1,6 +1,5 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-
 import { busiest, evenTimes, sampleTimes } from "../src/plot/samples.ts";
 import { Motion } from "../src/timeline/motion.ts";
 

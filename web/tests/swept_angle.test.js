@@ -1,6 +1,5 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-
 import { SweptAngle, sweptDistance } from "../src/drag/swept_angle.ts";
 
 const EYE = [0, 0, 2];

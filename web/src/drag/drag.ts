@@ -1,16 +1,14 @@
+import type { Ray, Vector3 } from "three";
+import type { App } from "../app.ts";
 import { LIMB_CLASSES } from "../ik/limbs.ts";
 import { Ghosts, clearGhosts } from "../scene/ghosts.ts";
-import { HandleKeys } from "./handle_keys.ts";
-import { Handles } from "./handles.ts";
-import { JointDrag, type motionOf } from "./joint_drag.ts";
-import { LimbDrag } from "./limb_drag.ts";
-import { Pointer } from "./pointer.ts";
-import { Rings, type Ring } from "./rings.ts";
-import { TurnDrag } from "./turn_drag.ts";
-import type { Gesture, Handle, Limb } from "./types.ts";
 import type { Snapshot } from "../stance.ts";
-import type { App } from "../app.ts";
-import type { Ray, Vector3 } from "three";
+import type { Gesture, Handle, Limb } from "./follow.ts";
+import { HandleKeys } from "./handle_keys.ts";
+import { Handles, Rings, type Ring } from "./handles.ts";
+import { JointDrag, type motionOf } from "./joint_drag.ts";
+import { LimbDrag, TurnDrag } from "./limb_drag.ts";
+import { Pointer } from "./pointer.ts";
 
 /**
  * Taking hold of the robot: of a handle on a hand, a foot or the gaze, which the limb follows, of a ring that turns a hand

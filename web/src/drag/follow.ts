@@ -1,13 +1,154 @@
-import { degrees, sentence } from "./sentence.ts";
-import { ArmPlace } from "../ik/arm_place.ts";
-import { Leg } from "../ik/leg.ts";
-import { product, turned } from "../math/rotations.ts";
-import type { Answer } from "../ik/answer.ts";
-import type { Branch } from "../ik/types.ts";
-import type { Pose, Rotation, Vector } from "../math/types.ts";
-import type { Followed, Follower, Limb } from "./types.ts";
+import type { Group, Ray, Sprite } from "three";
 import type { Arm } from "../ik/arm.ts";
-import type { Gaze } from "../ik/gaze.ts";
+import { ArmPlace } from "../ik/arm_place.ts";
+import type { Gaze } from "../ik/head.ts";
+import { Leg } from "../ik/leg.ts";
+import type { Answer } from "../ik/limb.ts";
+import type { AnyLimb } from "../ik/limbs.ts";
+import type { Branch } from "../ik/types.ts";
+import { distance, plus, product, times, turned, type Pose, type Rotation, type Vector } from "../math/rotations.ts";
+import { convexHull, overlap, type Point } from "../math/surfaces.ts";
+import type { Robot } from "../robot/robot.ts";
+import { THREE } from "../three.ts";
+import { degrees, sentence } from "./stops.ts";
+
+// What a drag works with.
+
+export type Limb = AnyLimb;
+
+/** A configuration that takes a limb to a target, and what there is to say about it; no q where it is not reached. */
+interface Followed {
+  q?: number[];
+  says: string;
+}
+
+/** How a limb follows a target in the torso's frame. It changes nothing. */
+interface Follower {
+  /** A target farther away is to be taken in steps of this length [m]. */
+  stride?: number;
+  follow(target: Vector, q: number[]): Followed;
+  /** All branches for the same target, whatever the limits. */
+  branches(target: Vector, q: number[]): Branch[];
+  /** At the place where it was, with its frame turned by a rotation of the torso, row by row. */
+  turn?(rotation: Rotation, q: number[]): Followed;
+}
+
+export interface Handle {
+  limb: Limb;
+  mark: Group;
+  knob: Sprite;
+  /** How far along x of its frame the knob is [m]. */
+  ahead: number;
+}
+
+/** Something that is held and moved. */
+export interface Gesture {
+  /** Follow the pointer; gives what there is to say. */
+  move(ray: Ray, options: { level: boolean }): string;
+  /** It is let go. */
+  end(): void;
+}
+
+// The search goes so many ways, and ends with steps of LAST_STEP [m], or after so many tries.
+const WAYS = 16;
+const TRIES = 100;
+export const LAST_STEP = 1e-4;
+
+/** Unit vectors all around in the plane of two directions that are at right angles. */
+export function directionsAround(right: Vector, up: Vector) {
+  return Array.from({ length: WAYS }, (_, i) => {
+    const angle = (i * 2 * Math.PI) / WAYS;
+    return plus(times(Math.cos(angle), right), times(Math.sin(angle), up));
+  });
+}
+
+/**
+ * The reachable place nearest to a target: from one that is reached in steps in a plane, each way, until they are a tenth
+ * of a millimetre or too many were tried for one move of the pointer.
+ *
+ * @param from a place that is reached
+ * @param directions unit vectors in the plane
+ */
+export function nearestPlace(
+  target: Vector,
+  from: Vector,
+  directions: Vector[],
+  isReached: (place: Vector) => boolean,
+) {
+  let best = from;
+  let step = distance(best, target);
+  let left = TRIES;
+  while (step > LAST_STEP && left > 0) {
+    const away = distance(best, target);
+    const found = directions
+      .map((direction) => plus(best, times(step, direction)))
+      .map((place) => ({ place, away: distance(place, target) }))
+      .filter((tried) => tried.away < away)
+      .sort((a, b) => a.away - b.away)
+      .find(({ place }) => left-- > 0 && isReached(place));
+    if (found) best = found.place;
+    else step *= 0.5;
+  }
+  return best;
+}
+
+interface Foot {
+  low: number;
+  high: number;
+  outline: Point[];
+}
+
+/** The shapes of a leg's last link. */
+function shapesOf(robot: Robot, limb: Limb) {
+  const foot = robot.linkOf(limb.joints[limb.joints.length - 1]);
+  return robot.meshes.filter(({ link }) => link === foot);
+}
+
+/** The outline of a leg's last link from above, and its lowest and highest vertex, in the world of three.js. */
+export function footOf(robot: Robot, limb: Limb): Foot {
+  const vertex = new THREE.Vector3();
+  const points = [];
+  let [low, high] = [Infinity, -Infinity];
+  for (const { mesh } of shapesOf(robot, limb)) {
+    const { position } = mesh.geometry.attributes;
+    for (let i = 0; i < position.count; i++) {
+      const { x, y, z } = vertex.fromBufferAttribute(position, i).applyMatrix4(mesh.matrixWorld);
+      points.push({ x, y: -z });
+      [low, high] = [Math.min(low, y), Math.max(high, y)];
+    }
+  }
+  return { low: Number.isFinite(low) ? low : 0, high, outline: convexHull(points) };
+}
+
+/** A box around a foot in the world of three.js, not the least one: that of its shapes' own boxes. */
+function boxAround(robot: Robot, limb: Limb) {
+  const box = new THREE.Box3();
+  for (const { mesh } of shapesOf(robot, limb)) {
+    if (!mesh.geometry.boundingBox) mesh.geometry.computeBoundingBox();
+    const own = (mesh.geometry.boundingBox as THREE.Box3).clone();
+    box.union(own.applyMatrix4(mesh.matrixWorld));
+  }
+  return box;
+}
+
+/**
+ * Whether a foot is where that of another leg is: their outlines from above, and their heights.
+ *
+ * @param limb the leg of the foot
+ */
+export function feetCross(robot: Robot, limb: Limb, limbs: Limb[]) {
+  if (limb.kind !== "leg") return false;
+  // The outlines take a millisecond, and most feet are apart by their boxes.
+  const box = boxAround(robot, limb);
+  const near = limbs.filter(
+    (other) => other.kind === "leg" && other !== limb && box.intersectsBox(boxAround(robot, other)),
+  );
+  if (near.length === 0) return false;
+  const own = footOf(robot, limb);
+  return near
+    .map((other) => footOf(robot, other))
+    .some((other) => own.low < other.high && other.low < own.high && overlap(own.outline, other.outline));
+}
 
 // How a limb follows what is dragged, by its closed form: from a target in the torso's frame to a configuration inside
 // the limits, the other branches, and what there is to say.
@@ -22,7 +163,7 @@ const isExplained = ({ reason }: Answer) => reason !== "REACHED" && reason !== "
  * goes on from where it is: what would take a joint farther than JUMP at once, to another posture that meets the place
  * too, is refused, and so the way to a place is gone in steps of STRIDE.
  */
-export class HandFollower implements Follower {
+class HandFollower implements Follower {
   stride = STRIDE;
 
   place: Vector;
@@ -76,7 +217,7 @@ export class HandFollower implements Follower {
  * A foot keeps its orientation. The motor of its HipYawPitch moves the other leg too: that foot stays on its place and its
  * sole as it is, and only turns about the sole's normal.
  */
-export class FootFollower implements Follower {
+class FootFollower implements Follower {
   pose;
   other: Leg | undefined;
   otherPose;
@@ -140,7 +281,7 @@ export class FootFollower implements Follower {
 }
 
 /** A camera looks at what is dragged, or as near past it as the limits allow. */
-export class GazeFollower implements Follower {
+class GazeFollower implements Follower {
   constructor(readonly limb: Gaze) {}
 
   follow(target: Vector, q: number[]): Followed {

@@ -1,11 +1,10 @@
-import { element } from "../panel/element.ts";
-import { turnsOf, type Axis } from "./rings.ts";
-import { degrees } from "./sentence.ts";
 import "./handle_keys.css";
-import type { Handle } from "./types.ts";
+import { element } from "../panel/element.ts";
 import type { Drag } from "./drag.ts";
-import type { LimbDrag } from "./limb_drag.ts";
-import type { TurnDrag } from "./turn_drag.ts";
+import type { Handle } from "./follow.ts";
+import { turnsOf, type Axis } from "./handles.ts";
+import type { LimbDrag, TurnDrag } from "./limb_drag.ts";
+import { degrees } from "./stops.ts";
 
 // How far an arrow key moves a handle [m], and with Shift; how far a letter turns its frame [rad].
 const [STEP, LARGE] = [0.001, 0.01];

@@ -1,12 +1,10 @@
-import { joints } from "../pick/link_facts.ts";
-import { unitText } from "../pick/unit_text.ts";
-import { THREE } from "../three.ts";
-import { farthest, type Stop } from "./stops.ts";
-import { SweptAngle, sweptDistance } from "./swept_angle.ts";
-import { triples } from "./triples.ts";
-import type { Gesture } from "./types.ts";
-import type { Robot } from "../robot/robot.ts";
 import type { App } from "../app.ts";
+import { joints, unitText } from "../pick/facts.ts";
+import type { Robot } from "../robot/robot.ts";
+import { THREE } from "../three.ts";
+import type { Gesture } from "./follow.ts";
+import { farthest, type Stop } from "./stops.ts";
+import { SweptAngle, sweptDistance, triples } from "./swept_angle.ts";
 
 // A pointer so near to an axis [px] says no angle about it.
 const NEAR_AXIS = 10;

@@ -1,9 +1,9 @@
-import { motionOf } from "./joint_drag.ts";
-import type { Hit } from "../pick/picker.ts";
-import type { Handle } from "./types.ts";
 import type { App } from "../app.ts";
+import type { Hit } from "../pick/picker.ts";
 import type { Drag } from "./drag.ts";
-import type { Rings } from "./rings.ts";
+import type { Handle } from "./follow.ts";
+import type { Rings } from "./handles.ts";
+import { motionOf } from "./joint_drag.ts";
 
 // A pointer that has come no farther [px] has not moved: a click, or a tap.
 const [STILL, TAP] = [4, 10];

@@ -1,5 +1,11 @@
-import { cross, direction as unit, dot, minus, plus, times } from "../math/vectors.ts";
-import type { Vector } from "../math/types.ts";
+import type * as Three from "three";
+import { cross, direction as unit, dot, minus, plus, times, type Vector } from "../math/rotations.ts";
+
+/** A ray of three.js in plain numbers. */
+export const triples = ({ origin, direction }: Three.Ray) => ({
+  origin: origin.toArray(),
+  direction: direction.toArray(),
+});
 
 // How a pointer turns something about an axis. Points and directions are three numbers each, in one frame; a ray is where
 // the camera is and a unit direction. Nothing here needs the page or three.js.

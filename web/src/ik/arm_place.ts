@@ -1,10 +1,7 @@
 import { clamp, squaredDistance, wrapped } from "../math/numbers.ts";
-import { rotX, turned } from "../math/rotations.ts";
-import { distance, dot } from "../math/vectors.ts";
-import { Answer } from "./answer.ts";
-import { ROUNDING } from "./tolerances.ts";
-import type { Vector } from "../math/types.ts";
+import { distance, dot, rotX, turned, type Vector } from "../math/rotations.ts";
 import type { Arm } from "./arm.ts";
+import { Answer, ROUNDING } from "./limb.ts";
 
 // Choices of ElbowYaw and WristYaw that are tried each, and around how many valleys of theirs is searched.
 const GRID = 15;

@@ -1,14 +1,142 @@
 import { clamp, wrapped } from "../math/numbers.ts";
-import { angleBetween, product, rotX, rotY, transposed, turned } from "../math/rotations.ts";
-import { minus, norm, plus, times } from "../math/vectors.ts";
-import { Answer } from "./answer.ts";
-import { leastCost } from "./family.ts";
-import { standWith } from "./leg_standing.ts";
-import { LegTriangle } from "./leg_triangle.ts";
-import { Limb } from "./limb.ts";
-import { rigidRotation } from "./rigid.ts";
-import type { Matrix3, Pose, Rotation, Vector } from "../math/types.ts";
+import {
+  angleBetween,
+  distance,
+  minus,
+  norm,
+  plus,
+  product,
+  rotX,
+  rotY,
+  times,
+  transposed,
+  turned,
+  type Matrix3,
+  type Pose,
+  type Rotation,
+  type Vector,
+} from "../math/rotations.ts";
+import { Answer, Limb, leastCost, rigidRotation } from "./limb.ts";
 import type { Errors, Family, LegNumbers } from "./types.ts";
+
+// A distance [m] that rounding may add to the reach.
+const ROUNDING = 1e-12;
+// The ankle of a straight leg may be out of reach by this [m], in a rounded pose for instance.
+const STRETCHED = 1e-6;
+// The angle of the knee below which it is straight.
+const STRAIGHT = 1e-7;
+
+/** The triangle of hip, knee and ankle, in the plane of the leg. */
+class LegTriangle {
+  longest: number;
+  shortest: number;
+
+  /**
+   * @param thigh [m]
+   * @param tibia [m]
+   */
+  constructor(
+    public thigh: number,
+    public tibia: number,
+  ) {
+    /** The largest and the least distance of hip and ankle. */
+    this.longest = thigh + tibia;
+    this.shortest = Math.abs(thigh - tibia);
+  }
+
+  /**
+   * A distance of hip and ankle, or the one nearest to it that the leg can have, where it is off by up to `STRETCHED`.
+   */
+  reached(far: number) {
+    const reached = Math.min(Math.max(far, this.shortest), this.longest);
+    const short = Math.abs(far - reached);
+    return short <= ROUNDING || short > STRETCHED ? far : reached;
+  }
+
+  /** By how much a distance of hip and ankle is too large or too small [m]; 0 where the leg can have it. */
+  beyond(far: number) {
+    const beyond = Math.max(far - this.longest, this.shortest - far);
+    return beyond > ROUNDING ? beyond : 0;
+  }
+
+  /**
+   * The angles of the knee with hip and ankle so far apart, by the law of cosines for the half angle, which loses no
+   * digits at either end; straight or folded it has one.
+   */
+  knees(far: number) {
+    const { longest, shortest } = this;
+    const stretched = Math.sqrt(Math.max(0, (longest - far) * (longest + far)));
+    const folded = Math.sqrt(Math.max(0, (far - shortest) * (far + shortest)));
+    const knee = 2 * Math.atan2(stretched, folded);
+    if (knee < STRAIGHT) return [0];
+    return knee > Math.PI - STRAIGHT ? [Math.PI] : [knee, -knee];
+  }
+
+  /** x and z of the ankle from the hip, in the axes of the thigh. */
+  ankleFromHip(knee: number) {
+    return [-this.tibia * Math.sin(knee), -this.thigh - this.tibia * Math.cos(knee)];
+  }
+
+  /** x and z of the hip from the ankle, in the axes of the foot with the ankle at zero. */
+  hipFromAnkle(knee: number) {
+    return [-this.thigh * Math.sin(knee), this.tibia + this.thigh * Math.cos(knee)];
+  }
+}
+
+/**
+ * Five joints for a given HipYawPitch: all branches that keep the ankle's place and the normal of the sole of a pose. How
+ * far the foot is turned about that normal comes with each as `yaw`.
+ *
+ * @param T of its frame in the torso
+ * @param hipYawPitch [rad]
+ */
+function standWith(leg: Leg, T: Pose, hipYawPitch: number, reference: number[]) {
+  const answer = new Answer(leg, reference, true);
+  const foot = leg.footPose(T);
+  if (!foot) return answer.blame("NOT_RIGID");
+  if (leg.isTooFar(foot, answer)) return answer;
+  answer.short = foot.short;
+  // The ankle from the hip, and the sole's normal, in the axes that HipYawPitch turns.
+  const back = rotY(-hipYawPitch);
+  const [x, y, z] = turned(back, foot.place);
+  const normal = turned(back, normalOf(foot.F));
+  for (const knee of leg.triangle.knees(norm(foot.place))) {
+    const [lx, lz] = leg.triangle.ankleFromHip(knee);
+    for (const side of [-1, 1]) {
+      const height = side * Math.hypot(y, z);
+      const rho = Math.atan2(-side * y, side * z);
+      const pitch = Math.atan2(lz * x - lx * height, lx * x + lz * height);
+      const [mx, my, mz] = turned(transposed(product(rotX(rho), rotY(pitch + knee))), normal);
+      for (const way of [1, -1]) {
+        const ankle = [Math.atan2(way * mx, way * mz), Math.atan2(-my, way * Math.hypot(mx, mz))];
+        const q = [hipYawPitch, wrapped(leg.geometry.kappa + rho), pitch, knee, ...ankle];
+        if (answer.admits(q)) enter(foot, leg.forward(q), q, answer);
+      }
+    }
+  }
+  return answer.concluded();
+}
+
+/**
+ * Enter a branch with its errors: the distance of the ankle [m], and of the sole's normal as a chord.
+ *
+ * @param made by forward kinematics
+ */
+function enter(foot: FootPose, made: FootPose, q: number[], answer: Answer) {
+  const chord = distance(normalOf(made.F), normalOf(foot.F));
+  answer.enter(q, [distance(made.place, foot.place), chord], "NONE", yawBetween(foot.F, made.F));
+}
+
+/** @returns of the sole */
+function normalOf(F: Rotation): Vector {
+  return [F[2], F[5], F[8]];
+}
+
+/** The turn about the common normal of two soles from one foot to the other. */
+function yawBetween(from: Rotation, to: Rotation) {
+  const E = product(transposed(from), to);
+  return Math.atan2(E[3] - E[1], E[0] + E[4]);
+}
 
 // The distance [m] below which the hip is on the axis of AnkleRoll, and by which a foot may be moved for a limit's sake.
 const ON_AXIS = 1e-12;
@@ -21,7 +149,7 @@ const PARALLEL = 1e-12;
  * A pose of the foot: its orientation, and the place of the ankle from the hip, in axes turned by κ about x. A target that
  * a straight leg hardly reaches is moved onto its reach, by `short`.
  */
-export interface FootPose {
+interface FootPose {
   F: Rotation;
   place: Vector;
   short: number;

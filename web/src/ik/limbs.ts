@@ -1,6 +1,5 @@
 import { Arm } from "./arm.ts";
-import { Gaze } from "./gaze.ts";
-import { Head } from "./head.ts";
+import { Gaze, Head } from "./head.ts";
 import { Leg } from "./leg.ts";
 import type { LimbNumbers } from "./types.ts";
 

@@ -1,6 +1,5 @@
 // What goes into the closed forms and what comes out of them.
-
-import type { Rotation, Vector } from "../math/types.ts";
+import type { Rotation, Vector } from "../math/rotations.ts";
 
 /** Numbers of a limb as `nk.ik.limbs` describes it. Lengths are in metres, angles in radians; an open limit is null. */
 interface Described<Kind extends string, Geometry> {
@@ -28,7 +27,7 @@ export type GazeNumbers = Described<"gaze", HeadGeometry>;
 export type LimbNumbers = LegNumbers | ArmNumbers | HeadNumbers | GazeNumbers;
 
 /** The range of a joint of the limb at values `at` of another; linear between them and constant outside. */
-export interface CoupledTable {
+interface CoupledTable {
   joint: number;
   of: number;
   at: number[];
@@ -45,7 +44,7 @@ interface FrameInLink {
 }
 
 /** The leg: the hip in the torso, and the frame from the ankle. */
-export interface LegGeometry extends FrameInLink {
+interface LegGeometry extends FrameInLink {
   hip: Vector;
   /** Angle of HipYawPitch's axis (0, cos κ, sin κ). */
   kappa: number;
@@ -58,7 +57,7 @@ export interface LegGeometry extends FrameInLink {
 }
 
 /** The arm: the shoulder in the torso, the elbow from it in the upper arm, the frame from the elbow. */
-export interface ArmGeometry extends FrameInLink {
+interface ArmGeometry extends FrameInLink {
   shoulder: Vector;
   elbow_x: number;
   elbow_y: number;
@@ -67,7 +66,7 @@ export interface ArmGeometry extends FrameInLink {
 }
 
 /** The head: the neck in the torso, the frame from it. */
-export interface HeadGeometry extends FrameInLink {
+interface HeadGeometry extends FrameInLink {
   neck: Vector;
 }
 

@@ -1,9 +1,8 @@
-import { unrounded } from "../values/configurations.ts";
-import { readLink, writeLink } from "../values/link.ts";
-import { ROUNDING } from "../values/link_text.ts";
-import { NoConfiguration } from "../values/reading.ts";
-import { MOST_LINKED, writeKeys } from "../timeline/key_text.ts";
 import { THREE } from "../three.ts";
+import { MOST_LINKED, writeKeys } from "../timeline/key_text.ts";
+import { unrounded } from "../values/configurations.ts";
+import { ROUNDING, readLink, writeLink } from "../values/link.ts";
+import { NoConfiguration } from "../values/reading.ts";
 import type { Panel } from "./panel.ts";
 
 // How often [ms] the address follows; browsers refuse more than some hundred changes in half a minute.

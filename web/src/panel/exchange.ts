@@ -1,10 +1,8 @@
+import type { App } from "../app.ts";
 import { NoConfiguration, readConfiguration } from "../values/reading.ts";
 import { FORMATS } from "../values/writing.ts";
-import { copyText } from "./copy_text.ts";
-import { openDialog } from "./dialog.ts";
-import { button, element } from "./element.ts";
-import type { App } from "../app.ts";
-import type { Messages } from "./messages.ts";
+import { button, copyText, element, openDialog } from "./element.ts";
+import type { Messages } from "./tools.ts";
 
 /** Configurations out of the page and into it as text: by the clipboard, or by a field where that is forbidden. */
 export class Exchange {

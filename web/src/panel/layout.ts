@@ -1,7 +1,6 @@
 import { clamp } from "../math/numbers.ts";
 import { element, iconButton } from "./element.ts";
-import { remember } from "./storage.ts";
-import type { Settings } from "./settings.ts";
+import { remember, type Settings } from "./settings.ts";
 
 // How much of the window the panel may take [%], and what a key changes.
 const [LEAST, MOST, STEP] = [15, 80, 2];

@@ -1,21 +1,17 @@
-import { element } from "./element.ts";
-import { Address } from "./address.ts";
-import { Exchange } from "./exchange.ts";
-import { Head } from "./head.ts";
-import { Joints } from "./joints.ts";
-import { Keys } from "./keys.ts";
-import { Layout } from "./layout.ts";
-import { Messages } from "./messages.ts";
-import { Past } from "./past.ts";
-import { Postures } from "./postures.ts";
-import { Readout } from "./readout.ts";
-import { SelectionSection } from "./selection.ts";
-import { Robots } from "./robots.ts";
-import { Settings } from "./settings.ts";
-import { Tools } from "./tools.ts";
-import { paintFloor } from "../scene/floor_colours.ts";
-import { bindViewKeys } from "./view_keys.ts";
 import type { App } from "../app.ts";
+import { paintFloor } from "../scene/floor.ts";
+import { Address } from "./address.ts";
+import { element } from "./element.ts";
+import { Exchange } from "./exchange.ts";
+import { Joints, Postures } from "./joints.ts";
+import { Keys, bindViewKeys } from "./keys.ts";
+import { Layout } from "./layout.ts";
+import { Past } from "./past.ts";
+import { Readout } from "./readout.ts";
+import { Robots } from "./robots.ts";
+import { SelectionSection } from "./selection.ts";
+import { Settings } from "./settings.ts";
+import { Head, Messages, Tools } from "./tools.ts";
 
 /** A part of the panel: what it looks like, and how it follows the robot if it does. */
 interface Section {

@@ -1,8 +1,8 @@
-import { button, element } from "./element.ts";
 import "./robots.css";
-import type { Other } from "../scene/other_robots.ts";
-import type { Panel } from "./panel.ts";
 import type { Robot } from "../robot/robot.ts";
+import type { Other } from "../scene/other_robots.ts";
+import { button, element } from "./element.ts";
+import type { Panel } from "./panel.ts";
 
 /**
  * The robots of a scene that has several: each is looked at by a button, and those that were added are seen or hidden. The

@@ -1,14 +1,11 @@
-import { COPIES, poseNumbers } from "../pick/pose_numbers.ts";
-import { referencePose } from "../pick/selection.ts";
-import { copyText } from "./copy_text.ts";
-import { element } from "./element.ts";
-import { frameOptions } from "./frame_options.ts";
-import { MeasureCard } from "./measure_card.ts";
-import { Numbers } from "./numbers.ts";
 import "./selection.css";
 import type { App } from "../app.ts";
-import type { Settings } from "./settings.ts";
+import { COPIES, poseNumbers } from "../pick/facts.ts";
+import { referencePose } from "../pick/pick.ts";
 import type { About } from "../types.ts";
+import { copyText, element } from "./element.ts";
+import { MeasureCard, Numbers, frameOptions } from "./readout.ts";
+import type { Settings } from "./settings.ts";
 
 type Reference = { kind: "root" } | { kind: "floor" } | { kind: "frame"; name: string };
 

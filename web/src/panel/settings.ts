@@ -1,6 +1,25 @@
 import { USUAL, type Choice } from "../values/units.ts";
 import { element } from "./element.ts";
-import { remember, remembered } from "./storage.ts";
+
+const PREFIX = "nao-kin.";
+
+/** What the browser remembers under a name; null where it has nothing or is forbidden to. */
+function remembered(name: string) {
+  try {
+    return localStorage.getItem(PREFIX + name);
+  } catch {
+    return null;
+  }
+}
+
+/** Have the browser remember a text, where it may. */
+export function remember(name: string, text: string) {
+  try {
+    localStorage.setItem(PREFIX + name, text);
+  } catch {
+    // Forbidden or full: then it holds for this page only.
+  }
+}
 
 const THEMES = { auto: "As the system", light: "Light", dark: "Dark" };
 

@@ -1,7 +1,68 @@
 import { mirrored, randomWithin } from "../values/configurations.ts";
-import { element, iconButton } from "./element.ts";
-import { menu } from "./menu.ts";
+import { element, iconButton, menu } from "./element.ts";
 import type { Panel } from "./panel.ts";
+
+/** The name of the robot, what is to be known of it at once, and the settings of the page. */
+export class Head {
+  element: HTMLElement;
+
+  constructor({ app, settings, keys }: Panel) {
+    const { about } = app.robot;
+    const freedoms = about.coordinates.length;
+    const help = element("button", { type: "button" }, "Keys …");
+    const opener = iconButton("settings", "Settings", () => {});
+    const choices = menu(opener, "Settings", ...settings.fields(), help);
+    help.onclick = () => {
+      choices.hidePopover();
+      keys.help();
+    };
+    this.element = element(
+      "header",
+      {},
+      element(
+        "div",
+        { className: "robot" },
+        element("h1", { title: about.name }, about.name),
+        element(
+          "p",
+          {},
+          `${freedoms} degree${freedoms === 1 ? "" : "s"} of freedom`,
+          element("span", { className: "state" }),
+        ),
+      ),
+      opener,
+      choices,
+      element("p", { className: "notes", hidden: about.notes.length === 0 }, about.notes.join("; ")),
+    );
+  }
+}
+
+// How long [ms] a message stays that nothing has to be done about.
+const STAY = 6000;
+
+/** The line under the picture that says what a command did, or why it did nothing. */
+export class Messages {
+  timer = 0;
+
+  constructor(readonly line: HTMLElement) {}
+
+  /** @param options what went wrong stays until it is closed */
+  say(text: string, { bad = false }: { bad?: boolean } = {}) {
+    clearTimeout(this.timer);
+    this.line.classList.toggle("bad", bad);
+    this.line.replaceChildren(
+      element("span", {}, text),
+      iconButton("close", "Close the message", () => this.close()),
+    );
+    if (!bad) this.timer = setTimeout(() => this.close(), STAY);
+  }
+
+  close() {
+    clearTimeout(this.timer);
+    this.line.replaceChildren();
+    this.line.classList.remove("bad");
+  }
+}
 
 /** The bar of what is done to the whole configuration. */
 export class Tools {

@@ -1,7 +1,7 @@
-import { asMark } from "../scene/marking.ts";
+import type { App } from "../app.ts";
+import { asMark } from "../scene/marks.ts";
 import { THREE } from "../three.ts";
 import { unitOf, withUnit } from "../values/units.ts";
-import type { App } from "../app.ts";
 import type { Hit } from "./picker.ts";
 
 /** One end of what is measured: a frame, or a point that stays on its link. */

@@ -1,6 +1,59 @@
-import { THREE } from "../three.ts";
 import type { Robot } from "../robot/robot.ts";
-import type { Viewport } from "./viewport.ts";
+import { THREE } from "../three.ts";
+import type { MeshcatViewer } from "../types.ts";
+
+/** The picture of the scene: which ray a place on the screen is, and where on the screen a point is seen. */
+export class Viewport {
+  constructor(
+    readonly viewer: MeshcatViewer,
+    readonly pane: HTMLElement,
+  ) {}
+
+  /** The camera where its control has put it since the last picture. */
+  get camera() {
+    const { camera } = this.viewer;
+    camera.updateWorldMatrix(true, false);
+    return camera;
+  }
+
+  /** The ray from the camera through a place on the screen. */
+  ray({ clientX, clientY }: { clientX: number; clientY: number }) {
+    const { left, top, width, height } = this.pane.getBoundingClientRect();
+    const x = (2 * (clientX - left)) / width - 1;
+    const y = 1 - (2 * (clientY - top)) / height;
+    const caster = new THREE.Raycaster();
+    caster.setFromCamera(new THREE.Vector2(x, y), this.camera);
+    return caster.ray;
+  }
+
+  /** Where a point of the world is seen [px]; null for one that is behind the camera. */
+  place(point: THREE.Vector3) {
+    const { left, top, width, height } = this.pane.getBoundingClientRect();
+    const { x, y, z } = point.clone().project(this.camera);
+    if (z >= 1) return null;
+    return { clientX: left + ((1 + x) / 2) * width, clientY: top + ((1 - y) / 2) * height };
+  }
+
+  /** The plane through a point that the camera faces. */
+  facingPlane(point: THREE.Vector3) {
+    const towards = this.camera.getWorldDirection(new THREE.Vector3());
+    return new THREE.Plane().setFromNormalAndCoplanarPoint(towards, point);
+  }
+
+  /** Unit vectors of the world to the right and up on the screen. */
+  get axes() {
+    const { matrixWorld } = this.camera;
+    return [0, 1].map((column) => new THREE.Vector3().setFromMatrixColumn(matrixWorld, column));
+  }
+
+  /** Metres of the world per pixel, at the depth of a point. */
+  metresPerPixel(point: THREE.Vector3) {
+    const { camera } = this;
+    const depth = point.clone().applyMatrix4(camera.matrixWorldInverse).z;
+    const half = Math.tan(THREE.MathUtils.degToRad(camera.fov / 2)) / camera.zoom;
+    return (2 * Math.abs(depth) * half) / (this.pane.clientHeight || 1);
+  }
+}
 
 /**
  * What is met on the surface of the robot: the link, the point in the world, and the same point in the frame of the link.

@@ -1,12 +1,11 @@
 import "./plot.css";
-import { element } from "../panel/element.ts";
-import { menu } from "../panel/menu.ts";
-import { OffScreen } from "../robot/off_screen.ts";
+import { element, menu } from "../panel/element.ts";
+import { OffScreen } from "../robot/skeleton.ts";
+import type { Player } from "../timeline/player.ts";
+import type { Coordinate } from "../types.ts";
 import { unitOf } from "../values/units.ts";
 import { Plot } from "./plot.ts";
 import { busiest, evenTimes, sampleTimes } from "./samples.ts";
-import type { Coordinate } from "../types.ts";
-import type { Player } from "../timeline/player.ts";
 
 const COLOURS = ["#d9480f", "#1c7ed6", "#2b8a3e", "#ae3ec9", "#a17a00", "#0c8599", "#c2255c", "#5f3dc4"];
 const AXES = { x: "#e03131", y: "#2f9e44", z: "#3b7ddd" };

@@ -1,5 +1,96 @@
-import { paintCanvas, takePicture } from "../scene/picture.ts";
+import type { Box3 } from "three";
 import type { App } from "../app.ts";
+import { element } from "../panel/element.ts";
+import { resize, type Studio } from "../scene/studio.ts";
+import type { Camera } from "../types.ts";
+
+/** Let the browser save a file. */
+export function download(blob: Blob, name: string) {
+  const address = URL.createObjectURL(blob);
+  const link = element("a", { href: address, download: name });
+  document.body.append(link);
+  link.click();
+  link.remove();
+  setTimeout(() => URL.revokeObjectURL(address), 10_000);
+}
+
+/** A file name made of a robot's name, which may be anything. */
+export function fileName(robot: string, extension: string) {
+  const plain = robot
+    .replace(/[^\p{L}\p{N}_.-]+/gu, "_")
+    .replace(/^[_.]+/, "")
+    .slice(0, 60);
+  return `${plain || "robot"}.${extension}`;
+}
+
+// The page's background, from above: the colours that the styles have for it, in light or dark.
+const SKY: [number, string][] = [
+  [0, "--sky"],
+  [0.55, "--haze"],
+  [1, "--ground"],
+];
+
+/** Draw the canvas, as it was drawn just now, over the page's background. */
+function paintCanvas(ink: CanvasRenderingContext2D, canvas: HTMLCanvasElement, width: number, height: number) {
+  const sky = ink.createLinearGradient(0, 0, 0, height);
+  const styles = getComputedStyle(document.documentElement);
+  for (const [at, property] of SKY) sky.addColorStop(at, styles.getPropertyValue(property));
+  ink.fillStyle = sky;
+  ink.fillRect(0, 0, width, height);
+  ink.drawImage(canvas, 0, 0, width, height);
+}
+
+/**
+ * A picture of the scene on the page's background, at its best.
+ *
+ * @param width in pixels
+ * @param preset where to look from; as the page does if none is given
+ * @param over draws what stands over the scene
+ */
+function takePicture(
+  studio: Studio,
+  width: number,
+  height: number,
+  preset: Camera | undefined,
+  robots: { box(links: number[]): Box3 },
+  over: (ink: CanvasRenderingContext2D) => void,
+) {
+  const { viewer } = studio;
+  const { ratio } = studio;
+  Object.assign(studio, { alwaysFine: true, ratio: 1 });
+  studio.setRatio(1);
+  resize(viewer, width, height);
+  if (preset) studio.look(preset, robots);
+  viewer.render();
+  const canvas = document.createElement("canvas");
+  [canvas.width, canvas.height] = [width, height];
+  const ink = canvas.getContext("2d") as CanvasRenderingContext2D;
+  paintCanvas(ink, viewer.renderer.domElement, width, height);
+  over(ink);
+  Object.assign(studio, { alwaysFine: false, ratio });
+  studio.setRatio(ratio);
+  viewer.set_3d_pane_size();
+  return canvas;
+}
+
+/**
+ * Save the view as a PNG, with what is written over it.
+ *
+ * @param scale pixels for one of the screen's
+ */
+export async function saveScreenshot(app: App, scale: number): Promise<void> {
+  const { pane, studio, robot } = app;
+  const ratio = scale * window.devicePixelRatio;
+  const [width, height] = [pane.clientWidth, pane.clientHeight].map((length) => Math.round(length * ratio));
+  const gl = studio.viewer.renderer.getContext();
+  const most = Math.min(gl.getParameter(gl.MAX_RENDERBUFFER_SIZE), gl.getParameter(gl.MAX_TEXTURE_SIZE));
+  const share = Math.min(1, most / Math.max(width, height));
+  const [wide, high] = [Math.floor(width * share), Math.floor(height * share)];
+  const canvas = takePicture(studio, wide, high, undefined, robot, (ink) => paintOver(app, ink, wide, high));
+  const blob = await new Promise((done: (blob: Blob | null) => void) => canvas.toBlob(done, "image/png"));
+  if (blob) download(blob, fileName(robot.about.name, "png"));
+  else app.panel.messages.say("The browser made no picture of this size.", { bad: true });
+}
 
 // The shorter side of a picture in which letters of labels are as many pixels as in the page.
 const LABELS_ACROSS = 640;
@@ -22,7 +113,7 @@ export function paintPicture(app: App, ink: CanvasRenderingContext2D, width: num
 }
 
 /** Paint what the page writes over the picture onto one of another size. */
-export function paintOver(app: App, ink: CanvasRenderingContext2D, width: number, height: number) {
+function paintOver(app: App, ink: CanvasRenderingContext2D, width: number, height: number) {
   app.speech.paint(ink, width, height);
   const scale = Math.min(width, height) / LABELS_ACROSS;
   ink.save();

@@ -1,6 +1,5 @@
-import { download, fileName } from "./download.ts";
-import { paintPicture } from "./pictures.ts";
 import type { App } from "../app.ts";
+import { download, fileName, paintPicture } from "./pictures.ts";
 
 // A film ends by itself after so many seconds, or bytes: it is kept in memory until it is saved.
 const [MOST_SECONDS, MOST_BYTES] = [120, 200e6];

@@ -1,8 +1,32 @@
+import type { Object3D } from "three";
+import { LinkColours } from "../scene/link_colours.ts";
+import type { Studio } from "../scene/studio.ts";
 import { THREE } from "../three.ts";
-import { rangeOf } from "../values/configurations.ts";
-import { between, isInside } from "./nodes.ts";
-import { Skeleton } from "./skeleton.ts";
 import type { About, Coordinate, RobotMesh, Shape } from "../types.ts";
+import { rangeOf } from "../values/configurations.ts";
+import { Skeleton } from "./skeleton.ts";
+import { Standing } from "./standing.ts";
+
+/** The child of a node with a name, made where there is none. */
+export function childNamed(node: THREE.Object3D, name: string): THREE.Object3D {
+  const found = node.children.find((child) => child.name === name);
+  if (found) return found;
+  const made = new THREE.Group();
+  made.name = name;
+  node.add(made);
+  return made;
+}
+
+/** Whether a node is another one, or carried by it. */
+export const isInside = (node: THREE.Object3D, holder: THREE.Object3D): boolean =>
+  node === holder || (node.parent !== null && isInside(node.parent, holder));
+
+/** Pose of one node in another's frame. */
+export function between(node: THREE.Object3D, other: THREE.Object3D) {
+  node.updateWorldMatrix(true, false);
+  other.updateWorldMatrix(true, false);
+  return new THREE.Matrix4().copy(other.matrixWorld).invert().multiply(node.matrixWorld);
+}
 
 // How far a joint may be outside its limits [rad, m].
 const SLACK = 1e-9;
@@ -173,5 +197,36 @@ export class Robot extends Skeleton {
     }
     if (box.isEmpty()) this.nodes.forEach((node) => box.expandByPoint(node.getWorldPosition(new THREE.Vector3())));
     return box;
+  }
+}
+
+/** A robot in the scene: its tree and shapes, how it stands, and the colours of its links. */
+export class ShownRobot {
+  robot: Robot;
+  standing: Standing;
+  colours: LinkColours;
+  /** Columns of the coordinates that are outside their ranges. */
+  outside: Set<number> = new Set();
+
+  constructor(root: Object3D, about: About, studio: Studio) {
+    this.robot = new Robot(root, about);
+    studio.adopt(this.robot);
+    this.standing = new Standing(this.robot);
+    this.colours = new LinkColours(this.robot);
+  }
+
+  /**
+   * Bring it up to date with its configuration.
+   *
+   * @param up the vertical in the root's frame, where it is given
+   * @param isHeld whether it keeps its place, on the floor or not
+   */
+  settle(up: ArrayLike<number> | null, isHeld: boolean = false) {
+    const { robot } = this;
+    robot.apply(robot.q);
+    if (!robot.about.floating && !isHeld) this.standing.place(robot.q, up);
+    this.outside = robot.outside(robot.q);
+    const joints = robot.joints.filter(({ column }) => this.outside.has(column));
+    this.colours.setOutside(new Set(joints.map(({ link }) => link)));
   }
 }

@@ -1,10 +1,8 @@
-import { convexHull, inside } from "../math/polygon.ts";
+import { convexHull, inside } from "../math/surfaces.ts";
 import { THREE } from "../three.ts";
 import { nearestPosture } from "./nearest_posture.ts";
-import { between } from "./nodes.ts";
-import { directions, extremes } from "./outline.ts";
-import { depth, settled, touching } from "./settling.ts";
-import type { Robot } from "./robot.ts";
+import { between, type Robot } from "./robot.ts";
+import { depth, directions, extremes, settled, touching } from "./settling.ts";
 
 interface Pose {
   q: number[];

@@ -1,6 +1,6 @@
-import { convexHull, inside } from "../math/polygon.ts";
-import { THREE } from "../three.ts";
+import { convexHull, inside } from "../math/surfaces.ts";
 import type { Robot } from "../robot/robot.ts";
+import { THREE } from "../three.ts";
 import type { Studio } from "./studio.ts";
 
 // How far above the floor something may be and still touch it [m].

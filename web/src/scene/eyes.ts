@@ -1,9 +1,9 @@
+import type { App } from "../app.ts";
 import { element } from "../panel/element.ts";
-import { asMark } from "./marking.ts";
+import type { Robot } from "../robot/robot.ts";
 import { THREE } from "../three.ts";
 import type { Eye } from "../types.ts";
-import type { App } from "../app.ts";
-import type { Robot } from "../robot/robot.ts";
+import { asMark } from "./marks.ts";
 import type { Studio } from "./studio.ts";
 
 // A field of view that nobody has told [rad], and how far the drawn frustum reaches, as a share of the robot's size.

@@ -1,6 +1,6 @@
-import { FINISHES } from "./materials.ts";
 import { THREE } from "../three.ts";
 import type { RobotMesh, Shape } from "../types.ts";
+import { FINISHES } from "./materials.ts";
 
 // Pixels of one ball, and the share of its radius that is looked up.
 const [CELL, WITHIN] = [64, 0.94];

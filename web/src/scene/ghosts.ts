@@ -1,10 +1,9 @@
-import { entry } from "../legend.ts";
-import { between, isInside } from "../robot/nodes.ts";
-import { OffScreen } from "../robot/off_screen.ts";
-import { asMark } from "./marking.ts";
-import { THREE } from "../three.ts";
-import type { Robot } from "../robot/robot.ts";
 import type { App } from "../app.ts";
+import { between, isInside, type Robot } from "../robot/robot.ts";
+import { OffScreen } from "../robot/skeleton.ts";
+import { THREE } from "../three.ts";
+import { entry } from "./legend.ts";
+import { asMark } from "./marks.ts";
 
 // Of one that is to compare with.
 const COMPARED = "#3f7fd9";

@@ -1,10 +1,9 @@
 import { clamp } from "../math/numbers.ts";
-import { between } from "../robot/nodes.ts";
-import { asMark } from "./marking.ts";
+import { between, type Robot } from "../robot/robot.ts";
 import { THREE } from "../three.ts";
 import type { RobotMesh, Shape, Vector } from "../types.ts";
-import type { Robot } from "../robot/robot.ts";
 import type { LinkColours } from "./link_colours.ts";
+import { asMark } from "./marks.ts";
 
 // Sizes in radii of the light.
 const GLOW = { size: 5.5, lift: 4, opacity: 0.3 };

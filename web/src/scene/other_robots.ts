@@ -1,5 +1,5 @@
-import { ShownRobot } from "../robot/shown_robot.ts";
 import type { App } from "../app.ts";
+import { ShownRobot } from "../robot/robot.ts";
 import type { About } from "../types.ts";
 
 const ground = (number: number) => `ground:${number}`;

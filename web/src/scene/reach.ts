@@ -1,9 +1,9 @@
+import type { App } from "../app.ts";
 import { element } from "../panel/element.ts";
-import { onScale, scaleBar } from "./colour_scale.ts";
-import { dispose, asMark } from "./marking.ts";
 import { THREE } from "../three.ts";
 import type { Vector } from "../types.ts";
-import type { App } from "../app.ts";
+import { onScale, scaleBar } from "./legend.ts";
+import { asMark, dispose } from "./marks.ts";
 
 interface Voxel {
   centre: Vector;

@@ -1,7 +1,6 @@
-import { isInside } from "../robot/nodes.ts";
+import { isInside, type Robot } from "../robot/robot.ts";
 import { THREE } from "../three.ts";
 import type { MeshcatViewer } from "../types.ts";
-import type { Robot } from "../robot/robot.ts";
 
 // Letters, and sizes in pixels; `across` is the shorter side of a picture in which they are pixels.
 const BUBBLE = { most: 280, gap: 16, corner: 14, tail: 11, across: 560 };

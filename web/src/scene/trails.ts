@@ -1,11 +1,11 @@
-import { entry } from "../legend.ts";
-import { evenTimes } from "../plot/samples.ts";
-import { OffScreen } from "../robot/off_screen.ts";
-import { GHOST_COLOURS } from "./ghosts.ts";
-import { asMark } from "./marking.ts";
-import { THREE } from "../three.ts";
 import type { App } from "../app.ts";
+import { evenTimes } from "../plot/samples.ts";
+import { OffScreen } from "../robot/skeleton.ts";
+import { THREE } from "../three.ts";
 import type { Player } from "../timeline/player.ts";
+import { GHOST_COLOURS } from "./ghosts.ts";
+import { entry } from "./legend.ts";
+import { asMark } from "./marks.ts";
 
 /** behind what moves, or of all that is played */
 export type Mode = "off" | "behind" | "whole";

@@ -1,9 +1,9 @@
-import { ROUNDING, NUMBER, decoded, rounded, splitAt } from "../values/link_text.ts";
+import type { About } from "../types.ts";
 import { unrounded } from "../values/configurations.ts";
+import { NUMBER, ROUNDING, decoded, rounded, splitAt } from "../values/link.ts";
 import { quoted } from "../values/names.ts";
 import { NoConfiguration, withValues } from "../values/reading.ts";
 import { KeyFrames, LATEST, type Key } from "./key_frames.ts";
-import type { About } from "../types.ts";
 
 /** key frames, and the time that is on show [s] */
 export interface KeysShown {

@@ -1,5 +1,47 @@
 import { clamp } from "../math/numbers.ts";
-import { smoothSlopes } from "./smooth_slopes.ts";
+
+/** the keys of one joint */
+export interface Track {
+  name: string;
+  times: number[];
+  values: number[];
+}
+
+/** A file that is no motion: one line that says what was wrong, and where. */
+export class NoMotion extends Error {}
+
+/** Keys of a joint that are read at all. */
+export const MOST_ROWS = 50_000;
+
+export const DEGREE = Math.PI / 180;
+
+export const TIME_UNITS: Record<string, number> = { s: 1, ms: 1e-3 };
+
+/** Whether a joint is a hand, given as a share from closed to open. */
+export const isHand = (name: string) => name === "LHand" || name === "RHand";
+
+/**
+ * Slopes of the monotone cubic through the keys of one number, as nao_kin.motion.smooth_slopes gives them: zero at the
+ * first and the last key and where the straight lines beside a key differ in sign, else their weighted harmonic mean.
+ *
+ * Source: F. N. Fritsch and J. Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300–304.
+ *
+ * @param times strictly ascending
+ * @param value at a key
+ * @returns one for each key
+ */
+function smoothSlopes(times: ArrayLike<number>, value: (key: number) => number): Float64Array {
+  const slopes = new Float64Array(times.length);
+  for (let key = 1; key < times.length - 1; key++) {
+    const [before, after] = [times[key] - times[key - 1], times[key + 1] - times[key]];
+    const rising = (value(key) - value(key - 1)) / before;
+    const going = (value(key + 1) - value(key)) / after;
+    if (!(Math.sign(rising) * Math.sign(going) > 0)) continue;
+    const [w1, w2] = [before + 2 * after, 2 * before + after];
+    slopes[key] = (w1 + w2) / (w1 / rising + w2 / going);
+  }
+  return slopes;
+}
 
 export type Interpolation = "linear" | "smooth";
 

@@ -1,11 +1,8 @@
-import { button, element, iconButton } from "../panel/element.ts";
-import { menu } from "../panel/menu.ts";
-import { download, fileName } from "../record/download.ts";
+import { button, element, iconButton, menu } from "../panel/element.ts";
+import { download, fileName } from "../record/pictures.ts";
+import { MOST_BYTES, NotWritten, WRITERS, readMotion } from "./formats.ts";
 import { KeyFrames, MOST_KEYS } from "./key_frames.ts";
-import { Motion } from "./motion.ts";
-import { MOST_BYTES, readMotion } from "./reading.ts";
-import { NoMotion } from "./tracks.ts";
-import { NotWritten, WRITERS } from "./writing.ts";
+import { Motion, NoMotion } from "./motion.ts";
 import type { Player } from "./player.ts";
 
 // A file of at most so many configurations is taken as key frames, a longer one as a clip.

@@ -1,16 +1,46 @@
 import "./timeline.css";
-import { element, iconButton } from "../panel/element.ts";
-import { PlotStrip } from "../plot/plot_strip.ts";
-import { Trails } from "../scene/trails.ts";
-import { ClipPlayback } from "./clip_playback.ts";
-import { Editor } from "./editor.ts";
-import { MotionFiles } from "./motion_files.ts";
-import { MotionPlayback } from "./motion_playback.ts";
-import { Recording } from "./recording.ts";
-import { TrailsMenu } from "./trails_menu.ts";
 import type { App } from "../app.ts";
+import { element, iconButton, menu, type IconName } from "../panel/element.ts";
+import { PlotStrip } from "../plot/plot_strip.ts";
+import { Trails, type Mode } from "../scene/trails.ts";
+import { Editor } from "./editor.ts";
 import type { Motion } from "./motion.ts";
-import type { IconName } from "../panel/icons.ts";
+import { MotionFiles } from "./motion_files.ts";
+import { ClipPlayback, MotionPlayback } from "./playback.ts";
+import { Recording } from "./recorder.ts";
+
+const MODES: Record<Mode, string> = { off: "None", behind: "Behind what moves", whole: "Of all that is played" };
+
+/** Which frames leave a trail, and when. */
+class TrailsMenu {
+  button = iconButton("trail", "Trails of frames", () => {});
+  menu: HTMLDivElement;
+
+  constructor(trails: Trails) {
+    const modes = (Object.keys(MODES) as Mode[]).map((mode) => {
+      const radio = element("input", { type: "radio", name: "trails", checked: mode === trails.mode });
+      radio.onchange = () => {
+        trails.setMode(mode);
+        this.button.classList.toggle("on", mode !== "off");
+      };
+      return element("label", {}, radio, MODES[mode]);
+    });
+    const { about } = trails.app.robot;
+    const others = about.frames.map(({ name }) => name).filter((name) => !about.effectors.includes(name));
+    const frames = [...about.effectors, ...others].map((name) => {
+      const box = element("input", { type: "checkbox", checked: trails.frames.has(name) });
+      box.onchange = () => trails.choose(name, box.checked);
+      return element("label", {}, box, name);
+    });
+    this.menu = menu(
+      this.button,
+      "Trails of frames",
+      element("fieldset", { className: "modes" }, element("legend", {}, "Trails"), ...modes),
+      element("fieldset", { className: "frames" }, element("legend", {}, "Frames"), ...frames),
+    );
+    this.menu.classList.add("trails");
+  }
+}
 
 type Playback = ClipPlayback | MotionPlayback;
 

@@ -1,7 +1,6 @@
-import { readRecords } from "./csv.ts";
-import { Call, Entries, Unreadable, isName, readStatements, type Value } from "./literals.ts";
-import { quoted, unknown } from "./names.ts";
 import type { About } from "../types.ts";
+import { Call, Entries, Unreadable, isName, readRecords, readStatements, type Value } from "./literals.ts";
+import { quoted, unknown } from "./names.ts";
 
 /** A text, or some values, that are no configuration: one line that says what was wrong. */
 export class NoConfiguration extends Error {}

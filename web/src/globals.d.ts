@@ -1,4 +1,4 @@
-// What meshcat puts into the page: three.js, under its own name in @types/three, and its viewer.
+// What meshcat puts into the page: three.js, which @types/three calls THREE, and its viewer. And what esbuild takes.
 
 import Three = THREE;
 
@@ -10,3 +10,5 @@ declare namespace MeshCat {
     renderer: Three.WebGLRenderer,
   ) => import("./types.ts").MeshcatViewer;
 }
+
+declare module "*.css";
