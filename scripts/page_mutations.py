@@ -45,7 +45,7 @@ _CLOSED_FORMS_AND_DRAGS = (
     *_faults(
         "web/src/drag/pointer.ts",
         "test_drag.py",
-        ("camera-turns-while-a-handle-is-held", "    this.app.viewer.controls.enabled = false;\n", ""),
+        ("camera-turns-while-a-handle-is-held", "    this.page.viewer.controls.enabled = false;\n", ""),
     ),
     *_faults(
         "web/src/drag/limb_drag.ts",
@@ -492,8 +492,8 @@ _IN_A_BROWSER = (
         "test_panel.py::test_a_joint_at_a_coupled_limit_is_still_inside_where_a_link_leads",
         (
             "link-puts-a-joint-beyond-its-limit",
-            "app.stance.jump(unrounded(app.robot.about, q, ROUNDING), up ?? null)",
-            "app.stance.jump(q, up ?? null)",
+            "page.stance.jump(unrounded(page.robot.about, q, ROUNDING), up ?? null)",
+            "page.stance.jump(q, up ?? null)",
         ),
     ),
 )

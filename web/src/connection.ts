@@ -1,5 +1,12 @@
-import type { App } from "./app.ts";
+import type { MeshcatViewer } from "./types.ts";
 import { button } from "./panel/element.ts";
+
+/** The parts of the page that are used here. */
+interface Page {
+  readonly viewer: MeshcatViewer;
+  complete(): void;
+  notice(...children: (string | Node)[]): void;
+}
 
 /** Milliseconds before the first try to connect again, and before all from the sixth on. */
 const FIRST = 500;
@@ -34,7 +41,7 @@ export class Connection {
   socket: WebSocket | undefined;
   port: MessagePort | undefined;
 
-  constructor(readonly app: App) {}
+  constructor(readonly page: Page) {}
 
   /**
    * Read a scene that the page carries.
@@ -43,9 +50,9 @@ export class Connection {
    */
   read(lines: string[]) {
     for (const line of lines) {
-      this.app.viewer.handle_command_bytearray(Uint8Array.from(atob(line), (letter) => letter.charCodeAt(0)));
+      this.page.viewer.handle_command_bytearray(Uint8Array.from(atob(line), (letter) => letter.charCodeAt(0)));
     }
-    this.app.complete();
+    this.page.complete();
   }
 
   /** Take the scene, and all that changes in it, from the server that the page came from. */
@@ -64,9 +71,9 @@ export class Connection {
     socket.onopen = () => {
       this.failures = 0;
       document.body.dataset.live = "live";
-      this.app.notice();
+      this.page.notice();
     };
-    socket.onmessage = ({ data }) => this.app.viewer.handle_command_bytearray(new Uint8Array(data));
+    socket.onmessage = ({ data }) => this.page.viewer.handle_command_bytearray(new Uint8Array(data));
     socket.onclose = () => this.wait();
   }
 
@@ -86,7 +93,7 @@ export class Connection {
     if (document.body.dataset.live !== "ended") {
       document.body.dataset.live = "ended";
       const now = button("Try now", () => this.tryAgain());
-      this.app.notice(
+      this.page.notice(
         "No program is behind this page. The panel still works; the page connects when there is one.",
         now,
       );
@@ -112,7 +119,7 @@ export class Connection {
     const answer = await fetch(location.href, { method: "HEAD", cache: "no-store", signal }).catch(() => null);
     this.isAsking = false;
     if (answer?.status === 403) {
-      this.app.notice("The program runs again and lets in only its new address, which it has printed.");
+      this.page.notice("The program runs again and lets in only its new address, which it has printed.");
     } else if (answer?.ok) {
       this.open();
     } else {
@@ -128,7 +135,7 @@ export class Connection {
       this.port = port;
       port.onmessage = ({ data: message }) => {
         if (message === "ended") document.body.dataset.live = "ended";
-        else this.app.viewer.handle_command_bytearray(message);
+        else this.page.viewer.handle_command_bytearray(message);
       };
       document.body.dataset.live = "live";
       this.send({ kind: "open" });

@@ -1,6 +1,24 @@
-import type { App } from "./app.ts";
-import { resize } from "./scene/studio.ts";
+import type { Video } from "./record/video.ts";
+import type { Labels } from "./scene/labels.ts";
+import type { Speech } from "./scene/speech.ts";
+import { resize, type Studio } from "./scene/studio.ts";
+import type { Stance } from "./stance.ts";
 import { THREE } from "./three.ts";
+import type { Player } from "./timeline/player.ts";
+import type { Message } from "./types.ts";
+
+/** The parts of the page that are used here. */
+interface Page {
+  drawn: number;
+  readonly labels: Labels;
+  readonly pane: HTMLElement;
+  readonly player: Player;
+  readonly speech: Speech;
+  readonly stance: Stance;
+  readonly studio: Studio;
+  readonly video: Video;
+  receive(message: Message): void;
+}
 
 /**
  * The renderer that meshcat draws with. Its canvas has no smoothing of its own, which would cost as much in each frame of a
@@ -68,8 +86,8 @@ function limits(renderer: THREE.WebGLRenderer) {
  * meshcat's viewer, adapted: our messages go to the page, all else to meshcat; before each picture the scene is brought up
  * to date, and the studio draws it.
  */
-export function makeViewer(app: App) {
-  const { pane } = app;
+export function makeViewer(page: Page) {
+  const { pane } = page;
   const viewer = new MeshCat.Viewer(pane, true, makeRenderer(pane));
   const resizeToPane = () => resize(viewer, pane.clientWidth, pane.clientHeight);
   viewer.set_3d_pane_size = resizeToPane;
@@ -77,19 +95,19 @@ export function makeViewer(app: App) {
   new ResizeObserver(resizeToPane).observe(pane);
   const handle = viewer.handle_command.bind(viewer);
   viewer.handle_command = (message) => {
-    if (message.type === "nao_kin") return app.receive(message);
+    if (message.type === "nao_kin") return page.receive(message);
     handle(message);
-    if (message.type === "set_animation") app.player.load(message);
+    if (message.type === "set_animation") page.player.load(message);
   };
   viewer.render = () => {
-    app.stance.settle();
-    app.studio.draw();
+    page.stance.settle();
+    page.studio.draw();
     viewer.animator.after_render();
     viewer.needs_render = false;
-    app.speech?.place();
-    app.labels?.draw();
-    app.video?.add();
-    app.drawn += 1;
+    page.speech?.place();
+    page.labels?.draw();
+    page.video?.add();
+    page.drawn += 1;
   };
   return viewer;
 }

@@ -1,4 +1,11 @@
-import type { App } from "./app.ts";
+import type { Stance } from "./stance.ts";
+
+/** The parts of the page that are used here. */
+interface Page {
+  readonly role: string;
+  readonly stance: Stance;
+  send(answer: object): void;
+}
 
 /**
  * Whether a configuration that the program sends is one that this page reported itself, and has since replaced.
@@ -31,12 +38,12 @@ export class Reports {
   /** What is played, and is to be told next. */
   waiting: { kind: "clip" | "played"; q: number[] } | null = null;
 
-  constructor(readonly app: App) {}
+  constructor(readonly page: Page) {}
 
   /** A configuration that somebody has made in this page. */
   joints() {
     this.count += 1;
-    this.send({ kind: "joints", ...this.app.stance.snapshot() });
+    this.send({ kind: "joints", ...this.page.stance.snapshot() });
   }
 
   /**
@@ -45,7 +52,7 @@ export class Reports {
    * @param kind whether it is the program's clip, which every page plays for itself, or of this page
    */
   playing(kind: "clip" | "played", q: readonly number[]) {
-    if (this.app.role !== "") return;
+    if (this.page.role !== "") return;
     if (!this.waiting) setTimeout(() => this.sendWaiting(), BETWEEN);
     this.waiting = { kind, q: [...q] };
     this.count += 1;
@@ -55,12 +62,12 @@ export class Reports {
     const { waiting, begins } = this;
     this.waiting = null;
     // Somebody else may move the robot by now.
-    if (!waiting || (waiting.kind === "clip" && !this.app.stance.followsClip)) return;
+    if (!waiting || (waiting.kind === "clip" && !this.page.stance.followsClip)) return;
     this.begins = false;
     this.send({ ...waiting, begins });
   }
 
   send(report: object) {
-    this.app.send({ ...report, source: `${this.source} ${this.count}` });
+    this.page.send({ ...report, source: `${this.source} ${this.count}` });
   }
 }

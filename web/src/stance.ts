@@ -1,4 +1,26 @@
-import type { App } from "./app.ts";
+import type { Drag } from "./drag/drag.ts";
+import type { Panel } from "./panel/panel.ts";
+import type { Reports } from "./reports.ts";
+import type { Robot, ShownRobot } from "./robot/robot.ts";
+import type { Balance } from "./scene/balance.ts";
+import type { Ghosts } from "./scene/ghosts.ts";
+import type { Studio } from "./scene/studio.ts";
+import type { Player } from "./timeline/player.ts";
+import type { MeshcatViewer } from "./types.ts";
+
+/** The parts of the page that are used here. */
+interface Page extends EventTarget {
+  readonly balance: Balance;
+  readonly drag: Drag;
+  readonly ghosts: Ghosts;
+  readonly panel: Panel;
+  readonly player: Player;
+  readonly reports: Reports;
+  readonly robot: Robot;
+  readonly shown: ShownRobot;
+  readonly studio: Studio;
+  readonly viewer: MeshcatViewer;
+}
 
 /** A configuration, and the vertical in the root's frame where it is given. */
 export interface Snapshot {
@@ -19,10 +41,10 @@ export class Stance {
   /** Whether the clip says which direction is up, as long as nothing else moves the robot. */
   followsClip = false;
 
-  constructor(readonly app: App) {}
+  constructor(readonly page: Page) {}
 
   get q() {
-    return this.app.robot.q;
+    return this.page.robot.q;
   }
 
   /** @returns what no later change reaches */
@@ -39,7 +61,7 @@ export class Stance {
    * @param report it to whoever serves the page: it comes from here
    */
   set(q: number[], up: ArrayLike<number> | null = this.up, report: boolean = true) {
-    const { player } = this.app;
+    const { player } = this.page;
     if (player.loaded) player.pause();
     this.put(q, up, report);
   }
@@ -51,7 +73,7 @@ export class Stance {
     this.up = up;
     this.unreported = report;
     this.movedByHand ||= report;
-    this.app.viewer.set_dirty();
+    this.page.viewer.set_dirty();
   }
 
   /** Show a configuration that is no small step from the one before: it is set down as if it were the first. */
@@ -80,7 +102,7 @@ export class Stance {
   // No clip any more. meshcat's animator then puts back what it found before the clip, which is out of date.
   still() {
     const { q, up } = this.snapshot();
-    this.app.player.unload();
+    this.page.player.unload();
     this.set(q, up, false);
   }
 
@@ -90,7 +112,7 @@ export class Stance {
   }
 
   posture(name: string) {
-    const { postures, floating } = this.app.robot.about;
+    const { postures, floating } = this.page.robot.about;
     const posture = postures.find((candidate) => candidate.name === name);
     if (!posture) return;
     this.jump(floating ? [...this.q.slice(0, 7), ...posture.q.slice(7)] : posture.q);
@@ -100,7 +122,7 @@ export class Stance {
 
   /** Bring the scene up to date with the joint values, whoever wrote them; on every frame that is drawn. */
   settle() {
-    const { robot, player, shown, drag, studio, ghosts, balance, panel, reports } = this.app;
+    const { robot, player, shown, drag, studio, ghosts, balance, panel, reports } = this.page;
     if (!robot) return;
     player.refresh();
     if (this.followsClip) this.up = Math.hypot(...robot.clipUp) > 1e-6 ? [...robot.clipUp] : null;
@@ -117,30 +139,30 @@ export class Stance {
     const own = this.unreported;
     if (own) reports.joints();
     this.unreported = false;
-    this.app.dispatchEvent(new CustomEvent("settled", { detail: { own } }));
+    this.page.dispatchEvent(new CustomEvent("settled", { detail: { own } }));
   }
 
   // Put the robot on the floor again, which it keeps off while it is dragged.
   restand() {
     this.settled = null;
-    this.app.viewer.set_dirty();
+    this.page.viewer.set_dirty();
   }
 
   // As if nothing had been shown before.
   setDownAnew() {
-    this.app.shown.standing.forget();
+    this.page.shown.standing.forget();
     this.restand();
   }
 
   /** Pose of a frame in the robot's root, row by row. */
   pose(frame: string) {
     this.settle();
-    const { robot } = this.app;
+    const { robot } = this.page;
     return robot.pose(robot.linkOf(frame)).transpose().toArray();
   }
 
   com() {
     this.settle();
-    return this.app.robot.com()?.toArray() ?? null;
+    return this.page.robot.com()?.toArray() ?? null;
   }
 }

@@ -1,11 +1,39 @@
-import type { App } from "./app.ts";
+import type { Drag } from "./drag/drag.ts";
 import { button } from "./panel/element.ts";
+import type { Reports } from "./reports.ts";
+import type { Robot } from "./robot/robot.ts";
+import type { Balance } from "./scene/balance.ts";
+import type { Eyes } from "./scene/eyes.ts";
 import { paintFloor } from "./scene/floor.ts";
-import { entry } from "./scene/legend.ts";
-import { chainColours } from "./scene/link_colours.ts";
+import type { Ghosts } from "./scene/ghosts.ts";
+import { entry, type Legend } from "./scene/legend.ts";
+import { chainColours, type LinkColours } from "./scene/link_colours.ts";
+import type { Frames, JointAxes } from "./scene/marks.ts";
+import type { Studio } from "./scene/studio.ts";
+import type { MeshcatViewer } from "./types.ts";
+import type { ViewMenu } from "./view_menu.ts";
+
+/** The parts of the page that are used here. */
+interface Page extends EventTarget {
+  readonly axes: JointAxes;
+  readonly balance: Balance;
+  readonly colours: LinkColours;
+  readonly drag: Drag;
+  readonly eyes: Eyes;
+  readonly frames: Frames;
+  readonly ghosts: Ghosts;
+  readonly legend: Legend;
+  readonly menu: ViewMenu;
+  readonly reports: Reports;
+  readonly robot: Robot;
+  readonly role: string;
+  readonly studio: Studio;
+  readonly viewer: MeshcatViewer;
+  send(answer: object): void;
+}
 
 /** What may be drawn over the robot: the button's text, and what a new state does. */
-const TOGGLES: Record<string, { text: string; show(app: App, on: boolean): void }> = {
+const TOGGLES: Record<string, { text: string; show(page: Page, on: boolean): void }> = {
   frames: {
     text: "Frames",
     show: ({ frames, menu }, on) => {
@@ -59,19 +87,19 @@ export class Toggles {
   buttons: Map<string, HTMLButtonElement> = new Map();
 
   constructor(
-    readonly app: App,
+    readonly page: Page,
     bar: HTMLElement,
   ) {
     this.shown = {
       ...{ frames: false, axes: false, chains: false, com: false, support: false, ghosts: true, eye: false },
       contrast: window.matchMedia("(forced-colors: active), (prefers-contrast: more)").matches,
-      handles: app.role === "",
-      joints: app.role === "",
+      handles: page.role === "",
+      joints: page.role === "",
     };
     for (const [name, { text }] of Object.entries(TOGGLES)) {
       const flip = () => {
         this.set({ [name]: !this.shown[name] });
-        app.send({ kind: "shown", shown: { [name]: this.shown[name] }, source: app.reports.source });
+        page.send({ kind: "shown", shown: { [name]: this.shown[name] }, source: page.reports.source });
       };
       const made = button(text, flip);
       made.dataset.shown = name;
@@ -89,11 +117,11 @@ export class Toggles {
   set(changes: Record<string, boolean>) {
     for (const [name, on] of Object.entries(changes).filter(([key]) => Object.hasOwn(TOGGLES, key))) {
       this.shown[name] = on;
-      TOGGLES[name].show(this.app, on);
+      TOGGLES[name].show(this.page, on);
       this.buttons.get(name)?.setAttribute("aria-pressed", String(on));
     }
-    this.app.viewer.set_dirty();
-    this.app.dispatchEvent(new Event("shown"));
+    this.page.viewer.set_dirty();
+    this.page.dispatchEvent(new Event("shown"));
   }
 
   /** Show everything as it is to be, when the robot has just come. */

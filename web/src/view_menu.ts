@@ -1,9 +1,40 @@
-import type { App } from "./app.ts";
 import { button, element } from "./panel/element.ts";
+import type { Panel } from "./panel/panel.ts";
 import { saveScreenshot } from "./record/pictures.ts";
 import { Video } from "./record/video.ts";
-import { clearGhosts, keepGhost } from "./scene/ghosts.ts";
-import { EDITIONS } from "./scene/link_colours.ts";
+import type { Robot } from "./robot/robot.ts";
+import { clearGhosts, keepGhost, type Ghosts } from "./scene/ghosts.ts";
+import type { Labels } from "./scene/labels.ts";
+import { EDITIONS, type LinkColours } from "./scene/link_colours.ts";
+import type { Frames } from "./scene/marks.ts";
+import type { OtherRobots } from "./scene/other_robots.ts";
+import type { Speech } from "./scene/speech.ts";
+import type { Studio } from "./scene/studio.ts";
+import type { Stance } from "./stance.ts";
+import type { Toggles } from "./toggles.ts";
+import type { MeshcatViewer } from "./types.ts";
+
+/** The parts of the page that are used here. */
+interface Page {
+  readonly colours: LinkColours;
+  readonly frames: Frames;
+  readonly ghosts: Ghosts;
+  readonly labels: Labels;
+  readonly others: OtherRobots;
+  readonly pane: HTMLElement;
+  readonly panel: Panel;
+  readonly robot: Robot;
+  readonly speech: Speech;
+  readonly stance: Stance;
+  readonly studio: Studio;
+  readonly toggles: Toggles;
+  readonly video: Video;
+  readonly viewer: MeshcatViewer;
+  chooseFrames(chosen: { names: string[]; size: number | null }): void;
+  send(answer: object): void;
+  setEdition(name: string): void;
+  show(changes: Record<string, boolean>): void;
+}
 
 // Where the page is this narrow, what the bars hold is in the menu.
 const NARROW = "(max-width: 600px)";
@@ -19,7 +50,7 @@ export class ViewMenu {
 
   /** @param top the bars over the picture */
   constructor(
-    readonly app: App,
+    readonly page: Page,
     top: HTMLElement,
   ) {
     this.sheet = element("div", { className: "sheet" }, this.bars, this.frames(), this.robot(), this.pictures());
@@ -53,14 +84,14 @@ export class ViewMenu {
 
   /** Mark the frames that are drawn. */
   refresh() {
-    const { frames, toggles } = this.app;
+    const { frames, toggles } = this.page;
     const names = new Set(toggles.shown.frames ? frames.names : []);
     for (const [name, box] of this.boxes) box.checked = names.has(name);
-    this.edition.value = this.app.colours.edition;
+    this.edition.value = this.page.colours.edition;
   }
 
   frames() {
-    const { about } = this.app.robot;
+    const { about } = this.page.robot;
     const all = about.frames.map(({ name }) => name);
     const list = element("div", { className: "checks", role: "group", ariaLabel: "Frames drawn" });
     for (const name of all) {
@@ -85,42 +116,42 @@ export class ViewMenu {
   }
 
   choose(names: string[]) {
-    this.app.chooseFrames({ names, size: null });
+    this.page.chooseFrames({ names, size: null });
   }
 
   robot() {
-    const { app } = this;
+    const { page } = this;
     const opacity = document.createElement("input");
     Object.assign(opacity, { type: "range", min: "0.1", max: "1", step: "0.05", value: "1" });
     opacity.style.setProperty("--to", "100%");
     opacity.oninput = () => {
-      app.studio.setOpacity(Number(opacity.value));
+      page.studio.setOpacity(Number(opacity.value));
       opacity.style.setProperty("--to", `${((Number(opacity.value) - 0.1) / 0.9) * 100}%`);
     };
-    const keep = button("Keep as ghost", () => keepGhost(app));
-    const remove = button("Remove ghost", () => clearGhosts(app));
+    const keep = button("Keep as ghost", () => keepGhost(page));
+    const remove = button("Remove ghost", () => clearGhosts(page));
     this.edition.add(new Option("as it is", ""));
     for (const name of Object.keys(EDITIONS)) this.edition.add(new Option(name, name));
-    this.edition.onchange = () => app.setEdition(this.edition.value);
+    this.edition.onchange = () => page.setEdition(this.edition.value);
     const edition = field("Edition", this.edition);
-    edition.hidden = app.colours.accents.size === 0;
-    const contrast = app.toggles.buttons.get("contrast") as HTMLElement;
+    edition.hidden = page.colours.accents.size === 0;
+    const contrast = page.toggles.buttons.get("contrast") as HTMLElement;
     return section("Robot", field("Opacity", opacity), edition, row(keep, remove, contrast));
   }
 
   pictures() {
-    const { app } = this;
+    const { page } = this;
     const shoot = (scale: number) => () => {
       this.menu.open = false;
-      return saveScreenshot(app, scale);
+      return saveScreenshot(page, scale);
     };
     const film = button("Record video", () => {
       const { obstacle } = Video;
-      if (obstacle) app.panel.messages.say(obstacle, { bad: true });
-      else if (app.video.recording) app.video.stop();
-      else app.video.start();
+      if (obstacle) page.panel.messages.say(obstacle, { bad: true });
+      else if (page.video.recording) page.video.stop();
+      else page.video.start();
     });
-    app.video.told = (seconds) => {
+    page.video.told = (seconds) => {
       film.textContent = seconds === null ? "Record video" : `Stop video (${seconds} s)`;
       this.summary.dataset.recording = String(seconds !== null);
     };

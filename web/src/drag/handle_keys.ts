@@ -106,7 +106,7 @@ export class HandleKeys {
       return;
     }
     if (this.grip !== name) {
-      this.drag.app.pick.selection.select(frame);
+      this.drag.page.pick.selection.select(frame);
       drag.takeRing({ handle, axis });
       this.hold(button, name);
     }

@@ -1,8 +1,19 @@
-import type { App } from "../app.ts";
+import type { Pick } from "../pick/pick.ts";
+import type { Robot } from "../robot/robot.ts";
+import type { Studio } from "../scene/studio.ts";
+import type { MeshcatViewer } from "../types.ts";
 import { flatMaterial } from "../scene/extras.ts";
 import { asMark, dispose } from "../scene/marks.ts";
 import { THREE } from "../three.ts";
 import type { Handle, Limb } from "./follow.ts";
+
+/** The parts of the page that are used here. */
+interface Page extends EventTarget {
+  readonly pick: Pick;
+  readonly robot: Robot;
+  readonly studio: Studio;
+  readonly viewer: MeshcatViewer;
+}
 
 /** A ring that keeps its size on the screen. */
 function makeKnob() {
@@ -62,7 +73,7 @@ export class Handles {
   list;
 
   constructor(
-    readonly app: App,
+    readonly page: Page,
     limbs: Limb[],
   ) {
     const gaze = limbs.find(({ kind }) => kind === "gaze");
@@ -72,7 +83,7 @@ export class Handles {
   }
 
   make(limb: Limb): Handle {
-    const { robot, studio } = this.app;
+    const { robot, studio } = this.page;
     const mark = asMark(new THREE.Group());
     const knob = makeKnob();
     mark.add(knob);
@@ -95,7 +106,7 @@ export class Handles {
     let found: Handle | null = null;
     let least = pointerType === "touch" ? FINGER : POINT;
     for (const handle of this.list) {
-      const place = this.app.pick.viewport.place(handle.knob.getWorldPosition(new THREE.Vector3()));
+      const place = this.page.pick.viewport.place(handle.knob.getWorldPosition(new THREE.Vector3()));
       const away = place ? Math.hypot(place.clientX - clientX, place.clientY - clientY) : Infinity;
       if (away < least) [found, least] = [handle, away];
     }
@@ -108,7 +119,7 @@ export class Handles {
     if (this.lit) highlight(this.lit.knob, false);
     if (handle) highlight(handle.knob, true);
     this.lit = handle;
-    this.app.viewer.set_dirty();
+    this.page.viewer.set_dirty();
   }
 }
 
@@ -148,39 +159,39 @@ export class Rings {
   list: Ring[] = [];
 
   constructor(
-    readonly app: App,
+    readonly page: Page,
     readonly handles: Handles,
   ) {
-    app.addEventListener("selected", () => this.refresh());
+    page.addEventListener("selected", () => this.refresh());
   }
 
   /** Draw the rings of the selected limb, and no others. */
   refresh() {
     for (const { mesh } of this.list) dispose(mesh);
-    const { frame } = this.app.pick.selection;
+    const { frame } = this.page.pick.selection;
     const handle = this.handles.shown && this.handles.list.find(({ limb }) => limb.frame === frame);
     this.list = handle ? turnsOf(handle).map((axis) => this.make(handle, axis)) : [];
-    this.app.viewer.set_dirty();
+    this.page.viewer.set_dirty();
   }
 
   make(handle: Handle, axis: Axis): Ring {
-    const scale = this.app.studio.markScale;
+    const scale = this.page.studio.markScale;
     const mesh = new THREE.Mesh(
       new THREE.TorusGeometry(RADIUS * scale, THICKNESS * scale, 8, 64),
       flatMaterial(axis.colour, 21),
     );
     mesh.renderOrder = 21;
     mesh.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), new THREE.Vector3(...axis.axis));
-    this.app.robot.frameNode(handle.limb.frame).add(asMark(mesh));
+    this.page.robot.frameNode(handle.limb.frame).add(asMark(mesh));
     return { handle, axis, mesh };
   }
 
   /** The ring under the pointer, and the place on it, in the world. */
   at({ clientX, clientY, pointerType }: { clientX: number; clientY: number; pointerType: string }) {
-    const { viewport } = this.app.pick;
+    const { viewport } = this.page.pick;
     let found: { ring: Ring; point: THREE.Vector3 } | null = null;
     let least = pointerType === "touch" ? RING_FINGER : RING_POINT;
-    const radius = RADIUS * this.app.studio.markScale;
+    const radius = RADIUS * this.page.studio.markScale;
     for (const ring of this.list) {
       ring.mesh.updateWorldMatrix(true, false);
       for (let i = 0; i < SAMPLES; i++) {

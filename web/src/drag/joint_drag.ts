@@ -1,10 +1,20 @@
-import type { App } from "../app.ts";
+import type { Panel } from "../panel/panel.ts";
+import type { Pick } from "../pick/pick.ts";
+import type { Stance } from "../stance.ts";
 import { joints, unitText } from "../pick/facts.ts";
 import type { Robot } from "../robot/robot.ts";
 import { THREE } from "../three.ts";
 import type { Gesture } from "./follow.ts";
 import { farthest, type Stop } from "./stops.ts";
 import { SweptAngle, sweptDistance, triples } from "./swept_angle.ts";
+
+/** The parts of the page that are used here. */
+interface Page {
+  readonly panel: Panel;
+  readonly pick: Pick;
+  readonly robot: Robot;
+  readonly stance: Stance;
+}
 
 // A pointer so near to an axis [px] says no angle about it.
 const NEAR_AXIS = 10;
@@ -63,7 +73,7 @@ export class JointDrag implements Gesture {
 
   /** @param point where the link is held, in the world */
   constructor(
-    readonly app: App,
+    readonly page: Page,
     readonly motion: NonNullable<ReturnType<typeof motionOf>>,
     point: THREE.Vector3,
     ray: THREE.Ray,
@@ -71,19 +81,19 @@ export class JointDrag implements Gesture {
     this.point = point.toArray();
     this.before = triples(ray);
     /** What the pointer asks for, which limits may keep the joint from. */
-    this.wanted = app.stance.q[motion.joint.column];
+    this.wanted = page.stance.q[motion.joint.column];
     const line = { origin: motion.origin.toArray(), direction: motion.direction.toArray() };
-    const least = NEAR_AXIS * app.pick.viewport.metresPerPixel(point);
+    const least = NEAR_AXIS * page.pick.viewport.metresPerPixel(point);
     this.angle = new SweptAngle(line, this.point, triples(ray).origin, least);
     const { column } = motion.joint;
     const [most, fewest] = [Infinity, -Infinity].map(
-      (end) => farthest(app.robot.about, app.stance.q, column, end).value,
+      (end) => farthest(page.robot.about, page.stance.q, column, end).value,
     );
     this.angle.prefer(most - this.wanted < this.wanted - fewest ? -1 : 1);
   }
 
   move(ray: THREE.Ray) {
-    const { app, motion, before } = this;
+    const { page, motion, before } = this;
     const { column } = motion.joint;
     const now = triples(ray);
     const swept = motion.slides
@@ -91,19 +101,19 @@ export class JointDrag implements Gesture {
       : this.angle.between(before, now);
     this.before = now;
     this.wanted += swept / motion.rate;
-    const { value, stop } = farthest(app.robot.about, app.stance.q, column, this.wanted);
-    app.stance.move(column, value);
-    app.stance.settle();
+    const { value, stop } = farthest(page.robot.about, page.stance.q, column, this.wanted);
+    page.stance.move(column, value);
+    page.stance.settle();
     return stop ? this.sentence(stop) : "";
   }
 
   end() {}
 
   sentence({ column, bound, upper, coupled }: Stop) {
-    const { coordinates } = this.app.robot.about;
+    const { coordinates } = this.page.robot.about;
     const nameOf = (wanted: number) => coordinates.find((candidate) => candidate.column === wanted);
     const [own, other] = [nameOf(this.motion.joint.column), nameOf(column)];
-    const limit = `${upper ? "at most" : "at least"} ${unitText(bound, other?.unit ?? "rad", this.app.panel.settings.units)}`;
+    const limit = `${upper ? "at most" : "at least"} ${unitText(bound, other?.unit ?? "rad", this.page.panel.settings.units)}`;
     if (own !== other) return `${own?.joint} stops: ${other?.joint} may be ${limit} there (coupled limit)`;
     return `${own?.joint} stops: ${limit}${coupled ? " here (coupled limit)" : ""}`;
   }

@@ -1,4 +1,6 @@
-import type { App } from "../app.ts";
+import type { Pick } from "../pick/pick.ts";
+import type { Robot } from "../robot/robot.ts";
+import type { Stance } from "../stance.ts";
 import { clamp, squaredDistance } from "../math/numbers.ts";
 import { distance, minus, plus, times, type Pose, type Rotation, type Vector } from "../math/rotations.ts";
 import type { Ghosts } from "../scene/ghosts.ts";
@@ -16,6 +18,14 @@ import {
 } from "./follow.ts";
 import type { Axis } from "./handles.ts";
 import { SweptAngle, triples } from "./swept_angle.ts";
+
+/** The parts of the page that are used here. */
+interface Page {
+  readonly ghosts: Ghosts;
+  readonly pick: Pick;
+  readonly robot: Robot;
+  readonly stance: Stance;
+}
 
 // Branches whose squared distance is above OTHER are two; the looks of their ghosts.
 const OTHER = 1e-6;
@@ -36,7 +46,7 @@ export class LimbDrag implements Gesture {
 
   /** @param ray of the pointer that takes hold of it, if one does */
   constructor(
-    readonly app: App,
+    readonly page: Page,
     readonly limbs: Limb[],
     readonly ghosts: Ghosts,
     readonly handle: Handle,
@@ -45,11 +55,11 @@ export class LimbDrag implements Gesture {
     const { limb } = handle;
     this.follower = new FOLLOWERS[limb.kind](limb, (frame) => this.poseOf(frame), limbs);
     this.at = handle.knob.getWorldPosition(new THREE.Vector3());
-    this.plane = app.pick.viewport.facingPlane(this.at);
+    this.plane = page.pick.viewport.facingPlane(this.at);
     this.from = ray?.intersectPlane(this.plane, new THREE.Vector3()) ?? this.at.clone();
     // The sole is not to go below the floor, nor lower where it is below it.
-    const isOnFloor = limb.kind === "leg" && !app.robot.about.floating;
-    this.floor = isOnFloor ? this.at.y - Math.max(0, footOf(app.robot, limb).low) : -Infinity;
+    const isOnFloor = limb.kind === "leg" && !page.robot.about.floating;
+    this.floor = isOnFloor ? this.at.y - Math.max(0, footOf(page.robot, limb).low) : -Infinity;
     this.place = this.inTorso(this.at);
   }
 
@@ -58,7 +68,7 @@ export class LimbDrag implements Gesture {
     const now = ray.intersectPlane(this.plane, new THREE.Vector3());
     if (!now) return this.says ?? "";
     const by = now.sub(this.from);
-    if (level) by.projectOnVector(this.app.pick.viewport.axes[1]);
+    if (level) by.projectOnVector(this.page.pick.viewport.axes[1]);
     return this.moveTo(this.at.clone().add(by));
   }
 
@@ -68,7 +78,7 @@ export class LimbDrag implements Gesture {
    * @param right on the screen [m]
    */
   step(right: number, up: number) {
-    const axes = this.app.pick.viewport.axes;
+    const axes = this.page.pick.viewport.axes;
     return this.moveTo(this.inWorld(this.place).addScaledVector(axes[0], right).addScaledVector(axes[1], up));
   }
 
@@ -89,7 +99,7 @@ export class LimbDrag implements Gesture {
    * Take the limb to a target in the torso's frame, or to the reachable one nearest to it in the plane of the drag.
    */
   follow(target: Vector, notice: string) {
-    const { app, follower, handle } = this;
+    const { page, follower, handle } = this;
     const near = this.approach(target);
     let followed = follower.follow(target, near.q);
     const { says } = followed;
@@ -100,15 +110,15 @@ export class LimbDrag implements Gesture {
     }
     if (followed.q) {
       this.place = place;
-      app.ghosts.clearAnswers();
+      page.ghosts.clearAnswers();
       const others = this.others(place, followed.q);
-      app.stance.set(followed.q);
-      app.stance.settle();
-      this.ghosts.show(others, app.robot.linkOf(handle.limb.joints[0]));
+      page.stance.set(followed.q);
+      page.stance.settle();
+      this.ghosts.show(others, page.robot.linkOf(handle.limb.joints[0]));
       // What a camera looks at, or past, stays where it is dragged.
       if (handle.ahead) handle.knob.position.copy(handle.mark.worldToLocal(this.inWorld(target)));
     }
-    const crossing = feetCross(app.robot, handle.limb, this.limbs) ? "the feet cross" : "";
+    const crossing = feetCross(page.robot, handle.limb, this.limbs) ? "the feet cross" : "";
     const said = [notice, says, crossing].filter(Boolean).join("; ");
     return said && `${handle.limb.frame}: ${said}`;
   }
@@ -119,7 +129,7 @@ export class LimbDrag implements Gesture {
   approach(target: Vector) {
     const { follower, place } = this;
     const strides = Math.ceil(distance(place, target) / (follower.stride ?? Infinity));
-    let near = { place, q: this.app.stance.q };
+    let near = { place, q: this.page.stance.q };
     for (let i = 1; i < strides; i++) {
       const next = plus(place, times(i / strides, minus(target, place)));
       const { q } = follower.follow(next, near.q);
@@ -137,7 +147,7 @@ export class LimbDrag implements Gesture {
   /** Unit vectors in the plane of the drag, in the torso's frame. */
   directions() {
     const toTorso = new THREE.Matrix4().copy(this.torso.matrixWorld).invert();
-    const [right, up] = this.app.pick.viewport.axes.map((axis) => axis.transformDirection(toTorso).toArray());
+    const [right, up] = this.page.pick.viewport.axes.map((axis) => axis.transformDirection(toTorso).toArray());
     return directionsAround(right, up);
   }
 
@@ -154,7 +164,7 @@ export class LimbDrag implements Gesture {
   // --- where things are ----------------------------------------------------------------------------------------
 
   get torso() {
-    return this.app.robot.frameNode(this.handle.limb.torso);
+    return this.page.robot.frameNode(this.handle.limb.torso);
   }
 
   /** of the world */
@@ -169,7 +179,7 @@ export class LimbDrag implements Gesture {
 
   /** Pose of a frame in the frame of the torso, row by row. */
   poseOf(frame: string): Pose {
-    const pose = this.app.robot.poseIn(frame, this.handle.limb.torso);
+    const pose = this.page.robot.poseIn(frame, this.handle.limb.torso);
     return pose.transpose().toArray() as Pose;
   }
 }
@@ -193,13 +203,13 @@ export class TurnDrag implements Gesture {
 
   /** @param pointer on the ring, in the world, if one takes hold of it */
   constructor(
-    readonly app: App,
+    readonly page: Page,
     limbs: Limb[],
     { handle, axis }: { handle: Handle; axis: Axis },
     pointer: { point: THREE.Vector3; ray: THREE.Ray } | null,
   ) {
     this.limb = handle.limb;
-    const { robot, pick } = app;
+    const { robot, pick } = page;
     const poseOf = (frame: string) => robot.poseIn(frame, this.limb.torso);
     this.follower = new FOLLOWERS[this.limb.kind](this.limb, (frame) => poseOf(frame).transpose().toArray(), limbs);
     const own = new THREE.Vector3(...axis.axis);
@@ -235,8 +245,8 @@ export class TurnDrag implements Gesture {
 
   /** Turn as far towards the angle wanted as the limb can; gives what there is to say. */
   turn() {
-    const { app } = this;
-    let { q } = app.stance;
+    const { page } = this;
+    let { q } = page.stance;
     let says = "";
     let step = STEP;
     while (this.reached !== this.wanted && step > STEP / 2 ** HALVINGS) {
@@ -246,8 +256,8 @@ export class TurnDrag implements Gesture {
       else step *= 0.5;
       says = followed?.says ?? "";
     }
-    app.stance.set(q);
-    app.stance.settle();
+    page.stance.set(q);
+    page.stance.settle();
     return says && `${this.limb.frame}: ${says}`;
   }
 

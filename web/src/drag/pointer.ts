@@ -1,9 +1,20 @@
-import type { App } from "../app.ts";
+import type { Pick } from "../pick/pick.ts";
+import type { Robot } from "../robot/robot.ts";
+import type { Stance } from "../stance.ts";
+import type { MeshcatViewer } from "../types.ts";
 import type { Hit } from "../pick/picker.ts";
 import type { Drag } from "./drag.ts";
 import type { Handle } from "./follow.ts";
 import type { Rings } from "./handles.ts";
 import { motionOf } from "./joint_drag.ts";
+
+/** The parts of the page that are used here. */
+interface Page {
+  readonly pick: Pick;
+  readonly robot: Robot;
+  readonly stance: Stance;
+  readonly viewer: MeshcatViewer;
+}
 
 // A pointer that has come no farther [px] has not moved: a click, or a tap.
 const [STILL, TAP] = [4, 10];
@@ -31,7 +42,7 @@ export class Pointer {
   press: Press | null = null;
 
   constructor(
-    public app: App,
+    public page: Page,
     readonly drag: Drag,
     public pane: HTMLElement,
   ) {
@@ -46,19 +57,19 @@ export class Pointer {
   }
 
   down(event: PointerEvent) {
-    this.app.pick.hover.clear();
+    this.page.pick.hover.clear();
     // A second finger makes no tap of the first.
     if (this.press) this.press.still = false;
     if (this.drag.held || this.press || event.button !== 0 || !event.isPrimary) return;
-    this.app.stance.settle();
+    this.page.stance.settle();
     const { clientX, clientY, pointerId: id, shiftKey: shift } = event;
     const handle = this.drag.marks.at(event);
     const grip = handle ? null : this.drag.rings.at(event);
-    const hit = handle || grip ? null : this.app.pick.picker.at(event);
+    const hit = handle || grip ? null : this.page.pick.picker.at(event);
     const take = this.taking(event, handle, grip, hit);
     this.press = { id, clientX, clientY, shift, handle, hit, take, still: true };
     if (!take) return;
-    this.app.viewer.controls.enabled = false;
+    this.page.viewer.controls.enabled = false;
     this.pane.setPointerCapture(id);
     this.pane.style.cursor = "grabbing";
   }
@@ -66,16 +77,16 @@ export class Pointer {
   /** How the robot is taken hold of, once the pointer moves. */
   taking(event: PointerEvent, handle: Handle | null, grip: ReturnType<Rings["at"]>, hit: Hit | null) {
     const { drag } = this;
-    const ray = this.app.pick.viewport.ray(event);
+    const ray = this.page.pick.viewport.ray(event);
     if (handle) return () => drag.takeHandle(handle, ray);
     if (grip) return () => drag.takeRing(grip.ring, { point: grip.point, ray });
-    const motion = hit && this.mayMove(event, hit) ? motionOf(this.app.robot, hit.link, hit.point) : null;
+    const motion = hit && this.mayMove(event, hit) ? motionOf(this.page.robot, hit.link, hit.point) : null;
     return hit && motion ? () => drag.takeJoint(motion, hit.point, ray) : null;
   }
 
   /** Whether a press on a link is for its joint, and not for the camera. */
   mayMove({ pointerType, altKey, ctrlKey, metaKey, shiftKey }: PointerEvent, { link }: Hit) {
-    const { measure, selection } = this.app.pick;
+    const { measure, selection } = this.page.pick;
     if (!this.drag.movesJoints || measure.picking || altKey || ctrlKey || metaKey || shiftKey) return false;
     return pointerType !== "touch" || selection.link === link;
   }
@@ -91,7 +102,7 @@ export class Pointer {
     if (way > (event.pointerType === "touch" ? TAP : STILL)) press.still = false;
     if (press.still || !press.take) return;
     if (!drag.held) press.take();
-    drag.move(this.app.pick.viewport.ray(event), { level: event.shiftKey });
+    drag.move(this.page.pick.viewport.ray(event), { level: event.shiftKey });
   }
 
   up(event: PointerEvent) {
@@ -107,12 +118,12 @@ export class Pointer {
 
   release() {
     this.press = null;
-    this.app.viewer.controls.enabled = true;
+    this.page.viewer.controls.enabled = true;
     this.pane.style.cursor = "";
   }
 
   click({ handle, hit, shift, take }: Press, event: PointerEvent) {
-    const { measure, selection, hover } = this.app.pick;
+    const { measure, selection, hover } = this.page.pick;
     if (hit && (measure.picking || shift)) return measure.pick(hit);
     if (measure.picking) return;
     if (handle) selection.select(handle.limb.frame);
@@ -123,7 +134,7 @@ export class Pointer {
   }
 
   hover(event: PointerEvent) {
-    const { hover } = this.app.pick;
+    const { hover } = this.page.pick;
     const handle = this.drag.marks.at(event);
     this.drag.marks.light(handle);
     const isHeld = handle || this.drag.rings.at(event);
@@ -136,7 +147,7 @@ export class Pointer {
     // A finger that is lifted leaves too.
     if (this.press || pointerType === "touch") return;
     this.drag.marks.light(null);
-    this.app.pick.hover.clear();
+    this.page.pick.hover.clear();
   }
 
   // Escape gives back what is held, or else takes away what is measured, or else what is selected.
@@ -144,11 +155,11 @@ export class Pointer {
     if (event.key !== "Escape" || event.defaultPrevented) return;
     // What is open over the picture closes, and takes nothing along.
     if (event.target instanceof Element && event.target.closest("dialog, [popover]")) return;
-    const { measure, selection } = this.app.pick;
+    const { measure, selection } = this.page.pick;
     if (this.drag.held) {
       this.drag.cancel();
       if (this.press) this.press.take = null;
-      this.app.viewer.controls.enabled = true;
+      this.page.viewer.controls.enabled = true;
       this.pane.style.cursor = "";
     } else if (event.target instanceof HTMLInputElement) return;
     else if (measure.active) measure.clear();

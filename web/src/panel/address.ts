@@ -14,7 +14,7 @@ const bare = () => location.href.split("#", 1)[0];
 
 /** The state of the page in its address, behind the #, so that a link leads to it. */
 export class Address {
-  app;
+  page;
   timer = 0;
   isOpen = false;
   /** Whether it was said that the address goes without the key frames. */
@@ -23,42 +23,42 @@ export class Address {
   preset: number[] = [];
 
   constructor(readonly panel: Panel) {
-    this.app = panel.app;
-    const { app } = this;
+    this.page = panel.page;
+    const { page } = this;
     const later = () => this.later();
     const moved = () => {
       this.preset = this.places();
       this.later();
     };
-    app.addEventListener("camera", moved);
-    for (const name of ["settled", "shown"]) app.addEventListener(name, later);
+    page.addEventListener("camera", moved);
+    for (const name of ["settled", "shown"]) page.addEventListener(name, later);
     for (const name of ["pointerup", "wheel", "keyup"]) {
-      app.pane.addEventListener(name, later, { passive: true });
+      page.pane.addEventListener(name, later, { passive: true });
     }
     panel.settings.addEventListener("units", later);
-    for (const name of ["motion", "time"]) app.player.addEventListener(name, later);
+    for (const name of ["motion", "time"]) page.player.addEventListener(name, later);
     // The page may have written its own state over the address before it hears of the new one.
     window.addEventListener("hashchange", ({ newURL }) => this.apply(new URL(newURL).hash));
   }
 
   /** The page is all here: go where its link leads, if somebody followed one. */
   open() {
-    if (this.app.role !== "") return;
+    if (this.page.role !== "") return;
     const [entry] = performance.getEntriesByType("navigation");
     const isNew = (entry as PerformanceNavigationTiming | undefined)?.type === "navigate";
     // A live page that is loaded again is where the program has it now, not where it was.
-    if (isNew || !this.app.connection.socket) this.apply();
+    if (isNew || !this.page.connection.socket) this.apply();
     this.isOpen = true;
   }
 
   /** Where the camera is, and what it looks at, with z up. */
   places() {
-    const { camera, controls } = this.app.viewer;
+    const { camera, controls } = this.page.viewer;
     return [camera.position, controls.target].flatMap(({ x, y, z }) => [x, -z, y]);
   }
 
   get camera() {
-    const { view } = this.app;
+    const { view } = this.page;
     const places = this.places();
     const distance = Math.hypot(places[0] - places[3], places[1] - places[4], places[2] - places[5]);
     const isThere = this.preset.every((x, i) => Math.abs(x - places[i]) < SAME_PLACE * distance);
@@ -67,25 +67,25 @@ export class Address {
 
   /** The key frames, and when they are shown; null where there are none. */
   get keys() {
-    const { editor } = this.app.player;
+    const { editor } = this.page.player;
     return editor.frames.count > 0 ? { frames: editor.frames, time: editor.now } : null;
   }
 
   /** What a link leaves out, to be said. */
   get without() {
     const { keys } = this;
-    if (!keys || writeKeys(this.app.robot.about, keys) !== null) return "";
+    if (!keys || writeKeys(this.page.robot.about, keys) !== null) return "";
     const { count } = keys.frames;
     return `without the ${count} key frames, which are too long for a link (at most ${MOST_LINKED}, 9 kB); save them as a file`;
   }
 
   /** What stands behind the #. */
   get text() {
-    const { app, panel } = this;
-    const { shown, buttons } = app.toggles;
-    return writeLink(app.robot.about, {
-      q: [...app.stance.q],
-      up: app.stance.up && Array.from(app.stance.up),
+    const { page, panel } = this;
+    const { shown, buttons } = page.toggles;
+    return writeLink(page.robot.about, {
+      q: [...page.stance.q],
+      up: page.stance.up && Array.from(page.stance.up),
       camera: this.camera,
       shown: Object.keys(shown).filter((name) => shown[name] && !buttons.get(name)?.hidden),
       units: panel.settings.units,
@@ -104,7 +104,7 @@ export class Address {
 
   write() {
     // A clip would write a new address at every step.
-    if (this.app.player.playback?.playing) return;
+    if (this.page.player.playback?.playing) return;
     const { without } = this;
     if (without && !this.saidSo) this.panel.messages.say(`The address of this page goes ${without}.`);
     this.saidSo = without !== "";
@@ -127,34 +127,34 @@ export class Address {
   apply(hash: string = location.hash) {
     const text = hash.slice(1);
     if (!text) return;
-    const { app, panel } = this;
+    const { page, panel } = this;
     let state;
     try {
-      state = readLink(app.robot.about, Object.keys(app.toggles.shown), text);
+      state = readLink(page.robot.about, Object.keys(page.toggles.shown), text);
     } catch (error) {
       if (!(error instanceof NoConfiguration)) throw error;
       panel.messages.say(`The link leads nowhere: ${error.message}`, { bad: true });
       return;
     }
     const { q, up, camera, shown, units, frame, keys } = state;
-    if (keys) app.player.editor.take(keys.frames, keys.time);
-    if (q) app.stance.jump(unrounded(app.robot.about, q, ROUNDING), up ?? null);
-    else if (up) app.stance.jump([...app.stance.q], up);
-    app.stance.settle();
+    if (keys) page.player.editor.take(keys.frames, keys.time);
+    if (q) page.stance.jump(unrounded(page.robot.about, q, ROUNDING), up ?? null);
+    else if (up) page.stance.jump([...page.stance.q], up);
+    page.stance.settle();
     if (shown) {
-      const offered = [...app.toggles.buttons].filter(([, { hidden }]) => !hidden);
-      app.show(Object.fromEntries(offered.map(([name]) => [name, shown.includes(name)])));
+      const offered = [...page.toggles.buttons].filter(([, { hidden }]) => !hidden);
+      page.show(Object.fromEntries(offered.map(([name]) => [name, shown.includes(name)])));
     }
     if (units) panel.settings.setUnits(units);
     if (frame) panel.readout.select.value = frame;
     panel.readout.refresh();
-    if (typeof camera === "string") app.camera(camera);
+    if (typeof camera === "string") page.camera(camera);
     else if (camera) this.look(camera);
   }
 
   look([x, y, z, tx, ty, tz]: number[]) {
-    const { viewer } = this.app;
-    this.app.camera("three-quarter");
+    const { viewer } = this.page;
+    this.page.camera("three-quarter");
     viewer.camera.position.copy(new THREE.Vector3(x, z, -y));
     viewer.controls.target.set(tx, tz, -ty);
     viewer.controls.update();

@@ -1,23 +1,30 @@
-import type { App } from "../app.ts";
+import type { Robot } from "../robot/robot.ts";
+import type { Stance } from "../stance.ts";
 import { NoConfiguration, readConfiguration } from "../values/reading.ts";
 import { FORMATS } from "../values/writing.ts";
 import { button, copyText, element, openDialog } from "./element.ts";
 import type { Messages } from "./tools.ts";
 
+/** The parts of the page that are used here. */
+interface Page {
+  readonly robot: Robot;
+  readonly stance: Stance;
+}
+
 /** Configurations out of the page and into it as text: by the clipboard, or by a field where that is forbidden. */
 export class Exchange {
   constructor(
-    readonly app: App,
+    readonly page: Page,
     readonly messages: Messages,
   ) {}
 
   /** The formats that this robot can be copied as. */
   get formats() {
-    return Object.entries(FORMATS).filter(([, { offered }]) => offered(this.app.robot.about));
+    return Object.entries(FORMATS).filter(([, { offered }]) => offered(this.page.robot.about));
   }
 
   copyConfiguration(format: string) {
-    const { robot, stance } = this.app;
+    const { robot, stance } = this.page;
     const { title, write } = FORMATS[format];
     return this.copy(write(robot.about, stance.q, robot.outside(stance.q).size === 0), title);
   }
@@ -75,7 +82,7 @@ export class Exchange {
    * @returns why nothing has changed
    */
   show(text: string): string | null {
-    const { robot, stance } = this.app;
+    const { robot, stance } = this.page;
     try {
       const read = readConfiguration(robot.about, stance.q, text);
       stance.jump(read.q, stance.up);

@@ -31,7 +31,7 @@ class JointRow {
     partner: string,
     index: number,
   ) {
-    const { about } = panel.app.robot;
+    const { about } = panel.page.robot;
     this.coordinate = about.coordinates.find(({ column }) => column === joint.column) as Coordinate;
     this.isCoupled = about.tables.some((table) => table.joint === joint.column);
     const { open } = unitOf(this.coordinate.unit, panel.settings.units);
@@ -83,7 +83,7 @@ class JointRow {
   /** @param value of the joint */
   set(value: number) {
     const { multiplier, offset, column } = this.joint;
-    if (multiplier !== 0) this.panel.app.stance.move(column, (value - offset) / multiplier);
+    if (multiplier !== 0) this.panel.page.stance.move(column, (value - offset) / multiplier);
   }
 
   // --- keys and typing -----------------------------------------------------------------------------------------
@@ -100,7 +100,7 @@ class JointRow {
     const value = Number.isFinite(steps) ? stepped(this.value, steps, this.unit) : steps;
     // From outside the limits a step leads on, and never further out.
     this.set(clamp(value, Math.min(low, this.value), Math.max(high, this.value)));
-    this.panel.app.stance.settle();
+    this.panel.page.stance.settle();
     return true;
   }
 
@@ -133,7 +133,7 @@ class JointRow {
     }
     const inside = clamp(value, low, high);
     this.set(inside);
-    this.panel.app.stance.settle();
+    this.panel.page.stance.settle();
     this.giveBack();
     if (inside !== value) this.note.textContent = `its limit is ${spoken(inside, unit)}`;
     return true;
@@ -177,7 +177,7 @@ class JointRow {
     this.value = value;
     if (isNew && !isKept) this.giveBack();
     slider.value = String(value);
-    const range = this.ofJoint(this.panel.app.robot.range(this.coordinate, q));
+    const range = this.ofJoint(this.panel.page.robot.range(this.coordinate, q));
     const share = (x: number) => `${((100 * (clamp(x, ...ends) - ends[0])) / (ends[1] - ends[0] || 1)).toFixed(2)}%`;
     const [from, to] = value < 0 ? [value, 0] : [0, value];
     slider.style.setProperty("--from", share(from));
@@ -207,8 +207,8 @@ class JointRow {
 export class Postures {
   element: HTMLElement;
 
-  constructor({ app }: Panel) {
-    const buttons = app.robot.about.postures.map(({ name }) => button(name, () => app.stance.posture(name)));
+  constructor({ page }: Panel) {
+    const buttons = page.robot.about.postures.map(({ name }) => button(name, () => page.stance.posture(name)));
     this.element = element("section", { className: "postures", ariaLabel: "Postures" }, ...buttons);
   }
 }
@@ -222,7 +222,7 @@ export class Joints {
   element: HTMLElement;
 
   constructor(readonly panel: Panel) {
-    const { chains } = panel.app.robot.about;
+    const { chains } = panel.page.robot.about;
     const shown = chains.flatMap(({ joints }) => joints).filter(({ follows }) => follows);
     const followers = new Map(shown.map(({ name, follows }) => [follows, name]));
     this.chains = chains.map(({ title, joints }) => {
@@ -265,7 +265,7 @@ export class Joints {
   }
 
   refresh() {
-    const { robot, shown } = this.panel.app;
+    const { robot, shown } = this.panel.page;
     for (const row of this.rows) row.refresh(robot.q, shown.outside.has(row.joint.column));
   }
 

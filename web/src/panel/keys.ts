@@ -1,8 +1,18 @@
-import type { App } from "../app.ts";
+import type { Robot } from "../robot/robot.ts";
 import { THREE } from "../three.ts";
-import type { Camera } from "../types.ts";
+import type { Player } from "../timeline/player.ts";
+import type { Camera, MeshcatViewer } from "../types.ts";
 import { element, openDialog } from "./element.ts";
 import type { Panel } from "./panel.ts";
+
+/** The parts of the page that are used here. */
+interface Page {
+  readonly player: Player;
+  readonly robot: Robot;
+  readonly view: string | null;
+  readonly viewer: MeshcatViewer;
+  camera(name: string): void;
+}
 
 /** What the list of keys says: where, and which keys do what. */
 const LIST = {
@@ -72,10 +82,10 @@ export class Keys {
   }
 
   alone({ key }: KeyboardEvent, target: Element) {
-    const { app, layout, joints, settings } = this.panel;
+    const { page, layout, joints, settings } = this.panel;
     if (key === " ") {
       const isOfTarget = target.closest("button, summary, select, input, a");
-      return isOfTarget || !app.player.loaded ? null : () => app.player.toggle();
+      return isOfTarget || !page.player.loaded ? null : () => page.player.toggle();
     }
     if (!settings.keys) return null;
     switch (key) {
@@ -132,62 +142,62 @@ const NEARER = 1 / 1.15;
 const POLE = 0.02;
 
 /** Let the camera be moved by keys while the picture has the focus. */
-export function bindViewKeys(app: App) {
-  const canvas = app.viewer.renderer.domElement;
-  const { name, cameras } = app.robot.about;
+export function bindViewKeys(page: Page) {
+  const canvas = page.viewer.renderer.domElement;
+  const { name, cameras } = page.robot.about;
   canvas.tabIndex = 0;
   canvas.setAttribute("role", "application");
   canvas.setAttribute("aria-label", `${name}, seen by a camera that arrow keys, plus, minus and numbers move`);
   canvas.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const does = actionOf(event, app, cameras);
+    const does = actionOf(event, page, cameras);
     if (!does) return;
     event.preventDefault();
     does();
   });
 }
 
-function actionOf({ key, shiftKey }: KeyboardEvent, app: App, cameras: Camera[]): (() => void) | null {
+function actionOf({ key, shiftKey }: KeyboardEvent, page: Page, cameras: Camera[]): (() => void) | null {
   const turn = shiftKey ? 3 * TURN : TURN;
   switch (key) {
     case "ArrowLeft":
-      return () => orbit(app, -turn, 0, 1);
+      return () => orbit(page, -turn, 0, 1);
     case "ArrowRight":
-      return () => orbit(app, turn, 0, 1);
+      return () => orbit(page, turn, 0, 1);
     case "ArrowUp":
-      return () => orbit(app, 0, -turn, 1);
+      return () => orbit(page, 0, -turn, 1);
     case "ArrowDown":
-      return () => orbit(app, 0, turn, 1);
+      return () => orbit(page, 0, turn, 1);
     case "+":
     case "=":
-      return () => orbit(app, 0, 0, NEARER);
+      return () => orbit(page, 0, 0, NEARER);
     case "-":
     case "_":
-      return () => orbit(app, 0, 0, 1 / NEARER);
+      return () => orbit(page, 0, 0, 1 / NEARER);
     case "0":
     case "Home":
-      return () => app.camera(whole(app));
+      return () => page.camera(whole(page));
     default: {
       const camera = /^[1-9]$/.test(key) ? cameras[Number(key) - 1] : undefined;
-      return camera ? () => app.camera(camera.name) : null;
+      return camera ? () => page.camera(camera.name) : null;
     }
   }
 }
 
 /** The whole-body camera chosen last, or the usual one. */
-function whole({ view, robot }: App) {
+function whole({ view, robot }: Page) {
   const chosen = robot.about.cameras.find(({ name }) => name === view);
   return chosen && chosen.links.length === 0 ? chosen.name : "three-quarter";
 }
 
 /** Move the camera about what it looks at. */
-function orbit(app: App, around: number, down: number, further: number) {
-  const { camera, controls } = app.viewer;
+function orbit(page: Page, around: number, down: number, further: number) {
+  const { camera, controls } = page.viewer;
   const place = new THREE.Spherical().setFromVector3(camera.position.clone().sub(controls.target));
   place.theta += around;
   place.phi = THREE.MathUtils.clamp(place.phi + down, POLE, Math.PI - POLE);
   place.radius = THREE.MathUtils.clamp(place.radius * further, 3 * camera.near, 0.5 * camera.far);
   camera.position.setFromSpherical(place).add(controls.target);
   controls.update();
-  app.viewer.set_dirty();
+  page.viewer.set_dirty();
 }

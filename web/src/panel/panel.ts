@@ -1,5 +1,14 @@
-import type { App } from "../app.ts";
+import type { Box3 } from "three";
+import type { Connection } from "../connection.ts";
+import type { Pick } from "../pick/pick.ts";
+import type { Robot, ShownRobot } from "../robot/robot.ts";
 import { paintFloor } from "../scene/floor.ts";
+import type { OtherRobots } from "../scene/other_robots.ts";
+import type { Studio } from "../scene/studio.ts";
+import type { Stance } from "../stance.ts";
+import type { Player } from "../timeline/player.ts";
+import type { Toggles } from "../toggles.ts";
+import type { Camera, MeshcatViewer } from "../types.ts";
 import { Address } from "./address.ts";
 import { element } from "./element.ts";
 import { Exchange } from "./exchange.ts";
@@ -12,6 +21,26 @@ import { Robots } from "./robots.ts";
 import { SelectionSection } from "./selection.ts";
 import { Settings } from "./settings.ts";
 import { Head, Messages, Tools } from "./tools.ts";
+
+/** The parts of the page that are used here. */
+interface Page extends EventTarget {
+  readonly connection: Connection;
+  readonly others: OtherRobots;
+  readonly pane: HTMLElement;
+  readonly pick: Pick;
+  readonly player: Player;
+  readonly robot: Robot;
+  readonly role: string;
+  readonly shown: ShownRobot;
+  readonly stance: Stance;
+  readonly studio: Studio;
+  readonly toggles: Toggles;
+  readonly view: string | null;
+  readonly viewer: MeshcatViewer;
+  camera(name: string): void;
+  look(preset: Camera | undefined, robots: { box(links: number[]): Box3 }): void;
+  show(changes: Record<string, boolean>): void;
+}
 
 /** A part of the panel: what it looks like, and how it follows the robot if it does. */
 interface Section {
@@ -35,13 +64,13 @@ export class Panel {
   sections: Section[];
 
   constructor(
-    readonly app: App,
+    readonly page: Page,
     aside: HTMLElement,
   ) {
-    this.settings = new Settings(app.role === "");
-    this.exchange = new Exchange(app, this.messages);
-    this.past = new Past(app);
-    this.start = app.stance.snapshot();
+    this.settings = new Settings(page.role === "");
+    this.exchange = new Exchange(page, this.messages);
+    this.past = new Past(page);
+    this.start = page.stance.snapshot();
     this.address = new Address(this);
     this.layout = new Layout(aside, document.getElementById("view") as HTMLElement, this.settings);
     this.keys = new Keys(this);
@@ -54,7 +83,7 @@ export class Panel {
       new Postures(this),
       this.joints,
       this.readout,
-      new SelectionSection(app, this.settings),
+      new SelectionSection(page, this.settings),
     ];
     const body = element(
       "div",
@@ -66,12 +95,12 @@ export class Panel {
     this.settings.addEventListener("units", () => {
       this.joints.relabel();
       this.refresh();
-      app.pick.hover.tip.refresh();
-      app.pick.measure.draw();
-      app.viewer.set_dirty();
+      page.pick.hover.tip.refresh();
+      page.pick.measure.draw();
+      page.viewer.set_dirty();
     });
-    bindViewKeys(app);
-    const paint = () => paintFloor(app.studio);
+    bindViewKeys(page);
+    const paint = () => paintFloor(page.studio);
     this.settings.addEventListener("theme", paint);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", paint);
     paint();
@@ -87,12 +116,12 @@ export class Panel {
   complete() {
     // A page that finds its program again begins no second time.
     if (this.address.isOpen) return;
-    this.start = this.app.stance.snapshot();
+    this.start = this.page.stance.snapshot();
     this.address.open();
   }
 
   reset() {
-    this.app.stance.jump([...this.start.q], this.start.up);
+    this.page.stance.jump([...this.start.q], this.start.up);
   }
 
   refresh() {

@@ -1,6 +1,10 @@
+import type { Snapshot, Stance } from "../stance.ts";
 import { History } from "../values/history.ts";
-import type { Snapshot } from "../stance.ts";
-import type { App } from "../app.ts";
+
+/** The parts of the page that are used here. */
+interface Page extends EventTarget {
+  readonly stance: Stance;
+}
 
 /**
  * Undo and redo of what this page did to the robot. All that happens while a pointer or a key is down is one step.
@@ -14,10 +18,10 @@ export class Past extends EventTarget {
   before: Snapshot | null = null;
   held = new Set<string>();
 
-  constructor(readonly app: App) {
+  constructor(readonly page: Page) {
     super();
-    this.now = app.stance.snapshot();
-    app.addEventListener("settled", (event) => this.settled((event as CustomEvent).detail.own));
+    this.now = page.stance.snapshot();
+    page.addEventListener("settled", (event) => this.settled((event as CustomEvent).detail.own));
     const begin = (what: string) => {
       this.finish();
       this.held.add(what);
@@ -52,7 +56,7 @@ export class Past extends EventTarget {
 
   /** @param own whether this page moved the robot, rather than the program behind it or a clip */
   settled(own: boolean) {
-    const now = this.app.stance.snapshot();
+    const now = this.page.stance.snapshot();
     if (own && !same(now, this.now)) {
       this.before ??= this.now;
       if (this.held.size === 0) setTimeout(() => this.finish());
@@ -62,7 +66,7 @@ export class Past extends EventTarget {
 
   finish() {
     if (this.held.size > 0) return;
-    this.app.stance.settle();
+    this.page.stance.settle();
     if (this.before && !same(this.before, this.now)) {
       this.history.push(this.before);
       this.dispatchEvent(new Event("changed"));
@@ -82,7 +86,7 @@ export class Past extends EventTarget {
 
   show(snapshot: Snapshot | undefined) {
     if (!snapshot) return;
-    const { stance } = this.app;
+    const { stance } = this.page;
     stance.jump(snapshot.q, snapshot.up);
     // It is no step of its own.
     this.now = snapshot;

@@ -1,4 +1,5 @@
-import type { App } from "../app.ts";
+import type { Pick } from "../pick/pick.ts";
+import type { Robot } from "../robot/robot.ts";
 import { rollPitchYaw } from "../math/rotations.ts";
 import { poseNumbers } from "../pick/facts.ts";
 import { THREE } from "../three.ts";
@@ -7,6 +8,12 @@ import { unitOf, withUnit, type Choice, type Unit } from "../values/units.ts";
 import { element } from "./element.ts";
 import type { Panel } from "./panel.ts";
 import { choose, frameSelect, nameOf, type SelectionSection } from "./selection.ts";
+
+/** The parts of the page that are used here. */
+interface Page extends EventTarget {
+  readonly pick: Pick;
+  readonly robot: Robot;
+}
 
 /**
  * All frames for a list to choose from, the effectors first.
@@ -80,7 +87,7 @@ export class Readout {
   element: HTMLElement;
 
   constructor(readonly panel: Panel) {
-    const { about } = panel.app.robot;
+    const { about } = panel.page.robot;
     this.select = element("select", { ariaLabel: "Frame" }, ...frameOptions(about));
     this.select.onchange = () => {
       this.refresh();
@@ -102,10 +109,10 @@ export class Readout {
   }
 
   refresh() {
-    const { app, settings } = this.panel;
-    const link = app.robot.frames.get(this.select.value);
+    const { page, settings } = this.panel;
+    const link = page.robot.frames.get(this.select.value);
     if (link === undefined) return;
-    const pose = app.robot.pose(link);
+    const pose = page.robot.pose(link);
     const lengths = unitOf("m", settings.units);
     const angles = unitOf("rad", settings.units);
     const turns = rollPitchYaw(pose);
@@ -137,14 +144,14 @@ export class MeasureCard {
 
   /** @param selection that knows the reference */
   constructor(
-    readonly app: App,
+    readonly page: Page,
     readonly selection: SelectionSection,
   ) {
-    const { measure } = app.pick;
+    const { measure } = page.pick;
     this.picking.onclick = () => measure.setPicking(!measure.picking);
     this.clear.onclick = () => measure.clear();
     this.ends = ["Measure from", "Measure to"].map((label, i) => {
-      const select = frameSelect(label, app.robot.about, [["", "a point or frame"]]);
+      const select = frameSelect(label, page.robot.about, [["", "a point or frame"]]);
       select.onchange = () => measure.set(i, select.value === "" ? null : { kind: "frame", name: nameOf(select) });
       return select;
     });
@@ -154,7 +161,7 @@ export class MeasureCard {
     const buttons = element("div", { className: "copies" }, this.picking, this.clear);
     const which = element("div", { className: "which" }, from, element("span", {}, "to"), to);
     this.box = element("div", { className: "measure" }, buttons, which, this.results);
-    app.addEventListener("measured", () => {
+    page.addEventListener("measured", () => {
       const details = this.box.closest("details");
       if (details && measure.active) details.open = true;
       this.refresh();
@@ -162,8 +169,8 @@ export class MeasureCard {
   }
 
   refresh() {
-    const { measure } = this.app.pick;
-    const { about } = this.app.robot;
+    const { measure } = this.page.pick;
+    const { about } = this.page.robot;
     this.picking.setAttribute("aria-pressed", String(measure.picking));
     this.clear.hidden = !measure.active;
     measure.ends.forEach((end, i) => {

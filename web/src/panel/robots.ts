@@ -9,13 +9,13 @@ import type { Panel } from "./panel.ts";
  * panel moves its own one; the program that added the others moves them.
  */
 export class Robots {
-  app;
+  page;
   list = element("ul");
   element: HTMLElement;
 
   constructor(readonly panel: Panel) {
-    this.app = panel.app;
-    const { name } = this.app.robot.about;
+    this.page = panel.page;
+    const { name } = this.page.robot.about;
     const note = element("p", {}, `The panel moves ${name}; the program that added the others moves them.`);
     this.element = element(
       "section",
@@ -24,12 +24,12 @@ export class Robots {
       this.list,
       note,
     );
-    this.app.addEventListener("robots", () => this.draw());
+    this.page.addEventListener("robots", () => this.draw());
     this.draw();
   }
 
   draw() {
-    const { others, robot } = this.app;
+    const { others, robot } = this.page;
     const added = [...others.robots].sort(([a], [b]) => a - b);
     this.element.hidden = added.length === 0;
     const names = [robot.about.name, ...added.map(([, { name }]) => name)];
@@ -43,7 +43,7 @@ export class Robots {
 
   added(other: Other, name: string) {
     const box = element("input", { type: "checkbox", checked: other.visible, ariaLabel: `Show ${name}` });
-    box.onchange = () => this.app.others.show(other, box.checked);
+    box.onchange = () => this.page.others.show(other, box.checked);
     return this.row(other.shown.robot, element("label", {}, box, element("span", {}, name)));
   }
 
@@ -58,13 +58,13 @@ export class Robots {
 
   /** Fill the view with one robot, from the side that is looked from. */
   look(robot: Robot) {
-    const { app, panel } = this;
-    const presets = app.robot.about.cameras.filter(({ links }) => links.length === 0);
+    const { page, panel } = this;
+    const presets = page.robot.about.cameras.filter(({ links }) => links.length === 0);
     const preset =
-      presets.find(({ name }) => name === app.view) ?? presets.find(({ name }) => name === "three-quarter");
-    app.stance.settle();
+      presets.find(({ name }) => name === page.view) ?? presets.find(({ name }) => name === "three-quarter");
+    page.stance.settle();
     robot.root.updateWorldMatrix(true, true);
-    app.look(preset, { box: () => robot.box([]) });
+    page.look(preset, { box: () => robot.box([]) });
     panel.address.later();
   }
 }

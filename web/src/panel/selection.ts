@@ -1,11 +1,17 @@
 import "./selection.css";
-import type { App } from "../app.ts";
 import { COPIES, poseNumbers } from "../pick/facts.ts";
-import { referencePose } from "../pick/pick.ts";
+import { referencePose, type Pick } from "../pick/pick.ts";
+import type { Robot } from "../robot/robot.ts";
 import type { About } from "../types.ts";
 import { copyText, element } from "./element.ts";
 import { MeasureCard, Numbers, frameOptions } from "./readout.ts";
 import type { Settings } from "./settings.ts";
+
+/** The parts of the page that are used here. */
+interface Page extends EventTarget {
+  readonly pick: Pick;
+  readonly robot: Robot;
+}
 
 type Reference = { kind: "root" } | { kind: "floor" } | { kind: "frame"; name: string };
 
@@ -23,12 +29,12 @@ export class SelectionSection {
   element: HTMLDetailsElement;
 
   constructor(
-    readonly app: App,
+    readonly page: Page,
     readonly settings: Settings,
   ) {
-    const { about } = app.robot;
+    const { about } = page.robot;
     this.frame = frameSelect("Selected frame", about, [["", "none selected"]]);
-    this.frame.onchange = () => app.pick.selection.select(this.frame.value === "" ? null : nameOf(this.frame));
+    this.frame.onchange = () => page.pick.selection.select(this.frame.value === "" ? null : nameOf(this.frame));
     // A name of a frame is a text in the list, never a value with a meaning of its own.
     const places: [string, string][] = [["root", about.root]];
     if (!about.floating) places.push(["floor", "the floor under the robot"]);
@@ -44,7 +50,7 @@ export class SelectionSection {
       this.turn.box,
       this.copies,
     );
-    this.measure = new MeasureCard(app, this);
+    this.measure = new MeasureCard(page, this);
     this.element = element(
       "details",
       { className: "selection" },
@@ -54,9 +60,9 @@ export class SelectionSection {
       this.said,
       this.measure.box,
     );
-    app.addEventListener("selected", () => {
-      choose(this.frame, app.pick.selection.frame);
-      if (app.pick.selection.frame !== null) this.element.open = true;
+    page.addEventListener("selected", () => {
+      choose(this.frame, page.pick.selection.frame);
+      if (page.pick.selection.frame !== null) this.element.open = true;
       this.refresh();
     });
     this.element.ontoggle = () => this.refresh();
@@ -81,7 +87,7 @@ export class SelectionSection {
 
   /** Pose of what poses are given in, in the robot's root. */
   referencePose() {
-    return referencePose(this.app.robot, this.chosen);
+    return referencePose(this.page.robot, this.chosen);
   }
 
   /** A position and angles in the units that the panel shows. */
@@ -95,9 +101,9 @@ export class SelectionSection {
 
   /** Pose of the selected frame in the reference. */
   selected() {
-    const { frame } = this.app.pick.selection;
+    const { frame } = this.page.pick.selection;
     if (frame === null) return null;
-    const { robot } = this.app;
+    const { robot } = this.page;
     return this.referencePose()
       .invert()
       .multiply(robot.pose(robot.linkOf(frame)));

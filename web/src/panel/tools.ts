@@ -6,8 +6,8 @@ import type { Panel } from "./panel.ts";
 export class Head {
   element: HTMLElement;
 
-  constructor({ app, settings, keys }: Panel) {
-    const { about } = app.robot;
+  constructor({ page, settings, keys }: Panel) {
+    const { about } = page.robot;
     const freedoms = about.coordinates.length;
     const help = element("button", { type: "button" }, "Keys …");
     const opener = iconButton("settings", "Settings", () => {});
@@ -71,15 +71,15 @@ export class Tools {
   element: HTMLDivElement;
 
   constructor(readonly panel: Panel) {
-    const { app, past, exchange } = panel;
-    const { about } = app.robot;
+    const { page, past, exchange } = panel;
+    const { about } = page.robot;
     this.undo = iconButton("undo", "Undo", () => past.undo(), "Ctrl+Z");
     this.redo = iconButton("redo", "Redo", () => past.redo(), "Ctrl+Shift+Z");
     past.addEventListener("changed", () => this.refresh());
     const reset = iconButton("reset", "Back to the beginning", () => panel.reset());
     const mirror = iconButton("mirror", "Mirror left and right", () => this.mirror());
     const random = iconButton("random", "Random within the limits", () =>
-      app.stance.jump(randomWithin(about, app.stance.q)),
+      page.stance.jump(randomWithin(about, page.stance.q)),
     );
     mirror.hidden = about.mirror.length === 0;
     const copy = iconButton("copy", "Copy the configuration", () => {});
@@ -118,7 +118,7 @@ export class Tools {
   }
 
   mirror() {
-    const { robot, stance } = this.panel.app;
+    const { robot, stance } = this.panel.page;
     const up = stance.up ? [stance.up[0], -stance.up[1], stance.up[2]] : null;
     stance.jump(mirrored(robot.about, stance.q), up);
   }

@@ -1,11 +1,19 @@
 import "./tip.css";
-import type { App } from "../app.ts";
+import type { Panel } from "../panel/panel.ts";
+import type { MeshcatViewer } from "../types.ts";
 import { element } from "../panel/element.ts";
 import type { Robot } from "../robot/robot.ts";
 import { asMark } from "../scene/marks.ts";
 import { THREE } from "../three.ts";
 import { jointOf, pairOf, unitText } from "./facts.ts";
 import type { Picker } from "./picker.ts";
+
+/** The parts of the page that are used here. */
+interface Page extends EventTarget {
+  readonly panel: Panel;
+  readonly robot: Robot;
+  readonly viewer: MeshcatViewer;
+}
 
 // Between the pointer and the tip [px].
 const BESIDE = 16;
@@ -22,7 +30,7 @@ class Tip {
 
   /** @param view what the card stays inside */
   constructor(
-    readonly app: App,
+    readonly page: Page,
     readonly view: HTMLElement,
   ) {
     this.card.append(this.name, this.joint, this.pair, this.value);
@@ -46,7 +54,7 @@ class Tip {
   /** Write the joint's value anew. */
   refresh() {
     if (this.link === null) return;
-    const { robot, panel } = this.app;
+    const { robot, panel } = this.page;
     const { about, q } = robot;
     this.name.textContent = about.links[this.link].name;
     const joint = jointOf(about, this.link);
@@ -104,13 +112,13 @@ export class Hover {
   waiting: { clientX: number; clientY: number } | null = null;
 
   constructor(
-    readonly app: App,
+    readonly page: Page,
     readonly picker: Picker,
     view: HTMLElement,
   ) {
-    this.highlight = new Highlight(app.robot);
-    this.tip = new Tip(app, view);
-    app.addEventListener("settled", () => this.tip.refresh());
+    this.highlight = new Highlight(page.robot);
+    this.tip = new Tip(page, view);
+    page.addEventListener("settled", () => this.tip.refresh());
   }
 
   /** Look, before the next picture, what is under the pointer; of more places in between the last counts. */
@@ -130,7 +138,7 @@ export class Hover {
   show(link: number | null, place: { clientX: number; clientY: number }) {
     this.waiting = null;
     this.tip.show(link, place);
-    if (this.highlight.show(link)) this.app.viewer.set_dirty();
+    if (this.highlight.show(link)) this.page.viewer.set_dirty();
   }
 
   clear() {

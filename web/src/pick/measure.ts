@@ -1,8 +1,21 @@
-import type { App } from "../app.ts";
+import type { Labels } from "../scene/labels.ts";
+import type { Panel } from "../panel/panel.ts";
+import type { Robot } from "../robot/robot.ts";
+import type { Studio } from "../scene/studio.ts";
+import type { MeshcatViewer } from "../types.ts";
 import { asMark } from "../scene/marks.ts";
 import { THREE } from "../three.ts";
 import { unitOf, withUnit } from "../values/units.ts";
 import type { Hit } from "./picker.ts";
+
+/** The parts of the page that are used here. */
+interface Page extends EventTarget {
+  readonly labels: Labels;
+  readonly panel: Panel;
+  readonly robot: Robot;
+  readonly studio: Studio;
+  readonly viewer: MeshcatViewer;
+}
 
 /** One end of what is measured: a frame, or a point that stays on its link. */
 type End = { kind: "frame"; name: string } | { kind: "point"; link: number; local: THREE.Vector3 };
@@ -10,7 +23,7 @@ type End = { kind: "frame"; name: string } | { kind: "point"; link: number; loca
 const [SPOT, THREAD] = [0.006, 0.0014];
 const COLOUR = 0xc2255c;
 
-/** Distance between two frames or points of the surface, drawn as a line. Event of the app: "measured". */
+/** Distance between two frames or points of the surface, drawn as a line. Event of the page: "measured". */
 export class Measure {
   /** Whether a click picks a point. */
   picking = false;
@@ -20,9 +33,9 @@ export class Measure {
   thread;
   label = new THREE.Group();
 
-  constructor(readonly app: App) {
-    app.robot.root.add(this.group);
-    const scale = app.studio.markScale;
+  constructor(readonly page: Page) {
+    page.robot.root.add(this.group);
+    const scale = page.studio.markScale;
     const material = new THREE.MeshBasicMaterial({
       color: new THREE.Color(COLOUR).convertSRGBToLinear(),
       transparent: true,
@@ -34,7 +47,7 @@ export class Measure {
     this.thread = new THREE.Mesh(new THREE.CylinderGeometry(THREAD * scale, THREAD * scale, 1, 10), material);
     for (const mark of [...this.spots, this.thread]) mark.renderOrder = 20;
     this.group.add(...this.spots, this.thread, this.label);
-    app.addEventListener("settled", () => this.draw());
+    page.addEventListener("settled", () => this.draw());
     this.draw();
   }
 
@@ -68,13 +81,13 @@ export class Measure {
 
   changed() {
     this.draw();
-    this.app.viewer.set_dirty();
-    this.app.dispatchEvent(new Event("measured"));
+    this.page.viewer.set_dirty();
+    this.page.dispatchEvent(new Event("measured"));
   }
 
   /** Pose of an end in the robot's root; a point has the orientation of its link. */
   pose(end: End) {
-    const { robot } = this.app;
+    const { robot } = this.page;
     if (end.kind === "frame") return robot.pose(robot.linkOf(end.name));
     const pose = robot.pose(end.link);
     return pose.setPosition(end.local.clone().applyMatrix4(pose));
@@ -89,7 +102,7 @@ export class Measure {
     const [a, b] = places;
     this.thread.visible = Boolean(a && b);
     if (!a || !b) {
-      this.app.labels.set(this, []);
+      this.page.labels.set(this, []);
       return;
     }
     const along = b.clone().sub(a);
@@ -98,7 +111,7 @@ export class Measure {
     this.thread.scale.set(1, Math.max(length, 1e-9), 1);
     this.thread.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), along.normalize());
     this.label.position.copy(this.thread.position);
-    const text = withUnit(length, unitOf("m", this.app.panel.settings.units));
-    this.app.labels.set(this, [{ text, node: this.label }]);
+    const text = withUnit(length, unitOf("m", this.page.panel.settings.units));
+    this.page.labels.set(this, [{ text, node: this.label }]);
   }
 }

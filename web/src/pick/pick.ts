@@ -1,4 +1,7 @@
-import type { App } from "../app.ts";
+import type { Labels } from "../scene/labels.ts";
+import type { Panel } from "../panel/panel.ts";
+import type { Studio } from "../scene/studio.ts";
+import type { MeshcatViewer } from "../types.ts";
 import type { Robot } from "../robot/robot.ts";
 import { makeTriad } from "../scene/extras.ts";
 import { asMark, dispose } from "../scene/marks.ts";
@@ -8,22 +11,31 @@ import { Hover } from "./hover.ts";
 import { Measure } from "./measure.ts";
 import { Picker, Viewport } from "./picker.ts";
 
+/** The parts of the page that are used here. */
+interface Page extends EventTarget {
+  readonly labels: Labels;
+  readonly panel: Panel;
+  readonly robot: Robot;
+  readonly studio: Studio;
+  readonly viewer: MeshcatViewer;
+}
+
 const SIZE = 0.062;
 
-/** The frame that is looked at: drawn as a triad with its name. Event of the app: "selected". */
+/** The frame that is looked at: drawn as a triad with its name. Event of the page: "selected". */
 class Selection {
   frame: string | null = null;
   triad: THREE.Group | null = null;
 
-  constructor(readonly app: App) {}
+  constructor(readonly page: Page) {}
 
   /** Number of the link that the frame belongs to. */
   get link() {
-    return this.frame === null ? null : this.app.robot.linkOf(this.frame);
+    return this.frame === null ? null : this.page.robot.linkOf(this.frame);
   }
 
   selectLink(link: number) {
-    this.select(frameOf(this.app.robot.about, link));
+    this.select(frameOf(this.page.robot.about, link));
   }
 
   /** @param frame null for none */
@@ -33,12 +45,12 @@ class Selection {
     if (this.triad) dispose(this.triad);
     this.triad = null;
     if (frame !== null) {
-      this.triad = asMark(makeTriad(SIZE * this.app.studio.markScale));
-      this.app.robot.frameNode(frame).add(this.triad);
+      this.triad = asMark(makeTriad(SIZE * this.page.studio.markScale));
+      this.page.robot.frameNode(frame).add(this.triad);
     }
-    this.app.labels.set(this, this.triad && frame !== null ? [{ text: frame, node: this.triad }] : []);
-    this.app.viewer.set_dirty();
-    this.app.dispatchEvent(new Event("selected"));
+    this.page.labels.set(this, this.triad && frame !== null ? [{ text: frame, node: this.triad }] : []);
+    this.page.viewer.set_dirty();
+    this.page.dispatchEvent(new Event("selected"));
   }
 }
 
@@ -60,11 +72,11 @@ export class Pick {
   selection: Selection;
   measure: Measure;
 
-  constructor(app: App, pane: HTMLElement) {
-    this.viewport = new Viewport(app.viewer, pane);
-    this.picker = new Picker(app.robot, this.viewport);
-    this.hover = new Hover(app, this.picker, pane);
-    this.selection = new Selection(app);
-    this.measure = new Measure(app);
+  constructor(page: Page, pane: HTMLElement) {
+    this.viewport = new Viewport(page.viewer, pane);
+    this.picker = new Picker(page.robot, this.viewport);
+    this.hover = new Hover(page, this.picker, pane);
+    this.selection = new Selection(page);
+    this.measure = new Measure(page);
   }
 }

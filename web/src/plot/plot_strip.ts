@@ -30,8 +30,8 @@ export class PlotStrip {
   drawn?: Coordinate[];
 
   constructor(readonly player: Player) {
-    const { app } = player;
-    const { about } = app.robot;
+    const { page } = player;
+    const { about } = page.robot;
     this.coordinates = about.coordinates;
     this.button = player.switch("plot", "Plots", () => this.open(this.element.hidden !== false));
     this.frames = element(
@@ -39,18 +39,18 @@ export class PlotStrip {
       { ariaLabel: "Frame to plot" },
       ...about.frames.map(({ name }) => element("option", { value: name }, name)),
     );
-    this.frames.value = app.panel.readout.select.value;
+    this.frames.value = page.panel.readout.select.value;
     this.frames.onchange = () => this.update();
-    app.panel.readout.select.addEventListener("change", () => this.follow(app.panel.readout.select.value));
-    app.addEventListener("selected", () => app.pick.selection.frame && this.follow(app.pick.selection.frame));
+    page.panel.readout.select.addEventListener("change", () => this.follow(page.panel.readout.select.value));
+    page.addEventListener("selected", () => page.pick.selection.frame && this.follow(page.pick.selection.frame));
     const seek = (time: number) => player.seek(time);
     this.joints = new Plot("Joints", this.jointChooser(), seek);
     this.places = new Plot("Position", this.frames, seek);
     this.element.append(this.joints.element, this.places.element);
     player.addEventListener("motion", () => this.later());
     player.addEventListener("time", () => this.setTime());
-    app.panel.settings.addEventListener("units", () => this.later());
-    app.panel.settings.addEventListener("theme", () => this.later());
+    page.panel.settings.addEventListener("units", () => this.later());
+    page.panel.settings.addEventListener("theme", () => this.later());
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.later());
   }
 
@@ -97,11 +97,11 @@ export class PlotStrip {
   update() {
     clearTimeout(this.waiting);
     this.waiting = undefined;
-    const { motion, app } = this.player;
+    const { motion, page } = this.player;
     if (this.element.hidden) return;
     this.element.classList.toggle("bare", !motion);
     if (!motion) return [this.joints, this.places].forEach((plot) => plot.clear());
-    const { units } = app.panel.settings;
+    const { units } = page.panel.settings;
     const columns = this.coordinates.map(({ column }) => column);
     const shown = this.chosen
       ? columns.filter((column) => this.chosen?.has(column))
@@ -119,10 +119,10 @@ export class PlotStrip {
         return { name: joint, colour: COLOURS[i % COLOURS.length], values, limits, digits, sign };
       }),
     );
-    this.skeleton ??= new OffScreen(app.robot);
+    this.skeleton ??= new OffScreen(page.robot);
     // Joints turn between two configurations, so straight lines of joint values are no straight ways.
     const few = evenTimes(motion, MOST_PLACES);
-    const [way] = this.skeleton.ways(motion, few, [app.robot.linkOf(this.frames.value)]);
+    const [way] = this.skeleton.ways(motion, few, [page.robot.linkOf(this.frames.value)]);
     const { scale, digits, sign } = unitOf("m", units);
     this.places.show(
       few,
@@ -135,14 +135,14 @@ export class PlotStrip {
   }
 
   setTime() {
-    const { motion, time, app } = this.player;
+    const { motion, time, page } = this.player;
     if (this.element.hidden || !motion || !this.skeleton || !this.drawn) return;
-    const { units } = app.panel.settings;
+    const { units } = page.panel.settings;
     const q = motion.at(time);
     const drawn = this.drawn;
     this.joints.setTime(time, (line) => q[drawn[line].column] * unitOf(drawn[line].unit, units).scale);
     this.skeleton.apply(q);
-    const pose = this.skeleton.pose(app.robot.linkOf(this.frames.value));
+    const pose = this.skeleton.pose(page.robot.linkOf(this.frames.value));
     this.places.setTime(time, (line) => pose.elements[12 + line] * unitOf("m", units).scale);
   }
 }

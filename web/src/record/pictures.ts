@@ -1,8 +1,25 @@
 import type { Box3 } from "three";
-import type { App } from "../app.ts";
 import { element } from "../panel/element.ts";
+import type { Panel } from "../panel/panel.ts";
+import type { Robot } from "../robot/robot.ts";
+import type { Labels } from "../scene/labels.ts";
+import type { OtherRobots } from "../scene/other_robots.ts";
+import type { Speech } from "../scene/speech.ts";
 import { resize, type Studio } from "../scene/studio.ts";
-import type { Camera } from "../types.ts";
+import type { Camera, MeshcatViewer } from "../types.ts";
+
+/** The parts of the page that are used here. */
+interface Page {
+  readonly labels: Labels;
+  readonly others: OtherRobots;
+  readonly pane: HTMLElement;
+  readonly panel: Panel;
+  readonly robot: Robot;
+  readonly speech: Speech;
+  readonly studio: Studio;
+  readonly viewer: MeshcatViewer;
+  send(answer: object): void;
+}
 
 /** Let the browser save a file. */
 export function download(blob: Blob, name: string) {
@@ -78,18 +95,18 @@ function takePicture(
  *
  * @param scale pixels for one of the screen's
  */
-export async function saveScreenshot(app: App, scale: number): Promise<void> {
-  const { pane, studio, robot } = app;
+export async function saveScreenshot(page: Page, scale: number): Promise<void> {
+  const { pane, studio, robot } = page;
   const ratio = scale * window.devicePixelRatio;
   const [width, height] = [pane.clientWidth, pane.clientHeight].map((length) => Math.round(length * ratio));
   const gl = studio.viewer.renderer.getContext();
   const most = Math.min(gl.getParameter(gl.MAX_RENDERBUFFER_SIZE), gl.getParameter(gl.MAX_TEXTURE_SIZE));
   const share = Math.min(1, most / Math.max(width, height));
   const [wide, high] = [Math.floor(width * share), Math.floor(height * share)];
-  const canvas = takePicture(studio, wide, high, undefined, robot, (ink) => paintOver(app, ink, wide, high));
+  const canvas = takePicture(studio, wide, high, undefined, robot, (ink) => paintOver(page, ink, wide, high));
   const blob = await new Promise((done: (blob: Blob | null) => void) => canvas.toBlob(done, "image/png"));
   if (blob) download(blob, fileName(robot.about.name, "png"));
-  else app.panel.messages.say("The browser made no picture of this size.", { bad: true });
+  else page.panel.messages.say("The browser made no picture of this size.", { bad: true });
 }
 
 // The shorter side of a picture in which letters of labels are as many pixels as in the page.
@@ -97,27 +114,27 @@ const LABELS_ACROSS = 640;
 
 /** Draw the picture that the program asks for, and send it. */
 export function sendPicture(
-  app: App,
+  page: Page,
   { id, width, height, camera }: { id: string; width: number; height: number; camera: string },
 ) {
-  const preset = app.robot.about.cameras.find(({ name }) => name === camera);
-  const over = (ink: CanvasRenderingContext2D) => paintOver(app, ink, width, height);
-  const picture = takePicture(app.studio, width, height, preset, app.others, over);
-  app.send({ kind: "picture", id, data: picture.toDataURL("image/png") });
+  const preset = page.robot.about.cameras.find(({ name }) => name === camera);
+  const over = (ink: CanvasRenderingContext2D) => paintOver(page, ink, width, height);
+  const picture = takePicture(page.studio, width, height, preset, page.others, over);
+  page.send({ kind: "picture", id, data: picture.toDataURL("image/png") });
 }
 
 /** Paint the picture that was drawn last, with what the page writes over it. */
-export function paintPicture(app: App, ink: CanvasRenderingContext2D, width: number, height: number) {
-  paintCanvas(ink, app.viewer.renderer.domElement, width, height);
-  paintOver(app, ink, width, height);
+export function paintPicture(page: Page, ink: CanvasRenderingContext2D, width: number, height: number) {
+  paintCanvas(ink, page.viewer.renderer.domElement, width, height);
+  paintOver(page, ink, width, height);
 }
 
 /** Paint what the page writes over the picture onto one of another size. */
-function paintOver(app: App, ink: CanvasRenderingContext2D, width: number, height: number) {
-  app.speech.paint(ink, width, height);
+function paintOver(page: Page, ink: CanvasRenderingContext2D, width: number, height: number) {
+  page.speech.paint(ink, width, height);
   const scale = Math.min(width, height) / LABELS_ACROSS;
   ink.save();
   ink.scale(scale, scale);
-  app.labels.paint(ink, width / scale, height / scale);
+  page.labels.paint(ink, width / scale, height / scale);
   ink.restore();
 }

@@ -1,5 +1,24 @@
-import type { App } from "../app.ts";
+import type { Labels } from "../scene/labels.ts";
+import type { OtherRobots } from "../scene/other_robots.ts";
+import type { Panel } from "../panel/panel.ts";
+import type { Robot } from "../robot/robot.ts";
+import type { Speech } from "../scene/speech.ts";
+import type { Studio } from "../scene/studio.ts";
+import type { MeshcatViewer } from "../types.ts";
 import { download, fileName, paintPicture } from "./pictures.ts";
+
+/** The parts of the page that are used here. */
+interface Page {
+  readonly labels: Labels;
+  readonly others: OtherRobots;
+  readonly pane: HTMLElement;
+  readonly panel: Panel;
+  readonly robot: Robot;
+  readonly speech: Speech;
+  readonly studio: Studio;
+  readonly viewer: MeshcatViewer;
+  send(answer: object): void;
+}
 
 // A film ends by itself after so many seconds, or bytes: it is kept in memory until it is saved.
 const [MOST_SECONDS, MOST_BYTES] = [120, 200e6];
@@ -14,7 +33,7 @@ export class Video {
   ink: CanvasRenderingContext2D;
   recorder: MediaRecorder | null = null;
 
-  constructor(readonly app: App) {
+  constructor(readonly page: Page) {
     this.ink = this.canvas.getContext("2d", { alpha: false }) as CanvasRenderingContext2D;
   }
 
@@ -34,7 +53,7 @@ export class Video {
 
   start() {
     const mimeType = KINDS.find((kind) => MediaRecorder.isTypeSupported(kind)) ?? "";
-    const { pane } = this.app;
+    const { pane } = this.page;
     const ratio = Math.min(window.devicePixelRatio, 2);
     // Codecs want even numbers.
     this.canvas.width = 2 * Math.round((pane.clientWidth * ratio) / 2);
@@ -56,12 +75,12 @@ export class Video {
       this.recorder = null;
       this.told(null);
       const type = mimeType.split(";")[0];
-      download(new Blob(parts, { type }), fileName(this.app.robot.about.name, type === "video/mp4" ? "mp4" : "webm"));
+      download(new Blob(parts, { type }), fileName(this.page.robot.about.name, type === "video/mp4" ? "mp4" : "webm"));
     };
     this.recorder = recorder;
     recorder.start(1000);
     this.told(0);
-    this.app.viewer.set_dirty();
+    this.page.viewer.set_dirty();
   }
 
   stop() {
@@ -72,6 +91,6 @@ export class Video {
   add() {
     if (!this.recorder) return;
     const { width, height } = this.canvas;
-    paintPicture(this.app, this.ink, width, height);
+    paintPicture(this.page, this.ink, width, height);
   }
 }

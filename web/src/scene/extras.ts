@@ -1,7 +1,15 @@
-import type { App } from "../app.ts";
+import type { Robot } from "../robot/robot.ts";
 import { THREE } from "../three.ts";
-import type { Vector } from "../types.ts";
+import type { MeshcatViewer, Vector } from "../types.ts";
 import { asMark, dispose } from "./marks.ts";
+import type { Studio } from "./studio.ts";
+
+/** The parts of the page that are used here. */
+interface Page {
+  readonly robot: Robot;
+  readonly studio: Studio;
+  readonly viewer: MeshcatViewer;
+}
 
 /**
  * A material that light does not change.
@@ -206,7 +214,7 @@ const MAKERS: Record<string, (message: any) => THREE.Object3D> = { points: makeP
 export class Extras {
   shapes: Map<string, THREE.Object3D> = new Map();
 
-  constructor(readonly app: App) {}
+  constructor(readonly page: Page) {}
 
   /**
    * Draw a shape, instead of the one of the same name.
@@ -218,9 +226,9 @@ export class Extras {
     if (!Object.hasOwn(MAKERS, shape)) return;
     this.remove(name);
     const made = asMark(MAKERS[shape](message));
-    (frame === null ? this.app.viewer.scene : this.app.robot.frameNode(frame)).add(made);
+    (frame === null ? this.page.viewer.scene : this.page.robot.frameNode(frame)).add(made);
     this.shapes.set(name, made);
-    this.app.studio.moved();
+    this.page.studio.moved();
   }
 
   /** Forget all shapes but these. */
@@ -235,6 +243,6 @@ export class Extras {
     shape.traverse((node) => node instanceof THREE.InstancedMesh && node.dispose());
     dispose(shape);
     this.shapes.delete(name);
-    this.app.studio.moved();
+    this.page.studio.moved();
   }
 }

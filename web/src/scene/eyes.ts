@@ -1,10 +1,17 @@
-import type { App } from "../app.ts";
 import { element } from "../panel/element.ts";
 import type { Robot } from "../robot/robot.ts";
 import { THREE } from "../three.ts";
-import type { Eye } from "../types.ts";
+import type { Eye, MeshcatViewer } from "../types.ts";
 import { asMark } from "./marks.ts";
 import type { Studio } from "./studio.ts";
+
+/** The parts of the page that are used here. */
+interface Page {
+  readonly eyes: Eyes;
+  readonly pane: HTMLElement;
+  readonly robot: Robot;
+  readonly viewer: MeshcatViewer;
+}
 
 // A field of view that nobody has told [rad], and how far the drawn frustum reaches, as a share of the robot's size.
 const USUAL = { horizontal: 1.0, vertical: 0.8 };
@@ -20,20 +27,20 @@ interface Sight {
   pane: HTMLElement;
 }
 
-export function makeSight(app: App): Sight {
+export function makeSight(page: Page): Sight {
   const select = document.createElement("select");
   select.ariaLabel = "Camera of the robot";
-  select.append(...app.robot.about.eyes.map(({ name }) => new Option(name, name)));
+  select.append(...page.robot.about.eyes.map(({ name }) => new Option(name, name)));
   select.onchange = () => {
-    app.eyes.show(select.value);
-    app.viewer.set_dirty();
+    page.eyes.show(select.value);
+    page.viewer.set_dirty();
   };
   const picture = element("div", { className: "sight" });
   const field = element("span", { title: "Horizontal and vertical field of view" });
   const caption = element("div", { className: "caption" }, select as Node, field);
   const box = element("div", { id: "eye", hidden: true }, picture, caption);
-  app.pane.after(box);
-  return { box, picture, select, field, pane: app.pane };
+  page.pane.after(box);
+  return { box, picture, select, field, pane: page.pane };
 }
 
 /** What the robot's own cameras see, drawn into a corner of the picture, and their frustum in the scene. */

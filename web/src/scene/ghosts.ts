@@ -1,9 +1,18 @@
-import type { App } from "../app.ts";
+import type { Stance } from "../stance.ts";
+import type { Toggles } from "../toggles.ts";
 import { between, isInside, type Robot } from "../robot/robot.ts";
 import { OffScreen } from "../robot/skeleton.ts";
 import { THREE } from "../three.ts";
 import { entry } from "./legend.ts";
 import { asMark } from "./marks.ts";
+
+/** The parts of the page that are used here. */
+interface Page {
+  readonly ghosts: Ghosts;
+  readonly stance: Stance;
+  readonly toggles: Toggles;
+  show(changes: Record<string, boolean>): void;
+}
 
 // Of one that is to compare with.
 const COMPARED = "#3f7fd9";
@@ -112,7 +121,7 @@ function makeMaterial(place: number) {
  * @param message one after another; number of the first
  */
 export function showGhosts(
-  app: App,
+  page: Page,
   { qs, count, opacity, first }: { qs: Float64Array; count: number; opacity: number; first: number | null },
 ) {
   const width = qs.length / count;
@@ -120,18 +129,18 @@ export function showGhosts(
     const colour = first === null ? COMPARED : GHOST_COLOURS[i % GHOST_COLOURS.length];
     return { q: [...qs.subarray(i * width, (i + 1) * width)], colour, opacity };
   });
-  app.stance.settle();
-  app.ghosts.show(looks);
-  app.ghosts.entries = first === null ? [] : looks.map(({ colour }, i) => entry(`${first + i}`, colour));
-  app.toggles.offer("ghosts", count > 0);
-  app.show({ ghosts: true });
+  page.stance.settle();
+  page.ghosts.show(looks);
+  page.ghosts.entries = first === null ? [] : looks.map(({ colour }, i) => entry(`${first + i}`, colour));
+  page.toggles.offer("ghosts", count > 0);
+  page.show({ ghosts: true });
 }
 
-export function clearGhosts(app: App) {
-  showGhosts(app, { qs: new Float64Array(0), count: 0, opacity: 1, first: null });
+export function clearGhosts(page: Page) {
+  showGhosts(page, { qs: new Float64Array(0), count: 0, opacity: 1, first: null });
 }
 
 /** The configuration of now stays as a pale copy. */
-export function keepGhost(app: App) {
-  showGhosts(app, { qs: Float64Array.from(app.stance.q), count: 1, opacity: 0.3, first: null });
+export function keepGhost(page: Page) {
+  showGhosts(page, { qs: Float64Array.from(page.stance.q), count: 1, opacity: 0.3, first: null });
 }

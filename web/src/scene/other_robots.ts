@@ -1,6 +1,13 @@
-import type { App } from "../app.ts";
-import { ShownRobot } from "../robot/robot.ts";
-import type { About } from "../types.ts";
+import { ShownRobot, type Robot } from "../robot/robot.ts";
+import type { About, MeshcatViewer } from "../types.ts";
+import type { Studio } from "./studio.ts";
+
+/** The parts of the page that are used here. */
+interface Page extends EventTarget {
+  readonly robot: Robot;
+  readonly studio: Studio;
+  readonly viewer: MeshcatViewer;
+}
 
 const ground = (number: number) => `ground:${number}`;
 
@@ -11,25 +18,25 @@ export interface Other {
   visible: boolean;
 }
 
-/** The robots beside the page's own, each on a ground of its own, by the numbers that Python gives them. Event of the app: "robots", when they are others. */
+/** The robots beside the page's own, each on a ground of its own, by the numbers that Python gives them. Event of the page: "robots", when they are others. */
 export class OtherRobots {
   robots: Map<number, Other> = new Map();
 
-  constructor(readonly app: App) {}
+  constructor(readonly page: Page) {}
 
   /** The nodes of a robot are there: they become a robot. */
   add({ robot: number, name, about }: { robot: number; name: string; about: About }) {
-    const { viewer, studio } = this.app;
+    const { viewer, studio } = this.page;
     const root = viewer.scene_tree.find([ground(number), "robot"]).object;
     this.robots.set(number, { name, shown: new ShownRobot(root, about, studio), visible: true });
-    this.app.dispatchEvent(new Event("robots"));
+    this.page.dispatchEvent(new Event("robots"));
   }
 
   /** @param on whether it is to be seen */
   show(other: Other, on: boolean) {
     other.visible = other.shown.robot.root.visible = on;
-    this.app.studio.moved();
-    this.app.viewer.set_dirty();
+    this.page.studio.moved();
+    this.page.viewer.set_dirty();
   }
 
   display(number: number, q: ArrayLike<number>, up: ArrayLike<number> | null) {
@@ -37,16 +44,16 @@ export class OtherRobots {
     if (!shown) return;
     shown.robot.q.splice(0, q.length, ...Array.from(q));
     shown.settle(up);
-    this.app.studio.moved();
+    this.page.studio.moved();
   }
 
   remove(number: number) {
     const other = this.robots.get(number);
-    if (other) this.app.studio.release(other.shown.robot);
+    if (other) this.page.studio.release(other.shown.robot);
     const isOther = this.robots.delete(number);
     // meshcat gives back what its nodes hold on the graphics card.
-    this.app.viewer.scene_tree.delete([ground(number)]);
-    if (isOther) this.app.dispatchEvent(new Event("robots"));
+    this.page.viewer.scene_tree.delete([ground(number)]);
+    if (isOther) this.page.dispatchEvent(new Event("robots"));
   }
 
   /** Forget all robots but these. */
@@ -60,7 +67,7 @@ export class OtherRobots {
    * The box around all robots that are seen, in the world of three.js; around some links of the page's own where they are named.
    */
   box(links: number[]) {
-    const box = this.app.robot.box(links);
+    const box = this.page.robot.box(links);
     for (const { shown, visible } of links.length === 0 ? this.robots.values() : []) {
       if (!visible) continue;
       const { robot } = shown;

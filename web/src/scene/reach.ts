@@ -1,9 +1,16 @@
-import type { App } from "../app.ts";
 import { element } from "../panel/element.ts";
+import type { Robot } from "../robot/robot.ts";
 import { THREE } from "../three.ts";
-import type { Vector } from "../types.ts";
-import { onScale, scaleBar } from "./legend.ts";
+import type { MeshcatViewer, Vector } from "../types.ts";
+import { onScale, scaleBar, type Legend } from "./legend.ts";
 import { asMark, dispose } from "./marks.ts";
+
+/** The parts of the page that are used here. */
+interface Page {
+  readonly legend: Legend;
+  readonly robot: Robot;
+  readonly viewer: MeshcatViewer;
+}
 
 interface Voxel {
   centre: Vector;
@@ -50,7 +57,7 @@ export class Reach {
   flip = element("button", { type: "button", title: "Show the other side" }, "⇄");
 
   constructor(
-    readonly app: App,
+    readonly page: Page,
     public bar: HTMLElement,
   ) {
     this.axis.ariaLabel = "Axis of the cut";
@@ -69,7 +76,7 @@ export class Reach {
   show({ frame, voxel, first, cells, values, stops, label, low, high, cut }: ReachMap) {
     this.clear();
     this.bar.hidden = !cells;
-    this.app.legend.set("reach", cells ? [`${label} ${low}`, scaleBar(stops), high] : []);
+    this.page.legend.set("reach", cells ? [`${label} ${low}`, scaleBar(stops), high] : []);
     if (!cells) return;
     this.voxel = voxel;
     this.flipped = false;
@@ -95,7 +102,7 @@ export class Reach {
     this.rim.frustumCulled = false;
     this.group = asMark(new THREE.Group());
     this.group.add(this.mesh, this.rim);
-    this.app.robot.frameNode(frame).add(this.group);
+    this.page.robot.frameNode(frame).add(this.group);
     this.axis.value = cut?.axis ?? "x";
     this.turn(cut?.place);
   }
@@ -193,6 +200,6 @@ export class Reach {
     const share = `${(100 * (plane - least)) / (most - least)}%`;
     this.slider.style.setProperty("--from", this.flipped ? share : "0%");
     this.slider.style.setProperty("--to", this.flipped ? "100%" : share);
-    this.app.viewer.set_dirty();
+    this.page.viewer.set_dirty();
   }
 }

@@ -1,11 +1,21 @@
-import type { App } from "../app.ts";
 import { evenTimes } from "../plot/samples.ts";
+import type { Robot } from "../robot/robot.ts";
 import { OffScreen } from "../robot/skeleton.ts";
 import { THREE } from "../three.ts";
 import type { Player } from "../timeline/player.ts";
+import type { MeshcatViewer } from "../types.ts";
 import { GHOST_COLOURS } from "./ghosts.ts";
-import { entry } from "./legend.ts";
+import { entry, type Legend } from "./legend.ts";
 import { asMark } from "./marks.ts";
+import type { Studio } from "./studio.ts";
+
+/** The parts of the page that are used here. */
+interface Page extends EventTarget {
+  readonly legend: Legend;
+  readonly robot: Robot;
+  readonly studio: Studio;
+  readonly viewer: MeshcatViewer;
+}
 
 /** behind what moves, or of all that is played */
 export type Mode = "off" | "behind" | "whole";
@@ -32,12 +42,12 @@ export class Trails {
   group = asMark(new THREE.Group());
 
   constructor(
-    readonly app: App,
+    readonly page: Page,
     readonly player: Player,
   ) {
-    this.frames = new Set(app.robot.about.effectors.slice(0, GHOST_COLOURS.length));
-    app.robot.root.add(this.group);
-    app.addEventListener("settled", () => this.follow());
+    this.frames = new Set(page.robot.about.effectors.slice(0, GHOST_COLOURS.length));
+    page.robot.root.add(this.group);
+    page.addEventListener("settled", () => this.follow());
     player.addEventListener("motion", () => this.mode === "whole" && this.later());
   }
 
@@ -58,7 +68,7 @@ export class Trails {
   // The robot has moved.
   follow() {
     if (this.mode !== "behind") return;
-    const { robot } = this.app;
+    const { robot } = this.page;
     for (const frame of this.frames) {
       const way = this.past.get(frame) ?? [];
       this.past.set(frame, way);
@@ -86,24 +96,24 @@ export class Trails {
     const frames = this.mode === "off" ? [] : [...this.frames];
     const ways = this.mode === "whole" ? this.ahead(frames) : frames.map((frame) => this.past.get(frame) ?? []);
     ways.forEach((way, i) => {
-      const tube = makeTube(way, this.materials[i % this.materials.length], RADIUS * this.app.studio.markScale);
+      const tube = makeTube(way, this.materials[i % this.materials.length], RADIUS * this.page.studio.markScale);
       if (tube) this.group.add(tube);
     });
     const entries = frames.map((frame, i) => entry(frame, GHOST_COLOURS[i % GHOST_COLOURS.length]));
-    this.app.legend.set("trails", entries.length > 0 ? ["trails", ...entries] : []);
-    this.app.viewer.set_dirty();
+    this.page.legend.set("trails", entries.length > 0 ? ["trails", ...entries] : []);
+    this.page.viewer.set_dirty();
   }
 
   ahead(frames: string[]) {
     const { motion } = this.player;
     if (!motion) return [];
-    this.skeleton ??= new OffScreen(this.app.robot);
+    this.skeleton ??= new OffScreen(this.page.robot);
     // Joints turn between two samples, so straight lines of joint values are no straight ways.
     const times = evenTimes(motion, MOST);
     return this.skeleton.ways(
       motion,
       times,
-      frames.map((frame) => this.app.robot.linkOf(frame)),
+      frames.map((frame) => this.page.robot.linkOf(frame)),
     );
   }
 }

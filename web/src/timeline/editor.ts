@@ -83,9 +83,9 @@ export class Editor {
   tools: KeyTools;
 
   constructor(public player: Player) {
-    const { about } = player.app.robot;
+    const { about } = player.page.robot;
     this.names = new Map(about.coordinates.map(({ column, joint }) => [column, joint]));
-    this.limits = player.app.stance.q.map(() => null);
+    this.limits = player.page.stance.q.map(() => null);
     for (const { column, velocity } of about.coordinates) this.limits[column] = velocity;
     this.button = player.switch("key", "Key frames", () => this.open(!this.isOpen, true));
     this.track = new Track({
@@ -171,7 +171,7 @@ export class Editor {
   /** @param event anywhere */
   addKey(event: KeyboardEvent) {
     if (!this.isOpen || event.key.toLowerCase() !== "k" || event.defaultPrevented) return;
-    if (event.ctrlKey || event.metaKey || event.altKey || !this.player.app.panel.settings.keys) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || !this.player.page.panel.settings.keys) return;
     const { target } = event;
     if (target instanceof Element && target.closest('input:not([type="range"]), textarea, select, dialog')) return;
     event.preventDefault();
@@ -180,11 +180,11 @@ export class Editor {
 
   adding() {
     if (this.frames.count >= MOST_KEYS) return this.player.say(`There are ${MOST_KEYS} key frames: that is all.`, true);
-    const { app } = this.player;
+    const { page } = this.player;
     const time = this.frames.nextTime(this.now);
     if (time > LATEST && this.isFull()) return;
     this.player.pause();
-    this.added(this.frames.adding(time, app.stance.q));
+    this.added(this.frames.adding(time, page.stance.q));
   }
 
   duplicating() {
@@ -207,7 +207,7 @@ export class Editor {
 
   replacing() {
     if (this.selected < 0) return;
-    this.apply(this.frames.replacing(this.selected, this.player.app.stance.q), this.selected);
+    this.apply(this.frames.replacing(this.selected, this.player.page.stance.q), this.selected);
     this.player.seek(this.frames.keys[this.selected].time);
   }
 

@@ -46,10 +46,10 @@ export class MotionFiles {
   }
 
   save(format: string) {
-    const { app, motion } = this.player;
+    const { page, motion } = this.player;
     if (!motion) return;
     const { type, write } = WRITERS[format];
-    const { about } = app.robot;
+    const { about } = page.robot;
     try {
       download(new Blob([write(about, motion)], { type }), fileName(about.name, format));
     } catch (error) {
@@ -80,7 +80,7 @@ export class MotionFiles {
       return;
     }
     try {
-      const { robot, stance } = player.app;
+      const { robot, stance } = player.page;
       const text = await file.text();
       // A short file that was opened after a long one is read before it.
       if (number === this.opened) this.take(name, readMotion(robot.about, text.replace(/^\ufeff/, ""), stance.q));

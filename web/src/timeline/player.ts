@@ -1,5 +1,12 @@
 import "./timeline.css";
-import type { App } from "../app.ts";
+import type { Legend } from "../scene/legend.ts";
+import type { Panel } from "../panel/panel.ts";
+import type { Pick } from "../pick/pick.ts";
+import type { Reports } from "../reports.ts";
+import type { Robot } from "../robot/robot.ts";
+import type { Stance } from "../stance.ts";
+import type { Studio } from "../scene/studio.ts";
+import type { MeshcatViewer } from "../types.ts";
 import { element, iconButton, menu, type IconName } from "../panel/element.ts";
 import { PlotStrip } from "../plot/plot_strip.ts";
 import { Trails, type Mode } from "../scene/trails.ts";
@@ -8,6 +15,19 @@ import type { Motion } from "./motion.ts";
 import { MotionFiles } from "./motion_files.ts";
 import { ClipPlayback, MotionPlayback } from "./playback.ts";
 import { Recording } from "./recorder.ts";
+
+/** The parts of the page that are used here. */
+interface Page extends EventTarget {
+  readonly legend: Legend;
+  readonly panel: Panel;
+  readonly pick: Pick;
+  readonly reports: Reports;
+  readonly robot: Robot;
+  readonly role: string;
+  readonly stance: Stance;
+  readonly studio: Studio;
+  readonly viewer: MeshcatViewer;
+}
 
 const MODES: Record<Mode, string> = { off: "None", behind: "Behind what moves", whole: "Of all that is played" };
 
@@ -25,7 +45,7 @@ class TrailsMenu {
       };
       return element("label", {}, radio, MODES[mode]);
     });
-    const { about } = trails.app.robot;
+    const { about } = trails.page.robot;
     const others = about.frames.map(({ name }) => name).filter((name) => !about.effectors.includes(name));
     const frames = [...about.effectors, ...others].map((name) => {
       const box = element("input", { type: "checkbox", checked: trails.frames.has(name) });
@@ -81,7 +101,7 @@ export class Player extends EventTarget {
 
   /** @param begin called before the clip, rather than anything else, says how the robot stands */
   constructor(
-    public app: App,
+    public page: Page,
     public bar: HTMLElement,
     readonly begin: () => void,
   ) {
@@ -97,7 +117,7 @@ export class Player extends EventTarget {
     new ResizeObserver(() => {
       bar.closest("main")?.style.setProperty("--bar-height", `${bar.offsetHeight}px`);
     }).observe(bar);
-    app.addEventListener("started", () => this.start());
+    page.addEventListener("started", () => this.start());
   }
 
   // The robot is there, and the panel.
@@ -105,7 +125,7 @@ export class Player extends EventTarget {
     this.editor = new Editor(this);
     this.recording = new Recording(this);
     this.plots = new PlotStrip(this);
-    this.trails = new Trails(this.app, this);
+    this.trails = new Trails(this.page, this);
     const files = new MotionFiles(this);
     const trails = new TrailsMenu(this.trails);
     this.sheets.replaceChildren(this.plots.element, this.editor.element);
@@ -119,7 +139,7 @@ export class Player extends EventTarget {
       files.menu,
       files.field,
     );
-    this.bar.hidden = this.app.role !== "";
+    this.bar.hidden = this.page.role !== "";
     this.change(null);
   }
 
@@ -138,17 +158,17 @@ export class Player extends EventTarget {
 
   /** @param message of meshcat: a clip has come */
   load({ animations, options }: { animations?: { clip: { fps?: number } }[]; options: { repetitions: number } }) {
-    if (this.app.viewer.animator.actions.length === 0) return this.unload();
+    if (this.page.viewer.animator.actions.length === 0) return this.unload();
     this.keys?.pause();
     // What pauses the clip before would pause this one: the animator plays it already.
     if (this.playback instanceof ClipPlayback) this.playback = null;
     this.looping = !(options.repetitions <= 1);
-    this.setClip(new ClipPlayback(this.app.viewer, this.begin, animations?.[0]?.clip.fps ?? 30));
+    this.setClip(new ClipPlayback(this.page.viewer, this.begin, animations?.[0]?.clip.fps ?? 30));
   }
 
   // The clip from Python is over.
   unload() {
-    const { animator } = this.app.viewer;
+    const { animator } = this.page.viewer;
     if (animator.playing) animator.pause();
     animator.clear();
     if (this.clip instanceof ClipPlayback) this.clip = null;
@@ -188,7 +208,7 @@ export class Player extends EventTarget {
   toggle() {
     if (!this.playback) return;
     if (this.playback.playing) return this.pause();
-    this.app.reports.begins = true;
+    this.page.reports.begins = true;
     this.playback.play();
     this.refresh();
   }
@@ -199,7 +219,7 @@ export class Player extends EventTarget {
   }
 
   seek(time: number) {
-    this.app.reports.begins = true;
+    this.page.reports.begins = true;
     this.playback?.seek(time);
     this.refresh();
   }
@@ -217,8 +237,8 @@ export class Player extends EventTarget {
 
   /** Show a configuration of a motion of this page; other pages follow. */
   show(q: number[]) {
-    this.app.stance.put(q, null, false);
-    this.app.reports.playing("played", q);
+    this.page.stance.put(q, null, false);
+    this.page.reports.playing("played", q);
   }
 
   /** Bring the bar up to date; on every picture. */
@@ -247,6 +267,6 @@ export class Player extends EventTarget {
   }
 
   say(text: string, bad: boolean = false) {
-    this.app.panel.messages.say(text, { bad });
+    this.page.panel.messages.say(text, { bad });
   }
 }

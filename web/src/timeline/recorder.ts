@@ -54,10 +54,10 @@ export class Recording {
   }
 
   start() {
-    const { app } = this.player;
-    this.recorder = new Recorder(app.stance.q.length);
+    const { page } = this.player;
+    this.recorder = new Recorder(page.stance.q.length);
     this.began = performance.now();
-    this.recorder.add(0, app.stance.q);
+    this.recorder.add(0, page.stance.q);
     this.timer = setInterval(() => this.sample(), 1000 / RATE);
     this.button.setAttribute("aria-pressed", "true");
     this.button.ariaLabel = "Stop recording";
@@ -69,7 +69,7 @@ export class Recording {
     const { recorder } = this;
     if (!recorder) return;
     const { rate } = recorder;
-    recorder.add(this.time, this.player.app.stance.q);
+    recorder.add(this.time, this.player.page.stance.q);
     this.show();
     if (recorder.rate === rate) return;
     this.player.say(`The recording is long: from now on ${recorder.rate.toFixed(1)} configurations a second are kept.`);
@@ -84,7 +84,7 @@ export class Recording {
   stop() {
     const { player, recorder } = this;
     clearInterval(this.timer);
-    recorder?.add(this.time, player.app.stance.q, true);
+    recorder?.add(this.time, player.page.stance.q, true);
     this.recorder = null;
     this.clock.textContent = "";
     this.button.setAttribute("aria-pressed", "false");
