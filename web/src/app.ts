@@ -2,11 +2,12 @@ import type { Box3 } from "three";
 import { Connection } from "./connection.ts";
 import { Drag } from "./drag/drag.ts";
 import { makeViewer } from "./meshcat_viewer.ts";
-import { HANDLERS } from "./messages.ts";
+import { obey } from "./messages.ts";
 import { button } from "./panel/element.ts";
 import { Panel } from "./panel/panel.ts";
 import { Pick } from "./pick/pick.ts";
 import { Video } from "./record/video.ts";
+import type { Received } from "./received.ts";
 import { Reports } from "./reports.ts";
 import { ShownRobot, type Robot } from "./robot/robot.ts";
 import { Balance } from "./scene/balance.ts";
@@ -95,7 +96,7 @@ export class App extends EventTarget {
 
   receive(message: Message) {
     this.received += 1;
-    if (Object.hasOwn(HANDLERS, message.kind)) HANDLERS[message.kind](this, message);
+    obey(this, message);
     this.viewer.set_dirty();
   }
 
@@ -193,12 +194,12 @@ export class App extends EventTarget {
   }
 
   /** Show what a button of another page does, or the program; a picture has no handles. */
-  receiveShown({ shown, source }: { shown: Record<string, boolean>; source?: string }) {
+  receiveShown({ shown, source }: Received["shown"]) {
     if (source === this.reports.source) return;
     this.show(this.role === "" ? shown : { ...shown, handles: false });
   }
 
-  chooseFrames({ names, size }: { names: string[]; size: number | null }) {
+  chooseFrames({ names, size }: Received["frames"]) {
     Object.assign(this.frames, { names, size: size ?? this.frames.size });
     this.show({ frames: names.length > 0 });
   }

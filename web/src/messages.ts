@@ -1,12 +1,13 @@
 import type { App } from "./app.ts";
 import { sendPicture } from "./record/pictures.ts";
+import type { Received } from "./received.ts";
+import type { Message } from "./types.ts";
 import { isOutdated } from "./reports.ts";
 import { showGhosts } from "./scene/ghosts.ts";
 import { scaleBar } from "./scene/legend.ts";
-import type { Vector } from "./types.ts";
 
-/** What each kind of message does that Python's `panel_message` makes. */
-export const HANDLERS: Record<string, (app: App, message: any) => void> = {
+// What each kind of message does that Python's `panel_message` makes.
+const HANDLERS: { [Kind in keyof Received]: (app: App, message: Received[Kind]) => void } = {
   robot: (app, { about }) => {
     // The whole scene comes again to a page that lost its program before it was told what that has.
     if (app.robot) app.connection.beginAnew();
@@ -24,9 +25,8 @@ export const HANDLERS: Record<string, (app: App, message: any) => void> = {
   ghosts: (app, message) => showGhosts(app, message),
   targets: (app, { targets }) => app.targets.show(targets),
   colours: (app, { robot, links, label, low, high, stops }) => {
-    const coloured: { link: number; rgb: Vector }[] = links;
     const shown = robot ? app.others.robots.get(robot)?.shown : app.shown;
-    shown?.colours.setScale(new Map(coloured.map(({ link, rgb }) => [link, rgb])));
+    shown?.colours.setScale(new Map(links.map(({ link, rgb }) => [link, rgb])));
     app.legend.set("colours", stops ? [`${label} ${low}`.trim(), scaleBar(stops), `${high}`] : []);
   },
   robot_added: (app, message) => app.others.add(message),
@@ -42,3 +42,9 @@ export const HANDLERS: Record<string, (app: App, message: any) => void> = {
   version: (app, { version }) => app.connection.compare(version),
   complete: (app) => app.complete(),
 };
+
+/** Do what a message from Python says; one of a kind that this page does not know says nothing. */
+export function obey(app: App, message: Message) {
+  const handlers: Record<string, (app: App, message: any) => void> = HANDLERS;
+  if (Object.hasOwn(handlers, message.kind)) handlers[message.kind](app, message);
+}

@@ -7,6 +7,7 @@ import type { OtherRobots } from "../scene/other_robots.ts";
 import type { Speech } from "../scene/speech.ts";
 import { resize, type Studio } from "../scene/studio.ts";
 import type { Camera, MeshcatViewer } from "../types.ts";
+import type { Received } from "../received.ts";
 
 /** The parts of the page that are used here. */
 interface Page {
@@ -113,10 +114,7 @@ export async function saveScreenshot(page: Page, scale: number): Promise<void> {
 const LABELS_ACROSS = 640;
 
 /** Draw the picture that the program asks for, and send it. */
-export function sendPicture(
-  page: Page,
-  { id, width, height, camera }: { id: string; width: number; height: number; camera: string },
-) {
+export function sendPicture(page: Page, { id, width, height, camera }: Received["capture"]) {
   const preset = page.robot.about.cameras.find(({ name }) => name === camera);
   const over = (ink: CanvasRenderingContext2D) => paintOver(page, ink, width, height);
   const picture = takePicture(page.studio, width, height, preset, page.others, over);

@@ -3,6 +3,7 @@ import { THREE } from "../three.ts";
 import type { MeshcatViewer, Vector } from "../types.ts";
 import { asMark, dispose } from "./marks.ts";
 import type { Studio } from "./studio.ts";
+import type { Received } from "../received.ts";
 
 /** The parts of the page that are used here. */
 interface Page {
@@ -221,7 +222,7 @@ export class Extras {
    *
    * @param message and what belongs to its shape
    */
-  add(message: { name: string; shape: string; frame: string | null }) {
+  add(message: Received["extra"]) {
     const { name, shape, frame } = message;
     if (!Object.hasOwn(MAKERS, shape)) return;
     this.remove(name);

@@ -5,6 +5,7 @@ import { OffScreen } from "../robot/skeleton.ts";
 import { THREE } from "../three.ts";
 import { entry } from "./legend.ts";
 import { asMark } from "./marks.ts";
+import type { Received } from "../received.ts";
 
 /** The parts of the page that are used here. */
 interface Page {
@@ -120,10 +121,7 @@ function makeMaterial(place: number) {
  *
  * @param message one after another; number of the first
  */
-export function showGhosts(
-  page: Page,
-  { qs, count, opacity, first }: { qs: Float64Array; count: number; opacity: number; first: number | null },
-) {
+export function showGhosts(page: Page, { qs, count, opacity, first }: Received["ghosts"]) {
   const width = qs.length / count;
   const looks = Array.from({ length: count }, (_, i) => {
     const colour = first === null ? COMPARED : GHOST_COLOURS[i % GHOST_COLOURS.length];

@@ -1,6 +1,7 @@
 import { ShownRobot, type Robot } from "../robot/robot.ts";
-import type { About, MeshcatViewer } from "../types.ts";
+import type { MeshcatViewer } from "../types.ts";
 import type { Studio } from "./studio.ts";
+import type { Received } from "../received.ts";
 
 /** The parts of the page that are used here. */
 interface Page extends EventTarget {
@@ -25,7 +26,7 @@ export class OtherRobots {
   constructor(readonly page: Page) {}
 
   /** The nodes of a robot are there: they become a robot. */
-  add({ robot: number, name, about }: { robot: number; name: string; about: About }) {
+  add({ robot: number, name, about }: Received["robot_added"]) {
     const { viewer, studio } = this.page;
     const root = viewer.scene_tree.find([ground(number), "robot"]).object;
     this.robots.set(number, { name, shown: new ShownRobot(root, about, studio), visible: true });

@@ -1,4 +1,5 @@
 import { element } from "../panel/element.ts";
+import type { Received } from "../received.ts";
 import type { Robot } from "../robot/robot.ts";
 import { THREE } from "../three.ts";
 import type { MeshcatViewer, Vector } from "../types.ts";
@@ -21,18 +22,7 @@ interface Voxel {
  * A map of voxels in a frame: the place of the first [m], three whole numbers of each from there, and a value of each as a
  * share of 65535.
  */
-interface ReachMap {
-  frame: string;
-  voxel: number;
-  first: Vector;
-  cells: ArrayLike<number> | null;
-  values: Uint16Array;
-  stops: Vector[];
-  label: string;
-  low: string;
-  high: string;
-  cut: { axis: string; place: number } | null;
-}
+type ReachMap = Required<Received["reach"]> & { stops: Vector[] };
 
 const AXES = ["x", "y", "z"];
 // What the sides of a voxel have of its colour, along x and y, upwards and downwards; along the cut it is all of it. Behind
@@ -73,7 +63,8 @@ export class Reach {
   }
 
   /** Draw a map instead of the one before; one without voxels only takes that away. */
-  show({ frame, voxel, first, cells, values, stops, label, low, high, cut }: ReachMap) {
+  show(message: Received["reach"]) {
+    const { frame, voxel, first, cells, values, stops, label, low, high, cut } = message as ReachMap;
     this.clear();
     this.bar.hidden = !cells;
     this.page.legend.set("reach", cells ? [`${label} ${low}`, scaleBar(stops), high] : []);
