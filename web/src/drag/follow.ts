@@ -23,7 +23,7 @@ interface Followed {
 }
 
 /** How a limb follows a target in the torso's frame. It changes nothing. */
-interface Follower {
+export interface Follower {
   /** A target farther away is to be taken in steps of this length [m]. */
   stride?: number;
   follow(target: Vector, q: number[]): Followed;
@@ -218,9 +218,9 @@ class HandFollower implements Follower {
  * sole as it is, and only turns about the sole's normal.
  */
 class FootFollower implements Follower {
-  pose;
+  pose: Pose;
   other: Leg | undefined;
-  otherPose;
+  otherPose: Pose;
 
   constructor(
     readonly limb: Leg,

@@ -70,7 +70,7 @@ const [SIGHT, SMALL] = [0.25, 1.5];
 export class Handles {
   shown = false;
   lit: Handle | null = null;
-  list;
+  list: Handle[];
 
   constructor(
     readonly page: Page,

@@ -15,9 +15,11 @@ import {
   type Gesture,
   type Handle,
   type Limb,
+  type Follower,
 } from "./follow.ts";
 import type { Axis } from "./handles.ts";
 import { SweptAngle, triples } from "./swept_angle.ts";
+import type { AnyLimb } from "../ik/limbs.ts";
 
 /** The parts of the page that are used here. */
 interface Page {
@@ -36,12 +38,12 @@ const OUTSIDE = { colour: "#5c6678", opacity: 0.1 };
  * A handle that is held: the limb follows it in the plane that the camera faces, by its closed form, and the trunk stays.
  */
 export class LimbDrag implements Gesture {
-  follower;
-  at;
-  plane;
-  from;
+  follower: Follower;
+  at: THREE.Vector3;
+  plane: THREE.Plane;
+  from: THREE.Vector3;
   floor: number;
-  place;
+  place: Vector;
   says: string | undefined;
 
   /** @param ray of the pointer that takes hold of it, if one does */
@@ -193,9 +195,9 @@ const [STEP, HALVINGS, NEAR_AXIS] = [0.05, 8, 10];
  * as it can.
  */
 export class TurnDrag implements Gesture {
-  limb;
-  follower;
-  axis;
+  limb: AnyLimb;
+  follower: Follower;
+  axis: THREE.Vector3;
   wanted: number;
   before;
   angle: SweptAngle | undefined;

@@ -48,9 +48,9 @@ function meet(ray: Ray, point: Vector, normal: Vector) {
  * side, `prefer` says which way it turns when it is pulled towards the axis.
  */
 export class SweptAngle {
-  centre;
+  centre: Vector;
   radius: number;
-  view;
+  view: Vector;
   sign = 1;
   fromTheSide: boolean;
 

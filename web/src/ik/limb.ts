@@ -165,9 +165,9 @@ export class Limb<Numbers extends LimbNumbers> {
   offset: number[];
   lower: number[];
   upper: number[];
-  table;
+  table: LimbNumbers["table"];
   geometry: Numbers["geometry"];
-  frameRotation;
+  frameRotation: Matrix3;
 
   constructor(numbers: Numbers) {
     this.kind = numbers.kind;

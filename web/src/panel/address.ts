@@ -14,7 +14,7 @@ const bare = () => location.href.split("#", 1)[0];
 
 /** The state of the page in its address, behind the #, so that a link leads to it. */
 export class Address {
-  page;
+  page: Panel["page"];
   timer = 0;
   isOpen = false;
   /** Whether it was said that the address goes without the key frames. */

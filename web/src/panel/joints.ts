@@ -7,7 +7,7 @@ import type { Panel } from "./panel.ts";
 
 /** One joint of the panel: a slider between its limits, and its number, which can be typed over. */
 class JointRow {
-  coordinate;
+  coordinate: Coordinate;
   isCoupled: boolean;
   ends: [number, number];
   value = NaN;
@@ -216,7 +216,7 @@ export class Postures {
 /** The joints in their chains, one slider each, and a field that looks for some of them. */
 export class Joints {
   rows: JointRow[] = [];
-  chains;
+  chains: { rows: JointRow[]; details: HTMLDetailsElement }[];
   search = element("input", { type: "search", placeholder: "Filter joints", ariaLabel: "Filter joints" });
   count = element("output", { className: "count" });
   element: HTMLElement;

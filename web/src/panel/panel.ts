@@ -5,7 +5,7 @@ import type { Robot, ShownRobot } from "../robot/robot.ts";
 import { paintFloor } from "../scene/floor.ts";
 import type { OtherRobots } from "../scene/other_robots.ts";
 import type { Studio } from "../scene/studio.ts";
-import type { Stance } from "../stance.ts";
+import type { Snapshot, Stance } from "../stance.ts";
 import type { Player } from "../timeline/player.ts";
 import type { Toggles } from "../toggles.ts";
 import type { Camera, MeshcatViewer } from "../types.ts";
@@ -54,7 +54,7 @@ export class Panel {
   messages = new Messages(document.getElementById("message") as HTMLElement);
   exchange: Exchange;
   past: Past;
-  start;
+  start: Snapshot;
   address: Address;
   layout: Layout;
   keys: Keys;

@@ -9,7 +9,7 @@ import type { Panel } from "./panel.ts";
  * panel moves its own one; the program that added the others moves them.
  */
 export class Robots {
-  page;
+  page: Panel["page"];
   list = element("ul");
   element: HTMLElement;
 

@@ -11,7 +11,7 @@ type Side = "right" | "left" | "above" | "below";
 /** A bubble beside the head with what the robot says; screen readers read it. */
 export class Speech {
   node;
-  corners;
+  corners: THREE.Vector3[];
 
   /** @param bar over the picture */
   constructor(

@@ -110,8 +110,8 @@ const MOST_NUMBERS = 36_000 * 25;
 export class Recorder {
   rate = RATE;
   count = 0;
-  times;
-  values;
+  times: Float64Array;
+  values: Float64Array;
 
   /**
    * @param width numbers of a configuration
