@@ -127,6 +127,7 @@ linkcheck: $(STAMP)
 	$(BIN)/sphinx-build -q -b linkcheck docs docs/_build/linkcheck
 
 generate: $(STAMP)
+	$(BIN)/python scripts/generate_page_messages.py
 	cd web && npm ci --silent --no-audit --no-fund && npm run --silent build
 	$(BIN)/python scripts/generate_meshes.py
 	$(BIN)/python scripts/generate_urdf.py
@@ -136,6 +137,7 @@ generate: $(STAMP)
 	$(BIN)/python scripts/draw_explanations.py
 
 check-generated: $(STAMP)
+	$(BIN)/python scripts/generate_page_messages.py --check
 	$(BIN)/python scripts/generate_meshes.py --check
 	$(BIN)/python scripts/generate_urdf.py --check
 	$(BIN)/python scripts/generate_joint_diagram.py --check

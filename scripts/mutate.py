@@ -59,13 +59,12 @@ def copy_project(target: Path) -> None:
             shutil.copytree(source, target / name, ignore=ignored)
         elif source.is_file():
             shutil.copy2(source, target / name)
+    if (packages := ROOT / "web" / "node_modules").is_dir():
+        (target / "web" / "node_modules").symlink_to(packages)
 
 
 def build_page(root: Path) -> None:
     """Bundle the page's modules, one of which has a fault."""
-    packages = root / "web" / "node_modules"
-    if not packages.exists():
-        packages.symlink_to(ROOT / "web" / "node_modules")
     subprocess.run(["node", "build.js"], cwd=root / "web", check=True)
 
 
@@ -77,7 +76,8 @@ def run_tests(root: Path, tests: Iterable[str], timeout: float) -> int:
         (for_node if is_for_node(test) else for_pytest).append(test)
     commands = []
     if for_node:
-        commands.append(["node", "--test", *for_node])
+        commands.append(["node", "web/build.js", "--node", "web/build", *for_node])
+        commands.append(["node", "--test", *(f"web/build/{Path(test).stem}.mjs" for test in for_node)])
     if for_pytest:
         commands.append([sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-p", "no:cacheprovider", *for_pytest])
     return next((code for command in commands if (code := _exit_code(root, command, timeout)) != PASSED), PASSED)
@@ -107,11 +107,11 @@ def run(mutations: Sequence[Mutation], timeout: float) -> int:
             path = root / mutation.file
             original = path.read_text(encoding="utf-8")
             path.write_text(sources[mutation.name], encoding="utf-8")
-            if path.suffix == ".js":
+            if path.suffix == ".ts":
                 build_page(root)
             code = run_tests(root, mutation.tests, timeout)
             path.write_text(original, encoding="utf-8")
-            if path.suffix == ".js":
+            if path.suffix == ".ts":
                 build_page(root)
             killed += code == FAILED
             print(f"{VERDICTS.get(code, f'no verdict (exit code {code})'):9} {mutation.name}", flush=True)

@@ -6,7 +6,7 @@ from mutation import Mutation, faults as _faults
 
 _CLOSED_FORMS_AND_DRAGS = (
     *_faults(
-        "web/src/ik/limb.js",
+        "web/src/ik/limb.ts",
         "test_closed_forms.py",
         (
             "page-forgets-the-coupled-limit",
@@ -15,12 +15,12 @@ _CLOSED_FORMS_AND_DRAGS = (
         ),
     ),
     *_faults(
-        "web/src/ik/answer.js",
+        "web/src/ik/limb.ts",
         "test_closed_forms.py",
         ("page-sorts-branches-the-other-way", "].distance > branch.distance", "].distance < branch.distance"),
     ),
     *_faults(
-        "web/src/ik/leg.js",
+        "web/src/ik/leg.ts",
         "test_closed_forms.py",
         (
             "hip-beside-the-axis-of-ankle-roll-taken-for-on-it",
@@ -29,7 +29,7 @@ _CLOSED_FORMS_AND_DRAGS = (
         ),
     ),
     *_faults(
-        "web/src/ik/leg_standing.js",
+        "web/src/ik/leg.ts",
         "test_closed_forms.py",
         (
             "other-foot-turns-the-other-way-round",
@@ -38,43 +38,43 @@ _CLOSED_FORMS_AND_DRAGS = (
         ),
     ),
     *_faults(
-        "web/src/drag/follow.js",
+        "web/src/drag/follow.ts",
         "test_drag.py",
         ("other-foot-carried-along-by-the-shared-motor", "q: other.merged(moved, others)", "q: moved"),
     ),
     *_faults(
-        "web/src/drag/pointer.js",
+        "web/src/drag/pointer.ts",
         "test_drag.py",
-        ("camera-turns-while-a-handle-is-held", "    this.app.viewer.controls.enabled = false;\n", ""),
+        ("camera-turns-while-a-handle-is-held", "    this.page.viewer.controls.enabled = false;\n", ""),
     ),
     *_faults(
-        "web/src/drag/limb_drag.js",
+        "web/src/drag/limb_drag.ts",
         "test_drag.py",
         ("ghosts-stay-when-a-handle-is-let-go", "    this.ghosts.clear();\n", ""),
     ),
     *_faults(
-        "web/src/drag/drag.js",
+        "web/src/drag/drag.ts",
         "test_pointer.py",
         ("escape-lets-go-and-gives-nothing-back", "    stance.set(q, up);\n", ""),
         ("history-not-told-that-it-is-let-go", "    this.announce(false);\n", ""),
     ),
     *_faults(
-        "web/src/drag/stops.js",
+        "web/src/drag/stops.ts",
         "test_pointer.py",
         ("coupled-partner-of-a-dragged-joint-left-out", "      if (share >= 1) continue;\n", "      continue;\n"),
     ),
     *_faults(
-        "web/src/drag/joint_drag.js",
+        "web/src/drag/joint_drag.ts",
         "test_pointer.py",
         ("mimic-joints-dragged-without-their-multiplier", ".multiplyScalar(multiplier);", ";"),
     ),
     *_faults(
-        "web/src/pick/picker.js",
+        "web/src/pick/picker.ts",
         "test_pointer.py",
         ("search-ends-at-the-first-shape", "if (entry > least) break;", "if (least < Infinity) break;"),
     ),
     *_faults(
-        "web/src/scene/ghosts.js",
+        "web/src/scene/ghosts.ts",
         "test_drag.py",
         (
             "ghosts-not-looked-at-again-when-the-robot-moves",
@@ -91,38 +91,38 @@ _CLOSED_FORMS_AND_DRAGS = (
 
 _PURE = (
     *_faults(
-        "web/src/backoff.js",
+        "web/src/connection.ts",
         "backoff.test.js",
         ("page-waits-twice-as-long-before-its-first-try", "2 ** failures", "2 ** (failures + 1)"),
     ),
     *_faults(
-        "web/src/echo.js",
+        "web/src/reports.ts",
         "backoff.test.js",
         ("newest-report-of-a-page-taken-for-an-outdated-one", "Number(number) < newest", "Number(number) <= newest"),
         ("reports-of-other-pages-taken-for-outdated", "who === mine && ", ""),
     ),
     *_faults(
-        "web/src/math/numbers.js",
+        "web/src/math/numbers.ts",
         "numbers.test.js",
         ("minus-half-a-turn-not-wrapped", "angle <= -Math.PI ?", "angle < -Math.PI ?"),
     ),
     *_faults(
-        "web/src/math/rotations.js",
+        "web/src/math/rotations.ts",
         "rotations.test.js",
         ("angle-of-half-a-turn-is-no-number-by-rounding", "Math.asin(Math.min(1, half))", "Math.asin(half)"),
     ),
     *_faults(
-        "web/src/math/roll_pitch_yaw.js",
+        "web/src/math/rotations.ts",
         "roll_pitch_yaw.test.js",
         ("pitch-by-the-arcsine", "Math.atan2(-m[2], c * m[0] + s * m[1])", "Math.asin(-m[2])"),
     ),
     *_faults(
-        "web/src/math/closed.js",
+        "web/src/math/surfaces.ts",
         "closed.test.js",
         ("solids-inside-out-taken-for-closed", "return volume > 0;", "return volume !== 0;"),
     ),
     *_faults(
-        "web/src/math/polygon.js",
+        "web/src/math/surfaces.ts",
         "polygon.test.js",
         (
             "outlines-that-share-an-edge-overlap",
@@ -131,17 +131,17 @@ _PURE = (
         ),
     ),
     *_faults(
-        "web/src/math/label_layout.js",
+        "web/src/math/label_layout.ts",
         "label_layout.test.js",
         ("labels-forget-the-places-that-they-had", "      anchor.place = place;\n", ""),
     ),
     *_faults(
-        "web/src/robot/nearest_posture.js",
+        "web/src/robot/nearest_posture.ts",
         "nearest_posture.test.js",
         ("one-arm-makes-another-posture", "Math.min(Math.abs(value - q[i]), ELSEWHERE)", "Math.abs(value - q[i])"),
     ),
     *_faults(
-        "web/src/robot/settling.js",
+        "web/src/robot/settling.ts",
         "settling.test.js",
         (
             "body-rolls-over-points-beside-its-edge",
@@ -150,7 +150,7 @@ _PURE = (
         ),
     ),
     *_faults(
-        "web/src/values/link.js",
+        "web/src/values/link.ts",
         "link.test.js",
         (
             "base-before-the-joints-of-a-link-forgotten",
@@ -165,17 +165,17 @@ _PURE = (
         ),
     ),
     *_faults(
-        "web/src/values/history.js",
+        "web/src/values/history.ts",
         "values.test.js",
         ("one-step-too-few-can-be-undone", "this.past.length > this.most", "this.past.length >= this.most"),
     ),
     *_faults(
-        "web/src/values/units.js",
+        "web/src/values/units.ts",
         "values.test.js",
         ("numbers-of-any-length-typed", "  if (trimmed.length > LONGEST) return NaN;\n", ""),
     ),
     *_faults(
-        "web/src/values/configurations.js",
+        "web/src/values/configurations.ts",
         "values.test.js",
         (
             "table-replaces-a-narrower-range",
@@ -185,7 +185,7 @@ _PURE = (
         ("mirror-reads-what-it-has-written", "multiplier * q[of] + offset", "multiplier * image[of] + offset"),
     ),
     *_faults(
-        "web/src/values/reading.js",
+        "web/src/values/reading.ts",
         "reading.test.js",
         (
             "pasted-value-of-a-joint-that-follows-scaled-the-wrong-way",
@@ -199,12 +199,12 @@ _PURE = (
         ),
     ),
     *_faults(
-        "web/src/values/csv.js",
+        "web/src/values/literals.ts",
         "reading.test.js",
         ("lines-inside-quotation-marks-not-counted", '      line += found[0].split("\\n").length - 1;\n', ""),
     ),
     *_faults(
-        "web/src/values/writing.js",
+        "web/src/values/writing.ts",
         "reading.test.js",
         (
             "naoqi-told-the-motor-instead-of-the-joint",
@@ -213,22 +213,22 @@ _PURE = (
         ),
     ),
     *_faults(
-        "web/src/pick/pose_numbers.js",
+        "web/src/pick/facts.ts",
         "pose_numbers.test.js",
         ("quaternion-without-its-sign", "Math.sign(first) / Math.hypot", "1 / Math.hypot"),
     ),
     *_faults(
-        "web/src/pick/link_facts.js",
+        "web/src/pick/facts.ts",
         "link_facts.test.js",
         ("frame-of-the-farthest-carrier", "b.path.length - a.path.length", "a.path.length - b.path.length"),
     ),
     *_faults(
-        "web/src/scene/quality.js",
+        "web/src/scene/quality.ts",
         "quality.test.js",
         ("a-level-that-failed-is-tried-as-soon-again", "Math.min(2 * this.patience, MOST_PATIENCE)", "this.patience"),
     ),
     *_faults(
-        "web/src/plot/samples.js",
+        "web/src/plot/samples.ts",
         "samples.test.js",
         ("plots-show-the-joints-that-move-least", "b.range - a.range", "a.range - b.range"),
         (
@@ -238,28 +238,28 @@ _PURE = (
         ),
     ),
     *_faults(
-        "web/src/drag/stops.js",
+        "web/src/drag/stops.ts",
         "stops.test.js",
         ("partner-outside-holds-a-joint-that-would-help", "const least = Math.min(0, room(0));", "const least = 0;"),
     ),
     *_faults(
-        "web/src/drag/swept_angle.js",
+        "web/src/drag/swept_angle.ts",
         "swept_angle.test.js",
         ("places-behind-the-camera-turn-a-joint", "along > 0 && Number.isFinite(along)", "Number.isFinite(along)"),
     ),
     *_faults(
-        "web/src/drag/nearest_place.js",
+        "web/src/drag/follow.ts",
         "nearest_place.test.js",
         ("search-for-a-place-takes-the-first-way-that-helps", "      .sort((a, b) => a.away - b.away)\n", ""),
     ),
     *_faults(
-        "web/src/timeline/motion.js",
+        "web/src/timeline/motion.ts",
         "motion.test.js",
         ("speed-of-a-smooth-segment-only-at-its-ends", "turn > 0 && turn < 1 ?", "turn > 1 && turn < 1 ?"),
         ("time-of-a-key-belongs-to-the-segment-before", "this.times[middle] <= time", "this.times[middle] < time"),
     ),
     *_faults(
-        "web/src/timeline/smooth_slopes.js",
+        "web/src/timeline/motion.ts",
         "motion.test.js",
         (
             "smooth-keys-weighted-by-the-other-side",
@@ -268,27 +268,27 @@ _PURE = (
         ),
     ),
     *_faults(
-        "web/src/timeline/key_frames.js",
+        "web/src/timeline/key_frames.ts",
         "motion.test.js",
         ("keys-after-the-hour", "clamp(rounded(wanted), 0, LATEST)", "Math.max(rounded(wanted), 0)"),
     ),
     *_faults(
-        "web/src/timeline/recorder.js",
+        "web/src/timeline/recorder.ts",
         "motion.test.js",
         ("bound-of-a-recording-forgets-the-width", "Math.floor(MOST_NUMBERS / width)", "MOST_NUMBERS"),
     ),
     *_faults(
-        "web/src/timeline/thinning.js",
+        "web/src/timeline/recorder.ts",
         "motion.test.js",
         ("one-key-fewer-than-may-be", "kept.size > most", "kept.size >= most"),
     ),
     *_faults(
-        "web/src/timeline/json_tracks.js",
+        "web/src/timeline/formats.ts",
         "motion_files.test.js",
         ("hand-in-a-file-of-degrees-taken-for-an-angle", "isHand(name) ? 1 : scale.angle", "scale.angle"),
     ),
     *_faults(
-        "web/src/timeline/reading.js",
+        "web/src/timeline/formats.ts",
         "motion_files.test.js",
         (
             "joint-in-a-file-that-follows-scaled-the-wrong-way",
@@ -297,12 +297,12 @@ _PURE = (
         ),
     ),
     *_faults(
-        "web/src/ik/limb.js",
+        "web/src/ik/limb.ts",
         "limb.test.js",
         ("whole-turn-of-a-locked-pair-not-tried", "turns = -2; turns < 3", "turns = 0; turns < 2"),
     ),
     *_faults(
-        "web/src/ik/answer.js",
+        "web/src/ik/limb.ts",
         "limb.test.js",
         (
             "the-other-end-of-a-range-is-blamed",
@@ -311,17 +311,17 @@ _PURE = (
         ),
     ),
     *_faults(
-        "web/src/ik/leg.js",
+        "web/src/ik/leg.ts",
         "leg.test.js",
         ("second-hip-triple-not-wrapped", "wrapped(2 * this.geometry.kappa - q[1])", "2 * this.geometry.kappa - q[1]"),
     ),
     *_faults(
-        "web/src/ik/gaze.js",
+        "web/src/ik/head.ts",
         "head.test.js",
         ("camera-looks-backwards-at-what-is-behind-it", "if (ahead > along)", "if (ahead > -Infinity)"),
     ),
     *_faults(
-        "web/src/ik/neck.js",
+        "web/src/ik/head.ts",
         "head.test.js",
         ("neck-beyond-its-own-range-where-the-table-is-wider", ".map((bound) => clamp(bound, low, high))", ""),
     ),
@@ -478,22 +478,22 @@ _PROGRAM = (
 
 _IN_A_BROWSER = (
     *_faults(
-        "web/src/robot/standing.js",
+        "web/src/robot/standing.ts",
         "test_standing.py::test_of_two_soles_that_could_carry_it_the_robot_stands_on_the_one_that_turns_it_less",
         ("robot-set-down-on-the-sole-that-turns-it-most", "b.z - a.z)[0]", "a.z - b.z)[0]"),
     ),
     *_faults(
-        "web/src/panel/past.js",
+        "web/src/panel/past.ts",
         "test_panel.py::test_undo_gives_back_a_direction_up_that_was_given",
         ("undo-forgets-the-direction-up", "stance.jump(snapshot.q, snapshot.up);", "stance.jump(snapshot.q, null);"),
     ),
     *_faults(
-        "web/src/panel/address.js",
+        "web/src/panel/address.ts",
         "test_panel.py::test_a_joint_at_a_coupled_limit_is_still_inside_where_a_link_leads",
         (
             "link-puts-a-joint-beyond-its-limit",
-            "app.stance.jump(unrounded(app.robot.about, q, ROUNDING), up ?? null)",
-            "app.stance.jump(q, up ?? null)",
+            "page.stance.jump(unrounded(page.robot.about, q, ROUNDING), up ?? null)",
+            "page.stance.jump(q, up ?? null)",
         ),
     ),
 )

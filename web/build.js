@@ -1,4 +1,5 @@
 // Bundles the page's modules and styles into nao_kin/viewer/page; with --check says whether the committed ones are these.
+// With --node, a folder and files bundles those into the folder, for Node.js, which may not run TypeScript: the tests.
 import { readFile, writeFile } from "node:fs/promises";
 import path from "node:path";
 import { fileURLToPath } from "node:url";
@@ -8,27 +9,33 @@ import { build } from "esbuild";
 const HERE = path.dirname(fileURLToPath(import.meta.url));
 const TARGET = path.join(HERE, "..", "nao_kin", "viewer", "page");
 
-const common = {
-  absWorkingDir: HERE,
-  outdir: TARGET,
-  bundle: true,
-  charset: "utf8",
-  legalComments: "inline",
-  minify: true,
-  target: "es2022",
-  write: false,
-};
-const built = await Promise.all([
-  build({ ...common, entryPoints: { page: "src/main.js" }, format: "iife" }),
-  build({ ...common, entryPoints: { bridge: "src/notebook/bridge.js" }, format: "esm" }),
-]);
-const outputFiles = built.flatMap((bundle) => bundle.outputFiles);
-const stale = [];
-for (const { path: file, text } of outputFiles) {
-  if (!process.argv.includes("--check")) await writeFile(file, text);
-  else if ((await readFile(file, "utf8").catch(() => "")) !== text) stale.push(path.basename(file));
+async function buildPage() {
+  const common = {
+    absWorkingDir: HERE,
+    outdir: TARGET,
+    bundle: true,
+    charset: "utf8",
+    legalComments: "inline",
+    minify: true,
+    target: "es2022",
+    write: false,
+  };
+  const built = await Promise.all([
+    build({ ...common, entryPoints: { page: "src/main.ts" }, format: "iife" }),
+    build({ ...common, entryPoints: { bridge: "src/notebook/bridge.ts" }, format: "esm" }),
+  ]);
+  const stale = [];
+  for (const { path: file, text } of built.flatMap(({ outputFiles }) => outputFiles)) {
+    if (!process.argv.includes("--check")) await writeFile(file, text);
+    else if ((await readFile(file, "utf8").catch(() => "")) !== text) stale.push(path.basename(file));
+  }
+  if (stale.length > 0) {
+    console.error(`out of step with web/src: ${stale.join(", ")}; run npm run build in web/`);
+    process.exitCode = 1;
+  }
 }
-if (stale.length > 0) {
-  console.error(`out of step with web/src: ${stale.join(", ")}; run npm run build in web/`);
-  process.exitCode = 1;
-}
+
+const [option, outdir, ...entryPoints] = process.argv.slice(2);
+const forNode = { bundle: true, platform: "node", format: "esm", outExtension: { ".js": ".mjs" } };
+if (option === "--node") await build({ ...forNode, entryPoints, outdir });
+else await buildPage();

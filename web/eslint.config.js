@@ -1,8 +1,9 @@
 import js from "@eslint/js";
 import globals from "globals";
+import typescript from "typescript-eslint";
 
 export default [
-  { ignores: ["node_modules/"] },
+  { ignores: ["build/"] },
   js.configs.recommended,
   {
     languageOptions: { ecmaVersion: 2022, sourceType: "module" },
@@ -18,6 +19,20 @@ export default [
       "prefer-template": "error",
     },
   },
-  { files: ["src/**"], languageOptions: { globals: { ...globals.browser, MeshCat: "readonly" } } },
+  {
+    files: ["src/**"],
+    languageOptions: { globals: globals.browser, parser: typescript.parser },
+    plugins: { "@typescript-eslint": typescript.plugin },
+    rules: {
+      // tsc says it, and knows types.
+      "no-undef": "off",
+      "no-unused-vars": "off",
+      "no-redeclare": "off",
+      "no-shadow": "off",
+      "@typescript-eslint/no-shadow": "error",
+      "no-use-before-define": "off",
+      "@typescript-eslint/no-use-before-define": ["error", { functions: false, ignoreTypeReferences: true }],
+    },
+  },
   { files: ["tests/**", "*.js"], languageOptions: { globals: globals.node } },
 ];

@@ -220,7 +220,7 @@ def _matrix(shape: Shape) -> list[float]:
     return [float(entry) for entry in np.eye(4).flat]
 
 
-# --- The messages for the panel, each kind with its fields: sent here, read by web/src/messages.js.
+# --- The messages for the panel, each kind with its fields: sent here, read by web/src/messages.ts.
 
 
 @dataclass(frozen=True)

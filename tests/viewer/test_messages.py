@@ -14,7 +14,7 @@ import nao_kin as nk
 from nao_kin.viewer import Viewer
 from nao_kin.viewer.messages import BLANKS, KINDS
 
-HANDLERS = Path(__file__).resolve().parents[2] / "web" / "src" / "messages.js"
+HANDLERS = Path(__file__).resolve().parents[2] / "web" / "src" / "messages.ts"
 # A handler: its kind, and the fields that it takes apart; none where it hands the whole message on.
 _HANDLER = re.compile(r"^  (\w+): \((?:app|\{[^}]*\})(?:, (?:message|\{ ([^}]*) \}))?\) =>", re.M)
 

@@ -1,8 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-
-import { Arm } from "../src/ik/arm.js";
-import { ArmPlace } from "../src/ik/arm_place.js";
+import { Arm } from "../src/ik/arm.ts";
+import { ArmPlace } from "../src/ik/arm_place.ts";
 import {
   areInside,
   assertBlamed,

@@ -1,8 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-
-import { delayAfter } from "../src/backoff.js";
-import { isOutdated } from "../src/echo.js";
+import { delayAfter } from "../src/connection.ts";
+import { isOutdated } from "../src/reports.ts";
 
 test("each try waits twice as long as the one before, and none longer than ten seconds", () => {
   assert.deepEqual([0, 1, 2, 3, 4, 5, 6, 5000].map(delayAfter), [500, 1000, 2000, 4000, 8000, 10000, 10000, 10000]);

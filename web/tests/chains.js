@@ -1,9 +1,10 @@
 // NAO's limbs as chains of turns and displacements, from the definition: what the closed forms are compared with.
 import assert from "node:assert/strict";
-import { readFileSync } from "node:fs";
 
-/** The limbs of a NAO V6, from `nk.ik.limbs`. */
-export const LIMBS = JSON.parse(readFileSync(new URL("limbs.json", import.meta.url), "utf8"));
+// The limbs of a NAO V6, from `nk.ik.limbs`.
+import LIMBS from "./limbs.json";
+
+export { LIMBS };
 
 export const numbersOf = (frame) => LIMBS.find((limb) => limb.frame === frame);
 

@@ -1,7 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-
-import { isClosed } from "../src/math/closed.js";
+import { isClosed } from "../src/math/surfaces.ts";
 
 const CORNERS = [0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1];
 const OUTWARDS = [0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2];

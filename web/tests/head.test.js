@@ -1,8 +1,6 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-
-import { Gaze } from "../src/ik/gaze.js";
-import { Head } from "../src/ik/head.js";
+import { Gaze, Head } from "../src/ik/head.ts";
 import {
   areInside,
   assertBlamed,

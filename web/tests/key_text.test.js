@@ -1,10 +1,9 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-
-import { KeyFrames } from "../src/timeline/key_frames.js";
-import { MOST_LINKED, readKeys, writeKeys } from "../src/timeline/key_text.js";
-import { readLink, writeLink } from "../src/values/link.js";
-import { NoConfiguration } from "../src/values/reading.js";
+import { KeyFrames } from "../src/timeline/key_frames.ts";
+import { MOST_LINKED, readKeys, writeKeys } from "../src/timeline/key_text.ts";
+import { readLink, writeLink } from "../src/values/link.ts";
+import { NoConfiguration } from "../src/values/reading.ts";
 import { ABOUT } from "./small_robot.js";
 
 const KEYS = [

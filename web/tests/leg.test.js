@@ -1,7 +1,6 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-
-import { Leg } from "../src/ik/leg.js";
+import { Leg } from "../src/ik/leg.ts";
 import {
   areInside,
   assertBlamed,

@@ -1,12 +1,8 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-
-import { Answer } from "../src/ik/answer.js";
-import { leastCost } from "../src/ik/family.js";
-import { Limb } from "../src/ik/limb.js";
-import { LIMB_CLASSES } from "../src/ik/limbs.js";
-import { rigidRotation } from "../src/ik/rigid.js";
-import { areInside, assertClose, LIMBS, numbersOf, poseOf, randomValues, unlimited } from "./chains.js";
+import { Answer, Limb, leastCost, rigidRotation } from "../src/ik/limb.ts";
+import { LIMB_CLASSES } from "../src/ik/limbs.ts";
+import { LIMBS, areInside, assertClose, numbersOf, poseOf, randomValues, unlimited } from "./chains.js";
 
 const leg = new Limb(numbersOf("LLeg"));
 

@@ -1,8 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-
-import { readLink, writeLink } from "../src/values/link.js";
-import { NoConfiguration } from "../src/values/reading.js";
+import { readLink, writeLink } from "../src/values/link.ts";
+import { NoConfiguration } from "../src/values/reading.ts";
 import { ABOUT } from "./small_robot.js";
 
 const TOGGLES = ["frames", "axes", "com"];

@@ -1,7 +1,6 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-
-import { frameOf, jointOf, joints, pairOf } from "../src/pick/link_facts.js";
+import { frameOf, jointOf, joints, pairOf } from "../src/pick/facts.ts";
 
 const about = {
   links: [

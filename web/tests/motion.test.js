@@ -1,11 +1,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-
-import { GAP, KeyFrames, LATEST } from "../src/timeline/key_frames.js";
-import { Motion } from "../src/timeline/motion.js";
-import { Recorder } from "../src/timeline/recorder.js";
-import { excesses, slowedTimes } from "../src/timeline/speed_limits.js";
-import { thinned } from "../src/timeline/thinning.js";
+import { GAP, KeyFrames, LATEST, excesses, slowedTimes } from "../src/timeline/key_frames.ts";
+import { Motion } from "../src/timeline/motion.ts";
+import { Recorder, thinned } from "../src/timeline/recorder.ts";
 
 const TIMES = [0, 1, 3, 3.5];
 const ROWS = [

@@ -1,10 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-
-import { Motion } from "../src/timeline/motion.js";
-import { readMotion } from "../src/timeline/reading.js";
-import { NoMotion } from "../src/timeline/tracks.js";
-import { NotWritten, csvText, jsonText } from "../src/timeline/writing.js";
+import { NotWritten, csvText, jsonText, readMotion } from "../src/timeline/formats.ts";
+import { Motion, NoMotion } from "../src/timeline/motion.ts";
 import { ABOUT, GEARED } from "./small_robot.js";
 
 const Q = ABOUT.neutral;

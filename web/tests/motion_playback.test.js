@@ -1,8 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-
-import { Motion } from "../src/timeline/motion.js";
-import { MotionPlayback } from "../src/timeline/motion_playback.js";
+import { Motion } from "../src/timeline/motion.ts";
+import { MotionPlayback } from "../src/timeline/playback.ts";
 
 /** A browser's requests for the next picture, which come when they are told to. */
 class Pictures {

@@ -1,8 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-
-import { LAST_STEP, directionsAround, nearestPlace } from "../src/drag/nearest_place.js";
-import { distance } from "../src/math/vectors.js";
+import { LAST_STEP, directionsAround, nearestPlace } from "../src/drag/follow.ts";
+import { distance } from "../src/math/rotations.ts";
 
 const AROUND = directionsAround([1, 0, 0], [0, 1, 0]);
 

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { allTurnedTowards, clamp, interpolate, squaredDistance, turnedTowards, wrapped } from "../src/math/numbers.js";
+import { allTurnedTowards, clamp, interpolate, squaredDistance, turnedTowards, wrapped } from "../src/math/numbers.ts";
 
 const AT = [-1, 0, 2];
 const VALUES = [5, 3, 7];

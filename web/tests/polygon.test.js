@@ -1,7 +1,6 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-
-import { convexHull, inside, overlap } from "../src/math/polygon.js";
+import { convexHull, inside, overlap } from "../src/math/surfaces.ts";
 
 const square = (x, y, side = 1) => [
   { x, y },

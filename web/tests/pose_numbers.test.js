@@ -1,7 +1,6 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-
-import { COPIES, poseNumbers, quaternionOf } from "../src/pick/pose_numbers.js";
+import { COPIES, poseNumbers, quaternionOf } from "../src/pick/facts.ts";
 
 /** By columns, as three.js has its matrices. */
 const matrix = (rows, [x, y, z] = [0, 0, 0]) => ({

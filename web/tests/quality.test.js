@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { LEVELS, Quality } from "../src/scene/quality.js";
+import { LEVELS, Quality } from "../src/scene/quality.ts";
 
 /** Frames with a change each, every one of which takes so long [ms]; gives the levels at which they were drawn. */
 function move(quality, from, count, time) {

@@ -1,8 +1,8 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { NoConfiguration, readConfiguration } from "../src/values/reading.js";
-import { FORMATS } from "../src/values/writing.js";
+import { NoConfiguration, readConfiguration } from "../src/values/reading.ts";
+import { FORMATS } from "../src/values/writing.ts";
 import { ABOUT, GEARED, Q } from "./small_robot.js";
 
 const read = (text) => readConfiguration(ABOUT, [1, 0, 0, 0, 0], text);

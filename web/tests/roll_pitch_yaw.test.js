@@ -1,8 +1,6 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-
-import { rollPitchYaw } from "../src/math/roll_pitch_yaw.js";
-import { product, rotX, rotY, rotZ } from "../src/math/rotations.js";
+import { product, rollPitchYaw, rotX, rotY, rotZ } from "../src/math/rotations.ts";
 
 // Sixteen numbers by columns of a rotation's nine by rows.
 const columns = (R) => [0, 1, 2].flatMap((j) => [R[j], R[3 + j], R[6 + j], 0]).concat([0, 0, 0, 1]);

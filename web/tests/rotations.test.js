@@ -1,7 +1,6 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-
-import { angleBetween, product, rotX, rotY, rotZ } from "../src/math/rotations.js";
+import { angleBetween, product, rotX, rotY, rotZ } from "../src/math/rotations.ts";
 import { generator } from "./chains.js";
 
 test("the angle between two rotations is the one that leads from one to the other, up to half a turn", () => {

@@ -1,8 +1,6 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-
-import { directions, extremes } from "../src/robot/outline.js";
-import { depth, settled, touching } from "../src/robot/settling.js";
+import { depth, directions, extremes, settled, touching } from "../src/robot/settling.ts";
 
 const box = (...half) =>
   Float64Array.from([0, 1, 2, 3, 4, 5, 6, 7].flatMap((i) => half.map((h, k) => (i & (1 << k) ? h : -h))));

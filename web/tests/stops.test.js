@@ -1,7 +1,6 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-
-import { farthest } from "../src/drag/stops.js";
+import { farthest } from "../src/drag/stops.ts";
 
 // Coordinate 1 is coupled to 0: the range narrows from ±1 to ±0.5 as 0 goes from 0 to 2.
 const about = {

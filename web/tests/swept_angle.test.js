@@ -1,7 +1,6 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-
-import { SweptAngle, sweptDistance } from "../src/drag/swept_angle.js";
+import { SweptAngle, sweptDistance } from "../src/drag/swept_angle.ts";
 
 const EYE = [0, 0, 2];
 const Z = { origin: [0, 0, 0], direction: [0, 0, 1] };

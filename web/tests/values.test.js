@@ -1,10 +1,10 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { mirrored, randomWithin, rangeOf, unrounded } from "../src/values/configurations.js";
-import { History } from "../src/values/history.js";
-import { matches, nearest } from "../src/values/names.js";
-import { USUAL, format, parse, spoken, stepped, stepsOfKey, unitOf } from "../src/values/units.js";
+import { mirrored, randomWithin, rangeOf, unrounded } from "../src/values/configurations.ts";
+import { History } from "../src/values/history.ts";
+import { matches, nearest } from "../src/values/names.ts";
+import { USUAL, format, parse, spoken, stepped, stepsOfKey, unitOf } from "../src/values/units.ts";
 import { ABOUT, Q } from "./small_robot.js";
 
 const DEGREES = unitOf("rad", USUAL);

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import functools
 import importlib
 import json
 import subprocess
+import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -27,8 +29,8 @@ SOURCES = WEB / "src"
 # What the page does for each target; numbers that are no numbers do not go through JSON.
 DRIVER = f"""
 import {{ readFileSync }} from "node:fs";
-import {{ ArmPlace }} from "{(SOURCES / "ik" / "arm_place.js").as_uri()}";
-import {{ LIMB_CLASSES }} from "{(SOURCES / "ik" / "limbs.js").as_uri()}";
+import {{ ArmPlace }} from "{(SOURCES / "ik" / "arm_place.ts").as_posix()}";
+import {{ LIMB_CLASSES }} from "{(SOURCES / "ik" / "limbs.ts").as_posix()}";
 """
 DRIVER += """
 const solvers = {
@@ -78,6 +80,27 @@ def node() -> str:
     return str(driver.compute_driver_executable()[0])
 
 
+def packages() -> Path:
+    """The packages of `npm ci`, of which esbuild makes JavaScript of the page's TypeScript."""
+    found = WEB / "node_modules"
+    if not found.is_dir():
+        pytest.skip("npm ci was not run in web/")
+    return found
+
+
+@functools.cache
+def driver() -> str:
+    """DRIVER with the modules that it needs, as one module for Node."""
+    packages()
+    with tempfile.TemporaryDirectory() as folder:
+        source = Path(folder, "driver.js")
+        source.write_text(DRIVER, encoding="utf-8")
+        command = [node(), str(WEB / "build.js"), "--node", folder, str(source)]
+        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
+        assert done.returncode == 0, done.stderr
+        return source.with_suffix(".mjs").read_text(encoding="utf-8")
+
+
 def answered(*jobs: Job) -> None:
     """Let one Node solve all of them."""
     rows = [
@@ -85,7 +108,7 @@ def answered(*jobs: Job) -> None:
         | {"references": job.references[:, job.limb["columns"]].tolist()}
         for job in jobs
     ]
-    command = [node(), "--input-type=module", "-e", DRIVER]
+    command = [node(), "--input-type=module", "-e", driver()]
     done = subprocess.run(command, input=json.dumps(rows), capture_output=True, text=True, check=False, timeout=120)
     assert done.returncode == 0, done.stderr
     for job, answers in zip(jobs, json.loads(done.stdout), strict=True):
@@ -357,13 +380,13 @@ def test_a_fault_planted_in_the_page_is_no_mistake_in_its_grammar(
 ) -> None:
     monkeypatch.syspath_prepend(Path(__file__).resolve().parents[3] / "scripts")
     mutate = importlib.import_module("mutate")
-    faults = [mutation for mutation in mutate.MUTATIONS if mutation.file.endswith(".js")]
+    faults = [mutation for mutation in mutate.MUTATIONS if mutation.file.endswith(".ts")]
     assert faults
     for number, mutation in enumerate(faults):
-        path = tmp_path / f"{number}.mjs"
-        path.write_text(mutate.planted(mutation), encoding="utf-8")
-        done = subprocess.run([node(), "--check", str(path)], capture_output=True, text=True, check=False)
-        assert done.returncode == 0, done.stderr
+        (tmp_path / f"{number}.ts").write_text(mutate.planted(mutation), encoding="utf-8")
+    command = [node(), str(packages() / "esbuild" / "bin" / "esbuild"), f"--outdir={tmp_path / 'out'}"]
+    done = subprocess.run([*command, *map(str, tmp_path.glob("*.ts"))], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
 
 
 def test_limbs_are_plain_and_those_of_the_robot(nao: nk.NaoModel) -> None:

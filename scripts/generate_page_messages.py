@@ -1,0 +1,48 @@
+"""Write `web/src/received.ts`: the types of the messages that the page receives, from `nao_kin.viewer.messages.KINDS`.
+
+With `--check` it writes nothing, and fails if the file is not as it would be written.
+
+Example:
+    python scripts/generate_page_messages.py --check
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from nao_kin.viewer.messages import KINDS
+
+TARGET = Path(__file__).resolve().parent.parent / "web" / "src" / "received.ts"
+
+HEAD = """\
+// Written by scripts/generate_page_messages.py from nao_kin/viewer/messages.py.
+
+import type { About, Vector } from "./types.ts";
+
+/** What belongs to each kind of message from Python. */
+export interface Received {
+"""
+
+
+def text() -> str:
+    """The module."""
+    kinds = []
+    for name, kind in KINDS.items():
+        fields = "".join(f"    {field}: {type_};\n" for field, type_ in kind.fields.items())
+        kinds.append(f"  {name}: {{\n{fields}  }};\n" if fields else f"  {name}: object;\n")
+    return HEAD + "".join(kinds) + "}\n"
+
+
+def main() -> int:
+    """0, or 1 if the file is not up to date."""
+    if "--check" not in sys.argv[1:]:
+        TARGET.write_text(text(), encoding="utf-8")
+    elif not TARGET.is_file() or TARGET.read_text(encoding="utf-8") != text():
+        print(f"{TARGET.name} is out of date; run python scripts/generate_page_messages.py", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,227 @@
+import type { Box3 } from "three";
+import { Connection } from "./connection.ts";
+import { Drag } from "./drag/drag.ts";
+import { makeViewer } from "./meshcat_viewer.ts";
+import { obey } from "./messages.ts";
+import { button } from "./panel/element.ts";
+import { Panel } from "./panel/panel.ts";
+import { Pick } from "./pick/pick.ts";
+import { Video } from "./record/video.ts";
+import type { Received } from "./received.ts";
+import { Reports } from "./reports.ts";
+import { ShownRobot, type Robot } from "./robot/robot.ts";
+import { Balance } from "./scene/balance.ts";
+import { Extras } from "./scene/extras.ts";
+import { Eyes, makeSight } from "./scene/eyes.ts";
+import { Ghosts } from "./scene/ghosts.ts";
+import { Labels } from "./scene/labels.ts";
+import { Legend } from "./scene/legend.ts";
+import { Lights } from "./scene/lights.ts";
+import type { LinkColours } from "./scene/link_colours.ts";
+import { Frames, JointAxes, Targets } from "./scene/marks.ts";
+import { OtherRobots } from "./scene/other_robots.ts";
+import { Reach } from "./scene/reach.ts";
+import { Speech } from "./scene/speech.ts";
+import { Studio } from "./scene/studio.ts";
+import { Stance } from "./stance.ts";
+import { Player } from "./timeline/player.ts";
+import { Toggles } from "./toggles.ts";
+import type { About, Camera, MeshcatViewer, Message } from "./types.ts";
+import { ViewMenu } from "./view_menu.ts";
+
+const byId = (id: string) => document.getElementById(id) as HTMLElement;
+
+/**
+ * One page: meshcat's viewer, the robot in it, the panel beside it, and where its messages come from.
+ *
+ * Events: "started" when the robot is there, "settled" when the scene has been brought up to date with a new
+ * configuration, its `detail.own` whether that came from this page, "camera" when a preset was chosen, "shown" when
+ * something else is drawn over the robot; "gesture" of the drag, "selected" of the selection, "measured" of the
+ * measurement.
+ */
+export class App extends EventTarget {
+  // What comes with the robot, in `start`.
+  shown: ShownRobot;
+  robot: Robot;
+  frames: Frames;
+  axes: JointAxes;
+  targets: Targets;
+  balance: Balance;
+  ghosts: Ghosts;
+  colours: LinkColours;
+  lights: Lights;
+  labels: Labels;
+  eyes: Eyes;
+  video: Video;
+  menu: ViewMenu;
+  speech: Speech;
+  reach: Reach;
+  pick: Pick;
+  panel: Panel;
+  drag: Drag;
+
+  /** The camera chosen last. */
+  view: string | null = null;
+
+  role = new URLSearchParams(location.search).get("role") ?? "";
+  received = 0;
+  pane = byId("pane");
+  viewer: MeshcatViewer;
+  studio: Studio;
+  legend = new Legend(byId("legend"));
+  toggles: Toggles;
+  stance: Stance;
+  player: Player;
+  connection: Connection;
+  others: OtherRobots;
+  extras: Extras;
+  reports: Reports;
+  drawn = 0;
+
+  constructor() {
+    super();
+    document.body.dataset.role = this.role;
+    this.viewer = makeViewer(this);
+    this.studio = new Studio(this.viewer);
+    this.toggles = new Toggles(this, byId("shown"));
+    this.stance = new Stance(this);
+    this.player = new Player(this, byId("player"), () => this.stance.followClip());
+    this.connection = new Connection(this);
+    this.others = new OtherRobots(this);
+    this.extras = new Extras(this);
+    this.reports = new Reports(this);
+  }
+
+  // --- messages ------------------------------------------------------------------------------------------------
+
+  receive(message: Message) {
+    this.received += 1;
+    obey(this, message);
+    this.viewer.set_dirty();
+  }
+
+  start(about: About) {
+    const root = this.viewer.scene_tree.find(["robot"]).object;
+    this.shown = new ShownRobot(root, about, this.studio);
+    ({ robot: this.robot, colours: this.colours } = this.shown);
+    this.robot.apply(this.q);
+    this.studio.fit(this.robot);
+    this.labels = new Labels(this.viewer, this.pane, byId("top"));
+    this.frames = new Frames(this.robot, this.labels, about.effectors, 0.075 * this.studio.markScale);
+    this.axes = new JointAxes(this.robot, this.studio, this.labels);
+    this.targets = new Targets(this.robot, this.studio, this.labels);
+    this.balance = new Balance(this.robot, this.viewer.scene, this.studio);
+    this.lights = new Lights(this.robot, this.colours);
+    this.speech = new Speech(this.viewer, this.robot, byId("speech"), byId("top"));
+    this.pick = new Pick(this, this.pane);
+    this.panel = new Panel(this, byId("panel"));
+    this.reach = new Reach(this, byId("cut"));
+    this.ghosts = new Ghosts(this.robot);
+    this.drag = new Drag(this, this.pane, byId("drag"), byId("handles"));
+    this.toggles.offer("handles", this.drag.possible);
+    this.toggles.offer("joints", about.joints.length > 0);
+    this.eyes = new Eyes(this.robot, this.studio, makeSight(this));
+    this.studio.eyes = this.eyes;
+    this.toggles.offer("eye", about.eyes.length > 0);
+    this.toggles.offer("chains", about.chains.length > 1);
+    this.video = new Video(this);
+    this.menu = new ViewMenu(this, byId("top"));
+    byId("cameras").replaceChildren(...about.cameras.map(({ name }) => button(name, () => this.camera(name))));
+    this.viewer.set_3d_pane_size();
+    this.toggles.apply();
+    this.stance.settle();
+    this.camera("three-quarter");
+    this.view = null;
+    this.dispatchEvent(new Event("started"));
+  }
+
+  // The scene is all here.
+  complete() {
+    this.stance.setDownAnew();
+    this.stance.settle();
+    this.viewer.set_3d_pane_size();
+    if (this.view === null) this.camera("three-quarter");
+    this.viewer.set_dirty();
+    this.panel.complete();
+    document.body.dataset.ready = "true";
+    this.send({ kind: "ready" });
+  }
+
+  send(answer: object) {
+    this.connection.send(answer);
+  }
+
+  /** @param children none for no notice */
+  notice(...children: (string | Node)[]) {
+    byId("notice").replaceChildren(...children);
+    byId("notice").hidden = children.length === 0;
+  }
+
+  // --- the robot, for scripts in the console: what `stance` does -------------------------------------------------
+
+  get q() {
+    return this.stance.q;
+  }
+
+  set(...values: Parameters<Stance["set"]>) {
+    this.stance.set(...values);
+  }
+
+  move(...values: Parameters<Stance["move"]>) {
+    this.stance.move(...values);
+  }
+
+  posture(name: Parameters<Stance["posture"]>[0]) {
+    this.stance.posture(name);
+  }
+
+  settle() {
+    this.stance.settle();
+  }
+
+  pose(frame: Parameters<Stance["pose"]>[0]) {
+    return this.stance.pose(frame);
+  }
+
+  com() {
+    return this.stance.com();
+  }
+
+  // --- what is shown -------------------------------------------------------------------------------------------
+
+  show(changes: Record<string, boolean>) {
+    this.toggles.set(changes);
+  }
+
+  /** Show what a button of another page does, or the program; a picture has no handles. */
+  receiveShown({ shown, source }: Received["shown"]) {
+    if (source === this.reports.source) return;
+    this.show(this.role === "" ? shown : { ...shown, handles: false });
+  }
+
+  chooseFrames({ names, size }: Received["frames"]) {
+    Object.assign(this.frames, { names, size: size ?? this.frames.size });
+    this.show({ frames: names.length > 0 });
+  }
+
+  /** @param name one of the editions, or "" for the robot's own colours */
+  setEdition(name: string) {
+    this.colours.setEdition(name);
+    this.menu.refresh();
+    this.viewer.set_dirty();
+  }
+
+  camera(name: string) {
+    this.view = name;
+    const preset = this.robot.about.cameras.find((candidate) => candidate.name === name);
+    this.stance.settle();
+    this.look(preset, this.others);
+    this.dispatchEvent(new Event("camera"));
+  }
+
+  /** Fill the view, under the bar over it. */
+  look(preset: Camera | undefined, robots: { box(links: number[]): Box3 }) {
+    const bar = byId("top");
+    this.studio.look(preset, robots, (bar.offsetTop + bar.offsetHeight) / (this.pane.clientHeight || 1));
+  }
+}

@@ -1,0 +1,148 @@
+import type { Ray, Vector3 } from "three";
+import { LIMB_CLASSES } from "../ik/limbs.ts";
+import type { Panel } from "../panel/panel.ts";
+import type { Pick as Picking } from "../pick/pick.ts";
+import type { Robot } from "../robot/robot.ts";
+import { Ghosts, clearGhosts } from "../scene/ghosts.ts";
+import type { Studio } from "../scene/studio.ts";
+import type { Snapshot, Stance } from "../stance.ts";
+import type { Toggles } from "../toggles.ts";
+import type { MeshcatViewer } from "../types.ts";
+import type { Gesture, Handle, Limb } from "./follow.ts";
+import { HandleKeys } from "./handle_keys.ts";
+import { Handles, Rings, type Ring } from "./handles.ts";
+import { JointDrag, type motionOf } from "./joint_drag.ts";
+import { LimbDrag, TurnDrag } from "./limb_drag.ts";
+import { Pointer } from "./pointer.ts";
+
+/** The parts of the page that are used here. */
+interface Page extends EventTarget {
+  readonly ghosts: Ghosts;
+  readonly panel: Panel;
+  readonly pick: Picking;
+  readonly robot: Robot;
+  readonly stance: Stance;
+  readonly studio: Studio;
+  readonly toggles: Toggles;
+  readonly viewer: MeshcatViewer;
+  show(changes: Record<string, boolean>): void;
+}
+
+/**
+ * Taking hold of the robot: of a handle on a hand, a foot or the gaze, which the limb follows, of a ring that turns a hand
+ * or a foot, or of a link, which its joint follows. While something is held the trunk stays where it is; when it is let go the robot stands on the floor
+ * again. Event of the page: "gesture" with `held`, when something is taken hold of and when it is let go: all that happens
+ * in between is one change.
+ */
+export class Drag {
+  /** What is held, and what was before it. */
+  held: ({ gesture: Gesture } & Snapshot) | null = null;
+  /** Whether a link may be taken hold of. */
+  movesJoints = false;
+  limbs: Limb[];
+  marks: Handles;
+  rings: Rings;
+  ghosts: Ghosts;
+  pointer: Pointer;
+  keys: HandleKeys;
+
+  /**
+   * @param line where what stops a drag is said
+   * @param bar of the buttons that take handles by keyboard
+   */
+  constructor(
+    readonly page: Page,
+    pane: HTMLElement,
+    public line: HTMLElement,
+    bar: HTMLElement,
+  ) {
+    this.limbs = page.robot.about.limbs.map((limb) => new (LIMB_CLASSES as any)[limb.kind](limb));
+    this.marks = new Handles(page, this.limbs);
+    this.rings = new Rings(page, this.marks);
+    this.ghosts = new Ghosts(page.robot);
+    this.pointer = new Pointer(page, this, pane);
+    this.keys = new HandleKeys(this, bar);
+  }
+
+  get handles() {
+    return this.marks.list;
+  }
+
+  /** Whether there is a handle to drag. */
+  get possible() {
+    return this.handles.length > 0;
+  }
+
+  /** The camera where its control has put it since the last picture. */
+  get camera() {
+    return this.page.pick.viewport.camera;
+  }
+
+  /** @param on whether the handles are there */
+  show(on: boolean) {
+    this.marks.show(on);
+    this.rings.refresh();
+    this.keys.show(on);
+  }
+
+  takeHandle(handle: Handle, ray: Ray | null = null) {
+    this.begin(() => new LimbDrag(this.page, this.limbs, this.ghosts, handle, ray));
+  }
+
+  takeJoint(motion: NonNullable<ReturnType<typeof motionOf>>, point: Vector3, ray: Ray) {
+    this.begin(() => new JointDrag(this.page, motion, point, ray));
+  }
+
+  /** @param pointer on it */
+  takeRing(ring: Pick<Ring, "handle" | "axis">, pointer: { point: Vector3; ray: Ray } | null = null) {
+    this.begin(() => new TurnDrag(this.page, this.limbs, ring, pointer));
+  }
+
+  begin(make: () => Gesture) {
+    this.page.stance.settle();
+    if (this.held) {
+      // By keyboard a handle is moved and turned in one hold: letting go is one change, and Escape gives back all of it.
+      this.held.gesture.end();
+      this.held.gesture = make();
+      return;
+    }
+    this.held = { ...this.page.stance.snapshot(), gesture: make() };
+    this.announce(true);
+  }
+
+  move(ray: Ray, options: { level: boolean }) {
+    if (this.held) this.say(this.held.gesture.move(ray, options));
+  }
+
+  /** Let go. */
+  end() {
+    if (!this.held) return;
+    const { page } = this;
+    this.held.gesture.end();
+    this.held = null;
+    this.say("");
+    // The legend goes only now: on a narrow page the picture grows by it.
+    if (page.ghosts.entries.length > 0 && page.ghosts.copies.length === 0) clearGhosts(page);
+    page.stance.restand();
+    this.announce(false);
+  }
+
+  /** Let go, and give back the configuration that was there before. */
+  cancel() {
+    if (!this.held) return;
+    const { q, up } = this.held;
+    const { stance } = this.page;
+    stance.set(q, up);
+    stance.settle();
+    this.end();
+  }
+
+  announce(held: boolean) {
+    this.page.dispatchEvent(new CustomEvent("gesture", { detail: { held } }));
+  }
+
+  say(text: string) {
+    if (this.line.textContent !== text) this.line.textContent = text;
+    this.line.hidden = text === "";
+  }
+}

@@ -1,0 +1,306 @@
+import type { Group, Ray, Sprite } from "three";
+import type { Arm } from "../ik/arm.ts";
+import { ArmPlace } from "../ik/arm_place.ts";
+import type { Gaze } from "../ik/head.ts";
+import { Leg } from "../ik/leg.ts";
+import type { Answer } from "../ik/limb.ts";
+import type { AnyLimb } from "../ik/limbs.ts";
+import type { Branch } from "../ik/types.ts";
+import { distance, plus, product, times, turned, type Pose, type Rotation, type Vector } from "../math/rotations.ts";
+import { convexHull, overlap, type Point } from "../math/surfaces.ts";
+import type { Robot } from "../robot/robot.ts";
+import { THREE } from "../three.ts";
+import { degrees, sentence } from "./stops.ts";
+
+// What a drag works with.
+
+export type Limb = AnyLimb;
+
+/** A configuration that takes a limb to a target, and what there is to say about it; no q where it is not reached. */
+interface Followed {
+  q?: number[];
+  says: string;
+}
+
+/** How a limb follows a target in the torso's frame. It changes nothing. */
+export interface Follower {
+  /** A target farther away is to be taken in steps of this length [m]. */
+  stride?: number;
+  follow(target: Vector, q: number[]): Followed;
+  /** All branches for the same target, whatever the limits. */
+  branches(target: Vector, q: number[]): Branch[];
+  /** At the place where it was, with its frame turned by a rotation of the torso, row by row. */
+  turn?(rotation: Rotation, q: number[]): Followed;
+}
+
+export interface Handle {
+  limb: Limb;
+  mark: Group;
+  knob: Sprite;
+  /** How far along x of its frame the knob is [m]. */
+  ahead: number;
+}
+
+/** Something that is held and moved. */
+export interface Gesture {
+  /** Follow the pointer; gives what there is to say. */
+  move(ray: Ray, options: { level: boolean }): string;
+  /** It is let go. */
+  end(): void;
+}
+
+// The search goes so many ways, and ends with steps of LAST_STEP [m], or after so many tries.
+const WAYS = 16;
+const TRIES = 100;
+export const LAST_STEP = 1e-4;
+
+/** Unit vectors all around in the plane of two directions that are at right angles. */
+export function directionsAround(right: Vector, up: Vector) {
+  return Array.from({ length: WAYS }, (_, i) => {
+    const angle = (i * 2 * Math.PI) / WAYS;
+    return plus(times(Math.cos(angle), right), times(Math.sin(angle), up));
+  });
+}
+
+/**
+ * The reachable place nearest to a target: from one that is reached in steps in a plane, each way, until they are a tenth
+ * of a millimetre or too many were tried for one move of the pointer.
+ *
+ * @param from a place that is reached
+ * @param directions unit vectors in the plane
+ */
+export function nearestPlace(
+  target: Vector,
+  from: Vector,
+  directions: Vector[],
+  isReached: (place: Vector) => boolean,
+) {
+  let best = from;
+  let step = distance(best, target);
+  let left = TRIES;
+  while (step > LAST_STEP && left > 0) {
+    const away = distance(best, target);
+    const found = directions
+      .map((direction) => plus(best, times(step, direction)))
+      .map((place) => ({ place, away: distance(place, target) }))
+      .filter((tried) => tried.away < away)
+      .sort((a, b) => a.away - b.away)
+      .find(({ place }) => left-- > 0 && isReached(place));
+    if (found) best = found.place;
+    else step *= 0.5;
+  }
+  return best;
+}
+
+interface Foot {
+  low: number;
+  high: number;
+  outline: Point[];
+}
+
+/** The shapes of a leg's last link. */
+function shapesOf(robot: Robot, limb: Limb) {
+  const foot = robot.linkOf(limb.joints[limb.joints.length - 1]);
+  return robot.meshes.filter(({ link }) => link === foot);
+}
+
+/** The outline of a leg's last link from above, and its lowest and highest vertex, in the world of three.js. */
+export function footOf(robot: Robot, limb: Limb): Foot {
+  const vertex = new THREE.Vector3();
+  const points = [];
+  let [low, high] = [Infinity, -Infinity];
+  for (const { mesh } of shapesOf(robot, limb)) {
+    const { position } = mesh.geometry.attributes;
+    for (let i = 0; i < position.count; i++) {
+      const { x, y, z } = vertex.fromBufferAttribute(position, i).applyMatrix4(mesh.matrixWorld);
+      points.push({ x, y: -z });
+      [low, high] = [Math.min(low, y), Math.max(high, y)];
+    }
+  }
+  return { low: Number.isFinite(low) ? low : 0, high, outline: convexHull(points) };
+}
+
+/** A box around a foot in the world of three.js, not the least one: that of its shapes' own boxes. */
+function boxAround(robot: Robot, limb: Limb) {
+  const box = new THREE.Box3();
+  for (const { mesh } of shapesOf(robot, limb)) {
+    if (!mesh.geometry.boundingBox) mesh.geometry.computeBoundingBox();
+    const own = (mesh.geometry.boundingBox as THREE.Box3).clone();
+    box.union(own.applyMatrix4(mesh.matrixWorld));
+  }
+  return box;
+}
+
+/**
+ * Whether a foot is where that of another leg is: their outlines from above, and their heights.
+ *
+ * @param limb the leg of the foot
+ */
+export function feetCross(robot: Robot, limb: Limb, limbs: Limb[]) {
+  if (limb.kind !== "leg") return false;
+  // The outlines take a millisecond, and most feet are apart by their boxes.
+  const box = boxAround(robot, limb);
+  const near = limbs.filter(
+    (other) => other.kind === "leg" && other !== limb && box.intersectsBox(boxAround(robot, other)),
+  );
+  if (near.length === 0) return false;
+  const own = footOf(robot, limb);
+  return near
+    .map((other) => footOf(robot, other))
+    .some((other) => own.low < other.high && other.low < own.high && overlap(own.outline, other.outline));
+}
+
+// How a limb follows what is dragged, by its closed form: from a target in the torso's frame to a configuration inside
+// the limits, the other branches, and what there is to say.
+
+// The most [rad] that a joint of the arm moves in a step, and the length of a step [m].
+const [JUMP, STRIDE] = [0.3, 0.005];
+
+const isExplained = ({ reason }: Answer) => reason !== "REACHED" && reason !== "NOT_ENOUGH_JOINTS";
+
+/**
+ * A hand keeps the direction of its forearm where that is possible, and else only its place counts. Either way the arm
+ * goes on from where it is: what would take a joint farther than JUMP at once, to another posture that meets the place
+ * too, is refused, and so the way to a place is gone in steps of STRIDE.
+ */
+class HandFollower implements Follower {
+  stride = STRIDE;
+
+  place: Vector;
+  direction: Vector;
+
+  constructor(
+    readonly limb: Arm,
+    poseOf: (frame: string) => Pose,
+  ) {
+    const pose = poseOf(limb.frame);
+    this.place = [pose[3], pose[7], pose[11]];
+    this.direction = [pose[0], pose[4], pose[8]];
+  }
+
+  follow(target: Vector, q: number[]): Followed {
+    const { limb, direction } = this;
+    const reference = limb.values(q);
+    const isNear = this.nearTo(reference);
+    const kept = limb.solveDirection(target, direction, reference);
+    const next = kept.branches.find(isNear);
+    if (next) return { q: limb.merged(q, next.values), says: "" };
+    const answer = new ArmPlace(limb, target, reference).solve({ near: true });
+    if (!answer.branches.some(isNear)) {
+      return { says: isExplained(answer) ? sentence(answer) : "cannot be reached from here" };
+    }
+    const says = `the forearm turns: ${isExplained(kept) ? sentence(kept) : "its direction cannot be kept here"}`;
+    return { q: limb.merged(q, answer.branches[0].values), says };
+  }
+
+  turn(rotation: Rotation, q: number[]): Followed {
+    const { limb } = this;
+    const reference = limb.values(q);
+    const answer = limb.solveDirection(this.place, turned(rotation, this.direction), reference);
+    const next = answer.branches.find(this.nearTo(reference));
+    if (next) return { q: limb.merged(q, next.values), says: "" };
+    return { says: isExplained(answer) ? sentence(answer) : "the forearm cannot turn farther from here" };
+  }
+
+  /** Whether a branch is so near that the arm can go on to it. An arm outside its limits may come back inside. */
+  nearTo(reference: number[]) {
+    const most = JUMP + Math.max(0, this.limb.excess(reference));
+    return ({ values }: Branch) => values.every((value, i) => Math.abs(value - reference[i]) <= most);
+  }
+
+  branches(target: Vector, q: number[]): Branch[] {
+    return this.limb.solveDirection(target, this.direction, this.limb.values(q), false).branches;
+  }
+}
+
+/**
+ * A foot keeps its orientation. The motor of its HipYawPitch moves the other leg too: that foot stays on its place and its
+ * sole as it is, and only turns about the sole's normal.
+ */
+class FootFollower implements Follower {
+  pose: Pose;
+  other: Leg | undefined;
+  otherPose: Pose;
+
+  constructor(
+    readonly limb: Leg,
+    poseOf: (frame: string) => Pose,
+    limbs: Limb[],
+  ) {
+    this.pose = poseOf(limb.frame);
+    /** The leg on the same motor, and the pose of its foot. */
+    this.other = limbs
+      .filter((other) => other instanceof Leg)
+      .find((other) => other !== limb && other.columns[0] === limb.columns[0]);
+    this.otherPose = poseOf((this.other ?? limb).frame);
+  }
+
+  follow(target: Vector, q: number[]): Followed {
+    return this.followPose(this.poseAt(target), q);
+  }
+
+  turn(rotation: Rotation, q: number[]): Followed {
+    const { pose } = this;
+    const before = [0, 1, 2, 4, 5, 6, 8, 9, 10].map((i) => pose[i]) as Rotation;
+    const R = product(rotation, before);
+    const rows = [0, 1, 2].flatMap((row) => [...R.slice(3 * row, 3 * row + 3), pose[4 * row + 3]]);
+    return this.followPose([...rows, 0, 0, 0, 1] as Pose, q);
+  }
+
+  followPose(pose: Pose, q: number[]): Followed {
+    const { limb, other } = this;
+    const answer = limb.solve(pose, limb.values(q));
+    if (answer.reason !== "REACHED") return { says: sentence(answer) };
+    let blocked: Answer | null = null;
+    for (const { values } of answer.branches) {
+      const moved = limb.merged(q, values);
+      if (!other) return { q: moved, says: "" };
+      const reference = other.values(moved);
+      const stood = other.stand(this.otherPose, reference[0], reference);
+      if (stood.reason === "REACHED") {
+        const [{ values: others, yaw }] = stood.branches;
+        const turn = degrees(yaw, 1);
+        const isSeen = Number.parseFloat(turn) !== 0;
+        const says = isSeen ? `${other.frame} turns by ${turn} with the hip motor that both legs share` : "";
+        return { q: other.merged(moved, others), says };
+      }
+      blocked ??= stood;
+    }
+    return { says: `${other?.frame} cannot stay where it is: ${sentence(blocked ?? answer)}` };
+  }
+
+  poseAt([x, y, z]: Vector): Pose {
+    const pose: Pose = [...this.pose];
+    [pose[3], pose[7], pose[11]] = [x, y, z];
+    return pose;
+  }
+
+  branches(target: Vector, q: number[]): Branch[] {
+    return this.limb.solve(this.poseAt(target), this.limb.values(q), false).branches;
+  }
+}
+
+/** A camera looks at what is dragged, or as near past it as the limits allow. */
+class GazeFollower implements Follower {
+  constructor(readonly limb: Gaze) {}
+
+  follow(target: Vector, q: number[]): Followed {
+    const { limb } = this;
+    const answer = limb.solveGaze(target, limb.values(q));
+    if (answer.reason === "REACHED") return { q: limb.merged(q, answer.branches[0].values), says: "" };
+    if (!answer.nearest) return { says: sentence(answer) };
+    const { values, error } = answer.nearest;
+    return { q: limb.merged(q, values), says: `${sentence(answer)}; looks ${degrees(error, 1)} past it` };
+  }
+
+  branches(target: Vector, q: number[]): Branch[] {
+    return this.limb.solveGaze(target, this.limb.values(q), false).branches;
+  }
+}
+
+/** By the kind of limb. */
+export const FOLLOWERS: Record<string, new (limb: any, poseOf: (frame: string) => Pose, limbs: Limb[]) => Follower> = {
+  arm: HandFollower,
+  leg: FootFollower,
+  gaze: GazeFollower,
+};

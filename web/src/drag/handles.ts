@@ -1,0 +1,207 @@
+import type { Pick } from "../pick/pick.ts";
+import type { Robot } from "../robot/robot.ts";
+import type { Studio } from "../scene/studio.ts";
+import type { MeshcatViewer } from "../types.ts";
+import { flatMaterial } from "../scene/extras.ts";
+import { asMark, dispose } from "../scene/marks.ts";
+import { THREE } from "../three.ts";
+import type { Handle, Limb } from "./follow.ts";
+
+/** The parts of the page that are used here. */
+interface Page extends EventTarget {
+  readonly pick: Pick;
+  readonly robot: Robot;
+  readonly studio: Studio;
+  readonly viewer: MeshcatViewer;
+}
+
+/** A ring that keeps its size on the screen. */
+function makeKnob() {
+  const canvas = document.createElement("canvas");
+  canvas.width = canvas.height = 96;
+  const ink = canvas.getContext("2d") as CanvasRenderingContext2D;
+  ink.beginPath();
+  ink.arc(48, 48, 34, 0, 2 * Math.PI);
+  ink.fillStyle = "rgba(255, 255, 255, 0.78)";
+  ink.fill();
+  ink.lineWidth = 11;
+  ink.strokeStyle = "#1d2433";
+  ink.stroke();
+  const map = new THREE.CanvasTexture(canvas);
+  map.encoding = THREE.sRGBEncoding;
+  const material = new THREE.SpriteMaterial({ map, depthTest: false, sizeAttenuation: false, toneMapped: false });
+  const knob = new THREE.Sprite(material);
+  knob.renderOrder = 25;
+  highlight(knob, false);
+  return knob;
+}
+
+/** A handle under the pointer is larger and brighter. */
+function highlight(knob: THREE.Sprite, on: boolean) {
+  const [size, opacity] = on ? [0.018, 1] : [0.013, 0.75];
+  knob.scale.set(size, size, 1);
+  knob.material.opacity = opacity;
+}
+
+/** A faint line along x, from the camera to its handle. */
+function makeSight(length: number) {
+  const ends = [new THREE.Vector3(), new THREE.Vector3(length, 0, 0)];
+  const line = new THREE.Line(
+    new THREE.BufferGeometry().setFromPoints(ends),
+    new THREE.LineDashedMaterial({
+      color: 0x1d2433,
+      dashSize: 0.008,
+      gapSize: 0.006,
+      transparent: true,
+      opacity: 0.45,
+    }),
+  );
+  line.computeLineDistances();
+  return line;
+}
+
+// Within how many pixels of the mouse, or of a touch, a handle is held.
+const [POINT, FINGER] = [14, 28];
+
+// That of the gaze is at a share of the robot's size before the camera, of a small robot.
+const [SIGHT, SMALL] = [0.25, 1.5];
+
+/** The handles of the limbs: where they are on the screen, and which one is the one to be held. */
+export class Handles {
+  shown = false;
+  lit: Handle | null = null;
+  list: Handle[];
+
+  constructor(
+    readonly page: Page,
+    limbs: Limb[],
+  ) {
+    const gaze = limbs.find(({ kind }) => kind === "gaze");
+    this.list = limbs
+      .filter((limb) => limb.kind === "arm" || limb.kind === "leg" || limb === gaze)
+      .map((limb) => this.make(limb));
+  }
+
+  make(limb: Limb): Handle {
+    const { robot, studio } = this.page;
+    const mark = asMark(new THREE.Group());
+    const knob = makeKnob();
+    mark.add(knob);
+    const ahead = limb.kind === "gaze" ? SIGHT * Math.min(studio.size, SMALL) : 0;
+    knob.position.x = ahead;
+    if (ahead) mark.add(makeSight(ahead));
+    robot.frameNode(limb.frame).add(mark);
+    return { limb, mark, knob, ahead };
+  }
+
+  show(on: boolean) {
+    this.shown = on;
+    for (const { mark } of this.list) mark.visible = on;
+    if (!on) this.light(null);
+  }
+
+  /** The handle under the pointer; a finger covers more than a mouse points at. */
+  at({ clientX, clientY, pointerType }: { clientX: number; clientY: number; pointerType: string }) {
+    if (!this.shown) return null;
+    let found: Handle | null = null;
+    let least = pointerType === "touch" ? FINGER : POINT;
+    for (const handle of this.list) {
+      const place = this.page.pick.viewport.place(handle.knob.getWorldPosition(new THREE.Vector3()));
+      const away = place ? Math.hypot(place.clientX - clientX, place.clientY - clientY) : Infinity;
+      if (away < least) [found, least] = [handle, away];
+    }
+    return found;
+  }
+
+  /** @param handle the one that is drawn larger */
+  light(handle: Handle | null) {
+    if (handle === this.lit) return;
+    if (this.lit) highlight(this.lit.knob, false);
+    if (handle) highlight(handle.knob, true);
+    this.lit = handle;
+    this.page.viewer.set_dirty();
+  }
+}
+
+/** of a frame */
+export interface Axis {
+  name: string;
+  axis: [number, number, number];
+  colour: string;
+}
+
+/** a turn of a handle's frame about its own axis */
+export interface Ring {
+  handle: Handle;
+  axis: Axis;
+  mesh: THREE.Mesh;
+}
+
+// Sizes in metres for a small robot; the points of a ring that are looked at; how near to it a pointer is on it [px].
+const [RADIUS, THICKNESS, SAMPLES, RING_POINT, RING_FINGER] = [0.072, 0.0011, 64, 6, 16];
+
+const AXES: Axis[] = [
+  { name: "x", axis: [1, 0, 0], colour: "#e0433a" },
+  { name: "y", axis: [0, 1, 0], colour: "#2f9e44" },
+  { name: "z", axis: [0, 0, 1], colour: "#2f6fe0" },
+];
+
+const TURNS: Record<string, Axis[]> = { leg: AXES, arm: AXES.slice(1) };
+
+/** The axes that a handle's frame may be turned about. */
+export const turnsOf = ({ limb }: Handle) => TURNS[limb.kind] ?? [];
+
+/**
+ * Rings that turn the frame of a limb, around the handle of the one that is selected: about all three axes of a foot; of a
+ * hand, whose arm has five joints, about the two that turn the direction of the forearm.
+ */
+export class Rings {
+  list: Ring[] = [];
+
+  constructor(
+    readonly page: Page,
+    readonly handles: Handles,
+  ) {
+    page.addEventListener("selected", () => this.refresh());
+  }
+
+  /** Draw the rings of the selected limb, and no others. */
+  refresh() {
+    for (const { mesh } of this.list) dispose(mesh);
+    const { frame } = this.page.pick.selection;
+    const handle = this.handles.shown && this.handles.list.find(({ limb }) => limb.frame === frame);
+    this.list = handle ? turnsOf(handle).map((axis) => this.make(handle, axis)) : [];
+    this.page.viewer.set_dirty();
+  }
+
+  make(handle: Handle, axis: Axis): Ring {
+    const scale = this.page.studio.markScale;
+    const mesh = new THREE.Mesh(
+      new THREE.TorusGeometry(RADIUS * scale, THICKNESS * scale, 8, 64),
+      flatMaterial(axis.colour, 21),
+    );
+    mesh.renderOrder = 21;
+    mesh.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), new THREE.Vector3(...axis.axis));
+    this.page.robot.frameNode(handle.limb.frame).add(asMark(mesh));
+    return { handle, axis, mesh };
+  }
+
+  /** The ring under the pointer, and the place on it, in the world. */
+  at({ clientX, clientY, pointerType }: { clientX: number; clientY: number; pointerType: string }) {
+    const { viewport } = this.page.pick;
+    let found: { ring: Ring; point: THREE.Vector3 } | null = null;
+    let least = pointerType === "touch" ? RING_FINGER : RING_POINT;
+    const radius = RADIUS * this.page.studio.markScale;
+    for (const ring of this.list) {
+      ring.mesh.updateWorldMatrix(true, false);
+      for (let i = 0; i < SAMPLES; i++) {
+        const angle = (2 * Math.PI * i) / SAMPLES;
+        const point = new THREE.Vector3(radius * Math.cos(angle), radius * Math.sin(angle), 0);
+        const place = viewport.place(point.applyMatrix4(ring.mesh.matrixWorld));
+        const away = place ? Math.hypot(place.clientX - clientX, place.clientY - clientY) : Infinity;
+        if (away < least) [found, least] = [{ ring, point }, away];
+      }
+    }
+    return found;
+  }
+}

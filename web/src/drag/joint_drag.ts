@@ -1,0 +1,120 @@
+import type { Panel } from "../panel/panel.ts";
+import type { Pick } from "../pick/pick.ts";
+import type { Stance } from "../stance.ts";
+import { joints, unitText } from "../pick/facts.ts";
+import type { Robot } from "../robot/robot.ts";
+import { THREE } from "../three.ts";
+import type { Gesture } from "./follow.ts";
+import { farthest, type Stop } from "./stops.ts";
+import { SweptAngle, sweptDistance, triples } from "./swept_angle.ts";
+
+/** The parts of the page that are used here. */
+interface Page {
+  readonly panel: Panel;
+  readonly pick: Pick;
+  readonly robot: Robot;
+  readonly stance: Stance;
+}
+
+// A pointer so near to an axis [px] says no angle about it.
+const NEAR_AXIS = 10;
+
+/**
+ * How a link moves with the coordinate of the joint that carries it: about a line in the world, or along a direction; per
+ * unit of the coordinate. Null for a link that no coordinate moves.
+ *
+ * Where several joints on the way to the link follow one coordinate, as those of a finger do, they add up: of the screw
+ * ω = Σ mᵢ aᵢ, v = Σ mᵢ aᵢ × (p − oᵢ) of a point p the axis goes through p + ω × v / ω².
+ *
+ * @param point on the link, in the world
+ */
+export function motionOf(robot: Robot, link: number, point: THREE.Vector3) {
+  const carriers = joints(robot.about, link);
+  const joint = carriers.at(-1);
+  if (!joint) return null;
+  const omega = new THREE.Vector3();
+  const velocity = new THREE.Vector3();
+  for (const { link: moved, column, multiplier, axis, slides } of carriers) {
+    if (column !== joint.column) continue;
+    const node = robot.nodes[moved];
+    const direction = new THREE.Vector3()
+      .fromArray(axis)
+      .transformDirection(node.matrixWorld)
+      .multiplyScalar(multiplier);
+    if (slides) velocity.add(direction);
+    else {
+      omega.add(direction);
+      velocity.add(direction.clone().cross(point.clone().sub(node.getWorldPosition(new THREE.Vector3()))));
+    }
+  }
+  const rate = omega.length();
+  if (rate > 1e-9) {
+    const origin = omega
+      .clone()
+      .cross(velocity)
+      .divideScalar(rate * rate)
+      .add(point);
+    return { joint, slides: false, rate, origin, direction: omega.divideScalar(rate) };
+  }
+  const speed = velocity.length();
+  return speed > 1e-9
+    ? { joint, slides: true, rate: speed, origin: point, direction: velocity.divideScalar(speed) }
+    : null;
+}
+
+/**
+ * A link that is held: the joint that carries it follows the pointer, inside its limits; the trunk and all else stay.
+ */
+export class JointDrag implements Gesture {
+  point;
+  before;
+  wanted: number;
+  angle: SweptAngle;
+
+  /** @param point where the link is held, in the world */
+  constructor(
+    readonly page: Page,
+    readonly motion: NonNullable<ReturnType<typeof motionOf>>,
+    point: THREE.Vector3,
+    ray: THREE.Ray,
+  ) {
+    this.point = point.toArray();
+    this.before = triples(ray);
+    /** What the pointer asks for, which limits may keep the joint from. */
+    this.wanted = page.stance.q[motion.joint.column];
+    const line = { origin: motion.origin.toArray(), direction: motion.direction.toArray() };
+    const least = NEAR_AXIS * page.pick.viewport.metresPerPixel(point);
+    this.angle = new SweptAngle(line, this.point, triples(ray).origin, least);
+    const { column } = motion.joint;
+    const [most, fewest] = [Infinity, -Infinity].map(
+      (end) => farthest(page.robot.about, page.stance.q, column, end).value,
+    );
+    this.angle.prefer(most - this.wanted < this.wanted - fewest ? -1 : 1);
+  }
+
+  move(ray: THREE.Ray) {
+    const { page, motion, before } = this;
+    const { column } = motion.joint;
+    const now = triples(ray);
+    const swept = motion.slides
+      ? sweptDistance(motion.direction.toArray(), this.point, before, now)
+      : this.angle.between(before, now);
+    this.before = now;
+    this.wanted += swept / motion.rate;
+    const { value, stop } = farthest(page.robot.about, page.stance.q, column, this.wanted);
+    page.stance.move(column, value);
+    page.stance.settle();
+    return stop ? this.sentence(stop) : "";
+  }
+
+  end() {}
+
+  sentence({ column, bound, upper, coupled }: Stop) {
+    const { coordinates } = this.page.robot.about;
+    const nameOf = (wanted: number) => coordinates.find((candidate) => candidate.column === wanted);
+    const [own, other] = [nameOf(this.motion.joint.column), nameOf(column)];
+    const limit = `${upper ? "at most" : "at least"} ${unitText(bound, other?.unit ?? "rad", this.page.panel.settings.units)}`;
+    if (own !== other) return `${own?.joint} stops: ${other?.joint} may be ${limit} there (coupled limit)`;
+    return `${own?.joint} stops: ${limit}${coupled ? " here (coupled limit)" : ""}`;
+  }
+}

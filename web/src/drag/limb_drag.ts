@@ -1,0 +1,273 @@
+import type { Pick } from "../pick/pick.ts";
+import type { Robot } from "../robot/robot.ts";
+import type { Stance } from "../stance.ts";
+import { clamp, squaredDistance } from "../math/numbers.ts";
+import { distance, minus, plus, times, type Pose, type Rotation, type Vector } from "../math/rotations.ts";
+import type { Ghosts } from "../scene/ghosts.ts";
+import { THREE } from "../three.ts";
+import {
+  FOLLOWERS,
+  LAST_STEP,
+  directionsAround,
+  feetCross,
+  footOf,
+  nearestPlace,
+  type Gesture,
+  type Handle,
+  type Limb,
+  type Follower,
+} from "./follow.ts";
+import type { Axis } from "./handles.ts";
+import { SweptAngle, triples } from "./swept_angle.ts";
+import type { AnyLimb } from "../ik/limbs.ts";
+
+/** The parts of the page that are used here. */
+interface Page {
+  readonly ghosts: Ghosts;
+  readonly pick: Pick;
+  readonly robot: Robot;
+  readonly stance: Stance;
+}
+
+// Branches whose squared distance is above OTHER are two; the looks of their ghosts.
+const OTHER = 1e-6;
+const INSIDE = { colour: "#2f6fe0", opacity: 0.3 };
+const OUTSIDE = { colour: "#5c6678", opacity: 0.1 };
+
+/**
+ * A handle that is held: the limb follows it in the plane that the camera faces, by its closed form, and the trunk stays.
+ */
+export class LimbDrag implements Gesture {
+  follower: Follower;
+  at: THREE.Vector3;
+  plane: THREE.Plane;
+  from: THREE.Vector3;
+  floor: number;
+  place: Vector;
+  says: string | undefined;
+
+  /** @param ray of the pointer that takes hold of it, if one does */
+  constructor(
+    readonly page: Page,
+    readonly limbs: Limb[],
+    readonly ghosts: Ghosts,
+    readonly handle: Handle,
+    ray: THREE.Ray | null,
+  ) {
+    const { limb } = handle;
+    this.follower = new FOLLOWERS[limb.kind](limb, (frame) => this.poseOf(frame), limbs);
+    this.at = handle.knob.getWorldPosition(new THREE.Vector3());
+    this.plane = page.pick.viewport.facingPlane(this.at);
+    this.from = ray?.intersectPlane(this.plane, new THREE.Vector3()) ?? this.at.clone();
+    // The sole is not to go below the floor, nor lower where it is below it.
+    const isOnFloor = limb.kind === "leg" && !page.robot.about.floating;
+    this.floor = isOnFloor ? this.at.y - Math.max(0, footOf(page.robot, limb).low) : -Infinity;
+    this.place = this.inTorso(this.at);
+  }
+
+  /** @param options whether the handle goes up and down only */
+  move(ray: THREE.Ray, { level }: { level: boolean }) {
+    const now = ray.intersectPlane(this.plane, new THREE.Vector3());
+    if (!now) return this.says ?? "";
+    const by = now.sub(this.from);
+    if (level) by.projectOnVector(this.page.pick.viewport.axes[1]);
+    return this.moveTo(this.at.clone().add(by));
+  }
+
+  /**
+   * Go on from where the handle is.
+   *
+   * @param right on the screen [m]
+   */
+  step(right: number, up: number) {
+    const axes = this.page.pick.viewport.axes;
+    return this.moveTo(this.inWorld(this.place).addScaledVector(axes[0], right).addScaledVector(axes[1], up));
+  }
+
+  /** @param to in the world */
+  moveTo(to: THREE.Vector3) {
+    const isBelow = to.y < this.floor;
+    if (isBelow) to.setY(this.floor);
+    this.says = this.follow(this.inTorso(to), isBelow ? "the sole is on the floor" : "");
+    return this.says;
+  }
+
+  end() {
+    this.handle.knob.position.set(this.handle.ahead, 0, 0);
+    this.ghosts.clear();
+  }
+
+  /**
+   * Take the limb to a target in the torso's frame, or to the reachable one nearest to it in the plane of the drag.
+   */
+  follow(target: Vector, notice: string) {
+    const { page, follower, handle } = this;
+    const near = this.approach(target);
+    let followed = follower.follow(target, near.q);
+    const { says } = followed;
+    let place = target;
+    if (!followed.q) {
+      place = nearestPlace(target, near.place, this.directions(), (tried) => this.isReached(tried, near.q));
+      followed = follower.follow(place, near.q);
+    }
+    if (followed.q) {
+      this.place = place;
+      page.ghosts.clearAnswers();
+      const others = this.others(place, followed.q);
+      page.stance.set(followed.q);
+      page.stance.settle();
+      this.ghosts.show(others, page.robot.linkOf(handle.limb.joints[0]));
+      // What a camera looks at, or past, stays where it is dragged.
+      if (handle.ahead) handle.knob.position.copy(handle.mark.worldToLocal(this.inWorld(target)));
+    }
+    const crossing = feetCross(page.robot, handle.limb, this.limbs) ? "the feet cross" : "";
+    const said = [notice, says, crossing].filter(Boolean).join("; ");
+    return said && `${handle.limb.frame}: ${said}`;
+  }
+
+  /**
+   * The place and the configuration from which a target is less than a stride away, or at which the straight way to it ends.
+   */
+  approach(target: Vector) {
+    const { follower, place } = this;
+    const strides = Math.ceil(distance(place, target) / (follower.stride ?? Infinity));
+    let near = { place, q: this.page.stance.q };
+    for (let i = 1; i < strides; i++) {
+      const next = plus(place, times(i / strides, minus(target, place)));
+      const { q } = follower.follow(next, near.q);
+      if (!q) break;
+      near = { place: next, q };
+    }
+    return near;
+  }
+
+  isReached(place: Vector, q: number[]): boolean {
+    const isAbove = this.inWorld(place).y > this.floor - LAST_STEP;
+    return isAbove && Boolean(this.follower.follow(place, q).q);
+  }
+
+  /** Unit vectors in the plane of the drag, in the torso's frame. */
+  directions() {
+    const toTorso = new THREE.Matrix4().copy(this.torso.matrixWorld).invert();
+    const [right, up] = this.page.pick.viewport.axes.map((axis) => axis.transformDirection(toTorso).toArray());
+    return directionsAround(right, up);
+  }
+
+  /** The other branches for a target as ghosts, fainter where a limit stands against them. */
+  others(target: Vector, q: number[]) {
+    const { limb } = this.handle;
+    const own = limb.values(q);
+    return this.follower
+      .branches(target, q)
+      .filter(({ values }) => squaredDistance(values, own) > OTHER)
+      .map(({ values }) => ({ q: limb.merged(q, values), ...(limb.isInside(values) ? INSIDE : OUTSIDE) }));
+  }
+
+  // --- where things are ----------------------------------------------------------------------------------------
+
+  get torso() {
+    return this.page.robot.frameNode(this.handle.limb.torso);
+  }
+
+  /** of the world */
+  inTorso(point: THREE.Vector3): Vector {
+    return this.torso.worldToLocal(point.clone()).toArray();
+  }
+
+  /** @param place in the torso */
+  inWorld(place: Vector) {
+    return this.torso.localToWorld(new THREE.Vector3().fromArray(place));
+  }
+
+  /** Pose of a frame in the frame of the torso, row by row. */
+  poseOf(frame: string): Pose {
+    const pose = this.page.robot.poseIn(frame, this.handle.limb.torso);
+    return pose.transpose().toArray() as Pose;
+  }
+}
+
+// The way to an angle is gone in steps [rad], the last of which is halved so often where it is not reached; a pointer so
+// near to the axis [px] says no angle.
+const [STEP, HALVINGS, NEAR_AXIS] = [0.05, 8, 10];
+
+/**
+ * A ring that is held, by the pointer or by keys: the limb turns its frame about the axis of the ring, at its place, as far
+ * as it can.
+ */
+export class TurnDrag implements Gesture {
+  limb: AnyLimb;
+  follower: Follower;
+  axis: THREE.Vector3;
+  wanted: number;
+  before;
+  angle: SweptAngle | undefined;
+  reached: number;
+
+  /** @param pointer on the ring, in the world, if one takes hold of it */
+  constructor(
+    readonly page: Page,
+    limbs: Limb[],
+    { handle, axis }: { handle: Handle; axis: Axis },
+    pointer: { point: THREE.Vector3; ray: THREE.Ray } | null,
+  ) {
+    this.limb = handle.limb;
+    const { robot, pick } = page;
+    const poseOf = (frame: string) => robot.poseIn(frame, this.limb.torso);
+    this.follower = new FOLLOWERS[this.limb.kind](this.limb, (frame) => poseOf(frame).transpose().toArray(), limbs);
+    const own = new THREE.Vector3(...axis.axis);
+    this.axis = own.clone().transformDirection(poseOf(this.limb.frame));
+    this.wanted = this.reached = 0;
+    if (!pointer) return;
+    const node = robot.frameNode(this.limb.frame);
+    const line = {
+      origin: node.getWorldPosition(new THREE.Vector3()).toArray(),
+      direction: own.transformDirection(node.matrixWorld).toArray(),
+    };
+    const least = NEAR_AXIS * pick.viewport.metresPerPixel(pointer.point);
+    this.before = triples(pointer.ray);
+    this.angle = new SweptAngle(line, pointer.point.toArray(), this.before.origin, least);
+  }
+
+  move(ray: THREE.Ray) {
+    const now = triples(ray);
+    if (this.angle && this.before) this.wanted += this.angle.between(this.before, now);
+    this.before = now;
+    return this.turn();
+  }
+
+  /**
+   * Go on from where the frame is.
+   *
+   * @param angle [rad]
+   */
+  step(angle: number) {
+    this.wanted = this.reached + angle;
+    return this.turn();
+  }
+
+  /** Turn as far towards the angle wanted as the limb can; gives what there is to say. */
+  turn() {
+    const { page } = this;
+    let { q } = page.stance;
+    let says = "";
+    let step = STEP;
+    while (this.reached !== this.wanted && step > STEP / 2 ** HALVINGS) {
+      const next = this.reached + clamp(this.wanted - this.reached, -step, step);
+      const followed = this.follower.turn?.(this.rotation(next), q);
+      if (followed?.q) [q, this.reached] = [followed.q, next];
+      else step *= 0.5;
+      says = followed?.says ?? "";
+    }
+    page.stance.set(q);
+    page.stance.settle();
+    return says && `${this.limb.frame}: ${says}`;
+  }
+
+  end() {}
+
+  /** The turn by an angle in the torso's frame, row by row. */
+  rotation(angle: number): Rotation {
+    const { elements: m } = new THREE.Matrix4().makeRotationAxis(this.axis, angle);
+    return [m[0], m[4], m[8], m[1], m[5], m[9], m[2], m[6], m[10]];
+  }
+}

@@ -1,0 +1,168 @@
+import type { Pick } from "../pick/pick.ts";
+import type { Robot } from "../robot/robot.ts";
+import type { Stance } from "../stance.ts";
+import type { MeshcatViewer } from "../types.ts";
+import type { Hit } from "../pick/picker.ts";
+import type { Drag } from "./drag.ts";
+import type { Handle } from "./follow.ts";
+import type { Rings } from "./handles.ts";
+import { motionOf } from "./joint_drag.ts";
+
+/** The parts of the page that are used here. */
+interface Page {
+  readonly pick: Pick;
+  readonly robot: Robot;
+  readonly stance: Stance;
+  readonly viewer: MeshcatViewer;
+}
+
+// A pointer that has come no farther [px] has not moved: a click, or a tap.
+const [STILL, TAP] = [4, 10];
+
+/**
+ * Where a pointer went down, and on what; `take` is how the robot is taken hold of there, null where that is for the camera.
+ */
+interface Press {
+  id: number;
+  clientX: number;
+  clientY: number;
+  shift: boolean;
+  handle: Handle | null;
+  hit: Hit | null;
+  take: (() => void) | null;
+  still: boolean;
+}
+
+/**
+ * What a pointer on the picture does. On a handle it takes hold of it, on a link of its joint, a finger only when the link
+ * is selected; anywhere else, with another button than the first, or with a key held down, it moves the camera, as
+ * meshcat's control has it. A click selects, and measures when that is on or Shift is down.
+ */
+export class Pointer {
+  press: Press | null = null;
+
+  constructor(
+    public page: Page,
+    readonly drag: Drag,
+    public pane: HTMLElement,
+  ) {
+    // Before the camera's own control, which listens on the canvas inside.
+    pane.addEventListener("pointerdown", (event) => this.down(event), true);
+    pane.addEventListener("pointermove", (event) => this.move(event));
+    // What begins on the picture may end anywhere: the camera's control takes the pointer with it.
+    window.addEventListener("pointerup", (event) => this.up(event));
+    window.addEventListener("pointercancel", (event) => this.up(event));
+    pane.addEventListener("pointerleave", (event) => this.leave(event));
+    document.addEventListener("keydown", (event) => this.key(event));
+  }
+
+  down(event: PointerEvent) {
+    this.page.pick.hover.clear();
+    // A second finger makes no tap of the first.
+    if (this.press) this.press.still = false;
+    if (this.drag.held || this.press || event.button !== 0 || !event.isPrimary) return;
+    this.page.stance.settle();
+    const { clientX, clientY, pointerId: id, shiftKey: shift } = event;
+    const handle = this.drag.marks.at(event);
+    const grip = handle ? null : this.drag.rings.at(event);
+    const hit = handle || grip ? null : this.page.pick.picker.at(event);
+    const take = this.taking(event, handle, grip, hit);
+    this.press = { id, clientX, clientY, shift, handle, hit, take, still: true };
+    if (!take) return;
+    this.page.viewer.controls.enabled = false;
+    this.pane.setPointerCapture(id);
+    this.pane.style.cursor = "grabbing";
+  }
+
+  /** How the robot is taken hold of, once the pointer moves. */
+  taking(event: PointerEvent, handle: Handle | null, grip: ReturnType<Rings["at"]>, hit: Hit | null) {
+    const { drag } = this;
+    const ray = this.page.pick.viewport.ray(event);
+    if (handle) return () => drag.takeHandle(handle, ray);
+    if (grip) return () => drag.takeRing(grip.ring, { point: grip.point, ray });
+    const motion = hit && this.mayMove(event, hit) ? motionOf(this.page.robot, hit.link, hit.point) : null;
+    return hit && motion ? () => drag.takeJoint(motion, hit.point, ray) : null;
+  }
+
+  /** Whether a press on a link is for its joint, and not for the camera. */
+  mayMove({ pointerType, altKey, ctrlKey, metaKey, shiftKey }: PointerEvent, { link }: Hit) {
+    const { measure, selection } = this.page.pick;
+    if (!this.drag.movesJoints || measure.picking || altKey || ctrlKey || metaKey || shiftKey) return false;
+    return pointerType !== "touch" || selection.link === link;
+  }
+
+  move(event: PointerEvent) {
+    const { press, drag } = this;
+    if (!press) {
+      if (event.pointerType !== "touch" && event.buttons === 0) this.hover(event);
+      return;
+    }
+    if (event.pointerId !== press.id) return;
+    const way = Math.hypot(event.clientX - press.clientX, event.clientY - press.clientY);
+    if (way > (event.pointerType === "touch" ? TAP : STILL)) press.still = false;
+    if (press.still || !press.take) return;
+    if (!drag.held) press.take();
+    drag.move(this.page.pick.viewport.ray(event), { level: event.shiftKey });
+  }
+
+  up(event: PointerEvent) {
+    const { press } = this;
+    if (!press || event.pointerId !== press.id) return;
+    this.release();
+    this.drag.end();
+    const isUp = event.type === "pointerup";
+    if (isUp && press.still) this.click(press, event);
+    const isOver = event.target instanceof Node && this.pane.contains(event.target);
+    if (isUp && isOver && event.pointerType !== "touch") this.hover(event);
+  }
+
+  release() {
+    this.press = null;
+    this.page.viewer.controls.enabled = true;
+    this.pane.style.cursor = "";
+  }
+
+  click({ handle, hit, shift, take }: Press, event: PointerEvent) {
+    const { measure, selection, hover } = this.page.pick;
+    if (hit && (measure.picking || shift)) return measure.pick(hit);
+    if (measure.picking) return;
+    if (handle) selection.select(handle.limb.frame);
+    else if (hit) selection.selectLink(hit.link);
+    else if (!take) selection.select(null);
+    // A finger does not hover: what it is on is told when it taps.
+    if (event.pointerType === "touch") hover.show(hit?.link ?? null, event);
+  }
+
+  hover(event: PointerEvent) {
+    const { hover } = this.page.pick;
+    const handle = this.drag.marks.at(event);
+    this.drag.marks.light(handle);
+    const isHeld = handle || this.drag.rings.at(event);
+    this.pane.style.cursor = isHeld ? "grab" : "";
+    if (isHeld) hover.clear();
+    else hover.follow(event);
+  }
+
+  leave({ pointerType }: PointerEvent) {
+    // A finger that is lifted leaves too.
+    if (this.press || pointerType === "touch") return;
+    this.drag.marks.light(null);
+    this.page.pick.hover.clear();
+  }
+
+  // Escape gives back what is held, or else takes away what is measured, or else what is selected.
+  key(event: KeyboardEvent) {
+    if (event.key !== "Escape" || event.defaultPrevented) return;
+    // What is open over the picture closes, and takes nothing along.
+    if (event.target instanceof Element && event.target.closest("dialog, [popover]")) return;
+    const { measure, selection } = this.page.pick;
+    if (this.drag.held) {
+      this.drag.cancel();
+      if (this.press) this.press.take = null;
+      this.page.viewer.controls.enabled = true;
+      this.pane.style.cursor = "";
+    } else if (event.target instanceof HTMLInputElement) return;
+    else if (measure.active) measure.clear();
+    else selection.select(null);
+  }
+}

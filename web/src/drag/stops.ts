@@ -1,0 +1,103 @@
+import type { Answer } from "../ik/limb.ts";
+import { interpolate } from "../math/numbers.ts";
+import type { About } from "../types.ts";
+
+export const degrees: (angle: number, digits: number) => string = (angle, digits) =>
+  `${((angle * 180) / Math.PI).toFixed(digits)}°`;
+
+/** Why there is no branch, in degrees. */
+export function sentence({ reason, joint, needed, limit, limb }: Answer) {
+  if (reason === "OUT_OF_REACH") return `out of reach by ${millimetres(needed)}`;
+  if (reason === "NOT_ENOUGH_JOINTS") return `${limb.joints.length} joints do not make this pose`;
+  if (joint < 0) return "no solution found";
+  const bound = needed < limit ? "at least" : "at most";
+  const where = reason === "JOINT_LIMIT" ? "" : " there (coupled limit)";
+  // As many digits as it takes to tell the two apart.
+  const digits = [1, 2, 3, 4, 5].find((n) => degrees(needed, n) !== degrees(limit, n)) ?? 6;
+  return `${limb.joints[joint]} needs ${degrees(needed, digits)}, ${bound} ${degrees(limit, digits)}${where}`;
+}
+
+function millimetres(metres: number) {
+  const digits = metres < 0.001 ? 3 : metres < 0.01 ? 1 : 0;
+  return `${(1000 * metres).toFixed(digits)} mm`;
+}
+
+// How far one coordinate may go while all others stay. Pure: a robot's description and numbers.
+
+/**
+ * What stops a coordinate: its own range, or that of another one which depends on it. `column` and `bound` are of the
+ *   coordinate whose range it is; `coupled` where a table says so
+ */
+export interface Stop {
+  column: number;
+  bound: number;
+  upper: boolean;
+  coupled: boolean;
+}
+
+const clampedBack: (stop: Stop, from: number) => number = ({ bound, upper }, from) =>
+  upper ? Math.max(bound, from) : Math.min(bound, from);
+
+/**
+ * The value nearest to the one wanted that a coordinate may go to, from where it is in a straight line, and what stops it.
+ * One that is outside its range may come back, and go no farther out. A coordinate whose range depends on this one does
+ * not yield: the way ends where its range would leave it out.
+ */
+export function farthest(
+  about: About,
+  q: ArrayLike<number>,
+  column: number,
+  wanted: number,
+): { value: number; stop: Stop | null } {
+  const from = q[column];
+  const own = ownStop(about, q, column, wanted);
+  let [value, stop] = own ? [clampedBack(own, from), own as Stop | null] : [wanted, null];
+  for (const table of about.tables.filter(({ of }) => of === column)) {
+    for (const upper of [false, true]) {
+      const bounds = upper ? table.upper : table.lower;
+      const share = shareInside(table.at, bounds, from, value, q[table.joint], upper);
+      if (share >= 1) continue;
+      value = from + share * (value - from);
+      stop = { column: table.joint, bound: interpolate(table.at, bounds, value), upper, coupled: true };
+    }
+  }
+  return { value, stop };
+}
+
+/** The bound of the coordinate itself that a value is beyond. */
+function ownStop(about: About, q: ArrayLike<number>, column: number, wanted: number): Stop | null {
+  const coordinate = about.coordinates.find((candidate) => candidate.column === column);
+  const tables = about.tables.filter(({ joint }) => joint === column);
+  const upper = wanted > q[column];
+  const bounds = [
+    { bound: (upper ? coordinate?.upper : coordinate?.lower) ?? (upper ? Infinity : -Infinity), coupled: false },
+    ...tables.map((table) => ({
+      bound: interpolate(table.at, upper ? table.upper : table.lower, q[table.of]),
+      coupled: true,
+    })),
+  ];
+  const nearest = bounds.reduce((a, b) => ((upper ? b.bound < a.bound : b.bound > a.bound) ? b : a));
+  const isBeyond = upper ? wanted > nearest.bound : wanted < nearest.bound;
+  return isBeyond ? { column, upper, ...nearest } : null;
+}
+
+/**
+ * The share of a way, from 0 to 1, up to which a partner stays inside a bound that is linear between the places `at`.
+ * A partner that is outside already only keeps it from getting farther out.
+ */
+function shareInside(at: number[], bounds: number[], from: number, to: number, partner: number, upper: boolean) {
+  const place = (share: number) => from + share * (to - from);
+  const sign = upper ? 1 : -1;
+  const room = (share: number) => sign * (interpolate(at, bounds, place(share)) - partner);
+  const least = Math.min(0, room(0));
+  const bends = at.map((bend) => (bend - from) / (to - from)).filter((share) => share > 0 && share < 1);
+  let before = 0;
+  for (const after of [...bends.sort((a, b) => a - b), 1]) {
+    if (room(after) < least) {
+      const [a, b] = [room(before) - least, room(after) - least];
+      return before + (a > 0 ? (a / (a - b)) * (after - before) : 0);
+    }
+    before = after;
+  }
+  return 1;
+}

@@ -1,0 +1,259 @@
+import { wrapped } from "../math/numbers.ts";
+import {
+  angleBetween,
+  cross,
+  direction,
+  distance,
+  dot,
+  minus,
+  norm,
+  plus,
+  product,
+  rotX,
+  rotY,
+  rotZ,
+  times,
+  transposed,
+  turned,
+  type Pose,
+  type Rotation,
+  type Vector,
+} from "../math/rotations.ts";
+import { Answer, Limb, leastCost, rigidRotation } from "./limb.ts";
+import type { ArmNumbers, Errors, Family } from "./types.ts";
+
+/** A pose of the hand: its orientation, and the place of the frame from the shoulder. */
+interface HandPose {
+  R: Rotation;
+  place: Vector;
+}
+
+/** Where the elbow can be, seen from the shoulder, when the frame stands at its place and the forearm lies along n. */
+class ElbowCircle {
+  n: Vector;
+  along: number;
+  across: number;
+  v: Vector;
+  radius: number;
+  beta: number;
+
+  /**
+   * @param place of the frame, from the shoulder
+   * @param forearm its direction, not zero
+   * @param hand the frame from the elbow in the axes of the hand
+   * @param onAxis the distance [m] up to which the shoulder is on the line of the circle's middle
+   */
+  constructor(
+    readonly place: Vector,
+    forearm: Vector,
+    hand: Vector,
+    onAxis: number,
+  ) {
+    this.n = direction(forearm);
+    const middle = minus(place, times(hand[0], this.n));
+    /** Where the middle is: so far along n, and so far across it, in the direction v. */
+    this.along = dot(middle, this.n);
+    const v = minus(middle, times(this.along, this.n));
+    this.across = norm(v);
+    // With the shoulder on the line any direction across will do.
+    this.v = direction(this.across <= onAxis ? acrossTo(this.n) : v);
+    this.radius = Math.hypot(hand[1], hand[2]);
+    this.beta = Math.atan2(hand[2], hand[1]);
+  }
+
+  /** The least and the largest distance of the circle from the shoulder. */
+  get reach() {
+    const { along, across, radius } = this;
+    return [Math.hypot(along, across - radius), Math.hypot(along, across + radius)];
+  }
+
+  /**
+   * The pose of the hand with which the elbow is at an angle on the circle, from the side of the shoulder.
+   *
+   * @param angle [rad]
+   */
+  handAt(angle: number): HandPose {
+    const { n, v, place } = this;
+    const k = plus(times(Math.cos(angle), v), times(Math.sin(angle), cross(n, v)));
+    const o = cross(n, k);
+    const [c, s] = [Math.cos(this.beta), Math.sin(this.beta)];
+    const [y, z] = [minus(times(c, k), times(s, o)), plus(times(s, k), times(c, o))];
+    return { R: [n[0], y[0], z[0], n[1], y[1], z[1], n[2], y[2], z[2]], place };
+  }
+}
+
+/** A vector across a unit vector. */
+function acrossTo(n: Vector): Vector {
+  const s: Vector = Math.abs(n[0]) < 0.7 ? [1, 0, 0] : [0, 1, 0];
+  return minus(s, times(dot(s, n), n));
+}
+
+// How far [m] the elbow may be from where the arm can have it, and from the axis of ShoulderPitch to be on it.
+const REACHED = 1e-11;
+const ON_AXIS = 1e-12;
+// The sine of ElbowRoll up to which the axes of ElbowYaw and WristYaw are one.
+const PARALLEL = 1e-12;
+// The angle below which the elbow's two places on its circle are one.
+const ONE_TURN = 1e-7;
+
+/**
+ * The arm: four real branches for a pose of the hand that five joints can make, up to eight for its place and the
+ * direction of the forearm, and one of many for its place alone (arm_place.js). With e the elbow in the upper arm and h
+ * the frame from the elbow in the axes of the hand,
+ *
+ *     R = Ry(q₁) Rz(q₂) Rx(q₃) Rz(q₄) Rx(q₅),  p = shoulder + Ry(q₁) Rz(q₂) e + R h.
+ */
+export class Arm extends Limb<ArmNumbers> {
+  shoulder: Vector;
+  elbow: Vector;
+  hand: Vector;
+  upperArm: number;
+
+  constructor(numbers: ArmNumbers) {
+    super(numbers);
+    const { shoulder, elbow_x, elbow_y, place } = this.geometry;
+    this.shoulder = shoulder;
+    this.elbow = [elbow_x, elbow_y, 0];
+    this.hand = place;
+    this.upperArm = Math.hypot(elbow_x, elbow_y);
+  }
+
+  /** All branches for the pose of its frame in the torso. */
+  solve(T: Pose, reference: number[], enforce = true) {
+    const answer = new Answer(this, reference, enforce);
+    let R = rigidRotation(T);
+    if (!R) return answer.blame("NOT_RIGID");
+    if (this.geometry.turned !== 0) R = product(R, transposed(this.frameRotation));
+    const place = this.fromShoulder([T[3], T[7], T[11]]);
+    if (this.isTooFar(place, answer)) return answer;
+    this.#enterBranches({ R, place }, answer);
+    return answer.concluded();
+  }
+
+  /**
+   * All branches for the place of its frame in the torso and the direction of the forearm, its x axis: where the circle
+   * of the elbow meets the sphere about the shoulder, the hand's whole orientation follows.
+   *
+   * @param forearm not zero
+   */
+  solveDirection(target: Vector, forearm: Vector, reference: number[], enforce = true) {
+    const answer = new Answer(this, reference, enforce);
+    const place = this.fromShoulder(target);
+    if (this.isTooFar(place, answer)) return answer;
+    const circle = new ElbowCircle(place, forearm, this.hand, ON_AXIS);
+    const { upperArm } = this;
+    const [near, far] = circle.reach;
+    if (near > upperArm + REACHED || far < upperArm - REACHED) return answer.blame("NOT_ENOUGH_JOINTS");
+    const ahead = Math.max(0, (upperArm - near) * (upperArm + near));
+    const behind = Math.max(0, (far - upperArm) * (far + upperArm));
+    const turn = 2 * Math.atan2(Math.sqrt(ahead), Math.sqrt(behind));
+    this.#enterBranches(circle.handAt(turn), answer);
+    if (turn > ONE_TURN && turn < Math.PI - ONE_TURN) this.#enterBranches(circle.handAt(-turn), answer);
+    return answer.concluded();
+  }
+
+  /** @param place in the torso */
+  fromShoulder(place: Vector) {
+    return minus(place, this.shoulder);
+  }
+
+  /**
+   * Whether the stretched arm is too short for a place, or the folded one too long; if so, that is blamed.
+   *
+   * @param place from the shoulder
+   */
+  isTooFar(place: Vector, answer: Answer) {
+    const lower = norm(this.hand);
+    const far = norm(place);
+    const beyond = Math.max(far - this.upperArm - lower, Math.abs(this.upperArm - lower) - far);
+    if (beyond <= ON_AXIS) return false;
+    answer.blame("OUT_OF_REACH", -1, beyond);
+    return true;
+  }
+
+  /** The pose of the hand by forward kinematics. */
+  forward(q: number[]): HandPose {
+    const U = shoulderRotation(q);
+    const B = product(product(rotX(q[2]), rotZ(q[3])), rotX(q[4]));
+    return { R: product(U, B), place: turned(U, plus(turned(B, this.hand), this.elbow)) };
+  }
+
+  /** Enter the branches for a pose of the hand, if the elbow is where the arm can have it. */
+  #enterBranches(hand: HandPose, answer: Answer) {
+    const w = minus(hand.place, turned(hand.R, this.hand));
+    if (!(Math.abs(norm(w) - this.upperArm) <= REACHED)) {
+      answer.blame("NOT_ENOUGH_JOINTS");
+      return;
+    }
+    const aside = Math.hypot(w[0], w[2]);
+    const epsilon = Math.atan2(this.elbow[1], this.elbow[0]);
+    const q = [0, 0, 0, 0, 0];
+    if (aside <= ON_AXIS) {
+      q[1] = wrapped(Math.atan2(w[1], aside) - epsilon);
+      for (const other of [false, true]) this.#aboutShoulderAxis(hand, q, other, answer);
+      return;
+    }
+    for (const side of [1, -1]) {
+      q[0] = Math.atan2(-side * w[2], side * w[0]);
+      q[1] = wrapped(Math.atan2(w[1], side * aside) - epsilon);
+      const family = this.#turnElbow(hand.R, q, answer);
+      for (const other of family === "NONE" ? [false, true] : [false]) {
+        if (other) toOtherTriple(q);
+        if (answer.admits(q)) answer.enter(q, this.#errors(hand, q), family);
+      }
+    }
+  }
+
+  /**
+   * Write the angles q₃ to q₅ from what the shoulder leaves of the hand's orientation, B = Rx(q₃) Rz(q₄) Rx(q₅). The first
+   * turn is taken from the first column of B, (cos q₄, cos q₃ sin q₄, sin q₃ sin q₄).
+   */
+  #turnElbow(R: Rotation, q: number[], answer: Answer): Family {
+    const B = product(transposed(shoulderRotation(q)), R);
+    const sine = Math.hypot(B[3], B[6]);
+    q[3] = Math.atan2(sine, B[0]);
+    if (sine <= PARALLEL) {
+      const sign = B[0] > 0 ? 1 : -1;
+      this.lockPair([2, 4], Math.atan2(sign * B[7] - B[5], sign * B[4] + B[8]), sign, answer, q);
+      return "ELBOW_LOCK";
+    }
+    q[2] = Math.atan2(B[6], B[3]);
+    q[4] = Math.atan2(B[3] * B[7] - B[6] * B[4], B[3] * B[8] - B[6] * B[5]);
+    return "NONE";
+  }
+
+  /**
+   * Enter the member of a family with the elbow on the axis of ShoulderPitch, about which the arm may turn.
+   *
+   * @param other the family of the other triple
+   */
+  #aboutShoulderAxis(hand: HandPose, q: number[], other: boolean, answer: Answer) {
+    const own = answer.reference[0];
+    const [low, high] = answer.enforce ? [this.lower[0], this.upper[0]] : [own - Math.PI, own + Math.PI];
+    const cost = (pitch: number) => {
+      q[0] = pitch;
+      const family = this.#turnElbow(hand.R, q, answer);
+      if (other && family !== "NONE") return Infinity; // the two triples belong to one family
+      if (other) toOtherTriple(q);
+      return this.familyCost(q, answer);
+    };
+    if (leastCost(low, high, own, cost) === null) return;
+    if (answer.admits(q)) answer.enter(q, this.#errors(hand, q), "SHOULDER_AXIS");
+  }
+
+  /** How far the frame is from its target by forward kinematics. */
+  #errors({ R, place }: HandPose, q: number[]): Errors {
+    const made = this.forward(q);
+    return [distance(made.place, place), angleBetween(made.R, R)];
+  }
+}
+
+/** Ry(q₁) Rz(q₂) */
+function shoulderRotation(q: number[]) {
+  return product(rotY(q[0]), rotZ(q[1]));
+}
+
+/** Write the angles that make the same orientation: Rx(q₃ + π) Rz(−q₄) Rx(q₅ + π). */
+function toOtherTriple(q: number[]) {
+  [q[2], q[3], q[4]] = [wrapped(q[2] + Math.PI), -q[3], wrapped(q[4] + Math.PI)];
+}

@@ -1,0 +1,255 @@
+import { clamp } from "../math/numbers.ts";
+import {
+  angleBetween,
+  minus,
+  norm,
+  product,
+  rotY,
+  rotZ,
+  transposed,
+  type Pose,
+  type Rotation,
+  type Vector,
+} from "../math/rotations.ts";
+import { Answer, LIMIT, Limb, VERIFIED, rigidRotation } from "./limb.ts";
+import type { Family, GazeNumbers, HeadNumbers, Nearest } from "./types.ts";
+
+// Steps of the search for the nearest yaw, and halvings of the step after it.
+const STEPS = 120;
+const FINER = 48;
+
+/**
+ * HeadYaw and HeadPitch, R = Rz(yaw) Ry(pitch), and the search for the values of both that come nearest to a target.
+ */
+class Neck<Numbers extends HeadNumbers | GazeNumbers> extends Limb<Numbers> {
+  /**
+   * The joint values with the smallest error: by search along the yaw, with the best pitch of each.
+   *
+   * @param errorOf [rad]
+   * @param bestPitch at the cosine and sine of a yaw, whatever the limits
+   * @param near a yaw to try beside the even steps
+   */
+  bestYaw(
+    errorOf: (values: number[]) => number,
+    bestPitch: (c: number, s: number) => number,
+    near: number,
+    enforce: boolean,
+  ): Nearest {
+    const [low, high] = this.yawRange(enforce);
+    const at = (yaw: number): Nearest => {
+      const free = bestPitch(Math.cos(yaw), Math.sin(yaw));
+      const [least, most] = [-Infinity, Infinity].map((pitch) => this.allowedPitch(yaw, pitch, enforce));
+      const pitches = free < least || free > most ? [least, most] : [free];
+      const tried = pitches.map((pitch) => ({ values: [yaw, pitch], error: errorOf([yaw, pitch]) }));
+      return tried.reduce((a, b) => (a.error < b.error ? a : b));
+    };
+    let step = (high - low) / STEPS;
+    const yaws = [clamp(near, low, high), ...Array.from({ length: STEPS + 1 }, (_, i) => low + i * step)];
+    let best = yaws.map(at).reduce((a, b) => (b.error < a.error ? b : a));
+    for (let i = 0; i < FINER; i++) {
+      const middle = best.values[0];
+      for (const yaw of [middle - step, middle + step]) {
+        const other = at(clamp(yaw, low, high));
+        if (other.error < best.error) best = other;
+      }
+      step *= 0.5;
+    }
+    return best;
+  }
+
+  yawRange(enforce: boolean): [number, number] {
+    return enforce ? [this.lower[0], this.upper[0]] : [-Math.PI, Math.PI];
+  }
+
+  /** The pitch nearest to one that is allowed at a yaw. */
+  allowedPitch(yaw: number, pitch: number, enforce: boolean) {
+    if (!enforce) return pitch;
+    const [low, high] = [this.lower[1], this.upper[1]];
+    const [least, most] = this.tableRange(yaw).map((bound) => clamp(bound, low, high));
+    return clamp(pitch, least, most);
+  }
+}
+
+/**
+ * The head, for an orientation: R = Rz(yaw) Ry(pitch) is made where its second column has no z. What is not reached is
+ * answered with the `nearest` joint values, by angle.
+ */
+export class Head extends Neck<HeadNumbers> {
+  /** The joint values for an orientation of the frame in the torso, the rotation of a pose. */
+  solve(T: Pose, reference: number[], enforce = true) {
+    const answer = new Answer(this, reference, enforce);
+    const R = rigidRotation(T);
+    if (!R) return answer.blame("NOT_RIGID");
+    const W = product(R, transposed(this.frameRotation));
+    const q = [Math.atan2(-W[1], W[4]), Math.atan2(-W[6], W[8])];
+    const error = orientationError(W, q);
+    if (error > VERIFIED) answer.blame("NOT_ENOUGH_JOINTS");
+    else if (answer.admits(q)) answer.enter(q, [0, error]);
+    if (answer.branches.length === 0) {
+      // The trace of Ry(−pitch) Rz(−yaw) R has one maximum.
+      const bestPitch = (c: number, s: number) => Math.atan2(W[2] * c + W[5] * s - W[6], W[0] * c + W[3] * s + W[8]);
+      answer.nearest = this.bestYaw((values) => orientationError(W, values), bestPitch, q[0], enforce);
+    }
+    return answer.concluded();
+  }
+}
+
+/** The angle between Rz(yaw) Ry(pitch) and an orientation. */
+function orientationError(W: Rotation, [yaw, pitch]: number[]) {
+  return angleBetween(product(rotZ(yaw), rotY(pitch)), W);
+}
+
+// Below so many metres from the yaw's axis, every yaw looks at a point as well as another.
+const ON_AXIS = 1e-12;
+// A grid of looks over yaw and pitch, and the last steps of the searches from it [rad].
+const YAWS = 60;
+const PITCHES = 40;
+const LAST_STEP = 1e-10;
+
+/**
+ * The head, for a point that a camera is to see. The camera at o in the head, with the optical axis n, has a point P of the
+ * torso in the middle where P = neck + R (o + λ n), λ > 0. What is not reached is answered with the `nearest` joint values,
+ * by angle.
+ */
+export class Gaze extends Neck<GazeNumbers> {
+  neck: Vector;
+  ahead: number;
+  up: number;
+  nx: number;
+  nz: number;
+
+  constructor(numbers: GazeNumbers) {
+    super(numbers);
+    const { neck, place, rotation } = this.geometry;
+    this.neck = neck;
+    // o and n, which lie in the head's plane of x and z.
+    this.ahead = place[0];
+    this.up = place[2];
+    this.nx = rotation[0];
+    this.nz = rotation[6];
+  }
+
+  /** The joint values with which the frame's x axis passes through a point in the torso. */
+  solveGaze(target: Vector, reference: number[], enforce = true) {
+    const answer = new Answer(this, reference, enforce);
+    const P = minus(target, this.neck);
+    const [far, aside] = [norm(P), Math.hypot(P[0], P[1])];
+    // The camera along its optical axis and across.
+    const along = this.ahead * this.nx + this.up * this.nz;
+    const across = this.ahead * this.nz - this.up * this.nx;
+    const beyond = (far - Math.abs(across)) * (far + Math.abs(across));
+    const radius = Math.hypot(this.ahead, this.up);
+    if (beyond < 0 || (along >= 0 && far <= radius)) {
+      answer.blame("OUT_OF_REACH", -1, (along >= 0 ? radius : Math.abs(across)) - far);
+    } else {
+      for (const ahead of beyond === 0 ? [0] : [Math.sqrt(beyond), -Math.sqrt(beyond)]) {
+        if (ahead > along) this.#look(P, aside, ahead - along, answer);
+      }
+    }
+    if (answer.branches.length === 0 && far > 0) answer.nearest = this.#nearestGaze(P, enforce);
+    return answer.concluded();
+  }
+
+  /**
+   * Enter the branches that have a point at a distance λ from the camera.
+   *
+   * @param P from the neck
+   * @param aside its distance from the yaw's axis
+   */
+  #look(P: Vector, aside: number, lambda: number, answer: Answer) {
+    const [x, y, z] = P;
+    const [u, w] = [this.ahead + lambda * this.nx, this.up + lambda * this.nz];
+    const enter = (q: number[], family: Family) => answer.admits(q) && answer.enter(q, [0, this.#error(P, q)], family);
+    if (aside <= ON_AXIS) {
+      const pitch = Math.atan2(-u * z, w * z);
+      enter([this.#freeYaw(pitch, answer.reference[0], answer.enforce), pitch], "YAW_AXIS");
+      return;
+    }
+    for (const side of [1, -1]) {
+      const r = side * aside;
+      enter([Math.atan2(side * y, side * x), Math.atan2(w * r - u * z, u * r + w * z)], "NONE");
+    }
+  }
+
+  /** The yaw nearest to the one wanted at which the pitch is allowed; the wanted one if it is nowhere. */
+  #freeYaw(pitch: number, wanted: number, enforce: boolean) {
+    if (!enforce) return wanted;
+    const best = clamp(wanted, this.lower[0], this.upper[0]);
+    if (!this.table) return best;
+    const allowed = (yaw: number, slack: number) => {
+      const [low, high] = this.tableRange(yaw);
+      return low - slack <= pitch && pitch <= high + slack;
+    };
+    if (allowed(best, 0)) return best;
+    // The range is a polygon: the nearest yaw is at a bend, or where an edge has the pitch.
+    const { at, lower, upper } = this.table;
+    const yaws = [...at];
+    for (let i = 1; i < at.length; i++) {
+      for (const edge of [lower, upper]) {
+        const share = (pitch - edge[i - 1]) / (edge[i] - edge[i - 1]);
+        if (edge[i] !== edge[i - 1]) yaws.push(at[i - 1] + share * (at[i] - at[i - 1]));
+      }
+    }
+    const inside = yaws.filter((yaw) => this.lower[0] <= yaw && yaw <= this.upper[0] && allowed(yaw, LIMIT));
+    return inside.reduce((a, b) => (Math.abs(b - wanted) < Math.abs(a - wanted) ? b : a), inside[0] ?? best);
+  }
+
+  /**
+   * The look nearest to a point: down from the lowest of each valley of a grid.
+   *
+   * @param P from the neck
+   */
+  #nearestGaze(P: Vector, enforce: boolean) {
+    const [low, high] = this.yawRange(enforce);
+    const [least, most] = enforce ? [this.lower[1], this.upper[1]] : [-Math.PI, Math.PI];
+    const look = (yaw: number, pitch: number): Nearest => {
+      const inside = clamp(yaw, low, high);
+      const values = [inside, this.allowedPitch(inside, pitch, enforce)];
+      return { values, error: this.#error(P, values) };
+    };
+    const pitches = [...Array(PITCHES + 1).keys()].map((k) => least + ((most - least) * k) / PITCHES);
+    const columns = [...Array(YAWS + 1).keys()].map((i) => {
+      const looks = pitches.map((pitch) => look(low + ((high - low) * i) / YAWS, pitch));
+      return looks.reduce((a, b) => (b.error < a.error ? b : a));
+    });
+    const errors = [Infinity, ...columns.map(({ error }) => error), Infinity];
+    const valleys = columns.filter(({ error }, i) => error <= errors[i] && error <= errors[i + 2]);
+    const ends = valleys.map((start) => lookDown(start, (high - low) / YAWS, look));
+    return ends.reduce((a, b) => (b.error < a.error ? b : a));
+  }
+
+  /**
+   * The angle between the optical axis and the direction from the camera to a point.
+   *
+   * @param P from the neck
+   */
+  #error(P: Vector, [yaw, pitch]: number[]) {
+    const [c, s, cp, sp] = [Math.cos(yaw), Math.sin(yaw), Math.cos(pitch), Math.sin(pitch)];
+    // The point as the head sees it, Ry(−pitch) Rz(−yaw) P, from the camera.
+    const [x, y] = [c * P[0] + s * P[1], c * P[1] - s * P[0]];
+    const [u, w] = [cp * x - sp * P[2] - this.ahead, sp * x + cp * P[2] - this.up];
+    return Math.atan2(Math.hypot(w * this.nx - u * this.nz, y), u * this.nx + w * this.nz);
+  }
+}
+
+/**
+ * In steps to nearer looks, until they are tiny.
+ *
+ * @param firstStep [rad]
+ * @param look inside the limits
+ */
+function lookDown(start: Nearest, firstStep: number, look: (yaw: number, pitch: number) => Nearest) {
+  let best = start;
+  let step = firstStep;
+  while (step > LAST_STEP) {
+    const before = best;
+    for (const dy of [-step, 0, step]) {
+      for (const dp of [-step, 0, step]) {
+        const found = look(best.values[0] + dy, best.values[1] + dp);
+        if (found.error < best.error) best = found;
+      }
+    }
+    if (best === before) step *= 0.5;
+  }
+  return best;
+}

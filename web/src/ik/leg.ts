@@ -1,0 +1,326 @@
+import { clamp, wrapped } from "../math/numbers.ts";
+import {
+  angleBetween,
+  distance,
+  minus,
+  norm,
+  plus,
+  product,
+  rotX,
+  rotY,
+  times,
+  transposed,
+  turned,
+  type Matrix3,
+  type Pose,
+  type Rotation,
+  type Vector,
+} from "../math/rotations.ts";
+import { Answer, Limb, leastCost, rigidRotation } from "./limb.ts";
+import type { Errors, Family, LegNumbers } from "./types.ts";
+
+// A distance [m] that rounding may add to the reach.
+const ROUNDING = 1e-12;
+// The ankle of a straight leg may be out of reach by this [m], in a rounded pose for instance.
+const STRETCHED = 1e-6;
+// The angle of the knee below which it is straight.
+const STRAIGHT = 1e-7;
+
+/** The triangle of hip, knee and ankle, in the plane of the leg. */
+class LegTriangle {
+  longest: number;
+  shortest: number;
+
+  /**
+   * @param thigh [m]
+   * @param tibia [m]
+   */
+  constructor(
+    public thigh: number,
+    public tibia: number,
+  ) {
+    /** The largest and the least distance of hip and ankle. */
+    this.longest = thigh + tibia;
+    this.shortest = Math.abs(thigh - tibia);
+  }
+
+  /**
+   * A distance of hip and ankle, or the one nearest to it that the leg can have, where it is off by up to `STRETCHED`.
+   */
+  reached(far: number) {
+    const reached = Math.min(Math.max(far, this.shortest), this.longest);
+    const short = Math.abs(far - reached);
+    return short <= ROUNDING || short > STRETCHED ? far : reached;
+  }
+
+  /** By how much a distance of hip and ankle is too large or too small [m]; 0 where the leg can have it. */
+  beyond(far: number) {
+    const beyond = Math.max(far - this.longest, this.shortest - far);
+    return beyond > ROUNDING ? beyond : 0;
+  }
+
+  /**
+   * The angles of the knee with hip and ankle so far apart, by the law of cosines for the half angle, which loses no
+   * digits at either end; straight or folded it has one.
+   */
+  knees(far: number) {
+    const { longest, shortest } = this;
+    const stretched = Math.sqrt(Math.max(0, (longest - far) * (longest + far)));
+    const folded = Math.sqrt(Math.max(0, (far - shortest) * (far + shortest)));
+    const knee = 2 * Math.atan2(stretched, folded);
+    if (knee < STRAIGHT) return [0];
+    return knee > Math.PI - STRAIGHT ? [Math.PI] : [knee, -knee];
+  }
+
+  /** x and z of the ankle from the hip, in the axes of the thigh. */
+  ankleFromHip(knee: number) {
+    return [-this.tibia * Math.sin(knee), -this.thigh - this.tibia * Math.cos(knee)];
+  }
+
+  /** x and z of the hip from the ankle, in the axes of the foot with the ankle at zero. */
+  hipFromAnkle(knee: number) {
+    return [-this.thigh * Math.sin(knee), this.tibia + this.thigh * Math.cos(knee)];
+  }
+}
+
+/**
+ * Five joints for a given HipYawPitch: all branches that keep the ankle's place and the normal of the sole of a pose. How
+ * far the foot is turned about that normal comes with each as `yaw`.
+ *
+ * @param T of its frame in the torso
+ * @param hipYawPitch [rad]
+ */
+function standWith(leg: Leg, T: Pose, hipYawPitch: number, reference: number[]) {
+  const answer = new Answer(leg, reference, true);
+  const foot = leg.footPose(T);
+  if (!foot) return answer.blame("NOT_RIGID");
+  if (leg.isTooFar(foot, answer)) return answer;
+  answer.short = foot.short;
+  // The ankle from the hip, and the sole's normal, in the axes that HipYawPitch turns.
+  const back = rotY(-hipYawPitch);
+  const [x, y, z] = turned(back, foot.place);
+  const normal = turned(back, normalOf(foot.F));
+  for (const knee of leg.triangle.knees(norm(foot.place))) {
+    const [lx, lz] = leg.triangle.ankleFromHip(knee);
+    for (const side of [-1, 1]) {
+      const height = side * Math.hypot(y, z);
+      const rho = Math.atan2(-side * y, side * z);
+      const pitch = Math.atan2(lz * x - lx * height, lx * x + lz * height);
+      const [mx, my, mz] = turned(transposed(product(rotX(rho), rotY(pitch + knee))), normal);
+      for (const way of [1, -1]) {
+        const ankle = [Math.atan2(way * mx, way * mz), Math.atan2(-my, way * Math.hypot(mx, mz))];
+        const q = [hipYawPitch, wrapped(leg.geometry.kappa + rho), pitch, knee, ...ankle];
+        if (answer.admits(q)) enter(foot, leg.forward(q), q, answer);
+      }
+    }
+  }
+  return answer.concluded();
+}
+
+/**
+ * Enter a branch with its errors: the distance of the ankle [m], and of the sole's normal as a chord.
+ *
+ * @param made by forward kinematics
+ */
+function enter(foot: FootPose, made: FootPose, q: number[], answer: Answer) {
+  const chord = distance(normalOf(made.F), normalOf(foot.F));
+  answer.enter(q, [distance(made.place, foot.place), chord], "NONE", yawBetween(foot.F, made.F));
+}
+
+/** @returns of the sole */
+function normalOf(F: Rotation): Vector {
+  return [F[2], F[5], F[8]];
+}
+
+/** The turn about the common normal of two soles from one foot to the other. */
+function yawBetween(from: Rotation, to: Rotation) {
+  const E = product(transposed(from), to);
+  return Math.atan2(E[3] - E[1], E[0] + E[4]);
+}
+
+// The distance [m] below which the hip is on the axis of AnkleRoll, and by which a foot may be moved for a limit's sake.
+const ON_AXIS = 1e-12;
+// The distance [m] from the axis of AnkleRoll within which rounding may put the roll outside its limits.
+const NEAR_AXIS = 1e-5;
+// The sine between two axes up to which they are parallel.
+const PARALLEL = 1e-12;
+
+/**
+ * A pose of the foot: its orientation, and the place of the ankle from the hip, in axes turned by κ about x. A target that
+ * a straight leg hardly reaches is moved onto its reach, by `short`.
+ */
+interface FootPose {
+  F: Rotation;
+  place: Vector;
+  short: number;
+}
+
+/**
+ * The leg: eight real branches from the pose of the foot. With F the orientation of the foot and h the hip as the foot
+ * sees it from the ankle,
+ *
+ *     h = Rx(−q₆) w,  w = L₁ (−sin(q₄ + q₅), cos(q₄ + q₅)) + L₂ (−sin q₅, cos q₅)  in the plane of x and z,
+ *     F = Rx(κ) Ry(q₁) Rx(q₂ − κ) Ry(q₃) · Ry(q₄ + q₅) Rx(q₆).
+ */
+export class Leg extends Limb<LegNumbers> {
+  triangle: LegTriangle;
+  hip: Vector;
+  sole: Vector;
+
+  constructor(numbers: LegNumbers) {
+    super(numbers);
+    const { thigh, tibia, hip, place } = this.geometry;
+    this.triangle = new LegTriangle(thigh, tibia);
+    this.hip = hip;
+    // The frame from the ankle, in the axes of the foot.
+    this.sole = place;
+  }
+
+  /** All branches for the pose of its frame in the torso. */
+  solve(T: Pose, reference: number[], enforce = true) {
+    const answer = new Answer(this, reference, enforce);
+    const foot = this.footPose(T);
+    if (!foot) return answer.blame("NOT_RIGID");
+    if (this.isTooFar(foot, answer)) return answer;
+    answer.short = foot.short;
+    for (const knee of this.triangle.knees(norm(foot.place))) this.#bend(foot, knee, answer);
+    return answer.concluded();
+  }
+
+  /**
+   * All branches for a given HipYawPitch that keep the ankle's place and the normal of the sole: of two legs on one hip
+   * motor one says how the hip is, and this is what is left to the other.
+   *
+   * @param hipYawPitch [rad]
+   */
+  stand(T: Pose, hipYawPitch: number, reference: number[]) {
+    return standWith(this, T, hipYawPitch, reference);
+  }
+
+  /** The pose of the foot whose frame is in a pose in the torso; null if that is no rigid transform. */
+  footPose(T: Pose): FootPose | null {
+    const R = rigidRotation(T);
+    if (!R) return null;
+    const F = this.geometry.turned === 0 ? R : product(R, transposed(this.frameRotation));
+    const ankle = minus(minus([T[3], T[7], T[11]], this.hip), turned(F, this.sole));
+    const { cos_kappa: c, sin_kappa: s } = this.geometry;
+    const K: Rotation = [1, 0, 0, 0, c, s, 0, -s, c];
+    const place = turned(K, ankle);
+    const far = norm(place);
+    const reached = this.triangle.reached(far);
+    if (reached === far || far === 0) return { F: product(K, F), place, short: 0 };
+    return { F: product(K, F), place: times(reached / far, place), short: Math.abs(far - reached) };
+  }
+
+  /** The pose of the foot by forward kinematics. */
+  forward(q: number[]): FootPose {
+    const M = product(product(rotY(q[0]), rotX(q[1] - this.geometry.kappa)), rotY(q[2]));
+    const [lx, lz] = this.triangle.ankleFromHip(q[3]);
+    return { F: product(M, ankleRotation(q)), place: turned(M, [lx, 0, lz]), short: 0 };
+  }
+
+  /** Whether the stretched leg is too short for a place, or the folded one too long; if so, that is blamed. */
+  isTooFar({ place }: FootPose, answer: Answer) {
+    const beyond = this.triangle.beyond(norm(place));
+    if (beyond > 0) answer.blame("OUT_OF_REACH", -1, beyond);
+    return beyond > 0;
+  }
+
+  /** Enter the branches with this angle of the knee. */
+  #bend(foot: FootPose, knee: number, answer: Answer) {
+    const { F, place } = foot;
+    const [hx, hy, hz] = times(-1, turned(transposed(F), place));
+    const height = Math.hypot(hy, hz);
+    const [bx, bz] = this.triangle.hipFromAnkle(knee);
+    const q = [0, 0, 0, knee, 0, 0];
+    if (height <= ON_AXIS) {
+      q[4] = Math.atan2(-bz * hx, bx * hx);
+      for (const other of [false, true]) this.#aboutAnkleAxis(foot, q, other, answer);
+      return;
+    }
+    for (const side of [1, -1]) {
+      const wz = side * height;
+      q[4] = Math.atan2(bx * wz - bz * hx, bx * hx + bz * wz);
+      q[5] = Math.atan2(side * hy, side * hz);
+      if (answer.enforce && height < NEAR_AXIS) this.#putOnLimit(height, q);
+      const family = this.#turnHip(F, q, answer);
+      for (const other of family === "NONE" ? [false, true] : [false]) {
+        if (other) this.#toOtherTriple(q);
+        if (answer.admits(q)) answer.enter(q, this.#errors(foot, q), family);
+      }
+    }
+  }
+
+  /** The range of AnkleRoll at an angle of AnklePitch. */
+  #rollRange(pitch: number): [number, number] {
+    const [low, high] = [this.lower[5], this.upper[5]];
+    const [least, most] = this.tableRange(pitch);
+    return [Math.max(low, least), Math.max(low, Math.min(high, most))];
+  }
+
+  /**
+   * AnkleRoll onto its limit, where the hip is so near its axis that the foot hardly moves.
+   *
+   * @param height of the hip over that axis
+   */
+  #putOnLimit(height: number, q: number[]) {
+    const inside = clamp(q[5], ...this.#rollRange(q[4]));
+    if (Math.abs(inside - q[5]) * height < ON_AXIS) q[5] = inside;
+  }
+
+  /**
+   * Write the hip's angles from what knee and ankle leave of the foot's orientation, M = Ry(q₁) Rx(ρ) Ry(q₃) with
+   * ρ = q₂ − κ. The first turn is taken from the second column of M, (sin q₁ sin ρ, cos ρ, cos q₁ sin ρ).
+   */
+  #turnHip(F: Rotation, q: number[], answer: Answer): Family {
+    const M = product(F, transposed(ankleRotation(q)));
+    const sine = Math.hypot(M[1], M[7]);
+    q[1] = wrapped(this.geometry.kappa + Math.atan2(sine, M[4]));
+    if (sine <= PARALLEL) {
+      const sign = M[4] > 0 ? 1 : -1;
+      this.lockPair([0, 2], Math.atan2(sign * M[2] - M[6], M[0] + sign * M[8]), sign, answer, q);
+      return "HIP_LOCK";
+    }
+    q[0] = Math.atan2(M[1], M[7]);
+    // Ry(−q₁) M, whose first row is (cos q₃, 0, sin q₃).
+    q[2] = Math.atan2(M[7] * M[2] - M[1] * M[8], M[7] * M[0] - M[1] * M[6]);
+    return "NONE";
+  }
+
+  /** Write the hip's angles that make the same orientation: Ry(q₁ + π) Rx(−ρ) Ry(q₃ + π). */
+  #toOtherTriple(q: number[]) {
+    [q[0], q[1], q[2]] = [wrapped(q[0] + Math.PI), wrapped(2 * this.geometry.kappa - q[1]), wrapped(q[2] + Math.PI)];
+  }
+
+  /**
+   * Enter the member of a family with the hip on the axis of AnkleRoll: every q₆ meets the pose with its own hip.
+   *
+   * @param other the family of the other triple
+   */
+  #aboutAnkleAxis(foot: FootPose, q: number[], other: boolean, answer: Answer) {
+    const own = answer.reference[5];
+    const [low, high] = answer.enforce ? this.#rollRange(q[4]) : [own - Math.PI, own + Math.PI];
+    const cost = (roll: number) => {
+      q[5] = roll;
+      const family = this.#turnHip(foot.F, q, answer);
+      if (other && family !== "NONE") return Infinity; // the two triples belong to one family
+      if (other) this.#toOtherTriple(q);
+      return this.familyCost(q, answer);
+    };
+    if (leastCost(low, high, own, cost) === null) return;
+    if (answer.admits(q)) answer.enter(q, this.#errors(foot, q), "ANKLE_AXIS");
+  }
+
+  /** How far the frame is from its target by forward kinematics. */
+  #errors({ F, place }: FootPose, q: number[]): Errors {
+    const made = this.forward(q);
+    const turnedOff = made.F.map((value, k) => value - F[k]) as Matrix3;
+    const off = plus(minus(made.place, place), turned(turnedOff, this.sole));
+    return [norm(off), angleBetween(made.F, F)];
+  }
+}
+
+/** Ry(q₄ + q₅) Rx(q₆) */
+function ankleRotation(q: number[]) {
+  return product(rotY(q[3] + q[4]), rotX(q[5]));
+}

@@ -1,0 +1,286 @@
+import { allTurnedTowards, clamp, interpolate, squaredDistance, turnedTowards } from "../math/numbers.ts";
+import { product, transposed, type Matrix3, type Pose, type Rotation } from "../math/rotations.ts";
+import type { Branch, Errors, Family, LimbNumbers, Nearest, Reason, Violation } from "./types.ts";
+
+/** How far a joint may be outside its limits [rad]. */
+export const LIMIT = 1e-6;
+
+/** What rounding may add to an angle [rad]; a search passes a limit by no more. */
+export const ROUNDING = 1e-9;
+
+/** The largest errors of a solution [m, rad]. */
+export const VERIFIED = 1e-10;
+
+// The largest defect of a rotation, and the largest of one that is left as it is.
+const RIGID = 1e-6;
+const EXACT = 1e-14;
+
+/** The rotation of a rigid transform, brought nearer to one by a step of R ← R (3 − RᵀR)/2; null if it is none. */
+export function rigidRotation(T: Pose): Rotation | null {
+  const R: Rotation = [T[0], T[1], T[2], T[4], T[5], T[6], T[8], T[9], T[10]];
+  const [a, b, c, d, e, f, g, h, i] = R;
+  const left = product(transposed(R), R).map((value, k) => (k % 4 === 0 ? 1 : 0) - value);
+  const defect = Math.max(...left.map(Math.abs));
+  const determinant = a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g);
+  const below = Math.abs(T[12]) + Math.abs(T[13]) + Math.abs(T[14]) + Math.abs(T[15] - 1);
+  // Comparisons with NaN are false.
+  if (!(defect <= RIGID && Math.abs(determinant - 1) <= RIGID && below <= RIGID)) return null;
+  if (!Number.isFinite(T[3] + T[7] + T[11])) return null;
+  if (defect <= EXACT) return R;
+  const step = product(R, left as Matrix3);
+  return R.map((value, k) => value + 0.5 * step[k]) as Rotation;
+}
+
+// The search goes over so many steps of the range, and then halves its step so many times.
+const STEPS = 180;
+const HALVINGS = 48;
+
+/**
+ * Of a family with one parameter in [low, high] the value with the smallest cost: on a grid, then by halving; null if all
+ * are infinite. The reference's own value is tried too: what is met within rounding does not change a member that fits.
+ *
+ * @param own the reference's value
+ */
+export function leastCost(low: number, high: number, own: number, cost: (value: number) => number) {
+  const step = (high - low) / STEPS;
+  let [best, at] = [Infinity, low];
+  const attempt = (value: number) => {
+    const tried = cost(value);
+    if (tried < best) [best, at] = [tried, value];
+  };
+  attempt(clamp(own, low, high));
+  for (let i = 0; i <= STEPS; i++) attempt(low + step * i);
+  let width = step;
+  for (let i = 0; i < HALVINGS; i++) {
+    const around = [Math.max(low, at - width), Math.min(high, at + width)];
+    around.forEach(attempt);
+    width *= 0.5;
+  }
+  // Once more, for the cost writes its member down, and the best is to be the last.
+  return cost(at) === Infinity ? null : at;
+}
+
+/**
+ * What a closed form answers for one target: the branches, nearest to the reference first, or the reason for none. The
+ * joint named is that of the branch that is least outside the limits.
+ */
+export class Answer {
+  branches: Branch[] = [];
+
+  /** What comes nearest, where the head or a camera does not reach its target. */
+  nearest: Nearest | undefined;
+
+  /** Why there is none, or REACHED. */
+  reason: Reason = "NOT_CONVERGED";
+  joint = -1;
+  needed = 0;
+  limit = 0;
+
+  /** How far the target was moved to be in reach [m], which the errors of branches include. */
+  short = 0;
+
+  /** How far the branch that is blamed is outside the limits [rad]. */
+  #excess = Infinity;
+
+  /**
+   * @param reference values of its joints
+   * @param enforce whether limits are enforced
+   */
+  constructor(
+    readonly limb: Limb<LimbNumbers>,
+    readonly reference: number[],
+    public enforce: boolean,
+  ) {}
+
+  /**
+   * @param joint its place in the limb, or -1
+   * @param needed the value that the joint would need [rad]; without one, how far the target is out of reach [m]
+   * @param limit the end of the joint's range that is in the way [rad]
+   */
+  blame(reason: Reason, joint: number = -1, needed: number = 0, limit: number = 0) {
+    this.reason = reason;
+    this.joint = joint;
+    this.needed = needed;
+    this.limit = limit;
+    return this;
+  }
+
+  /** Whether a branch is inside the limits; if not, it is blamed where none before was less outside. */
+  admits(values: number[]) {
+    if (!this.enforce || this.limb.isInside(values)) return true;
+    const outside = this.limb.excess(values);
+    if (outside < this.#excess) {
+      this.#excess = outside;
+      this.blameLimit(values);
+    }
+    return false;
+  }
+
+  /** Blame the joint that is farthest outside. */
+  blameLimit(values: number[]) {
+    const worst = this.limb.violations(values).reduce((a, b) => (b.outside > a.outside ? b : a));
+    const { reason, joint, value, low, high } = worst;
+    this.blame(reason, joint, value, low - value > value - high ? low : high);
+  }
+
+  /**
+   * Take a branch in, if it is verified; without limits with the whole turns that bring each joint within half a turn of
+   * the reference.
+   *
+   * @param errors by forward kinematics
+   */
+  enter(values: number[], errors: Errors, family: Family = "NONE", yaw: number = 0) {
+    if (!errors.every((error) => error <= VERIFIED)) return;
+    const near = this.enforce ? [...values] : allTurnedTowards(values, this.reference);
+    const withShort: Errors = [errors[0] + this.short, errors[1]];
+    const distance = squaredDistance(this.reference, near);
+    const branch = { values: near, errors: withShort, family, distance, yaw };
+    let place = this.branches.length;
+    while (place > 0 && this.branches[place - 1].distance > branch.distance) place--;
+    this.branches.splice(place, 0, branch);
+  }
+
+  concluded() {
+    return this.branches.length > 0 ? this.blame("REACHED") : this;
+  }
+}
+
+// What a member of a family costs that is outside the limits, far more than any distance from the reference.
+const OUTSIDE = 1e3;
+
+/**
+ * What the closed forms of all limbs share: joints, limits, and what is done where two joints turn about one line.
+ *
+ * These files are Python's nao_kin.ik once more, for the page: the same equations, which docs/inverse_kinematics.md
+ * derives, and the same order of branches, reasons and families.
+ */
+export class Limb<Numbers extends LimbNumbers> {
+  kind: Numbers["kind"];
+  side: string;
+  frame: string;
+  torso: string;
+  joints: string[];
+  columns: number[];
+  multiplier: number[];
+  offset: number[];
+  lower: number[];
+  upper: number[];
+  table: LimbNumbers["table"];
+  geometry: Numbers["geometry"];
+  frameRotation: Matrix3;
+
+  constructor(numbers: Numbers) {
+    this.kind = numbers.kind;
+    this.side = numbers.side;
+    this.frame = numbers.frame;
+    this.torso = numbers.torso;
+    this.joints = numbers.joints;
+    this.columns = numbers.columns;
+    this.multiplier = numbers.multiplier;
+    this.offset = numbers.offset;
+    this.lower = numbers.lower.map((value) => value ?? -Infinity);
+    this.upper = numbers.upper.map((value) => value ?? Infinity);
+    this.table = numbers.table;
+    this.geometry = numbers.geometry;
+    // Of the frame in the link that carries it.
+    this.frameRotation = numbers.geometry.rotation;
+  }
+
+  /** Values of the joints in a configuration. */
+  values(q: ArrayLike<number>) {
+    return this.columns.map((column, i) => this.multiplier[i] * q[column] + this.offset[i]);
+  }
+
+  /** A configuration with these values of the joints. */
+  merged(q: number[], values: number[]) {
+    const merged = [...q];
+    this.columns.forEach((column, i) => (merged[column] = (values[i] - this.offset[i]) / this.multiplier[i]));
+    return merged;
+  }
+
+  /** Whether a joint is outside its own range, whatever the table says. */
+  isOutside(joint: number, value: number) {
+    return value < this.lower[joint] - LIMIT || value > this.upper[joint] + LIMIT;
+  }
+
+  /** The range that one joint has at a value of another; open without a table. */
+  tableRange(of: number): [number, number] {
+    if (!this.table) return [-Infinity, Infinity];
+    const { at, lower, upper } = this.table;
+    return [interpolate(at, lower, of), interpolate(at, upper, of)];
+  }
+
+  /** How far each joint is outside its range; the table counts for a joint that is inside its own. */
+  violations(values: number[]): Violation[] {
+    const found = values.map((value, joint) =>
+      violation("JOINT_LIMIT", joint, value, this.lower[joint], this.upper[joint]),
+    );
+    if (this.table && !this.isOutside(this.table.joint, values[this.table.joint])) {
+      const { joint, of } = this.table;
+      found.push(violation("COUPLED_LIMIT", joint, values[joint], ...this.tableRange(values[of])));
+    }
+    return found;
+  }
+
+  /** How far the joint that is farthest outside its limits is outside them; less than 0 where all are inside. */
+  excess(values: number[]) {
+    return Math.max(-1, ...this.violations(values).map(({ outside }) => outside));
+  }
+
+  /** Whether all joints are inside their limits, the table included. */
+  isInside(values: number[]) {
+    if (values.some((value, joint) => this.isOutside(joint, value))) return false;
+    if (!this.table) return true;
+    const [low, high] = this.tableRange(values[this.table.of]);
+    const value = values[this.table.joint];
+    return low - LIMIT <= value && value <= high + LIMIT;
+  }
+
+  /**
+   * Two joints about one line, of which only first + sign · third = total is determined: the pair nearest to the
+   * reference, inside the ranges if there is one, is written into the values.
+   *
+   * @param total [rad]
+   * @param answer what is asked
+   */
+  lockPair([i, j]: [number, number], total: number, sign: 1 | -1, { reference, enforce }: Answer, values: number[]) {
+    if (!enforce) {
+      // What the reference has too much, up to whole turns, is shared by both.
+      const half = 0.5 * turnedTowards(reference[i] + sign * reference[j] - total, 0);
+      [values[i], values[j]] = [reference[i] - half, reference[j] - sign * half];
+      return;
+    }
+    const [low1, high1, low3, high3] = [this.lower[i], this.upper[i], this.lower[j], this.upper[j]];
+    let [bestOutside, best] = [Infinity, Infinity];
+    for (let turns = -2; turns < 3; turns++) {
+      // third = sign (total − first) + shift
+      const shift = 2 * Math.PI * turns;
+      const ends = [total - sign * (low3 - shift), total - sign * (high3 - shift)];
+      const [low, high] = [Math.max(low1, Math.min(...ends)), Math.min(high1, Math.max(...ends))];
+      const middle = 0.5 * (reference[i] + total + sign * (shift - reference[j]));
+      const first = low <= high ? clamp(middle, low, high) : clamp(0.5 * (low + high), low1, high1);
+      const third = sign * (total - first) + shift;
+      const outside = Math.max(0, low3 - third, third - high3);
+      const away = (first - reference[i]) ** 2 + (third - reference[j]) ** 2;
+      if (outside < bestOutside - ROUNDING || (outside < bestOutside + ROUNDING && away < best)) {
+        [bestOutside, best] = [outside, away];
+        [values[i], values[j]] = [first, third];
+      }
+    }
+  }
+
+  /**
+   * What a member of a family is away from the reference; far more where it is outside the limits.
+   *
+   * @param answer what is asked
+   */
+  familyCost(values: number[], { reference, enforce }: Answer) {
+    const outside = enforce ? this.excess(values) : 0;
+    const near = enforce ? values : allTurnedTowards(values, reference);
+    return outside <= ROUNDING ? squaredDistance(reference, near) : OUTSIDE * (1 + outside);
+  }
+}
+
+function violation(reason: Violation["reason"], joint: number, value: number, low: number, high: number): Violation {
+  return { reason, joint, value, low, high, outside: Math.max(low - value, value - high) };
+}

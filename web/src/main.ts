@@ -1,0 +1,17 @@
+import { App } from "./app.ts";
+import "./style.css";
+
+try {
+  const app = new App();
+  Object.assign(window, { naoKin: app });
+  const lines = document.getElementById("scene")?.textContent?.trim();
+  if (lines) {
+    app.connection.read(lines.split("\n"));
+    app.connection.admitParent();
+  } else app.connection.listen();
+} catch (error) {
+  console.error(error);
+  const notice = document.getElementById("notice") as HTMLElement;
+  notice.textContent = `This page cannot be shown; it needs WebGL (${(error as Error).message}).`;
+  notice.hidden = false;
+}

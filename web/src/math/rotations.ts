@@ -1,0 +1,107 @@
+import { squaredDistance } from "./numbers.ts";
+
+// What the pure modules call their numbers. Matrices are flat and go row by row, as NumPy ravels them.
+
+export type Vector = [number, number, number];
+
+/** Three rows of three. */
+export type Matrix3 = [number, number, number, number, number, number, number, number, number];
+
+/** A 3×3 matrix that is orthogonal with determinant 1. */
+export type Rotation = Matrix3;
+
+/** A homogeneous transform, four rows of four: the pose of a frame in another. */
+export type Pose = [...Row, ...Row, ...Row, ...Row];
+
+type Row = [number, number, number, number];
+
+export function plus([ax, ay, az]: Vector, [bx, by, bz]: Vector): Vector {
+  return [ax + bx, ay + by, az + bz];
+}
+
+export function minus([ax, ay, az]: Vector, [bx, by, bz]: Vector): Vector {
+  return [ax - bx, ay - by, az - bz];
+}
+
+export function times(factor: number, [x, y, z]: Vector): Vector {
+  return [factor * x, factor * y, factor * z];
+}
+
+export function dot(a: Vector, b: Vector) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+export function cross(a: Vector, b: Vector): Vector {
+  return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+}
+
+export function norm(v: Vector) {
+  return Math.hypot(...v);
+}
+
+/** The vector of length one along one that is not zero. */
+export function direction(v: Vector): Vector {
+  const length = norm(v);
+  return [v[0] / length, v[1] / length, v[2] / length];
+}
+
+export function distance(a: Vector, b: Vector) {
+  return norm(minus(a, b));
+}
+
+/** @returns A B */
+export function product(A: Matrix3, B: Matrix3): Matrix3 {
+  const entries = [0, 3, 6].flatMap((i) =>
+    [0, 1, 2].map((j) => A[i] * B[j] + A[i + 1] * B[j + 3] + A[i + 2] * B[j + 6]),
+  );
+  return entries as Matrix3;
+}
+
+/** @returns Aᵀ */
+export function transposed([a, b, c, d, e, f, g, h, i]: Matrix3): Matrix3 {
+  return [a, d, g, b, e, h, c, f, i];
+}
+
+/** @returns A v */
+export function turned([a, b, c, d, e, f, g, h, i]: Matrix3, [x, y, z]: Vector): Vector {
+  return [a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z];
+}
+
+/** @param angle [rad] */
+export function rotX(angle: number): Rotation {
+  const [c, s] = [Math.cos(angle), Math.sin(angle)];
+  return [1, 0, 0, 0, c, -s, 0, s, c];
+}
+
+/** @param angle [rad] */
+export function rotY(angle: number): Rotation {
+  const [c, s] = [Math.cos(angle), Math.sin(angle)];
+  return [c, 0, s, 0, 1, 0, -s, 0, c];
+}
+
+/** @param angle [rad] */
+export function rotZ(angle: number): Rotation {
+  const [c, s] = [Math.cos(angle), Math.sin(angle)];
+  return [c, -s, 0, s, c, 0, 0, 0, 1];
+}
+
+/** The angle [rad] between two rotations, from the differences of their entries: ‖R − F‖ = 2 √2 sin(angle / 2). */
+export function angleBetween(R: Rotation, F: Rotation) {
+  const half = Math.sqrt(0.125 * squaredDistance(R, F));
+  // Of a small angle the sine is the angle itself.
+  return half < 1e-9 ? 2 * half : 2 * Math.asin(Math.min(1, half));
+}
+
+/**
+ * Roll, pitch and yaw [rad] of R = Rz(yaw) Ry(pitch) Rx(roll): the yaw first, turned back out, and the other two from what
+ * is left, so that nothing is lost where the pitch is a right angle. (three.js's Euler loses 4e-4 rad there.)
+ *
+ * @param matrix by columns
+ */
+export function rollPitchYaw({ elements: m }: { elements: ArrayLike<number> }): [number, number, number] {
+  const yaw = Math.atan2(m[1], m[0]);
+  const [c, s] = [Math.cos(yaw), Math.sin(yaw)];
+  const pitch = Math.atan2(-m[2], c * m[0] + s * m[1]);
+  const roll = Math.atan2(s * m[8] - c * m[9], c * m[5] - s * m[4]);
+  return [roll, pitch, yaw];
+}

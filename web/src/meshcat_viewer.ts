@@ -1,0 +1,113 @@
+import type { Video } from "./record/video.ts";
+import type { Labels } from "./scene/labels.ts";
+import type { Speech } from "./scene/speech.ts";
+import { resize, type Studio } from "./scene/studio.ts";
+import type { Stance } from "./stance.ts";
+import { THREE } from "./three.ts";
+import type { Player } from "./timeline/player.ts";
+import type { Message } from "./types.ts";
+
+/** The parts of the page that are used here. */
+interface Page {
+  drawn: number;
+  readonly labels: Labels;
+  readonly pane: HTMLElement;
+  readonly player: Player;
+  readonly speech: Speech;
+  readonly stance: Stance;
+  readonly studio: Studio;
+  readonly video: Video;
+  receive(message: Message): void;
+}
+
+/**
+ * The renderer that meshcat draws with. Its canvas has no smoothing of its own, which would cost as much in each frame of a
+ * movement: `Smoothing` is for the picture at rest.
+ */
+function makeRenderer(pane: HTMLElement) {
+  const renderer = new THREE.WebGLRenderer({ alpha: true, antialias: false, powerPreference: "high-performance" });
+  renderer.outputEncoding = THREE.sRGBEncoding;
+  renderer.shadowMap.enabled = true;
+  renderer.shadowMap.type = THREE.PCFSoftShadowMap;
+  // Shadows only change with the robot, not with the camera.
+  renderer.shadowMap.autoUpdate = false;
+  pane.append(renderer.domElement);
+  return renderer;
+}
+
+/** Pictures with smooth edges: drawn with several samples per pixel beside the canvas, and copied onto it. */
+export class Smoothing {
+  size = new THREE.Vector2();
+  // With a stencil the depth has 24 bits; without one 16, which shells a millimetre apart show through.
+  target = new THREE.WebGLMultisampleRenderTarget(1, 1, { format: THREE.RGBAFormat, stencilBuffer: true });
+  possible: boolean;
+  copy;
+  camera = new THREE.Camera();
+
+  constructor(readonly renderer: THREE.WebGLRenderer) {
+    this.target.texture.encoding = THREE.sRGBEncoding;
+    const { gl2, samples } = limits(renderer);
+    this.possible = gl2;
+    this.target.samples = Math.min(8, samples);
+    this.copy = new THREE.Mesh(
+      new THREE.PlaneGeometry(2, 2),
+      new THREE.ShaderMaterial({
+        uniforms: { picture: { value: this.target.texture } },
+        vertexShader: "varying vec2 vUv; void main() { vUv = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }",
+        fragmentShader:
+          "uniform sampler2D picture; varying vec2 vUv; void main() { gl_FragColor = texture2D(picture, vUv); }",
+        blending: THREE.NoBlending,
+        depthTest: false,
+        depthWrite: false,
+      }),
+    );
+    this.copy.frustumCulled = false;
+  }
+
+  draw(scene: THREE.Scene, camera: THREE.Camera) {
+    const { renderer, size, target } = this;
+    if (!this.possible) return renderer.render(scene, camera);
+    renderer.getDrawingBufferSize(size);
+    if (target.width !== size.x || target.height !== size.y) target.setSize(size.x, size.y);
+    renderer.setRenderTarget(target);
+    renderer.render(scene, camera);
+    renderer.setRenderTarget(null);
+    renderer.render(this.copy as any, this.camera);
+  }
+}
+
+function limits(renderer: THREE.WebGLRenderer) {
+  const gl = renderer.getContext() as WebGL2RenderingContext;
+  const gl2 = renderer.capabilities.isWebGL2;
+  return { gl2, samples: gl2 ? gl.getParameter(gl.MAX_SAMPLES) : 0 };
+}
+
+/**
+ * meshcat's viewer, adapted: our messages go to the page, all else to meshcat; before each picture the scene is brought up
+ * to date, and the studio draws it.
+ */
+export function makeViewer(page: Page) {
+  const { pane } = page;
+  const viewer = new MeshCat.Viewer(pane, true, makeRenderer(pane));
+  const resizeToPane = () => resize(viewer, pane.clientWidth, pane.clientHeight);
+  viewer.set_3d_pane_size = resizeToPane;
+  // The pane is smaller where the legend stands under it.
+  new ResizeObserver(resizeToPane).observe(pane);
+  const handle = viewer.handle_command.bind(viewer);
+  viewer.handle_command = (message) => {
+    if (message.type === "nao_kin") return page.receive(message);
+    handle(message);
+    if (message.type === "set_animation") page.player.load(message);
+  };
+  viewer.render = () => {
+    page.stance.settle();
+    page.studio.draw();
+    viewer.animator.after_render();
+    viewer.needs_render = false;
+    page.speech?.place();
+    page.labels?.draw();
+    page.video?.add();
+    page.drawn += 1;
+  };
+  return viewer;
+}

@@ -1,0 +1,50 @@
+import type { App } from "./app.ts";
+import { sendPicture } from "./record/pictures.ts";
+import type { Received } from "./received.ts";
+import type { Message } from "./types.ts";
+import { isOutdated } from "./reports.ts";
+import { showGhosts } from "./scene/ghosts.ts";
+import { scaleBar } from "./scene/legend.ts";
+
+// What each kind of message does that Python's `panel_message` makes.
+const HANDLERS: { [Kind in keyof Received]: (app: App, message: Received[Kind]) => void } = {
+  robot: (app, { about }) => {
+    // The whole scene comes again to a page that lost its program before it was told what that has.
+    if (app.robot) app.connection.beginAnew();
+    else app.start(about);
+  },
+  joints: ({ player, reports, stance }, { q, up, source }) => {
+    if (isOutdated(source, reports.source, reports.count, player.playback?.playing)) return;
+    stance.display([...q], up, source !== "");
+  },
+  still: (app) => app.stance.still(),
+  shown: (app, message) => app.receiveShown(message),
+  frames: (app, message) => app.chooseFrames(message),
+  edition: (app, { name }) => app.setEdition(String(name)),
+  camera: (app, { name }) => app.camera(name),
+  ghosts: (app, message) => showGhosts(app, message),
+  targets: (app, { targets }) => app.targets.show(targets),
+  colours: (app, { robot, links, label, low, high, stops }) => {
+    const shown = robot ? app.others.robots.get(robot)?.shown : app.shown;
+    shown?.colours.setScale(new Map(links.map(({ link, rgb }) => [link, rgb])));
+    app.legend.set("colours", stops ? [`${label} ${low}`.trim(), scaleBar(stops), `${high}`] : []);
+  },
+  robot_added: (app, message) => app.others.add(message),
+  robot_joints: (app, { robot, q, up }) => app.others.display(robot, q, up),
+  robot_removed: (app, { robot }) => app.others.remove(robot),
+  robots: (app, { robots }) => app.others.keep(robots),
+  extra: (app, message) => app.extras.add(message),
+  extras: (app, { names }) => app.extras.keep(names),
+  lights: (app, { lights }) => app.lights.show(lights),
+  speech: (app, { text }) => app.speech.say(text),
+  reach: (app, message) => app.reach.show(message),
+  capture: (app, message) => sendPicture(app, message),
+  version: (app, { version }) => app.connection.compare(version),
+  complete: (app) => app.complete(),
+};
+
+/** Do what a message from Python says; one of a kind that this page does not know says nothing. */
+export function obey(app: App, message: Message) {
+  const handlers: Record<string, (app: App, message: any) => void> = HANDLERS;
+  if (Object.hasOwn(handlers, message.kind)) handlers[message.kind](app, message);
+}

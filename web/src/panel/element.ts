@@ -1,0 +1,136 @@
+const SVG = "http://www.w3.org/2000/svg";
+
+/** Strokes on a square of 16, drawn with a pen of 1.5. */
+const STROKES = {
+  undo: "M3 6.5h6.5a3.5 3.5 0 0 1 0 7H6M5.5 4 3 6.5 5.5 9",
+  redo: "M13 6.5H6.5a3.5 3.5 0 0 0 0 7H10M10.5 4 13 6.5 10.5 9",
+  reset: "M3.2 9.5A5 5 0 1 0 4.6 4.4L3 6M3 2.8V6h3.2",
+  mirror: "M8 2v2M8 7v2M8 12v2M5.5 4.5v7L1.8 11.5zM10.5 4.5v7l3.7 0z",
+  random:
+    "M3.2 2.5h9.6a.7.7 0 0 1 .7.7v9.6a.7.7 0 0 1-.7.7H3.2a.7.7 0 0 1-.7-.7V3.2a.7.7 0 0 1 .7-.7zM5.05 5.5a.45.45 0 1 0 .9 0a.45.45 0 1 0-.9 0M10.05 5.5a.45.45 0 1 0 .9 0a.45.45 0 1 0-.9 0M7.55 8a.45.45 0 1 0 .9 0a.45.45 0 1 0-.9 0M5.05 10.5a.45.45 0 1 0 .9 0a.45.45 0 1 0-.9 0M10.05 10.5a.45.45 0 1 0 .9 0a.45.45 0 1 0-.9 0",
+  copy: "M6.2 5.5h6.6a.7.7 0 0 1 .7.7v6.6a.7.7 0 0 1-.7.7H6.2a.7.7 0 0 1-.7-.7V6.2a.7.7 0 0 1 .7-.7zM3.5 10.5h-.3a.7.7 0 0 1-.7-.7V3.2a.7.7 0 0 1 .7-.7h6.6a.7.7 0 0 1 .7.7v.3",
+  paste:
+    "M10.5 3.5h1.8a.7.7 0 0 1 .7.7v8.6a.7.7 0 0 1-.7.7H3.7a.7.7 0 0 1-.7-.7V4.2a.7.7 0 0 1 .7-.7h1.8M6 2.5h4v2H6zM8 7v4M6.2 9.3 8 11l1.8-1.7",
+  link: "M6.8 9.2a2.7 2.7 0 0 0 3.9 0l2.1-2.1a2.75 2.75 0 0 0-3.9-3.9l-.8.8M9.2 6.8a2.7 2.7 0 0 0-3.9 0L3.2 8.9a2.75 2.75 0 0 0 3.9 3.9l.8-.8",
+  settings: "M2.5 4.5h6M11.5 4.5h2M2.5 11.5h2M7.5 11.5h6M10 3v3M6 10v3",
+  panel: "M3.2 3h9.6a.7.7 0 0 1 .7.7v8.6a.7.7 0 0 1-.7.7H3.2a.7.7 0 0 1-.7-.7V3.7a.7.7 0 0 1 .7-.7zM9.8 3v10",
+  record: "M8 4a4 4 0 1 1 0 8a4 4 0 1 1 0-8z",
+  key: "M8 2.8 13.2 8 8 13.2 2.8 8z",
+  replace: "M2.8 6.2A5.4 5.4 0 0 1 12.6 5M13 2.5V5.3h-2.8M13.2 9.8A5.4 5.4 0 0 1 3.4 11M3 13.5v-2.8h2.8",
+  trash: "M3 4.5h10M6.5 4.5V3h3v1.5M4.5 4.5l.6 8.5h5.8l.6-8.5M6.8 7v3.7M9.2 7v3.7",
+  plot: "M2.8 2.5v11h10.7M5 10.5l2.2-4 2.4 2.3L13 4",
+  trail: "M2.5 13c2-7 4.3-1 6-4.5 1-2 .6-4.3 2.2-5M12.5 2.2a1 1 0 1 1 0 2a1 1 0 1 1 0-2z",
+  file: "M4 2.5h5l3 3v8h-8zM9 2.5v3h3M8 7.5v4M6.2 9.8 8 11.5l1.8-1.700",
+  close: "m4 4 8 8M12 4l-8 8",
+};
+
+export type IconName = keyof typeof STROKES;
+
+/** A small picture; what it means stands beside it or in its button's label. */
+function icon(name: IconName) {
+  const svg = document.createElementNS(SVG, "svg");
+  svg.setAttribute("viewBox", "0 0 16 16");
+  svg.setAttribute("aria-hidden", "true");
+  svg.classList.add("icon");
+  const path = document.createElementNS(SVG, "path");
+  path.setAttribute("d", STROKES[name]);
+  svg.append(path);
+  return svg;
+}
+
+/** A new element with properties and children. */
+export function element<Tag extends keyof HTMLElementTagNameMap>(
+  tag: Tag,
+  properties: Partial<HTMLElementTagNameMap[Tag]> = {},
+  ...children: (string | Node)[]
+): HTMLElementTagNameMap[Tag] {
+  const made = document.createElement(tag);
+  Object.assign(made, properties);
+  made.append(...children);
+  return made;
+}
+
+/** A button with a text. */
+export const button = (text: string, onclick: () => void) => element("button", { type: "button", onclick }, text);
+
+/** A button that is a picture; its label says what it does, its tool tip by which keys too. */
+export function iconButton(name: IconName, label: string, onclick: () => void, keys: string = "") {
+  const title = keys ? `${label} (${keys})` : label;
+  return element("button", { type: "button", className: "icon-button", ariaLabel: label, title, onclick }, icon(name));
+}
+
+/**
+ * Put a text on the clipboard. Where the browser does not allow it, the text is shown, selected, to be copied by hand.
+ *
+ * @param what it is
+ * @returns whether it is on the clipboard
+ */
+export async function copyText(text: string, what: string): Promise<boolean> {
+  try {
+    await navigator.clipboard.writeText(text);
+    return true;
+  } catch {
+    const field = element("textarea", { value: text, readOnly: true, rows: 8, ariaLabel: what });
+    const keys = element("p", {}, "The browser keeps the clipboard from this page: copy the text with Ctrl+C or ⌘C.");
+    openDialog(`Copy: ${what}`, keys, field);
+    field.focus();
+    field.select();
+    return false;
+  }
+}
+
+/** Open a dialog over the page; it is removed when it closes. Escape and its button close it. */
+export function openDialog(title: string, ...children: (string | Node)[]) {
+  const heading = element("h2", { id: "dialog-title" }, title);
+  const dialog = element(
+    "dialog",
+    {},
+    element(
+      "header",
+      {},
+      heading,
+      iconButton("close", "Close", () => dialog.close()),
+    ),
+    ...children,
+  );
+  dialog.setAttribute("aria-labelledby", heading.id);
+  dialog.addEventListener("close", () => dialog.remove());
+  document.body.append(dialog);
+  dialog.showModal();
+  return dialog;
+}
+
+let count = 0;
+
+/**
+ * A button that opens what hangs under it. Escape and a press beside it close it.
+ *
+ * @param label of what opens
+ */
+export function menu(button: HTMLButtonElement, label: string, ...children: Node[]) {
+  const sheet = element("div", { className: "menu", id: `menu-${count++}` }, ...children);
+  sheet.setAttribute("popover", "auto");
+  sheet.setAttribute("role", "group");
+  sheet.setAttribute("aria-label", label);
+  button.setAttribute("aria-expanded", "false");
+  button.setAttribute("popovertarget", sheet.id);
+  sheet.addEventListener("toggle", () => {
+    const open = sheet.matches(":popover-open");
+    button.setAttribute("aria-expanded", String(open));
+    if (open) place(sheet, button);
+    if (open) (sheet.querySelector("button, input:checked") as HTMLElement | null)?.focus();
+  });
+  return sheet;
+}
+
+/** Put a sheet under a button, or over it where there is more room, inside the window. */
+function place(sheet: HTMLElement, button: HTMLElement) {
+  const gap = 4;
+  const { left, right, top, bottom } = button.getBoundingClientRect();
+  const { offsetWidth: width, offsetHeight: height } = sheet;
+  const x = Math.min(left + width > innerWidth - gap ? right - width : left, innerWidth - width - gap);
+  const below = bottom + gap + height <= innerHeight || innerHeight - bottom >= top;
+  const y = below ? Math.min(bottom + gap, innerHeight - height - gap) : top - gap - height;
+  sheet.style.left = `${Math.max(gap, x)}px`;
+  sheet.style.top = `${Math.max(gap, y)}px`;
+}

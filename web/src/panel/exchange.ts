@@ -1,0 +1,99 @@
+import type { Robot } from "../robot/robot.ts";
+import type { Stance } from "../stance.ts";
+import { NoConfiguration, readConfiguration } from "../values/reading.ts";
+import { FORMATS } from "../values/writing.ts";
+import { button, copyText, element, openDialog } from "./element.ts";
+import type { Messages } from "./tools.ts";
+
+/** The parts of the page that are used here. */
+interface Page {
+  readonly robot: Robot;
+  readonly stance: Stance;
+}
+
+/** Configurations out of the page and into it as text: by the clipboard, or by a field where that is forbidden. */
+export class Exchange {
+  constructor(
+    readonly page: Page,
+    readonly messages: Messages,
+  ) {}
+
+  /** The formats that this robot can be copied as. */
+  get formats() {
+    return Object.entries(FORMATS).filter(([, { offered }]) => offered(this.page.robot.about));
+  }
+
+  copyConfiguration(format: string) {
+    const { robot, stance } = this.page;
+    const { title, write } = FORMATS[format];
+    return this.copy(write(robot.about, stance.q, robot.outside(stance.q).size === 0), title);
+  }
+
+  /** @param what it is, for the message */
+  async copy(text: string, what: string) {
+    if (await copyText(text, what)) this.messages.say(`${what} copied`);
+  }
+
+  // What the clipboard holds, if the page may read it; else a field to paste into.
+  async paste() {
+    let text;
+    try {
+      text = await navigator.clipboard.readText();
+    } catch {
+      return this.askForText();
+    }
+    this.take(text);
+  }
+
+  askForText() {
+    const field = element("textarea", { rows: 8, spellcheck: false, ariaLabel: "Text of a configuration" });
+    const problem = element("p", { className: "problem", id: "paste-problem" });
+    problem.setAttribute("role", "alert");
+    field.setAttribute("aria-describedby", problem.id);
+    const apply = button("Show it", () => {
+      const reason = this.show(field.value);
+      problem.textContent = reason ?? "";
+      field.setAttribute("aria-invalid", String(reason !== null));
+      if (reason === null) field.closest("dialog")?.close();
+    });
+    openDialog(
+      "Paste a configuration",
+      element(
+        "p",
+        {},
+        "JSON, a CSV row under its header, Python, or a call of NAOqi’s setAngles or angleInterpolation.",
+      ),
+      field,
+      problem,
+      element("footer", {}, apply),
+    );
+    field.focus();
+  }
+
+  /** @param text from the clipboard */
+  take(text: string) {
+    const reason = this.show(text);
+    if (reason !== null) this.messages.say(`Not pasted: ${reason}`, { bad: true });
+  }
+
+  /**
+   * Show the configuration that a text writes.
+   *
+   * @returns why nothing has changed
+   */
+  show(text: string): string | null {
+    const { robot, stance } = this.page;
+    try {
+      const read = readConfiguration(robot.about, stance.q, text);
+      stance.jump(read.q, stance.up);
+      stance.settle();
+      const outside = robot.outside(read.q).size;
+      const values = `${read.count} value${read.count === 1 ? "" : "s"} from ${read.kind}`;
+      this.messages.say(outside ? `${values}; ${outside} outside the limits` : values);
+      return null;
+    } catch (error) {
+      if (error instanceof NoConfiguration) return error.message;
+      throw error;
+    }
+  }
+}

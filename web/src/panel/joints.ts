@@ -1,0 +1,276 @@
+import { clamp } from "../math/numbers.ts";
+import type { Coordinate, Driven } from "../types.ts";
+import { matches } from "../values/names.ts";
+import { format, parse, spoken, stepped, stepsOfKey, unitOf } from "../values/units.ts";
+import { button, element } from "./element.ts";
+import type { Panel } from "./panel.ts";
+
+/** One joint of the panel: a slider between its limits, and its number, which can be typed over. */
+class JointRow {
+  coordinate: Coordinate;
+  isCoupled: boolean;
+  ends: [number, number];
+  value = NaN;
+  /** Whether the number is being typed: then it is left alone. */
+  isTyped = false;
+  slider: HTMLInputElement;
+  note: HTMLSpanElement;
+  number = element("input", { type: "text", inputMode: "decimal", autocomplete: "off" });
+  low = element("span", {});
+  high = element("span", {});
+  sign = element("span", { className: "unit" });
+  element: HTMLDivElement;
+
+  /**
+   * @param partner the joint that shares its motor, if there is one
+   * @param index of the row in the panel
+   */
+  constructor(
+    readonly panel: Panel,
+    readonly joint: Driven,
+    partner: string,
+    index: number,
+  ) {
+    const { about } = panel.page.robot;
+    this.coordinate = about.coordinates.find(({ column }) => column === joint.column) as Coordinate;
+    this.isCoupled = about.tables.some((table) => table.joint === joint.column);
+    const { open } = unitOf(this.coordinate.unit, panel.settings.units);
+    this.ends = this.ofJoint([this.coordinate.lower ?? open[0], this.coordinate.upper ?? open[1]]);
+
+    const [min, max] = this.ends.map(String);
+    this.slider = element("input", { type: "range", step: "any", min, max, ariaLabel: joint.name });
+    this.slider.oninput = () => this.set(Number(this.slider.value));
+    this.slider.onkeydown = (event) => {
+      if (this.step(event)) event.preventDefault();
+    };
+    this.note = element("span", { className: "note", id: `note-${index}` });
+    this.note.setAttribute("role", "status");
+    this.number.setAttribute("aria-describedby", this.note.id);
+    this.number.onfocus = () => this.number.select();
+    this.number.oninput = () => {
+      this.isTyped = true;
+      if (Number.isFinite(parse(this.number.value, this.unit))) this.complain("");
+    };
+    this.number.onkeydown = (event) => this.key(event);
+    this.number.onblur = () => this.commit();
+    const name = element("span", { className: "name", title: joint.name }, joint.name);
+    if (partner) name.append(element("i", { title: `One motor with ${partner}` }, "⚭"));
+    this.element = element(
+      "div",
+      { className: "joint" },
+      name,
+      this.slider,
+      this.number,
+      this.sign,
+      element("span", { className: "limits", ariaHidden: "true" }, this.low, this.high),
+      this.note,
+    );
+    this.element.dataset.joint = joint.name;
+    this.relabel();
+  }
+
+  get unit() {
+    return unitOf(this.coordinate.unit, this.panel.settings.units);
+  }
+
+  /** A range of the coordinate as one of this joint. */
+  ofJoint(range: [number, number]): [number, number] {
+    const { multiplier, offset } = this.joint;
+    const [a, b] = range.map((value) => (multiplier === 0 ? 0 : multiplier * value) + offset);
+    return a <= b ? [a, b] : [b, a];
+  }
+
+  /** @param value of the joint */
+  set(value: number) {
+    const { multiplier, offset, column } = this.joint;
+    if (multiplier !== 0) this.panel.page.stance.move(column, (value - offset) / multiplier);
+  }
+
+  // --- keys and typing -----------------------------------------------------------------------------------------
+
+  /**
+   * Go the steps of a key.
+   *
+   * @returns whether it has any
+   */
+  step(event: KeyboardEvent): boolean {
+    const steps = stepsOfKey(event);
+    if (Number.isNaN(steps) || event.metaKey) return false;
+    const [low, high] = this.ends;
+    const value = Number.isFinite(steps) ? stepped(this.value, steps, this.unit) : steps;
+    // From outside the limits a step leads on, and never further out.
+    this.set(clamp(value, Math.min(low, this.value), Math.max(high, this.value)));
+    this.panel.page.stance.settle();
+    return true;
+  }
+
+  key(event: KeyboardEvent) {
+    if (event.key === "Enter") {
+      this.commit();
+      this.number.select();
+    } else if (event.key === "Escape" && (this.isTyped || this.note.textContent)) {
+      this.giveBack();
+      this.number.select();
+    } else if (["ArrowUp", "ArrowDown", "PageUp", "PageDown"].includes(event.key)) {
+      event.preventDefault();
+      if (this.commit() && this.step(event)) this.number.select();
+    }
+  }
+
+  /** Take what was typed; gives whether it, or nothing, was a number. */
+  commit() {
+    if (!this.isTyped) return true;
+    const { unit, number } = this;
+    if (!number.value.trim()) {
+      this.giveBack();
+      return true;
+    }
+    const value = parse(number.value, unit);
+    const [low, high] = this.ends;
+    if (Number.isNaN(value)) {
+      this.complain(`no number; expected ${spoken(low, unit)} to ${spoken(high, unit)}`);
+      return false;
+    }
+    const inside = clamp(value, low, high);
+    this.set(inside);
+    this.panel.page.stance.settle();
+    this.giveBack();
+    if (inside !== value) this.note.textContent = `its limit is ${spoken(inside, unit)}`;
+    return true;
+  }
+
+  giveBack() {
+    this.isTyped = false;
+    this.complain("");
+    this.number.value = format(this.value, this.unit);
+  }
+
+  /** @param reason none takes the complaint away */
+  complain(reason: string) {
+    this.note.textContent = reason;
+    if (reason) this.number.setAttribute("aria-invalid", "true");
+    else this.number.removeAttribute("aria-invalid");
+  }
+
+  // --- what it shows -------------------------------------------------------------------------------------------
+
+  // In another unit, all of it.
+  relabel() {
+    this.isTyped = false;
+    const { unit, ends, coordinate } = this;
+    this.number.ariaLabel = `${this.joint.name} in ${unit.name}`;
+    this.sign.textContent = unit.sign;
+    const isOpen = [coordinate.lower === null, coordinate.upper === null];
+    [this.low, this.high].forEach((end, i) => {
+      end.textContent = isOpen[i] ? "" : format(ends[i], unit).replace("-", "−");
+    });
+    this.value = NaN;
+  }
+
+  refresh(q: ArrayLike<number>, isOutside: boolean) {
+    const { slider, ends, joint, unit } = this;
+    const value = joint.multiplier * q[joint.column] + joint.offset;
+    if (value === this.value && !this.isCoupled) return;
+    // A number that is being typed is left alone.
+    const isKept = this.isTyped && document.activeElement === this.number;
+    const isNew = value !== this.value;
+    this.value = value;
+    if (isNew && !isKept) this.giveBack();
+    slider.value = String(value);
+    const range = this.ofJoint(this.panel.page.robot.range(this.coordinate, q));
+    const share = (x: number) => `${((100 * (clamp(x, ...ends) - ends[0])) / (ends[1] - ends[0] || 1)).toFixed(2)}%`;
+    const [from, to] = value < 0 ? [value, 0] : [0, value];
+    slider.style.setProperty("--from", share(from));
+    slider.style.setProperty("--to", share(to));
+    if (this.isCoupled) {
+      slider.style.setProperty("--low", share(range[0]));
+      slider.style.setProperty("--high", share(range[1]));
+    }
+    this.element.classList.toggle("outside", isOutside);
+    const [low, high] = range.map((x) => spoken(clamp(x, -1e6, 1e6), unit));
+    this.element.title = isOutside ? `outside ${low} … ${high}` : "";
+    slider.setAttribute("aria-valuetext", this.said(value, range, isOutside));
+  }
+
+  said(value: number, range: [number, number], isOutside: boolean) {
+    const { unit, ends, coordinate } = this;
+    const between = ([low, high]: [number, number]) => `from ${spoken(low, unit)} to ${spoken(high, unit)}`;
+    const parts = [spoken(value, unit)];
+    if (coordinate.lower !== null && coordinate.upper !== null) parts.push(between(ends));
+    if (this.isCoupled) parts.push(`here ${between(range)}`);
+    if (isOutside) parts.push("outside its limits");
+    return parts.join(", ");
+  }
+}
+
+/** Buttons for the robot's named postures. */
+export class Postures {
+  element: HTMLElement;
+
+  constructor({ page }: Panel) {
+    const buttons = page.robot.about.postures.map(({ name }) => button(name, () => page.stance.posture(name)));
+    this.element = element("section", { className: "postures", ariaLabel: "Postures" }, ...buttons);
+  }
+}
+
+/** The joints in their chains, one slider each, and a field that looks for some of them. */
+export class Joints {
+  rows: JointRow[] = [];
+  chains: { rows: JointRow[]; details: HTMLDetailsElement }[];
+  search = element("input", { type: "search", placeholder: "Filter joints", ariaLabel: "Filter joints" });
+  count = element("output", { className: "count" });
+  element: HTMLElement;
+
+  constructor(readonly panel: Panel) {
+    const { chains } = panel.page.robot.about;
+    const shown = chains.flatMap(({ joints }) => joints).filter(({ follows }) => follows);
+    const followers = new Map(shown.map(({ name, follows }) => [follows, name]));
+    this.chains = chains.map(({ title, joints }) => {
+      const rows = joints.map((joint) => {
+        const row = new JointRow(panel, joint, joint.follows || followers.get(joint.name) || "", this.rows.length);
+        this.rows.push(row);
+        return row;
+      });
+      const summary = element("summary", {}, title);
+      return { rows, details: element("details", { open: true }, summary, ...rows.map((row) => row.element)) };
+    });
+    this.search.oninput = () => this.filter();
+    this.search.onkeydown = (event) => {
+      if (event.key !== "Escape" || !this.search.value) return;
+      event.preventDefault();
+      this.search.value = "";
+      this.filter();
+    };
+    this.element = element(
+      "section",
+      { className: "joints", id: "joints", tabIndex: -1, ariaLabel: "Joints" },
+      element("div", { className: "search" }, this.search, this.count),
+      ...this.chains.map(({ details }) => details),
+    );
+    this.element.hidden = this.rows.length === 0;
+    this.filter();
+  }
+
+  filter() {
+    const sought = this.search.value.trim();
+    let found = 0;
+    for (const { rows, details } of this.chains) {
+      const here = rows.filter((row) => (row.element.hidden = !matches(row.joint.name, sought)) === false);
+      details.hidden = here.length === 0;
+      if (sought && here.length > 0) details.open = true;
+      found += here.length;
+    }
+    const all = this.rows.length;
+    this.count.textContent = sought ? `${found} of ${all}` : `${all} joint${all === 1 ? "" : "s"}`;
+  }
+
+  refresh() {
+    const { robot, shown } = this.panel.page;
+    for (const row of this.rows) row.refresh(robot.q, shown.outside.has(row.joint.column));
+  }
+
+  relabel() {
+    for (const row of this.rows) row.relabel();
+    this.refresh();
+  }
+}

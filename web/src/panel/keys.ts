@@ -1,0 +1,203 @@
+import type { Robot } from "../robot/robot.ts";
+import { THREE } from "../three.ts";
+import type { Player } from "../timeline/player.ts";
+import type { Camera, MeshcatViewer } from "../types.ts";
+import { element, openDialog } from "./element.ts";
+import type { Panel } from "./panel.ts";
+
+/** The parts of the page that are used here. */
+interface Page {
+  readonly player: Player;
+  readonly robot: Robot;
+  readonly view: string | null;
+  readonly viewer: MeshcatViewer;
+  camera(name: string): void;
+}
+
+/** What the list of keys says: where, and which keys do what. */
+const LIST = {
+  Everywhere: [
+    ["Ctrl+Z", "undo"],
+    ["Ctrl+Shift+Z, Ctrl+Y", "redo"],
+    ["Ctrl+V", "paste a configuration"],
+    ["Space", "play or pause the clip"],
+    ["K", "add a key frame, where they are open"],
+    ["/", "filter the joints"],
+    ["P", "show or hide the panel"],
+    ["?", "this list"],
+  ],
+  "Sliders and numbers of joints": [
+    ["↑ ↓ (sliders ← → too)", "one step: 1°, 1 mm, 1 %, 0.01 rad"],
+    ["Ctrl or Alt and these", "a tenth of that"],
+    ["Shift and these, Page up, Page down", "ten times that"],
+    ["Home, End", "the limits (sliders)"],
+    ["Enter, Escape", "take a typed number, or give the old one back"],
+  ],
+  "Key frames": [
+    ["← →", "a tenth of a second earlier or later; with Shift a hundredth"],
+    ["↑ ↓, Home, End", "the key frame before and behind, the first, the last"],
+    ["Delete", "delete the key frame"],
+    ["Ctrl+Z, Ctrl+Shift+Z", "undo and redo of key frames"],
+  ],
+  "Handles (Tab, after the buttons over the picture)": [
+    ["← → ↑ ↓", "move it by 1 mm; with Shift by 10 mm"],
+    ["X, Y, Z", "turn it by 1° about an axis of its frame; with Shift back"],
+    ["Enter, Escape", "let go, or give back what was before"],
+  ],
+  "The picture": [
+    ["← → ↑ ↓", "go round the robot; with Shift three times as far"],
+    ["+ −", "nearer, further away"],
+    ["1 … 9", "the cameras in their order"],
+    ["0, Home", "all of the robot"],
+  ],
+  "The line beside the panel": [
+    ["Arrows, Home, End", "the size of the panel"],
+    ["Enter", "hide the panel"],
+  ],
+};
+
+/** Keys that work wherever the focus is, unless it is where they are typed. */
+export class Keys {
+  constructor(readonly panel: Panel) {
+    document.addEventListener("keydown", (event) => this.press(event));
+    document.addEventListener("paste", (event) => this.paste(event));
+  }
+
+  press(event: KeyboardEvent) {
+    const { target } = event;
+    if (event.defaultPrevented || !(target instanceof Element)) return;
+    if (isTyped(target) || target.closest("dialog, [popover]")) return;
+    const does =
+      event.ctrlKey || event.metaKey ? this.withCtrl(event) : event.altKey ? null : this.alone(event, target);
+    if (!does) return;
+    event.preventDefault();
+    does();
+  }
+
+  withCtrl({ key, shiftKey }: KeyboardEvent) {
+    const { past } = this.panel;
+    const lower = key.toLowerCase();
+    if (lower === "y" || (lower === "z" && shiftKey)) return () => past.redo();
+    return lower === "z" ? () => past.undo() : null;
+  }
+
+  alone({ key }: KeyboardEvent, target: Element) {
+    const { page, layout, joints, settings } = this.panel;
+    if (key === " ") {
+      const isOfTarget = target.closest("button, summary, select, input, a");
+      return isOfTarget || !page.player.loaded ? null : () => page.player.toggle();
+    }
+    if (!settings.keys) return null;
+    switch (key) {
+      case "?":
+        return () => this.help();
+      case "p":
+      case "P":
+        return () => layout.fold(!layout.folded);
+      case "/":
+        return () => {
+          layout.fold(false);
+          joints.search.focus();
+        };
+      default:
+        return null;
+    }
+  }
+
+  paste(event: ClipboardEvent) {
+    if (!(event.target instanceof Element) || isTyped(event.target)) return;
+    if (document.querySelector("dialog[open]")) return;
+    event.preventDefault();
+    this.panel.exchange.take(event.clipboardData?.getData("text") ?? "");
+  }
+
+  help() {
+    const sections = Object.entries(LIST).map(([where, rows]) =>
+      element(
+        "section",
+        {},
+        element("h3", {}, where),
+        element(
+          "dl",
+          {},
+          ...rows.map(([keys, does]) =>
+            element("div", {}, element("dt", {}, element("kbd", {}, keys)), element("dd", {}, does)),
+          ),
+        ),
+      ),
+    );
+    openDialog("Keys", element("div", { className: "keys" }, ...sections));
+  }
+}
+
+/** Whether keys pressed here are text. */
+function isTyped(target: Element) {
+  return target.matches('textarea, [contenteditable], input:not([type="range"], [type="radio"], [type="checkbox"])');
+}
+
+// How far [rad] an arrow key goes round the robot, how much nearer a step is, and how near the camera may come to straight
+// above and below.
+const TURN = Math.PI / 36;
+const NEARER = 1 / 1.15;
+const POLE = 0.02;
+
+/** Let the camera be moved by keys while the picture has the focus. */
+export function bindViewKeys(page: Page) {
+  const canvas = page.viewer.renderer.domElement;
+  const { name, cameras } = page.robot.about;
+  canvas.tabIndex = 0;
+  canvas.setAttribute("role", "application");
+  canvas.setAttribute("aria-label", `${name}, seen by a camera that arrow keys, plus, minus and numbers move`);
+  canvas.addEventListener("keydown", (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const does = actionOf(event, page, cameras);
+    if (!does) return;
+    event.preventDefault();
+    does();
+  });
+}
+
+function actionOf({ key, shiftKey }: KeyboardEvent, page: Page, cameras: Camera[]): (() => void) | null {
+  const turn = shiftKey ? 3 * TURN : TURN;
+  switch (key) {
+    case "ArrowLeft":
+      return () => orbit(page, -turn, 0, 1);
+    case "ArrowRight":
+      return () => orbit(page, turn, 0, 1);
+    case "ArrowUp":
+      return () => orbit(page, 0, -turn, 1);
+    case "ArrowDown":
+      return () => orbit(page, 0, turn, 1);
+    case "+":
+    case "=":
+      return () => orbit(page, 0, 0, NEARER);
+    case "-":
+    case "_":
+      return () => orbit(page, 0, 0, 1 / NEARER);
+    case "0":
+    case "Home":
+      return () => page.camera(whole(page));
+    default: {
+      const camera = /^[1-9]$/.test(key) ? cameras[Number(key) - 1] : undefined;
+      return camera ? () => page.camera(camera.name) : null;
+    }
+  }
+}
+
+/** The whole-body camera chosen last, or the usual one. */
+function whole({ view, robot }: Page) {
+  const chosen = robot.about.cameras.find(({ name }) => name === view);
+  return chosen && chosen.links.length === 0 ? chosen.name : "three-quarter";
+}
+
+/** Move the camera about what it looks at. */
+function orbit(page: Page, around: number, down: number, further: number) {
+  const { camera, controls } = page.viewer;
+  const place = new THREE.Spherical().setFromVector3(camera.position.clone().sub(controls.target));
+  place.theta += around;
+  place.phi = THREE.MathUtils.clamp(place.phi + down, POLE, Math.PI - POLE);
+  place.radius = THREE.MathUtils.clamp(place.radius * further, 3 * camera.near, 0.5 * camera.far);
+  camera.position.setFromSpherical(place).add(controls.target);
+  controls.update();
+  page.viewer.set_dirty();
+}

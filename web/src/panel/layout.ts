@@ -1,0 +1,119 @@
+import { clamp } from "../math/numbers.ts";
+import { element, iconButton } from "./element.ts";
+import { remember, type Settings } from "./settings.ts";
+
+// How much of the window the panel may take [%], and what a key changes.
+const [LEAST, MOST, STEP] = [15, 80, 2];
+
+/**
+ * How the panel shares the window with the view: beside it, or under it where the window is narrow and high. It can be
+ * resized by the line between them, and folded away.
+ */
+export class Layout {
+  stacked = matchMedia("(max-width: 47.5em) and (max-aspect-ratio: 1/1)");
+  toggle: HTMLButtonElement;
+  separator = element("div", { className: "separator", tabIndex: 0 });
+
+  constructor(
+    public aside: HTMLElement,
+    view: HTMLElement,
+    readonly settings: Settings,
+  ) {
+    this.toggle = iconButton("panel", "Panel", () => this.fold(!this.folded), "P");
+    this.toggle.id = "fold";
+    this.toggle.setAttribute("aria-controls", aside.id);
+    view.append(this.toggle);
+    this.separator.setAttribute("role", "separator");
+    this.separator.setAttribute("aria-label", "Size of the panel");
+    this.separator.setAttribute("aria-controls", aside.id);
+    this.separator.onkeydown = (event) => this.key(event);
+    this.separator.onpointerdown = (event) => this.grab(event);
+    this.separator.ondblclick = () => this.resize(null);
+    this.stacked.addEventListener("change", () => this.restore());
+    window.addEventListener("resize", () => this.announce());
+    this.restore();
+    this.fold(settings.kept("folded") === "yes");
+  }
+
+  get along(): "width" | "height" {
+    return this.stacked.matches ? "height" : "width";
+  }
+
+  get folded() {
+    return this.aside.hidden;
+  }
+
+  fold(folded: boolean) {
+    const inside = this.aside.contains(document.activeElement);
+    this.aside.hidden = folded;
+    document.body.classList.toggle("folded", folded);
+    this.toggle.setAttribute("aria-expanded", String(!folded));
+    if (this.settings.own) remember("folded", folded ? "yes" : "no");
+    if (folded && inside) this.toggle.focus();
+    this.announce();
+  }
+
+  // The size that was chosen for this way of sharing, or the usual one.
+  restore() {
+    const size = parseFloat(this.settings.kept(this.along) ?? "");
+    this.show(Number.isFinite(size) ? clamp(size, LEAST, MOST) : null);
+  }
+
+  /** @param share of the window [%], null for the usual size */
+  resize(share: number | null) {
+    const size = share === null ? null : clamp(share, LEAST, MOST);
+    remember(this.along, size === null ? "" : size.toFixed(1));
+    this.show(size);
+  }
+
+  show(size: number | null) {
+    const { style } = document.body;
+    for (const along of ["width", "height"]) style.removeProperty(`--panel-${along}`);
+    if (size !== null) style.setProperty(`--panel-${this.along}`, `${size.toFixed(1)}%`);
+    this.announce();
+  }
+
+  // How large the panel is now [%].
+  get share() {
+    const [size, all] =
+      this.along === "width" ? [this.aside.offsetWidth, innerWidth] : [this.aside.offsetHeight, innerHeight];
+    return (100 * size) / all;
+  }
+
+  announce() {
+    const separator = this.separator;
+    separator.setAttribute("aria-orientation", this.along === "width" ? "vertical" : "horizontal");
+    separator.setAttribute("aria-valuemin", String(LEAST));
+    separator.setAttribute("aria-valuemax", String(MOST));
+    separator.setAttribute("aria-valuenow", String(Math.round(clamp(this.share, LEAST, MOST))));
+  }
+
+  key(event: KeyboardEvent) {
+    const step = event.shiftKey ? 5 * STEP : STEP;
+    const does: Record<string, () => void> = {
+      ArrowLeft: () => this.resize(this.share + step),
+      ArrowUp: () => this.resize(this.share + step),
+      ArrowRight: () => this.resize(this.share - step),
+      ArrowDown: () => this.resize(this.share - step),
+      Home: () => this.resize(LEAST),
+      End: () => this.resize(MOST),
+      Enter: () => this.fold(true),
+    };
+    if (!Object.hasOwn(does, event.key) || event.ctrlKey || event.metaKey || event.altKey) return;
+    event.preventDefault();
+    does[event.key]();
+  }
+
+  grab(event: PointerEvent) {
+    if (event.button !== 0) return;
+    const { separator } = this;
+    separator.setPointerCapture(event.pointerId);
+    const start = { at: this.place(event), share: this.share };
+    separator.onpointermove = (move) => this.resize(start.share + start.at - this.place(move));
+    separator.onlostpointercapture = () => (separator.onpointermove = null);
+  }
+
+  place({ clientX, clientY }: PointerEvent) {
+    return this.along === "width" ? (100 * clientX) / innerWidth : (100 * clientY) / innerHeight;
+  }
+}

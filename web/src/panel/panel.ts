@@ -1,0 +1,130 @@
+import type { Box3 } from "three";
+import type { Connection } from "../connection.ts";
+import type { Pick } from "../pick/pick.ts";
+import type { Robot, ShownRobot } from "../robot/robot.ts";
+import { paintFloor } from "../scene/floor.ts";
+import type { OtherRobots } from "../scene/other_robots.ts";
+import type { Studio } from "../scene/studio.ts";
+import type { Snapshot, Stance } from "../stance.ts";
+import type { Player } from "../timeline/player.ts";
+import type { Toggles } from "../toggles.ts";
+import type { Camera, MeshcatViewer } from "../types.ts";
+import { Address } from "./address.ts";
+import { element } from "./element.ts";
+import { Exchange } from "./exchange.ts";
+import { Joints, Postures } from "./joints.ts";
+import { Keys, bindViewKeys } from "./keys.ts";
+import { Layout } from "./layout.ts";
+import { Past } from "./past.ts";
+import { Readout } from "./readout.ts";
+import { Robots } from "./robots.ts";
+import { SelectionSection } from "./selection.ts";
+import { Settings } from "./settings.ts";
+import { Head, Messages, Tools } from "./tools.ts";
+
+/** The parts of the page that are used here. */
+interface Page extends EventTarget {
+  readonly connection: Connection;
+  readonly others: OtherRobots;
+  readonly pane: HTMLElement;
+  readonly pick: Pick;
+  readonly player: Player;
+  readonly robot: Robot;
+  readonly role: string;
+  readonly shown: ShownRobot;
+  readonly stance: Stance;
+  readonly studio: Studio;
+  readonly toggles: Toggles;
+  readonly view: string | null;
+  readonly viewer: MeshcatViewer;
+  camera(name: string): void;
+  look(preset: Camera | undefined, robots: { box(links: number[]): Box3 }): void;
+  show(changes: Record<string, boolean>): void;
+}
+
+/** A part of the panel: what it looks like, and how it follows the robot if it does. */
+interface Section {
+  element: HTMLElement;
+  refresh?(): void;
+}
+
+/** The panel beside the view. */
+export class Panel {
+  settings: Settings;
+  messages = new Messages(document.getElementById("message") as HTMLElement);
+  exchange: Exchange;
+  past: Past;
+  start: Snapshot;
+  address: Address;
+  layout: Layout;
+  keys: Keys;
+  joints: Joints;
+  readout: Readout;
+  /** From top to bottom. */
+  sections: Section[];
+
+  constructor(
+    readonly page: Page,
+    aside: HTMLElement,
+  ) {
+    this.settings = new Settings(page.role === "");
+    this.exchange = new Exchange(page, this.messages);
+    this.past = new Past(page);
+    this.start = page.stance.snapshot();
+    this.address = new Address(this);
+    this.layout = new Layout(aside, document.getElementById("view") as HTMLElement, this.settings);
+    this.keys = new Keys(this);
+    this.joints = new Joints(this);
+    this.readout = new Readout(this);
+    this.sections = [
+      new Head(this),
+      new Robots(this),
+      new Tools(this),
+      new Postures(this),
+      this.joints,
+      this.readout,
+      new SelectionSection(page, this.settings),
+    ];
+    const body = element(
+      "div",
+      { className: "body", tabIndex: -1 },
+      ...this.sections.map((section) => section.element),
+    );
+    aside.replaceChildren(this.layout.separator, body);
+    this.layout.announce();
+    this.settings.addEventListener("units", () => {
+      this.joints.relabel();
+      this.refresh();
+      page.pick.hover.tip.refresh();
+      page.pick.measure.draw();
+      page.viewer.set_dirty();
+    });
+    bindViewKeys(page);
+    const paint = () => paintFloor(page.studio);
+    this.settings.addEventListener("theme", paint);
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", paint);
+    paint();
+    const skip = document.getElementById("skip") as HTMLElement;
+    skip.onclick = (event) => {
+      event.preventDefault();
+      this.layout.fold(false);
+      this.joints.element.focus();
+    };
+  }
+
+  // All of the scene is here.
+  complete() {
+    // A page that finds its program again begins no second time.
+    if (this.address.isOpen) return;
+    this.start = this.page.stance.snapshot();
+    this.address.open();
+  }
+
+  reset() {
+    this.page.stance.jump([...this.start.q], this.start.up);
+  }
+
+  refresh() {
+    for (const section of this.sections) section.refresh?.();
+  }
+}

@@ -1,0 +1,100 @@
+import type { Snapshot, Stance } from "../stance.ts";
+import { History } from "../values/history.ts";
+
+/** The parts of the page that are used here. */
+interface Page extends EventTarget {
+  readonly stance: Stance;
+}
+
+/**
+ * Undo and redo of what this page did to the robot. All that happens while a pointer or a key is down is one step.
+ *
+ * Events: "changed".
+ */
+export class Past extends EventTarget {
+  history = new History<Snapshot>();
+  now: Snapshot;
+  /** What was before the step that is under way. */
+  before: Snapshot | null = null;
+  held = new Set<string>();
+
+  constructor(readonly page: Page) {
+    super();
+    this.now = page.stance.snapshot();
+    page.addEventListener("settled", (event) => this.settled((event as CustomEvent).detail.own));
+    const begin = (what: string) => {
+      this.finish();
+      this.held.add(what);
+    };
+    // What the event itself does, a click for one, comes after it and belongs to the same step.
+    const end = (what: string) => {
+      this.held.delete(what);
+      setTimeout(() => this.finish());
+    };
+    const options = { capture: true };
+    window.addEventListener("pointerdown", ({ pointerId }) => begin(`pointer ${pointerId}`), options);
+    window.addEventListener("pointerup", ({ pointerId }) => end(`pointer ${pointerId}`), options);
+    window.addEventListener("pointercancel", ({ pointerId }) => end(`pointer ${pointerId}`), options);
+    window.addEventListener("keydown", ({ code }) => begin(`key ${code}`), options);
+    window.addEventListener(
+      "keyup",
+      ({ code, key }) => {
+        // On a Mac no key goes up that went down with ⌘, until ⌘ itself does.
+        if (key === "Meta") for (const what of this.held) if (what.startsWith("key ")) this.held.delete(what);
+        end(`key ${code}`);
+      },
+      options,
+    );
+    window.addEventListener("blur", () => this.letGo());
+  }
+
+  // Keys and pointers that go up in another window are not heard of.
+  letGo() {
+    this.held.clear();
+    this.finish();
+  }
+
+  /** @param own whether this page moved the robot, rather than the program behind it or a clip */
+  settled(own: boolean) {
+    const now = this.page.stance.snapshot();
+    if (own && !same(now, this.now)) {
+      this.before ??= this.now;
+      if (this.held.size === 0) setTimeout(() => this.finish());
+    }
+    this.now = now;
+  }
+
+  finish() {
+    if (this.held.size > 0) return;
+    this.page.stance.settle();
+    if (this.before && !same(this.before, this.now)) {
+      this.history.push(this.before);
+      this.dispatchEvent(new Event("changed"));
+    }
+    this.before = null;
+  }
+
+  undo() {
+    this.letGo();
+    this.show(this.history.undo(this.now));
+  }
+
+  redo() {
+    this.letGo();
+    this.show(this.history.redo(this.now));
+  }
+
+  show(snapshot: Snapshot | undefined) {
+    if (!snapshot) return;
+    const { stance } = this.page;
+    stance.jump(snapshot.q, snapshot.up);
+    // It is no step of its own.
+    this.now = snapshot;
+    stance.settle();
+    this.dispatchEvent(new Event("changed"));
+  }
+}
+
+function same(a: Snapshot, b: Snapshot) {
+  return a.q.every((value, i) => value === b.q[i]) && String(a.up) === String(b.up);
+}

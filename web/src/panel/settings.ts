@@ -1,0 +1,104 @@
+import { USUAL, type Choice } from "../values/units.ts";
+import { element } from "./element.ts";
+
+const PREFIX = "nao-kin.";
+
+/** What the browser remembers under a name; null where it has nothing or is forbidden to. */
+function remembered(name: string) {
+  try {
+    return localStorage.getItem(PREFIX + name);
+  } catch {
+    return null;
+  }
+}
+
+/** Have the browser remember a text, where it may. */
+export function remember(name: string, text: string) {
+  try {
+    localStorage.setItem(PREFIX + name, text);
+  } catch {
+    // Forbidden or full: then it holds for this page only.
+  }
+}
+
+const THEMES = { auto: "As the system", light: "Light", dark: "Dark" };
+
+/**
+ * What a person prefers: units, colours, keys. Kept by the browser where it may.
+ *
+ * Events: "units" when another unit was chosen, "theme" when the colours were.
+ */
+export class Settings extends EventTarget {
+  units: Choice;
+  keys: boolean;
+  theme: string | undefined;
+
+  /** @param own whether the page is for a person, rather than for a picture */
+  constructor(readonly own: boolean) {
+    super();
+    this.units = {
+      angle: this.kept("angle") === "rad" ? "rad" : USUAL.angle,
+      length: this.kept("length") === "m" ? "m" : USUAL.length,
+    };
+    this.keys = this.kept("keys") !== "off";
+    const theme = own ? (this.kept("theme") ?? "auto") : "light";
+    this.setTheme(Object.hasOwn(THEMES, theme) ? theme : "auto");
+  }
+
+  kept(name: string) {
+    return this.own ? remembered(name) : null;
+  }
+
+  setTheme(theme: string) {
+    this.theme = theme;
+    document.documentElement.dataset.theme = theme;
+    this.dispatchEvent(new Event("theme"));
+  }
+
+  setUnits(change: Partial<Choice>) {
+    this.units = { ...this.units, ...change };
+    remember("angle", this.units.angle);
+    remember("length", this.units.length);
+    this.dispatchEvent(new Event("units"));
+  }
+
+  /** What the menu of settings offers, as it stands now. */
+  fields() {
+    const { units } = this;
+    return [
+      choice("Angles", units.angle, { deg: "Degrees", rad: "Radians" }, (angle) =>
+        this.setUnits({ angle: angle === "rad" ? "rad" : "deg" }),
+      ),
+      choice("Lengths", units.length, { mm: "Millimetres", m: "Metres" }, (length) =>
+        this.setUnits({ length: length === "m" ? "m" : "mm" }),
+      ),
+      choice("Colours", this.theme, THEMES, (theme) => {
+        this.setTheme(theme);
+        remember("theme", theme);
+      }),
+      choice("Single keys (P, /, ?)", this.keys ? "on" : "off", { on: "On", off: "Off" }, (keys) => {
+        this.keys = keys === "on";
+        remember("keys", keys);
+      }),
+    ];
+  }
+}
+
+/**
+ * One of several.
+ *
+ * @param options value → text
+ */
+function choice(
+  legend: string,
+  chosen: string | undefined,
+  options: Record<string, string>,
+  choose: (value: string) => void,
+) {
+  const radios = Object.entries(options).map(([value, text]) => {
+    const radio = element("input", { type: "radio", name: legend, value, checked: value === chosen });
+    radio.onchange = () => choose(value);
+    return element("label", {}, radio, element("span", {}, text));
+  });
+  return element("fieldset", {}, element("legend", {}, legend), element("div", { className: "choice" }, ...radios));
+}

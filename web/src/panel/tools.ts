@@ -1,0 +1,125 @@
+import { mirrored, randomWithin } from "../values/configurations.ts";
+import { element, iconButton, menu } from "./element.ts";
+import type { Panel } from "./panel.ts";
+
+/** The name of the robot, what is to be known of it at once, and the settings of the page. */
+export class Head {
+  element: HTMLElement;
+
+  constructor({ page, settings, keys }: Panel) {
+    const { about } = page.robot;
+    const freedoms = about.coordinates.length;
+    const help = element("button", { type: "button" }, "Keys …");
+    const opener = iconButton("settings", "Settings", () => {});
+    const choices = menu(opener, "Settings", ...settings.fields(), help);
+    help.onclick = () => {
+      choices.hidePopover();
+      keys.help();
+    };
+    this.element = element(
+      "header",
+      {},
+      element(
+        "div",
+        { className: "robot" },
+        element("h1", { title: about.name }, about.name),
+        element(
+          "p",
+          {},
+          `${freedoms} degree${freedoms === 1 ? "" : "s"} of freedom`,
+          element("span", { className: "state" }),
+        ),
+      ),
+      opener,
+      choices,
+      element("p", { className: "notes", hidden: about.notes.length === 0 }, about.notes.join("; ")),
+    );
+  }
+}
+
+// How long [ms] a message stays that nothing has to be done about.
+const STAY = 6000;
+
+/** The line under the picture that says what a command did, or why it did nothing. */
+export class Messages {
+  timer = 0;
+
+  constructor(readonly line: HTMLElement) {}
+
+  /** @param options what went wrong stays until it is closed */
+  say(text: string, { bad = false }: { bad?: boolean } = {}) {
+    clearTimeout(this.timer);
+    this.line.classList.toggle("bad", bad);
+    this.line.replaceChildren(
+      element("span", {}, text),
+      iconButton("close", "Close the message", () => this.close()),
+    );
+    if (!bad) this.timer = setTimeout(() => this.close(), STAY);
+  }
+
+  close() {
+    clearTimeout(this.timer);
+    this.line.replaceChildren();
+    this.line.classList.remove("bad");
+  }
+}
+
+/** The bar of what is done to the whole configuration. */
+export class Tools {
+  undo: HTMLButtonElement;
+  redo: HTMLButtonElement;
+  element: HTMLDivElement;
+
+  constructor(readonly panel: Panel) {
+    const { page, past, exchange } = panel;
+    const { about } = page.robot;
+    this.undo = iconButton("undo", "Undo", () => past.undo(), "Ctrl+Z");
+    this.redo = iconButton("redo", "Redo", () => past.redo(), "Ctrl+Shift+Z");
+    past.addEventListener("changed", () => this.refresh());
+    const reset = iconButton("reset", "Back to the beginning", () => panel.reset());
+    const mirror = iconButton("mirror", "Mirror left and right", () => this.mirror());
+    const random = iconButton("random", "Random within the limits", () =>
+      page.stance.jump(randomWithin(about, page.stance.q)),
+    );
+    mirror.hidden = about.mirror.length === 0;
+    const copy = iconButton("copy", "Copy the configuration", () => {});
+    const formats = menu(
+      copy,
+      "Copy as",
+      ...exchange.formats.map(([name, { title, hint }]) => {
+        const take = () => {
+          formats.hidePopover();
+          exchange.copyConfiguration(name);
+        };
+        return element("button", { type: "button", onclick: take }, title, element("small", {}, hint));
+      }),
+    );
+    const paste = iconButton("paste", "Paste a configuration", () => exchange.paste(), "Ctrl+V");
+    const link = iconButton("link", "Copy a link to this state", () => panel.address.copy());
+    const group = (...buttons: Node[]) => element("div", { className: "group" }, ...buttons);
+    this.element = element(
+      "div",
+      { className: "tools" },
+      group(this.undo, this.redo),
+      group(reset, mirror, random),
+      group(copy, paste, link),
+      formats,
+    );
+    this.element.setAttribute("role", "group");
+    this.element.setAttribute("aria-label", "Configuration");
+    this.refresh();
+  }
+
+  refresh() {
+    const { history } = this.panel.past;
+    // A disabled button would lose the focus to nothing.
+    this.undo.setAttribute("aria-disabled", String(history.past.length === 0));
+    this.redo.setAttribute("aria-disabled", String(history.future.length === 0));
+  }
+
+  mirror() {
+    const { robot, stance } = this.panel.page;
+    const up = stance.up ? [stance.up[0], -stance.up[1], stance.up[2]] : null;
+    stance.jump(mirrored(robot.about, stance.q), up);
+  }
+}

@@ -1,0 +1,147 @@
+import "./tip.css";
+import type { Panel } from "../panel/panel.ts";
+import type { MeshcatViewer } from "../types.ts";
+import { element } from "../panel/element.ts";
+import type { Robot } from "../robot/robot.ts";
+import { asMark } from "../scene/marks.ts";
+import { THREE } from "../three.ts";
+import { jointOf, pairOf, unitText } from "./facts.ts";
+import type { Picker } from "./picker.ts";
+
+/** The parts of the page that are used here. */
+interface Page extends EventTarget {
+  readonly panel: Panel;
+  readonly robot: Robot;
+  readonly viewer: MeshcatViewer;
+}
+
+// Between the pointer and the tip [px].
+const BESIDE = 16;
+
+/** A card near the pointer: the link, the joint that moves it, its lower pair, its value and its range. */
+class Tip {
+  name = element("b");
+  joint = element("span");
+  pair = element("span", { className: "pair" });
+  value = element("span");
+  // The same is said by the selection and the joint list, to those who have no pointer.
+  card = element("div", { className: "tip", hidden: true, ariaHidden: "true" });
+  link: number | null = null;
+
+  /** @param view what the card stays inside */
+  constructor(
+    readonly page: Page,
+    readonly view: HTMLElement,
+  ) {
+    this.card.append(this.name, this.joint, this.pair, this.value);
+    view.append(this.card);
+  }
+
+  /** @param place of the pointer */
+  show(link: number | null, place: { clientX: number; clientY: number }) {
+    this.link = link;
+    this.card.hidden = link === null;
+    if (link === null) return;
+    this.refresh();
+    const { left, top, width, height } = this.view.getBoundingClientRect();
+    const { offsetWidth, offsetHeight } = this.card;
+    const [x, y] = [place.clientX - left, place.clientY - top];
+    const aside = x + BESIDE + offsetWidth < width ? x + BESIDE : x - BESIDE - offsetWidth;
+    const under = y + BESIDE + offsetHeight < height ? y + BESIDE : y - BESIDE - offsetHeight;
+    this.card.style.transform = `translate(${Math.max(0, aside)}px, ${Math.max(0, under)}px)`;
+  }
+
+  /** Write the joint's value anew. */
+  refresh() {
+    if (this.link === null) return;
+    const { robot, panel } = this.page;
+    const { about, q } = robot;
+    this.name.textContent = about.links[this.link].name;
+    const joint = jointOf(about, this.link);
+    const coordinate = about.coordinates.find(({ column }) => column === joint?.column);
+    this.joint.textContent = joint ? joint.name : "fixed to the base";
+    this.pair.textContent = joint ? pairOf(joint) : "";
+    this.value.textContent = "";
+    if (!joint || !coordinate) return;
+    const written = (value: number) => unitText(value, coordinate.unit, panel.settings.units);
+    const [low, high] = robot.range(coordinate, q).map(written);
+    const leader = joint.follows ? `follows ${joint.follows}: ` : "";
+    this.value.textContent = `${leader}${written(q[joint.column])}, range ${low} … ${high}`;
+  }
+}
+
+/** A tint over the shapes of a link. It is a second coat, so that it needs to know nothing of colours, limits and lights. */
+class Highlight {
+  link: number | null = null;
+  coats: THREE.Mesh[] = [];
+  material = new THREE.MeshBasicMaterial({
+    color: new THREE.Color(0x2f7ff0).convertSRGBToLinear(),
+    transparent: true,
+    opacity: 0.32,
+    depthWrite: false,
+    polygonOffset: true,
+    polygonOffsetFactor: -1,
+    polygonOffsetUnits: -1,
+    toneMapped: false,
+  });
+
+  constructor(readonly robot: Robot) {}
+
+  /** @returns whether anything changed */
+  show(link: number | null): boolean {
+    if (link === this.link) return false;
+    this.link = link;
+    // The geometry is the shape's.
+    for (const coat of this.coats) coat.removeFromParent();
+    this.coats = this.robot.meshes
+      .filter((shape) => shape.link === link)
+      .map(({ mesh }) => {
+        const coat = asMark(new THREE.Mesh(mesh.geometry, this.material));
+        coat.renderOrder = 5;
+        mesh.add(coat);
+        return coat;
+      });
+    return true;
+  }
+}
+
+/** What the pointer is over: a tinted link, and its tip. */
+export class Hover {
+  highlight: Highlight;
+  tip: Tip;
+  waiting: { clientX: number; clientY: number } | null = null;
+
+  constructor(
+    readonly page: Page,
+    readonly picker: Picker,
+    view: HTMLElement,
+  ) {
+    this.highlight = new Highlight(page.robot);
+    this.tip = new Tip(page, view);
+    page.addEventListener("settled", () => this.tip.refresh());
+  }
+
+  /** Look, before the next picture, what is under the pointer; of more places in between the last counts. */
+  follow({ clientX, clientY }: { clientX: number; clientY: number }) {
+    const isWaiting = this.waiting !== null;
+    this.waiting = { clientX, clientY };
+    if (!isWaiting) requestAnimationFrame(() => this.look());
+  }
+
+  look() {
+    if (!this.waiting) return;
+    const place = this.waiting;
+    this.waiting = null;
+    this.show(this.picker.at(place)?.link ?? null, place);
+  }
+
+  show(link: number | null, place: { clientX: number; clientY: number }) {
+    this.waiting = null;
+    this.tip.show(link, place);
+    if (this.highlight.show(link)) this.page.viewer.set_dirty();
+  }
+
+  clear() {
+    this.show(null, { clientX: 0, clientY: 0 });
+  }
+}

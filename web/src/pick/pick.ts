@@ -1,0 +1,82 @@
+import type { Labels } from "../scene/labels.ts";
+import type { Panel } from "../panel/panel.ts";
+import type { Studio } from "../scene/studio.ts";
+import type { MeshcatViewer } from "../types.ts";
+import type { Robot } from "../robot/robot.ts";
+import { makeTriad } from "../scene/extras.ts";
+import { asMark, dispose } from "../scene/marks.ts";
+import { THREE } from "../three.ts";
+import { frameOf } from "./facts.ts";
+import { Hover } from "./hover.ts";
+import { Measure } from "./measure.ts";
+import { Picker, Viewport } from "./picker.ts";
+
+/** The parts of the page that are used here. */
+interface Page extends EventTarget {
+  readonly labels: Labels;
+  readonly panel: Panel;
+  readonly robot: Robot;
+  readonly studio: Studio;
+  readonly viewer: MeshcatViewer;
+}
+
+const SIZE = 0.062;
+
+/** The frame that is looked at: drawn as a triad with its name. Event of the page: "selected". */
+class Selection {
+  frame: string | null = null;
+  triad: THREE.Group | null = null;
+
+  constructor(readonly page: Page) {}
+
+  /** Number of the link that the frame belongs to. */
+  get link() {
+    return this.frame === null ? null : this.page.robot.linkOf(this.frame);
+  }
+
+  selectLink(link: number) {
+    this.select(frameOf(this.page.robot.about, link));
+  }
+
+  /** @param frame null for none */
+  select(frame: string | null) {
+    if (frame === this.frame) return;
+    this.frame = frame;
+    if (this.triad) dispose(this.triad);
+    this.triad = null;
+    if (frame !== null) {
+      this.triad = asMark(makeTriad(SIZE * this.page.studio.markScale));
+      this.page.robot.frameNode(frame).add(this.triad);
+    }
+    this.page.labels.set(this, this.triad && frame !== null ? [{ text: frame, node: this.triad }] : []);
+    this.page.viewer.set_dirty();
+    this.page.dispatchEvent(new Event("selected"));
+  }
+}
+
+/** Pose of what poses are given in, in the robot's root. */
+export function referencePose(
+  robot: Robot,
+  reference: { kind: "root" } | { kind: "floor" } | { kind: "frame"; name: string },
+) {
+  if (reference.kind === "root") return new THREE.Matrix4();
+  if (reference.kind === "floor") return robot.placement().invert();
+  return robot.pose(robot.linkOf(reference.name));
+}
+
+/** What the pointer is over, what is selected, and what is measured. */
+export class Pick {
+  viewport: Viewport;
+  picker: Picker;
+  hover: Hover;
+  selection: Selection;
+  measure: Measure;
+
+  constructor(page: Page, pane: HTMLElement) {
+    this.viewport = new Viewport(page.viewer, pane);
+    this.picker = new Picker(page.robot, this.viewport);
+    this.hover = new Hover(page, this.picker, pane);
+    this.selection = new Selection(page);
+    this.measure = new Measure(page);
+  }
+}

@@ -1,0 +1,196 @@
+import "uplot/dist/uPlot.min.css";
+import uPlot from "uplot";
+import { clamp } from "../math/numbers.ts";
+import { element } from "../panel/element.ts";
+
+/*! uPlot 1.6.32 (https://github.com/leeoniya/uPlot)
+
+The MIT License (MIT)
+
+Copyright (c) 2022 Leon Sorokin
+
+Permission is hereby granted, free of charge, to any person obtaining a copy
+of this software and associated documentation files (the "Software"), to deal
+in the Software without restriction, including without limitation the rights
+to use, copy, modify, merge, publish, distribute, sublicense, and/or sell
+copies of the Software, and to permit persons to whom the Software is
+furnished to do so, subject to the following conditions:
+
+The above copyright notice and this permission notice shall be included in
+all copies or substantial portions of the Software.
+
+THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR
+IMPLIED, INCLUDING BUT NOT LIMITED TO THE WARRANTIES OF MERCHANTABILITY,
+FITNESS FOR A PARTICULAR PURPOSE AND NONINFRINGEMENT. IN NO EVENT SHALL THE
+AUTHORS OR COPYRIGHT HOLDERS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER
+LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING FROM,
+OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN
+THE SOFTWARE. */
+
+// The licence goes along where the bundle goes.
+export { uPlot };
+
+/** A line of a plot; its limits are drawn faintly. */
+interface Line {
+  name: string;
+  colour: string;
+  /** in the unit shown */
+  values: number[];
+  limits: (number | null)[];
+  digits: number;
+  /** of the unit */
+  sign: string;
+}
+
+const HEIGHT = 112;
+
+/** Numbers over time as a picture, with what they are at the present time. A press goes to a time. */
+export class Plot {
+  lines: Line[] = [];
+  /** Where the cursor is [s]. */
+  time = 0;
+  times: number[] = [];
+  values = element("div", { className: "values" });
+  picture = element("div", { className: "picture" });
+  cursor = element("div", { className: "now" });
+  element: HTMLDivElement;
+  outputs: HTMLOutputElement[] | undefined;
+  plot: uPlot | undefined;
+
+  /** @param chooser what is drawn */
+  constructor(
+    readonly title: string,
+    chooser: HTMLElement,
+    readonly seek: (time: number) => void,
+  ) {
+    this.picture.setAttribute("role", "img");
+    this.element = element(
+      "div",
+      { className: "plot" },
+      element("div", { className: "head" }, chooser, this.values),
+      this.picture,
+    );
+    new ResizeObserver(() => this.resize()).observe(this.picture);
+  }
+
+  show(times: number[], lines: Line[]) {
+    this.plot?.destroy();
+    this.lines = lines;
+    this.times = times;
+    this.outputs = lines.map(() => element("output"));
+    this.outputs.forEach((output) => output.setAttribute("aria-live", "off"));
+    this.values.replaceChildren(
+      ...lines.map(({ name, colour }, i) => {
+        const dot = element("i", {});
+        dot.style.background = colour;
+        return element("span", {}, dot, name, " ", (this.outputs as HTMLElement[])[i]);
+      }),
+    );
+    this.picture.setAttribute("aria-label", this.described());
+    const style = getComputedStyle(this.element);
+    const [soft, grid] = [style.color, style.borderTopColor];
+    const axis = {
+      stroke: soft,
+      font: `${Math.round(Number.parseFloat(style.fontSize) * 0.85)}px ${style.fontFamily}`,
+      grid: { stroke: grid, width: 1 },
+      ticks: { show: false },
+    };
+    this.plot = new uPlot(
+      {
+        width: this.picture.clientWidth || 300,
+        height: HEIGHT,
+        scales: { x: { time: false, range: (_, low, high) => [low, high > low ? high : low + 1] } },
+        legend: { show: false },
+        cursor: { show: false },
+        padding: [6, 10, 0, 0],
+        axes: [
+          { ...axis, size: 20, gap: 2, values: (_, at) => at.map((time) => `${Number(time.toFixed(3))}`) },
+          { ...axis, size: 44, gap: 4, space: 24 },
+        ],
+        series: [{}, ...lines.map(({ colour }) => ({ stroke: colour, width: 1.75, points: { show: false } }))],
+        hooks: { drawAxes: [(plot) => this.drawLimits(plot)], draw: [() => this.place()] },
+      },
+      [times, ...lines.map(({ values }) => values)],
+      this.picture,
+    );
+    this.plot.over.append(this.cursor);
+    this.plot.over.onpointerdown = (event) => this.grab(event);
+  }
+
+  // What a picture says, in words.
+  described() {
+    const spans = this.lines.map(({ name, values, digits, sign }) => {
+      const ends = [Math.min(...values), Math.max(...values)].map((value) => value.toFixed(digits).replace("-", "−"));
+      return `${name} from ${ends[0]} to ${ends[1]} ${sign}`;
+    });
+    return `${this.title} over ${(this.times.at(-1) ?? 0).toFixed(2)} s: ${spans.join(", ") || "nothing moves"}`;
+  }
+
+  drawLimits({ ctx, bbox, valToPos, scales }: uPlot) {
+    const { min, max } = scales.y;
+    ctx.save();
+    ctx.globalAlpha = 0.55;
+    ctx.lineWidth = devicePixelRatio;
+    ctx.setLineDash([3 * devicePixelRatio, 4 * devicePixelRatio]);
+    for (const { colour, limits } of this.lines) {
+      ctx.strokeStyle = colour;
+      for (const limit of limits) {
+        if (limit === null || min === undefined || max === undefined || limit < min || limit > max) continue;
+        const y = Math.round(valToPos(limit, "y", true));
+        ctx.beginPath();
+        ctx.moveTo(bbox.left, y);
+        ctx.lineTo(bbox.left + bbox.width, y);
+        ctx.stroke();
+      }
+    }
+    ctx.restore();
+  }
+
+  grab(event: PointerEvent) {
+    const { plot } = this;
+    if (!plot || event.button !== 0) return;
+    event.preventDefault();
+    const { over } = plot;
+    const seek = ({ clientX }: PointerEvent) => {
+      const { left, width } = over.getBoundingClientRect();
+      const time = plot.posToVal(clamp(clientX - left, 0, width), "x");
+      this.seek(clamp(time, this.times[0], this.times.at(-1) ?? 0));
+    };
+    over.setPointerCapture(event.pointerId);
+    seek(event);
+    over.onpointermove = seek;
+    over.onpointerup = over.onpointercancel = () => (over.onpointermove = null);
+  }
+
+  /**
+   * Put the cursor at a time.
+   *
+   * @param valueOf a line, in the unit shown
+   */
+  setTime(time: number, valueOf: (line: number) => number) {
+    this.time = time;
+    this.place();
+    this.lines.forEach(({ digits, sign }, i) => {
+      const text = `${valueOf(i).toFixed(digits).replace("-", "−")}${sign === "°" ? "" : " "}${sign}`;
+      if (this.outputs) this.outputs[i].textContent = text;
+    });
+  }
+
+  // Before the plot is drawn it does not know where its times are.
+  place() {
+    const { plot, times } = this;
+    if (!plot || plot.scales.x.max === undefined) return;
+    const time = clamp(this.time, times[0], times[times.length - 1]);
+    this.cursor.style.transform = `translateX(${plot.valToPos(time, "x")}px)`;
+  }
+
+  resize() {
+    const { clientWidth: width } = this.picture;
+    if (this.plot && width > 0 && width !== this.plot.width) this.plot.setSize({ width, height: HEIGHT });
+  }
+
+  clear() {
+    this.plot?.destroy();
+    this.plot = undefined;
+  }
+}

@@ -1,0 +1,148 @@
+import "./plot.css";
+import { element, menu } from "../panel/element.ts";
+import { OffScreen } from "../robot/skeleton.ts";
+import type { Player } from "../timeline/player.ts";
+import type { Coordinate } from "../types.ts";
+import { unitOf } from "../values/units.ts";
+import { Plot } from "./plot.ts";
+import { busiest, evenTimes, sampleTimes } from "./samples.ts";
+
+const COLOURS = ["#d9480f", "#1c7ed6", "#2b8a3e", "#ae3ec9", "#a17a00", "#0c8599", "#c2255c", "#5f3dc4"];
+const AXES = { x: "#e03131", y: "#2f9e44", z: "#3b7ddd" };
+const [MOST_TIMES, MOST_PLACES, MOST_LINES] = [1500, 400, 6];
+// How long [ms] a change waits for the next one.
+const PATIENCE = 80;
+
+/** Joint angles and the position of a frame over the time of what is played. Hidden, it does nothing. */
+export class PlotStrip {
+  coordinates: Coordinate[];
+  /** Columns of the joints chosen; null for those that move most. */
+  chosen: Set<number> | null = null;
+  /** The robot in other configurations. */
+  skeleton: OffScreen | undefined = undefined;
+  waiting: ReturnType<typeof setTimeout> | undefined = undefined;
+  button: HTMLButtonElement;
+  frames: HTMLSelectElement;
+  joints: Plot;
+  places: Plot;
+  element = element("section", { className: "plots", hidden: true, ariaLabel: "Plots" });
+  boxes?: { box: HTMLInputElement; column: number; label: HTMLLabelElement }[];
+  drawn?: Coordinate[];
+
+  constructor(readonly player: Player) {
+    const { page } = player;
+    const { about } = page.robot;
+    this.coordinates = about.coordinates;
+    this.button = player.switch("plot", "Plots", () => this.open(this.element.hidden !== false));
+    this.frames = element(
+      "select",
+      { ariaLabel: "Frame to plot" },
+      ...about.frames.map(({ name }) => element("option", { value: name }, name)),
+    );
+    this.frames.value = page.panel.readout.select.value;
+    this.frames.onchange = () => this.update();
+    page.panel.readout.select.addEventListener("change", () => this.follow(page.panel.readout.select.value));
+    page.addEventListener("selected", () => page.pick.selection.frame && this.follow(page.pick.selection.frame));
+    const seek = (time: number) => player.seek(time);
+    this.joints = new Plot("Joints", this.jointChooser(), seek);
+    this.places = new Plot("Position", this.frames, seek);
+    this.element.append(this.joints.element, this.places.element);
+    player.addEventListener("motion", () => this.later());
+    player.addEventListener("time", () => this.setTime());
+    page.panel.settings.addEventListener("units", () => this.later());
+    page.panel.settings.addEventListener("theme", () => this.later());
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.later());
+  }
+
+  jointChooser() {
+    const opener = element("button", { type: "button" }, "Joints");
+    this.boxes = this.coordinates.map(({ joint, column }) => {
+      const box = element("input", { type: "checkbox", ariaLabel: joint });
+      box.onchange = () => this.choose();
+      return { box, column, label: element("label", {}, box, joint) };
+    });
+    const most = element("button", { type: "button" }, "Those that move most");
+    most.onclick = () => {
+      this.chosen = null;
+      this.update();
+    };
+    const sheet = menu(opener, "Joints to plot", most, ...this.boxes.map(({ label }) => label));
+    sheet.classList.add("checks");
+    return element("div", { className: "chooser" }, opener, sheet);
+  }
+
+  choose() {
+    this.chosen = new Set(this.boxes?.filter(({ box }) => box.checked).map(({ column }) => column));
+    this.update();
+  }
+
+  /** @param frame that is looked at elsewhere in the page */
+  follow(frame: string) {
+    this.frames.value = frame;
+    this.later();
+  }
+
+  open(on: boolean) {
+    this.element.hidden = !on;
+    this.button.setAttribute("aria-pressed", String(on));
+    this.player.bar.classList.toggle("plotting", on);
+    if (on) this.update();
+    else [this.joints, this.places].forEach((plot) => plot.clear());
+  }
+
+  later() {
+    if (!this.element.hidden) this.waiting ??= setTimeout(() => this.update(), PATIENCE);
+  }
+
+  update() {
+    clearTimeout(this.waiting);
+    this.waiting = undefined;
+    const { motion, page } = this.player;
+    if (this.element.hidden) return;
+    this.element.classList.toggle("bare", !motion);
+    if (!motion) return [this.joints, this.places].forEach((plot) => plot.clear());
+    const { units } = page.panel.settings;
+    const columns = this.coordinates.map(({ column }) => column);
+    const shown = this.chosen
+      ? columns.filter((column) => this.chosen?.has(column))
+      : busiest(motion, columns, MOST_LINES);
+    this.boxes?.forEach(({ box, column }) => (box.checked = shown.includes(column)));
+    const times = sampleTimes(motion, MOST_TIMES);
+    const rows = times.map((time) => motion.at(time));
+    this.drawn = this.coordinates.filter(({ column }) => shown.includes(column));
+    this.joints.show(
+      times,
+      this.drawn.map(({ joint, column, lower, upper, unit }, i) => {
+        const { scale, digits, sign } = unitOf(unit, units);
+        const values = rows.map((row) => row[column] * scale);
+        const limits = [lower, upper].map((limit) => (limit === null ? null : limit * scale));
+        return { name: joint, colour: COLOURS[i % COLOURS.length], values, limits, digits, sign };
+      }),
+    );
+    this.skeleton ??= new OffScreen(page.robot);
+    // Joints turn between two configurations, so straight lines of joint values are no straight ways.
+    const few = evenTimes(motion, MOST_PLACES);
+    const [way] = this.skeleton.ways(motion, few, [page.robot.linkOf(this.frames.value)]);
+    const { scale, digits, sign } = unitOf("m", units);
+    this.places.show(
+      few,
+      (["x", "y", "z"] as const).map((axis) => {
+        const values = way.map((place) => place[axis] * scale);
+        return { name: axis, colour: AXES[axis], values, limits: [], digits, sign };
+      }),
+    );
+    this.setTime();
+  }
+
+  setTime() {
+    const { motion, time, page } = this.player;
+    if (this.element.hidden || !motion || !this.skeleton || !this.drawn) return;
+    const { units } = page.panel.settings;
+    const q = motion.at(time);
+    const drawn = this.drawn;
+    this.joints.setTime(time, (line) => q[drawn[line].column] * unitOf(drawn[line].unit, units).scale);
+    this.skeleton.apply(q);
+    const pose = this.skeleton.pose(page.robot.linkOf(this.frames.value));
+    this.places.setTime(time, (line) => pose.elements[12 + line] * unitOf("m", units).scale);
+  }
+}

@@ -1,0 +1,105 @@
+// Written by scripts/generate_page_messages.py from nao_kin/viewer/messages.py.
+
+import type { About, Vector } from "./types.ts";
+
+/** What belongs to each kind of message from Python. */
+export interface Received {
+  robot: {
+    about: About;
+  };
+  joints: {
+    q: Float64Array;
+    up: Vector | null;
+    source: string;
+  };
+  still: object;
+  robot_added: {
+    robot: number;
+    name: string;
+    about: About;
+  };
+  robot_joints: {
+    robot: number;
+    q: Float64Array;
+    up: Vector | null;
+  };
+  robot_removed: {
+    robot: number;
+  };
+  robots: {
+    robots: number[];
+  };
+  shown: {
+    shown: Record<string, boolean>;
+    source: string;
+  };
+  frames: {
+    names: string[];
+    size: number | null;
+  };
+  ghosts: {
+    qs: Float64Array;
+    count: number;
+    opacity: number;
+    first: number | null;
+  };
+  targets: {
+    targets: { name: string; matrix: number[]; point: boolean }[];
+  };
+  colours: {
+    robot: number;
+    links: { link: number; rgb: Vector }[];
+    stops: Vector[] | null;
+    label: string;
+    low: string;
+    high: string;
+  };
+  edition: {
+    name: string;
+  };
+  lights: {
+    lights: { name: string; rgb: Vector }[];
+  };
+  speech: {
+    text: string;
+  };
+  reach: {
+    cells: Uint16Array | null;
+    values?: Uint16Array;
+    frame?: string;
+    voxel?: number;
+    first?: Vector;
+    cut?: { axis: "x" | "y" | "z"; place: number } | null;
+    stops?: Vector[] | null;
+    label?: string;
+    low?: string;
+    high?: string;
+  };
+  extra: {
+    name: string;
+    shape: "points" | "mesh" | "line";
+    frame: string | null;
+    width?: number;
+    positions?: Float32Array;
+    size?: number;
+    colour?: Vector;
+    colours?: Uint8Array | null;
+    parts?: { geometry: object; colour: Vector; opacity: number }[];
+  };
+  extras: {
+    names: string[];
+  };
+  camera: {
+    name: string;
+  };
+  capture: {
+    id: string;
+    camera: string;
+    width: number;
+    height: number;
+  };
+  version: {
+    version: string;
+  };
+  complete: object;
+}

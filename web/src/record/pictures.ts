@@ -1,0 +1,138 @@
+import type { Box3 } from "three";
+import { element } from "../panel/element.ts";
+import type { Panel } from "../panel/panel.ts";
+import type { Robot } from "../robot/robot.ts";
+import type { Labels } from "../scene/labels.ts";
+import type { OtherRobots } from "../scene/other_robots.ts";
+import type { Speech } from "../scene/speech.ts";
+import { resize, type Studio } from "../scene/studio.ts";
+import type { Camera, MeshcatViewer } from "../types.ts";
+import type { Received } from "../received.ts";
+
+/** The parts of the page that are used here. */
+interface Page {
+  readonly labels: Labels;
+  readonly others: OtherRobots;
+  readonly pane: HTMLElement;
+  readonly panel: Panel;
+  readonly robot: Robot;
+  readonly speech: Speech;
+  readonly studio: Studio;
+  readonly viewer: MeshcatViewer;
+  send(answer: object): void;
+}
+
+/** Let the browser save a file. */
+export function download(blob: Blob, name: string) {
+  const address = URL.createObjectURL(blob);
+  const link = element("a", { href: address, download: name });
+  document.body.append(link);
+  link.click();
+  link.remove();
+  setTimeout(() => URL.revokeObjectURL(address), 10_000);
+}
+
+/** A file name made of a robot's name, which may be anything. */
+export function fileName(robot: string, extension: string) {
+  const plain = robot
+    .replace(/[^\p{L}\p{N}_.-]+/gu, "_")
+    .replace(/^[_.]+/, "")
+    .slice(0, 60);
+  return `${plain || "robot"}.${extension}`;
+}
+
+// The page's background, from above: the colours that the styles have for it, in light or dark.
+const SKY: [number, string][] = [
+  [0, "--sky"],
+  [0.55, "--haze"],
+  [1, "--ground"],
+];
+
+/** Draw the canvas, as it was drawn just now, over the page's background. */
+function paintCanvas(ink: CanvasRenderingContext2D, canvas: HTMLCanvasElement, width: number, height: number) {
+  const sky = ink.createLinearGradient(0, 0, 0, height);
+  const styles = getComputedStyle(document.documentElement);
+  for (const [at, property] of SKY) sky.addColorStop(at, styles.getPropertyValue(property));
+  ink.fillStyle = sky;
+  ink.fillRect(0, 0, width, height);
+  ink.drawImage(canvas, 0, 0, width, height);
+}
+
+/**
+ * A picture of the scene on the page's background, at its best.
+ *
+ * @param width in pixels
+ * @param preset where to look from; as the page does if none is given
+ * @param over draws what stands over the scene
+ */
+function takePicture(
+  studio: Studio,
+  width: number,
+  height: number,
+  preset: Camera | undefined,
+  robots: { box(links: number[]): Box3 },
+  over: (ink: CanvasRenderingContext2D) => void,
+) {
+  const { viewer } = studio;
+  const { ratio } = studio;
+  Object.assign(studio, { alwaysFine: true, ratio: 1 });
+  studio.setRatio(1);
+  resize(viewer, width, height);
+  if (preset) studio.look(preset, robots);
+  viewer.render();
+  const canvas = document.createElement("canvas");
+  [canvas.width, canvas.height] = [width, height];
+  const ink = canvas.getContext("2d") as CanvasRenderingContext2D;
+  paintCanvas(ink, viewer.renderer.domElement, width, height);
+  over(ink);
+  Object.assign(studio, { alwaysFine: false, ratio });
+  studio.setRatio(ratio);
+  viewer.set_3d_pane_size();
+  return canvas;
+}
+
+/**
+ * Save the view as a PNG, with what is written over it.
+ *
+ * @param scale pixels for one of the screen's
+ */
+export async function saveScreenshot(page: Page, scale: number): Promise<void> {
+  const { pane, studio, robot } = page;
+  const ratio = scale * window.devicePixelRatio;
+  const [width, height] = [pane.clientWidth, pane.clientHeight].map((length) => Math.round(length * ratio));
+  const gl = studio.viewer.renderer.getContext();
+  const most = Math.min(gl.getParameter(gl.MAX_RENDERBUFFER_SIZE), gl.getParameter(gl.MAX_TEXTURE_SIZE));
+  const share = Math.min(1, most / Math.max(width, height));
+  const [wide, high] = [Math.floor(width * share), Math.floor(height * share)];
+  const canvas = takePicture(studio, wide, high, undefined, robot, (ink) => paintOver(page, ink, wide, high));
+  const blob = await new Promise((done: (blob: Blob | null) => void) => canvas.toBlob(done, "image/png"));
+  if (blob) download(blob, fileName(robot.about.name, "png"));
+  else page.panel.messages.say("The browser made no picture of this size.", { bad: true });
+}
+
+// The shorter side of a picture in which letters of labels are as many pixels as in the page.
+const LABELS_ACROSS = 640;
+
+/** Draw the picture that the program asks for, and send it. */
+export function sendPicture(page: Page, { id, width, height, camera }: Received["capture"]) {
+  const preset = page.robot.about.cameras.find(({ name }) => name === camera);
+  const over = (ink: CanvasRenderingContext2D) => paintOver(page, ink, width, height);
+  const picture = takePicture(page.studio, width, height, preset, page.others, over);
+  page.send({ kind: "picture", id, data: picture.toDataURL("image/png") });
+}
+
+/** Paint the picture that was drawn last, with what the page writes over it. */
+export function paintPicture(page: Page, ink: CanvasRenderingContext2D, width: number, height: number) {
+  paintCanvas(ink, page.viewer.renderer.domElement, width, height);
+  paintOver(page, ink, width, height);
+}
+
+/** Paint what the page writes over the picture onto one of another size. */
+function paintOver(page: Page, ink: CanvasRenderingContext2D, width: number, height: number) {
+  page.speech.paint(ink, width, height);
+  const scale = Math.min(width, height) / LABELS_ACROSS;
+  ink.save();
+  ink.scale(scale, scale);
+  page.labels.paint(ink, width / scale, height / scale);
+  ink.restore();
+}

@@ -1,0 +1,232 @@
+import type { Object3D } from "three";
+import { LinkColours } from "../scene/link_colours.ts";
+import type { Studio } from "../scene/studio.ts";
+import { THREE } from "../three.ts";
+import type { About, Coordinate, RobotMesh, Shape } from "../types.ts";
+import { rangeOf } from "../values/configurations.ts";
+import { Skeleton } from "./skeleton.ts";
+import { Standing } from "./standing.ts";
+
+/** The child of a node with a name, made where there is none. */
+export function childNamed(node: THREE.Object3D, name: string): THREE.Object3D {
+  const found = node.children.find((child) => child.name === name);
+  if (found) return found;
+  const made = new THREE.Group();
+  made.name = name;
+  node.add(made);
+  return made;
+}
+
+/** Whether a node is another one, or carried by it. */
+export const isInside = (node: THREE.Object3D, holder: THREE.Object3D): boolean =>
+  node === holder || (node.parent !== null && isInside(node.parent, holder));
+
+/** Pose of one node in another's frame. */
+export function between(node: THREE.Object3D, other: THREE.Object3D) {
+  node.updateWorldMatrix(true, false);
+  other.updateWorldMatrix(true, false);
+  return new THREE.Matrix4().copy(other.matrixWorld).invert().multiply(node.matrixWorld);
+}
+
+// How far a joint may be outside its limits [rad, m].
+const SLACK = 1e-9;
+
+/** The robot on show: its skeleton, its shapes, its limits and its masses. */
+export class Robot extends Skeleton {
+  frames: Map<string, number>;
+  meshes: Shape[] = [];
+  q: number[];
+  /** The vertical in the root's frame that a clip gives with them, of any length; zeros where it gives none. */
+  clipUp = [0, 0, 0];
+
+  constructor(root: THREE.Object3D, about: About) {
+    super(root, about);
+    /** Name of every frame → number of its link. */
+    this.frames = new Map(about.frames.map(({ name, link }) => [name, link]));
+    this.nodes.forEach((node, link) => {
+      for (const visual of node.children.filter(({ name }) => name.startsWith("visual:"))) {
+        visual.traverse((mesh) => {
+          if (mesh instanceof THREE.Mesh) this.meshes.push({ mesh: mesh as RobotMesh, link });
+        });
+      }
+    });
+    /** The configuration. meshcat's clips write into this array of the root; all else does too: there is one truth. */
+    this.q = [...about.neutral];
+    Object.assign(root, { joint_values: this.q, up_values: this.clipUp });
+  }
+
+  /**
+   * The shapes that one visual of a link is drawn with.
+   *
+   * @param number of the visual among those of the link
+   */
+  visual(link: number, number: number) {
+    const node = this.nodes[link].children.find(({ name }) => name === `visual:${number}`);
+    return node ? this.meshes.filter(({ mesh }) => isInside(mesh, node)) : [];
+  }
+
+  /** @param name of a frame */
+  frameNode(name: string) {
+    return this.nodes[this.linkOf(name)];
+  }
+
+  /** Number of the link that a frame belongs to. */
+  linkOf(name: string) {
+    const link = this.frames.get(name);
+    if (link === undefined) throw new Error(`no frame ${name}`);
+    return link;
+  }
+
+  /** Pose of a frame in that of another one. */
+  poseIn(frame: string, reference: string) {
+    return between(this.frameNode(frame), this.frameNode(reference));
+  }
+
+  /** The range of a coordinate, coupled limits included, in a configuration. */
+  range(coordinate: Coordinate, q: ArrayLike<number>): [number, number] {
+    return rangeOf(this.about, coordinate, q);
+  }
+
+  /** Columns of the coordinates that are outside their ranges. */
+  outside(q: ArrayLike<number>) {
+    const outside = this.about.coordinates.filter((coordinate) => {
+      const [low, high] = this.range(coordinate, q);
+      return q[coordinate.column] < low - SLACK || q[coordinate.column] > high + SLACK;
+    });
+    return new Set(outside.map(({ column }) => column));
+  }
+
+  /** Centre of mass in the same frame as `pose`; null for a robot without mass. */
+  com() {
+    const [sum, place] = [new THREE.Vector3(), new THREE.Vector3()];
+    let total = 0;
+    for (const { link, mass, centre } of this.about.bodies) {
+      sum.addScaledVector(place.fromArray(centre).applyMatrix4(this.nodes[link].matrixWorld), mass);
+      total += mass;
+    }
+    return total > 0 ? sum.divideScalar(total).applyMatrix4(this.toRoot()) : null;
+  }
+
+  /** Where the scene has z up and its floor at 0: the inverse of three.js's world there. */
+  fromWorld() {
+    const scene = this.root.parent as THREE.Object3D;
+    return new THREE.Matrix4().copy(scene.matrixWorld).invert();
+  }
+
+  /** Pose of the root over the floor. */
+  placement() {
+    return this.fromWorld().multiply(this.root.matrixWorld);
+  }
+
+  /** Height of the lowest vertex over the floor. */
+  lowest() {
+    const fromWorld = this.fromWorld();
+    const shapes = this.meshes.map(({ mesh }) => {
+      const T = new THREE.Matrix4().multiplyMatrices(fromWorld, mesh.matrixWorld).elements;
+      if (!mesh.geometry.boundingBox) mesh.geometry.computeBoundingBox();
+      const { min, max } = mesh.geometry.boundingBox as THREE.Box3;
+      // The lowest corner of the box around it.
+      const least = (slope: number, a: number, b: number) => slope * (slope > 0 ? a : b);
+      const under = least(T[2], min.x, max.x) + least(T[6], min.y, max.y) + least(T[10], min.z, max.z) + T[14];
+      return { position: mesh.geometry.attributes.position, T, under };
+    });
+    let lowest = Infinity;
+    // Those first that may reach lowest: most of the others need no look then.
+    for (const { position, T, under } of shapes.sort((a, b) => a.under - b.under)) {
+      if (under > lowest) break;
+      for (let i = 0; i < position.count; i++) {
+        const height = T[2] * position.getX(i) + T[6] * position.getY(i) + T[10] * position.getZ(i) + T[14];
+        if (height < lowest) lowest = height;
+      }
+    }
+    return Number.isFinite(lowest) ? lowest : 0;
+  }
+
+  /** Visit the vertices of the meshes that may reach under a height, over the floor. */
+  eachVertex(visit: (vertex: THREE.Vector3) => void, height: () => number) {
+    const fromWorld = this.fromWorld();
+    const matrix = new THREE.Matrix4();
+    const vertex = new THREE.Vector3();
+    for (const { mesh } of this.meshes) {
+      matrix.multiplyMatrices(fromWorld, mesh.matrixWorld);
+      if (!mesh.geometry.boundingSphere) mesh.geometry.computeBoundingSphere();
+      const { center, radius } = mesh.geometry.boundingSphere as THREE.Sphere;
+      if (vertex.copy(center).applyMatrix4(matrix).z - radius > height()) continue;
+      const { position } = mesh.geometry.attributes;
+      for (let i = 0; i < position.count; i++) visit(vertex.fromBufferAttribute(position, i).applyMatrix4(matrix));
+    }
+  }
+
+  /**
+   * A sphere around all shapes, in the world of three.js; from their own spheres, so that it may be asked for in every frame.
+   *
+   * @param sphere is given it
+   */
+  sphere(sphere: THREE.Sphere) {
+    const own = new THREE.Sphere();
+    sphere.makeEmpty();
+    for (const { mesh } of this.meshes) {
+      if (!mesh.geometry.boundingSphere) mesh.geometry.computeBoundingSphere();
+      own.copy(mesh.geometry.boundingSphere as THREE.Sphere).applyMatrix4(mesh.matrixWorld);
+      if (sphere.isEmpty()) sphere.copy(own);
+      else sphere.union(own);
+    }
+    if (sphere.isEmpty()) sphere.set(this.root.getWorldPosition(new THREE.Vector3()), 1);
+    return sphere;
+  }
+
+  /** The box around some shapes in the frame of a link. */
+  boxIn(link: number, shapes: Shape[]) {
+    const box = new THREE.Box3();
+    for (const { mesh } of shapes) {
+      if (!mesh.geometry.boundingBox) mesh.geometry.computeBoundingBox();
+      const own = (mesh.geometry.boundingBox as THREE.Box3).clone();
+      box.union(own.applyMatrix4(between(mesh, this.nodes[link])));
+    }
+    return box.isEmpty() ? box.expandByPoint(new THREE.Vector3()) : box;
+  }
+
+  /** The box around all shapes, or around those that the given links carry, in the world of three.js. */
+  box(links: number[]) {
+    const box = new THREE.Box3();
+    const wanted = new Set(links.map((link) => this.nodes[link]));
+    for (const { mesh } of this.meshes) {
+      let node: THREE.Object3D | null = mesh;
+      while (wanted.size && node && !wanted.has(node)) node = node.parent;
+      if (node) box.expandByObject(mesh);
+    }
+    if (box.isEmpty()) this.nodes.forEach((node) => box.expandByPoint(node.getWorldPosition(new THREE.Vector3())));
+    return box;
+  }
+}
+
+/** A robot in the scene: its tree and shapes, how it stands, and the colours of its links. */
+export class ShownRobot {
+  robot: Robot;
+  standing: Standing;
+  colours: LinkColours;
+  /** Columns of the coordinates that are outside their ranges. */
+  outside: Set<number> = new Set();
+
+  constructor(root: Object3D, about: About, studio: Studio) {
+    this.robot = new Robot(root, about);
+    studio.adopt(this.robot);
+    this.standing = new Standing(this.robot);
+    this.colours = new LinkColours(this.robot);
+  }
+
+  /**
+   * Bring it up to date with its configuration.
+   *
+   * @param up the vertical in the root's frame, where it is given
+   * @param isHeld whether it keeps its place, on the floor or not
+   */
+  settle(up: ArrayLike<number> | null, isHeld: boolean = false) {
+    const { robot } = this;
+    robot.apply(robot.q);
+    if (!robot.about.floating && !isHeld) this.standing.place(robot.q, up);
+    this.outside = robot.outside(robot.q);
+    const joints = robot.joints.filter(({ column }) => this.outside.has(column));
+    this.colours.setOutside(new Set(joints.map(({ link }) => link)));
+  }
+}

@@ -1,0 +1,150 @@
+import { clamp } from "../math/numbers.ts";
+import { convexHull, inside } from "../math/surfaces.ts";
+
+/** Directions spread evenly over the sphere, one after another, by the golden angle. */
+export function directions(count: number) {
+  const spread = new Float64Array(3 * count);
+  const golden = Math.PI * (3 - Math.sqrt(5));
+  for (let i = 0; i < count; i++) {
+    const z = 1 - (2 * i + 1) / count;
+    const radius = Math.sqrt(1 - z * z);
+    spread.set([radius * Math.cos(golden * i), radius * Math.sin(golden * i), z], 3 * i);
+  }
+  return spread;
+}
+
+/**
+ * Of many points those that lie farthest in some direction: with enough directions, what can touch a floor.
+ *
+ * @param points x, y, z of one after another
+ * @param towards likewise
+ */
+export function extremes(points: Float64Array, towards: Float64Array) {
+  const found: Set<number> = new Set();
+  for (let k = 0; k < towards.length && points.length > 0; k += 3) {
+    let [best, most] = [0, -Infinity];
+    for (let i = 0; i < points.length; i += 3) {
+      const height = towards[k] * points[i] + towards[k + 1] * points[i + 1] + towards[k + 2] * points[i + 2];
+      if (height > most) [best, most] = [i, height];
+    }
+    found.add(best);
+  }
+  return Float64Array.from([...found].flatMap((i) => [points[i], points[i + 1], points[i + 2]]));
+}
+
+interface Point {
+  x: number;
+  y: number;
+}
+
+// Points so near the lowest one [m] touch the floor with it.
+const TOUCHING = 1e-5;
+// A body rolls from one corner to the next; so many rolls are more than any is seen to need.
+const MOST_ROLLS = 300;
+
+const dot = (a: ArrayLike<number>, b: ArrayLike<number>) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+
+/**
+ * The direction up in the frame of a rigid body when it has come to rest: put down with `up` up, it rolls over what it
+ * touches the floor with, away from the nearest point of it, until its centre of mass is above it. That is the way
+ * downhill to a local minimum of the height of the centre of mass, u·c − min u·p over the points p.
+ *
+ * @param points x, y, z of one after another
+ * @param centre of mass
+ */
+export function settled(points: Float64Array, centre: ArrayLike<number>, up: ArrayLike<number>): number[] {
+  const length = Math.hypot(up[0], up[1], up[2]);
+  let down = [-up[0] / length, -up[1] / length, -up[2] / length];
+  for (let roll = 0; roll < MOST_ROLLS; roll++) {
+    const across = tangents(down);
+    const floor = depth(points, down);
+    const contacts = touching(points, floor - TOUCHING, down, centre, across);
+    const nearest = nearestToOrigin(contacts);
+    const distance = Math.hypot(nearest.x, nearest.y);
+    if (distance < TOUCHING) break;
+    const side = [0, 1, 2].map((i) => -(nearest.x * across[0][i] + nearest.y * across[1][i]) / distance);
+    const angle = roomToRoll(points, floor, down, side, dot(centre, side) - distance);
+    if (!(angle < Math.PI)) break;
+    down = [0, 1, 2].map((i) => Math.cos(angle) * down[i] + Math.sin(angle) * side[i]);
+  }
+  return down.map((value) => -value);
+}
+
+/**
+ * Where a body that stands with `up` up touches the floor, seen from above, from its centre of mass.
+ *
+ * @param least how far down a point touches it
+ */
+export function touching(
+  points: Float64Array,
+  least: number,
+  down: ArrayLike<number>,
+  centre: ArrayLike<number>,
+  [e1, e2] = tangents(down),
+): Point[] {
+  const [x0, y0] = [dot(centre, e1), dot(centre, e2)];
+  const contacts: Point[] = [];
+  for (let i = 0; i < points.length; i += 3) {
+    const [x, y, z] = [points[i], points[i + 1], points[i + 2]];
+    if (x * down[0] + y * down[1] + z * down[2] < least) continue;
+    contacts.push({ x: x * e1[0] + y * e1[1] + z * e1[2] - x0, y: x * e2[0] + y * e2[1] + z * e2[2] - y0 });
+  }
+  return contacts;
+}
+
+/** How far the lowest of the points lies in a direction. */
+export function depth(points: Float64Array, down: ArrayLike<number>) {
+  let most = -Infinity;
+  for (let i = 0; i < points.length; i += 3) {
+    most = Math.max(most, points[i] * down[0] + points[i + 1] * down[1] + points[i + 2] * down[2]);
+  }
+  return most;
+}
+
+/**
+ * Angle by which `down` turns towards `side` until another point comes to the floor.
+ *
+ * @param floor how far down it is
+ * @param pivot where along `side` the body touches the floor
+ */
+function roomToRoll(points: Float64Array, floor: number, down: number[], side: number[], pivot: number) {
+  let cotangent = -Infinity;
+  for (let i = 0; i < points.length; i += 3) {
+    const [x, y, z] = [points[i], points[i + 1], points[i + 2]];
+    const ahead = x * side[0] + y * side[1] + z * side[2] - pivot;
+    const above = floor - (x * down[0] + y * down[1] + z * down[2]);
+    const isNew = above > TOUCHING || ahead > TOUCHING;
+    if (isNew && ahead > cotangent * above) cotangent = ahead / above;
+  }
+  return Math.atan2(1, cotangent);
+}
+
+/**
+ * The point nearest to the origin of the convex hull of some.
+ *
+ * @param points at least one
+ */
+function nearestToOrigin(points: Point[]): Point {
+  const hull = convexHull(points);
+  if (hull.length > 2 && inside(hull, { x: 0, y: 0 })) return { x: 0, y: 0 };
+  const corners = hull.length > 0 ? hull : points;
+  return corners
+    .map((corner, i) => nearestOnEdge(corner, corners[(i + 1) % corners.length]))
+    .reduce((best, point) => (Math.hypot(point.x, point.y) < Math.hypot(best.x, best.y) ? point : best));
+}
+
+function nearestOnEdge(a: Point, b: Point) {
+  const [x, y] = [b.x - a.x, b.y - a.y];
+  const square = x * x + y * y;
+  const share = square > 0 ? clamp(-(a.x * x + a.y * y) / square, 0, 1) : 0;
+  return { x: a.x + share * x, y: a.y + share * y };
+}
+
+/** Two directions at right angles to another one and to each other. */
+function tangents(n: ArrayLike<number>) {
+  // The axis farthest from n gives the cross product its greatest length.
+  const flat = Math.abs(n[0]) < 0.6 ? [0, -n[2], n[1]] : [n[2], 0, -n[0]];
+  const length = Math.hypot(...flat);
+  const e1 = flat.map((value) => value / length);
+  return [e1, [n[1] * e1[2] - n[2] * e1[1], n[2] * e1[0] - n[0] * e1[2], n[0] * e1[1] - n[1] * e1[0]]];
+}

@@ -1,0 +1,145 @@
+import { convexHull, inside } from "../math/surfaces.ts";
+import { THREE } from "../three.ts";
+import { nearestPosture } from "./nearest_posture.ts";
+import { between, type Robot } from "./robot.ts";
+import { depth, directions, extremes, settled, touching } from "./settling.ts";
+
+interface Pose {
+  q: number[];
+  posture: number;
+  rests: boolean;
+  up: number[];
+}
+
+// How far [m] both soles, or one alone, may be above the lowest point of the robot that stands on them.
+const [BOTH, ONE] = [0.008, 0.003];
+// How far above the floor something may be and still carry the robot [m].
+const CARRYING = 0.005;
+// Configurations of which no joint differs by more [rad, m] are steps of one movement.
+const STEP = 0.5;
+// So many directions find the points of a rounded link that can touch the floor to a small part of a millimetre.
+const TOWARDS = directions(800);
+const VERTICAL = new THREE.Vector3(0, 0, 1);
+const TRUNK_UPRIGHT = [0, 0, 1];
+
+/**
+ * Sets a robot with a fixed base down on the floor.
+ *
+ * It stands on both soles, or on one, where they are under everything else and its centre of mass is above what touches
+ * the floor. Else the nearest posture says what is meant. If that one lies or sits, the robot is put down with its
+ * direction up, and settles. If it stands, so does the robot, though it would fall: on the sole that is under everything
+ * else, or with the trunk upright.
+ *
+ * While it moves in small steps a robot that lies or sits goes on from where it is, until another posture is clearly nearer.
+ */
+export class Standing {
+  /** How it was set down last. */
+  last: Pose | null = null;
+  /** Of each link the points that can touch the floor, in its frame. */
+  outlines: { link: number; points: Float64Array }[] | null = null;
+
+  constructor(readonly robot: Robot) {}
+
+  /** Set it down next as if it had not been shown before. */
+  forget() {
+    this.last = null;
+  }
+
+  /**
+   * Put the robot onto the floor in the configuration that its nodes are in.
+   *
+   * @param q that configuration
+   * @param up direction in the root's frame; null for the one found by itself
+   */
+  place(q: number[], up: ArrayLike<number> | null) {
+    const { root } = this.robot;
+    if (up) this.forget();
+    const [x, y, z] = Array.from(up ?? this.direction(q));
+    root.quaternion.setFromUnitVectors(new THREE.Vector3(x, y, z).normalize(), VERTICAL);
+    root.position.set(0, 0, 0);
+    root.updateWorldMatrix(true, true);
+    root.position.z = -this.robot.lowest();
+    root.updateWorldMatrix(true, true);
+  }
+
+  direction(q: number[]): ArrayLike<number> {
+    const { postures } = this.robot.about;
+    const centre = this.robot.com()?.toArray() ?? null;
+    const points = this.points();
+    const onSoles = this.onSoles(points)?.toArray() ?? null;
+    if (!centre || points.length === 0 || postures.every(({ up }) => !up)) return onSoles ?? TRUNK_UPRIGHT;
+    const before = this.last?.q.every((value, i) => Math.abs(value - q[i]) < STEP) ? this.last : null;
+    const posture = nearestPosture(q, postures, before?.posture ?? null);
+    const { up } = postures[posture];
+    const rests = up !== null && (before?.rests || !onSoles || !isBalanced(points, centre, onSoles));
+    const begin = before?.rests && before.posture === posture ? before.up : up;
+    const found = rests && begin ? settled(points, centre, begin) : (onSoles ?? TRUNK_UPRIGHT);
+    this.last = { q: [...q], posture, rests, up: found };
+    return found;
+  }
+
+  /**
+   * The direction up with which the robot stands on both soles, or on the one that turns it least; null if no sole is
+   * under it.
+   */
+  onSoles(points: Float64Array) {
+    const soles = this.robot.about.soles.map((link) => {
+      const pose = this.robot.pose(link);
+      return {
+        at: new THREE.Vector3().setFromMatrixPosition(pose),
+        up: new THREE.Vector3().setFromMatrixColumn(pose, 2),
+      };
+    });
+    const standingOn: (feet: typeof soles, slack: number) => THREE.Vector3 | null = (feet, slack) => {
+      const down = feet.reduce((sum, foot) => sum.sub(foot.up), new THREE.Vector3()).normalize();
+      const lowest = depth(points, down.toArray()) - slack;
+      return feet.every(({ at }) => at.dot(down) > lowest) ? down.negate() : null;
+    };
+    const both = soles.length > 1 ? standingOn(soles, BOTH) : null;
+    if (both) return both;
+    const ways = soles.flatMap((sole) => standingOn([sole], ONE) ?? []);
+    return ways.sort((a, b) => b.z - a.z)[0] ?? null;
+  }
+
+  /** What can touch the floor, in the root's frame. */
+  points() {
+    this.outlines ??= outlinesOf(this.robot);
+    const points = new Float64Array(this.outlines.reduce((sum, { points: { length } }) => sum + length, 0));
+    const fromWorld = this.robot.toRoot();
+    const pose = new THREE.Matrix4();
+    let k = 0;
+    for (const { link, points: own } of this.outlines) {
+      const m = pose.multiplyMatrices(fromWorld, this.robot.nodes[link].matrixWorld).elements;
+      for (let i = 0; i < own.length; i += 3) {
+        const [x, y, z] = [own[i], own[i + 1], own[i + 2]];
+        points[k++] = m[0] * x + m[4] * y + m[8] * z + m[12];
+        points[k++] = m[1] * x + m[5] * y + m[9] * z + m[13];
+        points[k++] = m[2] * x + m[6] * y + m[10] * z + m[14];
+      }
+    }
+    return points;
+  }
+}
+
+/** Whether the centre of mass is above what the robot stands on. */
+function isBalanced(points: Float64Array, centre: number[], up: number[]) {
+  const down = up.map((value) => -value);
+  const hull = convexHull(touching(points, depth(points, down) - CARRYING, down, centre));
+  return hull.length > 2 && inside(hull, { x: 0, y: 0 });
+}
+
+function outlinesOf(robot: Robot) {
+  const vertex = new THREE.Vector3();
+  return robot.nodes.map((node, link) => {
+    const vertices = robot.meshes
+      .filter((shape) => shape.link === link)
+      .flatMap(({ mesh }) => {
+        const T_link_mesh = between(mesh, node);
+        const { position } = mesh.geometry.attributes;
+        return Array.from({ length: position.count }, (_, i) =>
+          vertex.fromBufferAttribute(position, i).applyMatrix4(T_link_mesh).toArray(),
+        );
+      });
+    return { link, points: extremes(Float64Array.from(vertices.flat()), TOWARDS) };
+  });
+}

@@ -1,0 +1,249 @@
+import type { Robot } from "../robot/robot.ts";
+import { THREE } from "../three.ts";
+import type { MeshcatViewer, Vector } from "../types.ts";
+import { asMark, dispose } from "./marks.ts";
+import type { Studio } from "./studio.ts";
+import type { Received } from "../received.ts";
+
+/** The parts of the page that are used here. */
+interface Page {
+  readonly robot: Robot;
+  readonly studio: Studio;
+  readonly viewer: MeshcatViewer;
+}
+
+/**
+ * A material that light does not change.
+ *
+ * @param order of drawing; from 1 on it is seen through what stands before it
+ */
+export const flatMaterial = (colour: string, order: number) =>
+  new THREE.MeshBasicMaterial({
+    color: new THREE.Color(colour).convertSRGBToLinear(),
+    transparent: true,
+    depthTest: order === 0,
+  });
+
+/**
+ * A rod along z with a head at its end.
+ *
+ * @param length [m]
+ * @param radius of the rod [m]
+ * @param order of drawing, as in `flatMaterial`
+ */
+function makeArrow(length: number, radius: number, colour: string, order: number) {
+  const arrow = new THREE.Group();
+  const material = flatMaterial(colour, order);
+  const rod = new THREE.Mesh(new THREE.CylinderGeometry(radius, radius, length, 12), material);
+  rod.position.z = length / 2;
+  const head = new THREE.Mesh(new THREE.ConeGeometry(2.6 * radius, 7 * radius, 16), material);
+  head.position.z = length + 3 * radius;
+  for (const part of [rod, head]) {
+    part.rotation.x = Math.PI / 2;
+    part.renderOrder = order;
+    arrow.add(part);
+  }
+  return arrow;
+}
+
+/**
+ * The axes of a frame: x red, y green, z blue.
+ *
+ * @param size length of the arrows [m]
+ */
+export function makeTriad(size: number) {
+  const triad = new THREE.Group();
+  const axes: [string, [number, number, number]][] = [
+    ["#e0433a", [0, Math.PI / 2, 0]],
+    ["#2f9e44", [-Math.PI / 2, 0, 0]],
+    ["#2f6fe0", [0, 0, 0]],
+  ];
+  for (const [colour, [x, y, z]] of axes) {
+    const arrow = makeArrow(size, 0.035 * size, colour, 10);
+    arrow.rotation.set(x, y, z);
+    triad.add(arrow);
+  }
+  return triad;
+}
+
+/**
+ * The axis of a joint, along z: turning about it, or sliding along it.
+ *
+ * @param size [m]
+ */
+export function makeScrew(slides: boolean, colour: string, size: number) {
+  const screw = new THREE.Group();
+  const radius = 0.028 * size;
+  const rod = makeArrow(1.5 * size, radius, colour, 10);
+  rod.position.z = -0.75 * size;
+  screw.add(rod);
+  if (slides) {
+    const back = makeArrow(0.75 * size, radius, colour, 10);
+    back.rotation.x = Math.PI;
+    screw.add(back);
+  } else {
+    const material = flatMaterial(colour, 10);
+    const bow = new THREE.Mesh(new THREE.TorusGeometry(0.27 * size, 0.8 * radius, 10, 40, 1.5 * Math.PI), material);
+    const head = new THREE.Mesh(new THREE.ConeGeometry(2.2 * radius, 6 * radius, 16), material);
+    head.position.set(0, -0.27 * size, 0);
+    head.rotation.z = -Math.PI / 2;
+    bow.renderOrder = head.renderOrder = 10;
+    const turn = new THREE.Group();
+    turn.position.z = 0.45 * size;
+    turn.add(bow, head);
+    screw.add(turn);
+  }
+  return screw;
+}
+
+/** @param colour as on screens, from 0 to 1 */
+const screenColour = (colour: Vector) => new THREE.Color(...colour).convertSRGBToLinear();
+
+/**
+ * Points as discs that keep their size in the scene.
+ *
+ * @param message colours as on screens
+ */
+function makePoints({
+  positions,
+  colour,
+  colours,
+  size,
+}: {
+  positions: Float32Array;
+  colour: Vector;
+  colours: Uint8Array | null;
+  size: number;
+}) {
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute("position", new THREE.BufferAttribute(positions, 3));
+  if (colours) geometry.setAttribute("color", new THREE.BufferAttribute(linear(colours), 3, true));
+  const material = new THREE.PointsMaterial({
+    color: colours ? 0xffffff : screenColour(colour),
+    vertexColors: colours !== null,
+    alphaMap: disc(),
+    alphaTest: 0.5,
+  });
+  const points = new THREE.Points(geometry, material);
+  // three.js takes the size for that of a camera with a right angle of view.
+  points.onBeforeRender = (_renderer, _scene, camera) => {
+    material.size = size * camera.projectionMatrix.elements[5];
+  };
+  return points;
+}
+
+/** @param message geometries as three.js's loader takes them */
+function makeMesh({ parts }: { parts: { geometry: any; colour: Vector; opacity: number }[] }) {
+  const group = new THREE.Group();
+  for (const { geometry, colour, opacity } of parts) {
+    const { position, normal } = geometry.attributes;
+    const made = new THREE.BufferGeometry();
+    made.setAttribute("position", new THREE.BufferAttribute(position.array, 3));
+    made.setAttribute("normal", new THREE.BufferAttribute(normal.array, 3, true));
+    made.setIndex(new THREE.BufferAttribute(geometry.index.array, 1));
+    const material = shiny(colour, opacity);
+    material.side = THREE.DoubleSide;
+    const mesh = new THREE.Mesh(made, material);
+    mesh.castShadow = mesh.receiveShadow = opacity === 1;
+    group.add(mesh);
+  }
+  return group;
+}
+
+/** A round line: a cylinder for each of its pieces, a ball at each of its points. */
+function makeLine({ positions, colour, width }: { positions: Float32Array; colour: Vector; width: number }) {
+  const { Vector3 } = THREE;
+  const count = positions.length / 3;
+  const points = Array.from({ length: count }, (_, i) => new Vector3().fromArray(positions, 3 * i));
+  const sides = count > 5000 ? 6 : 12;
+  const rod = new THREE.CylinderGeometry(width / 2, width / 2, 1, sides, 1, true);
+  const ball = new THREE.SphereGeometry(width / 2, sides, sides / 2);
+  const material = shiny(colour, 1);
+  const rods = new THREE.InstancedMesh(rod, material, count - 1);
+  const balls = new THREE.InstancedMesh(ball, material, count);
+  const along = new Vector3();
+  const matrix = new THREE.Matrix4();
+  const turn = new THREE.Quaternion();
+  points.forEach((point, i) => {
+    balls.setMatrixAt(i, matrix.makeTranslation(point.x, point.y, point.z));
+    if (i === 0) return;
+    along.subVectors(point, points[i - 1]);
+    const length = along.length();
+    turn.setFromUnitVectors(new Vector3(0, 1, 0), length > 0 ? along.divideScalar(length) : along.set(0, 1, 0));
+    const middle = points[i - 1].clone().add(point).divideScalar(2);
+    rods.setMatrixAt(i - 1, matrix.compose(middle, turn, new Vector3(1, length, 1)));
+  });
+  const group = new THREE.Group();
+  for (const mesh of [rods, balls]) {
+    mesh.frustumCulled = false; // what is reckoned for one piece does not hold for all
+    mesh.castShadow = true;
+    group.add(mesh);
+  }
+  return group;
+}
+
+function shiny(colour: Vector, opacity: number) {
+  const look = { color: screenColour(colour), specular: 0x2a2a2a, shininess: 48, opacity, transparent: opacity < 1 };
+  return new THREE.MeshPhongMaterial(look);
+}
+
+/** Colours as light is reckoned, of those on screens; with 16 bits, for the dark ones lie close. */
+function linear(colours: Uint8Array) {
+  const table = Uint16Array.from({ length: 256 }, (_, i) =>
+    Math.round(65535 * new THREE.Color(i / 255, 0, 0).convertSRGBToLinear().r),
+  );
+  return Uint16Array.from(colours, (value) => table[value]);
+}
+
+// What a point looks like: it shows where this is white.
+function disc() {
+  const canvas = document.createElement("canvas");
+  canvas.width = canvas.height = 64;
+  const ink = canvas.getContext("2d") as CanvasRenderingContext2D;
+  ink.fillStyle = "#000000";
+  ink.fillRect(0, 0, 64, 64);
+  ink.fillStyle = "#ffffff";
+  ink.beginPath();
+  ink.arc(32, 32, 31, 0, 2 * Math.PI);
+  ink.fill();
+  return new THREE.CanvasTexture(canvas);
+}
+
+const MAKERS: Record<string, (message: any) => THREE.Object3D> = { points: makePoints, mesh: makeMesh, line: makeLine };
+
+/** Shapes that are no part of a robot, by name: in the world, or carried by a frame of the page's own robot. */
+export class Extras {
+  shapes: Map<string, THREE.Object3D> = new Map();
+
+  constructor(readonly page: Page) {}
+
+  /**
+   * Draw a shape, instead of the one of the same name.
+   *
+   * @param message and what belongs to its shape
+   */
+  add(message: Received["extra"]) {
+    const { name, shape, frame } = message;
+    if (!Object.hasOwn(MAKERS, shape)) return;
+    this.remove(name);
+    const made = asMark(MAKERS[shape](message));
+    (frame === null ? this.page.viewer.scene : this.page.robot.frameNode(frame)).add(made);
+    this.shapes.set(name, made);
+    this.page.studio.moved();
+  }
+
+  /** Forget all shapes but these. */
+  keep(names: string[]) {
+    const kept = new Set(names);
+    for (const name of [...this.shapes.keys()]) if (!kept.has(name)) this.remove(name);
+  }
+
+  remove(name: string) {
+    const shape = this.shapes.get(name);
+    if (!shape) return;
+    shape.traverse((node) => node instanceof THREE.InstancedMesh && node.dispose());
+    dispose(shape);
+    this.shapes.delete(name);
+    this.page.studio.moved();
+  }
+}

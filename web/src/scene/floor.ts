@@ -1,0 +1,285 @@
+import { THREE } from "../three.ts";
+import type { Studio } from "./studio.ts";
+
+/**
+ * Give the floor of the scene the colours that the styles have for it: in light or dark, with more contrast or less.
+ */
+export function paintFloor({ floor, viewer }: Studio) {
+  const styles = getComputedStyle(document.documentElement);
+  const { ink, shade, strength } = floor.uniforms;
+  ink.value.copy(colourOf(styles, "--floor-lines").colour);
+  const { colour, alpha } = colourOf(styles, "--floor-shade");
+  shade.value.copy(colour);
+  strength.value = alpha;
+  viewer.set_dirty();
+}
+
+/** A registered property of the styles, which browsers give as rgb(…) or rgba(…). */
+function colourOf(styles: CSSStyleDeclaration, property: string) {
+  const [red, green, blue, alpha = 1] = (styles.getPropertyValue(property).match(/[\d.]+/g) ?? []).map(Number);
+  return { colour: new THREE.Color(red / 255, green / 255, blue / 255).convertSRGBToLinear(), alpha };
+}
+
+/** What is drawn for the contact shadow alone is on this layer. */
+export const ROBOT_LAYER = 1;
+// Pixels of the picture from below, and metres over the floor within which a shape darkens it.
+const [SIZE, HEIGHT] = [128, 0.04];
+const BLUR = [2.2, 1.1];
+
+const DARKNESS = /* glsl */ `
+  varying float vHeight;
+  void main() {
+    float near = 1.0 - clamp(vHeight, 0.0, 1.0);
+    gl_FragColor = vec4(0.0, 0.0, 0.0, 0.72 * near * near);
+  }
+`;
+
+const BLURRED = /* glsl */ `
+  uniform sampler2D picture;
+  uniform vec2 step;
+  varying vec2 vUv;
+  void main() {
+    float sum = 0.0;
+    float total = 0.0;
+    for (int i = -4; i <= 4; i++) {
+      float weight = exp(-0.16 * float(i * i));
+      sum += weight * texture2D(picture, vUv + float(i) * step).a;
+      total += weight;
+    }
+    gl_FragColor = vec4(0.0, 0.0, 0.0, sum / total);
+  }
+`;
+
+/** The soft dark patch where the robot touches the floor: a picture of it from below, blurred. */
+export class Contact {
+  targets;
+  /** From the world to the picture. */
+  matrix = new THREE.Matrix4();
+  camera = new THREE.OrthographicCamera(-1, 1, 1, -1, -0.005, HEIGHT);
+  depth = new THREE.ShaderMaterial({
+    vertexShader: /* glsl */ `
+        varying float vHeight;
+        void main() {
+          vec4 at = modelViewMatrix * vec4(position, 1.0);
+          vHeight = -at.z / ${HEIGHT.toFixed(4)};
+          gl_Position = projectionMatrix * at;
+        }
+      `,
+    fragmentShader: DARKNESS,
+    blending: THREE.NoBlending,
+    side: THREE.DoubleSide,
+  });
+  step = new THREE.Vector2();
+  blur;
+
+  constructor(readonly renderer: THREE.WebGLRenderer) {
+    const target = () => new THREE.WebGLRenderTarget(SIZE, SIZE, { depthBuffer: true });
+    this.targets = [target(), target()];
+    this.camera.layers.set(ROBOT_LAYER);
+    this.blur = new THREE.Mesh(
+      new THREE.PlaneGeometry(2, 2),
+      new THREE.ShaderMaterial({
+        uniforms: { picture: { value: null }, step: { value: this.step } },
+        vertexShader: "varying vec2 vUv; void main() { vUv = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }",
+        fragmentShader: BLURRED,
+        blending: THREE.NoBlending,
+        depthTest: false,
+        depthWrite: false,
+      }),
+    );
+    this.blur.frustumCulled = false;
+  }
+
+  get texture() {
+    return this.targets[0].texture;
+  }
+
+  /**
+   * Draw it anew.
+   *
+   * @param centre of the robot, in the world of three.js, where y is up
+   * @param radius of the robot
+   */
+  draw(scene: THREE.Scene, centre: THREE.Vector3, radius: number) {
+    const { camera, renderer } = this;
+    Object.assign(camera, { left: -radius, right: radius, top: radius, bottom: -radius });
+    camera.position.set(centre.x, 0, centre.z);
+    camera.up.set(1, 0, 0);
+    camera.lookAt(centre.x, 1, centre.z);
+    camera.updateProjectionMatrix();
+    camera.updateMatrixWorld();
+    this.matrix.multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse);
+    const needsUpdate = renderer.shadowMap.needsUpdate;
+    scene.overrideMaterial = this.depth;
+    renderer.shadowMap.needsUpdate = false;
+    this.pass(this.targets[0], scene, camera);
+    scene.overrideMaterial = null;
+    const none = this.blur as any;
+    const { uniforms } = this.blur.material;
+    for (const width of BLUR) {
+      for (const [from, to, x, y] of [
+        [0, 1, 1, 0],
+        [1, 0, 0, 1],
+      ]) {
+        uniforms.picture.value = this.targets[from].texture;
+        this.step.set((x * width) / SIZE, (y * width) / SIZE);
+        this.pass(this.targets[to], none, camera);
+      }
+    }
+    renderer.setRenderTarget(null);
+    renderer.shadowMap.needsUpdate = needsUpdate;
+  }
+
+  pass(target: THREE.WebGLRenderTarget, scene: THREE.Scene, camera: THREE.Camera) {
+    this.renderer.setRenderTarget(target);
+    this.renderer.clear();
+    this.renderer.render(scene, camera);
+  }
+}
+
+// Metres between the lines, and between the strong ones, for a small robot.
+const [STEP, STRONG] = [0.1, 0.5];
+// How far there is floor, for a small robot: lines end after a metre, shadows here.
+const FAR = 1.5;
+
+const VERTEX = /* glsl */ `
+  #include <common>
+  #include <shadowmap_pars_vertex>
+  varying vec2 vAt;
+  uniform mat4 toContact;
+  varying vec2 vContact;
+  void main() {
+    vec3 transformedNormal = normalMatrix * normal;
+    vec3 transformed = position;
+    #include <project_vertex>
+    #include <worldpos_vertex>
+    #include <shadowmap_vertex>
+    vAt = position.xy;
+    vContact = (toContact * worldPosition).xy * 0.5 + 0.5;
+  }
+`;
+
+// Lines, the shadow of the key light, and what is dark where something stands or lies: each a share of what is behind.
+const FRAGMENT = /* glsl */ `
+  #include <common>
+  #include <packing>
+  #include <lights_pars_begin>
+  #include <shadowmap_pars_fragment>
+  uniform float scale;
+  uniform vec3 ink;
+  uniform vec3 shade;
+  uniform float strength;
+  uniform sampler2D contact;
+  varying vec2 vAt;
+  varying vec2 vContact;
+
+  float lines(float step, float width) {
+    vec2 at = vAt / step;
+    vec2 pixel = max(fwidth(at), vec2(1e-5));
+    vec2 away = abs(fract(at - 0.5) - 0.5);
+    vec2 line = smoothstep(0.5 * width * pixel + pixel * 0.5, max(0.5 * width * pixel - pixel * 0.5, 0.0), away);
+    // Lines closer than pixels become the grey that they are on average.
+    line = mix(line, vec2(0.02), smoothstep(0.25, 0.6, pixel));
+    return max(line.x, line.y);
+  }
+
+  float shadowed() {
+    #if defined( USE_SHADOWMAP ) && NUM_DIR_LIGHT_SHADOWS > 0
+      vec3 at = vDirectionalShadowCoord[0].xyz / vDirectionalShadowCoord[0].w;
+      if (any(greaterThan(abs(at.xy - 0.5), vec2(0.5)))) return 0.0;
+      at.z -= 0.0015;
+      vec2 texel = 1.0 / directionalLightShadows[0].shadowMapSize;
+      float sum = 0.0;
+      #if TAPS > 4
+        // A disc of places, turned by another angle in each pixel.
+        float turn = 6.2832 * fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));
+        for (int i = 0; i < TAPS; i++) {
+          float r = 5.0 * sqrt((float(i) + 0.5) / float(TAPS));
+          float a = 2.399963 * float(i) + turn;
+          sum += step(unpackRGBAToDepth(texture2D(directionalShadowMap[0], at.xy + r * texel * vec2(cos(a), sin(a)))), at.z);
+        }
+      #else
+        for (int i = 0; i < TAPS; i++) {
+          vec2 by = 2.5 * texel * vec2(i < 2 ? -1.0 : 1.0, i == 0 || i == 3 ? -1.0 : 1.0);
+          sum += step(unpackRGBAToDepth(texture2D(directionalShadowMap[0], at.xy + by)), at.z);
+        }
+      #endif
+      return sum / float(TAPS);
+    #else
+      return 0.0;
+    #endif
+  }
+
+  void main() {
+    float away = length(vAt) / scale;
+    float fade = 1.0 - smoothstep(0.1, 1.0, away);
+    float line = fade * max(0.4 * lines(${STEP} * scale, 1.1), 0.75 * lines(${STRONG} * scale, 1.5));
+    float dark = strength * shadowed() * (1.0 - smoothstep(1.2, 1.5, away));
+    float touch = 0.0;
+    if (all(lessThan(abs(vContact - 0.5), vec2(0.5)))) touch = texture2D(contact, vContact).a;
+    float cover = 1.0 - (1.0 - dark) * (1.0 - touch);
+    float alpha = 1.0 - (1.0 - line) * (1.0 - cover);
+    gl_FragColor = vec4(mix(shade, ink, line / max(line + cover, 1e-4)), alpha);
+    #include <encodings_fragment>
+  }
+`;
+
+/** The floor: a grid that fades into the distance, and the shadows on it. */
+export class Floor {
+  node = new THREE.Group();
+  uniforms;
+  fine;
+  fast;
+  scale = 1;
+  plane;
+
+  /** @param contact where something touches */
+  constructor(contact: { matrix: THREE.Matrix4; texture: THREE.Texture }) {
+    const uniforms = {
+      ...THREE.UniformsUtils.clone(THREE.UniformsLib.lights),
+      scale: { value: 1 },
+      ink: { value: new THREE.Color() },
+      shade: { value: new THREE.Color() },
+      strength: { value: 0 },
+      toContact: { value: contact.matrix },
+      contact: { value: contact.texture },
+    };
+    const material = (taps: number) =>
+      new THREE.ShaderMaterial({
+        lights: true,
+        uniforms,
+        defines: { TAPS: taps },
+        vertexShader: VERTEX,
+        fragmentShader: FRAGMENT,
+        transparent: true,
+        depthWrite: false,
+      });
+    this.uniforms = uniforms;
+    this.fine = material(20);
+    this.fast = material(4);
+    this.plane = new THREE.Mesh(new THREE.CircleGeometry(FAR, 48), this.fine);
+    this.plane.position.z = -0.001;
+    this.plane.receiveShadow = true;
+    this.plane.renderOrder = -1;
+    this.node.add(this.plane);
+  }
+
+  /**
+   * A grid of decimetres for a small robot, of metres for a large one.
+   *
+   * @param size of the robot [m]
+   */
+  fit(size: number) {
+    this.scale = size < 1.2 ? 1 : size < 6 ? 2.5 : 10;
+    this.uniforms.scale.value = this.scale;
+    this.plane.geometry.dispose();
+    this.plane.geometry = new THREE.CircleGeometry(FAR * this.scale, 48);
+  }
+
+  /** The grid goes from one of its strong lines to the next, and seems to have no end. */
+  goAlong(place: number[]) {
+    const step = STRONG * this.scale;
+    const [near, aside] = place.map((coordinate) => Math.round(coordinate / step) * step);
+    this.node.position.set(near, aside, 0);
+  }
+}

@@ -1,0 +1,51 @@
+import { clamp } from "../math/numbers.ts";
+import { element } from "../panel/element.ts";
+import type { Vector } from "../types.ts";
+
+/**
+ * Red, green, blue at a share of the way through equally spaced colours.
+ *
+ * @param share from 0 to 1
+ */
+export function onScale(stops: Vector[], share: number): Vector {
+  const at = clamp(share, 0, 1) * (stops.length - 1);
+  const left = Math.min(Math.floor(at), stops.length - 2);
+  const [r, g, b] = stops[left].map((value, channel) => value + (at - left) * (stops[left + 1][channel] - value));
+  return [r, g, b];
+}
+
+/** A bar in these colours, for the legend. */
+export function scaleBar(stops: Vector[]) {
+  const css = (rgb: Vector) => `rgb(${rgb.map((value) => Math.round(255 * value)).join(",")})`;
+  const bar = element("span", { className: "bar" });
+  bar.style.background = `linear-gradient(to right, ${stops.map(css).join(",")})`;
+  return bar;
+}
+
+/** The legend under the picture. Colours of links, kinds of joints, what is reached and ghosts each have a part of it. */
+export class Legend {
+  parts: Map<string, (string | Node)[]> = new Map(
+    ["colours", "chains", "pairs", "reach", "ghosts", "trails"].map((part) => [part, []]),
+  );
+
+  constructor(public box: HTMLElement) {}
+
+  /**
+   * Write a part anew.
+   *
+   * @param children none takes the part away
+   */
+  set(part: string, children: (string | Node)[]) {
+    this.parts.set(part, children);
+    const shown = [...this.parts.values()].filter(({ length }) => length > 0);
+    this.box.replaceChildren(...shown.map((entries) => element("span", { className: "part" }, ...entries)));
+    this.box.hidden = shown.length === 0;
+  }
+}
+
+/** A dot in a colour, and what it stands for. */
+export function entry(text: string, colour: string) {
+  const dot = element("span", { className: "dot" });
+  dot.style.background = colour;
+  return element("span", { className: "entry" }, dot, text);
+}

@@ -1,0 +1,135 @@
+import type { Group, Object3D } from "three";
+import type { Robot } from "../robot/robot.ts";
+import { THREE } from "../three.ts";
+import { makeScrew, makeTriad } from "./extras.ts";
+import type { Labels } from "./labels.ts";
+import { PAIR_COLOURS } from "./link_colours.ts";
+import type { Studio } from "./studio.ts";
+
+/** Say of a node that it is drawn over the robot and no part of it: copies of the robot leave it out. */
+export function asMark<Node extends Object3D>(node: Node): Node {
+  node.userData.mark = true;
+  return node;
+}
+
+/** Take a node out of the scene, and give back what it holds on the graphics card. */
+export function dispose(node: Object3D) {
+  disposeChildren(node);
+  const { geometry, material } = node as any;
+  geometry?.dispose();
+  material?.map?.dispose();
+  material?.alphaMap?.dispose();
+  material?.dispose();
+  node.removeFromParent();
+}
+
+function disposeChildren(node: Object3D) {
+  for (const child of [...node.children]) dispose(child);
+}
+
+/** Triads of chosen frames, with their names. */
+export class Frames {
+  triads: Group[] = [];
+
+  /**
+   * @param names frames to draw when they are shown
+   * @param size length of the arrows [m]
+   */
+  constructor(
+    readonly robot: Robot,
+    readonly labels: Labels,
+    readonly names: string[],
+    readonly size: number,
+  ) {}
+
+  show(on: boolean) {
+    for (const triad of this.triads) dispose(triad);
+    const names = on ? this.names : [];
+    this.triads = names.map((name) => {
+      const triad = asMark(makeTriad(this.size));
+      this.robot.frameNode(name).add(triad);
+      triad.updateWorldMatrix(false, true);
+      return triad;
+    });
+    this.labels.set(
+      this,
+      names.map((text, i) => ({ text, node: this.triads[i] })),
+    );
+  }
+}
+
+const LENGTH = 0.07;
+
+/** The axes of the joints as screws, in the colour of the lower pair that each belongs to, and with its name. */
+export class JointAxes {
+  screws: THREE.Group[] = [];
+
+  constructor(
+    readonly robot: Robot,
+    readonly studio: Studio,
+    readonly labels: Labels,
+  ) {}
+
+  /** @returns the pairs that are there, with their colours */
+  show(on: boolean): Map<string, string> {
+    for (const screw of this.screws) dispose(screw);
+    this.screws = [];
+    const pairs = new Map();
+    /** Number of the pair → its label: axes that meet in one pair share it. */
+    const labels: Map<number, { text: string; node: THREE.Object3D; colour: string }> = new Map();
+    for (const { name, pair, group, slides, axis, node } of on ? this.robot.joints.filter((joint) => joint.pair) : []) {
+      const colour = PAIR_COLOURS[pair] ?? PAIR_COLOURS.other;
+      pairs.set(pair, colour);
+      const screw = asMark(makeScrew(slides, colour, LENGTH * this.studio.markScale));
+      screw.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), axis);
+      node.parent?.add(screw);
+      this.screws.push(screw);
+      const known = labels.get(group);
+      if (known) known.text = known.text.replace(" · ", `, ${name} · `);
+      else labels.set(group, { text: `${name} · ${pair}`, node: screw, colour });
+      screw.updateWorldMatrix(true, true);
+    }
+    this.labels.set(this, [...labels.values()]);
+    this.studio.seeThrough(on);
+    return pairs;
+  }
+}
+
+const SIZE = 0.09;
+
+/** Points and poses that somebody wants reached, in the robot's root. */
+export class Targets {
+  group = asMark(new THREE.Group());
+
+  constructor(
+    robot: Robot,
+    readonly studio: Studio,
+    readonly labels: Labels,
+  ) {
+    robot.root.add(this.group);
+  }
+
+  /**
+   * Mark these, and no others.
+   *
+   * @param targets matrices by columns; a point has no axes
+   */
+  show(targets: { name: string; matrix: number[]; point: boolean }[]) {
+    disposeChildren(this.group);
+    const size = SIZE * this.studio.markScale;
+    for (const { matrix, point } of targets) {
+      const mark = new THREE.Group();
+      const veil = new THREE.MeshBasicMaterial({ color: 0xc2255c, transparent: true, opacity: 0.3, depthWrite: false });
+      mark.add(new THREE.Mesh(new THREE.SphereGeometry(0.16 * size, 28, 20), veil));
+      if (!point) mark.add(makeTriad(0.6 * size));
+      mark.matrixAutoUpdate = false;
+      mark.matrix.fromArray(matrix);
+      this.group.add(mark);
+    }
+    this.group.updateWorldMatrix(true, true);
+    this.labels.set(
+      this,
+      targets.map(({ name }, i) => ({ text: name, node: this.group.children[i] })),
+    );
+  }
+}

@@ -1,0 +1,106 @@
+import { isClosed } from "../math/surfaces.ts";
+import { THREE } from "../three.ts";
+import type { RobotMesh } from "../types.ts";
+
+// Radiance from every direction in a white room: a wide soft box above, a tall one on each side of the camera's usual
+// place, a bright strip behind. y is up, x where the robot looks. Their edges are soft already, so that the map needs no
+// blur of its own.
+const ROOM = /* glsl */ `
+  varying vec3 vDirection;
+  float box(vec3 d, vec3 axis, vec3 across, vec2 size, float edge) {
+    float ahead = dot(d, axis);
+    vec3 up = cross(axis, across);
+    vec2 at = abs(vec2(dot(d, across), dot(d, up)) / max(ahead, 1e-3));
+    vec2 soft = 1.0 - smoothstep(size - edge, size + edge, at);
+    return ahead > 0.0 ? soft.x * soft.y : 0.0;
+  }
+  void main() {
+    vec3 d = normalize(vDirection);
+    float up = 0.5 + 0.5 * d.y;
+    vec3 light = mix(vec3(0.16, 0.17, 0.19), vec3(0.34, 0.35, 0.37), smoothstep(0.1, 0.95, up));
+    light += 1.05 * vec3(1.0, 0.985, 0.96) * box(d, vec3(0.0, 1.0, 0.0), vec3(1.0, 0.0, 0.0), vec2(0.62, 0.85), 0.22);
+    vec3 left = normalize(vec3(0.55, 0.28, -0.85));
+    light += 1.2 * vec3(1.0, 0.98, 0.95) * box(d, left, normalize(vec3(0.85, 0.0, 0.55)), vec2(0.30, 0.62), 0.16);
+    vec3 right = normalize(vec3(0.75, 0.18, 0.85));
+    light += 0.5 * vec3(0.94, 0.97, 1.0) * box(d, right, normalize(vec3(0.85, 0.0, -0.75)), vec2(0.24, 0.7), 0.16);
+    vec3 back = normalize(vec3(-0.95, 0.42, 0.25));
+    light += 1.5 * box(d, back, normalize(vec3(0.25, 0.0, 0.95)), vec2(0.75, 0.16), 0.12);
+    gl_FragColor = vec4(light, 1.0);
+    #include <encodings_fragment>
+  }
+`;
+
+/** What surfaces mirror, and what lights them from all around: a room made in code. */
+export function makeEnvironment(renderer: THREE.WebGLRenderer): THREE.Texture {
+  const room = new THREE.Mesh(
+    new THREE.SphereGeometry(10, 48, 32),
+    new THREE.ShaderMaterial({
+      side: THREE.BackSide,
+      vertexShader: /* glsl */ `
+        varying vec3 vDirection;
+        void main() {
+          vDirection = position;
+          gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
+        }
+      `,
+      fragmentShader: ROOM,
+    }),
+  );
+  const scene = new THREE.Scene();
+  scene.add(room);
+  const generator = new THREE.PMREMGenerator(renderer);
+  const { texture } = generator.fromScene(scene);
+  generator.dispose();
+  room.geometry.dispose();
+  room.material.dispose();
+  return texture;
+}
+
+/** What a surface is like, apart from its colour. */
+interface Finish {
+  roughness: number;
+  metalness: number;
+}
+
+/** The finishes: painted shells, unpainted grey, rubber and what is dark. */
+export const FINISHES: Record<"gloss" | "satin" | "rubber", Finish> = {
+  gloss: { roughness: 0.3, metalness: 0 },
+  satin: { roughness: 0.48, metalness: 0 },
+  rubber: { roughness: 0.72, metalness: 0 },
+};
+// Luminance under which a colour is dark, and chroma from which one is paint.
+const [DARK, PAINT, PALE] = [0.12, 0.25, 0.75];
+
+/**
+ * The finish that goes with a colour of a URDF, which says no more of a surface.
+ *
+ * @param colour as the screen has it
+ */
+function finishOf({ r, g, b }: { r: number; g: number; b: number }): keyof typeof FINISHES {
+  const luminance = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+  const chroma = Math.max(r, g, b) - Math.min(r, g, b);
+  if (chroma > PAINT || luminance > PALE) return "gloss";
+  return luminance < 2.5 * DARK ? "rubber" : "satin";
+}
+
+/**
+ * Give a shape of the robot the material that its colour stands for. Colours in a URDF are those of a screen; light is
+ * reckoned in linear ones.
+ */
+export function setMaterial(mesh: RobotMesh) {
+  const { color, opacity } = mesh.material;
+  mesh.material.dispose();
+  const finish = finishOf(color);
+  const { attributes, index } = mesh.geometry;
+  // Open or inside out, its backs are seen: they cost twice, and bear specks where their own shadow falls on them.
+  const side = isClosed(attributes.position.array, index?.array ?? null) ? THREE.FrontSide : THREE.DoubleSide;
+  mesh.material = new THREE.MeshStandardMaterial({
+    ...FINISHES[finish],
+    color: color.clone().convertSRGBToLinear(),
+    side,
+    opacity,
+    transparent: opacity < 1,
+  });
+  Object.assign(mesh.userData, { own: mesh.material.color.clone(), opacity, side, finish });
+  mesh.castShadow = mesh.receiveShadow = true;
+}

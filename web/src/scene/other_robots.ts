@@ -1,0 +1,80 @@
+import { ShownRobot, type Robot } from "../robot/robot.ts";
+import type { MeshcatViewer } from "../types.ts";
+import type { Studio } from "./studio.ts";
+import type { Received } from "../received.ts";
+
+/** The parts of the page that are used here. */
+interface Page extends EventTarget {
+  readonly robot: Robot;
+  readonly studio: Studio;
+  readonly viewer: MeshcatViewer;
+}
+
+const ground = (number: number) => `ground:${number}`;
+
+/** a robot, and whether it is to be seen */
+export interface Other {
+  name: string;
+  shown: ShownRobot;
+  visible: boolean;
+}
+
+/** The robots beside the page's own, each on a ground of its own, by the numbers that Python gives them. Event of the page: "robots", when they are others. */
+export class OtherRobots {
+  robots: Map<number, Other> = new Map();
+
+  constructor(readonly page: Page) {}
+
+  /** The nodes of a robot are there: they become a robot. */
+  add({ robot: number, name, about }: Received["robot_added"]) {
+    const { viewer, studio } = this.page;
+    const root = viewer.scene_tree.find([ground(number), "robot"]).object;
+    this.robots.set(number, { name, shown: new ShownRobot(root, about, studio), visible: true });
+    this.page.dispatchEvent(new Event("robots"));
+  }
+
+  /** @param on whether it is to be seen */
+  show(other: Other, on: boolean) {
+    other.visible = other.shown.robot.root.visible = on;
+    this.page.studio.moved();
+    this.page.viewer.set_dirty();
+  }
+
+  display(number: number, q: ArrayLike<number>, up: ArrayLike<number> | null) {
+    const shown = this.robots.get(number)?.shown;
+    if (!shown) return;
+    shown.robot.q.splice(0, q.length, ...Array.from(q));
+    shown.settle(up);
+    this.page.studio.moved();
+  }
+
+  remove(number: number) {
+    const other = this.robots.get(number);
+    if (other) this.page.studio.release(other.shown.robot);
+    const isOther = this.robots.delete(number);
+    // meshcat gives back what its nodes hold on the graphics card.
+    this.page.viewer.scene_tree.delete([ground(number)]);
+    if (isOther) this.page.dispatchEvent(new Event("robots"));
+  }
+
+  /** Forget all robots but these. */
+  keep(numbers: number[]) {
+    for (const number of [...this.robots.keys()]) {
+      if (!numbers.includes(number)) this.remove(number);
+    }
+  }
+
+  /**
+   * The box around all robots that are seen, in the world of three.js; around some links of the page's own where they are named.
+   */
+  box(links: number[]) {
+    const box = this.page.robot.box(links);
+    for (const { shown, visible } of links.length === 0 ? this.robots.values() : []) {
+      if (!visible) continue;
+      const { robot } = shown;
+      robot.root.updateWorldMatrix(true, true); // its ground may have moved since
+      box.union(robot.box([]));
+    }
+    return box;
+  }
+}

@@ -1,0 +1,196 @@
+import { element } from "../panel/element.ts";
+import type { Received } from "../received.ts";
+import type { Robot } from "../robot/robot.ts";
+import { THREE } from "../three.ts";
+import type { MeshcatViewer, Vector } from "../types.ts";
+import { onScale, scaleBar, type Legend } from "./legend.ts";
+import { asMark, dispose } from "./marks.ts";
+
+/** The parts of the page that are used here. */
+interface Page {
+  readonly legend: Legend;
+  readonly robot: Robot;
+  readonly viewer: MeshcatViewer;
+}
+
+interface Voxel {
+  centre: Vector;
+  colour: THREE.Color;
+}
+
+/**
+ * A map of voxels in a frame: the place of the first [m], three whole numbers of each from there, and a value of each as a
+ * share of 65535.
+ */
+type ReachMap = Required<Received["reach"]> & { stops: Vector[] };
+
+const AXES = ["x", "y", "z"];
+// What the sides of a voxel have of its colour, along x and y, upwards and downwards; along the cut it is all of it. Behind
+// the layer that is cut it is less.
+const [SHADES, UP, DOWN, BEHIND] = [[0.6, 0.5], 0.8, 0.35, 0.75];
+
+/** Voxels that a hand reaches, coloured by a number each, behind a plane that a slider moves. */
+export class Reach {
+  // What comes with a map, in `show`.
+  voxel: number;
+  voxels: Voxel[];
+  /** Least and most along each axis. */
+  box: [number, number][];
+  mesh: THREE.InstancedMesh;
+  rim: THREE.LineLoop;
+  group: THREE.Group | null = null;
+  flipped = false;
+
+  axis: HTMLSelectElement = document.createElement("select");
+  slider = document.createElement("input");
+  place = element("output");
+  flip = element("button", { type: "button", title: "Show the other side" }, "⇄");
+
+  constructor(
+    readonly page: Page,
+    public bar: HTMLElement,
+  ) {
+    this.axis.ariaLabel = "Axis of the cut";
+    this.axis.append(...AXES.map((name) => element("option", { value: name }, name)));
+    this.axis.onchange = () => this.turn();
+    Object.assign(this.slider, { type: "range", step: "any", ariaLabel: "Place of the cut" });
+    this.slider.oninput = () => this.cut();
+    this.flip.onclick = () => {
+      this.flipped = !this.flipped;
+      this.arrange();
+    };
+    bar.replaceChildren("Cut", this.axis, this.slider, this.place, this.flip);
+  }
+
+  /** Draw a map instead of the one before; one without voxels only takes that away. */
+  show(message: Received["reach"]) {
+    const { frame, voxel, first, cells, values, stops, label, low, high, cut } = message as ReachMap;
+    this.clear();
+    this.bar.hidden = !cells;
+    this.page.legend.set("reach", cells ? [`${label} ${low}`, scaleBar(stops), high] : []);
+    if (!cells) return;
+    this.voxel = voxel;
+    this.flipped = false;
+    this.voxels = Array.from(values, (value, i) => ({
+      centre: [0, 1, 2].map((axis) => (first[axis] + cells[3 * i + axis] + 0.5) * voxel) as Vector,
+      colour: new THREE.Color(...onScale(stops, value / 65535)).convertSRGBToLinear(),
+    }));
+    this.box = [0, 1, 2].map((axis) => {
+      const places = this.voxels.map(({ centre }) => centre[axis]);
+      const [least, most] = places.reduce(
+        ([a, b], place) => [Math.min(a, place), Math.max(b, place)],
+        [Infinity, -Infinity],
+      );
+      return [least - voxel / 2, most + voxel / 2];
+    });
+    const side = 0.94 * voxel;
+    // No light falls on them: a colour in the cut is to be found again in the legend.
+    const material = new THREE.MeshBasicMaterial({ vertexColors: true });
+    this.mesh = new THREE.InstancedMesh(new THREE.BoxGeometry(side, side, side), material, this.voxels.length);
+    this.mesh.frustumCulled = false; // what is reckoned for one voxel does not hold for all
+    const ink = new THREE.LineBasicMaterial({ color: 0x20242c });
+    this.rim = new THREE.LineLoop(new THREE.BufferGeometry().setFromPoints(Array(4).fill(new THREE.Vector3())), ink);
+    this.rim.frustumCulled = false;
+    this.group = asMark(new THREE.Group());
+    this.group.add(this.mesh, this.rim);
+    this.page.robot.frameNode(frame).add(this.group);
+    this.axis.value = cut?.axis ?? "x";
+    this.turn(cut?.place);
+  }
+
+  clear() {
+    if (!this.group) return;
+    this.mesh.dispose();
+    dispose(this.group);
+    this.group = null;
+  }
+
+  /**
+   * Cut along the axis that is chosen: the slider goes from one end of the voxels to the other.
+   *
+   * @param place where it begins; the middle if none is given
+   */
+  turn(place?: number) {
+    const [least, most] = this.box[this.along];
+    Object.assign(this.slider, { min: String(least), max: String(most) });
+    this.slider.value = String(place ?? (least + most) / 2);
+    this.shade();
+    this.arrange();
+  }
+
+  // Voxels are seen as cubes by the shades of their sides.
+  shade() {
+    const { geometry } = this.mesh;
+    const { normal } = geometry.attributes;
+    const shades = Array.from({ length: normal.count }, (_, i) => {
+      const sides = [normal.getX(i), normal.getY(i), normal.getZ(i)];
+      const along = sides.findIndex((value) => Math.abs(value) > 0.5);
+      return along === this.along ? 1 : (SHADES[along] ?? (sides[along] > 0 ? UP : DOWN));
+    });
+    geometry.setAttribute(
+      "color",
+      new THREE.Float32BufferAttribute(
+        shades.flatMap((shade) => [shade, shade, shade]),
+        3,
+      ),
+    );
+  }
+
+  get along() {
+    return AXES.indexOf(this.axis.value);
+  }
+
+  // Voxels in the order in which the plane meets them, so that drawing fewer of them is a cut.
+  arrange() {
+    const sign = this.flipped ? -1 : 1;
+    const { along } = this;
+    this.voxels.sort((a, b) => sign * (a.centre[along] - b.centre[along]));
+    const matrix = new THREE.Matrix4();
+    for (const [i, { centre }] of this.voxels.entries()) this.mesh.setMatrixAt(i, matrix.setPosition(...centre));
+    this.mesh.instanceMatrix.needsUpdate = true;
+    this.cut();
+  }
+
+  // The layer in the cut in the colours of the legend, all behind it darker.
+  colour() {
+    const { along, mesh, voxel, voxels } = this;
+    const layer = voxels[mesh.count - 1]?.centre[along] ?? 0;
+    const darker = new THREE.Color();
+    for (const [i, { centre, colour }] of voxels.entries()) {
+      const behind = Math.abs(centre[along] - layer) > voxel / 2;
+      mesh.setColorAt(i, behind ? darker.copy(colour).multiplyScalar(BEHIND) : colour);
+    }
+    if (mesh.instanceColor) mesh.instanceColor.needsUpdate = true;
+  }
+
+  cut() {
+    const { along, box, voxels } = this;
+    const sign = this.flipped ? -1 : 1;
+    const plane = Number(this.slider.value);
+    let [low, high] = [0, voxels.length];
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (sign * voxels[middle].centre[along] < sign * plane) low = middle + 1;
+      else high = middle;
+    }
+    this.mesh.count = low;
+    this.colour();
+    const [a, b] = [0, 1, 2].filter((axis) => axis !== along);
+    const corners = [
+      [0, 0],
+      [1, 0],
+      [1, 1],
+      [0, 1],
+    ].map(([i, j]) => {
+      const corner = new THREE.Vector3(plane, plane, plane);
+      return corner.setComponent(a, box[a][i]).setComponent(b, box[b][j]);
+    });
+    this.rim.geometry.setFromPoints(corners);
+    this.place.textContent = `${this.axis.value} ${this.flipped ? ">" : "<"} ${(1000 * plane).toFixed(0)} mm`;
+    const [least, most] = box[along];
+    const share = `${(100 * (plane - least)) / (most - least)}%`;
+    this.slider.style.setProperty("--from", this.flipped ? share : "0%");
+    this.slider.style.setProperty("--to", this.flipped ? "100%" : share);
+    this.page.viewer.set_dirty();
+  }
+}

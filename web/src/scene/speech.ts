@@ -1,0 +1,167 @@
+import { isInside, type Robot } from "../robot/robot.ts";
+import { THREE } from "../three.ts";
+import type { MeshcatViewer } from "../types.ts";
+
+// Letters, and sizes in pixels; `across` is the shorter side of a picture in which they are pixels.
+const BUBBLE = { most: 280, gap: 16, corner: 14, tail: 11, across: 560 };
+
+/** of the head */
+type Side = "right" | "left" | "above" | "below";
+
+/** A bubble beside the head with what the robot says; screen readers read it. */
+export class Speech {
+  node;
+  corners: THREE.Vector3[];
+
+  /** @param bar over the picture */
+  constructor(
+    readonly viewer: MeshcatViewer,
+    robot: Robot,
+    public bubble: HTMLElement,
+    readonly bar: HTMLElement,
+  ) {
+    const link = robot.about.head ?? 0;
+    this.node = robot.nodes[link];
+    const { min, max } = robot.boxIn(
+      link,
+      robot.meshes.filter(({ mesh }) => isInside(mesh, this.node)),
+    );
+    this.corners = Array.from(
+      { length: 8 },
+      (_, i) => new THREE.Vector3(i & 1 ? max.x : min.x, i & 2 ? max.y : min.y, i & 4 ? max.z : min.z),
+    );
+  }
+
+  say(text: string) {
+    const letters = [...text.trim()];
+    const { most } = BUBBLE;
+    this.bubble.textContent = letters.length > most ? `${letters.slice(0, most).join("")}…` : letters.join("");
+    this.viewer.set_dirty();
+  }
+
+  /** Put the bubble beside the head; on every frame that is drawn. */
+  place() {
+    if (!this.bubble.textContent) return;
+    const pane = this.viewer.renderer.domElement;
+    const { x, y, tail, side } = this.spot(
+      pane.clientWidth,
+      pane.clientHeight,
+      this.bar.offsetTop + this.bar.offsetHeight,
+    );
+    this.bubble.style.transform = `translate(${Math.round(x)}px, ${Math.round(y)}px)`;
+    this.bubble.style.setProperty("--tail", `${Math.round(tail)}px`);
+    this.bubble.dataset.side = side;
+  }
+
+  /**
+   * Where the bubble stands in a picture of this size under a bar, on which side of the head, and where along its edge the
+   * tail is: the first side with room for it, and under the head where there is none.
+   */
+  spot(width: number, height: number, bar: number): { x: number; y: number; side: Side; tail: number } {
+    const { gap, corner } = BUBBLE;
+    const { offsetWidth: w, offsetHeight: h } = this.bubble;
+    const seen = this.corners.map((place) =>
+      place.clone().applyMatrix4(this.node.matrixWorld).project(this.viewer.camera),
+    );
+    const xs = seen.map(({ x }) => ((1 + x) / 2) * width);
+    const ys = seen.map(({ y }) => ((1 - y) / 2) * height);
+    const [left, right, top, bottom] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
+    const within: (value: number, least: number, most: number) => number = (value, least, most) =>
+      Math.max(least, Math.min(value, most));
+    const rooms: Record<string, number> = { right: width - right - w, left: left - w, above: top - bar - h };
+    const side = (Object.keys(rooms).find((name) => rooms[name] >= 2 * gap) ?? "below") as Side;
+    const [across, mouth] = [(left + right) / 2, top + 0.62 * (bottom - top)];
+    const wanted = {
+      right: [right + gap, mouth - h + 2 * corner],
+      left: [left - gap - w, mouth - h + 2 * corner],
+      above: [across - w / 2, top - gap - h],
+      below: [across - w / 2, bottom + gap],
+    }[side];
+    const [x, y] = [within(wanted[0], gap, width - gap - w), within(wanted[1], bar + gap, height - gap - h)];
+    const [at, edge] = side === "above" || side === "below" ? [across - x, w] : [mouth - y, h];
+    return { x, y, side, tail: within(at, 1.5 * corner, edge - 1.5 * corner) };
+  }
+
+  /** The same bubble on a picture. */
+  paint(ink: CanvasRenderingContext2D, width: number, height: number) {
+    if (!this.bubble.textContent) return;
+    const { corner: r, tail: size } = BUBBLE;
+    const { offsetWidth: w, offsetHeight: h } = this.bubble;
+    const scale = Math.min(width, height) / BUBBLE.across;
+    const { x, y, tail, side } = this.spot(width / scale, height / scale, 0);
+    const style = getComputedStyle(this.bubble);
+    ink.save();
+    ink.scale(scale, scale);
+    ink.translate(x, y);
+    ink.beginPath();
+    for (const [i, [a, b]] of [
+      [w, 0],
+      [w, h],
+      [0, h],
+      [0, 0],
+    ].entries()) {
+      const next = [
+        [w, h],
+        [0, h],
+        [0, 0],
+        [w, 0],
+      ][i];
+      if (i === 0) ink.moveTo(r, 0);
+      ink.arcTo(a, b, next[0], next[1], r);
+    }
+    ink.closePath();
+    const [before, after] = [tail - size, tail + size / 2];
+    const corners = {
+      right: [
+        [1, before],
+        [1, after],
+        [-size, after],
+      ],
+      left: [
+        [w - 1, before],
+        [w + size, after],
+        [w - 1, after],
+      ],
+      above: [
+        [before, h - 1],
+        [after, h + size],
+        [after, h - 1],
+      ].reverse(),
+      below: [
+        [before, 1],
+        [after, -size],
+        [after, 1],
+      ],
+    }[side]; // clockwise, as the rectangle is
+    ink.moveTo(corners[0][0], corners[0][1]);
+    ink.lineTo(corners[1][0], corners[1][1]);
+    ink.lineTo(corners[2][0], corners[2][1]);
+    ink.closePath();
+    Object.assign(ink, { shadowColor: "rgba(29,36,51,0.22)", shadowBlur: 22 * scale, shadowOffsetY: 6 * scale });
+    ink.fillStyle = style.backgroundColor;
+    ink.fill();
+    ink.shadowColor = "transparent";
+    Object.assign(ink, { font: `${style.fontWeight} ${style.fontSize} ${style.fontFamily}`, fillStyle: style.color });
+    ink.textBaseline = "middle";
+    for (const { text, left, middle } of this.lines()) ink.fillText(text, left, middle);
+    ink.restore();
+  }
+
+  /** The lines that the browser has broken the text into, and where they begin in the bubble. */
+  lines() {
+    const node = this.bubble.firstChild as Text;
+    const { left, top } = this.bubble.getBoundingClientRect();
+    const range = document.createRange();
+    const lines: { text: string; top: number; left: number; middle: number }[] = [];
+    let from = 0;
+    for (const letter of node.data) {
+      range.setStart(node, from);
+      range.setEnd(node, (from += letter.length));
+      const box = range.getBoundingClientRect();
+      const line = lines[lines.length - 1];
+      if (line && Math.abs(box.top - line.top) < box.height / 2) line.text += letter;
+      else lines.push({ text: letter, top: box.top, left: box.left - left, middle: box.top + box.height / 2 - top });
+    }
+    return lines;
+  }
+}

@@ -1,0 +1,292 @@
+import { clamp } from "../math/numbers.ts";
+import { Smoothing } from "../meshcat_viewer.ts";
+import type { Robot } from "../robot/robot.ts";
+import { THREE } from "../three.ts";
+import type { Camera, MeshcatViewer, Shape } from "../types.ts";
+import type { Eyes } from "./eyes.ts";
+import { FastLook } from "./fast_look.ts";
+import { Contact, Floor, ROBOT_LAYER } from "./floor.ts";
+import { makeEnvironment, setMaterial } from "./materials.ts";
+import { LEVELS, Quality, REST } from "./quality.ts";
+
+/**
+ * Move the camera so that what a preset looks at just fills the view, under a bar that takes a share of its height.
+ *
+ * @param box around what it looks at, in the world of three.js
+ * @param size of the robot [m]
+ */
+function lookAt({ camera, controls }: MeshcatViewer, preset: Camera, box: THREE.Box3, size: number, bar: number) {
+  const { Vector3, MathUtils } = THREE;
+  camera.fov = 28;
+  camera.near = 0.02 * size;
+  camera.far = 60 * size;
+  const centre = box.getCenter(new Vector3());
+  // The world of three.js has y up: z of the robot is its y, and y its −z.
+  const [x, y, z] = preset.direction;
+  const back = new Vector3(x, z, -y).normalize();
+  const right = new Vector3(0, 1, 0).cross(back).normalize();
+  const up = back.clone().cross(right);
+  const half = Math.tan(MathUtils.degToRad(camera.fov / 2));
+  const hidden = clamp(2 * bar - 0.1, 0, 0.5);
+  const tall = half * (0.9 - hidden / 2);
+  const wide = 0.9 * half * camera.aspect;
+  let distance = preset.links.length ? 0 : size;
+  for (let i = 0; i < 8; i++) {
+    const corner = new Vector3(
+      i & 1 ? box.max.x : box.min.x,
+      i & 2 ? box.max.y : box.min.y,
+      i & 4 ? box.max.z : box.min.z,
+    ).sub(centre);
+    const reach = Math.max(Math.abs(corner.dot(right)) / wide, Math.abs(corner.dot(up)) / tall);
+    distance = Math.max(distance, reach + corner.dot(back));
+  }
+  // The camera sits in meshcat's node that turns z up again; its coordinates are those of the world.
+  camera.position.copy(centre).addScaledVector(back, distance);
+  // The picture moves down by half of what the bar hides; the camera still turns about the middle of the robot.
+  const { aspect } = camera;
+  camera.setViewOffset(1, 1, 0, -hidden / 4, 1, 1);
+  camera.aspect = aspect;
+  camera.updateProjectionMatrix();
+  controls.target.copy(centre);
+  controls.update();
+}
+
+// How far a robot goes before the camera does, as a share of its size; the key light's place, from the robot.
+const SLACK = 0.15;
+const ROUNDING = 1e-12;
+const SEEN_THROUGH = 0.28;
+const KEY = new THREE.Vector3(0.75, 0.85, 2.6).normalize();
+
+/** Light, floor, materials and cameras: how the scene looks, and how much of that a frame may cost. */
+export class Studio {
+  key = new THREE.DirectionalLight(0xfffaf2, 0.37);
+  smoothing: Smoothing;
+  fastLook: FastLook;
+  contact: Contact;
+  floor: Floor;
+  place = [0, 0];
+  size = 1;
+  /** Robots that are drawn, the page's own first, and all of their shapes. */
+  robots: Robot[] = [];
+  shapes: Shape[] = [];
+  quality = new Quality();
+  // Pictures are always drawn at their best.
+  alwaysFine = false;
+  robotMoved = true;
+  // Frames since the shadows were those of the robot.
+  shadowsOld = 0;
+  seen = new Float64Array(32);
+  sphere = new THREE.Sphere();
+  part = new THREE.Sphere();
+  ratio: number;
+  // The share of their own opacity that shapes have, and whether the axes inside are to be seen.
+  opacity = 1;
+  axesShown = false;
+  eyes: Eyes | null = null;
+  /** When the drawing of a change began that is not known to be done. */
+  began: number | null = null;
+  resting: number | undefined;
+
+  constructor(readonly viewer: MeshcatViewer) {
+    const { scene, renderer } = viewer;
+    viewer.hide_background();
+    for (const name of ["Grid", "Axes", "Lights"]) viewer.set_property([name], "visible", false);
+
+    scene.environment = makeEnvironment(renderer);
+    // Ghosts, voxels and marks do not mirror the room: this lights them from all around.
+    const around = new THREE.HemisphereLight(0xffffff, 0xaab4c6, 0.16);
+    this.key.castShadow = true;
+    this.key.shadow.mapSize.set(1024, 1024);
+    for (const light of [around, this.key]) light.layers.enable(ROBOT_LAYER);
+    scene.add(around, this.key, this.key.target);
+
+    this.smoothing = new Smoothing(renderer);
+    this.fastLook = new FastLook(renderer, scene, this.key);
+    this.contact = new Contact(renderer);
+    this.floor = new Floor(this.contact);
+    scene.add(this.floor.node);
+    this.ratio = renderer.getPixelRatio();
+    viewer.controls.addEventListener("start", () => (this.quality.expected = true));
+    viewer.controls.addEventListener("end", () => (this.quality.expected = false));
+    this.done = this.done.bind(this);
+  }
+
+  // What is drawn over a robot grows with it, up to that of a human.
+  get markScale() {
+    return Math.min(this.size, 1.5);
+  }
+
+  /** Fit floor and marks to the size of the page's own robot. */
+  fit(robot: Robot) {
+    this.size = robot.box([]).getSize(new THREE.Vector3()).length() || 1;
+    this.floor.fit(this.size);
+  }
+
+  /** Draw a robot, too. */
+  adopt(robot: Robot) {
+    for (const { mesh } of robot.meshes) {
+      setMaterial(mesh);
+      mesh.layers.enable(ROBOT_LAYER);
+    }
+    this.robots.push(robot);
+    this.shapes = this.robots.flatMap(({ meshes }) => meshes);
+    this.moved();
+  }
+
+  /** @param robot that is drawn no more */
+  release(robot: Robot) {
+    this.robots = this.robots.filter((other) => other !== robot);
+    this.fastLook.release(robot.meshes);
+    this.shapes = this.robots.flatMap(({ meshes }) => meshes);
+    this.moved();
+  }
+
+  /** A robot is elsewhere than in the last picture. */
+  moved() {
+    this.robotMoved = true;
+  }
+
+  /**
+   * A robot that walks stays in the picture: what looks at it goes along over the floor, on a slack rope, so that one that
+   * only sways leaves it where it is.
+   */
+  goAlong(x: number, y: number) {
+    const way = [x - this.place[0], y - this.place[1]];
+    const length = Math.hypot(...way);
+    const share = 1 - (SLACK * this.size) / length;
+    if (!(share > 0)) return;
+    const [dx, dy] = way.map((step) => share * step);
+    this.place = [this.place[0] + dx, this.place[1] + dy];
+    const { camera, controls } = this.viewer;
+    for (const node of [camera.position, controls.target]) {
+      node.x += dx;
+      node.z -= dy;
+    }
+    this.floor.goAlong(this.place);
+  }
+
+  /** Draw a frame: as fast as it has to be while something moves, and at its best when it rests. */
+  draw() {
+    const { viewer, quality } = this;
+    const { camera, controls, scene } = viewer;
+    controls.update();
+    camera.updateProjectionMatrix();
+    camera.updateWorldMatrix(true, false);
+    const now = performance.now();
+    this.done(now);
+    const changed = this.cameraMoved() || this.robotMoved;
+    if (this.robotMoved) this.shadowsOld += 1;
+    this.robotMoved = false;
+    const level = this.alwaysFine ? LEVELS[0] : quality.next(now, changed);
+    const fine = level.fine || this.robots.length === 0;
+    if (this.shadowsOld >= level.shadows) this.castShadows();
+    this.setRatio(level.ratio * this.ratio);
+    this.floor.plane.material = fine ? this.floor.fine : this.floor.fast;
+    const { shapes } = this;
+    if (fine) this.smoothing.draw(scene, camera);
+    else this.fastLook.draw(shapes, camera);
+    this.eyes?.draw((eye) => (fine ? viewer.renderer.render(scene, eye) : this.fastLook.draw(shapes, eye)));
+    if (!changed || this.alwaysFine) return;
+    this.began = now;
+    requestAnimationFrame(this.done);
+  }
+
+  /** The browser asks for the next frame: so long did the last one take. */
+  done(now: number) {
+    // Of a frame that has been drawn since it was asked for, the next one tells.
+    if (this.began === null || now < this.began) return;
+    this.quality.took(now, now - this.began);
+    this.began = null;
+    clearTimeout(this.resting);
+    if (this.quality.moving) this.resting = window.setTimeout(() => this.viewer.set_dirty(), REST + 10);
+  }
+
+  cameraMoved() {
+    const { camera } = this.viewer;
+    let moved = false;
+    for (const [offset, { elements }] of [
+      [0, camera.matrixWorld],
+      [16, camera.projectionMatrix],
+    ] as [number, THREE.Matrix4][]) {
+      for (let i = 0; i < 16; i++) {
+        // The controls turn the camera by roundings each time they are asked.
+        moved ||= Math.abs(this.seen[offset + i] - elements[i]) > ROUNDING;
+        this.seen[offset + i] = elements[i];
+      }
+    }
+    return moved;
+  }
+
+  /** @param ratio pixels of the picture for one of the page's */
+  setRatio(ratio: number) {
+    const { renderer } = this.viewer;
+    if (renderer.getPixelRatio() !== ratio) renderer.setPixelRatio(ratio);
+  }
+
+  // The light's shadow is fitted to the robots, so that all of its pixels are used.
+  castShadows() {
+    if (this.robots.length === 0) return;
+    this.shadowsOld = 0;
+    const { key, sphere, viewer } = this;
+    this.robots[0].sphere(sphere);
+    for (const robot of this.robots.slice(1)) sphere.union(robot.sphere(this.part));
+    const { center } = sphere;
+    // In steps, so that the shadow of a limb that moves does not swim on one that does not.
+    const radius = 1.1 ** Math.ceil(Math.log(sphere.radius) / Math.log(1.1));
+    this.contact.draw(viewer.scene, center, radius);
+    // Lights stand in the scene, which has z up.
+    const [x, y, z] = [center.x, -center.z, center.y];
+    key.target.position.set(x, y, z);
+    key.position
+      .copy(KEY)
+      .multiplyScalar(2 * radius)
+      .add(key.target.position);
+    const { camera } = key.shadow;
+    Object.assign(camera, { left: -radius, right: radius, top: radius, bottom: -radius });
+    Object.assign(camera, { near: 0.9 * radius, far: 3.1 * radius + 3 * Math.max(0, z) });
+    camera.updateProjectionMatrix();
+    // A texel in metres, seen at a slant.
+    key.shadow.normalBias = 3 * (radius / key.shadow.mapSize.x);
+    key.shadow.bias = -0.0005;
+    viewer.renderer.shadowMap.needsUpdate = true;
+  }
+
+  /** Let the axes inside the robot be seen. */
+  seeThrough(on: boolean) {
+    this.axesShown = on;
+    this.setOpacity(this.opacity);
+  }
+
+  /** @param share of their own opacity that shapes have */
+  setOpacity(share: number) {
+    this.opacity = share;
+    const least = this.axesShown ? Math.min(share, SEEN_THROUGH) : share;
+    for (const { mesh } of this.robots[0]?.meshes ?? []) {
+      const opacity = least * mesh.userData.opacity;
+      const side = opacity < mesh.userData.opacity ? THREE.FrontSide : mesh.userData.side;
+      const transparent = opacity < 1;
+      if (mesh.material.transparent !== transparent || mesh.material.side !== side) mesh.material.needsUpdate = true;
+      Object.assign(mesh.material, { opacity, side, transparent });
+    }
+    this.viewer.set_dirty();
+  }
+
+  /**
+   * Look from one of the presets.
+   *
+   * @param bar share of the picture's height that a bar hides
+   */
+  look(preset: Camera | undefined, robots: { box(links: number[]): THREE.Box3 }, bar: number = 0) {
+    if (!preset) return;
+    lookAt(this.viewer, preset, robots.box(preset.links), this.size, bar);
+    this.viewer.set_dirty();
+  }
+}
+
+export function resize(viewer: MeshcatViewer, width: number, height: number) {
+  // In a frame that is hidden the picture has no shape yet, and the camera is to have a place all the same.
+  viewer.camera.aspect = width > 0 && height > 0 ? width / height : 1;
+  viewer.camera.updateProjectionMatrix();
+  viewer.renderer.setSize(width, height);
+  viewer.set_dirty();
+}

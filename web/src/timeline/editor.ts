@@ -1,0 +1,328 @@
+import { element, iconButton } from "../panel/element.ts";
+import { History } from "../values/history.ts";
+import { GAP, KeyFrames, LATEST, MOST_KEYS, excesses, slowedTimes } from "./key_frames.ts";
+import type { Interpolation } from "./motion.ts";
+import type { Player } from "./player.ts";
+import { thinned } from "./recorder.ts";
+import { Track } from "./track.ts";
+
+/** The buttons over the track of key frames, and what they say of keys that are too fast. */
+class KeyTools {
+  add = element("button", { type: "button", className: "add", title: "Add key (K)" }, "Add key");
+  ofKey: HTMLButtonElement[];
+  interpolation = element(
+    "select",
+    { ariaLabel: "Between the keys", title: "Between the keys" },
+    element("option", { value: "linear" }, "Linear"),
+    element("option", { value: "smooth" }, "Smooth"),
+  );
+  back: HTMLButtonElement;
+  again: HTMLButtonElement;
+  problem = element("span", { className: "problem" });
+  slow = element("button", { type: "button" }, "Slow down");
+  element: HTMLDivElement;
+
+  constructor(readonly editor: Editor) {
+    this.add.onclick = () => editor.adding();
+    /** What is done to the key that is selected. */
+    this.ofKey = [
+      iconButton("replace", "Replace by what is shown", () => editor.replacing()),
+      iconButton("copy", "Duplicate the key", () => editor.duplicating()),
+      iconButton("trash", "Delete the key", () => editor.deleting(), "Del"),
+    ];
+    this.interpolation.onchange = () => editor.interpolate(this.interpolation.value === "smooth" ? "smooth" : "linear");
+    this.back = iconButton("undo", "Undo the change of key frames", () => editor.undo(), "Ctrl+Z");
+    this.again = iconButton("redo", "Redo the change of key frames", () => editor.redo(), "Ctrl+Shift+Z");
+    this.problem.setAttribute("role", "status");
+    this.slow.onclick = () => editor.slowDown();
+    const actions = [this.add, ...this.ofKey, this.interpolation, this.back, this.again];
+    this.element = element(
+      "div",
+      { className: "head" },
+      element("div", { className: "actions" }, ...actions),
+      element("div", { className: "tooFast" }, this.problem, this.slow),
+    );
+  }
+
+  refresh(tooFast: { text: string }[]) {
+    const { history, selected, frames } = this.editor;
+    const more = tooFast.length > 1 ? ` and ${tooFast.length - 1} more` : "";
+    const problem = tooFast.length > 0 ? `${tooFast[0].text}${more}` : "";
+    // A text that stays is not read out again.
+    if (this.problem.textContent !== problem) this.problem.textContent = problem;
+    this.slow.hidden = tooFast.length === 0;
+    this.interpolation.value = frames.interpolation;
+    // A disabled button would lose the focus to nothing.
+    const disable = (tool: HTMLButtonElement, on: boolean) => tool.setAttribute("aria-disabled", String(on));
+    for (const tool of this.ofKey) disable(tool, selected < 0);
+    disable(this.back, history.past.length === 0);
+    disable(this.again, history.future.length === 0);
+  }
+}
+
+interface State {
+  frames: KeyFrames;
+  selected: number;
+}
+
+// How far [rad, m] key frames made of a clip may be beside it.
+const TOLERANCE = (0.5 * Math.PI) / 180;
+
+/** Key frames as they are edited: the track that they stand on, and the tools over it. */
+export class Editor {
+  frames = new KeyFrames();
+  selected = -1;
+  /** What was before the drag that is under way. */
+  before: State | null = null;
+  history: History<State> = new History();
+  element = element("section", { className: "keys", hidden: true, ariaLabel: "Key frames" });
+  names: Map<number, string>;
+  limits: (number | null)[];
+  button: HTMLButtonElement;
+  track: Track;
+  tools: KeyTools;
+
+  constructor(public player: Player) {
+    const { about } = player.page.robot;
+    this.names = new Map(about.coordinates.map(({ column, joint }) => [column, joint]));
+    this.limits = player.page.stance.q.map(() => null);
+    for (const { column, velocity } of about.coordinates) this.limits[column] = velocity;
+    this.button = player.switch("key", "Key frames", () => this.open(!this.isOpen, true));
+    this.track = new Track({
+      select: (place) => this.select(place),
+      grab: (place) => this.grab(place),
+      drag: (time) => this.drag(time),
+      release: () => this.release(),
+      seek: (time) => this.seek(time),
+      press: (event, place) => this.press(event, place),
+    });
+    this.tools = new KeyTools(this);
+    this.element.append(this.tools.element, this.track.element);
+    this.element.onkeydown = (event) => this.undoKey(event);
+    player.addEventListener("time", () => this.track.setTime(this.now));
+    document.addEventListener("keydown", (event) => this.addKey(event));
+    this.draw();
+  }
+
+  get isOpen() {
+    return !this.element.hidden;
+  }
+
+  /** The time of the playhead. */
+  get now() {
+    return this.player.keys?.time ?? 0;
+  }
+
+  /** @param byHand then without keys they are made of the clip, and it is played again when they are left */
+  open(on: boolean, byHand: boolean = false) {
+    if (this.isOpen === on) return;
+    this.element.hidden = !on;
+    this.button.setAttribute("aria-pressed", String(on));
+    const { player } = this;
+    player.bar.classList.toggle("editing", on);
+    if (!byHand) return;
+    if (on && this.frames.count === 0) this.takeClip();
+    else player.change(on ? player.keys : (player.clip ?? player.keys));
+  }
+
+  /**
+   * @param frames instead of those before
+   * @param time on show
+   */
+  take(frames: KeyFrames, time: number = 0) {
+    this.player.pause();
+    this.open(true);
+    this.apply(frames, time === 0 ? 0 : -1);
+    if (this.player.keys) this.player.keys.time = time;
+    this.draw();
+  }
+
+  takeClip() {
+    const motion = this.player.clip?.motion;
+    if (!motion) return this.player.change(this.player.keys);
+    const few = thinned(motion, TOLERANCE, MOST_KEYS);
+    if (!few) {
+      this.open(false);
+      this.player.say(
+        `The clip moves in more ways than ${MOST_KEYS} key frames can hold; it is played, not edited.`,
+        true,
+      );
+      return;
+    }
+    const { time } = this.player;
+    this.apply(KeyFrames.from(few), -1);
+    this.player.seek(time);
+    this.player.say(`${motion.count} configurations of the clip became ${few.count} key frames, within 0.5° of it.`);
+  }
+
+  // --- changes ---------------------------------------------------------------------------------------------------
+
+  /** @param before what undo gives back; null for no step of its own */
+  apply(frames: KeyFrames, selected: number, before: State | null = { frames: this.frames, selected: this.selected }) {
+    if (before) this.history.push(before);
+    this.frames = frames;
+    this.selected = Math.min(selected, frames.count - 1);
+    const { time } = this.player;
+    this.player.setKeys(frames.motion);
+    if (this.player.keys) this.player.keys.time = time;
+    this.draw();
+  }
+
+  /** @param event anywhere */
+  addKey(event: KeyboardEvent) {
+    if (!this.isOpen || event.key.toLowerCase() !== "k" || event.defaultPrevented) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || !this.player.page.panel.settings.keys) return;
+    const { target } = event;
+    if (target instanceof Element && target.closest('input:not([type="range"]), textarea, select, dialog')) return;
+    event.preventDefault();
+    this.adding();
+  }
+
+  adding() {
+    if (this.frames.count >= MOST_KEYS) return this.player.say(`There are ${MOST_KEYS} key frames: that is all.`, true);
+    const { page } = this.player;
+    const time = this.frames.nextTime(this.now);
+    if (time > LATEST && this.isFull()) return;
+    this.player.pause();
+    this.added(this.frames.adding(time, page.stance.q));
+  }
+
+  duplicating() {
+    if (this.selected < 0 || this.frames.count >= MOST_KEYS || this.isFull()) return;
+    this.added(this.frames.duplicating(this.selected));
+  }
+
+  /** Whether no key fits behind the last one; then it is said. */
+  isFull() {
+    const last = this.frames.keys.at(-1)?.time ?? 0;
+    if (last <= LATEST - GAP) return false;
+    this.player.say("Key frames end after an hour.", true);
+    return true;
+  }
+
+  added({ frames, place }: { frames: KeyFrames; place: number }) {
+    this.apply(frames, place);
+    this.player.seek(frames.keys[place].time);
+  }
+
+  replacing() {
+    if (this.selected < 0) return;
+    this.apply(this.frames.replacing(this.selected, this.player.page.stance.q), this.selected);
+    this.player.seek(this.frames.keys[this.selected].time);
+  }
+
+  deleting() {
+    if (this.selected < 0) return;
+    const focused = this.track.row.contains(document.activeElement);
+    this.apply(this.frames.without(this.selected), this.selected);
+    if (focused && this.frames.count === 0) this.tools.add.focus();
+  }
+
+  interpolate(interpolation: Interpolation) {
+    this.apply(this.frames.interpolating(interpolation), this.selected);
+    this.player.seek(this.now);
+  }
+
+  slowDown() {
+    const { motion } = this.frames;
+    if (!motion) return;
+    this.apply(this.frames.retimed(slowedTimes(motion, this.limits)), this.selected);
+    this.player.seek(this.selected < 0 ? this.now : this.frames.keys[this.selected].time);
+  }
+
+  undo() {
+    this.restore(this.history.undo({ frames: this.frames, selected: this.selected }));
+  }
+
+  redo() {
+    this.restore(this.history.redo({ frames: this.frames, selected: this.selected }));
+  }
+
+  restore(state: State | undefined) {
+    if (!state) return;
+    this.apply(state.frames, state.selected, null);
+    this.player.seek(this.selected < 0 ? this.now : this.frames.keys[this.selected].time);
+  }
+
+  // --- by hand ---------------------------------------------------------------------------------------------------
+
+  seek(time: number) {
+    this.selected = -1;
+    this.player.seek(Math.round(time * 100) / 100);
+    this.draw();
+  }
+
+  select(place: number) {
+    this.selected = place;
+    this.player.seek(this.frames.keys[place].time);
+    this.draw();
+    this.track.diamonds[place].focus();
+  }
+
+  grab(place: number) {
+    this.select(place);
+    this.before = { frames: this.frames, selected: place };
+  }
+
+  drag(time: number) {
+    if (this.before) this.retime(this.before.frames.moving(this.before.selected, time), null);
+  }
+
+  release() {
+    if (this.before && this.before.frames !== this.frames) this.history.push(this.before);
+    this.before = null;
+    this.draw();
+  }
+
+  retime({ frames, place }: { frames: KeyFrames; place: number }, before?: State | null) {
+    this.apply(frames, place, before);
+    this.player.seek(frames.keys[place].time);
+  }
+
+  press(event: KeyboardEvent, place: number) {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const step = event.shiftKey ? 0.01 : 0.1;
+    const last = this.frames.count - 1;
+    const move = (by: number) => this.retime(this.frames.moving(place, this.frames.keys[place].time + by));
+    const does: Record<string, () => void> = {
+      ArrowLeft: () => move(-step),
+      ArrowRight: () => move(step),
+      ArrowUp: () => this.select(Math.max(place - 1, 0)),
+      ArrowDown: () => this.select(Math.min(place + 1, last)),
+      Home: () => this.select(0),
+      End: () => this.select(last),
+      Enter: () => this.select(place),
+      Delete: () => this.deleting(),
+      Backspace: () => this.deleting(),
+    };
+    if (!Object.hasOwn(does, event.key)) return;
+    event.preventDefault();
+    this.selected = place;
+    does[event.key]();
+  }
+
+  undoKey(event: KeyboardEvent) {
+    if (!(event.ctrlKey || event.metaKey)) return;
+    const key = event.key.toLowerCase();
+    if (key !== "z" && key !== "y") return;
+    // Of the key frames, not of the robot.
+    event.preventDefault();
+    if (key === "y" || event.shiftKey) this.redo();
+    else this.undo();
+  }
+
+  // --- what is seen ----------------------------------------------------------------------------------------------
+
+  draw() {
+    const { keys, motion } = this.frames;
+    const found = motion ? excesses(motion, this.limits) : [];
+    const tooFast = found.map(({ segment, column, needs }) => ({
+      from: keys[segment].time,
+      to: keys[segment + 1].time,
+      text: `${this.names.get(column)} needs ${needs.toFixed(2)} s`,
+    }));
+    this.track.draw(this.frames, this.selected, tooFast);
+    this.track.setTime(this.now);
+    this.tools.refresh(tooFast);
+  }
+}

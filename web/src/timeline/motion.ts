@@ -1,0 +1,148 @@
+import { clamp } from "../math/numbers.ts";
+
+/** the keys of one joint */
+export interface Track {
+  name: string;
+  times: number[];
+  values: number[];
+}
+
+/** A file that is no motion: one line that says what was wrong, and where. */
+export class NoMotion extends Error {}
+
+/** Keys of a joint that are read at all. */
+export const MOST_ROWS = 50_000;
+
+export const DEGREE = Math.PI / 180;
+
+export const TIME_UNITS: Record<string, number> = { s: 1, ms: 1e-3 };
+
+/** Whether a joint is a hand, given as a share from closed to open. */
+export const isHand = (name: string) => name === "LHand" || name === "RHand";
+
+/**
+ * Slopes of the monotone cubic through the keys of one number, as nao_kin.motion.smooth_slopes gives them: zero at the
+ * first and the last key and where the straight lines beside a key differ in sign, else their weighted harmonic mean.
+ *
+ * Source: F. N. Fritsch and J. Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300–304.
+ *
+ * @param times strictly ascending
+ * @param value at a key
+ * @returns one for each key
+ */
+function smoothSlopes(times: ArrayLike<number>, value: (key: number) => number): Float64Array {
+  const slopes = new Float64Array(times.length);
+  for (let key = 1; key < times.length - 1; key++) {
+    const [before, after] = [times[key] - times[key - 1], times[key + 1] - times[key]];
+    const rising = (value(key) - value(key - 1)) / before;
+    const going = (value(key + 1) - value(key)) / after;
+    if (!(Math.sign(rising) * Math.sign(going) > 0)) continue;
+    const [w1, w2] = [before + 2 * after, 2 * before + after];
+    slopes[key] = (w1 + w2) / (w1 / rising + w2 / going);
+  }
+  return slopes;
+}
+
+export type Interpolation = "linear" | "smooth";
+
+/**
+ * Configurations at times, and what lies between them: straight lines, or the monotone cubic that is at rest at both
+ * ends. Before the first and after the last time the robot stands still. It is not changed once it is made.
+ *
+ * Joints of one motor are one number of a configuration, so they stay coupled.
+ */
+export class Motion {
+  width: number;
+  /** Slopes of each number at each time. */
+  slopes: Float64Array[] = [];
+
+  /**
+   * @param times strictly ascending, at least one [s]
+   * @param values the configurations, one after another
+   */
+  constructor(
+    readonly times: ArrayLike<number>,
+    readonly values: ArrayLike<number>,
+    readonly interpolation: Interpolation = "linear",
+  ) {
+    this.width = values.length / times.length;
+    if (interpolation === "smooth") {
+      for (let column = 0; column < this.width; column++) {
+        this.slopes.push(smoothSlopes(times, (key) => values[key * this.width + column]));
+      }
+    }
+  }
+
+  /** @param rows one configuration for each time */
+  static of(times: ArrayLike<number>, rows: readonly ArrayLike<number>[], interpolation?: Interpolation) {
+    return new Motion(times, Float64Array.from(rows.flatMap((row) => Array.from(row))), interpolation);
+  }
+
+  get count() {
+    return this.times.length;
+  }
+
+  get start() {
+    return this.times[0];
+  }
+
+  get end() {
+    return this.times[this.times.length - 1];
+  }
+
+  /** @param index of a time */
+  row(index: number) {
+    return Array.from({ length: this.width }, (_, column) => this.values[index * this.width + column]);
+  }
+
+  /** Which segment a time is in: a time of its own begins one, the last belongs to the one before. */
+  segment(time: number) {
+    let [low, high] = [0, this.count];
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.times[middle] <= time) low = middle + 1;
+      else high = middle;
+    }
+    return clamp(low - 1, 0, Math.max(this.count - 2, 0));
+  }
+
+  /**
+   * The configuration at a time.
+   *
+   * @param time [s]
+   */
+  at(time: number) {
+    if (!(time > this.start)) return this.row(0);
+    if (time >= this.end) return this.row(this.count - 1);
+    const first = this.segment(time);
+    const duration = this.times[first + 1] - this.times[first];
+    const u = (time - this.times[first]) / duration;
+    const q = this.row(first);
+    for (let column = 0; column < this.width; column++) {
+      const [p, r, rise] = this.controls(first, column);
+      q[column] += u * (3 * (1 - u) * ((1 - u) * p + u * r) + u * u * rise);
+    }
+    return q;
+  }
+
+  /** The largest speed of a number in a segment [1/s]. */
+  fastest(segment: number, column: number) {
+    const [p, r, rise] = this.controls(segment, column);
+    // A third of the derivative, a quadratic: greatest at an end, or where it turns.
+    const [a, b, c] = [p, r - p, rise - r];
+    const turn = (a - b) / (a - 2 * b + c);
+    const between = turn > 0 && turn < 1 ? (1 - turn) ** 2 * a + 2 * turn * (1 - turn) * b + turn ** 2 * c : 0;
+    const most = Math.max(Math.abs(a), Math.abs(c), Math.abs(between));
+    return (3 * most) / (this.times[segment + 1] - this.times[segment]);
+  }
+
+  /** A segment as a cubic in u from 0 to 1: 3 u (1 − u)² p + 3 u² (1 − u) r + u³ rise above its first value. */
+  controls(segment: number, column: number): [number, number, number] {
+    const from = segment * this.width + column;
+    const rise = this.values[from + this.width] - this.values[from];
+    if (this.interpolation === "linear") return [rise / 3, (2 * rise) / 3, rise];
+    const third = (this.times[segment + 1] - this.times[segment]) / 3;
+    const slopes = this.slopes[column];
+    return [slopes[segment] * third, rise - slopes[segment + 1] * third, rise];
+  }
+}

@@ -1,0 +1,148 @@
+import { THREE } from "../three.ts";
+import type { MeshcatViewer } from "../types.ts";
+import { Motion } from "./motion.ts";
+
+/** Plays the clip that came from Python; meshcat's animator does the work. */
+export class ClipPlayback {
+  known: Motion | null | undefined;
+
+  /**
+   * @param begin called before the clip, rather than anything else, says how the robot stands
+   * @param fps configurations per second
+   */
+  constructor(
+    readonly viewer: MeshcatViewer,
+    readonly begin: () => void,
+    readonly fps: number,
+  ) {
+    // An action that is not under way takes no notice of seeking.
+    for (const action of this.animator.actions) action.play();
+    if (this.playing) this.begin();
+    else this.seek(0);
+  }
+
+  get animator() {
+    return this.viewer.animator;
+  }
+
+  get duration() {
+    return this.animator.duration;
+  }
+
+  get time() {
+    return this.animator.time;
+  }
+
+  get playing() {
+    return this.animator.playing;
+  }
+
+  /** The same as configurations; null where the clip moves something else. */
+  get motion(): Motion | null {
+    if (this.known === undefined) {
+      const tracks = this.animator.actions.flatMap((action) => action.getClip().tracks);
+      const track = tracks.find(({ name }) => name === ".joint_values");
+      const times = Array.from(track?.times ?? [], (_, i) => i / this.fps);
+      this.known = track && times.length > 0 ? new Motion(times, track.values) : null;
+    }
+    return this.known;
+  }
+
+  play() {
+    if (this.time >= this.duration) this.seek(0);
+    this.begin();
+    this.animator.play();
+    this.viewer.set_dirty();
+  }
+
+  pause() {
+    if (this.playing) this.animator.pause();
+  }
+
+  seek(time: number) {
+    this.pause();
+    this.begin();
+    for (const action of this.animator.actions) {
+      action.paused = false;
+      action.play();
+    }
+    this.animator.seek(time);
+    this.animator.display_progress(time);
+  }
+
+  /** @param on whether it begins again when it ends */
+  setLoop(on: boolean) {
+    for (const action of this.animator.actions) action.setLoop(THREE.LoopRepeat, on ? Infinity : 1);
+  }
+
+  /** @param speed 1 for its own */
+  setSpeed(speed: number) {
+    this.animator.mixer.timeScale = speed;
+  }
+}
+
+/** Plays a motion of this page: key frames, a recording, a file. */
+export class MotionPlayback {
+  time = 0;
+  playing = false;
+  looping = true;
+  speed = 1;
+  request = 0;
+
+  constructor(
+    public motion: Motion,
+    readonly show: (q: number[]) => void,
+  ) {}
+
+  get duration() {
+    return this.motion.end;
+  }
+
+  play() {
+    if (this.time >= this.duration) this.time = 0;
+    this.pause();
+    this.playing = true;
+    let last = performance.now();
+    const step = (now: number) => {
+      this.step(Math.max(0, now - last) / 1000);
+      last = Math.max(now, last);
+      if (this.playing) this.request = requestAnimationFrame(step);
+    };
+    this.request = requestAnimationFrame(step);
+  }
+
+  pause() {
+    this.playing = false;
+    // Played again before the next picture, it would else go on twice as fast.
+    cancelAnimationFrame(this.request);
+  }
+
+  /** @param seconds that have passed */
+  step(seconds: number) {
+    let time = this.time + seconds * this.speed;
+    if (time >= this.duration) {
+      if (this.looping && this.duration > 0) time %= this.duration;
+      else {
+        time = this.duration;
+        this.playing = false;
+      }
+    }
+    this.time = time;
+    this.show(this.motion.at(time));
+  }
+
+  /** @param time may be behind the end, where the robot stands still */
+  seek(time: number) {
+    this.pause();
+    this.time = Math.max(0, time);
+    this.show(this.motion.at(this.time));
+  }
+
+  setLoop(on: boolean) {
+    this.looping = on;
+  }
+
+  setSpeed(speed: number) {
+    this.speed = speed;
+  }
+}

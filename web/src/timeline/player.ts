@@ -1,0 +1,272 @@
+import "./timeline.css";
+import type { Legend } from "../scene/legend.ts";
+import type { Panel } from "../panel/panel.ts";
+import type { Pick } from "../pick/pick.ts";
+import type { Reports } from "../reports.ts";
+import type { Robot } from "../robot/robot.ts";
+import type { Stance } from "../stance.ts";
+import type { Studio } from "../scene/studio.ts";
+import type { MeshcatViewer } from "../types.ts";
+import { element, iconButton, menu, type IconName } from "../panel/element.ts";
+import { PlotStrip } from "../plot/plot_strip.ts";
+import { Trails, type Mode } from "../scene/trails.ts";
+import { Editor } from "./editor.ts";
+import type { Motion } from "./motion.ts";
+import { MotionFiles } from "./motion_files.ts";
+import { ClipPlayback, MotionPlayback } from "./playback.ts";
+import { Recording } from "./recorder.ts";
+
+/** The parts of the page that are used here. */
+interface Page extends EventTarget {
+  readonly legend: Legend;
+  readonly panel: Panel;
+  readonly pick: Pick;
+  readonly reports: Reports;
+  readonly robot: Robot;
+  readonly role: string;
+  readonly stance: Stance;
+  readonly studio: Studio;
+  readonly viewer: MeshcatViewer;
+}
+
+const MODES: Record<Mode, string> = { off: "None", behind: "Behind what moves", whole: "Of all that is played" };
+
+/** Which frames leave a trail, and when. */
+class TrailsMenu {
+  button = iconButton("trail", "Trails of frames", () => {});
+  menu: HTMLDivElement;
+
+  constructor(trails: Trails) {
+    const modes = (Object.keys(MODES) as Mode[]).map((mode) => {
+      const radio = element("input", { type: "radio", name: "trails", checked: mode === trails.mode });
+      radio.onchange = () => {
+        trails.setMode(mode);
+        this.button.classList.toggle("on", mode !== "off");
+      };
+      return element("label", {}, radio, MODES[mode]);
+    });
+    const { about } = trails.page.robot;
+    const others = about.frames.map(({ name }) => name).filter((name) => !about.effectors.includes(name));
+    const frames = [...about.effectors, ...others].map((name) => {
+      const box = element("input", { type: "checkbox", checked: trails.frames.has(name) });
+      box.onchange = () => trails.choose(name, box.checked);
+      return element("label", {}, box, name);
+    });
+    this.menu = menu(
+      this.button,
+      "Trails of frames",
+      element("fieldset", { className: "modes" }, element("legend", {}, "Trails"), ...modes),
+      element("fieldset", { className: "frames" }, element("legend", {}, "Frames"), ...frames),
+    );
+    this.menu.classList.add("trails");
+  }
+}
+
+type Playback = ClipPlayback | MotionPlayback;
+
+const SPEEDS = [0.1, 0.25, 0.5, 0.75, 1, 1.5, 2, 3, 4];
+
+/**
+ * The bar under the view: it plays the clip from Python, a recording or key frames, one at a time.
+ *
+ * Events: "motion" when another one is played, or it was changed; "time" when the time shown is another one.
+ */
+export class Player extends EventTarget {
+  // What comes with the robot, in `start`.
+  editor: Editor;
+  recording: Recording;
+  plots: PlotStrip;
+  trails: Trails;
+
+  looping = true;
+  speed = 1;
+  /** The clip from Python, a recording, or a file. */
+  clip: Playback | null = null;
+  keys: MotionPlayback | null = null;
+  /** The one of the two that is played. */
+  playback: Playback | null = null;
+  /** What the bar shows. */
+  shownState: string | undefined = undefined;
+  button: HTMLButtonElement;
+  scrubber = element("input", { type: "range", min: "0", step: "any", ariaLabel: "Time" });
+  clock = element("output", { ariaLive: "off" });
+  loop = element("button", { type: "button", className: "loop", title: "Play again and again" }, "↻");
+  speeds = element(
+    "select",
+    { ariaLabel: "Speed", title: "Speed" },
+    ...SPEEDS.map((speed) => element("option", { value: `${speed}`, selected: speed === 1 }, `${speed}×`)),
+  );
+  sheets = element("div", { className: "sheets" });
+  tools = element("div", { className: "actions" });
+
+  /** @param begin called before the clip, rather than anything else, says how the robot stands */
+  constructor(
+    public page: Page,
+    public bar: HTMLElement,
+    readonly begin: () => void,
+  ) {
+    super();
+    this.button = element("button", { type: "button", className: "play", onclick: () => this.toggle() });
+    this.scrubber.oninput = () => this.seek(Number(this.scrubber.value));
+    this.loop.ariaLabel = "Play again and again";
+    this.loop.onclick = () => this.setLoop(!this.looping);
+    this.speeds.onchange = () => this.setSpeed(Number(this.speeds.value));
+    const own = element("div", { className: "own" }, this.button, this.scrubber, this.clock, this.loop, this.speeds);
+    bar.append(this.sheets, element("div", { className: "transport" }, own, this.tools));
+    bar.classList.add("empty");
+    new ResizeObserver(() => {
+      bar.closest("main")?.style.setProperty("--bar-height", `${bar.offsetHeight}px`);
+    }).observe(bar);
+    page.addEventListener("started", () => this.start());
+  }
+
+  // The robot is there, and the panel.
+  start() {
+    this.editor = new Editor(this);
+    this.recording = new Recording(this);
+    this.plots = new PlotStrip(this);
+    this.trails = new Trails(this.page, this);
+    const files = new MotionFiles(this);
+    const trails = new TrailsMenu(this.trails);
+    this.sheets.replaceChildren(this.plots.element, this.editor.element);
+    this.tools.replaceChildren(
+      this.recording.button,
+      this.editor.button,
+      this.plots.button,
+      trails.button,
+      trails.menu,
+      files.button,
+      files.menu,
+      files.field,
+    );
+    this.bar.hidden = this.page.role !== "";
+    this.change(null);
+  }
+
+  get loaded() {
+    return this.playback !== null;
+  }
+
+  /** What is played, as configurations over time. */
+  get motion() {
+    return this.playback?.motion ?? null;
+  }
+
+  get time() {
+    return this.playback?.time ?? 0;
+  }
+
+  /** @param message of meshcat: a clip has come */
+  load({ animations, options }: { animations?: { clip: { fps?: number } }[]; options: { repetitions: number } }) {
+    if (this.page.viewer.animator.actions.length === 0) return this.unload();
+    this.keys?.pause();
+    // What pauses the clip before would pause this one: the animator plays it already.
+    if (this.playback instanceof ClipPlayback) this.playback = null;
+    this.looping = !(options.repetitions <= 1);
+    this.setClip(new ClipPlayback(this.page.viewer, this.begin, animations?.[0]?.clip.fps ?? 30));
+  }
+
+  // The clip from Python is over.
+  unload() {
+    const { animator } = this.page.viewer;
+    if (animator.playing) animator.pause();
+    animator.clear();
+    if (this.clip instanceof ClipPlayback) this.clip = null;
+    if (this.playback instanceof ClipPlayback) this.change(this.keys);
+  }
+
+  /** @param clip what is played from now on, rather than key frames */
+  setClip(clip: Playback) {
+    this.clip = clip;
+    this.editor.open(false);
+    this.change(clip);
+  }
+
+  /** Key frames have come, were changed, or are gone. */
+  setKeys(motion: Motion | null) {
+    if (!motion) this.keys = null;
+    else if (this.keys) this.keys.motion = motion;
+    else this.keys = this.playing(motion);
+    this.change(this.keys);
+  }
+
+  playing(motion: Motion) {
+    return new MotionPlayback(motion, (q) => this.show(q));
+  }
+
+  change(playback: Playback | null) {
+    if (playback !== this.playback) this.playback?.pause();
+    this.playback = playback;
+    this.bar.classList.toggle("empty", !playback);
+    this.setLoop(this.looping);
+    this.setSpeed(this.speed);
+    this.shownState = undefined;
+    this.refresh();
+    this.dispatchEvent(new Event("motion"));
+  }
+
+  toggle() {
+    if (!this.playback) return;
+    if (this.playback.playing) return this.pause();
+    this.page.reports.begins = true;
+    this.playback.play();
+    this.refresh();
+  }
+
+  pause() {
+    this.playback?.pause();
+    this.refresh();
+  }
+
+  seek(time: number) {
+    this.page.reports.begins = true;
+    this.playback?.seek(time);
+    this.refresh();
+  }
+
+  setLoop(on: boolean) {
+    this.looping = on;
+    this.playback?.setLoop(on);
+    this.loop.setAttribute("aria-pressed", String(on));
+  }
+
+  setSpeed(speed: number) {
+    this.speed = speed;
+    this.playback?.setSpeed(speed);
+  }
+
+  /** Show a configuration of a motion of this page; other pages follow. */
+  show(q: number[]) {
+    this.page.stance.put(q, null, false);
+    this.page.reports.playing("played", q);
+  }
+
+  /** Bring the bar up to date; on every picture. */
+  refresh() {
+    if (!this.playback) return;
+    const { playing, time, duration } = this.playback;
+    const state = `${playing} ${time} ${duration}`;
+    if (state === this.shownState) return;
+    this.shownState = state;
+    this.button.textContent = playing ? "❚❚" : "▶";
+    this.button.ariaLabel = playing ? "Pause" : "Play";
+    this.scrubber.max = String(duration);
+    if (document.activeElement !== this.scrubber || playing) this.scrubber.value = String(time);
+    const share = duration > 0 ? Math.min(time / duration, 1) : 0;
+    this.scrubber.style.setProperty("--to", `${100 * share}%`);
+    this.scrubber.setAttribute("aria-valuetext", `${time.toFixed(2)} s`);
+    this.clock.textContent = `${time.toFixed(2)} / ${duration.toFixed(2)} s`;
+    this.dispatchEvent(new Event("time"));
+  }
+
+  /** A button of the bar that is on or off. */
+  switch(name: IconName, label: string, onclick: () => void) {
+    const button = iconButton(name, label, onclick);
+    button.setAttribute("aria-pressed", "false");
+    return button;
+  }
+
+  say(text: string, bad: boolean = false) {
+    this.page.panel.messages.say(text, { bad });
+  }
+}

@@ -1,0 +1,165 @@
+import { element } from "../panel/element.ts";
+import { Motion } from "./motion.ts";
+import type { Player } from "./player.ts";
+
+/**
+ * The samples of a motion that suffice: straight lines between them stay within a tolerance of all others (Ramer,
+ * Douglas and Peucker, each number for itself). Null where that takes more than some number of them.
+ *
+ * @param tolerance of every number
+ */
+export function thinned(motion: Motion, tolerance: number, most: number) {
+  const { times, values, width, count } = motion;
+  const kept = new Set([0, count - 1]);
+  const open = [[0, count - 1]];
+  for (let stretch = open.pop(); stretch; stretch = open.pop()) {
+    const [first, last] = stretch;
+    let [furthest, at] = [tolerance, -1];
+    for (let i = first + 1; i < last; i++) {
+      const share = (times[i] - times[first]) / (times[last] - times[first]);
+      for (let column = 0; column < width; column++) {
+        const [from, to] = [values[first * width + column], values[last * width + column]];
+        const off = Math.abs(values[i * width + column] - from - share * (to - from));
+        if (off > furthest) [furthest, at] = [off, i];
+      }
+    }
+    if (at < 0) continue;
+    kept.add(at);
+    if (kept.size > most) return null;
+    open.push([first, at], [at, last]);
+  }
+  const places = [...kept].sort((a, b) => a - b);
+  return Motion.of(
+    places.map((place) => times[place]),
+    places.map((place) => motion.row(place)),
+  );
+}
+
+/** The button that records what moves, whoever moves it, and the clip that comes of it. */
+export class Recording {
+  recorder: Recorder | null = null;
+  began = 0;
+  button: HTMLButtonElement;
+  clock = element("span", { className: "clock" });
+  timer: number | undefined;
+
+  constructor(readonly player: Player) {
+    this.button = player.switch("record", "Record what moves", () => (this.recorder ? this.stop() : this.start()));
+    this.button.classList.add("record");
+    this.button.append(this.clock);
+  }
+
+  get time() {
+    return (performance.now() - this.began) / 1000;
+  }
+
+  start() {
+    const { page } = this.player;
+    this.recorder = new Recorder(page.stance.q.length);
+    this.began = performance.now();
+    this.recorder.add(0, page.stance.q);
+    this.timer = setInterval(() => this.sample(), 1000 / RATE);
+    this.button.setAttribute("aria-pressed", "true");
+    this.button.ariaLabel = "Stop recording";
+    this.button.title = "Stop recording";
+    this.show();
+  }
+
+  sample() {
+    const { recorder } = this;
+    if (!recorder) return;
+    const { rate } = recorder;
+    recorder.add(this.time, this.player.page.stance.q);
+    this.show();
+    if (recorder.rate === rate) return;
+    this.player.say(`The recording is long: from now on ${recorder.rate.toFixed(1)} configurations a second are kept.`);
+  }
+
+  show() {
+    const seconds = Math.floor(this.time);
+    const text = `${Math.floor(seconds / 60)}:${String(seconds % 60).padStart(2, "0")}`;
+    if (this.clock.textContent !== text) this.clock.textContent = text;
+  }
+
+  stop() {
+    const { player, recorder } = this;
+    clearInterval(this.timer);
+    recorder?.add(this.time, player.page.stance.q, true);
+    this.recorder = null;
+    this.clock.textContent = "";
+    this.button.setAttribute("aria-pressed", "false");
+    this.button.ariaLabel = this.button.title = "Record what moves";
+    const motion = recorder?.motion;
+    if (!motion) return;
+    player.pause();
+    player.setClip(player.playing(motion));
+    player.say(`${motion.count} configurations recorded in ${motion.end.toFixed(1)} s`);
+  }
+}
+
+/** Samples a second, while there is room. */
+const RATE = 30;
+
+// Numbers that are kept at most: 36 000 samples of a NAO, 20 minutes at 30 a second.
+const MOST_NUMBERS = 36_000 * 25;
+
+/**
+ * Configurations over time in memory of bounded size: when it is full, every second sample is dropped, and from then on
+ * half as many are taken. So a recording of any length is there from its beginning.
+ */
+export class Recorder {
+  rate = RATE;
+  count = 0;
+  times: Float64Array;
+  values: Float64Array;
+
+  /**
+   * @param width numbers of a configuration
+   * @param most samples, at least 2
+   */
+  constructor(
+    readonly width: number,
+    readonly most: number = Math.max(2, Math.floor(MOST_NUMBERS / width)),
+  ) {
+    this.times = new Float64Array(most);
+    this.values = new Float64Array(most * width);
+  }
+
+  /** Time of the last sample [s]. */
+  get end() {
+    return this.count > 0 ? this.times[this.count - 1] : 0;
+  }
+
+  /**
+   * Take a sample, unless the last one is too young.
+   *
+   * @param time [s]
+   * @param whatever take it all the same: the last one of a recording
+   */
+  add(time: number, q: ArrayLike<number>, whatever: boolean = false) {
+    const age = time - this.end;
+    // Timers are not punctual: a tenth too early is early enough.
+    if (this.count > 0 && (age <= 0 || (!whatever && age < 0.9 / this.rate))) return;
+    if (this.count === this.most) this.halve();
+    this.times[this.count] = time;
+    this.values.set(Array.from(q), this.count * this.width);
+    this.count += 1;
+  }
+
+  halve() {
+    const { times, values, width } = this;
+    const left = Math.ceil(this.count / 2);
+    for (let i = 1; i < left; i++) {
+      times[i] = times[2 * i];
+      values.copyWithin(i * width, 2 * i * width, (2 * i + 1) * width);
+    }
+    this.count = left;
+    this.rate /= 2;
+  }
+
+  /** What was recorded; null where that is nothing. */
+  get motion() {
+    if (this.count === 0) return null;
+    return new Motion(this.times.slice(0, this.count), this.values.slice(0, this.count * this.width));
+  }
+}

@@ -1,0 +1,137 @@
+// What the page gets from Python and from meshcat.
+import type * as Three from "three";
+import type { LimbNumbers } from "./ik/types.ts";
+import type { Vector } from "./math/rotations.ts";
+
+/** The robot as nao_kin.viewer.description describes it. Links are numbers into `links`, columns places in q. */
+export interface About {
+  name: string;
+  floating: boolean;
+  root: string;
+  soles: number[];
+  notes: string[];
+  links: { name: string; path: string[] }[];
+  joints: JointAbout[];
+  coordinates: Coordinate[];
+  tables: { joint: number; of: number; at: number[]; lower: number[]; upper: number[] }[];
+  chains: { title: string; joints: Driven[] }[];
+  postures: Posture[];
+  /** The mirror image of q: q[column] becomes multiplier · q[of] + offset. Empty for a robot without two sides. */
+  mirror: { column: number; of: number; multiplier: number; offset: number }[];
+  /** The joints in the order of NAOqi's Body; empty for a robot that is no NAO. */
+  naoqi: string[];
+  neutral: number[];
+  frames: { name: string; link: number }[];
+  effectors: string[];
+  bodies: { link: number; mass: number; centre: Vector }[];
+  cameras: Camera[];
+  limbs: LimbNumbers[];
+  head: number | null;
+  lights: { name: string; link: number; visual: number }[];
+  /** Shapes whose colour differs between the editions of our NAO. */
+  accents: { link: number; visual: number }[];
+  eyes: Eye[];
+}
+
+/** A camera of the robot, which looks along x of its link, and its field of view [rad] where that is known. */
+export interface Eye {
+  name: string;
+  link: number;
+  horizontal: number | null;
+  vertical: number | null;
+}
+
+export type { LimbNumbers, Vector };
+
+/** Value of a joint = multiplier · q[column] + offset; `follows` names the joint that it mimics, or is empty. */
+export interface Driven {
+  name: string;
+  column: number;
+  multiplier: number;
+  offset: number;
+  follows: string;
+}
+
+export interface JointAbout extends Driven {
+  link: number;
+  slides: boolean;
+  axis: Vector;
+  pair: string;
+  group: number;
+}
+
+/** One number of q; no limit is null, of its speed [1/s] too. */
+export interface Coordinate {
+  joint: string;
+  column: number;
+  lower: number | null;
+  upper: number | null;
+  velocity: number | null;
+  unit: string;
+}
+
+interface Posture {
+  name: string;
+  q: number[];
+  up: Vector | null;
+}
+
+/** Where to look from, at which links and all they carry. */
+export interface Camera {
+  name: string;
+  direction: Vector;
+  links: number[];
+}
+
+/** A shape of the robot and the link that it belongs to. */
+export interface Shape {
+  mesh: RobotMesh;
+  link: number;
+}
+
+export type RobotMesh = Three.Mesh<Three.BufferGeometry, Three.MeshStandardMaterial>;
+
+/** A message of ours from Python: its kind and what belongs to it. */
+export interface Message {
+  type: "nao_kin";
+  kind: string;
+  [content: string]: any;
+}
+
+/** The parts of meshcat's viewer that the page uses. */
+export interface MeshcatViewer {
+  scene: Three.Scene;
+  camera: Three.PerspectiveCamera;
+  renderer: Three.WebGLRenderer;
+  controls: {
+    enabled: boolean;
+    target: Three.Vector3;
+    update(): void;
+    addEventListener(type: string, listener: () => void): void;
+  };
+  animator: Animator;
+  scene_tree: { find(path: string[]): { object: Three.Object3D }; delete(path: string[]): void };
+  needs_render: boolean;
+  handle_command(message: any): void;
+  handle_command_bytearray(message: Uint8Array): void;
+  hide_background(): void;
+  render(): void;
+  set_3d_pane_size(): void;
+  set_dirty(): void;
+  set_property(path: string[], property: string, value: unknown): void;
+}
+
+/** The part of meshcat that plays clips. */
+interface Animator {
+  actions: Three.AnimationAction[];
+  mixer: Three.AnimationMixer;
+  duration: number;
+  playing: boolean;
+  time: number;
+  after_render(): void;
+  clear(): void;
+  display_progress(time: number): void;
+  pause(): void;
+  play(): void;
+  seek(time: number): void;
+}

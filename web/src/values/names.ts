@@ -1,0 +1,45 @@
+// Characters of a name that are compared, and that a message shows.
+const COMPARED = 60;
+const SHOWN = 40;
+
+/** A name from elsewhere, as a message shows it. */
+export const quoted = (name: string) => `"${name.length > SHOWN ? `${name.slice(0, SHOWN - 1)}…` : name}"`;
+
+/** The valid names that take the fewest changes of letters, best first; none where half the letters differ. */
+export function nearest(name: string, valid: readonly string[], count: number = 3) {
+  const wanted = name.slice(0, COMPARED).toLowerCase();
+  return valid
+    .map((candidate) => ({ candidate, changes: distance(wanted, candidate.slice(0, COMPARED).toLowerCase()) }))
+    .filter(({ candidate, changes }) => changes <= Math.max(wanted.length, Math.min(candidate.length, COMPARED)) / 2)
+    .sort((a, b) => a.changes - b.changes)
+    .slice(0, count)
+    .map(({ candidate }) => candidate);
+}
+
+/** What to say of a name that is none. */
+export function unknown(name: string, valid: readonly string[]) {
+  const near = nearest(name, valid);
+  return `unknown joint ${quoted(name)} ${near.length ? `(nearest: ${near.join(", ")})` : "(no name is like it)"}`;
+}
+
+/** Whether a name has every word that is looked for in it; letter case counts for nothing. */
+export function matches(name: string, sought: string) {
+  const lower = name.toLowerCase();
+  return sought
+    .toLowerCase()
+    .split(/\s+/)
+    .every((word) => lower.includes(word));
+}
+
+/** Letters to insert, delete or replace (Levenshtein). */
+function distance(a: string, b: string) {
+  let row = Array.from({ length: b.length + 1 }, (_, j) => j);
+  for (let i = 1; i <= a.length; i++) {
+    const next = [i];
+    for (let j = 1; j <= b.length; j++) {
+      next[j] = Math.min(row[j] + 1, next[j - 1] + 1, row[j - 1] + (a[i - 1] === b[j - 1] ? 0 : 1));
+    }
+    row = next;
+  }
+  return row[b.length];
+}

@@ -1,0 +1,210 @@
+import type { About } from "../types.ts";
+import { Call, Entries, Unreadable, isName, readRecords, readStatements, type Value } from "./literals.ts";
+import { quoted, unknown } from "./names.ts";
+
+/** A text, or some values, that are no configuration: one line that says what was wrong. */
+export class NoConfiguration extends Error {}
+
+/** A joint's value as it was written, and the line, 0 where there is none to name. */
+interface Written {
+  name: string;
+  value: Value;
+  line: number;
+}
+
+// Characters of a text that is read at all: some thirty times those of a NAO's configuration.
+const LONGEST = 100_000;
+
+// How far two joints of one motor may disagree, as in nao_kin.robot.
+const COUPLING_TOLERANCE = 1e-6;
+
+// How far outside its limits, or from zero without them, a joint is shown: further is no joint value [rad, m].
+const FURTHEST = 2 * Math.PI;
+const FURTHEST_OPEN = 1000;
+
+const DECIMAL = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
+
+/**
+ * A configuration with some joints at other values.
+ *
+ * @throws {NoConfiguration} an unknown joint, one named twice, no number, two joints of one motor that disagree, a value
+ *   that no joint has
+ */
+export function withValues(about: About, q: ArrayLike<number>, written: Written[]) {
+  const joints = new Map(about.joints.map((joint) => [joint.name, joint]));
+  const set: Map<number, { name: string; value: number }> = new Map();
+  const seen = new Set();
+  const result = Array.from(q);
+  for (const { name, value, line } of written) {
+    const fail = (reason: string) => new NoConfiguration(`${line ? `line ${line}: ` : ""}${reason}`);
+    const joint = joints.get(name);
+    if (!joint) throw fail(unknown(name, [...joints.keys()]));
+    if (seen.has(name)) throw fail(`joint ${quoted(name)} is given twice`);
+    seen.add(name);
+    if (typeof value !== "number" || !Number.isFinite(value)) {
+      throw fail(`${name} is ${shown(value)}, expected a finite number`);
+    }
+    // A joint that a motor does not move has nothing to say.
+    if (joint.multiplier === 0) continue;
+    const coordinate = (value - joint.offset) / joint.multiplier;
+    const before = set.get(joint.column);
+    if (before && Math.abs(before.value - coordinate) * Math.abs(joint.multiplier) > COUPLING_TOLERANCE) {
+      throw fail(`${before.name} and ${name} share one motor, and their values disagree`);
+    }
+    if (!before) {
+      checkSize(about, joint.column, coordinate, name, value, fail);
+      set.set(joint.column, { name, value: coordinate });
+      result[joint.column] = coordinate;
+    }
+  }
+  return result;
+}
+
+/** @param value of the coordinate */
+function checkSize(
+  about: About,
+  column: number,
+  value: number,
+  name: string,
+  given: number,
+  fail: (reason: string) => Error,
+) {
+  const coordinate = about.coordinates.find((candidate) => candidate.column === column);
+  const low = coordinate?.lower ?? -FURTHEST_OPEN;
+  const high = coordinate?.upper ?? FURTHEST_OPEN;
+  if (value >= low - FURTHEST && value <= high + FURTHEST) return;
+  const unit = coordinate?.unit === "1" ? "" : ` ${coordinate?.unit}`;
+  const degrees = unit === " rad" && Math.abs(value) <= 360 ? "; values are radians, this looks like degrees" : "";
+  throw fail(`${name} is ${given}${unit}, far outside its limits${degrees}`);
+}
+
+function fromEntries({ list }: Entries) {
+  return list.map(({ key, value, line }) => ({ name: key, value, line }));
+}
+
+function fromCsv(text: string): Written[] {
+  const [header, ...rows] = readRecords(text);
+  if (rows.length === 0) {
+    throw new NoConfiguration("a line of names and no values; expected JSON, CSV, Python or NAOqi");
+  }
+  const [{ fields, line }] = rows;
+  if (rows.length > 1) throw new NoConfiguration(`${rows.length} rows of values, expected one`);
+  if (fields.length !== header.fields.length) {
+    throw new NoConfiguration(`line ${line}: ${fields.length} values, the header names ${header.fields.length} joints`);
+  }
+  return header.fields.map((name, i) => ({
+    name,
+    value: DECIMAL.test(fields[i]) ? Number(fields[i]) : fields[i],
+    line: name === "" ? header.line : line,
+  }));
+}
+
+const CALLS: Record<
+  string,
+  (about: About, call: Call) => { kind: string; written: Written[]; others: "stay" | "zero" }
+> = {
+  configuration(_, { name, given: [joints], line }) {
+    if (!(joints instanceof Entries)) throw new NoConfiguration(`line ${line}: ${name} without {joint: value}`);
+    return { kind: "Python", written: fromEntries(joints), others: "zero" };
+  },
+  setAngles(about, call) {
+    const { names, angles, line } = namesAndAngles(about, call);
+    return { kind: "setAngles", written: paired(names, angles, line), others: "stay" };
+  },
+  angleInterpolation(about, call) {
+    const { names, angles, line } = namesAndAngles(about, call);
+    const absolute = call.named.get("isAbsolute") ?? call.given[3];
+    if (absolute !== undefined && isName(absolute) && absolute.name === "False") {
+      throw new NoConfiguration(`line ${line}: angleInterpolation by relative angles, expected absolute ones`);
+    }
+    // Each joint has a list of keys; a single key may stand without one.
+    const keys = names.length === 1 && !Array.isArray(angles[0]) ? [angles] : angles;
+    const single = keys.map((key, i) => {
+      if (!Array.isArray(key)) return key;
+      if (key.length !== 1) {
+        throw new NoConfiguration(`line ${line}: ${key.length} keys for ${quoted(names[i] ?? "")}, expected one`);
+      }
+      return key[0];
+    });
+    return { kind: "angleInterpolation", written: paired(names, single, line), others: "stay" };
+  },
+};
+
+/** The first two arguments of a call of NAOqi. "Body" and "JointActuators" are all joints. */
+function namesAndAngles({ naoqi }: About, { name, given, named, line }: Call) {
+  const first = named.get("names") ?? given[0];
+  const second = named.get("angles") ?? named.get("angleLists") ?? given[1];
+  const list = Array.isArray(first) ? first : [first];
+  const names = list.flatMap((entry) => {
+    if (typeof entry !== "string") throw new NoConfiguration(`line ${line}: ${name} without the names of joints`);
+    return entry === "Body" || entry === "JointActuators" ? naoqi : [entry];
+  });
+  if (second === undefined) throw new NoConfiguration(`line ${line}: ${name} without angles`);
+  return { names, angles: Array.isArray(second) ? second : [second], line };
+}
+
+function paired(names: string[], values: Value[], line: number) {
+  if (values.length !== names.length) {
+    throw new NoConfiguration(`line ${line}: ${names.length} names and ${values.length} angles`);
+  }
+  return names.map((name, i) => ({ name, value: values[i], line }));
+}
+
+function shown(value: Value) {
+  if (typeof value === "string") return quoted(value);
+  if (typeof value === "number") return Number.isNaN(value) ? "no number" : "a number too large for floating point";
+  if (isName(value)) return value.name.slice(0, 40);
+  return Array.isArray(value) ? "a list" : value instanceof Call ? `a call of ${quoted(value.name)}` : "an object";
+}
+
+function recognised(about: About, text: string): { kind: string; written: Written[]; others: "stay" | "zero" } {
+  // A header names joints, and no joint has one of these in its name unless it is quoted.
+  const first = text.trimStart().split("\n", 1)[0];
+  if (!/[[{(=]|^(#|(import|from)\b)/.test(first)) {
+    return { kind: "CSV", written: fromCsv(text), others: "stay" };
+  }
+  const values = readStatements(text.replace(/^\s*(?:import|from)\s[^\n]*$/gm, ""));
+  const calls = values.filter((value) => value instanceof Call);
+  const call = calls.findLast(({ name }) => Object.hasOwn(CALLS, name));
+  if (call) return CALLS[call.name](about, call);
+  const last = values.at(-1);
+  const whole = Array.isArray(last) && last.length === 1 ? last[0] : last;
+  if (whole instanceof Entries) return { kind: "JSON", written: fromEntries(whole), others: "stay" };
+  if (Array.isArray(whole) && whole.length > 1 && whole.every((value) => value instanceof Entries)) {
+    throw new NoConfiguration(`a list of ${whole.length} configurations, expected one`);
+  }
+  const known = Object.keys(CALLS).join(", ");
+  const found = calls.at(-1);
+  if (found) throw new NoConfiguration(`line ${found.line}: a call of ${quoted(found.name)}, expected one of ${known}`);
+  throw new NoConfiguration(`no joints and values in it; expected JSON, CSV, or a call of ${known}`);
+}
+
+/**
+ * The configuration that a text writes as JSON, CSV, Python or a call of NAOqi.
+ *
+ * Joints that the text does not name stay as they are; those that `configuration({…})` does not name are at zero, as in
+ * Python.
+ *
+ * @param q the configuration on show
+ * @throws {NoConfiguration}
+ */
+export function readConfiguration(
+  about: About,
+  q: ArrayLike<number>,
+  text: string,
+): { q: number[]; kind: string; count: number } {
+  if (text.length > LONGEST) {
+    throw new NoConfiguration(`a text of ${text.length} characters; a configuration has at most ${LONGEST}`);
+  }
+  const trimmed = text.replace(/^\uFEFF/, "").trimEnd();
+  if (!trimmed.trim()) throw new NoConfiguration("an empty text; expected joint names and values");
+  try {
+    const { kind, written, others } = recognised(about, trimmed);
+    const start = Array.from(q);
+    if (others === "zero") for (const { column } of about.coordinates) start[column] = 0;
+    return { q: withValues(about, start, written), kind, count: written.length };
+  } catch (error) {
+    if (error instanceof Unreadable) throw new NoConfiguration(error.message);
+    throw error;
+  }
+}

@@ -1,0 +1,112 @@
+/**
+ * How a kind of number is shown and typed.
+ *
+ * `scale` times a value in rad, m or shares is the number shown; `step` is what an arrow key adds to it, ten times that
+ * with Shift, a tenth with Ctrl or Alt. `open` is the range of a slider whose joint has no limits.
+ */
+export interface Unit {
+  name: string;
+  sign: string;
+  scale: number;
+  digits: number;
+  step: number;
+  open: [number, number];
+}
+
+/** Which unit stands for angles and which for lengths. */
+export interface Choice {
+  angle: "deg" | "rad";
+  length: "mm" | "m";
+}
+
+const UNITS: Record<"deg" | "rad" | "mm" | "m" | "percent", Unit> = {
+  deg: { name: "degrees", sign: "°", scale: 180 / Math.PI, digits: 1, step: 1, open: [-Math.PI, Math.PI] },
+  rad: { name: "radians", sign: "rad", scale: 1, digits: 3, step: 0.01, open: [-Math.PI, Math.PI] },
+  mm: { name: "millimetres", sign: "mm", scale: 1000, digits: 1, step: 1, open: [-1, 1] },
+  m: { name: "metres", sign: "m", scale: 1, digits: 4, step: 0.001, open: [-1, 1] },
+  percent: { name: "percent", sign: "%", scale: 100, digits: 0, step: 1, open: [0, 1] },
+};
+
+export const USUAL: Choice = { angle: "deg", length: "mm" };
+
+const DECIMAL = /^[+\-−]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
+
+// Characters that a typed number may have.
+const LONGEST = 40;
+
+/**
+ * The unit that the coordinates of one kind are shown in.
+ *
+ * @param kind "rad", "m" or "1", as Python says it
+ */
+export function unitOf(kind: string, choice: Choice) {
+  if (kind === "1") return UNITS.percent;
+  return UNITS[kind === "m" ? choice.length : choice.angle];
+}
+
+/**
+ * A value as a number without its unit; no zero has a sign.
+ *
+ * @param value in rad, m or as a share
+ */
+export const format = (value: number, { scale, digits: usual }: Unit, digits: number = usual) =>
+  (value * scale).toFixed(digits).replace(/^-(0(\.0*)?)$/, "$1");
+
+/** The same with its unit. */
+export const withUnit = (value: number, unit: Unit, digits?: number) =>
+  `${format(value, unit, digits)}${unit.sign === "°" ? "" : " "}${unit.sign}`;
+
+/** The same with its unit, and with the minus sign that is read out as one. */
+export function spoken(value: number, unit: Unit, digits?: number) {
+  const space = unit.sign === "°" ? "" : "\u00a0";
+  return `${format(value, unit, digits).replace("-", "−")}${space}${unit.sign}`;
+}
+
+/** The value that a typed number means; NaN where it is none. A decimal comma is read as a point. */
+export function parse(text: string, unit: Unit) {
+  const trimmed = text.trim();
+  if (trimmed.length > LONGEST) return NaN;
+  const sign = unit.sign.toLowerCase();
+  const number = (trimmed.toLowerCase().endsWith(sign) ? trimmed.slice(0, -sign.length).trim() : trimmed)
+    .replace(",", ".")
+    .replace("−", "-");
+  const value = DECIMAL.test(number) ? Number(number) / unit.scale : NaN;
+  return Number.isFinite(value) ? value : NaN;
+}
+
+/** A value some steps further, without the noise of binary fractions. */
+export const stepped = (value: number, steps: number, { scale, step }: Unit) =>
+  Number((value * scale + steps * step).toFixed(9)) / scale;
+
+/** How many steps a key means, NaN for one that means none; ±Infinity is an end of the range. */
+export function stepsOfKey({
+  key,
+  shiftKey,
+  ctrlKey,
+  altKey,
+}: {
+  key: string;
+  shiftKey: boolean;
+  ctrlKey: boolean;
+  altKey: boolean;
+}) {
+  const factor = shiftKey ? 10 : ctrlKey || altKey ? 0.1 : 1;
+  switch (key) {
+    case "ArrowUp":
+    case "ArrowRight":
+      return factor;
+    case "ArrowDown":
+    case "ArrowLeft":
+      return -factor;
+    case "PageUp":
+      return 10;
+    case "PageDown":
+      return -10;
+    case "Home":
+      return -Infinity;
+    case "End":
+      return Infinity;
+    default:
+      return NaN;
+  }
+}

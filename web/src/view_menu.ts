@@ -1,0 +1,177 @@
+import { button, element } from "./panel/element.ts";
+import type { Panel } from "./panel/panel.ts";
+import { saveScreenshot } from "./record/pictures.ts";
+import { Video } from "./record/video.ts";
+import type { Robot } from "./robot/robot.ts";
+import { clearGhosts, keepGhost, type Ghosts } from "./scene/ghosts.ts";
+import type { Labels } from "./scene/labels.ts";
+import { EDITIONS, type LinkColours } from "./scene/link_colours.ts";
+import type { Frames } from "./scene/marks.ts";
+import type { OtherRobots } from "./scene/other_robots.ts";
+import type { Speech } from "./scene/speech.ts";
+import type { Studio } from "./scene/studio.ts";
+import type { Stance } from "./stance.ts";
+import type { Toggles } from "./toggles.ts";
+import type { MeshcatViewer } from "./types.ts";
+
+/** The parts of the page that are used here. */
+interface Page {
+  readonly colours: LinkColours;
+  readonly frames: Frames;
+  readonly ghosts: Ghosts;
+  readonly labels: Labels;
+  readonly others: OtherRobots;
+  readonly pane: HTMLElement;
+  readonly panel: Panel;
+  readonly robot: Robot;
+  readonly speech: Speech;
+  readonly stance: Stance;
+  readonly studio: Studio;
+  readonly toggles: Toggles;
+  readonly video: Video;
+  readonly viewer: MeshcatViewer;
+  chooseFrames(chosen: { names: string[]; size: number | null }): void;
+  send(answer: object): void;
+  setEdition(name: string): void;
+  show(changes: Record<string, boolean>): void;
+}
+
+// Where the page is this narrow, what the bars hold is in the menu.
+const NARROW = "(max-width: 600px)";
+
+/** The menu of how the view looks: which frames are drawn, transparency, colours, a ghost, pictures and films. */
+export class ViewMenu {
+  edition: HTMLSelectElement = document.createElement("select");
+  bars = element("div", { className: "bars" });
+  boxes: Map<string, HTMLInputElement> = new Map();
+  sheet: HTMLDivElement;
+  summary = element("summary", {}, "View");
+  menu: HTMLDetailsElement;
+
+  /** @param top the bars over the picture */
+  constructor(
+    readonly page: Page,
+    top: HTMLElement,
+  ) {
+    this.sheet = element("div", { className: "sheet" }, this.bars, this.frames(), this.robot(), this.pictures());
+    this.menu = element("details", { className: "view-menu" }, this.summary, this.sheet);
+    const cameras = document.querySelector("#cameras") as HTMLElement;
+    const shown = document.querySelector("#shown") as HTMLElement;
+    top.append(this.menu);
+    // It ends where the picture ends.
+    this.menu.addEventListener("toggle", () => {
+      const { bottom } = (top.parentElement as HTMLElement).getBoundingClientRect();
+      this.sheet.style.maxHeight = `${Math.max(120, bottom - this.summary.getBoundingClientRect().bottom - 14)}px`;
+    });
+    const narrow = window.matchMedia(NARROW);
+    const arrange = () => {
+      if (narrow.matches) return this.bars.append(cameras, shown);
+      this.menu.before(cameras);
+      this.menu.after(shown);
+    };
+    narrow.addEventListener("change", arrange);
+    arrange();
+    document.addEventListener("pointerdown", ({ target }) => {
+      if (!this.menu.contains(target as Node)) this.menu.open = false;
+    });
+    this.menu.addEventListener("keydown", (event) => {
+      if (event.key !== "Escape" || !this.menu.open) return;
+      this.menu.open = false;
+      this.summary.focus();
+      event.stopPropagation();
+    });
+  }
+
+  /** Mark the frames that are drawn. */
+  refresh() {
+    const { frames, toggles } = this.page;
+    const names = new Set(toggles.shown.frames ? frames.names : []);
+    for (const [name, box] of this.boxes) box.checked = names.has(name);
+    this.edition.value = this.page.colours.edition;
+  }
+
+  frames() {
+    const { about } = this.page.robot;
+    const all = about.frames.map(({ name }) => name);
+    const list = element("div", { className: "checks", role: "group", ariaLabel: "Frames drawn" });
+    for (const name of all) {
+      const box = document.createElement("input");
+      box.type = "checkbox";
+      box.onchange = () => this.choose(all.filter((frame) => this.boxes.get(frame)?.checked));
+      this.boxes.set(name, box);
+      const label = document.createElement("label");
+      label.title = name;
+      label.append(box, element("span", {}, name));
+      list.append(label);
+    }
+    return section(
+      "Frames",
+      row(
+        button("Effectors", () => this.choose(about.effectors)),
+        button("All", () => this.choose(all)),
+        button("None", () => this.choose([])),
+      ),
+      list,
+    );
+  }
+
+  choose(names: string[]) {
+    this.page.chooseFrames({ names, size: null });
+  }
+
+  robot() {
+    const { page } = this;
+    const opacity = document.createElement("input");
+    Object.assign(opacity, { type: "range", min: "0.1", max: "1", step: "0.05", value: "1" });
+    opacity.style.setProperty("--to", "100%");
+    opacity.oninput = () => {
+      page.studio.setOpacity(Number(opacity.value));
+      opacity.style.setProperty("--to", `${((Number(opacity.value) - 0.1) / 0.9) * 100}%`);
+    };
+    const keep = button("Keep as ghost", () => keepGhost(page));
+    const remove = button("Remove ghost", () => clearGhosts(page));
+    this.edition.add(new Option("as it is", ""));
+    for (const name of Object.keys(EDITIONS)) this.edition.add(new Option(name, name));
+    this.edition.onchange = () => page.setEdition(this.edition.value);
+    const edition = field("Edition", this.edition);
+    edition.hidden = page.colours.accents.size === 0;
+    const contrast = page.toggles.buttons.get("contrast") as HTMLElement;
+    return section("Robot", field("Opacity", opacity), edition, row(keep, remove, contrast));
+  }
+
+  pictures() {
+    const { page } = this;
+    const shoot = (scale: number) => () => {
+      this.menu.open = false;
+      return saveScreenshot(page, scale);
+    };
+    const film = button("Record video", () => {
+      const { obstacle } = Video;
+      if (obstacle) page.panel.messages.say(obstacle, { bad: true });
+      else if (page.video.recording) page.video.stop();
+      else page.video.start();
+    });
+    page.video.told = (seconds) => {
+      film.textContent = seconds === null ? "Record video" : `Stop video (${seconds} s)`;
+      this.summary.dataset.recording = String(seconds !== null);
+    };
+    return section("Picture", row(button("Picture 1×", shoot(1)), button("Picture 2×", shoot(2)), film));
+  }
+}
+
+function section(title: string, ...children: Node[]) {
+  return element("section", {}, element("h2", {}, title), ...children);
+}
+
+function row(...children: Node[]) {
+  return element("div", { className: "row" }, ...children);
+}
+
+function field(text: string, control: HTMLElement) {
+  const label = document.createElement("label");
+  label.className = "field";
+  // The options of a select would be read as part of its name.
+  control.ariaLabel = text;
+  label.append(text, control);
+  return label;
+}
