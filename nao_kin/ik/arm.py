@@ -168,7 +168,9 @@ def _nearest(robot: RobotModel, form: ClosedForm, limb: Limb, rows: Floats, opti
         ahead = rotation_between([1.0, 0.0, 0.0], rows[:, 3:])
         hands = [ahead @ rot_x(0.5 * math.pi * quarter) for quarter in range(4)]
     lower, upper = np.clip([limb.ranges.lower, limb.ranges.upper], -math.pi, math.pi)
-    starts = [limb.coordinates(lower + share * (upper - lower)) for share in _STARTS[: 4 if form is _POSITION else 2]]
+    rolls = (0.1, 0.9) if form is _POSITION else (0.5,)
+    shares = np.array([[pitch, roll, yaw, 0.4, 0.5] for pitch in _OUTER for roll in rolls for yaw in _OUTER])
+    starts = [limb.coordinates(lower + share * (upper - lower)) for share in shares]
     for R in hands:
         # The pose with the elbow moved to where the upper arm reaches it.
         elbow = T[:, :3, 3] - geometry.shoulder - R @ geometry.place
@@ -207,8 +209,9 @@ def _arm_of(robot: RobotModel, side: str, frame: str) -> Limb:
 # the position to rounding.
 
 _REDUNDANT = float(Family.REDUNDANT)
-# Shares of the ranges at which searches for the nearest joint values begin, against local minima; all for a position.
-_STARTS = np.array([[0.25] * 5, [0.75] * 5, [0.75, 0.25, 0.75, 0.75, 0.25], [0.25, 0.75, 0.25, 0.25, 0.75]])
+# Fractions of the ranges of ShoulderPitch and ElbowYaw at which searches for the nearest joint values begin: those from
+# the reference alone end in local minima for a tenth of the positions out of reach.
+_OUTER = (0.2, 0.8)
 # Grid values of ElbowYaw and of WristYaw, and how many valleys of the grid are searched.
 _GRID, _BEST = 15, 6
 # Steps of that search: the last one, the factor after a failure, the rotation of the directions then [rad], the

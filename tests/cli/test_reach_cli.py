@@ -161,7 +161,6 @@ def test_vtk_ply_and_page_are_written(capsys: pytest.CaptureFixture, nao: nk.Nao
         (("LArm", "-o", "no/map.npz"), "cannot write no/map.npz"),
         (("LArm", "--html", "no/map.html"), "cannot write no/map.html"),
         (("LArm", "-o", "/dev/stdout", "--json"), "both write to standard output"),
-        (("LArm", "--html", "a.npz", "-o", "a.npz"), "name one file"),
         (("base_link",), "no joint moves base_link in torso"),
         ((), "Missing argument 'FRAME'"),
     ],

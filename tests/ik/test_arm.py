@@ -192,6 +192,26 @@ def test_a_pose_that_five_joints_do_not_make_gets_the_nearest(nao: nk.NaoModel) 
         assert costs[i] < best + 1e-7, (costs[i], best)
 
 
+def test_a_position_out_of_the_limits_gets_the_nearest_not_a_local_minimum() -> None:
+    optimize = pytest.importorskip("scipy.optimize")
+    old = nk.load_nao("v3.2")  # the smallest ranges
+    places = np.array([[0.045, 0.205, 0.029], [-0.013, 0.199, 0.048], [0.046, 0.195, 0.098], [-0.076, 0.217, 0.082]])
+    found = nk.ik.arm(old, "L", places)
+    assert not np.any(found.success)
+    columns = list(found.columns)
+    low, high = old.lower[columns], old.upper[columns]
+    rng = np.random.default_rng(3)
+    for place, residual in zip(places, found.residual[:, 0], strict=True):
+
+        def error(values: Floats, place: Floats = place) -> Floats:
+            q = np.zeros(old.nq)
+            q[columns] = values
+            return old.position(q, "LArm") - place
+
+        ends = [optimize.least_squares(error, start, bounds=(low, high)) for start in rng.uniform(low, high, (16, 5))]
+        assert residual < min(math.sqrt(2.0 * end.cost) for end in ends) + 1e-6
+
+
 def test_the_weight_trades_distance_for_angle(nao: nk.NaoModel) -> None:
     T = nao.fk(bent(nao, "L"), "LArm")
     T[:3, 3] += [0.01, 0.02, -0.01]
@@ -336,7 +356,7 @@ def test_an_empty_batch_is_one(nao: nk.NaoModel) -> None:
 
 def test_bad_targets_are_refused(nao: nk.NaoModel) -> None:
     T = nao.fk(nao.random(16, 3), "LArm")
-    with pytest.raises(BadArgument, match="a pose .* has one"):
+    with pytest.raises(BadArgument, match="a pose .* includes one"):
         nk.ik.arm(nao, "L", T, direction=[1.0, 0.0, 0.0])
     with pytest.raises(WrongShape, match=r"\(\.\.\., 4, 4\) for poses or \(\.\.\., 3\) for positions"):
         nk.ik.arm(nao, "L", np.zeros(4))

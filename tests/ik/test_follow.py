@@ -720,7 +720,7 @@ def test_wrong_directions_are_refused(nao: nk.NaoModel) -> None:
     places = swinging(nao, "LArm", 4)[:, :3, 3]
     with pytest.raises(UnknownName, match="arm 'RArm'"):
         nk.ik.follow(nao, {"LArm": places}, directions={"RArm": [1.0, 0.0, 0.0]})
-    with pytest.raises(BadArgument, match="a pose has a direction"):
+    with pytest.raises(BadArgument, match="a pose includes a direction"):
         nk.ik.follow(nao, {"LArm": swinging(nao, "LArm", 4)}, directions={"LArm": [1.0, 0.0, 0.0]})
     zero = np.ones((4, 3))
     zero[2] = 0.0

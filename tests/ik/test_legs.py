@@ -623,7 +623,7 @@ def test_bad_targets_are_named_with_their_index(nao: nk.NaoModel) -> None:
         nk.ik.legs(nao, T_left, stretched, base="floating")
     with pytest.raises(NotARotation, match="torso: not a rotation matrix"):
         nk.ik.legs(nao, T_left, T_right, base="floating", torso=1.1 * np.eye(4))
-    with pytest.raises(BadArgument, match="T_left at index .* no rigid transform: its last row"):
+    with pytest.raises(BadArgument, match="T_left at index .* not a rigid transform: its last row"):
         nk.ik.legs(nao, T_left.swapaxes(-1, -2), T_right)
     T_left[0, 1, 3] = math.nan
     with pytest.raises(NotFinite, match="T_left"):
