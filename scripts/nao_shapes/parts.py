@@ -20,18 +20,25 @@ from nao_shapes.torso import torso
 # Head and fingers have finer curves than the rest: how far its surface may move [mm].
 _FINE_MM = 0.25
 # The skull is the largest round outline of all; the segments of an eye stay alike.
-_TOLERANCES_MM = {"head_white": 0.15, "head_led": 0.0}
+_TOLERANCES_MM = {
+    "head_white": 0.1,
+    "head_grey": 0.1,
+    "head_led": 0.0,
+    "torso_white": 0.2,
+    "shoulder_pad_accent": 0.15,
+    "hand_white": 0.25,
+}
 
 
 def mesh_texts() -> Iterator[tuple[str, str]]:
     """Name and OBJ text of every mesh; equal every time."""
     for name, solid in _meshes(_middle_parts()):
-        fine = TOLERANCE_MM if name.startswith("torso") else _TOLERANCES_MM.get(name, _FINE_MM)
+        fine = _TOLERANCES_MM.get(name, _FINE_MM)
         yield name, obj_text(name, surface_of(solid, mirror="y", tolerance=fine))
     for name, solid in _meshes({"phalanx": phalanx(), "fingertip": fingertip()}):
         yield name, obj_text(name, surface_of(solid, mirror="z", tolerance=_FINE_MM))
     for name, solid in _meshes(_left_parts()):
-        left = surface_of(solid)
+        left = surface_of(solid, tolerance=_TOLERANCES_MM.get(name, TOLERANCE_MM))
         yield f"l_{name}", obj_text(f"l_{name}", left)
         yield f"r_{name}", obj_text(f"r_{name}", left, mirrored=True)
 
