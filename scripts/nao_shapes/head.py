@@ -42,9 +42,9 @@ _EYE: Point = (53.0, 26.5, 46.0)
 _EYE_TURN, _EYE_DOWN = math.radians(18.0), math.radians(7.0)
 _EYE_LOOKS: Point = (math.cos(_EYE_TURN), math.sin(_EYE_TURN), -math.tan(_EYE_DOWN))
 # Radius and height over that plane: the floor under the segments with a rim around the lens, the lens, a segment.
-_EYE_FLOOR = [(0.0, -8.0), (17.0, -8.0), (17.0, -2.2), (9.6, -3.0), (9.3, -1.4), (8.6, -1.2), (7.8, -1.6), (0.0, -1.6)]
+_EYE_FLOOR = [(0.0, -8.0), (17.0, -8.0), (17.0, -2.2), (9.6, -3.0), (9.2, -1.3), (7.8, -1.5), (0.0, -1.5)]
 _LENS = [(0.0, -2.8), (8.1, -2.8), (8.1, -1.6), (7.2, -0.6), (5.2, 0.2), (2.8, 0.6), (0.0, 0.8)]
-_LEDS = [(10.0, -4.0), (15.9, -4.0), (15.9, -0.6), (12.9, -1.3), (10.0, -1.7)]
+_LEDS = [(10.0, -4.0), (15.9, -4.0), (15.9, -0.6), (10.0, -1.7)]
 _EAR: Point = (3.8, 55.5, 52.6)
 _EAR_RADIUS = 26.5
 _TOUCH = [
@@ -67,7 +67,7 @@ _GROOVE = 0.5
 def neck() -> Part:
     """The dark column that carries the head and turns in the collar."""
     column = [(0.0, -34.0), (17.0, -34.0), (17.0, -20.0), (14.5, -12.0), (14.5, 0.0), (0.0, 0.0)]
-    return {"dark": lathe(column, 28) + ball(19.0, segments=20)}
+    return {"dark": lathe(column, 24) + ball(19.0, segments=16)}
 
 
 def head() -> Part:
@@ -76,15 +76,17 @@ def head() -> Part:
     well = place(lathe([(0, -2.0), (_EAR_RADIUS - 3.0, -2.0), (_EAR_RADIUS - 3.0, 16.0), (0, 16.0)], 48), _EAR, Y)
     # Turned up from the x-z plane.
     outline = prism(_TOUCH, 95.0, FAR, 4.0).rotate((90.0, 0.0, 0.0))
+    # No line runs behind an ear.
+    ear = rod((_EAR[0], -FAR, _EAR[2]), (_EAR[0], FAR, _EAR[2]), _EAR_RADIUS - 1.5, 0.0, 40)
     gaps = union(slab(X, x - 0.7, x + 0.7) for x in (-10.5, 15.0))
     touch = (_skull(0.8, fine=True) - _skull(-0.7)) ^ (outline - gaps)
-    grooves, strips = _lines(_GROOVE), _lines(_GROOVE + 0.3)
+    grooves, strips = _lines(_GROOVE) - ear, _lines(_GROOVE + 0.3) - ear
     return {
         "white": _skull(0.0, fine=True) - grooves - both(socket) - both(well),
         "dark": both(_eye_rim() + _lathe_eye(_EYE_FLOOR)) + touch,
         "black": both(_lathe_eye(_LENS)),
         "led": both(_eye_leds()),
-        "grey": (_skull(-0.2, fine=True) ^ strips) - both(socket) - both(well),
+        "grey": _skull(-0.2, fine=True) ^ strips,
     }
 
 
@@ -97,14 +99,14 @@ def _lines(half_width: float) -> Manifold:
 def ears(ring: str) -> Part:
     """The loudspeakers: a ring in the colour `ring` around a dish with a grille of concentric bars."""
     r = _EAR_RADIUS
-    rim = [(r - 0.9 * (1 - math.cos(turn)) * 4.0, 5.2 + 3.4 * math.sin(turn)) for turn in np.linspace(0.0, 1.4, 4)]
+    rim = [(r - 0.9 * (1 - math.cos(turn)) * 4.0, 5.2 + 3.4 * math.sin(turn)) for turn in np.linspace(0.0, 1.4, 3)]
     frame = [(r - 5.5, -4.0), (r, -4.0), *rim, (r - 4.6, 8.2), (r - 5.5, 7.2)]
     dish = [(0.0, 0.0), (r - 5.3, 0.0), (r - 5.3, 6.4), (15.6, 6.0)]
     for bar in (15.6, 10.8):
         dish += [(bar, 5.0), (bar - 1.6, 5.0), (bar - 1.6, 7.0), (bar - 4.8, 7.2)]
     dish[-1] = (0.0, 7.4)
     behind = lathe([(0.0, 3.0), (16.0, 3.0), (16.0, 5.6), (0.0, 5.6)], 12)
-    found = {"grey": both(place(lathe(dish, 30), _EAR, Y)), "dark": both(place(behind, _EAR, Y))}
+    found = {"grey": both(place(lathe(dish, 28), _EAR, Y)), "dark": both(place(behind, _EAR, Y))}
     rings = both(place(lathe(frame, 48), _EAR, Y))
     return found | {ring: found[ring] + rings if ring in found else rings}
 
@@ -153,7 +155,7 @@ def _eye_rim() -> Manifold:
 
 
 def _lathe_eye(profile: Profile) -> Manifold:
-    return place(lathe(profile, 48), _EYE, _EYE_LOOKS)
+    return place(lathe(profile, 40), _EYE, _EYE_LOOKS)
 
 
 def _eye_leds() -> Manifold:

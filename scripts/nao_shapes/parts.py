@@ -27,6 +27,7 @@ _TOLERANCES_MM = {
     "torso_white": 0.2,
     "shoulder_pad_accent": 0.15,
     "hand_white": 0.25,
+    "fingertip_dark": 0.1,
 }
 
 
@@ -36,7 +37,7 @@ def mesh_texts() -> Iterator[tuple[str, str]]:
         fine = _TOLERANCES_MM.get(name, _FINE_MM)
         yield name, obj_text(name, surface_of(solid, mirror="y", tolerance=fine))
     for name, solid in _meshes({"phalanx": phalanx(), "fingertip": fingertip()}):
-        yield name, obj_text(name, surface_of(solid, mirror="z", tolerance=_FINE_MM))
+        yield name, obj_text(name, surface_of(solid, mirror="z", tolerance=_TOLERANCES_MM.get(name, _FINE_MM)))
     for name, solid in _meshes(_left_parts()):
         left = surface_of(solid, tolerance=_TOLERANCES_MM.get(name, TOLERANCE_MM))
         yield f"l_{name}", obj_text(f"l_{name}", left)
