@@ -42,7 +42,7 @@ def _upper_arm(length: float, offset: float, grow: float) -> Manifold:
 
 def elbow() -> Part:
     """What LElbowYaw turns: a tube in the sleeve and the ball of the elbow."""
-    return {"dark": rod((-24.0, 0.0, 0.0), (0.0, 0.0, 0.0), 20.2, 0.0, 28) + ball(_ELBOW, segments=24)}
+    return {"dark": rod((-24.0, 0.0, 0.0), (0.0, 0.0, 0.0), 20.2, 0.0, 24) + ball(_ELBOW, segments=20)}
 
 
 def hinge() -> Part:

@@ -25,15 +25,15 @@ _OPEN = [(47.0, -FAR), (47.0, -15.0), (61.0, 3.2), (FAR, 3.2), (FAR, -FAR)]
 _TOUCH = (25.0, 49.0, 8.0)
 # Length of a finger bone, and the planes at its ends [mm]: the inner side, at negative y, leaves room to bend.
 _PHALANX = 14.36
-_MITRE, _GAP = (1.0, 0.34, 0.0), 2.2
+_MITRE, _GAP = (1.0, 0.30, 0.0), 2.0
 
 
 def palm() -> Part:
     """What LWristYaw turns."""
-    wrist = place(lathe(_WRIST, 40), (0.0, 0.0, 0.0), X)
+    wrist = place(lathe(_WRIST, 34), (0.0, 0.0, 0.0), X)
     x, y, _ = _KNUCKLE
     slot = box((x - 8.0, y - 6.9, -FAR), (FAR, y + 6.9, FAR))
-    pad = box((48.0, -18.0, -10.0), (66.0, 18.0, 4.0), 2.0, 2) - both(slot)
+    pad = box((48.0, -18.0, -10.0), (66.0, 18.0, 4.0)) - both(slot)
     x, _, z = _THUMB
     thumb = Manifold.batch_hull([_pin(_THUMB, 6.0, 8.6), box((x - 10.0, -8.6, z + 6.0), (x + 5.0, 8.6, z + 15.0))])
     fork = rod((x, -5.6, z), (x, 5.6, z), 8.0, 0.0, 14)

@@ -73,7 +73,7 @@ def neck() -> Part:
 def head() -> Part:
     """Everything that nods but the ears and the sensors, in the frame of HeadPitch."""
     socket = place(rod((0.0, 0.0, -9.0), (0.0, 0.0, 30.0), 17.7, 0.0, 56), _EYE, _EYE_LOOKS)
-    well = place(lathe([(0, -2.0), (_EAR_RADIUS - 3.0, -2.0), (_EAR_RADIUS - 3.0, 16.0), (0, 16.0)], 48), _EAR, Y)
+    well = place(rod((0.0, 0.0, -2.0), (0.0, 0.0, 16.0), _EAR_RADIUS - 3.0, 0.0, 32), _EAR, Y)
     # Turned up from the x-z plane.
     outline = prism(_TOUCH, 95.0, FAR, 4.0).rotate((90.0, 0.0, 0.0))
     # No line runs behind an ear.
@@ -100,10 +100,10 @@ def ears(ring: str) -> Part:
     """The loudspeakers: a ring in the colour `ring` around a dish with a grille of concentric bars."""
     r = _EAR_RADIUS
     rim = [(r - 0.9 * (1 - math.cos(turn)) * 4.0, 5.2 + 3.4 * math.sin(turn)) for turn in np.linspace(0.0, 1.4, 3)]
-    frame = [(r - 5.5, -4.0), (r, -4.0), *rim, (r - 4.6, 8.2), (r - 5.5, 7.2)]
-    dish = [(0.0, 0.0), (r - 5.3, 0.0), (r - 5.3, 6.4), (15.6, 6.0)]
+    frame = [(r - 5.5, -4.0), (r, -4.0), *rim, (r - 4.8, 8.2)]
+    dish = [(0.0, 0.0), (r - 4.8, 0.0), (r - 4.8, 6.4), (15.6, 6.0)]
     for bar in (15.6, 10.8):
-        dish += [(bar, 5.0), (bar - 1.6, 5.0), (bar - 1.6, 7.0), (bar - 4.8, 7.2)]
+        dish += [(bar - 0.8, 4.2), (bar - 1.6, 7.0), (bar - 4.8, 7.2)]
     dish[-1] = (0.0, 7.4)
     behind = lathe([(0.0, 3.0), (16.0, 3.0), (16.0, 5.6), (0.0, 5.6)], 12)
     found = {"grey": both(place(lathe(dish, 28), _EAR, Y)), "dark": both(place(behind, _EAR, Y))}
@@ -136,7 +136,7 @@ def sensors(cameras: Sequence[tuple[Point, float]], microphones: Sequence[Point]
 def _skull(grow: float, fine: bool = False) -> Manifold:
     press = partial(_with_face, grow=grow)
     around, along, crown = (68, 8, 12) if fine else (44, 5, 8)
-    ends = End(11.0, 0.55, 4), End(50.0, 1.0, crown)
+    ends = End(11.0, 0.55, 5 if fine else 3), End(50.0, 1.0, crown)
     return loft(_SKULL, *ends, grow=grow, around=around, along=along, press=press)
 
 

@@ -39,8 +39,8 @@ _SHIN = (
 
 def pelvis() -> Part:
     """What LHipYawPitch turns: the cover of the slanted axle, over the ball of the hip."""
-    disc = rod((0.0, -14.0, 14.0), (0.0, -20.5, 20.5), 25.5, 3.0, 28)
-    return {"white": Manifold.batch_hull([disc, ball(27.0, segments=24)])}
+    disc = rod((0.0, -14.0, 14.0), (0.0, -20.5, 20.5), 25.5, 3.0, 24)
+    return {"white": Manifold.batch_hull([disc, ball(27.0, segments=20)])}
 
 
 def hip() -> Part:

@@ -25,6 +25,7 @@ _TOLERANCES_MM = {
     "head_grey": 0.1,
     "head_led": 0.0,
     "torso_white": 0.2,
+    "torso_dark": 0.4,
     "shoulder_pad_accent": 0.15,
     "hand_white": 0.25,
     "fingertip_dark": 0.1,
