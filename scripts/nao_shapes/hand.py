@@ -30,7 +30,7 @@ _MITRE, _GAP = (1.0, 0.30, 0.0), 2.0
 
 def palm() -> Part:
     """What LWristYaw turns."""
-    wrist = place(lathe(_WRIST, 34), (0.0, 0.0, 0.0), X)
+    wrist = place(lathe(_WRIST, 32), (0.0, 0.0, 0.0), X)
     x, y, _ = _KNUCKLE
     slot = box((x - 8.0, y - 6.9, -FAR), (FAR, y + 6.9, FAR))
     pad = box((48.0, -18.0, -10.0), (66.0, 18.0, 4.0)) - both(slot)

@@ -67,7 +67,7 @@ _GROOVE = 0.5
 def neck() -> Part:
     """The dark column that carries the head and turns in the collar."""
     column = [(0.0, -34.0), (17.0, -34.0), (17.0, -20.0), (14.5, -12.0), (14.5, 0.0), (0.0, 0.0)]
-    return {"dark": lathe(column, 24) + ball(19.0, segments=16)}
+    return {"dark": lathe(column, 24) + ball(19.0, segments=14)}
 
 
 def head() -> Part:
