@@ -18,9 +18,11 @@ _HAND = (
 _KNUCKLE: Point = (69.07, 11.57, -3.04)
 _THUMB: Point = (48.95, 0.0, -26.38)
 # Radius along the wrist: the disc that closes the forearm, and the neck of the hand.
-_WRIST = [(0.0, -8.0), (25.2, -8.0), (25.2, 8.6), (20.0, 9.2), (20.0, 18.0), (0.0, 18.0)]
+_WRIST = [(0.0, -8.0), (25.2, -8.0), (25.2, 8.6), (20.0, 9.2), (20.0, 11.6), (0.0, 11.6)]
 # Cut from the shell as seen from the side, x and z: where the palm lies and the fingers come out.
 _OPEN = [(47.0, -FAR), (47.0, -15.0), (61.0, 3.2), (FAR, 3.2), (FAR, -FAR)]
+# The palm under it, in the same view.
+_PAD = [(44.0, -16.4), (50.5, -16.4), (64.0, -6.0), (64.0, 2.6), (44.0, 2.6)]
 # Touch sensors on the back and on both sides [mm]: x from and to, and half of the width.
 _TOUCH = (25.0, 49.0, 8.0)
 # Length of a finger bone, and the planes at its ends [mm]: the inner side, at negative y, leaves room to bend.
@@ -33,15 +35,16 @@ def palm() -> Part:
     wrist = place(lathe(_WRIST, 32), (0.0, 0.0, 0.0), X)
     x, y, _ = _KNUCKLE
     slot = box((x - 8.0, y - 6.9, -FAR), (FAR, y + 6.9, FAR))
-    pad = box((48.0, -18.0, -10.0), (66.0, 18.0, 4.0)) - both(slot)
+    pad = prism(_PAD, -17.4, 17.4) - both(slot)
     x, _, z = _THUMB
     thumb = Manifold.batch_hull([_pin(_THUMB, 6.0, 8.6), box((x - 10.0, -8.6, z + 6.0), (x + 5.0, 8.6, z + 15.0))])
     fork = rod((x, -5.6, z), (x, 5.6, z), 8.0, 0.0, 14)
     start, end, half = _TOUCH
-    back = box((start, -half, 19.0), (end, half, FAR), 4.0, 4)
-    side = box((start, 21.0, -5.0), (end - 4.0, FAR, 9.0), 4.0, 4)
-    touch = _hand(0.35) ^ (back + both(side))
-    pins = both(_pin(_KNUCKLE, 4.6, 7.6)) + _pin(_THUMB, 4.4, 7.0)
+    back = box((start, -half, 19.0), (end, half, FAR), 4.0)
+    side = box((start, 21.0, -5.0), (end - 4.0, FAR, 9.0), 4.0)
+    under = box((start - 4.0, -17.0, -FAR), (47.0, 17.0, -14.0), 4.0)
+    touch = _hand(0.35) ^ (back + both(side) + under)
+    pins = both(_pin(_KNUCKLE, 6.6, 6.7)) + _pin(_THUMB, 6.2, 6.7)
     return {
         "white": _hand(0.0) - prism(_OPEN, -FAR, FAR, 4.0),
         "dark": union([wrist, pad, thumb - fork, pins, touch]),
@@ -82,4 +85,4 @@ def _near() -> Manifold:
 
 
 def _hinge(x: float) -> Manifold:
-    return rod((x, 0.0, -4.6), (x, 0.0, 4.6), 4.6, 0.0, 8)
+    return rod((x, 0.0, -4.6), (x, 0.0, 4.6), 4.6, 0.0, 10)

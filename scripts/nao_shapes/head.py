@@ -107,7 +107,7 @@ def ears(ring: str) -> Part:
     dish[-1] = (0.0, 7.4)
     behind = lathe([(0.0, 3.0), (16.0, 3.0), (16.0, 5.6), (0.0, 5.6)], 12)
     found = {"grey": both(place(lathe(dish, 28), _EAR, Y)), "dark": both(place(behind, _EAR, Y))}
-    rings = both(place(lathe(frame, 48), _EAR, Y))
+    rings = both(place(lathe(frame, 46), _EAR, Y))
     return found | {ring: found[ring] + rings if ring in found else rings}
 
 

@@ -21,7 +21,7 @@ from nao_shapes.torso import torso
 _FINE_MM = 0.25
 # The skull is the largest round outline of all; the segments of an eye stay alike.
 _TOLERANCES_MM = {
-    "head_white": 0.15,
+    "head_white": 0.18,
     "head_grey": 0.1,
     "head_led": 0.0,
     "torso_white": 0.2,
