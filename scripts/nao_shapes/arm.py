@@ -9,7 +9,7 @@ from nao_shapes.solids import FAR, Part, X, ball, prism, rod, slab
 
 # Radius of the upper arm about the shoulder, and of the ball in the elbow [mm].
 _CAP, _ELBOW = 34.5, 22.5
-# What of the upper arm lies under the cap on the shoulder.
+# The region of the upper arm that the cap on the shoulder covers.
 _PAD = slab((-0.62, 0.68, 0.38), 7.0, FAR)
 
 

@@ -99,7 +99,7 @@ def _lines(half_width: float) -> Manifold:
 def ears(ring: str) -> Part:
     """The loudspeakers: a ring in the colour `ring` around a dish with a grille of concentric bars."""
     r = _EAR_RADIUS
-    rim = [(r - 0.9 * (1 - math.cos(turn)) * 4.0, 5.2 + 3.4 * math.sin(turn)) for turn in np.linspace(0.0, 1.4, 3)]
+    rim = [(r - 3.6 * (1 - math.cos(turn)), 5.2 + 3.4 * math.sin(turn)) for turn in np.linspace(0.0, 1.4, 3)]
     frame = [(r - 5.5, -4.0), (r, -4.0), *rim, (r - 4.8, 8.2)]
     dish = [(0.0, 0.0), (r - 4.8, 0.0), (r - 4.8, 6.4), (15.6, 6.0)]
     for bar in (15.6, 10.8):
@@ -134,6 +134,7 @@ def sensors(cameras: Sequence[tuple[Point, float]], microphones: Sequence[Point]
 
 
 def _skull(grow: float, fine: bool = False) -> Manifold:
+    """The skull, with more corners where its outline shows or it must lie close to the shell."""
     press = partial(_with_face, grow=grow)
     around, along, crown = (68, 8, 12) if fine else (44, 5, 8)
     ends = End(11.0, 0.55, 5 if fine else 3), End(50.0, 1.0, crown)

@@ -92,8 +92,8 @@ def _behind(grow: float, outline: Manifold) -> Manifold:
 
 def _flank(inset: float = 0.0) -> Manifold:
     """Where the coloured inserts lie, from the armpit up over the collarbone."""
-    z = inset
-    outline = [(60.0, 98.0), (60.0, 74.0 + z), (22.0, 84.0 + z), (-FAR, 86.0 + z), (-FAR, 130.0), (22.0, 130.0)]
+    low = [(60.0, 74.0 + inset), (22.0, 84.0 + inset), (-FAR, 86.0 + inset)]
+    outline = [(60.0, 98.0), *low, (-FAR, 130.0), (22.0, 130.0)]
     # No sharp corner runs out over the shoulder.
     return prism(outline, 20.0, FAR, 6.0) ^ box((inset - 28.0, inset + 29.0, -FAR), (FAR, FAR, FAR), 14.0, 4)
 
