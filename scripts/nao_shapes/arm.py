@@ -9,6 +9,8 @@ from nao_shapes.solids import FAR, Part, X, ball, prism, rod, slab
 
 # Radius of the upper arm about the shoulder, and of the ball in the elbow [mm].
 _CAP, _ELBOW = 34.5, 22.5
+# The region of the upper arm that the cap on the shoulder covers.
+_PAD = slab((-0.62, 0.68, 0.38), 7.0, FAR)
 
 
 def shoulder() -> Part:
@@ -18,12 +20,12 @@ def shoulder() -> Part:
 
 def shoulder_pad() -> Part:
     """The coloured cap on the shoulder, fixed to the upper arm: over the top and the outside."""
-    return {"accent": _upper_arm(100.0, 0.0, 1.0) ^ slab((-0.62, 0.68, 0.38), 7.0, FAR)}
+    return {"accent": _upper_arm(100.0, 0.0, 1.0) ^ _PAD}
 
 
 def upper_arm(length: float, offset: float) -> Part:
     """The link of LShoulderRoll, elbow at (length, offset): round about the shoulder, so that no motion opens a gap."""
-    return {"white": _upper_arm(length, offset, 0.0)}
+    return {"white": _upper_arm(length, offset, 0.0) - _PAD}
 
 
 def _upper_arm(length: float, offset: float, grow: float) -> Manifold:
@@ -40,7 +42,7 @@ def _upper_arm(length: float, offset: float, grow: float) -> Manifold:
 
 def elbow() -> Part:
     """The link of LElbowYaw: a tube in the sleeve and the ball of the elbow."""
-    return {"dark": rod((-24.0, 0.0, 0.0), (0.0, 0.0, 0.0), 20.2, 0.0, 28) + ball(_ELBOW, segments=28)}
+    return {"dark": rod((-24.0, 0.0, 0.0), (0.0, 0.0, 0.0), 20.2, 0.0, 24) + ball(_ELBOW, segments=20)}
 
 
 def hinge() -> Part:
@@ -62,7 +64,7 @@ def forearm(length: float) -> Part:
         (0.45 * length, 20.0),
     ]
     # Drawn in the x-z plane and rotated to the upper side.
-    cover = _forearm(length, 0.9) ^ prism(outline, 15.0, FAR, 6.0).rotate((90.0, 0.0, 0.0))
+    cover = _forearm(length, 0.9) ^ prism(outline, 15.0, FAR, 8.5).rotate((90.0, 0.0, 0.0))
     return {"white": _forearm(length, 0.0) - inside, "accent": cover - inside}
 
 

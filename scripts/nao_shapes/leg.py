@@ -40,8 +40,8 @@ _SHIN = (
 
 def pelvis() -> Part:
     """The link of LHipYawPitch: the cover of the slanted axle, over the ball of the hip."""
-    disc = rod((0.0, -14.0, 14.0), (0.0, -20.5, 20.5), 25.5, 3.0, 28)
-    return {"white": Manifold.batch_hull([disc, ball(27.0, segments=24)])}
+    disc = rod((0.0, -14.0, 14.0), (0.0, -20.5, 20.5), 25.5, 3.0, 24)
+    return {"white": Manifold.batch_hull([disc, ball(27.0, segments=20)])}
 
 
 def hip() -> Part:
@@ -52,7 +52,7 @@ def hip() -> Part:
 
 
 def _roller(x: float, z: float, radius: float) -> Manifold:
-    return place(lathe(pill(radius, 50.0, 14.0, 14.0, 5), 40), (x, -25.0, z), Y)
+    return place(lathe(pill(radius, 50.0, 14.0, 14.0, 4), 36), (x, -25.0, z), Y)
 
 
 def thigh() -> Part:
@@ -79,14 +79,14 @@ def shin() -> Part:
 
 def ankle() -> Part:
     """The link of LAnklePitch: the ball between shin and foot, and in it the cross of the two axles."""
-    return {"grey": ball(_ANKLE, segments=28) ^ slab(Z, -20.0, 22.0)}
+    return {"grey": ball(_ANKLE, segments=24) ^ slab(Z, -20.0, 22.0)}
 
 
 def _drum(low: float, high: float, edge: float, grow: float = 0.0) -> Manifold:
     """The knee: a body of revolution about y, wider in the middle, its rims rounded with radius `edge`."""
-    turn = np.linspace(0.0, np.pi / 2, 4)
+    turn = np.linspace(0.0, np.pi / 2, 3)
     rim = edge * (1 - np.cos(turn))
-    y = np.concatenate([low + rim, np.linspace(low + edge, high - edge, 7)[1:-1], high - rim[::-1]])
+    y = np.concatenate([low + rim, np.linspace(low + edge, high - edge, 5)[1:-1], high - rim[::-1]])
     inwards = np.clip(1 - np.minimum(y - low, high - y) / edge, 0.0, 1.0)
     radius = _KNEE + grow - _BULGE * np.clip(y / 36.0, -1.0, 1.0) ** 2 - edge * (1 - np.sqrt(1 - inwards**2))
     profile = [(0.0, low), *zip(radius.tolist(), y.tolist(), strict=True), (0.0, high)]

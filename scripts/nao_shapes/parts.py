@@ -20,18 +20,27 @@ from nao_shapes.torso import torso
 # Largest movement of the surface [mm]; head and fingers have finer curves than the rest.
 _FINE_MM = 0.25
 # The skull is the largest round outline; the segments of an eye remain equal.
-_TOLERANCES_MM = {"head_white": 0.15, "head_led": 0.0}
+_TOLERANCES_MM = {
+    "head_white": 0.18,
+    "head_grey": 0.1,
+    "head_led": 0.0,
+    "torso_white": 0.2,
+    "torso_dark": 0.4,
+    "shoulder_pad_accent": 0.15,
+    "hand_white": 0.25,
+    "fingertip_dark": 0.1,
+}
 
 
 def mesh_texts() -> Iterator[tuple[str, str]]:
     """Return name and OBJ text of every mesh, the same every time."""
     for name, solid in _meshes(_middle_parts()):
-        fine = TOLERANCE_MM if name.startswith("torso") else _TOLERANCES_MM.get(name, _FINE_MM)
+        fine = _TOLERANCES_MM.get(name, _FINE_MM)
         yield name, obj_text(name, surface_of(solid, mirror="y", tolerance=fine))
     for name, solid in _meshes({"phalanx": phalanx(), "fingertip": fingertip()}):
-        yield name, obj_text(name, surface_of(solid, mirror="z", tolerance=_FINE_MM))
+        yield name, obj_text(name, surface_of(solid, mirror="z", tolerance=_TOLERANCES_MM.get(name, _FINE_MM)))
     for name, solid in _meshes(_left_parts()):
-        left = surface_of(solid)
+        left = surface_of(solid, tolerance=_TOLERANCES_MM.get(name, TOLERANCE_MM))
         yield f"l_{name}", obj_text(f"l_{name}", left)
         yield f"r_{name}", obj_text(f"r_{name}", left, mirrored=True)
 

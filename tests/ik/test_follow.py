@@ -554,7 +554,7 @@ def test_the_script_walks_and_draws_and_writes_a_clip(tmp_path: Path) -> None:
     answers = [line.split()[0] for line in done.stdout.splitlines() if line.startswith("  ")]
     assert answers == ["yes"] * 12
     clip = tmp_path / "_static" / "walk_and_draw.html"
-    assert 1_000_000 < clip.stat().st_size < 2_700_000  # a page of 2.4 MB, and what moves in it
+    assert 1_000_000 < clip.stat().st_size < 2_700_000  # a page of 2.5 MB, and what moves in it
 
 
 # --- small and wrong input --------------------------------------------------------------------------------------------

@@ -349,7 +349,7 @@ def test_the_page_is_one_small_file_that_asks_nobody(nao: nk.NaoModel) -> None:
     rows = 300
     viewer.animate(np.linspace(nao.posture("StandInit"), nao.posture("Crouch"), rows), fps=60)
     document = viewer.static_html()
-    assert len(document.encode()) < 2_500_000
+    assert len(document.encode()) < 2_600_000
     assert "default-src 'none'" in document
     head = document[: document.index("<script")]
     assert "http" not in head.replace("http-equiv", "")
