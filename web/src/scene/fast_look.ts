@@ -1,6 +1,6 @@
 import { THREE } from "../three.ts";
 import type { RobotMesh, Shape } from "../types.ts";
-import { FINISHES } from "./materials.ts";
+import { FINISHES, SHOULDER } from "./materials.ts";
 
 // Pixels of one ball, and the share of its radius that is looked up.
 const [CELL, WITHIN] = [64, 0.94];
@@ -62,6 +62,7 @@ const FRAGMENT = /* glsl */ `
     vec3 black = mix(texture2D(balls, cell + vec2(column, 0.0)).rgb, texture2D(balls, cell).rgb, share);
     vec3 white = mix(texture2D(balls, cell + vec2(3.0 * column, 0.0)).rgb, texture2D(balls, cell + vec2(2.0 * column, 0.0)).rgb, share);
     gl_FragColor = vec4(mix(black, white, diffuse) + emissive, 1.0);
+    ${SHOULDER}
     #include <encodings_fragment>
   }
 `;

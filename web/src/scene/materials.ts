@@ -56,6 +56,20 @@ export function makeEnvironment(renderer: THREE.WebGLRenderer): THREE.Texture {
   return texture;
 }
 
+/**
+ * The end of a fragment shader that keeps bright surfaces shaded: above KNEE, radiance approaches 1 instead of being cut
+ * off there, in the same proportion for all three colours.
+ */
+export const SHOULDER = /* glsl */ `
+  {
+    const float KNEE = 0.6;
+    vec3 light = 1.05 * gl_FragColor.rgb;
+    float peak = max(light.r, max(light.g, light.b));
+    float bent = KNEE + (1.0 - KNEE) * (1.0 - exp((KNEE - peak) / (1.0 - KNEE)));
+    gl_FragColor.rgb = peak > KNEE ? light * (bent / peak) : light;
+  }
+`;
+
 /** What a surface is like, apart from its colour. */
 interface Finish {
   roughness: number;
@@ -83,6 +97,11 @@ function finishOf({ r, g, b }: { r: number; g: number; b: number }): keyof typeo
   return luminance < 2.5 * DARK ? "rubber" : "satin";
 }
 
+// One function for all materials, so that those of one kind share a program.
+function keepShading(shader: THREE.Shader) {
+  shader.fragmentShader = shader.fragmentShader.replace("#include <tonemapping_fragment>", SHOULDER);
+}
+
 /**
  * Give a shape of the robot the material that its colour stands for. Colours in a URDF are those of a screen; light is
  * reckoned in linear ones.
@@ -101,6 +120,7 @@ export function setMaterial(mesh: RobotMesh) {
     opacity,
     transparent: opacity < 1,
   });
+  mesh.material.onBeforeCompile = keepShading;
   Object.assign(mesh.userData, { own: mesh.material.color.clone(), opacity, side, finish });
   mesh.castShadow = mesh.receiveShadow = true;
 }

@@ -59,7 +59,7 @@ const KEY = new THREE.Vector3(0.75, 0.85, 2.6).normalize();
 
 /** Light, floor, materials and cameras: how the scene looks, and how much of that a frame may cost. */
 export class Studio {
-  key = new THREE.DirectionalLight(0xfffaf2, 0.37);
+  key = new THREE.DirectionalLight(0xfffaf2, 0.44);
   smoothing: Smoothing;
   fastLook: FastLook;
   contact: Contact;
@@ -96,7 +96,6 @@ export class Studio {
     // Ghosts, voxels and marks do not mirror the room: this lights them from all around.
     const around = new THREE.HemisphereLight(0xffffff, 0xaab4c6, 0.16);
     this.key.castShadow = true;
-    this.key.shadow.mapSize.set(1024, 1024);
     for (const light of [around, this.key]) light.layers.enable(ROBOT_LAYER);
     scene.add(around, this.key, this.key.target);
 
@@ -241,13 +240,19 @@ export class Studio {
       .copy(KEY)
       .multiplyScalar(2 * radius)
       .add(key.target.position);
-    const { camera } = key.shadow;
+    const { camera, mapSize } = key.shadow;
+    const texels = this.alwaysFine ? 4096 : 2048;
+    if (mapSize.x !== texels) {
+      mapSize.set(texels, texels);
+      (key.shadow.map as THREE.WebGLRenderTarget | null)?.dispose();
+      key.shadow.map = null as any;
+    }
     Object.assign(camera, { left: -radius, right: radius, top: radius, bottom: -radius });
     Object.assign(camera, { near: 0.9 * radius, far: 3.1 * radius + 3 * Math.max(0, z) });
     camera.updateProjectionMatrix();
     // A texel in metres, seen at a slant.
-    key.shadow.normalBias = 3 * (radius / key.shadow.mapSize.x);
-    key.shadow.bias = -0.0005;
+    key.shadow.normalBias = 3 * (radius / mapSize.x);
+    key.shadow.bias = -0.0001;
     viewer.renderer.shadowMap.needsUpdate = true;
   }
 
