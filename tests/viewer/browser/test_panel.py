@@ -431,7 +431,7 @@ def test_undo_works_in_a_number_unless_it_is_being_typed(page: Page) -> None:
 
 
 def test_one_history_has_every_change_and_is_reached_from_everywhere(page: Page, nao: nk.NaoModel) -> None:
-    menu = page.tab.locator(".menu:popover-open")
+    keys = page.tab.get_by_role("slider", name="Key ")
     page.run("() => navigator.clipboard.writeText('{\"LElbowYaw\": -1}')")
     changes: list[Callable[[], Any]] = [
         lambda: page.type_number("HeadYaw", "11"),
@@ -442,8 +442,10 @@ def test_one_history_has_every_change_and_is_reached_from_everywhere(page: Page,
         lambda: tool(page, "Mirror left and right").click(),
         lambda: tool(page, "Random within the limits").click(),
         lambda: tool(page, "Back to the beginning").click(),
+        lambda: (tool(page, "Key frames").click(), message_away(page)),  # the clip becomes keys
     ]
     focus: list[Callable[[], Any]] = [
+        lambda: keys.first.focus(),
         lambda: field(page, "LKneePitch").focus(),
         lambda: page.tab.get_by_label("Filter joints").focus(),
         lambda: page.tab.get_by_label("Speed").focus(),
@@ -458,12 +460,15 @@ def test_one_history_has_every_change_and_is_reached_from_everywhere(page: Page,
         change()
         page.animation_frames(2)
         seen.append(page.q)
+    assert keys.count() == 2
     for place, before in zip(focus, seen[-2::-1], strict=True):
         place()
         press(page, "ControlOrMeta+Z")
         assert np.array_equal(page.q, before)
-    assert menu.count() == 1
+        assert keys.count() == 0
+    assert page.tab.locator(".menu:popover-open").count() == 1
     press(page, "Escape")
+    tool(page, "Key frames").click()
     assert tool(page, "Undo").get_attribute("aria-disabled") == "true"
 
 

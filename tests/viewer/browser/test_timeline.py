@@ -119,10 +119,7 @@ def test_a_key_is_dragged_retimed_duplicated_replaced_and_deleted(page: Page, na
     page.tab.keyboard.press("Control+z")
     page.tab.keyboard.press("Control+z")
     assert times(page) == [0.0, 1.0, 2.0]  # a drag is one step
-    key = page.tab.get_by_role("slider", name="Key 2 of 3")
-    assert key.get_attribute("aria-valuetext") == "1.00 s"
-    key.press("Enter")
-    assert key.get_attribute("aria-valuetext") == "1.00 s, selected"
+    assert page.tab.get_by_role("slider", name="Key 2 of 3").get_attribute("aria-valuetext") == "1.00 s, selected"
     press(page, "Duplicate the key")
     assert times(page) == [0.0, 1.0, 2.0, 3.0]
     assert np.abs(page.q - nao.posture("Crouch")).max() < 1e-12

@@ -20,7 +20,7 @@ const LIST = {
     ["Ctrl+Z", "undo"],
     ["Ctrl+Shift+Z, Ctrl+Y", "redo"],
     ["Ctrl+V", "paste a configuration"],
-    ["Space", "play or pause the clip"],
+    ["Space", "play or pause the clip, on a button too"],
     ["K", "add a key frame, where they are open"],
     ["/", "filter the joints"],
     ["P", "show or hide the panel"],

@@ -63,7 +63,7 @@ export interface Edited {
 // How far [rad, m] key frames made of a clip may be beside it.
 const TOLERANCE = (0.5 * Math.PI) / 180;
 
-/** Key frames as they are edited: the track that they stand on, and the tools over it. Event of the player: "edited". */
+/** Key frames as they are edited: the track that they stand on, and the tools over it. */
 export class Editor {
   frames = new KeyFrames();
   selected = -1;
