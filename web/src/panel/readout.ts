@@ -115,7 +115,7 @@ export class Readout {
     this.frame = frameSelect("Frame", about);
     this.frame.onchange = () => selection.select(nameOf(this.frame));
     const places: [string, string][] = [["root", about.root]];
-    if (!about.floating) places.push(["floor", "the floor under the robot"]);
+    if (!about.floating) places.push(["floor", "floor"]);
     this.reference = frameSelect("Reference frame", about, places);
     this.reference.onchange = () => this.refresh();
     this.ends = ["Measure from", "Measure to"].map((label, i) => {
