@@ -588,6 +588,7 @@ def test_frames_are_measured_from_the_keyboard(page: Page, nao: nk.NaoModel) -> 
     angle = float(nk.rotations.natural_invariants(E[:3, :3])[1])
     assert numbers(page, "angle") == pytest.approx([angle], abs=1e-6)
     page.tab.keyboard.press("Escape")
+    assert page.run("() => document.activeElement.ariaLabel") == "Measure"
 
 
 # --- handles by keyboard ---------------------------------------------------------------------------------------------

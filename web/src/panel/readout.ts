@@ -58,10 +58,7 @@ class Numbers {
   cells: { name: HTMLSpanElement; output: HTMLOutputElement }[];
   box: HTMLDivElement;
 
-  constructor(
-    count: number,
-    readonly columns: number,
-  ) {
+  constructor(count: number, columns: number) {
     this.cells = Array.from({ length: count }, () => ({
       name: element("span", { ariaHidden: "true" }),
       // Read on demand, not at every step of a motion.
@@ -192,6 +189,8 @@ export class Readout {
     const { measuring, open } = this;
     this.measure.setAttribute("aria-pressed", String(measuring));
     this.more.setAttribute("aria-expanded", String(open));
+    // What is hidden would lose the focus to nothing.
+    if (!measuring && this.line.some((part) => part === document.activeElement)) this.measure.focus();
     for (const part of this.line) part.hidden = !measuring;
     for (const part of [this.frame, this.more]) part.hidden = measuring;
     this.rest.hidden = measuring || !open;
