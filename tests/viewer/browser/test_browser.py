@@ -196,7 +196,8 @@ def test_the_read_out_gives_position_and_roll_pitch_yaw(page: Page, nao: nk.NaoM
         page.tab.get_by_label("Frame", exact=True).select_option(frame)
         shown = page.run(
             """() => Object.fromEntries(
-                [...naoKin.panel.readout.numbers].map(([k, o]) => [k, [o.dataset.value, o.textContent]]))"""
+                [...document.querySelectorAll(".readout output")].filter((o) => o.checkVisibility())
+                    .map((o) => [o.ariaLabel, [o.dataset.value, o.textContent]]))"""
         )
         T = nao.fk(q, frame)
         expected = dict(

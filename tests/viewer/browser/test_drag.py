@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from viewer_pages import Page, opened, read_png
+from viewer_pages import Page, opened, read_png, visitor
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, NotFinite, WrongShape
@@ -310,6 +310,58 @@ def test_a_ring_turns_a_foot_about_its_axis_at_its_place(page: Page, nao: nk.Nao
     assert page.run(ROOT) == pytest.approx(root, abs=1e-12)
     page.tab.mouse.up()
     assert page.run("() => naoKin.pick.selection.frame") == frame
+
+
+@pytest.mark.parametrize("size", [(1400, 900), (390, 844)])
+def test_the_read_out_is_always_in_view_and_follows_what_is_clicked(
+    browser: Any, document: Path, nao: nk.NaoModel, size: tuple[int, int]
+) -> None:
+    viewport = {"width": size[0], "height": size[1]}
+    with visitor(browser, viewport=viewport, has_touch=size[0] < 400) as context:
+        tab = context.new_page()
+        tab.goto(document.as_uri())
+        tab.wait_for_selector("body[data-ready]")
+        click = tab.touchscreen.tap if size[0] < 400 else tab.mouse.click
+        card = tab.locator(".readout")
+
+        def reads(frame: str, reference: str = "torso") -> None:
+            box = card.bounding_box()
+            assert box["x"] >= 0
+            assert box["x"] + box["width"] <= size[0]
+            assert box["y"] + box["height"] <= size[1]
+            chosen = "(select) => select.selectedOptions[0].text"
+            assert tab.get_by_label("Frame", exact=True).evaluate(chosen) == frame
+            assert tab.get_by_label("Reference frame").evaluate(chosen) == reference
+            x = nao.fk(np.array(tab.evaluate("() => [...naoKin.q]")), frame, reference=reference)[0, 3]
+            assert card.get_by_label("x", exact=True).inner_text() == f"{1000 * x:.1f} mm"
+            assert tab.evaluate("() => naoKin.player.plots.frames.value") == frame
+
+        reads("LArm")
+        click(*tab.evaluate(ON_SCREEN, ["RLeg", [0, 0, 0]]))
+        reads("RLeg")
+        click(*tab.evaluate(ON_SCREEN, ["RArm", [0, 0, 0]]))
+        reads("RArm")
+        # A hand that is dragged is read, and the rings of the other stay.
+        start = np.array(tab.evaluate(ON_SCREEN, ["LArm", [0, 0, 0]]))
+        tab.mouse.move(*start)
+        tab.mouse.down()
+        tab.mouse.move(*(start - 12.0), steps=4)
+        reads("LArm")
+        tab.mouse.up()
+        click(*tab.evaluate(ON_RING, [1, 0.3]))
+        reads("RArm")
+        tab.get_by_label("Frame", exact=True).select_option("LHand")
+        tab.get_by_label("Reference frame").select_option("LForeArm")
+        reads("LHand", "LForeArm")
+        tab.get_by_label("Reference frame").select_option("torso")
+        tab.get_by_role("button", name="Measure", exact=True).click()
+        for frame in ("LLeg", "RLeg"):
+            click(*tab.evaluate(ON_SCREEN, [frame, [0, 0, 0]]))
+        assert card.get_by_label("distance").inner_text() == "100.0 mm"
+        assert card.get_by_label("dy").inner_text() == "-100.0 mm"
+        assert card.bounding_box()["y"] + card.bounding_box()["height"] <= size[1]
+        tab.keyboard.press("Escape")
+        reads("LHand")
 
 
 def test_a_ring_stops_where_the_limb_does_and_escape_gives_back(page: Page, nao: nk.NaoModel) -> None:

@@ -86,6 +86,7 @@ export class Drag {
   }
 
   takeHandle(handle: Handle, ray: Ray | null = null) {
+    this.read(handle);
     this.begin(() => new LimbDrag(this.page, this.limbs, this.ghosts, handle, ray));
   }
 
@@ -95,7 +96,14 @@ export class Drag {
 
   /** @param pointer on it */
   takeRing(ring: Pick<Ring, "handle" | "axis">, pointer: { point: Vector3; ray: Ray } | null = null) {
+    this.read(ring.handle);
     this.begin(() => new TurnDrag(this.page, this.limbs, ring, pointer));
+  }
+
+  // The panel reads what is held, unless it reads what is measured.
+  read({ limb }: Handle) {
+    const { measure, selection } = this.page.pick;
+    if (!measure.active) selection.follow(limb.frame);
   }
 
   begin(make: () => Gesture) {

@@ -69,7 +69,7 @@ export class HandleKeys {
       if (drag.held && !isHolding) return;
       if (arrow) this.move(button, handle, arrow, event.shiftKey ? LARGE : STEP);
       else this.turn(button, handle, letter, event.shiftKey ? -TURN : TURN);
-    } else if (event.key === "Enter" || event.key === " ") {
+    } else if (event.key === "Enter") {
       if (isHolding) this.letGo(button);
       else if (!drag.held) this.takeToMove(button, handle);
     } else if (event.key === "Escape" && isHolding) {

@@ -67,7 +67,9 @@ export class Pointer {
     const grip = handle ? null : this.drag.rings.at(event);
     const hit = handle || grip ? null : this.page.pick.picker.at(event);
     const take = this.taking(event, handle, grip, hit);
-    this.press = { id, clientX, clientY, shift, handle, hit, take, still: true };
+    // A click on a ring is one on its handle.
+    const clicked = handle ?? grip?.ring.handle ?? null;
+    this.press = { id, clientX, clientY, shift, handle: clicked, hit, take, still: true };
     if (!take) return;
     this.page.viewer.controls.enabled = false;
     this.pane.setPointerCapture(id);
@@ -122,13 +124,16 @@ export class Pointer {
     this.pane.style.cursor = "";
   }
 
-  click({ handle, hit, shift, take }: Press, event: PointerEvent) {
+  click({ handle, hit, shift }: Press, event: PointerEvent) {
     const { measure, selection, hover } = this.page.pick;
-    if (hit && (measure.picking || shift)) return measure.pick(hit);
-    if (measure.picking) return;
+    if (measure.picking || shift) {
+      if (handle) return measure.pick({ kind: "frame", name: handle.limb.frame });
+      if (hit) return measure.pick({ kind: "point", link: hit.link, local: hit.local });
+      if (measure.picking) return;
+    }
     if (handle) selection.select(handle.limb.frame);
     else if (hit) selection.selectLink(hit.link);
-    else if (!take) selection.select(null);
+    else selection.select(null);
     // A finger does not hover: what it is on is told when it taps.
     if (event.pointerType === "touch") hover.show(hit?.link ?? null, event);
   }

@@ -31,7 +31,7 @@ export class Address {
       this.later();
     };
     page.addEventListener("camera", moved);
-    for (const name of ["settled", "shown"]) page.addEventListener(name, later);
+    for (const name of ["settled", "shown", "selected"]) page.addEventListener(name, later);
     for (const name of ["pointerup", "wheel", "keyup"]) {
       page.pane.addEventListener(name, later, { passive: true });
     }
@@ -89,7 +89,7 @@ export class Address {
       camera: this.camera,
       shown: Object.keys(shown).filter((name) => shown[name] && !buttons.get(name)?.hidden),
       units: panel.settings.units,
-      frame: panel.readout.select.value,
+      frame: page.pick.selection.read,
       keys: this.keys,
     });
   }
@@ -146,8 +146,7 @@ export class Address {
       page.show(Object.fromEntries(offered.map(([name]) => [name, shown.includes(name)])));
     }
     if (units) panel.settings.setUnits(units);
-    if (frame) panel.readout.select.value = frame;
-    panel.readout.refresh();
+    if (frame) page.pick.selection.follow(frame);
     if (typeof camera === "string") page.camera(camera);
     else if (camera) this.look(camera);
   }

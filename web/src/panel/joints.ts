@@ -11,8 +11,6 @@ class JointRow {
   isCoupled: boolean;
   ends: [number, number];
   value = NaN;
-  /** Whether the number is being typed: then it is left alone. */
-  isTyped = false;
   slider: HTMLInputElement;
   note: HTMLSpanElement;
   number = element("input", { type: "text", inputMode: "decimal", autocomplete: "off" });
@@ -47,8 +45,10 @@ class JointRow {
     this.note.setAttribute("role", "status");
     this.number.setAttribute("aria-describedby", this.note.id);
     this.number.onfocus = () => this.number.select();
-    this.number.oninput = () => {
-      this.isTyped = true;
+    this.number.oninput = (event) => {
+      // The browser's own undo may lead back to what was there before.
+      const isUndone = (event as InputEvent).inputType === "historyUndo";
+      this.isTyped = !isUndone || this.number.value !== format(this.value, this.unit);
       if (Number.isFinite(parse(this.number.value, this.unit))) this.complain("");
     };
     this.number.onkeydown = (event) => this.key(event);
@@ -67,6 +67,15 @@ class JointRow {
     );
     this.element.dataset.joint = joint.name;
     this.relabel();
+  }
+
+  /** Whether the number is being typed: then it is left alone, and so is its undo. */
+  get isTyped() {
+    return "typed" in this.number.dataset;
+  }
+
+  set isTyped(on: boolean) {
+    this.number.toggleAttribute("data-typed", on);
   }
 
   get unit() {
@@ -110,10 +119,9 @@ class JointRow {
       this.number.select();
     } else if (event.key === "Escape" && (this.isTyped || this.note.textContent)) {
       this.giveBack();
-      this.number.select();
     } else if (["ArrowUp", "ArrowDown", "PageUp", "PageDown"].includes(event.key)) {
       event.preventDefault();
-      if (this.commit() && this.step(event)) this.number.select();
+      if (this.commit()) this.step(event);
     }
   }
 
@@ -143,6 +151,8 @@ class JointRow {
     this.isTyped = false;
     this.complain("");
     this.number.value = format(this.value, this.unit);
+    // What is typed next is another number.
+    if (document.activeElement === this.number) this.number.select();
   }
 
   /** @param reason none takes the complaint away */

@@ -20,7 +20,7 @@ const LIST = {
     ["Ctrl+Z", "undo"],
     ["Ctrl+Shift+Z, Ctrl+Y", "redo"],
     ["Ctrl+V", "paste a configuration"],
-    ["Space", "play or pause the clip"],
+    ["Space", "play or pause the clip, on a button too"],
     ["K", "add a key frame, where they are open"],
     ["/", "filter the joints"],
     ["P", "show or hide the panel"],
@@ -37,7 +37,6 @@ const LIST = {
     ["← →", "a tenth of a second earlier or later; with Shift a hundredth"],
     ["↑ ↓, Home, End", "the key frame before and behind, the first, the last"],
     ["Delete", "delete the key frame"],
-    ["Ctrl+Z, Ctrl+Shift+Z", "undo and redo of key frames"],
   ],
   "Handles (Tab, after the buttons over the picture)": [
     ["← → ↑ ↓", "move it by 1 mm; with Shift by 10 mm"],
@@ -60,35 +59,41 @@ const LIST = {
 export class Keys {
   constructor(readonly panel: Panel) {
     document.addEventListener("keydown", (event) => this.press(event));
+    // Some browsers press a button when Space goes up.
+    document.addEventListener("keyup", (event) => this.plays(event) && event.preventDefault());
     document.addEventListener("paste", (event) => this.paste(event));
   }
 
   press(event: KeyboardEvent) {
     const { target } = event;
-    if (event.defaultPrevented || !(target instanceof Element)) return;
-    if (isTyped(target) || target.closest("dialog, [popover]")) return;
+    if (event.defaultPrevented || !(target instanceof Element) || target.closest("dialog")) return;
     const does =
-      event.ctrlKey || event.metaKey ? this.withCtrl(event) : event.altKey ? null : this.alone(event, target);
+      event.ctrlKey || event.metaKey ? this.withCtrl(event, target) : event.altKey ? null : this.alone(event, target);
     if (!does) return;
     event.preventDefault();
     does();
   }
 
-  withCtrl({ key, shiftKey }: KeyboardEvent) {
+  withCtrl({ key, shiftKey }: KeyboardEvent, target: Element) {
+    // A text has an undo of its own; a joint's number is one only while it is typed.
+    if (isTyped(target) && (target.closest(".joint") ? target.matches("[data-typed]") : target.value)) return null;
     const { past } = this.panel;
     const lower = key.toLowerCase();
     if (lower === "y" || (lower === "z" && shiftKey)) return () => past.redo();
     return lower === "z" ? () => past.undo() : null;
   }
 
-  alone({ key }: KeyboardEvent, target: Element) {
+  /** Whether a key is for what is played: not a letter of a text, nor what checks a box. */
+  plays({ key, target }: KeyboardEvent) {
+    if (key !== " " || !this.panel.page.player.loaded || !(target instanceof Element)) return false;
+    return !isTyped(target) && !target.closest('dialog, input:is([type="checkbox"], [type="radio"])');
+  }
+
+  alone(event: KeyboardEvent, target: Element) {
     const { page, layout, joints, settings } = this.panel;
-    if (key === " ") {
-      const isOfTarget = target.closest("button, summary, select, input, a");
-      return isOfTarget || !page.player.loaded ? null : () => page.player.toggle();
-    }
-    if (!settings.keys) return null;
-    switch (key) {
+    if (this.plays(event)) return () => event.repeat || page.player.toggle();
+    if (!settings.keys || isTyped(target) || target.closest("[popover]")) return null;
+    switch (event.key) {
       case "?":
         return () => this.help();
       case "p":
@@ -131,7 +136,7 @@ export class Keys {
 }
 
 /** Whether keys pressed here are text. */
-function isTyped(target: Element) {
+function isTyped(target: Element): target is HTMLInputElement | HTMLTextAreaElement {
   return target.matches('textarea, [contenteditable], input:not([type="range"], [type="radio"], [type="checkbox"])');
 }
 

@@ -18,7 +18,6 @@ import { Layout } from "./layout.ts";
 import { Past } from "./past.ts";
 import { Readout } from "./readout.ts";
 import { Robots } from "./robots.ts";
-import { SelectionSection } from "./selection.ts";
 import { Settings } from "./settings.ts";
 import { Head, Messages, Tools } from "./tools.ts";
 
@@ -60,7 +59,7 @@ export class Panel {
   keys: Keys;
   joints: Joints;
   readout: Readout;
-  /** From top to bottom. */
+  /** From top to bottom; the read-out stands under all that scrolls. */
   sections: Section[];
 
   constructor(
@@ -76,21 +75,14 @@ export class Panel {
     this.keys = new Keys(this);
     this.joints = new Joints(this);
     this.readout = new Readout(this);
-    this.sections = [
-      new Head(this),
-      new Robots(this),
-      new Tools(this),
-      new Postures(this),
-      this.joints,
-      this.readout,
-      new SelectionSection(page, this.settings),
-    ];
+    this.sections = [new Head(this), new Robots(this), new Tools(this), new Postures(this), this.joints];
     const body = element(
       "div",
       { className: "body", tabIndex: -1 },
       ...this.sections.map((section) => section.element),
     );
-    aside.replaceChildren(this.layout.separator, body);
+    this.sections.push(this.readout);
+    aside.replaceChildren(this.layout.separator, body, this.readout.element);
     this.layout.announce();
     this.settings.addEventListener("units", () => {
       this.joints.relabel();

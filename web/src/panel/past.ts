@@ -1,27 +1,35 @@
 import type { Snapshot, Stance } from "../stance.ts";
+import type { Edited } from "../timeline/editor.ts";
+import type { Player } from "../timeline/player.ts";
 import { History } from "../values/history.ts";
 
 /** The parts of the page that are used here. */
 interface Page extends EventTarget {
+  readonly player: Player;
   readonly stance: Stance;
 }
 
+/** What undo gives back: how the robot was, and the key frames; none before there are any. */
+type State = Snapshot & { edited?: Edited };
+
 /**
- * Undo and redo of what this page did to the robot. All that happens while a pointer or a key is down is one step.
+ * Undo and redo of what this page did to the robot and to the key frames. All that happens while a pointer or a key is down
+ * is one step.
  *
  * Events: "changed".
  */
 export class Past extends EventTarget {
-  history = new History<Snapshot>();
-  now: Snapshot;
+  history = new History<State>();
+  now: State;
   /** What was before the step that is under way. */
-  before: Snapshot | null = null;
+  before: State | null = null;
   held = new Set<string>();
 
   constructor(readonly page: Page) {
     super();
-    this.now = page.stance.snapshot();
+    this.now = this.snapshot;
     page.addEventListener("settled", (event) => this.settled((event as CustomEvent).detail.own));
+    page.player.addEventListener("edited", () => this.settled(true));
     const begin = (what: string) => {
       this.finish();
       this.held.add(what);
@@ -54,9 +62,14 @@ export class Past extends EventTarget {
     this.finish();
   }
 
-  /** @param own whether this page moved the robot, rather than the program behind it or a clip */
+  get snapshot(): State {
+    const { stance, player } = this.page;
+    return { ...stance.snapshot(), edited: player.editor?.edited };
+  }
+
+  /** @param own whether this page made the change, rather than the program behind it or a clip */
   settled(own: boolean) {
-    const now = this.page.stance.snapshot();
+    const now = this.snapshot;
     if (own && !same(now, this.now)) {
       this.before ??= this.now;
       if (this.held.size === 0) setTimeout(() => this.finish());
@@ -67,6 +80,8 @@ export class Past extends EventTarget {
   finish() {
     if (this.held.size > 0) return;
     this.page.stance.settle();
+    // With the key frame that is selected, and the time on show.
+    this.now = this.snapshot;
     if (this.before && !same(this.before, this.now)) {
       this.history.push(this.before);
       this.dispatchEvent(new Event("changed"));
@@ -84,17 +99,20 @@ export class Past extends EventTarget {
     this.show(this.history.redo(this.now));
   }
 
-  show(snapshot: Snapshot | undefined) {
-    if (!snapshot) return;
-    const { stance } = this.page;
-    stance.jump(snapshot.q, snapshot.up);
+  show(state: State | undefined) {
+    if (!state) return;
+    const { player, stance } = this.page;
     // It is no step of its own.
-    this.now = snapshot;
+    this.now = state;
+    if (state.edited && state.edited.frames !== player.editor.frames) player.editor.restore(state.edited);
+    stance.jump(state.q, state.up);
     stance.settle();
     this.dispatchEvent(new Event("changed"));
   }
 }
 
-function same(a: Snapshot, b: Snapshot) {
-  return a.q.every((value, i) => value === b.q[i]) && String(a.up) === String(b.up);
+function same(a: State, b: State) {
+  return (
+    a.edited?.frames === b.edited?.frames && a.q.every((value, i) => value === b.q[i]) && String(a.up) === String(b.up)
+  );
 }

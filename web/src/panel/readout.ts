@@ -1,197 +1,242 @@
-import type { Pick } from "../pick/pick.ts";
-import type { Robot } from "../robot/robot.ts";
-import { rollPitchYaw } from "../math/rotations.ts";
-import { poseNumbers } from "../pick/facts.ts";
+import "./readout.css";
+import { COPIES, poseNumbers } from "../pick/facts.ts";
 import { THREE } from "../three.ts";
 import type { About } from "../types.ts";
-import { unitOf, withUnit, type Choice, type Unit } from "../values/units.ts";
-import { element } from "./element.ts";
+import { unitOf, withUnit, type Choice } from "../values/units.ts";
+import { button, element, iconButton } from "./element.ts";
 import type { Panel } from "./panel.ts";
-import { choose, frameSelect, nameOf, type SelectionSection } from "./selection.ts";
-
-/** The parts of the page that are used here. */
-interface Page extends EventTarget {
-  readonly pick: Pick;
-  readonly robot: Robot;
-}
 
 /**
- * All frames for a list to choose from, the effectors first.
+ * A list of all frames, the effectors first, after some places that are none.
  *
- * @param prefix of the values, which are the names
+ * @param places value and text
  */
-export function frameOptions(about: About, prefix: string = "") {
+function frameSelect(label: string, about: About, places: [string, string][] = []) {
   const others = about.frames.map(({ name }) => name).filter((name) => !about.effectors.includes(name));
-  return [group("effectors", about.effectors, prefix), group("all frames", others, prefix)];
+  const group = (title: string, names: string[]) => {
+    const made = element("optgroup", { label: title });
+    // The value says that it is a frame: one may be called floor.
+    made.append(...names.map((name) => element("option", { value: `frame:${name}` }, name)));
+    return made;
+  };
+  const select = element("select", { ariaLabel: label });
+  select.append(...places.map(([value, text]) => element("option", { value }, text)));
+  select.append(group("effectors", about.effectors), group("all frames", others));
+  return select;
 }
 
-function group(label: string, names: string[], prefix: string) {
-  const made = element("optgroup", { label });
-  made.append(...names.map((name) => element("option", { value: `${prefix}${name}` }, name)));
-  return made;
-}
+const nameOf = ({ value }: HTMLSelectElement) => value.slice("frame:".length);
 
 interface Shown {
+  name: string;
   value: number;
   text: string;
   title: string;
 }
 
-/** A row of numbers with their names: a rounded text each, the exact value in its tip and its data. */
-export class Numbers {
-  outputs: HTMLOutputElement[];
+const length = (name: string, value: number, choice: Choice): Shown => ({
+  name,
+  value,
+  text: withUnit(value, unitOf("m", choice)),
+  title: `${value} m`,
+});
+
+function angle(name: string, value: number, choice: Choice): Shown {
+  const unit = unitOf("rad", choice);
+  return { name, value, text: withUnit(value, unit, unit.digits + 1), title: `${value} rad` };
+}
+
+const share = (name: string, value: number): Shown => ({
+  name,
+  value,
+  text: value.toFixed(5),
+  title: String(value),
+});
+
+/** Rows of numbers with their names: a rounded text each, the exact value in its tip and its data. */
+class Numbers {
+  cells: { name: HTMLSpanElement; output: HTMLOutputElement }[];
   box: HTMLDivElement;
 
-  constructor(names: string[]) {
-    // Read on demand, not at every step of a motion.
-    this.outputs = names.map(() => element("output", { ariaLive: "off" }));
+  constructor(count: number, columns: number) {
+    this.cells = Array.from({ length: count }, () => ({
+      name: element("span", { ariaHidden: "true" }),
+      // Read on demand, not at every step of a motion.
+      output: element("output", { ariaLive: "off" }),
+    }));
     this.box = element(
       "div",
       { className: "numbers" },
-      ...names.map((name, i) => element("div", {}, element("span", {}, name), this.outputs[i])),
+      ...this.cells.map(({ name, output }) => element("div", {}, name, output)),
     );
-    this.box.style.setProperty("--columns", String(names.length > 4 ? 3 : names.length));
+    this.box.style.setProperty("--columns", String(columns));
   }
 
-  show(shown: Shown[]) {
-    shown.forEach(({ value, text, title }, i) => {
-      const output = this.outputs[i];
+  /** @param shown null leaves a cell empty */
+  show(shown: (Shown | null)[]) {
+    this.cells.forEach(({ name, output }, i) => {
+      const cell = shown[i];
+      name.textContent = cell?.name ?? "";
+      output.ariaLabel = cell?.name ?? null;
       // −0.0 is 0.0.
-      output.textContent = text.replace(/^-(0(\.0*)?)(?![\d.])/, "$1");
-      output.title = title;
-      output.dataset.value = String(value);
+      output.textContent = cell?.text.replace(/^-(0(\.0*)?)(?![\d.])/, "$1") ?? "";
+      output.title = cell?.title ?? "";
+      output.dataset.value = String(cell?.value ?? "");
     });
-  }
-
-  static length(value: number, choice: Choice): Shown {
-    return { value, text: withUnit(value, unitOf("m", choice)), title: `${value} m` };
-  }
-
-  static angle(value: number, choice: Choice): Shown {
-    const unit = unitOf("rad", choice);
-    return { value, text: withUnit(value, unit, unit.digits + 1), title: `${value} rad` };
-  }
-
-  static share(value: number): Shown {
-    return { value, text: value.toFixed(5), title: String(value) };
   }
 }
 
-const LENGTHS = ["x", "y", "z"];
-const ANGLES = ["roll", "pitch", "yaw"];
-
-/** Where a frame is. */
+/** The card under the panel that reads what was clicked last: the pose of a frame in another one, or what is measured. */
 export class Readout {
-  select: HTMLSelectElement;
-  numbers: Map<string, HTMLOutputElement> = new Map();
+  /** Whether it reads what is measured. */
+  measuring = false;
+  /** Whether it says all of a pose. */
+  open = false;
+  frame: HTMLSelectElement;
+  reference: HTMLSelectElement;
+  ends: HTMLSelectElement[];
+  measure: HTMLButtonElement;
+  more: HTMLButtonElement;
+  /** What is there for measuring only. */
+  line: HTMLElement[];
+  numbers = new Numbers(6, 3);
+  rotation = new Numbers(8, 4);
+  /** What else is said of a pose: its rotation in other numbers, and texts to copy. */
+  rest: HTMLDivElement;
   element: HTMLElement;
 
   constructor(readonly panel: Panel) {
-    const { about } = panel.page.robot;
-    this.select = element("select", { ariaLabel: "Frame" }, ...frameOptions(about));
-    this.select.onchange = () => {
-      this.refresh();
-      panel.address.later();
-    };
-    const cells = [...LENGTHS, ...ANGLES].map((name) => {
-      const output = element("output", { ariaLabel: name });
-      // Read on demand, not at every step of a motion.
-      output.setAttribute("aria-live", "off");
-      this.numbers.set(name, output);
-      return element("div", {}, element("span", {}, name), output);
-    });
-    this.element = element(
-      "section",
-      { className: "readout", ariaLabel: "Pose of a frame" },
-      element("div", { className: "which" }, this.select, element("span", {}, `in ${about.root}`)),
-      element("div", { className: "numbers" }, ...cells),
-    );
-  }
-
-  refresh() {
-    const { page, settings } = this.panel;
-    const link = page.robot.frames.get(this.select.value);
-    if (link === undefined) return;
-    const pose = page.robot.pose(link);
-    const lengths = unitOf("m", settings.units);
-    const angles = unitOf("rad", settings.units);
-    const turns = rollPitchYaw(pose);
-    LENGTHS.forEach((name, i) => this.show(name, pose.elements[12 + i], lengths, `${pose.elements[12 + i]} m`));
-    ANGLES.forEach((name, i) => this.show(name, turns[i], angles, `${turns[i]} rad`));
-  }
-
-  show(name: string, value: number, unit: Unit, exact: string) {
-    const output = this.numbers.get(name) as HTMLOutputElement;
-    const digits = unit.sign === "°" ? 2 : unit.digits;
-    output.textContent = withUnit(value, unit, digits);
-    output.title = exact;
-    output.dataset.value = String(value);
-  }
-}
-
-/** What is measured between two frames, or points of the surface: in numbers, and chosen without a pointer. */
-export class MeasureCard {
-  picking = element("button", { type: "button", title: "Two clicks on the robot; Escape ends it" }, "Measure");
-  clear = element("button", { type: "button" }, "Clear");
-  ends: HTMLSelectElement[];
-  lengths = new Numbers(["distance", "dx", "dy", "dz"]);
-  angle = new Numbers(["angle"]);
-  relative = new Numbers(["x", "y", "z", "roll", "pitch", "yaw"]);
-  relativeTitle = element("p", { className: "title" });
-  frames: HTMLDivElement;
-  results: HTMLDivElement;
-  box: HTMLDivElement;
-
-  /** @param selection that knows the reference */
-  constructor(
-    readonly page: Page,
-    readonly selection: SelectionSection,
-  ) {
-    const { measure } = page.pick;
-    this.picking.onclick = () => measure.setPicking(!measure.picking);
-    this.clear.onclick = () => measure.clear();
+    const { page } = panel;
+    const { about } = page.robot;
+    const { selection, measure } = page.pick;
+    this.frame = frameSelect("Frame", about);
+    this.frame.onchange = () => selection.select(nameOf(this.frame));
+    const places: [string, string][] = [["root", about.root]];
+    if (!about.floating) places.push(["floor", "floor"]);
+    this.reference = frameSelect("Reference frame", about, places);
+    this.reference.onchange = () => this.refresh();
     this.ends = ["Measure from", "Measure to"].map((label, i) => {
-      const select = frameSelect(label, page.robot.about, [["", "a point or frame"]]);
+      const select = frameSelect(label, about, [["", ""]]);
       select.onchange = () => measure.set(i, select.value === "" ? null : { kind: "frame", name: nameOf(select) });
       return select;
     });
-    this.frames = element("div", {}, this.angle.box, this.relativeTitle, this.relative.box);
-    this.results = element("div", { className: "results" }, this.lengths.box, this.frames);
-    const [from, to] = this.ends;
-    const buttons = element("div", { className: "copies" }, this.picking, this.clear);
-    const which = element("div", { className: "which" }, from, element("span", {}, "to"), to);
-    this.box = element("div", { className: "measure" }, buttons, which, this.results);
-    page.addEventListener("measured", () => {
-      const details = this.box.closest("details");
-      if (details && measure.active) details.open = true;
+    this.measure = iconButton("measure", "Measure", () =>
+      this.measuring ? measure.clear() : measure.setPicking(true),
+    );
+    this.measure.title = "Measure: two clicks on the robot; Escape ends it";
+    this.rest = element(
+      "div",
+      { className: "rest", id: "rest-of-pose" },
+      this.rotation.box,
+      element(
+        "div",
+        { className: "copies" },
+        "Copy",
+        ...COPIES.map(({ name, title, text }) => {
+          const copy = button(name, () => void panel.exchange.copy(text(poseNumbers(this.pose)), name));
+          copy.title = title;
+          return copy;
+        }),
+      ),
+    );
+    this.more = iconButton("more", "Quaternion, axis and angle, copies", () => {
+      this.open = !this.open;
       this.refresh();
     });
+    this.more.setAttribute("aria-controls", this.rest.id);
+    const [from, to] = this.ends;
+    this.line = [from, element("span", {}, "to"), to];
+    const place = element("label", {}, "in", this.reference);
+    this.element = element(
+      "section",
+      { className: "readout", ariaLabel: "Pose of a frame, or a measurement" },
+      element(
+        "div",
+        { className: "which" },
+        this.frame,
+        ...this.line,
+        place,
+        element("div", {}, this.measure, this.more),
+      ),
+      this.numbers.box,
+      this.rest,
+    );
+    const follow = (measuring: boolean) => {
+      this.measuring = measuring;
+      this.refresh();
+    };
+    page.addEventListener("selected", () => follow(false));
+    page.addEventListener("measured", () => follow(measure.active));
+    this.refresh();
+  }
+
+  /** Pose of what poses are given in, in the robot's root. */
+  get T_root_reference() {
+    const { robot } = this.panel.page;
+    const { value } = this.reference;
+    if (value === "root") return new THREE.Matrix4();
+    if (value === "floor") return robot.placement().invert();
+    return robot.pose(robot.linkOf(nameOf(this.reference)));
+  }
+
+  /** Pose of the frame in the reference. */
+  get pose() {
+    const { robot, pick } = this.panel.page;
+    return this.T_root_reference.invert().multiply(robot.pose(robot.linkOf(pick.selection.read)));
   }
 
   refresh() {
-    const { measure } = this.page.pick;
-    const { about } = this.page.robot;
-    this.picking.setAttribute("aria-pressed", String(measure.picking));
-    this.clear.hidden = !measure.active;
+    const { measuring, open } = this;
+    this.measure.setAttribute("aria-pressed", String(measuring));
+    this.more.setAttribute("aria-expanded", String(open));
+    // What is hidden would lose the focus to nothing.
+    if (!measuring && this.line.some((part) => part === document.activeElement)) this.measure.focus();
+    for (const part of this.line) part.hidden = !measuring;
+    for (const part of [this.frame, this.more]) part.hidden = measuring;
+    this.rest.hidden = measuring || !open;
+    if (measuring) this.showMeasured();
+    else this.showPose();
+  }
+
+  showPose() {
+    const { units } = this.panel.settings;
+    this.frame.value = `frame:${this.panel.page.pick.selection.read}`;
+    const { position, rpy, quaternion, axis, angle: turn } = poseNumbers(this.pose);
+    this.numbers.show([
+      ...["x", "y", "z"].map((name, i) => length(name, position[i], units)),
+      ...["roll", "pitch", "yaw"].map((name, i) => angle(name, rpy[i], units)),
+    ]);
+    if (!this.open) return;
+    this.rotation.show([
+      ...quaternion.map((value, i) => share(`r${i}`, value)),
+      angle("angle", turn, units),
+      ...axis.map((value, i) => share(`e${i + 1}`, value)),
+    ]);
+  }
+
+  showMeasured() {
+    const { page, settings } = this.panel;
+    const { measure } = page.pick;
     measure.ends.forEach((end, i) => {
       const select = this.ends[i];
-      choose(select, end?.kind === "frame" ? end.name : null);
-      const text = end?.kind === "point" ? `a point on ${about.links[end.link].name}` : "a point or frame";
+      const { link } = end?.kind === "point" ? end : { link: null };
+      const text = link === null ? "click on a point" : `a point on ${page.robot.about.links[link].name}`;
       if (select.options[0].text !== text) select.options[0].text = text;
+      select.value = end?.kind === "frame" ? `frame:${end.name}` : "";
     });
     const [a, b] = measure.ends;
-    this.results.hidden = !a || !b;
-    if (!a || !b) return;
+    if (!a || !b) return this.numbers.show([]);
     const [T_root_a, T_root_b] = [measure.pose(a), measure.pose(b)];
-    const [from, to] = [T_root_a, T_root_b].map((pose) => new THREE.Vector3().setFromMatrixPosition(pose));
-    const toReference = this.selection.referencePose().invert();
-    const difference = to.applyMatrix4(toReference).sub(from.applyMatrix4(toReference));
-    this.lengths.show(this.selection.poseShown([difference.length(), ...difference.toArray()], []));
-    this.frames.hidden = a.kind !== "frame" || b.kind !== "frame";
-    if (a.kind !== "frame" || b.kind !== "frame") return;
-    const { position, rpy, angle } = poseNumbers(T_root_a.invert().multiply(T_root_b));
-    this.angle.show(this.selection.poseShown([], [angle]));
-    this.relativeTitle.textContent = `${b.name} in ${a.name}`;
-    this.relative.show(this.selection.poseShown(position, rpy));
+    const [from, to] = [T_root_a, T_root_b].map((T) =>
+      new THREE.Vector3().setFromMatrixPosition(this.T_root_reference.invert().multiply(T)),
+    );
+    const way = to.sub(from);
+    const turn = poseNumbers(T_root_a.invert().multiply(T_root_b)).angle;
+    this.numbers.show([
+      length("distance", way.length(), settings.units),
+      a.kind === "frame" && b.kind === "frame" ? angle("angle", turn, settings.units) : null,
+      null,
+      ...way.toArray().map((value, i) => length(["dx", "dy", "dz"][i], value, settings.units)),
+    ]);
   }
 }

@@ -6,7 +6,6 @@ import type { MeshcatViewer } from "../types.ts";
 import { asMark } from "../scene/marks.ts";
 import { THREE } from "../three.ts";
 import { unitOf, withUnit } from "../values/units.ts";
-import type { Hit } from "./picker.ts";
 
 /** The parts of the page that are used here. */
 interface Page extends EventTarget {
@@ -60,9 +59,8 @@ export class Measure {
     this.changed();
   }
 
-  /** Take a point of the surface: the first end, or the second if only that one is open, or the first of new two. */
-  pick({ link, local }: Hit) {
-    const end: End = { kind: "point", link, local };
+  /** Take a frame or a point: the first end, or the second if only that one is open, or the first of new two. */
+  pick(end: End) {
     this.ends = this.ends[0] && !this.ends[1] ? [this.ends[0], end] : [end, null];
     this.changed();
   }

@@ -22,12 +22,17 @@ interface Page extends EventTarget {
 
 const SIZE = 0.062;
 
-/** The frame that is looked at: drawn as a triad with its name. Event of the page: "selected". */
+/** The frame that is looked at: drawn as a triad with its name. Event of the page: "selected", of any click. */
 class Selection {
+  /** The one that the panel reads: selected last. It begins with a hand: the poses of a head and of a torso change little. */
+  read: string;
   frame: string | null = null;
   triad: THREE.Group | null = null;
 
-  constructor(readonly page: Page) {}
+  constructor(readonly page: Page) {
+    const { limbs, effectors, frames } = page.robot.about;
+    this.read = limbs.find(({ kind }) => kind === "arm")?.frame ?? effectors[0] ?? frames[0].name;
+  }
 
   /** Number of the link that the frame belongs to. */
   get link() {
@@ -38,9 +43,19 @@ class Selection {
     this.select(frameOf(this.page.robot.about, link));
   }
 
+  /** @param frame that the panel reads from now on, drawn or not */
+  follow(frame: string) {
+    this.read = frame;
+    this.page.dispatchEvent(new Event("selected"));
+  }
+
   /** @param frame null for none */
   select(frame: string | null) {
-    if (frame === this.frame) return;
+    if (frame !== this.frame) this.draw(frame);
+    this.follow(frame ?? this.read);
+  }
+
+  draw(frame: string | null) {
     this.frame = frame;
     if (this.triad) dispose(this.triad);
     this.triad = null;
@@ -50,18 +65,7 @@ class Selection {
     }
     this.page.labels.set(this, this.triad && frame !== null ? [{ text: frame, node: this.triad }] : []);
     this.page.viewer.set_dirty();
-    this.page.dispatchEvent(new Event("selected"));
   }
-}
-
-/** Pose of what poses are given in, in the robot's root. */
-export function referencePose(
-  robot: Robot,
-  reference: { kind: "root" } | { kind: "floor" } | { kind: "frame"; name: string },
-) {
-  if (reference.kind === "root") return new THREE.Matrix4();
-  if (reference.kind === "floor") return robot.placement().invert();
-  return robot.pose(robot.linkOf(reference.name));
 }
 
 /** What the pointer is over, what is selected, and what is measured. */

@@ -39,10 +39,13 @@ export class PlotStrip {
       { ariaLabel: "Frame to plot" },
       ...about.frames.map(({ name }) => element("option", { value: name }, name)),
     );
-    this.frames.value = page.panel.readout.select.value;
+    this.frames.value = page.pick.selection.read;
     this.frames.onchange = () => this.update();
-    page.panel.readout.select.addEventListener("change", () => this.follow(page.panel.readout.select.value));
-    page.addEventListener("selected", () => page.pick.selection.frame && this.follow(page.pick.selection.frame));
+    // What is read in the panel.
+    page.addEventListener("selected", () => {
+      this.frames.value = page.pick.selection.read;
+      this.later();
+    });
     const seek = (time: number) => player.seek(time);
     this.joints = new Plot("Joints", this.jointChooser(), seek);
     this.places = new Plot("Position", this.frames, seek);
@@ -74,12 +77,6 @@ export class PlotStrip {
   choose() {
     this.chosen = new Set(this.boxes?.filter(({ box }) => box.checked).map(({ column }) => column));
     this.update();
-  }
-
-  /** @param frame that is looked at elsewhere in the page */
-  follow(frame: string) {
-    this.frames.value = frame;
-    this.later();
   }
 
   open(on: boolean) {

@@ -1,5 +1,4 @@
 import { element, iconButton } from "../panel/element.ts";
-import { History } from "../values/history.ts";
 import { GAP, KeyFrames, LATEST, MOST_KEYS, excesses, slowedTimes } from "./key_frames.ts";
 import type { Interpolation } from "./motion.ts";
 import type { Player } from "./player.ts";
@@ -16,8 +15,6 @@ class KeyTools {
     element("option", { value: "linear" }, "Linear"),
     element("option", { value: "smooth" }, "Smooth"),
   );
-  back: HTMLButtonElement;
-  again: HTMLButtonElement;
   problem = element("span", { className: "problem" });
   slow = element("button", { type: "button" }, "Slow down");
   element: HTMLDivElement;
@@ -31,11 +28,9 @@ class KeyTools {
       iconButton("trash", "Delete the key", () => editor.deleting(), "Del"),
     ];
     this.interpolation.onchange = () => editor.interpolate(this.interpolation.value === "smooth" ? "smooth" : "linear");
-    this.back = iconButton("undo", "Undo the change of key frames", () => editor.undo(), "Ctrl+Z");
-    this.again = iconButton("redo", "Redo the change of key frames", () => editor.redo(), "Ctrl+Shift+Z");
     this.problem.setAttribute("role", "status");
     this.slow.onclick = () => editor.slowDown();
-    const actions = [this.add, ...this.ofKey, this.interpolation, this.back, this.again];
+    const actions = [this.add, ...this.ofKey, this.interpolation];
     this.element = element(
       "div",
       { className: "head" },
@@ -45,7 +40,7 @@ class KeyTools {
   }
 
   refresh(tooFast: { text: string }[]) {
-    const { history, selected, frames } = this.editor;
+    const { selected, frames } = this.editor;
     const more = tooFast.length > 1 ? ` and ${tooFast.length - 1} more` : "";
     const problem = tooFast.length > 0 ? `${tooFast[0].text}${more}` : "";
     // A text that stays is not read out again.
@@ -53,16 +48,16 @@ class KeyTools {
     this.slow.hidden = tooFast.length === 0;
     this.interpolation.value = frames.interpolation;
     // A disabled button would lose the focus to nothing.
-    const disable = (tool: HTMLButtonElement, on: boolean) => tool.setAttribute("aria-disabled", String(on));
-    for (const tool of this.ofKey) disable(tool, selected < 0);
-    disable(this.back, history.past.length === 0);
-    disable(this.again, history.future.length === 0);
+    for (const tool of this.ofKey) tool.setAttribute("aria-disabled", String(selected < 0));
   }
 }
 
-interface State {
+/** What undo gives back of the key frames. */
+export interface Edited {
   frames: KeyFrames;
   selected: number;
+  /** of the playhead */
+  time: number;
 }
 
 // How far [rad, m] key frames made of a clip may be beside it.
@@ -72,9 +67,8 @@ const TOLERANCE = (0.5 * Math.PI) / 180;
 export class Editor {
   frames = new KeyFrames();
   selected = -1;
-  /** What was before the drag that is under way. */
-  before: State | null = null;
-  history: History<State> = new History();
+  /** What was before the drag of a key, and which key it is. */
+  before = { frames: this.frames, selected: this.selected };
   element = element("section", { className: "keys", hidden: true, ariaLabel: "Key frames" });
   names: Map<number, string>;
   limits: (number | null)[];
@@ -92,13 +86,12 @@ export class Editor {
       select: (place) => this.select(place),
       grab: (place) => this.grab(place),
       drag: (time) => this.drag(time),
-      release: () => this.release(),
+      release: () => this.draw(),
       seek: (time) => this.seek(time),
       press: (event, place) => this.press(event, place),
     });
     this.tools = new KeyTools(this);
     this.element.append(this.tools.element, this.track.element);
-    this.element.onkeydown = (event) => this.undoKey(event);
     player.addEventListener("time", () => this.track.setTime(this.now));
     document.addEventListener("keydown", (event) => this.addKey(event));
     this.draw();
@@ -106,6 +99,10 @@ export class Editor {
 
   get isOpen() {
     return !this.element.hidden;
+  }
+
+  get edited(): Edited {
+    return { frames: this.frames, selected: this.selected, time: this.now };
   }
 
   /** The time of the playhead. */
@@ -157,13 +154,19 @@ export class Editor {
 
   // --- changes ---------------------------------------------------------------------------------------------------
 
-  /** @param before what undo gives back; null for no step of its own */
-  apply(frames: KeyFrames, selected: number, before: State | null = { frames: this.frames, selected: this.selected }) {
-    if (before) this.history.push(before);
+  apply(frames: KeyFrames, selected: number) {
     this.frames = frames;
     this.selected = Math.min(selected, frames.count - 1);
     const { time } = this.player;
     this.player.setKeys(frames.motion);
+    if (this.player.keys) this.player.keys.time = time;
+    this.draw();
+    this.player.dispatchEvent(new Event("edited"));
+  }
+
+  restore({ frames, selected, time }: Edited) {
+    this.open(true);
+    this.apply(frames, selected);
     if (this.player.keys) this.player.keys.time = time;
     this.draw();
   }
@@ -230,20 +233,6 @@ export class Editor {
     this.player.seek(this.selected < 0 ? this.now : this.frames.keys[this.selected].time);
   }
 
-  undo() {
-    this.restore(this.history.undo({ frames: this.frames, selected: this.selected }));
-  }
-
-  redo() {
-    this.restore(this.history.redo({ frames: this.frames, selected: this.selected }));
-  }
-
-  restore(state: State | undefined) {
-    if (!state) return;
-    this.apply(state.frames, state.selected, null);
-    this.player.seek(this.selected < 0 ? this.now : this.frames.keys[this.selected].time);
-  }
-
   // --- by hand ---------------------------------------------------------------------------------------------------
 
   seek(time: number) {
@@ -265,17 +254,11 @@ export class Editor {
   }
 
   drag(time: number) {
-    if (this.before) this.retime(this.before.frames.moving(this.before.selected, time), null);
+    this.retime(this.before.frames.moving(this.before.selected, time));
   }
 
-  release() {
-    if (this.before && this.before.frames !== this.frames) this.history.push(this.before);
-    this.before = null;
-    this.draw();
-  }
-
-  retime({ frames, place }: { frames: KeyFrames; place: number }, before?: State | null) {
-    this.apply(frames, place, before);
+  retime({ frames, place }: { frames: KeyFrames; place: number }) {
+    this.apply(frames, place);
     this.player.seek(frames.keys[place].time);
   }
 
@@ -299,16 +282,6 @@ export class Editor {
     event.preventDefault();
     this.selected = place;
     does[event.key]();
-  }
-
-  undoKey(event: KeyboardEvent) {
-    if (!(event.ctrlKey || event.metaKey)) return;
-    const key = event.key.toLowerCase();
-    if (key !== "z" && key !== "y") return;
-    // Of the key frames, not of the robot.
-    event.preventDefault();
-    if (key === "y" || event.shiftKey) this.redo();
-    else this.undo();
   }
 
   // --- what is seen ----------------------------------------------------------------------------------------------
