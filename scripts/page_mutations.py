@@ -391,6 +391,15 @@ _PROGRAM = (
         "viewer/viewer.py",
         "test_from_python_alone.py",
         (
+            "shapes-of-a-robot-leave-with-its-equal",
+            "set().union(*(other.parts() for other in self._robots))",
+            "set[str]()",
+        ),
+    ),
+    *_faults(
+        "viewer/viewer.py",
+        "test_from_python_alone.py",
+        (
             "third-robot-inside-the-second",
             "self._edge += _GAP + 2.0 * added.reaches_aside",
             "self._edge += _GAP + added.reaches_aside",

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import COLD_TO_WARM, Vector, choice, colours as scale_colours, finite_or_none
+from nao_kin._core.arrays import COLD_TO_WARM, Floats, Vector, choice, colours as scale_colours, finite_or_none
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.ik import limbs
 from nao_kin.joints import group_joints
@@ -17,8 +18,15 @@ from nao_kin.robot import RobotModel, topology
 from nao_kin.robot.nao import BODY_ORDER
 from nao_kin.viewer import overlays
 from nao_kin.viewer.meshes import GROUPS, shape_box
-from nao_kin.viewer.messages import COLOURLESS, Command, packed, panel_message, set_object, set_transform
-from nao_kin.viewer.scene import Driver, carriers, drivers_of, holder, link_paths, numbered, robot_drawables
+from nao_kin.viewer.messages import (
+    COLOURLESS,
+    by_columns,
+    content_name,
+    geometry_pose,
+    hex_colour,
+    panel_message,
+)
+from nao_kin.viewer.scene import Drawable, Driver, carriers, drivers_of, holder, link_paths, robot_drawables
 
 # Whole-body cameras: the direction from the robot to the camera.
 _BODY_CAMERAS: Mapping[str, Vector] = {
@@ -32,6 +40,7 @@ class SceneRobot:
     """A robot in a scene: its shapes and links, and its description for the panel.
 
     Parts that the semantics do not define are derived from the tree: branches are chains, and their ends effectors.
+    If the scene has a robot of the same tree, `like`, the mesh files are not read again.
 
     Attributes:
         number: its number among the robots of a scene; the leading robot has 0.
@@ -47,11 +56,13 @@ class SceneRobot:
         rest: posture → vertical in the root's frame; other postures stand on the soles.
     """
 
-    def __init__(self, robot: RobotModel, number: int = 0) -> None:
+    def __init__(self, robot: RobotModel, number: int = 0, like: SceneRobot | None = None) -> None:
         self.robot, self.number = robot, number
         self.key, self.ground = (f"robot {number} ", f"ground:{number}/") if number else ("", "")
         semantics, tree = robot.semantics, robot.tree
-        self.drawables, self.notes = robot_drawables(tree)
+        self.drawables: tuple[Drawable, ...]
+        self.notes: tuple[str, ...]
+        self.drawables, self.notes = robot_drawables(tree) if like is None else (like.drawables, like.notes)
         self.paths = link_paths(tree)
         self._places = {link: index for index, link in enumerate(self.paths)}
         self._moved = {joint.name: joint.child for joint in tree.moving_joints}
@@ -84,36 +95,42 @@ class SceneRobot:
         """Return the link whose node carries a frame: the link itself, the child of a moving joint, or the root."""
         return frame if frame in self.paths else self._moved.get(frame, self.robot.tree.root)
 
-    def commands(self, under: str, opacity: float = 1.0) -> Iterator[tuple[str, Command]]:
-        """Yield key and command of all constant placements and shapes, under a node's path with a slash at its end.
+    def placements(self) -> Iterator[tuple[str, Floats]]:
+        """Yield the path of each node with a constant pose in its parent, a joint or a fixed link, and this pose.
 
         Placements are those of the model's own forward kinematics, so that a calibrated model stays calibrated.
         """
-        robot, paths = self.robot, {link: f"{under}{path}" for link, path in self.paths.items()}
+        robot, paths = self.robot, self.paths
         poses = dict(zip(robot.link_names, robot.fk(robot.neutral()), strict=True))
         for joint in robot.tree.joints:
             mimic = robot.mimics.get(joint.name)
             moved = joint.travel(mimic.offset if mimic is not None else 0.0)
             path = paths[joint.child] if joint.kind == "fixed" else holder(paths, joint)
-            T_parent_joint = np.linalg.solve(poses[joint.parent], poses[joint.child]) @ np.linalg.inv(moved)
-            yield f"place {path}", set_transform(path, T_parent_joint)
-        for index, drawable in numbered(self.drawables):
-            path = f"{paths[drawable.link]}/visual:{index}"
-            red, green, blue, alpha = drawable.rgba
-            yield f"shape {path}", set_object(path, drawable.shape, (red, green, blue, opacity * alpha))
-            yield f"place {path}", set_transform(path, drawable.T_link_shape)
+            yield path, np.linalg.solve(poses[joint.parent], poses[joint.child]) @ np.linalg.inv(moved)
+
+    def parts(self) -> dict[str, bytes]:
+        """Return key → message of the geometries and of the description, which equal robots share."""
+        name, model = self._model
+        geometries = (drawable.geometry for drawable in self.drawables)
+        return {**{f"geometry {name}": message for name, message in geometries}, f"model {name}": model}
+
+    @cached_property
+    def _model(self) -> tuple[str, bytes]:
+        """Name, the same for equal robots, and message of the description."""
+        about = self.about()
+        name = content_name(about)
+        return name, panel_message("model", {"name": name, "about": about})
 
     def messages(self, name: str = "", opacity: float = 1.0) -> Iterator[tuple[str, bytes]]:
-        """Yield key and message of all constant parts, and of the panel's description."""
-        of = {"robot": self.number}
-        if self.number:  # a page that has another robot of this number, from an earlier program, must remove it
-            yield f"{self.key}anew", panel_message("robot_removed", of)
-        for key, command in self.commands(self.ground, opacity):
-            yield f"{self.key}{key}", packed(command)
+        """Yield key and message of the robot itself, which refers to its `parts`."""
         if self.number:
-            yield f"{self.key}about", panel_message("robot_added", {**of, "name": name, "about": self.about()})
+            of = {"robot": self.number}
+            # A page that has another robot of this number, from an earlier program, must remove it.
+            yield f"{self.key}anew", panel_message("robot_removed", of)
+            content = {**of, "name": name, "model": self._model[0], "opacity": opacity}
+            yield f"{self.key}about", panel_message("robot_added", content)
         else:
-            yield "robot", panel_message("robot", {"about": self.about()})
+            yield "robot", panel_message("robot", {"model": self._model[0]})
 
     def lights(self, values: Mapping[str, ArrayLike]) -> bytes:
         """Return the message that sets colours of lights; a light named in addition to its group has its own colour."""
@@ -152,7 +169,7 @@ class SceneRobot:
         return f"{self.key}colours", panel_message("colours", content)
 
     def about(self) -> dict[str, Any]:
-        """Return the description for the panel: joints, limits, postures, mirror, frames, masses, cameras, lights.
+        """Return the description for the page: shapes, joints, limits, postures, mirror, frames, masses, cameras.
 
         Links are given by their index in `links`, coordinates by their index in q. Names from foreign files are values,
         never keys, some of which have a meaning in JavaScript. Mimic joints that carry no joint with a coordinate are
@@ -175,6 +192,14 @@ class SceneRobot:
             "soles": [place[link] for link in semantics.soles],
             "notes": list(self.notes),
             "links": [{"name": name, "path": path.split("/")} for name, path in self.paths.items()],
+            "places": [{"path": path.split("/"), "matrix": by_columns(T)} for path, T in self.placements()],
+            "shapes": [
+                {"link": place[drawable.link], "geometry": drawable.geometry[0]}
+                | {"matrix": by_columns(drawable.T_link_shape @ geometry_pose(drawable.shape))}
+                | {"colour": hex_colour(drawable.rgba), "opacity": drawable.rgba[3]}
+                | {"light": drawable.light, "accent": drawable.accent}
+                for drawable in self.drawables
+            ],
             "joints": [
                 {"name": joint.name, "link": child[joint.name], "slides": joint.kind == "prismatic", "axis": joint.axis}
                 | dict(zip(("pair", "group"), pairs.get(joint.name, ("", -1)), strict=True))
@@ -216,16 +241,6 @@ class SceneRobot:
             ],
             "limbs": limbs(robot),
             "head": next((index for name, index in place.items() if "head" in name.lower()), None),
-            "accents": [
-                {"link": place[drawable.link], "visual": index}
-                for index, drawable in numbered(self.drawables)
-                if drawable.accent
-            ],
-            "lights": [
-                {"name": drawable.light, "link": place[drawable.link], "visual": index}
-                for index, drawable in numbered(self.drawables)
-                if drawable.light
-            ],
             "eyes": [
                 {"name": name, "link": place[self.link_of(name)]}
                 | dict(zip(("horizontal", "vertical"), views.get(name, (None, None)), strict=True))

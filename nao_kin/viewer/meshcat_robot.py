@@ -19,7 +19,7 @@ from nao_kin.robot.urdf import Cylinder, Origin, UrdfJoint
 from nao_kin.viewer import overlays
 from nao_kin.viewer.description import SceneRobot
 from nao_kin.viewer.messages import Command, node_name, packed, set_animation, set_object, set_transform, track
-from nao_kin.viewer.scene import ROBOT, drivers_of
+from nao_kin.viewer.scene import ROBOT, drivers_of, numbered
 
 # The arrows of a frame: rpy of the cylinder's axis z, and colour.
 _ARROWS = {
@@ -74,8 +74,12 @@ class MeshcatRobot:
         self._frames: list[str] = []
         self._plays = self._deleted = False
         self._send({"type": "delete", "path": f"{under}{ROBOT}"})
-        for _, command in look.commands(under):
-            self._send(command)
+        for node, T in look.placements():
+            self._send(set_transform(f"{under}{node}", T))
+        for index, drawable in numbered(look.drawables):
+            node = f"{self._paths[drawable.link]}/visual:{index}"
+            self._send(set_object(node, drawable.shape, drawable.rgba))
+            self._send(set_transform(node, drawable.T_link_shape))
         self.display(look.start)
 
     def display(self, q: ArrayLike) -> None:

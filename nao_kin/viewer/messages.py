@@ -23,7 +23,7 @@ from nao_kin._core.arrays import Floats
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.robot.urdf import Box, Cylinder, Rgba, Sphere
-from nao_kin.viewer.meshes import Mesh, Shape
+from nao_kin.viewer.meshes import Shape
 
 # MessagePack extension types of msgpack-lite, the reader inside meshcat.
 _TYPED_ARRAYS = {
@@ -127,28 +127,39 @@ def panel_message(kind: str, content: Mapping[str, Any]) -> bytes:
 
 def set_transform(path: str, T: Floats) -> Command:
     """Return meshcat's command that places a node of the scene in its parent."""
-    return {"type": "set_transform", "path": path, "matrix": [float(entry) for entry in T.T.flat]}
+    return {"type": "set_transform", "path": path, "matrix": by_columns(T)}
+
+
+def by_columns(T: Floats) -> list[float]:
+    """Return a pose as three.js lists it."""
+    return [float(entry) for entry in T.T.flat]
 
 
 def set_object(path: str, shape: Shape, rgba: Rgba) -> Command:
     """Return meshcat's command that puts a shape at a node of the scene."""
     name = f"{path}#"
     geometry, material, mesh = (str(uuid.uuid5(_NAMESPACE, name + part)) for part in ("geometry", "material", "mesh"))
-    r, g, b = (round(255 * value) for value in rgba[:3])
     appearance = {
         "uuid": material,
         "type": "MeshPhongMaterial",
-        "color": r << 16 | g << 8 | b,
+        "color": hex_colour(rgba),
         "opacity": rgba[3],
         "transparent": rgba[3] < 1.0,
     }
     document = {
         "metadata": {"version": 4.5, "type": "Object"},
-        "geometries": [{"uuid": geometry, **_geometry(shape)}],
+        "geometries": [{"uuid": geometry, **geometry_document(shape)}],
         "materials": [appearance],
-        "object": {"uuid": mesh, "type": "Mesh", "geometry": geometry, "material": material, "matrix": _matrix(shape)},
+        "object": {"uuid": mesh, "type": "Mesh", "geometry": geometry, "material": material}
+        | {"matrix": by_columns(geometry_pose(shape))},
     }
     return {"type": "set_object", "path": path, "object": document}
+
+
+def hex_colour(rgba: Rgba) -> int:
+    """Return a colour as one number, 0xRRGGBB."""
+    r, g, b = (round(255 * value) for value in rgba[:3])
+    return r << 16 | g << 8 | b
 
 
 def set_animation(
@@ -174,6 +185,11 @@ def typed_array(array: NDArray[Any]) -> Any:
     return umsgpack.Ext(_TYPED_ARRAYS[array.dtype.name][1], np.ascontiguousarray(array).tobytes())
 
 
+def content_name(content: Command) -> str:
+    """Return a name for a content, the same for equal contents."""
+    return hashlib.sha256(packed(content)).hexdigest()[:32]
+
+
 def node_name(kind: str, name: str) -> str:
     """Return a name as one step of a scene path, with its slashes escaped."""
     return f"{kind}:{name.replace('%', '%25').replace('/', '%2F')}"
@@ -187,7 +203,8 @@ def packed(message: Command | str) -> bytes:
         raise BadArgument(f"text holds half a character, which no page can show: {quoted(error.object)}") from None
 
 
-def _geometry(shape: Shape) -> dict[str, Any]:
+def geometry_document(shape: Shape) -> dict[str, Any]:
+    """Return a shape in the form of three.js's loader, without a colour and a pose."""
     if isinstance(shape, Box):
         return {"type": "BoxGeometry", **dict(zip(("width", "height", "depth"), shape.size, strict=True))}
     if isinstance(shape, Cylinder):
@@ -195,17 +212,12 @@ def _geometry(shape: Shape) -> dict[str, Any]:
         return {"type": "CylinderGeometry", **radii, "height": shape.length, "radialSegments": 48}
     if isinstance(shape, Sphere):
         return {"type": "SphereGeometry", "radius": shape.radius, "widthSegments": 40, "heightSegments": 28}
-    return {"type": "BufferGeometry", "data": mesh_document(shape)}
-
-
-def mesh_document(shape: Mesh) -> dict[str, Any]:
-    """Return the triangles of a mesh in the form of three.js's loader."""
     index = shape.faces.astype(np.uint16 if len(shape.vertices) <= 0xFFFF else np.uint32)
     attributes = {
         "position": _attribute(shape.vertices.astype(np.float32)),
         "normal": _attribute(np.round(shape.normals * 32767).astype(np.int16), normalized=True),
     }
-    return {"attributes": attributes, "index": _attribute(index.reshape(-1, 1))}
+    return {"type": "BufferGeometry", "data": {"attributes": attributes, "index": _attribute(index.reshape(-1, 1))}}
 
 
 def _attribute(rows: NDArray[Any], *, normalized: bool = False) -> dict[str, Any]:
@@ -213,11 +225,12 @@ def _attribute(rows: NDArray[Any], *, normalized: bool = False) -> dict[str, Any
     return {"itemSize": rows.shape[1], "type": name, "array": typed_array(rows), "normalized": normalized}
 
 
-def _matrix(shape: Shape) -> list[float]:
-    """Return the shape's own pose, by columns: three.js draws cylinders about y."""
+def geometry_pose(shape: Shape) -> Floats:
+    """Return the pose of a shape's geometry in the shape's frame: three.js draws cylinders about y."""
+    T = np.eye(4)
     if isinstance(shape, Cylinder):
-        return [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
-    return [float(entry) for entry in np.eye(4).flat]
+        T[1:3, 1:3] = [[0.0, -1.0], [1.0, 0.0]]
+    return T
 
 
 # --- The messages for the panel, each kind with its fields: sent here, read by web/src/messages.ts.
@@ -243,12 +256,15 @@ _SCALE = {"stops": "Vector[] | null", "label": "string", "low": "string", "high"
 COLOURLESS: Mapping[str, Any] = {"robot": 0, "links": [], "label": "", "low": "", "high": "", "stops": None}
 
 KINDS: Mapping[str, Kind] = {
+    # What robots are drawn with, under names that equal robots and equal shapes share.
+    "geometry": Kind({"name": "string", "geometry": "object"}),
+    "model": Kind({"name": "string", "about": "About"}),
     # The leading robot.
-    "robot": Kind({"about": "About"}),
+    "robot": Kind({"model": "string"}),
     "joints": Kind({"q": "Float64Array", "up": "Vector | null", "source": "string"}),
     "still": Kind({}),
     # Additional robots, with their numbers.
-    "robot_added": Kind({"robot": "number", "name": "string", "about": "About"}),
+    "robot_added": Kind({"robot": "number", "name": "string", "model": "string", "opacity": "number"}),
     "robot_joints": Kind({"robot": "number", "q": "Float64Array", "up": "Vector | null"}),
     "robot_removed": Kind({"robot": "number"}),
     "robots": Kind({"robots": "number[]"}, blank={"robots": []}),

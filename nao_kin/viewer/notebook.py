@@ -44,7 +44,8 @@ def frame(page: str, name: str = "") -> str:
     document = html.escape(_LOADER.replace("{packed}", packed))
     named = f' data-nao-kin="{html.escape(name)}"' if name else ""
     style = "width: 100%; height: 620px; border: 0"
-    return f'<iframe{named} title="Robot viewer" srcdoc="{document}" style="{style}" allow="fullscreen"></iframe>'
+    inner = f'<iframe{named} title="Robot viewer" srcdoc="{document}" style="{style}" allow="fullscreen"></iframe>'
+    return f"<div>{inner}</div>"  # IPython.display.HTML warns of text that is an iframe alone
 
 
 NOT_LIVE = (

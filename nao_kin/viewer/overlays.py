@@ -33,7 +33,7 @@ from nao_kin.robot import RobotModel
 from nao_kin.robot.urdf import UnreadableShape
 from nao_kin.rotations import check_rotation
 from nao_kin.viewer.meshes import Mesh, load_meshes, mesh_of
-from nao_kin.viewer.messages import RetainedMessages, mesh_document, packed, panel_message, typed_array
+from nao_kin.viewer.messages import RetainedMessages, geometry_document, packed, panel_message, typed_array
 
 # Quantity of a voxel → its name in the legend.
 REACH_LABELS = {
@@ -271,7 +271,7 @@ def mesh(
     share = checked_opacity(opacity)
     own = None if colour is None else one_colour(colour)
     documents = [
-        {"geometry": mesh_document(part), "colour": own or (part.colour or (*_BLUE, 1.0))[:3], "opacity": share}
+        {"geometry": geometry_document(part), "colour": own or (part.colour or (*_BLUE, 1.0))[:3], "opacity": share}
         for part in parts
     ]
     return {"parts": documents}

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path, PurePosixPath
 
 import numpy as np
@@ -17,7 +18,7 @@ from nao_kin._core.text import abbreviated
 from nao_kin.robot import RobotModel
 from nao_kin.robot.urdf import MeshFile, Rgba, UnreadableShape, UrdfJoint, UrdfTree
 from nao_kin.viewer.meshes import Mesh, Shape, lights_of, load_meshes
-from nao_kin.viewer.messages import node_name
+from nao_kin.viewer.messages import content_name, geometry_document, node_name, panel_message
 
 ROBOT = "robot"
 # Suffix of the meshes of our NAO whose colour differs between its editions.
@@ -38,6 +39,13 @@ class Drawable:
     rgba: Rgba
     light: str = ""
     accent: bool = False
+
+    @cached_property
+    def geometry(self) -> tuple[str, bytes]:
+        """Name, the same for equal shapes, and message of the shape without colour and pose."""
+        document = geometry_document(self.shape)
+        name = content_name(document)
+        return name, panel_message("geometry", {"name": name, "geometry": document})
 
 
 def robot_drawables(tree: UrdfTree) -> tuple[tuple[Drawable, ...], tuple[str, ...]]:

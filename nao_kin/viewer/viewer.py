@@ -105,8 +105,7 @@ class Viewer:
         # Sources and receivers of the robot's movements.
         self._lead, self._warned = Lead(), set[str]()
         self._changes, self._recordings = Changes(), list[Recording]()
-        for key, message in self._look.messages():
-            self._messages.put(key, message)
+        self._send_robot(self._look)
         self._messages.scene_is_complete()
         self._show_joints(self._look.start, None)
 
@@ -305,27 +304,42 @@ class Viewer:
         if len(self._robots) > _MAX_ROBOTS:
             raise BadArgument(f"at most {_MAX_ROBOTS} robots are added; remove some before {abbreviated(called)}")
         place = None if at is None else checked_pose(at)
-        look = SceneRobot(model, next(self._numbers))
-        for key, message in look.messages(called, share):
-            self._messages.put(key, message)
-        added = ShownRobot(self._messages, look, robot, called, self._forget)
-        if place is None:
-            place = np.eye(4)
-            place[1, 3] = -(self._edge + _GAP + added.reaches_aside)
-            self._edge += _GAP + 2.0 * added.reaches_aside
-        added.place(place)
-        self._robots.append(look)
-        self._list_robots()
+        like = next((other for other in self._robots if other.robot.tree is model.tree), None)
+        look = SceneRobot(model, next(self._numbers), like)
+        with self._lock:
+            self._send_robot(look, called, share)
+            added = ShownRobot(self._messages, look, robot, called, self._forget)
+            if place is None:
+                place = np.eye(4)
+                place[1, 3] = -(self._edge + _GAP + added.reaches_aside)
+                self._edge += _GAP + 2.0 * added.reaches_aside
+            added.place(place)
+            self._robots.append(look)
+            self._list_robots()
         return added
 
+    def _send_robot(self, look: SceneRobot, name: str = "", opacity: float = 1.0) -> None:
+        for key, message in look.parts().items():
+            if self._messages.get(key) is None:  # no other robot has it
+                self._messages.put(key, message)
+        for key, message in look.messages(name, opacity):
+            self._messages.put(key, message)
+
     def _forget(self, look: SceneRobot) -> None:
-        self._robots.remove(look)
-        if len(self._robots) == 1:
-            self._edge = self._look.reaches_aside
-        self._list_robots()
+        with self._lock:
+            self._robots.remove(look)
+            for key in look.parts().keys() - set().union(*(other.parts() for other in self._robots)):
+                self._messages.drop(key)
+            if len(self._robots) == 1:
+                self._edge = self._look.reaches_aside
+            self._list_robots()
 
     def _list_robots(self) -> None:
-        """Send the list of robots: a page removes all others, even if it has missed messages."""
+        """Send the list of robots: a page removes all others and their parts, even if it has missed messages.
+
+        It comes after the robots, also for a page that opens later, so that no part is removed before its robot comes.
+        """
+        self._messages.drop("robots")
         self._messages.put("robots", panel_message("robots", {"robots": [look.number for look in self._robots[1:]]}))
 
     # --- overlays of the robot ------------------------------------------------------------------------------------

@@ -36,6 +36,39 @@ def test_a_robot_that_is_removed_takes_no_other_one_along(tmp_path: Path, nao: n
     assert not any(m.get("robot") == 1 for m in document)
 
 
+def test_equal_robots_are_sent_once_and_kept_while_one_of_them_is_there(nao: nk.NaoModel) -> None:
+    viewer, old = Viewer(nao), nk.load_nao("v4")
+    alone, sent = len(viewer.static_html()), list[str]()
+    viewer._messages.watch(sent.append)
+    added = [viewer.add_robot(robot) for robot in (nao, old, old, nk.load_nao(), *[nao] * 28)]
+    assert len(viewer.static_html()) < min(1.5 * alone, 4e6)
+    parts = [key for key in sent if key.startswith(("geometry ", "model "))]
+    assert len(parts) == len(set(parts)) >= 2  # a shape of the old NAO, and its description
+
+    def named(kind: str) -> set[str]:
+        return {m["name"] for m in messages_of(viewer.static_html()) if m.get("kind") == kind}
+
+    used, models = named("geometry"), named("model")
+    assert len(models) == 2
+    added[1].remove()
+    assert (named("geometry"), named("model")) == (used, models)
+    added[2].remove()
+    assert named("geometry") < used
+    assert len(named("model")) == 1
+    for robot in added:
+        robot.remove()
+    assert alone <= len(viewer.static_html()) < alone + 200
+    viewer.add_robot(old)
+    assert (named("geometry"), named("model")) == (used, models)
+
+
+def test_a_robot_whose_links_are_elsewhere_shares_the_shapes_alone(nao: nk.NaoModel) -> None:
+    viewer, sent = Viewer(nao), list[str]()
+    viewer._messages.watch(sent.append)
+    viewer.add_robot(nao.with_offsets({"HeadYaw": 0.01}))
+    assert [key.split()[0] for key in sent][:2] == ["model", "robot"]
+
+
 def test_a_recording_stands_still_where_the_robot_did_and_keeps_both_ends_when_it_is_halved(
     nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -38,12 +38,8 @@ class Tree:
 
     def __init__(self, viewer: Viewer) -> None:
         messages = messages_of(viewer.static_html())
-        self.placed = {
-            message["path"]: np.reshape(message["matrix"], (4, 4)).T
-            for message in messages
-            if message["type"] == "set_transform"
-        }
-        self.about = next(message["about"] for message in messages if message.get("kind") == "robot")
+        self.about = next(message["about"] for message in messages if message.get("kind") == "model")
+        self.placed = {"/".join(place["path"]): np.reshape(place["matrix"], (4, 4)).T for place in self.about["places"]}
 
     def poses(self, q: np.ndarray) -> dict[str, np.ndarray]:
         moved = {}
@@ -204,7 +200,7 @@ def test_what_cannot_be_shown_is_left_out_with_a_note(tmp_path: Path, visual: st
     viewer = Viewer(robot)
     assert len(viewer.notes) == 1
     assert reason in viewer.notes[0]
-    assert sum(message["type"] == "set_object" for message in messages_of(viewer.static_html())) == 1
+    assert sum(message["kind"] == "geometry" for message in messages_of(viewer.static_html())) == 1
 
 
 @pytest.mark.parametrize("scale", [(1.0, 1.0, 1.0), (2.0, 0.5, 3.0), (-1.0, 1.0, 1.0), (-1.0, -2.0, -0.5)])

@@ -288,7 +288,8 @@ def test_a_new_page_receives_everything_on_show(viewer: Viewer, nao: nk.NaoModel
 
     received = asyncio.run(visit())
     kinds = [message.get("kind", message["type"]) for message in received]
-    assert kinds.index("set_object") < kinds.index("robot") < kinds.index("joints") < kinds.index("shown")
+    order = ("geometry", "model", "robot", "joints", "shown")
+    assert sorted(order, key=kinds.index) == list(order)
     assert kinds[-1] == "complete"
     assert np.array_equal(_q_of(received[kinds.index("joints")]), q)
 
@@ -315,7 +316,7 @@ def test_a_page_that_has_the_scene_is_sent_only_the_rest(nao: nk.NaoModel) -> No
         viewer.say("I am another program")
         received = asyncio.run(visit(viewer, f"?have={version}"))
         seen = kinds(received)
-        assert not {"set_object", "robot", "camera"} & set(seen)
+        assert not {"geometry", "model", "robot", "camera"} & set(seen)
         assert np.array_equal(_q_of(received[seen.index("joints")]), viewer.q)
         assert received[seen.index("ghosts")]["count"] == 0
         assert [message["text"] for message in received if message.get("kind") == "speech"] == ["I am another program"]

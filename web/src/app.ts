@@ -9,6 +9,7 @@ import { Pick } from "./pick/pick.ts";
 import { Video } from "./record/video.ts";
 import type { Received } from "./received.ts";
 import { Reports } from "./reports.ts";
+import { Parts } from "./robot/parts.ts";
 import { ShownRobot, type Robot } from "./robot/robot.ts";
 import { Balance } from "./scene/balance.ts";
 import { Extras } from "./scene/extras.ts";
@@ -65,6 +66,7 @@ export class App extends EventTarget {
 
   role = new URLSearchParams(location.search).get("role") ?? "";
   received = 0;
+  parts = new Parts();
   pane = byId("pane");
   viewer: MeshcatViewer;
   studio: Studio;
@@ -102,7 +104,7 @@ export class App extends EventTarget {
 
   start(about: About) {
     const root = this.viewer.scene_tree.find(["robot"]).object;
-    this.shown = new ShownRobot(root, about, this.studio);
+    this.shown = new ShownRobot(root, about, this.parts, this.studio);
     ({ robot: this.robot, colours: this.colours } = this.shown);
     this.robot.apply(this.q);
     this.studio.fit(this.robot);

@@ -8,10 +8,12 @@ import { scaleBar } from "./scene/legend.ts";
 
 // What each kind of message does that Python's `panel_message` makes.
 const HANDLERS: { [Kind in keyof Received]: (app: App, message: Received[Kind]) => void } = {
-  robot: (app, { about }) => {
+  geometry: (app, message) => app.parts.addGeometry(message),
+  model: (app, message) => app.parts.addModel(message),
+  robot: (app, { model }) => {
     // The whole scene comes again to a page that lost its program before it was told what that has.
     if (app.robot) app.connection.beginAnew();
-    else app.start(about);
+    else app.start(app.parts.model(model));
   },
   joints: ({ player, reports, stance }, { q, up, source }) => {
     if (isOutdated(source, reports.source, reports.count, player.playback?.playing)) return;

@@ -4,8 +4,16 @@ import type { About, Vector } from "./types.ts";
 
 /** What belongs to each kind of message from Python. */
 export interface Received {
-  robot: {
+  geometry: {
+    name: string;
+    geometry: object;
+  };
+  model: {
+    name: string;
     about: About;
+  };
+  robot: {
+    model: string;
   };
   joints: {
     q: Float64Array;
@@ -16,7 +24,8 @@ export interface Received {
   robot_added: {
     robot: number;
     name: string;
-    about: About;
+    model: string;
+    opacity: number;
   };
   robot_joints: {
     robot: number;

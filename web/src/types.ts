@@ -11,6 +11,9 @@ export interface About {
   soles: number[];
   notes: string[];
   links: { name: string; path: string[] }[];
+  /** The constant pose of nodes in their parents, by columns. */
+  places: { path: string[]; matrix: number[] }[];
+  shapes: ShapeAbout[];
   joints: JointAbout[];
   coordinates: Coordinate[];
   tables: { joint: number; of: number; at: number[]; lower: number[]; upper: number[] }[];
@@ -27,10 +30,23 @@ export interface About {
   cameras: Camera[];
   limbs: LimbNumbers[];
   head: number | null;
-  lights: { name: string; link: number; visual: number }[];
-  /** Shapes whose colour differs between the editions of our NAO. */
-  accents: { link: number; visual: number }[];
   eyes: Eye[];
+}
+
+/** What one shape of a link is drawn with. */
+interface ShapeAbout {
+  link: number;
+  /** Name of the geometry. */
+  geometry: string;
+  /** The pose in the link, by columns. */
+  matrix: number[];
+  /** 0xRRGGBB, as on screens. */
+  colour: number;
+  opacity: number;
+  /** Name of the light that it is, or empty. */
+  light: string;
+  /** Whether its colour differs between the editions of our NAO. */
+  accent: boolean;
 }
 
 /** A camera of the robot, which looks along x of its link, and its field of view [rad] where that is known. */
@@ -87,6 +103,8 @@ export interface Camera {
 export interface Shape {
   mesh: RobotMesh;
   link: number;
+  light: string;
+  accent: boolean;
 }
 
 export type RobotMesh = Three.Mesh<Three.BufferGeometry, Three.MeshStandardMaterial>;

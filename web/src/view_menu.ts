@@ -134,7 +134,7 @@ export class ViewMenu {
     for (const name of Object.keys(EDITIONS)) this.edition.add(new Option(name, name));
     this.edition.onchange = () => page.setEdition(this.edition.value);
     const edition = field("Edition", this.edition);
-    edition.hidden = page.colours.accents.size === 0;
+    edition.hidden = !page.robot.meshes.some(({ accent }) => accent);
     const contrast = page.toggles.buttons.get("contrast") as HTMLElement;
     return section("Robot", field("Opacity", opacity), edition, row(keep, remove, contrast));
   }

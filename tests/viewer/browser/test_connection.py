@@ -52,6 +52,8 @@ def test_a_page_waits_for_its_program_and_takes_up_what_the_next_one_shows(brows
     first.display(nao.posture("Sit"))
     first.show_ghosts(nao.posture("Stand"))
     first.say("I was here")
+    first.add_robot(nk.load_nao("v4"))
+    first.add_robot(nao)
     page = Page(browser, first.url)
     try:
         page.run("() => { window.here = true; }")
@@ -69,11 +71,18 @@ def test_a_page_waits_for_its_program_and_takes_up_what_the_next_one_shows(brows
         with Viewer(nao, port=port) as second:
             second.display(q)
             second.show_com()
+            second.add_robot(nao, name="twin")
             start = time.monotonic()
             _live(page, "live")
             assert time.monotonic() - start < 12.0
             assert _shows(page, q)
             assert page.run("() => window.here")  # not loaded anew
+            page.tab.wait_for_function(
+                "() => [...naoKin.others.robots.values()].map((it) => it.name).join() === 'twin'"
+            )
+            page.tab.wait_for_function("() => naoKin.parts.models.size === 1")
+            geometries = "({ meshes }) => meshes.map(({ mesh }) => mesh.geometry.uuid).join()"
+            assert page.run(f"() => new Set(naoKin.studio.robots.map({geometries})).size") == 1
             assert page.tab.locator("#notice").is_hidden()
             assert page.tab.locator("#speech").inner_text() == ""
             assert page.tab.locator("[data-shown=com]").get_attribute("aria-pressed") == "true"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -138,6 +138,11 @@ def test_a_robot_comes_moves_and_goes_in_an_open_page_and_leaves_nothing_behind(
     )
     assert np.abs(_poses(page, number, nao.link_names) - nao.fk(q)).max() < 1e-6
     assert np.allclose(_in_world(page, number), T @ _on_ground(page, number), atol=1e-9)
+    shared = """(n) => naoKin.others.robots.get(n).shown.robot.meshes
+        .every(({ mesh }, i) => mesh.geometry === naoKin.robot.meshes[i].mesh.geometry)"""
+    assert page.run(shared, number)  # on the graphics card, too
+    old = live.add_robot(nk.load_nao("v4"))
+    page.tab.wait_for_function("() => naoKin.others.robots.size === 2")
     assert page.run(memory)["geometries"] > before["geometries"]
     other.color_links({"Head": 1.0, "torso": 0.0})
     page.tab.wait_for_function("(n) => naoKin.others.robots.get(n).shown.colours.scale.size > 0", arg=number)
@@ -153,15 +158,78 @@ def test_a_robot_comes_moves_and_goes_in_an_open_page_and_leaves_nothing_behind(
     page.run("() => { const { fastLook, shapes } = naoKin.studio; fastLook.draw(shapes, naoKin.viewer.camera); }")
     other.remove()
     other.remove()
+    old.remove()
     page.tab.wait_for_function("() => naoKin.others.robots.size === 0")
     looks = "() => [naoKin.studio.fastLook.materials.size, naoKin.robot.meshes.length]"
     assert len(set(page.run(looks))) == 1
+    of_one = """() => [naoKin.parts.models.size - 1, naoKin.parts.geometries.size -
+        new Set(naoKin.robot.meshes.map(({ mesh }) => mesh.geometry)).size]"""
+    page.tab.wait_for_function(f"() => String(({of_one})()) === '0,0'")
     live.color_links({})
     # What draws a picture while something moves may be made only now; a robot would have left dozens behind.
     assert all(count <= before[kind] + 1 for kind, count in page.run(memory).items())
     assert sum(map(len, live._messages.messages())) - kept < 200
     with pytest.raises(BadArgument, match="twin was removed"):
         other.display(q)
+
+
+def test_what_one_robot_looks_like_leaves_its_equal_alone(browser: Any, nao: nk.NaoModel) -> None:
+    boxes = """() => {
+        const { Vector3 } = MeshCat.THREE;
+        const { camera } = naoKin.viewer;
+        const { width, height } = naoKin.viewer.renderer.domElement.getBoundingClientRect();
+        camera.updateMatrixWorld();
+        return [naoKin.robot, naoKin.others.robots.get(1).shown.robot].map((robot) => {
+            const places = robot.nodes.map((node) => node.getWorldPosition(new Vector3()).project(camera));
+            const [x, y] = [places.map((p) => (p.x + 1) / 2 * width), places.map((p) => (1 - p.y) / 2 * height)];
+            return [Math.min(...x), Math.max(...x), Math.min(...y), Math.max(...y)].map(Math.round);
+        });
+    }"""
+    with Viewer(nao) as viewer:
+        twin = viewer.add_robot(nao, name="twin")
+        viewer.camera("front")
+        with opened(browser, viewer.url, (1000, 700), draws=True) as page:
+            tab = page.tab
+
+            def pictures() -> list[np.ndarray]:
+                page.animation_frames(3)
+                tab.wait_for_function("() => !naoKin.studio.quality.moving && naoKin.studio.began === null")
+                page.animation_frames(3)
+                whole, places = page.picture(), page.run(boxes)
+                return [whole[top:bottom, left:right] for left, right, top, bottom in places]
+
+            def assert_changed(change: Callable[[], object], done: str, own: bool) -> None:
+                """Only the page's own robot, or only the twin, looks different afterwards."""
+                before = pictures()
+                change()
+                tab.wait_for_function(done)
+                after = pictures()
+                for picture, old, is_meant in zip(after, before, (own, not own), strict=True):
+                    assert np.array_equal(picture, old) != is_meant
+
+            other = "naoKin.others.robots.get(1).shown.colours"
+            own = "() => naoKin.colours"
+            assert_changed(lambda: twin.color_links({"torso": 1.0}), f"() => {other}.scale.size > 0", own=False)
+            assert_changed(lambda: viewer.color_links({"Head": 1.0}), f"{own}.scale.size > 0", own=True)
+            lit = "() => naoKin.lights.shapes.get('Chest').mesh.userData.lit"
+            assert_changed(lambda: viewer.show_lights({"Chest": (0.0, 1.0, 0.0)}), lit, own=True)
+            assert_changed(lambda: viewer.color_edition("blue"), f"{own}.edition === 'blue'", own=True)
+
+            def fade() -> None:
+                tab.locator("summary", has_text="View").click()
+                tab.get_by_label("Opacity", exact=True).focus()
+                tab.keyboard.press("Home")
+                tab.keyboard.press("Escape")
+
+            assert_changed(fade, "() => naoKin.studio.opacity < 0.2", own=True)
+            # A pale one, of the same shapes, comes and goes.
+            before = pictures()
+            pale = viewer.add_robot(nao, name="pale", opacity=0.3)
+            tab.wait_for_function("() => naoKin.others.robots.size === 2")
+            assert page.run("() => naoKin.others.robots.get(2).shown.robot.meshes[0].mesh.material.opacity") == 0.3
+            pale.remove()
+            tab.wait_for_function("() => naoKin.others.robots.size === 1")
+            assert all(np.array_equal(a, b) for a, b in zip(pictures(), before, strict=True))
 
 
 @pytest.mark.full

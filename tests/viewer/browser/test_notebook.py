@@ -198,7 +198,8 @@ def test_the_html_of_a_viewer_is_its_page_in_a_frame_and_needs_no_server(
 
 def test_a_name_cannot_break_out_of_the_frame() -> None:
     made = frame('</script></iframe>"><b>', name='"><script>')
-    assert re.fullmatch(r'<iframe data-nao-kin="[^"<>]*" title="Robot viewer" srcdoc="[^"<>]*"[^<>]*></iframe>', made)
+    inner = r'<iframe data-nao-kin="[^"<>]*" title="Robot viewer" srcdoc="[^"<>]*"[^<>]*></iframe>'
+    assert re.fullmatch(f"<div>{inner}</div>", made)
 
 
 @pytest.mark.parametrize("where", ["terminal", "plain notebook"])
@@ -217,7 +218,29 @@ def test_without_anywidget_or_kernel_a_viewer_shows_what_can_be_shown(
     else:
         assert len(shown) == 1
         assert "nao-kin[notebook]" in shown[0].data
-        assert shown[0].data.startswith("<iframe")
+        assert shown[0].data.startswith("<div><iframe")
+
+
+@pytest.mark.parametrize("live", [True, False], ids=["anywidget", "plain"])
+def test_the_output_of_a_viewer_is_the_robot_and_nothing_else(live: bool, tmp_path: Path) -> None:
+    """No warning, whose text would have a path of this machine, and no line of its own."""
+    client = pytest.importorskip("nbclient")
+    nbformat = pytest.importorskip("nbformat")
+    pytest.importorskip("ipykernel")
+    without = "" if live else "import sys\nsys.modules['anywidget'] = None\n"
+    sources = (
+        f"{without}import warnings\nwarnings.simplefilter('always')",
+        "import nao_kin as nk\nviewer = nk.Viewer(nk.load_nao())",
+        "viewer",
+        "from IPython.display import HTML, display\ndisplay(HTML(viewer._repr_html_()))",
+        "viewer.close()",
+    )
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(source) for source in sources])
+    own = {name: str(tmp_path / name) for name in ("IPYTHONDIR", "JUPYTER_CONFIG_DIR", "JUPYTER_DATA_DIR")}
+    environment = {**os.environ, **own, "PYTHONPATH": str(Path(nk.__file__).parent.parent)}
+    client.NotebookClient(notebook, timeout=120, kernel_name="python3").execute(env=environment)
+    outputs = [[output["output_type"] for output in cell.outputs] for cell in notebook.cells]
+    assert outputs == [[], [], ["display_data"] * (1 + live), ["display_data"], []]
 
 
 class _Widget:

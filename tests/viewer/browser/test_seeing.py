@@ -308,7 +308,7 @@ def test_the_robot_becomes_transparent_and_solid_again(page: Page) -> None:
 def test_an_edition_recolours_the_accents_and_nothing_else(page: Page, nao: nk.NaoModel) -> None:
     page.set(nao.posture("StandInit"))
     colours = "() => naoKin.robot.meshes.map(({ mesh }) => mesh.material.color.getHexString())"
-    accents = "() => naoKin.robot.meshes.map(({ mesh }) => naoKin.colours.accents.has(mesh))"
+    accents = "() => naoKin.robot.meshes.map(({ accent }) => accent)"
     own, is_accent = page.run(colours), page.run(accents)
     assert 5 <= sum(is_accent) < len(is_accent) / 3
     _open_menu(page)

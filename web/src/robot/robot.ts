@@ -1,9 +1,11 @@
 import type { Object3D } from "three";
 import { LinkColours } from "../scene/link_colours.ts";
+import { makeMesh } from "../scene/materials.ts";
 import type { Studio } from "../scene/studio.ts";
 import { THREE } from "../three.ts";
-import type { About, Coordinate, RobotMesh, Shape } from "../types.ts";
+import type { About, Coordinate, Shape } from "../types.ts";
 import { rangeOf } from "../values/configurations.ts";
+import type { Parts } from "./parts.ts";
 import { Skeleton } from "./skeleton.ts";
 import { Standing } from "./standing.ts";
 
@@ -39,30 +41,23 @@ export class Robot extends Skeleton {
   /** The vertical in the root's frame that a clip gives with them, of any length; zeros where it gives none. */
   clipUp = [0, 0, 0];
 
-  constructor(root: THREE.Object3D, about: About) {
+  /**
+   * @param parts that have its geometries
+   * @param share of the opacity of its shapes
+   */
+  constructor(root: THREE.Object3D, about: About, parts: Parts, share: number) {
     super(root, about);
     /** Name of every frame → number of its link. */
     this.frames = new Map(about.frames.map(({ name, link }) => [name, link]));
-    this.nodes.forEach((node, link) => {
-      for (const visual of node.children.filter(({ name }) => name.startsWith("visual:"))) {
-        visual.traverse((mesh) => {
-          if (mesh instanceof THREE.Mesh) this.meshes.push({ mesh: mesh as RobotMesh, link });
-        });
-      }
-    });
+    for (const { link, geometry, matrix, colour, opacity, light, accent } of about.shapes) {
+      const mesh = makeMesh(parts.geometries.get(geometry) as THREE.BufferGeometry, colour, share * opacity);
+      mesh.applyMatrix4(new THREE.Matrix4().fromArray(matrix));
+      this.nodes[link].add(mesh);
+      this.meshes.push({ mesh, link, light, accent });
+    }
     /** The configuration. meshcat's clips write into this array of the root; all else does too: there is one truth. */
     this.q = [...about.neutral];
     Object.assign(root, { joint_values: this.q, up_values: this.clipUp });
-  }
-
-  /**
-   * The shapes that one visual of a link is drawn with.
-   *
-   * @param number of the visual among those of the link
-   */
-  visual(link: number, number: number) {
-    const node = this.nodes[link].children.find(({ name }) => name === `visual:${number}`);
-    return node ? this.meshes.filter(({ mesh }) => isInside(mesh, node)) : [];
   }
 
   /** @param name of a frame */
@@ -208,8 +203,8 @@ export class ShownRobot {
   /** Columns of the coordinates that are outside their ranges. */
   outside: Set<number> = new Set();
 
-  constructor(root: Object3D, about: About, studio: Studio) {
-    this.robot = new Robot(root, about);
+  constructor(root: Object3D, about: About, parts: Parts, studio: Studio, opacity: number = 1) {
+    this.robot = new Robot(root, about, parts, opacity);
     studio.adopt(this.robot);
     this.standing = new Standing(this.robot);
     this.colours = new LinkColours(this.robot);

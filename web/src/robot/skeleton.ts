@@ -12,6 +12,10 @@ export class Skeleton {
     readonly root: THREE.Object3D,
     readonly about: About,
   ) {
+    for (const { path, matrix } of about.places) {
+      const node = path.slice(1).reduce(childNamed, root);
+      new THREE.Matrix4().fromArray(matrix).decompose(node.position, node.quaternion, node.scale);
+    }
     /** Node of every link. */
     this.nodes = about.links.map(({ path }) => path.slice(1).reduce(childNamed, root));
     this.joints = about.joints.map((joint) => ({
@@ -52,7 +56,7 @@ export class OffScreen extends Skeleton {
     root.position.set(0, 0, 0);
     root.quaternion.identity();
     const dropped: THREE.Object3D[] = [];
-    root.traverse((node) => (node.userData.mark || node.name.startsWith("visual:") ? dropped.push(node) : undefined));
+    root.traverse((node) => (node.userData.mark || node instanceof THREE.Mesh ? dropped.push(node) : undefined));
     dropped.forEach((node) => node.removeFromParent());
     super(root, robot.about);
   }

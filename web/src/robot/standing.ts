@@ -1,5 +1,6 @@
 import { convexHull, inside } from "../math/surfaces.ts";
 import { THREE } from "../three.ts";
+import type { About } from "../types.ts";
 import { nearestPosture } from "./nearest_posture.ts";
 import { between, type Robot } from "./robot.ts";
 import { depth, directions, extremes, settled, touching } from "./settling.ts";
@@ -35,9 +36,6 @@ const TRUNK_UPRIGHT = [0, 0, 1];
 export class Standing {
   /** How it was set down last. */
   last: Pose | null = null;
-  /** Of each link the points that can touch the floor, in its frame. */
-  outlines: { link: number; points: Float64Array }[] | null = null;
-
   constructor(readonly robot: Robot) {}
 
   /** Set it down next as if it had not been shown before. */
@@ -103,12 +101,12 @@ export class Standing {
 
   /** What can touch the floor, in the root's frame. */
   points() {
-    this.outlines ??= outlinesOf(this.robot);
-    const points = new Float64Array(this.outlines.reduce((sum, { points: { length } }) => sum + length, 0));
+    const outlines = outlinesOf(this.robot);
+    const points = new Float64Array(outlines.reduce((sum, { points: { length } }) => sum + length, 0));
     const fromWorld = this.robot.toRoot();
     const pose = new THREE.Matrix4();
     let k = 0;
-    for (const { link, points: own } of this.outlines) {
+    for (const { link, points: own } of outlines) {
       const m = pose.multiplyMatrices(fromWorld, this.robot.nodes[link].matrixWorld).elements;
       for (let i = 0; i < own.length; i += 3) {
         const [x, y, z] = [own[i], own[i + 1], own[i + 2]];
@@ -128,9 +126,16 @@ function isBalanced(points: Float64Array, centre: number[], up: number[]) {
   return hull.length > 2 && inside(hull, { x: 0, y: 0 });
 }
 
-function outlinesOf(robot: Robot) {
+type Outline = { link: number; points: Float64Array };
+/** Of a description, which equal robots share. */
+const OUTLINES: WeakMap<About, Outline[]> = new WeakMap();
+
+/** Of each link the points that can touch the floor, in its frame. */
+function outlinesOf(robot: Robot): Outline[] {
+  const known = OUTLINES.get(robot.about);
+  if (known) return known;
   const vertex = new THREE.Vector3();
-  return robot.nodes.map((node, link) => {
+  const outlines = robot.nodes.map((node, link) => {
     const vertices = robot.meshes
       .filter((shape) => shape.link === link)
       .flatMap(({ mesh }) => {
@@ -142,4 +147,6 @@ function outlinesOf(robot: Robot) {
       });
     return { link, points: extremes(Float64Array.from(vertices.flat()), TOWARDS) };
   });
+  OUTLINES.set(robot.about, outlines);
+  return outlines;
 }

@@ -1,3 +1,4 @@
+import { makeGeometry } from "../robot/parts.ts";
 import type { Robot } from "../robot/robot.ts";
 import { THREE } from "../three.ts";
 import type { MeshcatViewer, Vector } from "../types.ts";
@@ -133,17 +134,12 @@ function makePoints({
 }
 
 /** @param message geometries as three.js's loader takes them */
-function makeMesh({ parts }: { parts: { geometry: any; colour: Vector; opacity: number }[] }) {
+function makeMesh({ parts }: { parts: { geometry: object; colour: Vector; opacity: number }[] }) {
   const group = new THREE.Group();
   for (const { geometry, colour, opacity } of parts) {
-    const { position, normal } = geometry.attributes;
-    const made = new THREE.BufferGeometry();
-    made.setAttribute("position", new THREE.BufferAttribute(position.array, 3));
-    made.setAttribute("normal", new THREE.BufferAttribute(normal.array, 3, true));
-    made.setIndex(new THREE.BufferAttribute(geometry.index.array, 1));
     const material = shiny(colour, opacity);
     material.side = THREE.DoubleSide;
-    const mesh = new THREE.Mesh(made, material);
+    const mesh = new THREE.Mesh(makeGeometry(geometry), material);
     mesh.castShadow = mesh.receiveShadow = opacity === 1;
     group.add(mesh);
   }

@@ -18,16 +18,15 @@ export class Lights {
     robot: Robot,
     readonly colours: LinkColours,
   ) {
-    for (const { name, link, visual } of robot.about.lights) {
-      const [shape] = robot.visual(link, visual);
-      if (!shape) continue;
+    for (const shape of robot.meshes.filter(({ light }) => light)) {
+      const { link, light } = shape;
       const box = robot.boxIn(
         link,
         robot.meshes.filter((other) => other.link === link),
       );
       // Set into a shell, it throws no shadow beyond it.
       shape.mesh.castShadow = false;
-      this.shapes.set(name, { ...shape, glow: makeGlow(shape.mesh, box, robot.nodes[link]) });
+      this.shapes.set(light, { ...shape, glow: makeGlow(shape.mesh, box, robot.nodes[link]) });
     }
   }
 
@@ -38,12 +37,13 @@ export class Lights {
    */
   show(lights: { name: string; rgb: Vector }[]) {
     const colours = new Map(lights.map(({ name, rgb }) => [name, rgb]));
-    for (const [name, { mesh, link, glow }] of this.shapes) {
+    for (const [name, shape] of this.shapes) {
+      const { mesh, glow } = shape;
       const rgb = colours.get(name);
       mesh.userData.lit = Boolean(rgb);
       const [red, green, blue] = rgb ?? [0, 0, 0];
       mesh.material.emissive.setRGB(red, green, blue).convertSRGBToLinear();
-      this.colours.paint({ mesh, link });
+      this.colours.paint(shape);
       const brightest = Math.max(...(rgb ?? [0]));
       glow.visible = brightest > 0;
       glow.userData.strength = brightest;

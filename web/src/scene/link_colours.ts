@@ -1,6 +1,6 @@
 import type { Robot } from "../robot/robot.ts";
 import { THREE } from "../three.ts";
-import type { About, RobotMesh, Shape, Vector } from "../types.ts";
+import type { About, Shape, Vector } from "../types.ts";
 
 /** Colours of the lower pairs. */
 export const PAIR_COLOURS: Record<string, string> = {
@@ -59,14 +59,8 @@ export class LinkColours {
   chains: Map<number, string> = new Map();
   outside: Set<number> = new Set();
   edition = "";
-  /** Shapes whose colour differs between editions. */
-  accents: Set<RobotMesh>;
 
-  constructor(readonly robot: Robot) {
-    this.accents = new Set(
-      robot.about.accents.flatMap(({ link, visual }) => robot.visual(link, visual).map(({ mesh }) => mesh)),
-    );
-  }
+  constructor(readonly robot: Robot) {}
 
   /** @param scale link → red, green, blue */
   setScale(scale: Map<number, Vector>) {
@@ -98,14 +92,14 @@ export class LinkColours {
   }
 
   /** Give a shape the colour that it is to have. A light that is lit shines in its own, whatever its link's. */
-  paint({ mesh, link }: Shape) {
+  paint({ mesh, link, accent }: Shape) {
     const { color } = mesh.material;
     const rgb = this.scale.get(link);
     const chain = this.chains.get(link);
     if (mesh.userData.lit) color.copy(GLASS);
     else if (rgb) color.setRGB(...rgb).convertSRGBToLinear();
     else if (chain) color.set(chain).convertSRGBToLinear();
-    else if (this.edition && this.accents.has(mesh)) color.setHex(EDITIONS[this.edition]).convertSRGBToLinear();
+    else if (this.edition && accent) color.setHex(EDITIONS[this.edition]).convertSRGBToLinear();
     else color.copy(mesh.userData.own);
     if (this.outside.has(link) && !mesh.userData.lit) color.lerp(RED, 0.8);
   }

@@ -103,24 +103,24 @@ function keepShading(shader: THREE.Shader) {
 }
 
 /**
- * Give a shape of the robot the material that its colour stands for. Colours in a URDF are those of a screen; light is
+ * A shape of the robot, in the material that its colour stands for. Colours in a URDF are those of a screen; light is
  * reckoned in linear ones.
+ *
+ * @param geometry that other shapes may share
+ * @param colour 0xRRGGBB, as the screen has it
  */
-export function setMaterial(mesh: RobotMesh) {
-  const { color, opacity } = mesh.material;
-  mesh.material.dispose();
+export function makeMesh(geometry: THREE.BufferGeometry, colour: number, opacity: number): RobotMesh {
+  const color = new THREE.Color(colour);
   const finish = finishOf(color);
-  const { attributes, index } = mesh.geometry;
+  const { attributes, index, userData } = geometry;
   // Open or inside out, its backs are seen: they cost twice, and bear specks where their own shadow falls on them.
-  const side = isClosed(attributes.position.array, index?.array ?? null) ? THREE.FrontSide : THREE.DoubleSide;
-  mesh.material = new THREE.MeshStandardMaterial({
-    ...FINISHES[finish],
-    color: color.clone().convertSRGBToLinear(),
-    side,
-    opacity,
-    transparent: opacity < 1,
-  });
+  userData.isClosed ??= isClosed(attributes.position.array, index?.array ?? null);
+  const side = userData.isClosed ? THREE.FrontSide : THREE.DoubleSide;
+  color.convertSRGBToLinear();
+  const look = { ...FINISHES[finish], color, side, opacity, transparent: opacity < 1 };
+  const mesh = new THREE.Mesh(geometry, new THREE.MeshStandardMaterial(look));
   mesh.material.onBeforeCompile = keepShading;
-  Object.assign(mesh.userData, { own: mesh.material.color.clone(), opacity, side, finish });
+  Object.assign(mesh.userData, { own: color.clone(), opacity, side, finish });
   mesh.castShadow = mesh.receiveShadow = true;
+  return mesh;
 }

@@ -1,3 +1,4 @@
+import type { Parts } from "../robot/parts.ts";
 import { ShownRobot, type Robot } from "../robot/robot.ts";
 import type { MeshcatViewer } from "../types.ts";
 import type { Studio } from "./studio.ts";
@@ -5,6 +6,7 @@ import type { Received } from "../received.ts";
 
 /** The parts of the page that are used here. */
 interface Page extends EventTarget {
+  readonly parts: Parts;
   readonly robot: Robot;
   readonly studio: Studio;
   readonly viewer: MeshcatViewer;
@@ -26,10 +28,11 @@ export class OtherRobots {
   constructor(readonly page: Page) {}
 
   /** The nodes of a robot are there: they become a robot. */
-  add({ robot: number, name, about }: Received["robot_added"]) {
-    const { viewer, studio } = this.page;
+  add({ robot: number, name, model, opacity }: Received["robot_added"]) {
+    const { parts, viewer, studio } = this.page;
     const root = viewer.scene_tree.find([ground(number), "robot"]).object;
-    this.robots.set(number, { name, shown: new ShownRobot(root, about, studio), visible: true });
+    const shown = new ShownRobot(root, parts.model(model), parts, studio, opacity);
+    this.robots.set(number, { name, shown, visible: true });
     this.page.dispatchEvent(new Event("robots"));
   }
 
@@ -52,16 +55,16 @@ export class OtherRobots {
     const other = this.robots.get(number);
     if (other) this.page.studio.release(other.shown.robot);
     const isOther = this.robots.delete(number);
-    // meshcat gives back what its nodes hold on the graphics card.
     this.page.viewer.scene_tree.delete([ground(number)]);
     if (isOther) this.page.dispatchEvent(new Event("robots"));
   }
 
-  /** Forget all robots but these. */
+  /** Forget all robots but these, and what only those were made of. */
   keep(numbers: number[]) {
     for (const number of [...this.robots.keys()]) {
       if (!numbers.includes(number)) this.remove(number);
     }
+    this.page.parts.keep(this.page.studio.robots);
   }
 
   /**

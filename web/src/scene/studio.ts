@@ -6,7 +6,7 @@ import type { Camera, MeshcatViewer, Shape } from "../types.ts";
 import type { Eyes } from "./eyes.ts";
 import { FastLook } from "./fast_look.ts";
 import { Contact, Floor, ROBOT_LAYER } from "./floor.ts";
-import { makeEnvironment, setMaterial } from "./materials.ts";
+import { makeEnvironment } from "./materials.ts";
 import { LEVELS, Quality, REST } from "./quality.ts";
 
 /**
@@ -123,10 +123,7 @@ export class Studio {
 
   /** Draw a robot, too. */
   adopt(robot: Robot) {
-    for (const { mesh } of robot.meshes) {
-      setMaterial(mesh);
-      mesh.layers.enable(ROBOT_LAYER);
-    }
+    for (const { mesh } of robot.meshes) mesh.layers.enable(ROBOT_LAYER);
     this.robots.push(robot);
     this.shapes = this.robots.flatMap(({ meshes }) => meshes);
     this.moved();
@@ -136,6 +133,7 @@ export class Studio {
   release(robot: Robot) {
     this.robots = this.robots.filter((other) => other !== robot);
     this.fastLook.release(robot.meshes);
+    for (const { mesh } of robot.meshes) mesh.material.dispose();
     this.shapes = this.robots.flatMap(({ meshes }) => meshes);
     this.moved();
   }
