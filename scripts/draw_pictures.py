@@ -57,6 +57,7 @@ def draw_pages() -> None:
     with sync_playwright() as playwright, tempfile.TemporaryDirectory() as temporary:
         browser = playwright.chromium.launch(executable_path=str(find_browser()), args=OPTIONS)
         page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT}, device_scale_factor=SCALE)
+        page.add_init_script("localStorage.setItem('nao-kin.hint', 'seen')")
         for name, make in PAGES.items():
             html = make(nao).save_html(Path(temporary) / f"{name}.html")
             page.goto(html.as_uri())

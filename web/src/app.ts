@@ -121,7 +121,6 @@ export class App extends EventTarget {
     this.ghosts = new Ghosts(this.robot);
     this.drag = new Drag(this, this.pane, byId("drag"), byId("handles"));
     this.toggles.offer("handles", this.drag.possible);
-    this.toggles.offer("joints", about.joints.length > 0);
     this.eyes = new Eyes(this.robot, this.studio, makeSight(this));
     this.studio.eyes = this.eyes;
     this.toggles.offer("eye", about.eyes.length > 0);

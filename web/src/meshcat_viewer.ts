@@ -84,11 +84,23 @@ function limits(renderer: THREE.WebGLRenderer) {
 
 /**
  * meshcat's viewer, adapted: our messages go to the page, all else to meshcat; before each picture the scene is brought up
- * to date, and the studio draws it.
+ * to date, and the studio draws it. meshcat's own loop asks for every frame of the browser; here a change asks for one, and
+ * a page in which nothing changes asks for none.
  */
 export function makeViewer(page: Page) {
   const { pane } = page;
-  const viewer = new MeshCat.Viewer(pane, true, makeRenderer(pane));
+  const viewer = new MeshCat.Viewer(pane, false, makeRenderer(pane));
+  let isAwake = false;
+  viewer.animate = () => {
+    isAwake = false;
+    viewer.animator.update();
+    if (viewer.needs_render) viewer.render();
+  };
+  viewer.set_dirty = () => {
+    viewer.needs_render = true;
+    if (!isAwake) requestAnimationFrame(viewer.animate);
+    isAwake = true;
+  };
   const resizeToPane = () => resize(viewer, pane.clientWidth, pane.clientHeight);
   viewer.set_3d_pane_size = resizeToPane;
   // The pane is smaller where the legend stands under it.
@@ -101,9 +113,10 @@ export function makeViewer(page: Page) {
   };
   viewer.render = () => {
     page.stance.settle();
+    // What the camera's control does while it is asked, as it coasts, is for the next picture.
+    viewer.needs_render = false;
     page.studio.draw();
     viewer.animator.after_render();
-    viewer.needs_render = false;
     page.speech?.place();
     page.labels?.draw();
     page.video?.add();

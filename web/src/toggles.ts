@@ -78,7 +78,6 @@ const TOGGLES: Record<string, { text: string; show(page: Page, on: boolean): voi
     },
   },
   handles: { text: "Handles", show: ({ drag }, on) => drag.show(on) },
-  joints: { text: "Drag joints", show: ({ drag }, on) => (drag.movesJoints = on) },
 };
 
 /** The buttons of what may be drawn over the robot. */
@@ -94,7 +93,6 @@ export class Toggles {
       ...{ frames: false, axes: false, chains: false, com: false, support: false, ghosts: true, eye: false },
       contrast: window.matchMedia("(forced-colors: active), (prefers-contrast: more)").matches,
       handles: page.role === "",
-      joints: page.role === "",
     };
     for (const [name, { text }] of Object.entries(TOGGLES)) {
       const flip = () => {

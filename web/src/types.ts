@@ -130,6 +130,7 @@ export interface MeshcatViewer {
   animator: Animator;
   scene_tree: { find(path: string[]): { object: Three.Object3D }; delete(path: string[]): void };
   needs_render: boolean;
+  animate(): void;
   handle_command(message: any): void;
   handle_command_bytearray(message: Uint8Array): void;
   hide_background(): void;
@@ -147,6 +148,7 @@ interface Animator {
   playing: boolean;
   time: number;
   after_render(): void;
+  update(): void;
   clear(): void;
   display_progress(time: number): void;
   pause(): void;

@@ -923,13 +923,75 @@ def test_targets_for_fingers_are_large_enough(browser: Any, document: Path) -> N
             assert tab.evaluate(small, ":popover-open") == []
 
 
-def test_a_finger_moves_a_slider(browser: Any, document: Path) -> None:
+def test_a_finger_moves_a_slider_by_its_thumb_alone_and_scrolls_anywhere_else(browser: Any, document: Path) -> None:
     with another(browser, document, (390, 844), **PHONE) as tab:
+        session = tab.context.new_cdp_session(tab)
+        tab.locator("#panel > .body").evaluate("(body) => body.scrollBy(0, 150)")
         slider = tab.locator('.joint[data-joint="HeadYaw"] input[type="range"]')
-        slider.scroll_into_view_if_needed()
-        box = slider.bounding_box()
-        tab.touchscreen.tap(box["x"] + 0.8 * box["width"], box["y"] + box["height"] / 2)
-        assert state_of(tab)["q"][0] > 0.5
+        thumb = "(s) => (s.value - s.min) / (s.max - s.min) * (s.clientWidth - 22) + 11"
+
+        def swipe(x: float, way: tuple[float, float]) -> tuple[float, float]:
+            """Swipe from a place on the slider; gives how far HeadYaw went [rad], and the panel [px]."""
+            box, before = slider.bounding_box(), state_of(tab)["q"]
+            start = (box["x"] + x, box["y"] + box["height"] / 2)
+            for kind, shares in (("touchStart", [0.0]), ("touchMove", np.linspace(0.1, 1.0, 8)), ("touchEnd", [None])):
+                for share in shares:
+                    points = [] if share is None else [dict(zip("xy", start + share * np.array(way), strict=True))]
+                    session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+            tab.wait_for_timeout(300)  # what is left of the scrolling
+            after = state_of(tab)["q"]
+            assert after[1:] == before[1:]
+            return after[0] - before[0], box["y"] - slider.bounding_box()["y"]
+
+        middle = slider.evaluate(thumb)
+        width = slider.bounding_box()["width"]
+        assert swipe(middle + 8, (0, 0)) == (0.0, 0.0)  # it does not jump under the finger
+        turned, scrolled = swipe(middle + 8, (30, 3))
+        assert turned == pytest.approx(30 / (width - 22) * math.radians(239), rel=0.02)
+        assert scrolled == 0.0
+        assert slider.evaluate(thumb) == pytest.approx(middle + 30, abs=0.6)
+        for x, way in ((15, (0, -60)), (15, (40, 0)), (slider.evaluate(thumb), (3, 60))):
+            turned, scrolled = swipe(x, way)
+            assert turned == 0.0
+            assert (abs(scrolled) > 20) == (way[1] != 0)
+
+
+@pytest.mark.parametrize("phone", [False, True])
+def test_what_can_be_done_is_said_once_until_something_is(browser: Any, document: Path, phone: bool) -> None:
+    size, options = ((390, 844), PHONE) if phone else (SIZE, {})
+    with another(browser, document, size, **options) as tab:
+        hint, pane = tab.locator("#hint"), tab.locator("#pane")
+        says = ["Drag to turn", "Tap a limb to drag it", "Pull a ring"]
+        if not phone:
+            says = [says[0], "Click a limb to drag it", says[2], "? lists the keys"]
+        assert hint.locator("span").all_inner_texts() == says
+        lines = hint.evaluate("(line) => new Set([...line.children].map((part) => part.offsetTop)).size")
+        assert lines == 1
+        before = pane.bounding_box()
+        if phone:
+            tab.touchscreen.tap(30, 200)
+        else:
+            tab.keyboard.press("Tab")
+        hint.wait_for(state="hidden")
+        assert pane.bounding_box() == before
+        tab.reload()
+        tab.wait_for_selector("body[data-ready]")
+        assert hint.is_hidden()
+    # Where nothing may be stored it is said each time, and nothing complains.
+    shut = "Object.defineProperty(window, 'localStorage', { get() { throw new DOMException('', 'SecurityError'); } })"
+    with visitor(browser) as context:
+        tab = context.new_page()
+        errors: list[str] = []
+        tab.on("pageerror", lambda error: errors.append(str(error)))
+        tab.add_init_script(shut)
+        tab.goto(document.as_uri())
+        for _ in range(2):
+            tab.wait_for_selector("body[data-ready]")
+            assert tab.locator("#hint").is_visible()
+            tab.mouse.wheel(0, 10)
+            tab.locator("#hint").wait_for(state="hidden")
+            tab.reload()
+        assert errors == []
 
 
 @pytest.mark.full

@@ -81,7 +81,7 @@ def page(shared: Page, nao: nk.NaoModel) -> Page:
     shared.tab.mouse.move(5, 5)
     for _ in range(3):
         shared.tab.keyboard.press("Escape")
-    shared.run("() => { naoKin.show({ handles: true, joints: true }); window.gestures.length = 0; }")
+    shared.run("() => { naoKin.show({ handles: true }); window.gestures.length = 0; }")
     shared.set(nao.posture("StandInit"))
     look(shared, "three-quarter")
     return shared
@@ -102,6 +102,13 @@ def press(page: Page, place: Any, by: Any, steps: int = 10) -> None:
     page.tab.mouse.move(*map(float, place))
     page.tab.mouse.down()
     page.tab.mouse.move(*map(float, np.add(place, by)), steps=steps)
+
+
+def pull(page: Page, link: str, by: Any, steps: int = 10) -> None:
+    """Select a link by a click, press and move, in steps, and hold."""
+    place = seen(page, link)
+    page.tab.mouse.click(*place)
+    press(page, place, by, steps)
 
 
 def said(page: Page) -> str:
@@ -243,7 +250,7 @@ def test_a_link_goes_with_the_pointer_by_its_own_joint_and_no_other(
     place = seen(page, link)
     local = page.run(GRABBED, place.tolist())
     column = nao.joint_names.index(joint)
-    page.tab.mouse.move(*place)
+    page.tab.mouse.click(*place)
     page.tab.mouse.down()
     for share in np.linspace(0, 1, 13)[1:]:
         wanted = before.copy()
@@ -269,7 +276,7 @@ def test_a_link_goes_with_the_pointer_by_its_own_joint_and_no_other(
 def test_at_its_limit_a_joint_stops_and_the_page_says_so(page: Page, nao: nk.NaoModel) -> None:
     look(page, "side")
     place = seen(page, "LTibia")
-    press(page, place, (150, -130), 24)
+    pull(page, "LTibia", (150, -130), 24)
     q = page.q
     column = nao.joint_names.index("LKneePitch")
     assert q[column] in (nao.lower[column], nao.upper[column])
@@ -285,7 +292,7 @@ def test_at_its_limit_a_joint_stops_and_the_page_says_so(page: Page, nao: nk.Nao
 def test_the_coupled_limit_of_the_head_stops_the_pitch_and_the_yaw(page: Page, nao: nk.NaoModel) -> None:
     look(page, "side")
     page.slide("HeadYaw", 1.2)
-    press(page, seen(page, "Head"), (160, 60), 16)
+    pull(page, "Head", (160, 60), 16)
     q = page.q
     assert nao.within_limits(q)
     assert re.fullmatch(r"HeadPitch stops: at (most|least) -?[\d.]+° here \(coupled limit\)", said(page))
@@ -293,7 +300,7 @@ def test_the_coupled_limit_of_the_head_stops_the_pitch_and_the_yaw(page: Page, n
     # The pitch does not yield when the yaw would leave it out.
     page.set(nao.configuration(nao.angles(nao.posture("StandInit")) | {"HeadPitch": -0.6}))
     look(page, "front")
-    press(page, seen(page, "Neck"), (250, 0), 20)
+    pull(page, "Neck", (250, 0), 20)
     q = page.q
     assert q[1] == -0.6
     assert abs(q[0]) > 0.2
@@ -305,7 +312,7 @@ def test_the_coupled_limit_of_the_head_stops_the_pitch_and_the_yaw(page: Page, n
 def test_a_link_that_follows_another_joint_moves_both(page: Page, nao: nk.NaoModel) -> None:
     look(page, "front")
     before = page.q
-    press(page, seen(page, "RPelvis"), (12, 8))
+    pull(page, "RPelvis", (12, 8))
     q = page.q
     assert moved(nao, before, q) == {"LHipYawPitch"}
     assert nao.within_limits(q)
@@ -313,9 +320,63 @@ def test_a_link_that_follows_another_joint_moves_both(page: Page, nao: nk.NaoMod
     page.tab.mouse.up()
     look(page, "hands")
     before = page.q
-    press(page, seen(page, "LFinger12_link"), (15, 15))
+    pull(page, "LFinger12_link", (15, 15))
     assert moved(nao, before, page.q) == {"LHand"}
     page.tab.mouse.up()
+
+
+ROBOTS_BOX = """() => {
+    const { min, max } = naoKin.robot.box([]);
+    const corners = [...Array(8).keys()].map((i) => naoKin.pick.viewport.place(new MeshCat.THREE.Vector3(
+        i & 1 ? max.x : min.x, i & 2 ? max.y : min.y, i & 4 ? max.z : min.z)));
+    const [x, y] = ["clientX", "clientY"].map((side) => corners.map((corner) => corner[side]));
+    return [Math.min(...x), Math.min(...y), Math.max(...x), Math.max(...y)];
+}"""
+ON_A_HANDLE = "([clientX, clientY]) => naoKin.drag.marks.at({ clientX, clientY, pointerType: 'mouse' }) !== null"
+
+
+def test_a_drag_anywhere_on_a_robot_of_which_nothing_is_selected_turns_the_view(page: Page, nao: nk.NaoModel) -> None:
+    before = page.q
+    left, top, right, bottom = page.run(ROBOTS_BOX)
+    places = [(x, y) for y in np.linspace(top, bottom, 13)[1:-1] for x in np.linspace(left, right, 12)[1:-1]][:107]
+    on_a_handle = 0
+    for place in places:
+        view, is_handle = page.run(CAMERA), page.run(ON_A_HANDLE, place)
+        on_a_handle += is_handle
+        press(page, place, (20, 12), 2)
+        page.tab.mouse.up()
+        page.animation_frames(1)
+        assert (moved(nao, before, page.q) == set()) != is_handle
+        assert (page.run(CAMERA) == pytest.approx(view, abs=1e-9)) == is_handle
+        page.set(before)
+        look(page, "three-quarter")
+    assert on_a_handle < 8
+
+
+def test_a_drag_on_a_link_of_the_selected_limb_moves_its_joint(page: Page, nao: nk.NaoModel) -> None:
+    look(page, "side")
+    before = page.q
+    page.tab.mouse.click(*seen(page, "LForeArm"))
+    for link, joint in (("LForeArm", "LElbowRoll"), ("LBicep", "LShoulderRoll"), ("l_wrist", "LWristYaw")):
+        place = seen(page, link)
+        page.tab.mouse.move(*place)
+        page.animation_frames(2)
+        assert page.tab.locator("#pane").evaluate("(pane) => pane.style.cursor") == "grab"
+        press(page, place, (20, 12), 3)
+        page.tab.mouse.up()
+        assert moved(nao, before, page.q) == {joint}
+        page.set(before)
+    place = seen(page, "LThigh")
+    page.tab.mouse.move(*place)
+    page.animation_frames(2)
+    assert page.tab.locator("#pane").evaluate("(pane) => pane.style.cursor") == ""
+    for _ in range(2):  # another limb; then, nothing selected, this one too
+        press(page, place, (20, 12), 3)
+        page.tab.mouse.up()
+        assert np.array_equal(page.q, before)
+        look(page, "side")
+        page.tab.keyboard.press("Escape")
+        place = seen(page, "LForeArm")
 
 
 @pytest.mark.full
@@ -338,15 +399,10 @@ def test_the_camera_turns_where_no_joint_is_dragged(page: Page, nao: nk.NaoModel
         return changed
 
     assert turned((60, 600))
+    page.tab.mouse.click(*seen(page, "LThigh"))
     assert turned(seen(page, "torso"))
     assert turned(seen(page, "LThigh"), "right")
     assert turned(seen(page, "LThigh"), key="Alt")
-    assert not turned(seen(page, "LThigh"))
-    switch = page.tab.get_by_role("button", name="Drag joints", exact=True)
-    switch.click()
-    assert turned(seen(page, "LThigh"))
-    switch.click()
-    page.set(nao.posture("StandInit"))
     assert not turned(seen(page, "LThigh"))
 
 
@@ -355,7 +411,7 @@ def test_a_turn_of_the_camera_may_end_over_the_panel(page: Page, nao: nk.NaoMode
     page.tab.mouse.up()
     look(page, "three-quarter")
     before = page.q
-    press(page, seen(page, "LThigh"), (-20, -10))
+    pull(page, "LThigh", (-20, -10))
     assert moved(nao, before, page.q) == {"LHipPitch"}
     page.tab.mouse.move(SIZE[0] - 60, 300)
     page.tab.mouse.up()
@@ -368,6 +424,7 @@ def test_escape_gives_back_what_was_before_the_drag(page: Page, nao: nk.NaoModel
     for place in (seen(page, "LThigh"), np.array(page.run(SHOWN_AT, ["l_gripper", [0, 0, 0]]))):
         page.run("() => { window.gestures.length = 0; }")
         before = page.q
+        page.tab.mouse.click(*place)
         press(page, place, (15, -12))
         assert np.abs(page.q - before).max() > 0.01
         page.tab.keyboard.press("Escape")
@@ -380,7 +437,7 @@ def test_escape_gives_back_what_was_before_the_drag(page: Page, nao: nk.NaoModel
         assert page.run("() => naoKin.viewer.controls.enabled") is True
 
 
-def test_a_finger_turns_the_camera_until_the_link_is_selected_by_a_tap(page: Page, nao: nk.NaoModel) -> None:
+def test_a_finger_turns_the_camera_until_the_limb_is_selected_by_a_tap(page: Page, nao: nk.NaoModel) -> None:
     session = page.tab.context.new_cdp_session(page.tab)
 
     def touch(kind: str, *points: Any) -> None:
@@ -408,7 +465,7 @@ def test_a_finger_turns_the_camera_until_the_link_is_selected_by_a_tap(page: Pag
     swipe(place)
     assert moved(nao, before, page.q) == {"LHipPitch"}
     assert page.run(CAMERA) == pytest.approx(view, abs=1e-12)
-    # Another link is not selected: there the camera turns.
+    # The other leg is not selected: there the camera turns.
     before = page.q
     swipe(seen(page, "RTibia"))
     assert np.array_equal(page.q, before)
@@ -725,7 +782,7 @@ def test_slides_and_what_follows_them_are_dragged_along_their_axes(
             local = page.run(GRABBED, place.tolist())
             before = crane.fk(page.q, link)
             towards = np.array(page.run(SHOWN_AT, [link, np.add(local, (0.03, 0, 0)).tolist()])) - place
-            press(page, place, towards)
+            pull(page, link, towards)
             q = page.q
             assert moved(crane, crane.neutral(), q) == {"slide"}
             assert (crane.fk(q, link) - before)[0, 3] == pytest.approx(0.03, abs=1e-3)
@@ -736,7 +793,7 @@ def test_slides_and_what_follows_them_are_dragged_along_their_axes(
             page.tab.mouse.up()
         # The mast turns within its limits, whose axis is seen from the side.
         page.set(crane.neutral())
-        press(page, seen(page, "mast_l"), (30, 0))
+        pull(page, "mast_l", (30, 0))
         assert moved(crane, crane.neutral(), page.q) == {"mast"}
         page.tab.mouse.up()
 
@@ -753,7 +810,7 @@ def test_a_pendulum_is_pulled_up_the_way_that_it_can_go(
     pendulum = nk.RobotModel.from_urdf(path)
     with opened(browser, Viewer(pendulum).save_html(tmp_path / "pendulum.html"), SIZE) as page:
         look(page, "front")
-        press(page, seen(page, "swing_l"), (0, -30))
+        pull(page, "swing_l", (0, -30))
         assert page.q[0] * sum(limits) > 0.1
         page.tab.mouse.up()
 
@@ -770,7 +827,7 @@ def test_romeo_is_taken_by_its_links(browser: Any, tmp_path: Path) -> None:
             if tried == 5 or page.run(SEEN, link) is None:
                 continue
             before = page.q
-            press(page, seen(page, link), (12, 9), 4)
+            pull(page, link, (12, 9), 4)
             q = page.q
             changed = moved(romeo, before, q)
             assert len(changed) <= 1

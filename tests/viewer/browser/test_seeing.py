@@ -75,13 +75,65 @@ def _orbit(page: Page, steps: int) -> None:
 # --- what is drawn, and how often --------------------------------------------------------------------------------
 
 
-@pytest.mark.full
-def test_nothing_is_drawn_while_nothing_changes(page: Page) -> None:
-    _rest(page)
-    page.tab.wait_for_timeout(200)
-    drawn = page.run("() => naoKin.drawn")
-    page.tab.wait_for_timeout(600)
-    assert page.run("() => naoKin.drawn") == drawn
+# How often the page asks for a frame, a timeout or an interval, and draws, in two seconds.
+ASK = """() => {
+    window.asked = 0;
+    for (const name of ["requestAnimationFrame", "setTimeout", "setInterval"]) {
+        const own = window[name].bind(window);
+        window[name] = (...given) => { asked += 1; return own(...given); };
+        if (name === "setTimeout") window.after = own;
+    }
+}"""
+IN_TWO_SECONDS = """() => new Promise((done) => {
+    const before = [asked, naoKin.drawn];
+    after(() => done([asked - before[0], naoKin.drawn - before[1]]), 2000);
+})"""
+
+
+def test_a_page_in_which_nothing_changes_sleeps_and_a_change_wakes_it(browser: Any, nao: nk.NaoModel) -> None:
+    with Viewer(nao) as viewer, opened(browser, viewer.url) as page:
+
+        def rest() -> None:
+            _rest(page)
+            page.tab.wait_for_function("() => !naoKin.player.playback?.playing")
+            page.tab.wait_for_timeout(600)  # what follows a change late: the address, reports
+
+        page.run(ASK)
+        rest()
+        assert page.run(IN_TWO_SECONDS) == [0, 0]
+        drawn = page.run("() => naoKin.drawn")
+        for change in (
+            lambda: page.type_number("HeadYaw", "20"),
+            lambda: _orbit(page, 2),
+            lambda: viewer.display(nao.posture("Crouch")),
+            lambda: page.tab.set_viewport_size({"width": 700, "height": 500}),
+        ):
+            change()
+            page.tab.wait_for_function("(drawn) => naoKin.drawn > drawn", arg=drawn)
+            rest()
+            drawn = page.run("() => naoKin.drawn")
+        # A clip keeps it awake to its end.
+        viewer.animate([nao.posture("StandInit"), nao.posture("Crouch")], fps=1.0, loop=False)
+        page.tab.wait_for_function("(drawn) => naoKin.drawn > drawn + 3", arg=drawn)
+        rest()
+        assert page.run("() => naoKin.player.time") == pytest.approx(1.0)
+        assert page.run(IN_TWO_SECONDS) == [0, 0]
+
+
+def test_a_clip_that_stands_at_a_limit_leaves_its_joints_inside(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
+    viewer = Viewer(nao)
+    viewer.animate([nao.posture("Sit")] * 2, play=False)
+    with opened(browser, viewer.save_html(tmp_path / "sit.html")) as page:
+        assert (page.q[nao.joint_names.index("RHipPitch")] < nao.lower[nao.joint_names.index("RHipPitch")]) is np.True_
+        assert page.tab.locator(".joint.outside").count() == 0
+        assert page.run("() => naoKin.colours.outside.size") == 0
+        # A thousandth of a degree outside is outside.
+        q = nao.posture("Sit")
+        q[nao.joint_names.index("RHipPitch")] -= 2e-5
+        page.set(q)
+        assert page.tab.locator(".joint.outside").evaluate_all("(all) => all.map((row) => row.dataset.joint)") == [
+            "RHipPitch"
+        ]
 
 
 def test_a_movement_is_drawn_fast_and_then_once_at_its_best(page: Page) -> None:

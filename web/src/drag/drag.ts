@@ -30,15 +30,13 @@ interface Page extends EventTarget {
 
 /**
  * Taking hold of the robot: of a handle on a hand, a foot or the gaze, which the limb follows, of a ring that turns a hand
- * or a foot, or of a link, which its joint follows. While something is held the trunk stays where it is; when it is let go the robot stands on the floor
+ * or a foot, or of a link of the selected limb, which its joint follows. While something is held the trunk stays where it is; when it is let go the robot stands on the floor
  * again. Event of the page: "gesture" with `held`, when something is taken hold of and when it is let go: all that happens
  * in between is one change.
  */
 export class Drag {
   /** What is held, and what was before it. */
   held: ({ gesture: Gesture } & Snapshot) | null = null;
-  /** Whether a link may be taken hold of. */
-  movesJoints = false;
   limbs: Limb[];
   marks: Handles;
   rings: Rings;

@@ -2,6 +2,7 @@ import type { Pick } from "../pick/pick.ts";
 import type { Robot } from "../robot/robot.ts";
 import type { Stance } from "../stance.ts";
 import type { MeshcatViewer } from "../types.ts";
+import { isOneLimb } from "../pick/facts.ts";
 import type { Hit } from "../pick/picker.ts";
 import type { Drag } from "./drag.ts";
 import type { Handle } from "./follow.ts";
@@ -34,9 +35,9 @@ interface Press {
 }
 
 /**
- * What a pointer on the picture does. On a handle it takes hold of it, on a link of its joint, a finger only when the link
- * is selected; anywhere else, with another button than the first, or with a key held down, it moves the camera, as
- * meshcat's control has it. A click selects, and measures when that is on or Shift is down.
+ * What a pointer on the picture does. On a handle it takes hold of it, on a link of the selected limb of its joint; anywhere
+ * else, with another button than the first, or with a key held down, it moves the camera, as meshcat's control has it. A
+ * click selects, and measures when that is on or Shift is down.
  */
 export class Pointer {
   press: Press | null = null;
@@ -82,15 +83,15 @@ export class Pointer {
     const ray = this.page.pick.viewport.ray(event);
     if (handle) return () => drag.takeHandle(handle, ray);
     if (grip) return () => drag.takeRing(grip.ring, { point: grip.point, ray });
-    const motion = hit && this.mayMove(event, hit) ? motionOf(this.page.robot, hit.link, hit.point) : null;
+    const motion = hit && this.mayMove(event, hit.link) ? motionOf(this.page.robot, hit.link, hit.point) : null;
     return hit && motion ? () => drag.takeJoint(motion, hit.point, ray) : null;
   }
 
-  /** Whether a press on a link is for its joint, and not for the camera. */
-  mayMove({ pointerType, altKey, ctrlKey, metaKey, shiftKey }: PointerEvent, { link }: Hit) {
+  /** Whether a press on a link is for its joint, and not for the camera: its limb is selected. */
+  mayMove({ altKey, ctrlKey, metaKey, shiftKey }: PointerEvent, link: number) {
     const { measure, selection } = this.page.pick;
-    if (!this.drag.movesJoints || measure.picking || altKey || ctrlKey || metaKey || shiftKey) return false;
-    return pointerType !== "touch" || selection.link === link;
+    if (measure.picking || altKey || ctrlKey || metaKey || shiftKey) return false;
+    return selection.link !== null && isOneLimb(this.page.robot.about, selection.link, link);
   }
 
   move(event: PointerEvent) {
@@ -143,9 +144,10 @@ export class Pointer {
     const handle = this.drag.marks.at(event);
     this.drag.marks.light(handle);
     const isHeld = handle || this.drag.rings.at(event);
-    this.pane.style.cursor = isHeld ? "grab" : "";
-    if (isHeld) hover.clear();
-    else hover.follow(event);
+    const point = (on: boolean) => (this.pane.style.cursor = on ? "grab" : "");
+    if (!isHeld) return hover.follow(event, (link) => point(link !== null && this.mayMove(event, link)));
+    point(true);
+    hover.clear();
   }
 
   leave({ pointerType }: PointerEvent) {

@@ -130,7 +130,8 @@ export class Address {
     const { page, panel } = this;
     let state;
     try {
-      state = readLink(page.robot.about, Object.keys(page.toggles.shown), text);
+      // Links of 0.3 name a button "joints" too.
+      state = readLink(page.robot.about, [...Object.keys(page.toggles.shown), "joints"], text);
     } catch (error) {
       if (!(error instanceof NoConfiguration)) throw error;
       panel.messages.say(`The link leads nowhere: ${error.message}`, { bad: true });

@@ -5,6 +5,9 @@ import { format, parse, spoken, stepped, stepsOfKey, unitOf } from "../values/un
 import { button, element } from "./element.ts";
 import type { Panel } from "./panel.ts";
 
+// Width of a thumb, and how near to its middle a finger is on it [px].
+const [THUMB, FINGER] = [22, 22];
+
 /** One joint of the panel: a slider between its limits, and its number, which can be typed over. */
 class JointRow {
   coordinate: Coordinate;
@@ -66,6 +69,7 @@ class JointRow {
       this.note,
     );
     this.element.dataset.joint = joint.name;
+    this.element.onpointerdown = (event) => this.hold(event);
     this.relabel();
   }
 
@@ -93,6 +97,29 @@ class JointRow {
   set(value: number) {
     const { multiplier, offset, column } = this.joint;
     if (multiplier !== 0) this.panel.page.stance.move(column, (value - offset) / multiplier);
+  }
+
+  /**
+   * Move the slider with a finger on its thumb, from where that is. The slider itself lets fingers through to the row: it
+   * would jump to any place that a swipe over the panel begins on. A swipe that turns out to scroll gives the value back.
+   */
+  hold({ clientX, clientY, isPrimary, pointerId, target }: PointerEvent) {
+    const { element, ends, joint, slider, value } = this;
+    const { stance } = this.panel.page;
+    const [low, high] = ends;
+    const { left, top, bottom, width } = slider.getBoundingClientRect();
+    const perPixel = (high - low) / (width - THUMB);
+    const thumb = left + THUMB / 2 + (clamp(value, low, high) - low) / perPixel;
+    const isOn = Math.abs(clientX - thumb) <= FINGER && clientY > top && clientY < bottom;
+    if (target === slider || !isPrimary || !isOn) return;
+    const before = stance.q[joint.column];
+    element.setPointerCapture(pointerId);
+    element.onpointermove = (event) => {
+      const wanted = value + (event.clientX - clientX) * perPixel;
+      this.set(clamp(wanted, Math.min(low, value), Math.max(high, value)));
+    };
+    element.onpointercancel = () => stance.move(joint.column, before);
+    element.onlostpointercapture = () => (element.onpointermove = element.onpointercancel = null);
   }
 
   // --- keys and typing -----------------------------------------------------------------------------------------

@@ -4,6 +4,7 @@ import type { Player } from "../timeline/player.ts";
 import type { Camera, MeshcatViewer } from "../types.ts";
 import { element, openDialog } from "./element.ts";
 import type { Panel } from "./panel.ts";
+import { remember } from "./settings.ts";
 
 /** The parts of the page that are used here. */
 interface Page {
@@ -54,6 +55,29 @@ const LIST = {
     ["Enter", "hide the panel"],
   ],
 };
+
+/** Tell once, until the first action, what there is to drag, to click and to press. */
+export function giveHint({ page, settings }: Panel) {
+  if (!settings.own || settings.kept("hint") === "seen") return;
+  const { joints, limbs } = page.robot.about;
+  const isTouch = matchMedia("(pointer: coarse)").matches;
+  const hints = ["Drag to turn"];
+  if (joints.length > 0) hints.push(`${isTouch ? "Tap" : "Click"} a limb to drag it`);
+  if (limbs.length > 0) hints.push("Pull a ring");
+  if (!isTouch) hints.push("? lists the keys");
+  const line = document.getElementById("hint") as HTMLElement;
+  line.replaceChildren(...hints.map((hint) => element("span", {}, hint)));
+  line.hidden = false;
+  const acted = new AbortController();
+  for (const action of ["pointerdown", "keydown", "wheel"]) {
+    const { signal } = acted;
+    addEventListener(action, () => acted.abort(), { capture: true, passive: true, signal });
+  }
+  acted.signal.onabort = () => {
+    line.hidden = true;
+    remember("hint", "seen");
+  };
+}
 
 /** Keys that work wherever the focus is, unless it is where they are typed. */
 export class Keys {

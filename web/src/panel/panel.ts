@@ -13,7 +13,7 @@ import { Address } from "./address.ts";
 import { element } from "./element.ts";
 import { Exchange } from "./exchange.ts";
 import { Joints, Postures } from "./joints.ts";
-import { Keys, bindViewKeys } from "./keys.ts";
+import { Keys, bindViewKeys, giveHint } from "./keys.ts";
 import { Layout } from "./layout.ts";
 import { Past } from "./past.ts";
 import { Readout } from "./readout.ts";
@@ -110,6 +110,7 @@ export class Panel {
     if (this.address.isOpen) return;
     this.start = this.page.stance.snapshot();
     this.address.open();
+    giveHint(this);
   }
 
   reset() {

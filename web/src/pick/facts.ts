@@ -24,6 +24,17 @@ export function joints(about: About, link: number) {
 /** The joint that moves a link, the last of those that carry it; null for a link that is fixed to the root. */
 export const jointOf = (about: About, link: number): JointAbout | null => joints(about, link).at(-1) ?? null;
 
+/** Whether two links are of one limb: joints of one chain move them. */
+export function isOneLimb(about: About, link: number, other: number) {
+  const [one, two] = [link, other].map((number) => {
+    const joint = jointOf(about, number);
+    const has = (name: string | undefined) =>
+      about.chains.find(({ joints }) => joints.some((own) => own.name === name));
+    return has(joint?.name) ?? has(joint?.follows) ?? joint;
+  });
+  return one !== null && one === two;
+}
+
 /**
  * The name of a frame that is the link's own: the link's if it has one, else that of the nearest link which carries it.
  */

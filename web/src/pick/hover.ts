@@ -110,6 +110,7 @@ export class Hover {
   highlight: Highlight;
   tip: Tip;
   waiting: { clientX: number; clientY: number } | null = null;
+  found: (link: number | null) => void;
 
   constructor(
     readonly page: Page,
@@ -121,18 +122,24 @@ export class Hover {
     page.addEventListener("settled", () => this.tip.refresh());
   }
 
-  /** Look, before the next picture, what is under the pointer; of more places in between the last counts. */
-  follow({ clientX, clientY }: { clientX: number; clientY: number }) {
+  /**
+   * Look, before the next picture, what is under the pointer; of more places in between the last counts.
+   *
+   * @param found is told the link, or null
+   */
+  follow({ clientX, clientY }: { clientX: number; clientY: number }, found: (link: number | null) => void) {
     const isWaiting = this.waiting !== null;
     this.waiting = { clientX, clientY };
+    this.found = found;
     if (!isWaiting) requestAnimationFrame(() => this.look());
   }
 
   look() {
     if (!this.waiting) return;
     const place = this.waiting;
-    this.waiting = null;
-    this.show(this.picker.at(place)?.link ?? null, place);
+    const link = this.picker.at(place)?.link ?? null;
+    this.show(link, place);
+    this.found(link);
   }
 
   show(link: number | null, place: { clientX: number; clientY: number }) {

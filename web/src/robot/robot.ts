@@ -30,8 +30,8 @@ export function between(node: THREE.Object3D, other: THREE.Object3D) {
   return new THREE.Matrix4().copy(other.matrixWorld).invert().multiply(node.matrixWorld);
 }
 
-// How far a joint may be outside its limits [rad, m].
-const SLACK = 1e-9;
+// How far a joint may be outside its limits [rad, m]: the values of a clip are rounded to 32 bits.
+const SLACK = 1e-6;
 
 /** The robot on show: its skeleton, its shapes, its limits and its masses. */
 export class Robot extends Skeleton {

@@ -85,6 +85,7 @@ export class Studio {
   eyes: Eyes | null = null;
   /** When the drawing of a change began that is not known to be done. */
   began: number | null = null;
+  isAwaiting = false;
   resting: number | undefined;
 
   constructor(readonly viewer: MeshcatViewer) {
@@ -107,7 +108,6 @@ export class Studio {
     this.ratio = renderer.getPixelRatio();
     viewer.controls.addEventListener("start", () => (this.quality.expected = true));
     viewer.controls.addEventListener("end", () => (this.quality.expected = false));
-    this.done = this.done.bind(this);
   }
 
   // What is drawn over a robot grows with it, up to that of a human.
@@ -185,12 +185,22 @@ export class Studio {
     this.eyes?.draw((eye) => (fine ? viewer.renderer.render(scene, eye) : this.fastLook.draw(shapes, eye)));
     if (!changed || this.alwaysFine) return;
     this.began = now;
-    requestAnimationFrame(this.done);
+    this.awaitNext();
+  }
+
+  awaitNext() {
+    if (!this.isAwaiting)
+      requestAnimationFrame((now) => {
+        this.isAwaiting = false;
+        this.done(now);
+        // Of a frame that has been drawn since it was asked for, the next one tells.
+        if (this.began !== null) this.awaitNext();
+      });
+    this.isAwaiting = true;
   }
 
   /** The browser asks for the next frame: so long did the last one take. */
   done(now: number) {
-    // Of a frame that has been drawn since it was asked for, the next one tells.
     if (this.began === null || now < this.began) return;
     this.quality.took(now, now - this.began);
     this.began = null;
