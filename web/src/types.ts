@@ -105,6 +105,7 @@ export interface MeshcatViewer {
   renderer: Three.WebGLRenderer;
   controls: {
     enabled: boolean;
+    maxDistance: number;
     target: Three.Vector3;
     update(): void;
     addEventListener(type: string, listener: () => void): void;

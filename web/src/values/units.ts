@@ -1,3 +1,5 @@
+import { fixed } from "../math/numbers.ts";
+
 /**
  * How a kind of number is shown and typed.
  *
@@ -45,22 +47,20 @@ export function unitOf(kind: string, choice: Choice) {
 }
 
 /**
- * A value as a number without its unit; no zero has a sign.
+ * A value as a number without its unit.
  *
  * @param value in rad, m or as a share
  */
 export const format = (value: number, { scale, digits: usual }: Unit, digits: number = usual) =>
-  (value * scale).toFixed(digits).replace(/^-(0(\.0*)?)$/, "$1");
+  fixed(value * scale, digits);
 
 /** The same with its unit. */
 export const withUnit = (value: number, unit: Unit, digits?: number) =>
   `${format(value, unit, digits)}${unit.sign === "°" ? "" : " "}${unit.sign}`;
 
-/** The same with its unit, and with the minus sign that is read out as one. */
-export function spoken(value: number, unit: Unit, digits?: number) {
-  const space = unit.sign === "°" ? "" : "\u00a0";
-  return `${format(value, unit, digits).replace("-", "−")}${space}${unit.sign}`;
-}
+/** The same in one line. */
+export const spoken = (value: number, unit: Unit, digits?: number) =>
+  withUnit(value, unit, digits).replace(" ", "\u00a0");
 
 /** The value that a typed number means; NaN where it is none. A decimal comma is read as a point. */
 export function parse(text: string, unit: Unit) {
@@ -69,7 +69,7 @@ export function parse(text: string, unit: Unit) {
   const sign = unit.sign.toLowerCase();
   const number = (trimmed.toLowerCase().endsWith(sign) ? trimmed.slice(0, -sign.length).trim() : trimmed)
     .replace(",", ".")
-    .replace("−", "-");
+    .replaceAll("−", "-");
   const value = DECIMAL.test(number) ? Number(number) / unit.scale : NaN;
   return Number.isFinite(value) ? value : NaN;
 }
