@@ -1,3 +1,8 @@
+const DECIMAL = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
+
+/** The number that a text writes in decimals; NaN where it writes none. */
+export const decimal = (text: string) => (DECIMAL.test(text) ? Number(text) : NaN);
+
 const DELIMITERS = [",", ";", "\t"];
 
 /**
@@ -150,9 +155,15 @@ class Reader {
     const values: Value[] = [];
     while (!this.take(end)) {
       values.push(this.value(depth));
-      if (!this.take(",") && !this.ends(end)) throw this.fail(`, or ${end}`);
+      if (!this.take(",") && !this.ends(end) && !this.goesOn(values)) throw this.fail(`, or ${end}`);
     }
     return values;
+  }
+
+  /** Whether only blanks separate the next number from these, as NumPy prints them. */
+  goesOn(values: Value[]) {
+    NUMBER.lastIndex = this.at;
+    return typeof values.at(-1) === "number" && /\s/.test(this.text[this.at - 1]) && NUMBER.test(this.text);
   }
 
   entries(depth: number) {

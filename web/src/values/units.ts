@@ -1,4 +1,5 @@
 import { fixed } from "../math/numbers.ts";
+import { decimal } from "./literals.ts";
 
 /**
  * How a kind of number is shown and typed.
@@ -30,8 +31,6 @@ const UNITS: Record<"deg" | "rad" | "mm" | "m" | "percent", Unit> = {
 };
 
 export const USUAL: Choice = { angle: "deg", length: "mm" };
-
-const DECIMAL = /^[+\-−]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
 
 // Characters that a typed number may have.
 const LONGEST = 40;
@@ -70,7 +69,7 @@ export function parse(text: string, unit: Unit) {
   const number = (trimmed.toLowerCase().endsWith(sign) ? trimmed.slice(0, -sign.length).trim() : trimmed)
     .replace(",", ".")
     .replaceAll("−", "-");
-  const value = DECIMAL.test(number) ? Number(number) / unit.scale : NaN;
+  const value = decimal(number) / unit.scale;
   return Number.isFinite(value) ? value : NaN;
 }
 
