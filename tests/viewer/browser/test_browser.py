@@ -215,12 +215,12 @@ def test_switches_draw_frames_axes_mass_and_support(page: Page, nao: nk.NaoModel
         naoKin.balance.group.children.filter(({ visible }) => visible).length]"""
     assert page.run(drawn) == [0, 0, 0]
     for name in ("Frames", "Joint axes", "Centre of mass", "Support"):
-        page.tab.get_by_role("button", name=name, exact=True).click()
+        page.switch(name)
     assert page.run(drawn) == [7, 26, 5]
     legend = page.tab.locator("#legend").inner_text()
     assert sorted(legend.split()) == ["revolute", "spherical", "universal"]
     for name in ("Frames", "Joint axes", "Centre of mass", "Support"):
-        page.tab.get_by_role("button", name=name, exact=True).click()
+        page.switch(name)
     assert page.run(drawn) == [0, 0, 0]
     assert not page.tab.locator("#legend").is_visible()
 

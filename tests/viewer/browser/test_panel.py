@@ -314,7 +314,8 @@ def test_joints_are_found_by_parts_of_their_names(page: Page) -> None:
 
 def pull(page: Page, joint: str, pixels: float) -> None:
     """Take a slider's thumb with the mouse and move it in several steps."""
-    page.slider(joint).scroll_into_view_if_needed()
+    # Under the read-out nothing can be taken hold of.
+    page.slider(joint).evaluate("(slider) => slider.scrollIntoView({ block: 'center' })")
     box = page.slider(joint).bounding_box()
     middle = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
     page.tab.mouse.move(*middle)
@@ -567,8 +568,9 @@ def test_a_link_reproduces_everything(page: Page, browser: Any, nao: nk.NaoModel
     tool(page, "LyingBack").click()
     q = nao.random(6)
     page.run("(q) => naoKin.set(q)", q.tolist())
-    for name in ("Joint axes", "Support", "feet"):
-        tool(page, name).click()
+    for name in ("Joint axes", "Support"):
+        assert page.switch(name)
+    tool(page, "feet").click()
     page.tab.locator("canvas").first.focus()
     press(page, "ArrowLeft", "ArrowUp", "+")
     page.tab.get_by_label("Frame", exact=True).select_option("LFoot/Bumper/Left")
@@ -584,9 +586,20 @@ def test_a_link_reproduces_everything(page: Page, browser: Any, nao: nk.NaoModel
         assert after == before
         assert np.abs(camera - expected).max() < 1e-3
         assert tab.evaluate("() => naoKin.robot.outside(naoKin.q).size") == 0
-    for name in ("Joint axes", "Support", "three-quarter"):
-        tool(page, name).click()
+    for name in ("Joint axes", "Support"):
+        assert not page.switch(name)
+    tool(page, "three-quarter").click()
     choose(page, "Degrees")
+
+
+def test_a_link_from_far_away_is_refused(browser: Any, document: Path) -> None:
+    link = f"{document.as_uri()}#v=1&q=HeadYaw:0.5&camera=1000000,0,0,0,0,0.3"
+    with another(browser, link) as tab:
+        line = tab.locator("#message span").inner_text()
+        assert line == "The link leads nowhere: a camera 1.0e+6 m from the robot, expected at most 43 m"
+        assert state_of(tab)["q"][0] == 0.0
+        with another(browser, document) as usual:
+            assert np.allclose(state_of(tab)["camera"], state_of(usual)["camera"], atol=1e-3)
 
 
 def test_a_joint_at_a_coupled_limit_is_still_inside_where_a_link_leads(page: Page, nao: nk.NaoModel) -> None:
@@ -776,6 +789,56 @@ def test_the_first_stop_leads_to_the_joints(browser: Any, document: Path) -> Non
         assert "joints" not in tab.evaluate("() => location.hash")
         tab.keyboard.press("Tab")
         assert tab.evaluate("() => document.activeElement.type") == "search"
+
+
+def test_one_tab_stop_for_each_bar_of_buttons(browser: Any, document: Path) -> None:
+    """There are few stops before the first joint, and arrows go through a bar."""
+    with another(browser, document, (1400, 900)) as tab:
+        stops = []
+        for _ in range(40):
+            tab.keyboard.press("Tab")
+            stops.append(tab.evaluate("() => document.activeElement.ariaLabel || document.activeElement.textContent"))
+            if stops[-1] == "HeadYaw":
+                break
+        assert stops[-1] == "HeadYaw"
+        assert len(stops) < 25
+        assert [name for name in ("front", "Undo", "Stand", "Record what moves") if name in stops[:-1]] == [
+            *("front", "Undo", "Stand", "Record what moves")
+        ]
+        assert not {"side", "Redo", "StandInit", "Plots"} & set(stops)
+        tab.locator(".tools [tabindex='0']").focus()
+        for key, name in (("ArrowRight", "Redo"), ("End", "Copy a link to this state"), ("ArrowRight", "Undo")):
+            tab.keyboard.press(key)
+            assert tab.evaluate("() => document.activeElement.ariaLabel") == name
+        # The bar is left and entered again where it was.
+        tab.keyboard.press("ArrowLeft")
+        tab.keyboard.press("Tab")
+        assert tab.evaluate("() => document.activeElement.textContent") == "Stand"
+        tab.keyboard.press("Shift+Tab")
+        assert tab.evaluate("() => document.activeElement.ariaLabel") == "Copy a link to this state"
+
+
+def test_sliders_are_as_long_as_the_panel_and_numbers_are_fields(browser: Any, document: Path) -> None:
+    with another(browser, document, (1400, 900)) as tab:
+        row = tab.locator('.joint[data-joint="LElbowYaw"]')
+        slider, number = (row.locator(f'input[type="{kind}"]') for kind in ("range", "text"))
+        assert slider.bounding_box()["width"] > 0.85 * tab.locator("#panel").bounding_box()["width"]
+        assert number.evaluate("(field) => getComputedStyle(field).borderTopStyle") == "solid"
+        limits = row.locator(".limits")
+        tab.mouse.move(200, 400)
+        assert limits.evaluate("(e) => getComputedStyle(e).opacity") == "0"
+        before = row.bounding_box()
+        row.hover()
+        assert limits.evaluate("(e) => getComputedStyle(e).opacity") == "1"
+        assert row.bounding_box() == before
+        # Both minus signs are read, and one is written.
+        for typed in ("-12.5", "−" + "12.5"):
+            number.click()
+            tab.keyboard.press("ControlOrMeta+A")
+            tab.keyboard.insert_text(typed)
+            tab.keyboard.press("Enter")
+            assert number.input_value() == "−" + "12.5"
+        assert "-" not in limits.inner_text()
 
 
 # --- sizes ------------------------------------------------------------------------------------------------------------

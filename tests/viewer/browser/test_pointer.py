@@ -342,10 +342,9 @@ def test_the_camera_turns_where_no_joint_is_dragged(page: Page, nao: nk.NaoModel
     assert turned(seen(page, "LThigh"), "right")
     assert turned(seen(page, "LThigh"), key="Alt")
     assert not turned(seen(page, "LThigh"))
-    switch = page.tab.get_by_role("button", name="Drag joints", exact=True)
-    switch.click()
+    assert not page.switch("Drag joints")
     assert turned(seen(page, "LThigh"))
-    switch.click()
+    assert page.switch("Drag joints")
     page.set(nao.posture("StandInit"))
     assert not turned(seen(page, "LThigh"))
 
@@ -672,9 +671,9 @@ def test_the_tab_key_reaches_the_handles_and_leaving_one_lets_it_go(page: Page, 
     assert page.run("() => document.activeElement.textContent") == "RArm"
     assert page.run("() => naoKin.drag.held") is None
     assert page.run("() => window.gestures") == [True, False]
-    page.tab.get_by_role("button", name="Handles", exact=True).click()
+    page.switch("Handles")
     assert page.tab.locator("#handles").is_hidden()
-    page.tab.get_by_role("button", name="Handles", exact=True).click()
+    page.switch("Handles")
 
 
 # --- other robots ----------------------------------------------------------------------------------------------------

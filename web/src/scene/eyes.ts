@@ -17,9 +17,9 @@ interface Page {
 const USUAL = { horizontal: 1.0, vertical: 0.8 };
 const REACH = 0.3;
 const [NEAR, FAR] = [0.025, 60];
-// Where the football lies, as shares of the height of the camera: NAO's upper and lower camera both see it, and it has the
-// size of a ball of the RoboCup Standard Platform League.
-const [AHEAD, RADIUS] = [2.7, 0.1];
+// Where the football lies, as shares of the height of the camera: NAO's upper camera sees all of it, the lower one its lower
+// half, and it has the size of a ball of the RoboCup Standard Platform League.
+const [AHEAD, RADIUS] = [2.1, 0.1];
 
 /** The frame in the page around what a camera sees. */
 interface Sight {
