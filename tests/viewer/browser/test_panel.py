@@ -516,6 +516,30 @@ def test_what_was_copied_is_pasted_by_the_keyboard(page: Page, nao: nk.NaoModel,
     assert np.array_equal(page.q, nao.neutral())
 
 
+def test_lists_arrays_and_chains_are_pasted_too(page: Page, nao: nk.NaoModel) -> None:
+    q = nao.random(6)
+    arm = [q[nao.joint_names.index(name)] for name in nao.chains["LArm"]]
+    for text, expected, accuracy in (
+        (str(q.tolist()), q, 0.0),
+        (", ".join(map(str, q)), q, 0.0),
+        (f"import numpy as np\nq = np.{q!r}", q, 1e-8),
+        (str(q), q, 1e-8),
+        (str(nao.to_body(q).tolist()), q, 0.0),
+        (f'motion.setAngles("Body", np.array({nao.to_body(q).tolist()}), 0.1)', q, 0.0),
+        (f'motion.angleInterpolation(["Head", "LArm"], {[0.5, -0.25, *arm]}, 1.0, True)', None, 0.0),
+    ):
+        page.set(nao.neutral())
+        page.run("(text) => navigator.clipboard.writeText(text)", text)
+        press(page, "ControlOrMeta+V")
+        if expected is None:
+            assert said(page) == "8 values from angleInterpolation"
+            chains = {"HeadYaw": 0.5, "HeadPitch": -0.25} | dict(zip(nao.chains["LArm"], arm, strict=True))
+            expected = nao.neutral()
+            for name, value in chains.items():
+                expected[nao.joint_names.index(name)] = value
+        assert np.abs(page.q - expected).max() <= accuracy, said(page)
+
+
 def test_the_button_pastes_too(page: Page) -> None:
     page.run("() => navigator.clipboard.writeText('{\"HeadYaw\": 0.25}')")
     tool(page, "Paste a configuration").click()

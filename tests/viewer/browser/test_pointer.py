@@ -337,7 +337,7 @@ def test_the_camera_turns_where_no_joint_is_dragged(page: Page, nao: nk.NaoModel
         look(page, "three-quarter")
         return changed
 
-    assert turned((60, 600))
+    assert turned((60, 560))
     assert turned(seen(page, "torso"))
     assert turned(seen(page, "LThigh"), "right")
     assert turned(seen(page, "LThigh"), key="Alt")
@@ -350,7 +350,7 @@ def test_the_camera_turns_where_no_joint_is_dragged(page: Page, nao: nk.NaoModel
 
 
 def test_a_turn_of_the_camera_may_end_over_the_panel(page: Page, nao: nk.NaoModel) -> None:
-    press(page, (60, 600), (SIZE[0] - 120, -300))
+    press(page, (60, 560), (SIZE[0] - 120, -300))
     page.tab.mouse.up()
     look(page, "three-quarter")
     before = page.q
@@ -428,7 +428,7 @@ def test_a_click_selects_the_frame_of_a_link_and_another_beside_the_robot_lets_i
     assert frame.evaluate("(select) => select.selectedOptions[0].text") == "LThigh"
     assert page.run("() => naoKin.pick.selection.triad.parent === naoKin.robot.frameNode('LThigh')")
     assert page.run("() => window.gestures") == []
-    page.tab.mouse.click(60, 600)
+    page.tab.mouse.click(60, 560)
     assert page.run("() => [naoKin.pick.selection.frame, naoKin.pick.selection.triad]") == [None, None]
     page.tab.mouse.click(*np.array(page.run(SHOWN_AT, ["l_gripper", [0, 0, 0]])))
     assert page.run("() => naoKin.pick.selection.frame") == "LArm"
