@@ -54,6 +54,7 @@ test("each way of writing is recognised", () => {
     ["a list", q, "[0.5, 0, 0, 0, 0, 0]"],
     ["a list", q, "[ 5.e−01  0.  0.\n  0.   0. ]"],
     ["a list", q, "import numpy as np\nq = np.array([0.5, 0., 0.,\n   0, 0], dtype=float)\nprint(q)"],
+    ["a list", q, "[np.float64(0.5), np.float64(0.0), 0, 0, 0]"],
     ["a list", q, "array([[0.5, 0., 0., 0., 0.]])"],
     ["angleInterpolation", q, 'm.angleInterpolation(["HeadYaw", "LHip"], [[0.5], [0]], [[1.0], [1.0]], True)'],
     ["angleInterpolation", q, 'm.angleInterpolation(names="HeadYaw", angleLists=[0.5], timeLists=[1], isAbsolute=1)'],

@@ -198,7 +198,9 @@ def test_a_foot_keeps_its_orientation_and_the_other_its_place(page: Page, nao: n
     assert np.linalg.norm(left[:3, 3] - before[0, :3, 3]) > 0.02
     assert np.abs(right[:3, 2:] - before[1, :3, 2:]).max() < 1e-9
     # What the shared motor leaves: a turn about the normal of the sole, in the line.
-    found = re.fullmatch(r"LLeg: RLeg turns by (-?[\d.]+)° with the hip motor that both legs share", said(page))
+    found = re.fullmatch(
+        r"LLeg: RLeg turns by (-?[\d.]+)° with the hip motor that both legs share", said(page).replace("−", "-")
+    )
     assert found
     E = before[1, :3, :3].T @ right[:3, :3]
     assert float(found[1]) == pytest.approx(math.degrees(math.atan2(E[1, 0], E[0, 0])), abs=0.06)

@@ -526,14 +526,14 @@ def test_lists_arrays_and_chains_are_pasted_too(page: Page, nao: nk.NaoModel) ->
         (str(q), q, 1e-8),
         (str(nao.to_body(q).tolist()), q, 0.0),
         (f'motion.setAngles("Body", np.array({nao.to_body(q).tolist()}), 0.1)', q, 0.0),
-        (f'motion.angleInterpolation(["Head", "LArm"], {[0.5, -0.25, *arm]}, 1.0, True)', None, 0.0),
+        (f'motion.angleInterpolation(["Head", "LArm"], {[0.5, -0.125, *arm]}, 1.0, True)', None, 0.0),
     ):
         page.set(nao.neutral())
         page.run("(text) => navigator.clipboard.writeText(text)", text)
         press(page, "ControlOrMeta+V")
         if expected is None:
             assert said(page) == "8 values from angleInterpolation"
-            chains = {"HeadYaw": 0.5, "HeadPitch": -0.25} | dict(zip(nao.chains["LArm"], arm, strict=True))
+            chains = {"HeadYaw": 0.5, "HeadPitch": -0.125} | dict(zip(nao.chains["LArm"], arm, strict=True))
             expected = nao.neutral()
             for name, value in chains.items():
                 expected[nao.joint_names.index(name)] = value

@@ -190,6 +190,8 @@ class Reader {
       else given.push(value);
       if (!this.take(",") && !this.ends(")")) throw this.fail(", or )");
     }
+    // NumPy's own kinds of numbers, as it prints them.
+    if (/\bfloat(32|64)$/.test(name) && given.length === 1 && typeof given[0] === "number") return given[0];
     return new Call(name.slice(name.lastIndexOf(".") + 1), given, named, line);
   }
 
