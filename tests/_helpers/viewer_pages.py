@@ -117,6 +117,18 @@ class Page:
         self.tab.keyboard.press("Enter")
         return field
 
+    def switch(self, name: str) -> bool:
+        """Press a button of the menu View, which is open for that only; gives whether it is on now."""
+        menu, button = (
+            self.tab.locator(".view-menu > summary"),
+            self.tab.get_by_role("button", name=name, exact=True),
+        )
+        menu.click()
+        button.click()
+        on = button.get_attribute("aria-pressed") == "true"
+        menu.click()
+        return on
+
     def animation_frames(self, count: int) -> None:
         """Wait until the page has gone through so many steps of its animation loop."""
         self.run(

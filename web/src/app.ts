@@ -3,7 +3,7 @@ import { Connection } from "./connection.ts";
 import { Drag } from "./drag/drag.ts";
 import { makeViewer } from "./meshcat_viewer.ts";
 import { obey } from "./messages.ts";
-import { button } from "./panel/element.ts";
+import { button, toolbar } from "./panel/element.ts";
 import { Panel } from "./panel/panel.ts";
 import { Pick } from "./pick/pick.ts";
 import { Video } from "./record/video.ts";
@@ -85,7 +85,7 @@ export class App extends EventTarget {
     document.body.dataset.role = this.role;
     this.viewer = makeViewer(this);
     this.studio = new Studio(this.viewer);
-    this.toggles = new Toggles(this, byId("shown"));
+    this.toggles = new Toggles(this);
     this.stance = new Stance(this);
     this.player = new Player(this, byId("player"), () => this.stance.followClip());
     this.connection = new Connection(this);
@@ -127,7 +127,8 @@ export class App extends EventTarget {
     this.toggles.offer("chains", about.chains.length > 1);
     this.video = new Video(this);
     this.menu = new ViewMenu(this, byId("top"));
-    byId("cameras").replaceChildren(...about.cameras.map(({ name }) => button(name, () => this.camera(name))));
+    const cameras = about.cameras.map(({ name }) => button(name, () => this.camera(name)));
+    toolbar(byId("cameras"), "Cameras", ...cameras);
     this.viewer.set_3d_pane_size();
     this.toggles.apply();
     this.stance.settle();

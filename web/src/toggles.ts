@@ -1,5 +1,5 @@
 import type { Drag } from "./drag/drag.ts";
-import { button } from "./panel/element.ts";
+import { button, element } from "./panel/element.ts";
 import type { Reports } from "./reports.ts";
 import type { Robot } from "./robot/robot.ts";
 import type { Balance } from "./scene/balance.ts";
@@ -84,11 +84,9 @@ const TOGGLES: Record<string, { text: string; show(page: Page, on: boolean): voi
 export class Toggles {
   shown: Record<string, boolean>;
   buttons: Map<string, HTMLButtonElement> = new Map();
+  bar = element("div", { className: "row", id: "shown" });
 
-  constructor(
-    readonly page: Page,
-    bar: HTMLElement,
-  ) {
+  constructor(readonly page: Page) {
     this.shown = {
       ...{ frames: false, axes: false, chains: false, com: false, support: false, ghosts: true, eye: false },
       contrast: window.matchMedia("(forced-colors: active), (prefers-contrast: more)").matches,
@@ -102,7 +100,7 @@ export class Toggles {
       const made = button(text, flip);
       made.dataset.shown = name;
       this.buttons.set(name, made);
-      bar.append(made);
+      this.bar.append(made);
     }
     this.offer("ghosts", false);
   }

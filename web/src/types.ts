@@ -123,6 +123,7 @@ export interface MeshcatViewer {
   renderer: Three.WebGLRenderer;
   controls: {
     enabled: boolean;
+    maxDistance: number;
     target: Three.Vector3;
     update(): void;
     addEventListener(type: string, listener: () => void): void;

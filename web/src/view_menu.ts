@@ -36,13 +36,9 @@ interface Page {
   show(changes: Record<string, boolean>): void;
 }
 
-// Where the page is this narrow, what the bars hold is in the menu.
-const NARROW = "(max-width: 600px)";
-
 /** The menu of how the view looks: which frames are drawn, transparency, colours, a ghost, pictures and films. */
 export class ViewMenu {
   edition: HTMLSelectElement = document.createElement("select");
-  bars = element("div", { className: "bars" });
   boxes: Map<string, HTMLInputElement> = new Map();
   sheet: HTMLDivElement;
   summary = element("summary", {}, "View");
@@ -53,24 +49,21 @@ export class ViewMenu {
     readonly page: Page,
     top: HTMLElement,
   ) {
-    this.sheet = element("div", { className: "sheet" }, this.bars, this.frames(), this.robot(), this.pictures());
+    this.sheet = element(
+      "div",
+      { className: "sheet" },
+      section("Show", page.toggles.bar),
+      this.frames(),
+      this.robot(),
+      this.pictures(),
+    );
     this.menu = element("details", { className: "view-menu" }, this.summary, this.sheet);
-    const cameras = document.querySelector("#cameras") as HTMLElement;
-    const shown = document.querySelector("#shown") as HTMLElement;
     top.append(this.menu);
     // It ends where the picture ends.
     this.menu.addEventListener("toggle", () => {
       const { bottom } = (top.parentElement as HTMLElement).getBoundingClientRect();
       this.sheet.style.maxHeight = `${Math.max(120, bottom - this.summary.getBoundingClientRect().bottom - 14)}px`;
     });
-    const narrow = window.matchMedia(NARROW);
-    const arrange = () => {
-      if (narrow.matches) return this.bars.append(cameras, shown);
-      this.menu.before(cameras);
-      this.menu.after(shown);
-    };
-    narrow.addEventListener("change", arrange);
-    arrange();
     document.addEventListener("pointerdown", ({ target }) => {
       if (!this.menu.contains(target as Node)) this.menu.open = false;
     });

@@ -34,6 +34,11 @@ export const ABOUT = {
     { column: 3, of: 4, multiplier: -1, offset: 0 },
     { column: 4, of: 3, multiplier: -1, offset: 0 },
   ],
+  chains: [
+    { title: "Head", joints: [{ name: "HeadYaw" }, { name: "HeadPitch" }] },
+    { title: "LLeg", joints: [{ name: "LHip" }] },
+    { title: "RLeg", joints: [{ name: "RHip" }] },
+  ],
   naoqi: ["HeadYaw", "HeadPitch", "LHip", "RHip", "LArm", "RArm"],
   cameras: [{ name: "front" }, { name: "three-quarter" }],
   frames: [{ name: "LHand" }, { name: "a, b & c=d" }],

@@ -14,7 +14,7 @@ const key = (name, held = {}) => ({ key: name, shiftKey: false, ctrlKey: false, 
 test("a value is shown in the chosen unit, and zero without a sign", () => {
   assert.equal(format(Math.PI / 2, DEGREES), "90.0");
   assert.equal(format(-1e-9, DEGREES), "0.0");
-  assert.equal(format(-1.23456, RADIANS), "-1.235");
+  assert.equal(format(-1.23456, RADIANS), "−1.235");
   assert.equal(format(0.25, unitOf("m", USUAL)), "250.0");
   assert.equal(format(0.25, unitOf("m", { angle: "deg", length: "m" })), "0.2500");
   assert.equal(format(0.255, unitOf("1", USUAL)), "26");

@@ -125,7 +125,7 @@ def test_typed_numbers_are_degrees_and_stay_inside_the_limits(page: Page, nao: n
         field = page.type_number("HeadYaw", text)
         expected = nao.upper[0] if degrees is None else math.radians(degrees)
         assert page.q[0] == pytest.approx(expected, abs=1e-12)
-        assert field.input_value() == f"{math.degrees(expected):.1f}"
+        assert field.input_value() == f"{math.degrees(expected):.1f}".replace("-", "−")
     for text in ("nonsense", "0x10", "1e999"):
         field = page.type_number("HeadYaw", text)
         assert page.q[0] == pytest.approx(nao.upper[0], abs=1e-12)
@@ -207,7 +207,7 @@ def test_the_read_out_gives_position_and_roll_pitch_yaw(page: Page, nao: nk.NaoM
         for name, (value, text) in shown.items():
             assert float(value) == pytest.approx(expected[name], abs=1e-6)
             scale = 1000.0 if name in "xyz" else math.degrees(1.0)
-            assert float(text.rstrip("° m")) == pytest.approx(scale * expected[name], abs=0.051)
+            assert float(text.rstrip("° m").replace("−", "-")) == pytest.approx(scale * expected[name], abs=0.051)
 
 
 def test_switches_draw_frames_axes_mass_and_support(page: Page, nao: nk.NaoModel) -> None:
@@ -216,12 +216,12 @@ def test_switches_draw_frames_axes_mass_and_support(page: Page, nao: nk.NaoModel
         naoKin.balance.group.children.filter(({ visible }) => visible).length]"""
     assert page.run(drawn) == [0, 0, 0]
     for name in ("Frames", "Joint axes", "Centre of mass", "Support"):
-        page.tab.get_by_role("button", name=name, exact=True).click()
+        page.switch(name)
     assert page.run(drawn) == [7, 26, 5]
     legend = page.tab.locator("#legend").inner_text()
     assert sorted(legend.split()) == ["revolute", "spherical", "universal"]
     for name in ("Frames", "Joint axes", "Centre of mass", "Support"):
-        page.tab.get_by_role("button", name=name, exact=True).click()
+        page.switch(name)
     assert page.run(drawn) == [0, 0, 0]
     assert not page.tab.locator("#legend").is_visible()
 

@@ -529,22 +529,22 @@ def test_a_callback_that_fails_or_takes_its_time_harms_nobody(
 def test_a_button_of_one_page_is_known_here_and_in_the_other_page(browser: Any, page: Page, live: Viewer) -> None:
     assert live.shown["com"] is False
     with opened(browser, live.url) as other:
-        page.tab.get_by_role("button", name="Centre of mass", exact=True).click()
+        page.switch("Centre of mass")
         assert until(lambda: live.shown["com"] is True)
         other.tab.wait_for_function("() => naoKin.toggles.shown.com")
-        other.tab.get_by_role("button", name="Centre of mass", exact=True).click()
+        other.switch("Centre of mass")
         page.tab.wait_for_function("() => !naoKin.toggles.shown.com")
         assert live.shown["com"] is False
         live.show_joint_axes()
         assert live.shown["axes"] is True
         for each in (page, other):
             each.tab.wait_for_function("() => naoKin.toggles.shown.axes")
-        other.tab.get_by_role("button", name="Joint axes", exact=True).click()
+        other.switch("Joint axes")
         page.tab.wait_for_function("() => !naoKin.toggles.shown.axes")
     live.show_frames(["LArm"])
     assert live.shown["frames"] is True
     page.tab.wait_for_function("() => naoKin.frames.triads.length === 1")
-    page.tab.get_by_role("button", name="Frames", exact=True).click()
+    page.switch("Frames")
     assert until(lambda: live.shown["frames"] is False)
     with opened(browser, live.url) as late:
         assert late.run("() => naoKin.frames.triads.length") == 0

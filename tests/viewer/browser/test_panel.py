@@ -314,7 +314,8 @@ def test_joints_are_found_by_parts_of_their_names(page: Page) -> None:
 
 def pull(page: Page, joint: str, pixels: float) -> None:
     """Take a slider's thumb with the mouse and move it in several steps."""
-    page.slider(joint).scroll_into_view_if_needed()
+    # Under the read-out nothing can be taken hold of.
+    page.slider(joint).evaluate("(slider) => slider.scrollIntoView({ block: 'center' })")
     box = page.slider(joint).bounding_box()
     middle = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
     page.tab.mouse.move(*middle)
@@ -573,6 +574,30 @@ def test_what_was_copied_is_pasted_by_the_keyboard(page: Page, nao: nk.NaoModel,
     assert np.array_equal(page.q, nao.neutral())
 
 
+def test_lists_arrays_and_chains_are_pasted_too(page: Page, nao: nk.NaoModel) -> None:
+    q = nao.random(6)
+    arm = [q[nao.joint_names.index(name)] for name in nao.chains["LArm"]]
+    for text, expected, accuracy in (
+        (str(q.tolist()), q, 0.0),
+        (", ".join(map(str, q)), q, 0.0),
+        (f"import numpy as np\nq = np.{q!r}", q, 1e-8),
+        (str(q), q, 1e-8),
+        (str(nao.to_body(q).tolist()), q, 0.0),
+        (f'motion.setAngles("Body", np.array({nao.to_body(q).tolist()}), 0.1)', q, 0.0),
+        (f'motion.angleInterpolation(["Head", "LArm"], {[0.5, -0.125, *arm]}, 1.0, True)', None, 0.0),
+    ):
+        page.set(nao.neutral())
+        page.run("(text) => navigator.clipboard.writeText(text)", text)
+        press(page, "ControlOrMeta+V")
+        if expected is None:
+            assert said(page).startswith("8 values from angleInterpolation")
+            chains = {"HeadYaw": 0.5, "HeadPitch": -0.125} | dict(zip(nao.chains["LArm"], arm, strict=True))
+            expected = nao.neutral()
+            for name, value in chains.items():
+                expected[nao.joint_names.index(name)] = value
+        assert np.abs(page.q - expected).max() <= accuracy, said(page)
+
+
 def test_the_button_pastes_too(page: Page) -> None:
     page.run("() => navigator.clipboard.writeText('{\"HeadYaw\": 0.25}')")
     tool(page, "Paste a configuration").click()
@@ -625,8 +650,9 @@ def test_a_link_reproduces_everything(page: Page, browser: Any, nao: nk.NaoModel
     tool(page, "LyingBack").click()
     q = nao.random(6)
     page.run("(q) => naoKin.set(q)", q.tolist())
-    for name in ("Joint axes", "Support", "feet"):
-        tool(page, name).click()
+    for name in ("Joint axes", "Support"):
+        assert page.switch(name)
+    tool(page, "feet").click()
     page.tab.locator("canvas").first.focus()
     press(page, "ArrowLeft", "ArrowUp", "+")
     page.tab.get_by_label("Frame", exact=True).select_option("LFoot/Bumper/Left")
@@ -642,9 +668,20 @@ def test_a_link_reproduces_everything(page: Page, browser: Any, nao: nk.NaoModel
         assert after == before
         assert np.abs(camera - expected).max() < 1e-3
         assert tab.evaluate("() => naoKin.robot.outside(naoKin.q).size") == 0
-    for name in ("Joint axes", "Support", "three-quarter"):
-        tool(page, name).click()
+    for name in ("Joint axes", "Support"):
+        assert not page.switch(name)
+    tool(page, "three-quarter").click()
     choose(page, "Degrees")
+
+
+def test_a_link_from_far_away_is_refused(browser: Any, document: Path) -> None:
+    link = f"{document.as_uri()}#v=1&q=HeadYaw:0.5&camera=1000000,0,0,0,0,0.3"
+    with another(browser, link) as tab:
+        line = tab.locator("#message span").inner_text()
+        assert line == "The link leads nowhere: a camera 1.0e+6 m from the robot, expected at most 43 m"
+        assert state_of(tab)["q"][0] == 0.0
+        with another(browser, document) as usual:
+            assert np.allclose(state_of(tab)["camera"], state_of(usual)["camera"], atol=1e-3)
 
 
 def test_a_joint_at_a_coupled_limit_is_still_inside_where_a_link_leads(page: Page, nao: nk.NaoModel) -> None:
@@ -858,6 +895,56 @@ def test_the_first_stop_leads_to_the_joints(browser: Any, document: Path) -> Non
         assert "joints" not in tab.evaluate("() => location.hash")
         tab.keyboard.press("Tab")
         assert tab.evaluate("() => document.activeElement.type") == "search"
+
+
+def test_one_tab_stop_for_each_bar_of_buttons(browser: Any, document: Path) -> None:
+    """There are few stops before the first joint, and arrows go through a bar."""
+    with another(browser, document, (1400, 900)) as tab:
+        stops = []
+        for _ in range(40):
+            tab.keyboard.press("Tab")
+            stops.append(tab.evaluate("() => document.activeElement.ariaLabel || document.activeElement.textContent"))
+            if stops[-1] == "HeadYaw":
+                break
+        assert stops[-1] == "HeadYaw"
+        assert len(stops) < 25
+        assert [name for name in ("front", "Undo", "Stand", "Record what moves") if name in stops[:-1]] == [
+            *("front", "Undo", "Stand", "Record what moves")
+        ]
+        assert not {"side", "Redo", "StandInit", "Plots"} & set(stops)
+        tab.locator(".tools [tabindex='0']").focus()
+        for key, name in (("ArrowRight", "Redo"), ("End", "Copy a link to this state"), ("ArrowRight", "Undo")):
+            tab.keyboard.press(key)
+            assert tab.evaluate("() => document.activeElement.ariaLabel") == name
+        # The bar is left and entered again where it was.
+        tab.keyboard.press("ArrowLeft")
+        tab.keyboard.press("Tab")
+        assert tab.evaluate("() => document.activeElement.textContent") == "Stand"
+        tab.keyboard.press("Shift+Tab")
+        assert tab.evaluate("() => document.activeElement.ariaLabel") == "Copy a link to this state"
+
+
+def test_sliders_are_as_long_as_the_panel_and_numbers_are_fields(browser: Any, document: Path) -> None:
+    with another(browser, document, (1400, 900)) as tab:
+        row = tab.locator('.joint[data-joint="LElbowYaw"]')
+        slider, number = (row.locator(f'input[type="{kind}"]') for kind in ("range", "text"))
+        assert slider.bounding_box()["width"] > 0.85 * tab.locator("#panel").bounding_box()["width"]
+        assert number.evaluate("(field) => getComputedStyle(field).borderTopStyle") == "solid"
+        limits = row.locator(".limits")
+        tab.mouse.move(200, 400)
+        assert limits.evaluate("(e) => getComputedStyle(e).opacity") == "0"
+        before = row.bounding_box()
+        row.hover()
+        assert limits.evaluate("(e) => getComputedStyle(e).opacity") == "1"
+        assert row.bounding_box() == before
+        # Both minus signs are read, and one is written.
+        for typed in ("-12.5", "−" + "12.5"):
+            number.click()
+            tab.keyboard.press("ControlOrMeta+A")
+            tab.keyboard.insert_text(typed)
+            tab.keyboard.press("Enter")
+            assert number.input_value() == "−" + "12.5"
+        assert "-" not in limits.inner_text()
 
 
 # --- sizes ------------------------------------------------------------------------------------------------------------

@@ -398,7 +398,7 @@ def test_the_camera_turns_where_no_joint_is_dragged(page: Page, nao: nk.NaoModel
         look(page, "three-quarter")
         return changed
 
-    assert turned((60, 600))
+    assert turned((60, 560))
     page.tab.mouse.click(*seen(page, "LThigh"))
     assert turned(seen(page, "torso"))
     assert turned(seen(page, "LThigh"), "right")
@@ -407,7 +407,7 @@ def test_the_camera_turns_where_no_joint_is_dragged(page: Page, nao: nk.NaoModel
 
 
 def test_a_turn_of_the_camera_may_end_over_the_panel(page: Page, nao: nk.NaoModel) -> None:
-    press(page, (60, 600), (SIZE[0] - 120, -300))
+    press(page, (60, 560), (SIZE[0] - 120, -300))
     page.tab.mouse.up()
     look(page, "three-quarter")
     before = page.q
@@ -502,7 +502,7 @@ def test_a_click_selects_the_frame_of_a_link_and_another_beside_the_robot_lets_i
     assert read(page) == "LThigh"
     assert page.run("() => naoKin.pick.selection.triad.parent === naoKin.robot.frameNode('LThigh')")
     assert page.run("() => window.gestures") == []
-    page.tab.mouse.click(60, 600)
+    page.tab.mouse.click(60, 560)
     assert page.run("() => [naoKin.pick.selection.frame, naoKin.pick.selection.triad]") == [None, None]
     page.tab.mouse.click(*np.array(page.run(SHOWN_AT, ["l_gripper", [0, 0, 0]])))
     assert page.run("() => naoKin.pick.selection.frame") == "LArm"
@@ -746,9 +746,9 @@ def test_the_tab_key_reaches_the_handles_and_leaving_one_lets_it_go(page: Page, 
     assert page.run("() => document.activeElement.textContent") == "RArm"
     assert page.run("() => naoKin.drag.held") is None
     assert page.run("() => window.gestures") == [True, False]
-    page.tab.get_by_role("button", name="Handles", exact=True).click()
+    page.switch("Handles")
     assert page.tab.locator("#handles").is_hidden()
-    page.tab.get_by_role("button", name="Handles", exact=True).click()
+    page.switch("Handles")
 
 
 # --- other robots ----------------------------------------------------------------------------------------------------

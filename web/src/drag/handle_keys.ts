@@ -1,4 +1,5 @@
 import "./handle_keys.css";
+import { fixed } from "../math/numbers.ts";
 import { element } from "../panel/element.ts";
 import type { Drag } from "./drag.ts";
 import type { Handle } from "./follow.ts";
@@ -88,7 +89,7 @@ export class HandleKeys {
     this.takeToMove(button, handle);
     const gesture = drag.held?.gesture as LimbDrag;
     const says = gesture.step(length * right, length * up);
-    const place = gesture.place.map((value) => (1000 * value).toFixed(0)).join(", ");
+    const place = gesture.place.map((value) => fixed(1000 * value, 0)).join(", ");
     drag.say(`${says || handle.limb.frame}, at ${place} mm in ${handle.limb.torso}`);
   }
 

@@ -1,9 +1,9 @@
 import type { Answer } from "../ik/limb.ts";
-import { interpolate } from "../math/numbers.ts";
+import { fixed, interpolate } from "../math/numbers.ts";
 import type { About } from "../types.ts";
 
 export const degrees: (angle: number, digits: number) => string = (angle, digits) =>
-  `${((angle * 180) / Math.PI).toFixed(digits)}°`;
+  `${fixed((angle * 180) / Math.PI, digits)}°`;
 
 /** Why there is no branch, in degrees. */
 export function sentence({ reason, joint, needed, limit, limb }: Answer) {

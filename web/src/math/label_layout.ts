@@ -27,6 +27,8 @@ const PLACES = DISTANCES.flatMap((distance, ring) =>
     return { x: Math.cos(angle), y: Math.sin(angle), distance };
   }),
 );
+// Of more labels than that, only those that find room close to their points stay: long lines crossing each other help nobody.
+const [MANY, CLOSE] = [40, 22];
 // Pixels kept free around each label.
 const GAP = 2;
 
@@ -34,16 +36,20 @@ const GAP = 2;
  * Where labels stand so that none covers another or leaves the picture. Each takes the place that it had, if that is still
  * free, so that labels do not jump about while something moves, else the nearest one.
  *
+ * @param anchors the most important first
+ * @param covered parts of the picture that are
  * @returns null for a label that no room is left for, or whose point is outside the picture
  */
-export function placeLabels(anchors: Anchor[], picture: Rectangle): (Rectangle | null)[] {
-  const taken: Rectangle[] = [];
+export function placeLabels(anchors: Anchor[], picture: Rectangle, covered: Rectangle[] = []): (Rectangle | null)[] {
+  const taken = [...covered];
+  const farthest = anchors.length > MANY ? CLOSE : Infinity;
   return anchors.map((anchor) => {
-    if (!contains(picture, anchor.x, anchor.y)) return null;
+    if (!contains(picture, anchor.x, anchor.y) || covered.some((part) => contains(part, anchor.x, anchor.y)))
+      return null;
     const isFree = (at: Rectangle) => isInside(at, picture) && !taken.some((other) => overlap(at, other));
     for (let i = -1; i < PLACES.length; i++) {
       const place = i < 0 ? anchor.place : i;
-      if (place < 0) continue;
+      if (place < 0 || PLACES[place].distance > farthest) continue;
       const at = placed(anchor, PLACES[place]);
       if (!isFree(at)) continue;
       anchor.place = place;

@@ -16,6 +16,13 @@ export function clamp(value: number, low: number, high: number) {
   return Math.min(Math.max(value, low), high);
 }
 
+/** A number as people write it: rounded, with the true minus sign; no zero has a sign. */
+export const fixed = (value: number, digits: number) =>
+  value
+    .toFixed(digits)
+    .replace(/^-(0(\.0*)?)$/, "$1")
+    .replace("-", "−");
+
 /** @param b as long as a */
 export function squaredDistance(a: readonly number[], b: readonly number[]) {
   return a.reduce((sum, value, i) => sum + (b[i] - value) ** 2, 0);

@@ -10,6 +10,9 @@ const PAUSE = 500;
 // How far the camera may be from where its preset put it, as a share of its distance, and still stand there.
 const SAME_PLACE = 1e-4;
 
+// How far the camera of a link, and what it looks at, may be from the robot, in sizes of the robot.
+const FURTHEST = 60;
+
 const bare = () => location.href.split("#", 1)[0];
 
 /** The state of the page in its address, behind the #, so that a link leads to it. */
@@ -132,6 +135,7 @@ export class Address {
     try {
       // Links of 0.3 name a button "joints" too.
       state = readLink(page.robot.about, [...Object.keys(page.toggles.shown), "joints"], text);
+      this.checkCamera(state);
     } catch (error) {
       if (!(error instanceof NoConfiguration)) throw error;
       panel.messages.say(`The link leads nowhere: ${error.message}`, { bad: true });
@@ -150,6 +154,20 @@ export class Address {
     if (frame) page.pick.selection.follow(frame);
     if (typeof camera === "string") page.camera(camera);
     else if (camera) this.look(camera);
+  }
+
+  /** Refuse a place from which nothing of the robot is to be seen. */
+  checkCamera({ camera, q = this.page.stance.q }: ReturnType<typeof readLink>) {
+    const { robot, studio } = this.page;
+    if (!Array.isArray(camera)) return;
+    const base = robot.about.floating ? q.slice(0, 3) : [0, 0, 0];
+    const away = Math.max(...[0, 3].map((at) => Math.hypot(...base.map((x, i) => camera[at + i] - x))));
+    const most = FURTHEST * studio.size;
+    if (away > most) {
+      throw new NoConfiguration(
+        `a camera ${away.toPrecision(2)} m from the robot, expected at most ${most.toFixed(0)} m`,
+      );
+    }
   }
 
   look([x, y, z, tx, ty, tz]: number[]) {

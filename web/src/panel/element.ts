@@ -102,6 +102,34 @@ export function openDialog(title: string, ...children: (string | Node)[]) {
   return dialog;
 }
 
+/**
+ * Put buttons into a bar that is one Tab stop: arrows, Home and End lead from one to the next.
+ *
+ * @param label of the bar
+ */
+export function toolbar(bar: HTMLElement, label: string, ...children: HTMLElement[]) {
+  bar.replaceChildren(...children);
+  bar.setAttribute("role", "toolbar");
+  bar.ariaLabel = label;
+  const buttons = [...bar.querySelectorAll("button")];
+  buttons.forEach((button, i) => (button.tabIndex = i === 0 ? 0 : -1));
+  bar.addEventListener("focusin", ({ target }) => {
+    for (const button of buttons) button.tabIndex = button === target ? 0 : -1;
+  });
+  bar.addEventListener("keydown", (event) => {
+    const there = buttons.filter((button) => !button.hidden);
+    const at = there.indexOf(event.target as HTMLButtonElement);
+    const next = {
+      ...{ ArrowRight: at + 1, ArrowDown: at + 1, ArrowLeft: at - 1, ArrowUp: at - 1 },
+      ...{ Home: 0, End: -1 },
+    }[event.key];
+    if (at < 0 || next === undefined || event.ctrlKey || event.altKey || event.metaKey) return;
+    event.preventDefault();
+    there.at(next % there.length)?.focus();
+  });
+  return bar;
+}
+
 let count = 0;
 
 /**

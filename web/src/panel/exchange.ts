@@ -61,7 +61,7 @@ export class Exchange {
       element(
         "p",
         {},
-        "JSON, a CSV row under its header, Python, or a call of NAOqi’s setAngles or angleInterpolation.",
+        "JSON, a CSV row under its header, Python, a list of all values, or a call of NAOqi’s setAngles or angleInterpolation.",
       ),
       field,
       problem,

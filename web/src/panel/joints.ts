@@ -2,7 +2,7 @@ import { clamp } from "../math/numbers.ts";
 import type { Coordinate, Driven } from "../types.ts";
 import { matches } from "../values/names.ts";
 import { format, parse, spoken, stepped, stepsOfKey, unitOf } from "../values/units.ts";
-import { button, element } from "./element.ts";
+import { button, element, toolbar } from "./element.ts";
 import type { Panel } from "./panel.ts";
 
 // Width of a thumb, and how near to its middle a finger is on it [px].
@@ -199,7 +199,7 @@ class JointRow {
     this.sign.textContent = unit.sign;
     const isOpen = [coordinate.lower === null, coordinate.upper === null];
     [this.low, this.high].forEach((end, i) => {
-      end.textContent = isOpen[i] ? "" : format(ends[i], unit).replace("-", "−");
+      end.textContent = isOpen[i] ? "" : format(ends[i], unit);
     });
     this.value = NaN;
   }
@@ -246,7 +246,7 @@ export class Postures {
 
   constructor({ page }: Panel) {
     const buttons = page.robot.about.postures.map(({ name }) => button(name, () => page.stance.posture(name)));
-    this.element = element("section", { className: "postures", ariaLabel: "Postures" }, ...buttons);
+    this.element = toolbar(element("div", { className: "postures" }), "Postures", ...buttons);
   }
 }
 

@@ -1,5 +1,5 @@
 import { mirrored, randomWithin } from "../values/configurations.ts";
-import { element, iconButton, menu } from "./element.ts";
+import { element, iconButton, menu, toolbar } from "./element.ts";
 import type { Panel } from "./panel.ts";
 
 /** The name of the robot, what is to be known of it at once, and the settings of the page. */
@@ -97,16 +97,14 @@ export class Tools {
     const paste = iconButton("paste", "Paste a configuration", () => exchange.paste(), "Ctrl+V");
     const link = iconButton("link", "Copy a link to this state", () => panel.address.copy());
     const group = (...buttons: Node[]) => element("div", { className: "group" }, ...buttons);
-    this.element = element(
-      "div",
-      { className: "tools" },
+    const bar = toolbar(
+      element("div", { className: "tools" }),
+      "Configuration",
       group(this.undo, this.redo),
       group(reset, mirror, random),
       group(copy, paste, link),
-      formats,
     );
-    this.element.setAttribute("role", "group");
-    this.element.setAttribute("aria-label", "Configuration");
+    this.element = element("div", {}, bar, formats);
     this.refresh();
   }
 

@@ -1,6 +1,6 @@
 import "uplot/dist/uPlot.min.css";
 import uPlot from "uplot";
-import { clamp } from "../math/numbers.ts";
+import { clamp, fixed } from "../math/numbers.ts";
 import { element } from "../panel/element.ts";
 
 /*! uPlot 1.6.32 (https://github.com/leeoniya/uPlot)
@@ -105,7 +105,13 @@ export class Plot {
         padding: [6, 10, 0, 0],
         axes: [
           { ...axis, size: 20, gap: 2, values: (_, at) => at.map((time) => `${Number(time.toFixed(3))}`) },
-          { ...axis, size: 44, gap: 4, space: 24 },
+          {
+            ...axis,
+            size: 44,
+            gap: 4,
+            space: 24,
+            values: (_, at) => at.map((value) => String(Number(value.toFixed(6))).replace("-", "−")),
+          },
         ],
         series: [{}, ...lines.map(({ colour }) => ({ stroke: colour, width: 1.75, points: { show: false } }))],
         hooks: { drawAxes: [(plot) => this.drawLimits(plot)], draw: [() => this.place()] },
@@ -120,7 +126,7 @@ export class Plot {
   // What a picture says, in words.
   described() {
     const spans = this.lines.map(({ name, values, digits, sign }) => {
-      const ends = [Math.min(...values), Math.max(...values)].map((value) => value.toFixed(digits).replace("-", "−"));
+      const ends = [Math.min(...values), Math.max(...values)].map((value) => fixed(value, digits));
       return `${name} from ${ends[0]} to ${ends[1]} ${sign}`;
     });
     return `${this.title} over ${(this.times.at(-1) ?? 0).toFixed(2)} s: ${spans.join(", ") || "nothing moves"}`;
@@ -171,7 +177,7 @@ export class Plot {
     this.time = time;
     this.place();
     this.lines.forEach(({ digits, sign }, i) => {
-      const text = `${valueOf(i).toFixed(digits).replace("-", "−")}${sign === "°" ? "" : " "}${sign}`;
+      const text = `${fixed(valueOf(i), digits)}${sign === "°" ? "" : " "}${sign}`;
       if (this.outputs) this.outputs[i].textContent = text;
     });
   }

@@ -17,6 +17,9 @@ interface Page {
 const USUAL = { horizontal: 1.0, vertical: 0.8 };
 const REACH = 0.3;
 const [NEAR, FAR] = [0.025, 60];
+// Where the football lies, as shares of the height of the camera: NAO's upper camera sees all of it, the lower one its lower
+// half, and it has the size of a ball of the RoboCup Standard Platform League.
+const [AHEAD, RADIUS] = [2.1, 0.1];
 
 /** The frame in the page around what a camera sees. */
 interface Sight {
@@ -43,6 +46,33 @@ export function makeSight(page: Page): Sight {
   return { box, picture, select, field, pane: page.pane };
 }
 
+/** A football of radius 1: black where a regular icosahedron has its corners. */
+function makeFootball() {
+  const geometry = new THREE.SphereGeometry(1, 64, 48);
+  const golden = (1 + Math.sqrt(5)) / 2;
+  const corners = [-1, 1].flatMap((a) =>
+    [-golden, golden].flatMap((b) => [
+      [0, a, b],
+      [a, b, 0],
+      [b, 0, a],
+    ]),
+  );
+  const { position } = geometry.attributes;
+  const colours = Array.from({ length: position.count }, (_, i) => {
+    const at = [position.getX(i), position.getY(i), position.getZ(i)];
+    const near = Math.max(...corners.map((corner) => corner.reduce((sum, x, k) => sum + x * at[k], 0)));
+    return Array(3).fill(near > 0.93 * Math.hypot(1, golden) ? 0.02 : 0.9);
+  });
+  geometry.setAttribute("color", new THREE.Float32BufferAttribute(colours.flat(), 3));
+  const ball = new THREE.Mesh(geometry, new THREE.MeshStandardMaterial({ vertexColors: true, roughness: 0.5 }));
+  const shade = new THREE.MeshBasicMaterial({ color: 0, transparent: true, opacity: 0.3, depthWrite: false });
+  const shadow = new THREE.Mesh(new THREE.CircleGeometry(0.8, 32), shade);
+  shadow.position.z = -0.98;
+  ball.add(shadow);
+  ball.visible = false;
+  return ball;
+}
+
 /** What the robot's own cameras see, drawn into a corner of the picture, and their frustum in the scene. */
 export class Eyes {
   camera = new THREE.PerspectiveCamera();
@@ -50,6 +80,7 @@ export class Eyes {
   sky = new THREE.Color();
   cleared = new THREE.Color();
   eye: Eye | null = null;
+  ball = makeFootball();
   helper?: THREE.CameraHelper;
 
   /** @param sight where in the page the picture goes */
@@ -68,6 +99,7 @@ export class Eyes {
     );
     this.camera.add(asMark(this.shape));
     asMark(this.camera);
+    studio.viewer.scene.add(this.ball);
   }
 
   get eyes() {
@@ -89,6 +121,8 @@ export class Eyes {
       (this.helper.material as THREE.Material).dispose();
       this.helper = undefined;
     }
+    const hadBall = this.ball.visible;
+    this.ball.visible = this.eye !== null && this.studio.robots.length === 1;
     if (!this.eye) return;
     const { link, horizontal, vertical } = this.eye;
     const [h, v] = [horizontal ?? USUAL.horizontal, vertical ?? USUAL.vertical];
@@ -109,6 +143,16 @@ export class Eyes {
     this.helper.matrix = new THREE.Matrix4();
     this.shape.add(this.helper);
     this.camera.updateWorldMatrix(true, true);
+    if (!hadBall) this.kickOff();
+  }
+
+  /** Put the football before the robot. */
+  kickOff() {
+    const height = Math.max(this.camera.getWorldPosition(new THREE.Vector3()).y, 0.2 * this.studio.size);
+    const [x, y] = this.studio.place;
+    this.ball.scale.setScalar(RADIUS * height);
+    this.ball.position.set(x + AHEAD * height, y, RADIUS * height);
+    this.ball.updateMatrixWorld();
   }
 
   /** The field of view as people write it, or "" where it is not known. */
@@ -131,13 +175,16 @@ export class Eyes {
     const [x, y] = [scale * (frame.left - pane.left), size.y - scale * (frame.bottom - pane.top)];
     const [width, height] = [scale * frame.width, scale * frame.height];
     const alpha = renderer.getClearAlpha();
+    const { floor } = this.studio;
     renderer.getClearColor(this.cleared);
-    renderer.setClearColor(this.sky.set(0xe9edf3), 1);
+    renderer.setClearColor(this.sky.copy(floor.uniforms.haze.value).convertLinearToSRGB(), 1);
     renderer.setViewport(x, y, width, height);
     renderer.setScissor(x, y, width, height);
     renderer.setScissorTest(true);
     const marks = this.hideMarks();
+    floor.ground.visible = true;
     draw(this.camera);
+    floor.ground.visible = false;
     for (const mark of marks) mark.visible = true;
     renderer.setScissorTest(false);
     renderer.setViewport(0, 0, size.x, size.y);

@@ -11,6 +11,7 @@ export function paintFloor({ floor, viewer }: Studio) {
   const { colour, alpha } = colourOf(styles, "--floor-shade");
   shade.value.copy(colour);
   strength.value = alpha;
+  for (const name of ["ground", "haze"]) floor.uniforms[name].value.copy(colourOf(styles, `--${name}`).colour);
   viewer.set_dirty();
 }
 
@@ -141,6 +142,8 @@ export class Contact {
 const [STEP, STRONG] = [0.1, 0.5];
 // How far there is floor, for a small robot: lines end after a metre, shadows here.
 const FAR = 1.5;
+// How far it goes for a camera of the robot.
+const HORIZON = 40;
 
 const VERTEX = /* glsl */ `
   #include <common>
@@ -159,19 +162,10 @@ const VERTEX = /* glsl */ `
   }
 `;
 
-// Lines, the shadow of the key light, and what is dark where something stands or lies: each a share of what is behind.
-const FRAGMENT = /* glsl */ `
-  #include <common>
-  #include <packing>
-  #include <lights_pars_begin>
-  #include <shadowmap_pars_fragment>
+const LINES = /* glsl */ `
   uniform float scale;
   uniform vec3 ink;
-  uniform vec3 shade;
-  uniform float strength;
-  uniform sampler2D contact;
   varying vec2 vAt;
-  varying vec2 vContact;
 
   float lines(float step, float width) {
     vec2 at = vAt / step;
@@ -182,6 +176,19 @@ const FRAGMENT = /* glsl */ `
     line = mix(line, vec2(0.02), smoothstep(0.25, 0.6, pixel));
     return max(line.x, line.y);
   }
+`;
+
+// Lines, the shadow of the key light, and what is dark where something stands or lies: each a share of what is behind.
+const FRAGMENT = /* glsl */ `
+  #include <common>
+  #include <packing>
+  #include <lights_pars_begin>
+  #include <shadowmap_pars_fragment>
+  ${LINES}
+  uniform vec3 shade;
+  uniform float strength;
+  uniform sampler2D contact;
+  varying vec2 vContact;
 
   float shadowed() {
     #if defined( USE_SHADOWMAP ) && NUM_DIR_LIGHT_SHADOWS > 0
@@ -224,6 +231,19 @@ const FRAGMENT = /* glsl */ `
   }
 `;
 
+// The floor as a camera of the robot sees it: solid, to the horizon.
+const GROUND = /* glsl */ `
+  ${LINES}
+  uniform vec3 ground;
+  uniform vec3 haze;
+  void main() {
+    float away = length(vAt) / scale;
+    float line = 0.6 * lines(${STRONG} * scale, 2.0) * (1.0 - smoothstep(2.0, 10.0, away));
+    gl_FragColor = vec4(mix(mix(ground, ink, line), haze, 0.7 * smoothstep(1.0, 30.0, away)), 1.0);
+    #include <encodings_fragment>
+  }
+`;
+
 /** The floor: a grid that fades into the distance, and the shadows on it. */
 export class Floor {
   node = new THREE.Group();
@@ -232,13 +252,19 @@ export class Floor {
   fast;
   scale = 1;
   plane;
+  /** Drawn for the cameras of the robot only. */
+  ground;
 
   /** @param contact where something touches */
   constructor(contact: { matrix: THREE.Matrix4; texture: THREE.Texture }) {
-    const uniforms = {
+    const uniforms: Record<string, THREE.IUniform> = {
       ...THREE.UniformsUtils.clone(THREE.UniformsLib.lights),
       scale: { value: 1 },
-      ink: { value: new THREE.Color() },
+      ...{
+        ink: { value: new THREE.Color() },
+        ground: { value: new THREE.Color() },
+        haze: { value: new THREE.Color() },
+      },
       shade: { value: new THREE.Color() },
       strength: { value: 0 },
       toContact: { value: contact.matrix },
@@ -261,7 +287,20 @@ export class Floor {
     this.plane.position.z = -0.001;
     this.plane.receiveShadow = true;
     this.plane.renderOrder = -1;
-    this.node.add(this.plane);
+    this.ground = new THREE.Mesh(
+      new THREE.CircleGeometry(HORIZON, 48),
+      new THREE.ShaderMaterial({
+        uniforms,
+        vertexShader:
+          "varying vec2 vAt; uniform float scale; void main() { vAt = position.xy * scale; gl_Position = projectionMatrix * modelViewMatrix * vec4(vAt, 0.0, 1.0); }",
+        fragmentShader: GROUND,
+        depthWrite: false,
+      }),
+    );
+    this.ground.renderOrder = -2;
+    this.ground.visible = false;
+    this.ground.frustumCulled = false;
+    this.node.add(this.plane, this.ground);
   }
 
   /**

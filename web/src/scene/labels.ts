@@ -7,6 +7,8 @@ interface Label {
   node: THREE.Object3D;
   colour: string | null;
   anchor: Anchor;
+  /** from the camera, in [−1, 1] */
+  depth: number;
 }
 
 const FONT = "600 12px system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif";
@@ -46,7 +48,7 @@ export class Labels {
       const letters = [...text];
       const short = letters.length > LONGEST ? `${letters.slice(0, LONGEST).join("")}…` : text;
       const width = this.ink.measureText(short).width + 2 * PADDING + (colour ? 11 : 0);
-      return { text: short, node, colour, anchor: { x: 0, y: 0, width, height: HEIGHT, place: -1 } };
+      return { text: short, node, colour, depth: 0, anchor: { x: 0, y: 0, width, height: HEIGHT, place: -1 } };
     });
     this.owners.set(owner, made);
     this.canvas.hidden = [...this.owners.values()].every(({ length }) => length === 0);
@@ -66,7 +68,10 @@ export class Labels {
     this.ink.setTransform(1, 0, 0, 1, 0, 0);
     this.ink.clearRect(0, 0, wide, high);
     this.ink.setTransform(ratio, 0, 0, ratio, 0, 0);
-    this.paint(this.ink, width, height, this.bar.offsetTop + this.bar.offsetHeight);
+    const eye = document.getElementById("eye");
+    const { offsetLeft: x = 0, offsetTop: y = 0, offsetWidth = 0, offsetHeight = 0 } = eye ?? {};
+    const covered = { x, y, width: offsetWidth, height: offsetHeight };
+    this.paint(this.ink, width, height, this.bar.offsetTop + this.bar.offsetHeight, offsetWidth ? [covered] : []);
   }
 
   /**
@@ -74,19 +79,25 @@ export class Labels {
    *
    * @param width of the picture, in the pixels that letters are measured in
    * @param top height of what covers the picture's upper edge
+   * @param covered other parts that are
    */
-  paint(ink: CanvasRenderingContext2D, width: number, height: number, top: number = 0) {
-    const labels = [...this.owners.values()].flat();
+  paint(ink: CanvasRenderingContext2D, width: number, height: number, top: number = 0, covered: Rectangle[] = []) {
     const { camera } = this.viewer;
-    for (const { node, anchor } of labels) {
+    const labels = [...this.owners.values()].flat();
+    for (const label of labels) {
+      const { node, anchor } = label;
       const { x, y, z } = this.point.setFromMatrixPosition(node.matrixWorld).project(camera);
       anchor.x = z < 1 ? (0.5 + 0.5 * x) * width : NaN;
       anchor.y = (0.5 - 0.5 * y) * height;
+      label.depth = z;
     }
+    // The nearest come first to a place.
+    labels.sort((a, b) => a.depth - b.depth);
     const picture = { x: 4, y: top + 4, width: width - 8, height: height - top - 8 };
     const places = placeLabels(
       labels.map(({ anchor }) => anchor),
       picture,
+      covered,
     );
     const style = getComputedStyle(this.pane);
     const [text, paper] = [style.getPropertyValue("--ink"), style.getPropertyValue("--panel")];

@@ -33,20 +33,23 @@ export class Frames {
 
   /**
    * @param names frames to draw when they are shown
-   * @param size length of the arrows [m]
+   * @param usual length of the arrows [m], shorter where there are many
+   * @param size that was asked for, instead of that
    */
   constructor(
     readonly robot: Robot,
     readonly labels: Labels,
     readonly names: string[],
-    readonly size: number,
+    readonly usual: number,
+    readonly size: number | null = null,
   ) {}
 
   show(on: boolean) {
     for (const triad of this.triads) dispose(triad);
     const names = on ? this.names : [];
+    const size = this.size ?? this.usual * Math.min(1, 5 / Math.sqrt(names.length));
     this.triads = names.map((name) => {
-      const triad = asMark(makeTriad(this.size));
+      const triad = asMark(makeTriad(size));
       this.robot.frameNode(name).add(triad);
       triad.updateWorldMatrix(false, true);
       return triad;

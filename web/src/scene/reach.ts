@@ -1,3 +1,4 @@
+import { fixed } from "../math/numbers.ts";
 import { element } from "../panel/element.ts";
 import type { Received } from "../received.ts";
 import type { Robot } from "../robot/robot.ts";
@@ -186,7 +187,7 @@ export class Reach {
       return corner.setComponent(a, box[a][i]).setComponent(b, box[b][j]);
     });
     this.rim.geometry.setFromPoints(corners);
-    this.place.textContent = `${this.axis.value} ${this.flipped ? ">" : "<"} ${(1000 * plane).toFixed(0)} mm`;
+    this.place.textContent = `${this.axis.value} ${this.flipped ? ">" : "<"} ${fixed(1000 * plane, 0)} mm`;
     const [least, most] = box[along];
     const share = `${(100 * (plane - least)) / (most - least)}%`;
     this.slider.style.setProperty("--from", this.flipped ? share : "0%");

@@ -48,6 +48,8 @@ function lookAt({ camera, controls }: MeshcatViewer, preset: Camera, box: THREE.
   camera.aspect = aspect;
   camera.updateProjectionMatrix();
   controls.target.copy(centre);
+  // Further away the robot is but a dot.
+  controls.maxDistance = camera.far / 2;
   controls.update();
 }
 

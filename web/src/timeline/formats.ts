@@ -1,12 +1,11 @@
 import type { About, Coordinate } from "../types.ts";
-import { Unreadable, readRecords } from "../values/literals.ts";
+import { Unreadable, decimal, readRecords } from "../values/literals.ts";
 import { quoted, unknown } from "../values/names.ts";
 import { DEGREE, MOST_ROWS, Motion, NoMotion, TIME_UNITS, isHand, type Interpolation, type Track } from "./motion.ts";
 
 const HEADING = /^([^[\]()]*?)\s*(?:[[(]\s*([^[\]()]*?)\s*[\])])?$/;
 const HAND_UNITS: Record<string, number> = { 1: 1, "%": 0.01 };
 const ANGLE_UNITS: Record<string, number> = { rad: 1, deg: DEGREE, "°": DEGREE, m: 1 };
-const DECIMAL = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
 
 /**
  * The joints of a CSV table: a header with units, a column of times, and one for each joint.
@@ -35,7 +34,7 @@ function fromCsv(text: string) {
       throw new NoMotion(`line ${line}: ${fields.length} values, the header names ${headings.length} columns`);
     }
     const cells = fields.map((field, column) => {
-      const value = field === "" ? NaN : DECIMAL.test(field) ? Number(field) * headings[column].scale : Infinity;
+      const value = field === "" ? NaN : decimal(field) * headings[column].scale;
       if (Math.abs(value) < Infinity || field === "") return value;
       throw new NoMotion(
         `line ${line}, column ${column + 1}: ${headings[column].name} is ${quoted(field)}, expected a finite number`,

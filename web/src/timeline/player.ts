@@ -7,7 +7,7 @@ import type { Robot } from "../robot/robot.ts";
 import type { Stance } from "../stance.ts";
 import type { Studio } from "../scene/studio.ts";
 import type { MeshcatViewer } from "../types.ts";
-import { element, iconButton, menu, type IconName } from "../panel/element.ts";
+import { element, iconButton, menu, toolbar, type IconName } from "../panel/element.ts";
 import { PlotStrip } from "../plot/plot_strip.ts";
 import { Trails, type Mode } from "../scene/trails.ts";
 import { Editor } from "./editor.ts";
@@ -115,9 +115,6 @@ export class Player extends EventTarget {
     const own = element("div", { className: "own" }, this.button, this.scrubber, this.clock, this.loop, this.speeds);
     bar.append(this.sheets, element("div", { className: "transport" }, own, this.tools));
     bar.classList.add("empty");
-    new ResizeObserver(() => {
-      bar.closest("main")?.style.setProperty("--bar-height", `${bar.offsetHeight}px`);
-    }).observe(bar);
     page.addEventListener("started", () => this.start());
   }
 
@@ -130,16 +127,16 @@ export class Player extends EventTarget {
     const files = new MotionFiles(this);
     const trails = new TrailsMenu(this.trails);
     this.sheets.replaceChildren(this.plots.element, this.editor.element);
-    this.tools.replaceChildren(
+    toolbar(
+      this.tools,
+      "Motion",
       this.recording.button,
       this.editor.button,
       this.plots.button,
       trails.button,
-      trails.menu,
       files.button,
-      files.menu,
-      files.field,
     );
+    this.tools.after(trails.menu, files.menu, files.field);
     this.bar.hidden = this.page.role !== "";
     this.change(null);
   }

@@ -1,3 +1,8 @@
+const DECIMAL = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
+
+/** The number that a text writes in decimals; NaN where it writes none. */
+export const decimal = (text: string) => (DECIMAL.test(text) ? Number(text) : NaN);
+
 const DELIMITERS = [",", ";", "\t"];
 
 /**
@@ -150,9 +155,15 @@ class Reader {
     const values: Value[] = [];
     while (!this.take(end)) {
       values.push(this.value(depth));
-      if (!this.take(",") && !this.ends(end)) throw this.fail(`, or ${end}`);
+      if (!this.take(",") && !this.ends(end) && !this.goesOn(values)) throw this.fail(`, or ${end}`);
     }
     return values;
+  }
+
+  /** Whether only blanks separate the next number from these, as NumPy prints them. */
+  goesOn(values: Value[]) {
+    NUMBER.lastIndex = this.at;
+    return typeof values.at(-1) === "number" && /\s/.test(this.text[this.at - 1]) && NUMBER.test(this.text);
   }
 
   entries(depth: number) {
@@ -179,6 +190,8 @@ class Reader {
       else given.push(value);
       if (!this.take(",") && !this.ends(")")) throw this.fail(", or )");
     }
+    // NumPy's own kinds of numbers, as it prints them.
+    if (/\bfloat(32|64)$/.test(name) && given.length === 1 && typeof given[0] === "number") return given[0];
     return new Call(name.slice(name.lastIndexOf(".") + 1), given, named, line);
   }
 

@@ -1,5 +1,5 @@
 import type { About } from "../types.ts";
-import { Call, Entries, Unreadable, isName, readRecords, readStatements, type Value } from "./literals.ts";
+import { Call, Entries, Unreadable, decimal, isName, readRecords, readStatements, type Value } from "./literals.ts";
 import { quoted, unknown } from "./names.ts";
 
 /** A text, or some values, that are no configuration: one line that says what was wrong. */
@@ -21,8 +21,6 @@ const COUPLING_TOLERANCE = 1e-6;
 // How far outside its limits, or from zero without them, a joint is shown: further is no joint value [rad, m].
 const FURTHEST = 2 * Math.PI;
 const FURTHEST_OPEN = 1000;
-
-const DECIMAL = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
 
 /**
  * A configuration with some joints at other values.
@@ -94,7 +92,7 @@ function fromCsv(text: string): Written[] {
   }
   return header.fields.map((name, i) => ({
     name,
-    value: DECIMAL.test(fields[i]) ? Number(fields[i]) : fields[i],
+    value: Number.isNaN(decimal(fields[i])) ? fields[i] : decimal(fields[i]),
     line: name === "" ? header.line : line,
   }));
 }
@@ -130,14 +128,39 @@ const CALLS: Record<
   },
 };
 
-/** The first two arguments of a call of NAOqi. "Body" and "JointActuators" are all joints. */
-function namesAndAngles({ naoqi }: About, { name, given, named, line }: Call) {
+/** The joints of one of NAOqi's names, in its order, as in nao_kin.naoqi.names. */
+function jointsOf({ naoqi, chains, joints }: About, name: string): string[] {
+  const within = (titles: string[]) =>
+    titles.flatMap((title) => chains.find((chain) => chain.title === title)?.joints.map((joint) => joint.name) ?? []);
+  const isHand = (joint: string) => /^[LR]Hand$/.test(joint);
+  if (joints.some((joint) => joint.name === name)) return [name];
+  switch (name) {
+    case "Body":
+    case "JointActuators":
+      return naoqi;
+    case "Joints":
+      return naoqi.filter((joint) => !isHand(joint));
+    case "Actuators":
+      return naoqi.filter(isHand);
+    case "Arms":
+    case "Legs":
+      return within([`L${name.slice(0, -1)}`, `R${name.slice(0, -1)}`]);
+    default:
+      return chains.some(({ title }) => title === name) ? within([name]) : [name];
+  }
+}
+
+/** What an array of NumPy is made of; any other value is itself. */
+const unwrapped = (value: Value) => (value instanceof Call && value.name === "array" ? value.given[0] : value);
+
+/** The first two arguments of a call of NAOqi. */
+function namesAndAngles(about: About, { name, given, named, line }: Call) {
   const first = named.get("names") ?? given[0];
-  const second = named.get("angles") ?? named.get("angleLists") ?? given[1];
+  const second = unwrapped(named.get("angles") ?? named.get("angleLists") ?? given[1]);
   const list = Array.isArray(first) ? first : [first];
   const names = list.flatMap((entry) => {
     if (typeof entry !== "string") throw new NoConfiguration(`line ${line}: ${name} without the names of joints`);
-    return entry === "Body" || entry === "JointActuators" ? naoqi : [entry];
+    return jointsOf(about, entry);
   });
   if (second === undefined) throw new NoConfiguration(`line ${line}: ${name} without angles`);
   return { names, angles: Array.isArray(second) ? second : [second], line };
@@ -157,9 +180,29 @@ function shown(value: Value) {
   return Array.isArray(value) ? "a list" : value instanceof Call ? `a call of ${quoted(value.name)}` : "an object";
 }
 
+/** The numbers of a list or an array that has nothing else, or only one row. */
+function rowOf(value: Value): Value[] {
+  const list = unwrapped(value);
+  if (!Array.isArray(list)) return [];
+  if (list.length === 1 && Array.isArray(list[0])) return rowOf(list[0]);
+  return list.every((entry) => typeof entry === "number") ? list : [];
+}
+
+/** Values without names: all of the robot's own, in the order of q, or all of NAOqi's Body. */
+function numbered({ coordinates, naoqi }: About, values: Value[]) {
+  const own = coordinates.map(({ joint }) => joint);
+  const names = values.length === own.length ? own : naoqi;
+  if (values.length !== names.length) {
+    const body = naoqi.length ? ` (q) or ${naoqi.length} (NAOqi's Body)` : "";
+    throw new NoConfiguration(`a list of ${values.length} numbers, expected ${own.length}${body}`);
+  }
+  return { kind: "a list", written: paired(names, values, 0), others: "stay" as const };
+}
+
 function recognised(about: About, text: string): { kind: string; written: Written[]; others: "stay" | "zero" } {
   // A header names joints, and no joint has one of these in its name unless it is quoted.
   const first = text.trimStart().split("\n", 1)[0];
+  if (/^[\d\s.,;e+-]+$/i.test(text)) return numbered(about, readStatements(`[${text}]`)[0] as Value[]);
   if (!/[[{(=]|^(#|(import|from)\b)/.test(first)) {
     return { kind: "CSV", written: fromCsv(text), others: "stay" };
   }
@@ -173,10 +216,12 @@ function recognised(about: About, text: string): { kind: string; written: Writte
   if (Array.isArray(whole) && whole.length > 1 && whole.every((value) => value instanceof Entries)) {
     throw new NoConfiguration(`a list of ${whole.length} configurations, expected one`);
   }
+  const numbers = values.map(rowOf).findLast((row) => row.length > 0);
+  if (numbers) return numbered(about, numbers);
   const known = Object.keys(CALLS).join(", ");
   const found = calls.at(-1);
   if (found) throw new NoConfiguration(`line ${found.line}: a call of ${quoted(found.name)}, expected one of ${known}`);
-  throw new NoConfiguration(`no joints and values in it; expected JSON, CSV, or a call of ${known}`);
+  throw new NoConfiguration(`no joints and values in it; expected JSON, CSV, a list of numbers, or a call of ${known}`);
 }
 
 /**
@@ -196,7 +241,10 @@ export function readConfiguration(
   if (text.length > LONGEST) {
     throw new NoConfiguration(`a text of ${text.length} characters; a configuration has at most ${LONGEST}`);
   }
-  const trimmed = text.replace(/^\uFEFF/, "").trimEnd();
+  const trimmed = text
+    .replace(/^\uFEFF/, "")
+    .replaceAll("−", "-")
+    .trimEnd();
   if (!trimmed.trim()) throw new NoConfiguration("an empty text; expected joint names and values");
   try {
     const { kind, written, others } = recognised(about, trimmed);

@@ -1,3 +1,6 @@
+import { fixed } from "../math/numbers.ts";
+import { decimal } from "./literals.ts";
+
 /**
  * How a kind of number is shown and typed.
  *
@@ -29,8 +32,6 @@ const UNITS: Record<"deg" | "rad" | "mm" | "m" | "percent", Unit> = {
 
 export const USUAL: Choice = { angle: "deg", length: "mm" };
 
-const DECIMAL = /^[+\-−]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
-
 // Characters that a typed number may have.
 const LONGEST = 40;
 
@@ -45,22 +46,20 @@ export function unitOf(kind: string, choice: Choice) {
 }
 
 /**
- * A value as a number without its unit; no zero has a sign.
+ * A value as a number without its unit.
  *
  * @param value in rad, m or as a share
  */
 export const format = (value: number, { scale, digits: usual }: Unit, digits: number = usual) =>
-  (value * scale).toFixed(digits).replace(/^-(0(\.0*)?)$/, "$1");
+  fixed(value * scale, digits);
 
 /** The same with its unit. */
 export const withUnit = (value: number, unit: Unit, digits?: number) =>
   `${format(value, unit, digits)}${unit.sign === "°" ? "" : " "}${unit.sign}`;
 
-/** The same with its unit, and with the minus sign that is read out as one. */
-export function spoken(value: number, unit: Unit, digits?: number) {
-  const space = unit.sign === "°" ? "" : "\u00a0";
-  return `${format(value, unit, digits).replace("-", "−")}${space}${unit.sign}`;
-}
+/** The same in one line. */
+export const spoken = (value: number, unit: Unit, digits?: number) =>
+  withUnit(value, unit, digits).replace(" ", "\u00a0");
 
 /** The value that a typed number means; NaN where it is none. A decimal comma is read as a point. */
 export function parse(text: string, unit: Unit) {
@@ -69,8 +68,8 @@ export function parse(text: string, unit: Unit) {
   const sign = unit.sign.toLowerCase();
   const number = (trimmed.toLowerCase().endsWith(sign) ? trimmed.slice(0, -sign.length).trim() : trimmed)
     .replace(",", ".")
-    .replace("−", "-");
-  const value = DECIMAL.test(number) ? Number(number) / unit.scale : NaN;
+    .replaceAll("−", "-");
+  const value = decimal(number) / unit.scale;
   return Number.isFinite(value) ? value : NaN;
 }
 
