@@ -56,7 +56,7 @@ _COMMON = (
             "0o666), temporary\n        finally:\n            remove()\n",
             "0o666), temporary\n        finally:\n            pass\n",
         ),
-        ("suffix-compared-in-its-letter-case", "ending.lower() != suffix", "ending != suffix"),
+        ("suffix-compared-in-its-letter-case", "ending.lower() not in suffixes", "ending not in suffixes"),
         ("new-file-named-as-a-folder", "if text.endswith(os.sep):", "if False:"),
         ("socket-not-refused-by-name", "if stat.S_ISSOCK(state.st_mode):", "if False:"),
         (
