@@ -65,7 +65,7 @@ _CLOSED_FORMS_AND_DRAGS = (
     *_faults(
         "web/src/drag/drag.ts",
         "test_pointer.py",
-        ("escape-lets-go-and-gives-nothing-back", "    stance.set(q, up);\n", ""),
+        ("escape-lets-go-and-gives-nothing-back", "    else stance.set(q, up);\n", ""),
         ("history-not-told-that-it-is-let-go", "    this.announce(false);\n", ""),
     ),
     *_faults(
@@ -435,13 +435,27 @@ _PROGRAM = (
         ("robot-that-stood-still-drifts-in-a-recording", "if now - last > 2.0 * step:", "if False:"),
     ),
     *_faults(
+        "viewer/targets.py",
+        "test_targets.py",
+        ("place-of-a-target-shared-with-its-callback", "return np.array(self._T)", "return self._T"),
+    ),
+    *_faults(
+        "viewer/streams.py",
+        "test_targets.py",
+        (
+            "old-points-of-a-plot-stay-in-saved-pages",
+            "self._messages.drop(stream.key(stream.sent.popleft()))",
+            "stream.sent.popleft()",
+        ),
+    ),
+    *_faults(
         "viewer/shown_scene.py",
         "test_from_python_alone.py",
         ("joints-that-wait-to-be-told-forgotten", "before | dict.fromkeys(joints)", "dict.fromkeys(joints)"),
         (
             "callbacks-share-one-configuration",
-            "subscription.callback(q.copy(), tuple(joints))",
-            "subscription.callback(q, tuple(joints))",
+            "subscription.callback, q.copy(), tuple(joints)",
+            "subscription.callback, q, tuple(joints)",
         ),
     ),
     *_faults(

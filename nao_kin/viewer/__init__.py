@@ -3,6 +3,7 @@
 from nao_kin.viewer.handles import Recording, ShownRobot
 from nao_kin.viewer.meshcat_robot import MeshcatRobot
 from nao_kin.viewer.shown_scene import OutsideLimitsWarning
+from nao_kin.viewer.targets import Target
 from nao_kin.viewer.viewer import Viewer
 
 __all__ = [
@@ -10,5 +11,6 @@ __all__ = [
     "OutsideLimitsWarning",
     "Recording",
     "ShownRobot",
+    "Target",
     "Viewer",
 ]

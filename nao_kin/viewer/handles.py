@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections import defaultdict, deque
 from collections.abc import Callable, Mapping
 
 import numpy as np
@@ -18,6 +19,7 @@ from nao_kin.rotations import check_rotation
 from nao_kin.viewer import overlays
 from nao_kin.viewer.description import SceneRobot
 from nao_kin.viewer.messages import RetainedMessages, packed, panel_message, set_transform, typed_array
+from nao_kin.viewer.streams import MAX_POINTS
 
 
 class ShownRobot:
@@ -177,6 +179,7 @@ class Recording:
         self._begin = time.monotonic()
         self._end: float | None = None
         self._times, self._rows = [0.0], [np.array(q)]
+        self._plots: dict[tuple[str, str], deque[tuple[float, float]]] = defaultdict(lambda: deque(maxlen=MAX_POINTS))
         self._lock = threading.Lock()
 
     @property
@@ -198,6 +201,28 @@ class Recording:
             times, rows = np.array(self._times), np.array(self._rows)
         names = self.robot.joint_names
         return Motion(times, names, rows[:, rows.shape[1] - len(names) :])
+
+    @property
+    def plots(self) -> Mapping[tuple[str, str], Floats]:
+        """The points of `Viewer.plot`: plot and line → times and values, shape (n, 2); the newest 100 000 each."""
+        with self._lock:
+            return {key: np.array(points) for key, points in self._plots.items()}
+
+    def note(self, name: str, values: Mapping[str, float]) -> None:
+        """Record points of a plot, line → value, at the present time.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> recording = nk.viewer.Recording(nao, nao.neutral(), fps=30.0)
+            >>> recording.note("battery", {"charge": 0.8})
+            >>> recording.plots["battery", "charge"].shape
+            (1, 2)
+        """
+        with self._lock:
+            if self._end is None:
+                now = time.monotonic() - self._begin
+                for line, value in values.items():
+                    self._plots[name, line].append((now, value))
 
     def show(self, q: Floats) -> None:
         """Record that q is shown from now on.

@@ -275,7 +275,9 @@ KINDS: Mapping[str, Kind] = {
         {"qs": "Float64Array", "count": "number", "opacity": "number", "first": "number | null"},
         blank={"qs": typed_array(np.zeros(0)), "count": 0, "opacity": 1.0, "first": 1},
     ),
-    "targets": Kind({"targets": "{ name: string; matrix: number[]; point: boolean }[]"}, blank={"targets": []}),
+    "targets": Kind(
+        {"targets": "{ name: string; matrix: number[]; point: boolean; source?: string }[]"}, blank={"targets": []}
+    ),
     "colours": Kind({"robot": "number", "links": "{ link: number; rgb: Vector }[]", **_SCALE}, blank=COLOURLESS),
     "edition": Kind({"name": "string"}, blank={"name": ""}),
     "lights": Kind({"lights": "{ name: string; rgb: Vector }[]"}, blank={"lights": []}),
@@ -292,6 +294,14 @@ KINDS: Mapping[str, Kind] = {
         | {"parts?": "{ geometry: object; colour: Vector; opacity: number }[]"}
     ),
     "extras": Kind({"names": "string[]"}, blank={"names": []}),
+    # Images of cameras, and numbers over time.
+    "image": Kind({"camera": "string", "format": "string", "data": "Uint8Array"}),
+    "images": Kind({"cameras": "string[]"}, blank={"cameras": []}),
+    "plot": Kind(
+        {"name": "string", "lines": "string[]", "run": "number", "first": "number"}
+        | {"times": "Float64Array", "values": "Float64Array"}
+    ),
+    "plots": Kind({"names": "string[]"}, blank={"names": []}),
     # Pictures, and the connection.
     "camera": Kind({"name": "string"}),
     "capture": Kind({"id": "string", "camera": "string", "width": "number", "height": "number"}, is_kept=False),

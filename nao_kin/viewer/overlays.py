@@ -5,7 +5,7 @@ Arguments and errors are those of the methods of `Viewer`.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 from threading import RLock
 from typing import Any
@@ -31,7 +31,6 @@ from nao_kin.motion import Hips, Motion
 from nao_kin.reach import ReachMap
 from nao_kin.robot import RobotModel
 from nao_kin.robot.urdf import UnreadableShape
-from nao_kin.rotations import check_rotation
 from nao_kin.viewer.meshes import Mesh, load_meshes, mesh_of
 from nao_kin.viewer.messages import RetainedMessages, geometry_document, packed, panel_message, typed_array
 
@@ -161,27 +160,6 @@ def ghosts(robot: RobotModel, configurations: ArrayLike, opacity: float, first: 
     share = checked_opacity(opacity)
     content = {"qs": typed_array(array.reshape(-1)), "count": len(array), "opacity": share, "first": numbered_from}
     return panel_message("ghosts", content)
-
-
-def targets(poses: Mapping[str, ArrayLike]) -> bytes:
-    """Return the message that draws marks at positions or poses in the robot's root frame."""
-    if not isinstance(poses, Mapping):
-        raise BadArgument(f"targets are a mapping from names to positions or poses, got {type(poses).__name__}")
-    rows = []
-    for name, target in poses.items():
-        array = as_floats(target, (), f"target {name}")
-        T = np.eye(4)
-        if array.shape == (3,):
-            T[:3, 3] = array
-        elif array.shape == (4, 4):
-            check_rotation(array[:3, :3])
-            T[:3] = array[:3]
-        else:
-            raise WrongShape(f"target {name}", "(3,) or (4, 4)", array.shape)
-        if np.abs(T).max() > LARGEST:
-            raise BadArgument(f"target {abbreviated(name)} is {np.abs(T).max():g} m away; up to {LARGEST:g} m is shown")
-        rows.append({"name": str(name), "matrix": T.T.reshape(-1).tolist(), "point": array.shape == (3,)})
-    return panel_message("targets", {"targets": rows})
 
 
 def reach(robot: RobotModel, found: ReachMap | None, by: str, cut: tuple[str, float] | None) -> bytes:

@@ -6,6 +6,7 @@ import logging
 import threading
 import time
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -73,12 +74,14 @@ class Changes:
     """Calls callbacks on changes, one at a time and in order, in a separate thread.
 
     The thread runs while there are changes. Changes during a call are combined into one: the newest configuration, and
-    every joint that changed. A slow callback therefore delays neither the server nor the page, and no queue grows.
+    every joint that changed; the newest place of each target. A slow callback therefore delays neither the server nor
+    the page, and no queue grows.
     """
 
     def __init__(self) -> None:
         self._subscriptions: list[Subscription] = []
         self._pending: tuple[Floats, dict[str, None]] | None = None
+        self._calls: dict[object, Callable[[], object]] = {}
         self._running = False
         self._lock = threading.Lock()
 
@@ -102,27 +105,43 @@ class Changes:
                 return
             before = self._pending[1] if self._pending is not None else {}
             self._pending = np.array(q), before | dict.fromkeys(joints)
-            if self._running:
-                return
+            self._start()
+
+    def call(self, key: object, function: Callable[[], object]) -> None:
+        """Call a function once, instead of the one that still waits under the same key."""
+        with self._lock:
+            self._calls[key] = function
+            self._start()
+
+    def _start(self) -> None:
+        if not self._running:
             self._running = True
-        threading.Thread(target=self._run, name="nao_kin viewer changes", daemon=True).start()
+            threading.Thread(target=self._run, name="nao_kin viewer changes", daemon=True).start()
 
     def _run(self) -> None:
         while True:
             with self._lock:
                 pending, self._pending = self._pending, None
+                calls, self._calls = self._calls, {}
                 subscriptions = tuple(self._subscriptions)
-                if pending is None:
+                if pending is None and not calls:
                     self._running = False
                     return
+            for function in calls.values():
+                _guarded(function, "on_move of a target")
+            if pending is None:
+                continue
             q, joints = pending
             for subscription in subscriptions:
-                if subscription not in self._subscriptions:  # removed by the previous callback, or meanwhile
-                    continue
-                try:
-                    subscription.callback(q.copy(), tuple(joints))
-                except BaseException:  # exceptions of the caller's function, sys.exit() too, are the caller's
-                    _LOG.exception("a callback of viewer.on_change failed")
+                if subscription in self._subscriptions:  # not removed by the previous callback, or meanwhile
+                    _guarded(partial(subscription.callback, q.copy(), tuple(joints)), "viewer.on_change")
+
+
+def _guarded(function: Callable[[], object], what: str) -> None:
+    try:
+        function()
+    except BaseException:  # exceptions of the caller's function, sys.exit() too, are the caller's
+        _LOG.exception("a callback of %s failed", what)
 
 
 # --- Warnings of joints that are shown outside their limits.

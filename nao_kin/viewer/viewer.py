@@ -27,12 +27,15 @@ from nao_kin.viewer.access import POLICY, Document, checked_names, checked_token
 from nao_kin.viewer.browser import pictures
 from nao_kin.viewer.description import SceneRobot
 from nao_kin.viewer.handles import Recording, ShownRobot, checked_pose
+from nao_kin.viewer.images import Image, Images
 from nao_kin.viewer.messages import RetainedMessages, packed, panel_message, set_animation, track, typed_array
 from nao_kin.viewer.notebook import NOT_LIVE, Bridge, bridge_of, frame, has_bridge
 from nao_kin.viewer.overlays import Buttons, Extras
 from nao_kin.viewer.scene import ROBOT
 from nao_kin.viewer.server import Answer, LiveServer, weak_receiver
 from nao_kin.viewer.shown_scene import ChangeCallback, Changes, Lead, Subscription, warn_outside
+from nao_kin.viewer.streams import Streams
+from nao_kin.viewer.targets import MoveCallback, Target, Targets
 
 # A page sends its name with its messages, and gets the name back.
 _MAX_SOURCE = 64
@@ -105,6 +108,9 @@ class Viewer:
         # Sources and receivers of the robot's movements.
         self._lead, self._warned = Lead(), set[str]()
         self._changes, self._recordings = Changes(), list[Recording]()
+        self._targets = Targets(self._messages, self._lock, self._changes)
+        self._images = Images(self._messages, self._lock, tuple(robot.semantics.cameras))
+        self._streams = Streams(self._messages)
         self._send_robot(self._look)
         self._messages.scene_is_complete()
         self._show_joints(self._look.start, None)
@@ -200,6 +206,7 @@ class Viewer:
         warn_outside(self.robot, array, self._warned)
         tracks = [track("joint_values", "number", array), *([] if ups is None else [track("up_values", "number", ups)])]
         clip = set_animation({ROBOT: tracks}, rate, play=play, loop=loop)
+        self._streams.restart()
         with self._lock:
             self._lead.release()
             self._show_joints(array[0], None if ups is None else ups[0].tolist())
@@ -429,7 +436,9 @@ class Viewer:
         self.show_ghosts(np.zeros((0, self.robot.nq)))
 
     def show_targets(self, targets: Mapping[str, ArrayLike]) -> None:
-        """Mark points or poses in the robot's root frame, under any names; an empty mapping removes them.
+        """Mark points or poses in the robot's root frame, under any names, instead of the previous marks.
+
+        An empty mapping removes them. Targets of `add_target` stay.
 
         Args:
             targets: name → position, shape (3,) [m], or pose, shape (4, 4).
@@ -438,7 +447,93 @@ class Viewer:
             >>> viewer = nk.Viewer(nk.load_nao())
             >>> viewer.show_targets({"cup": [0.2, 0.1, 0.1]})
         """
-        self._messages.put("targets", overlays.targets(targets))
+        self._targets.show(targets)
+
+    def add_target(self, name: str, T: ArrayLike, *, on_move: MoveCallback | None = None) -> Target:
+        """Add a target that a user can drag in the page: a ball at a position, or a triad at a pose.
+
+        It replaces the target that was added under the same name. The ball follows the pointer, its arrows keep it on
+        an axis, and the rings of a pose turn it; the keyboard does the same.
+
+        `on_move` is called in the thread of `on_change`, at most thirty times a second, with the newest place. It may
+        be slow, and may use the viewer; exceptions are logged. `Target.place` does not call it.
+
+        Args:
+            name: its name in the page, 1 to 200 characters.
+            T: position, shape (3,) [m], or pose, shape (4, 4), in the robot's root frame.
+            on_move: called with the new position or pose, of the shape of T, when a user moves the target.
+
+        Returns:
+            The target, whose `T` is its place, with `place` and `remove`.
+
+        Raises:
+            NotARotation: T is not a pose.
+            BadArgument: there are 1000 targets already.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> viewer = nk.Viewer(nao)
+            >>> ball = viewer.add_target(
+            ...     "ball", [0.2, 0.1, 0.1], on_move=lambda T: viewer.display(nk.ik.arm(nao, "L", T).q)
+            ... )
+            >>> ball.T.tolist()
+            [0.2, 0.1, 0.1]
+        """
+        return self._targets.add(name, T, on_move)
+
+    def show_image(self, camera: str, image: Image | None) -> None:
+        """Show an image of a camera of the robot in the page, instead of the drawn view; None removes it.
+
+        It is in the page's inset *Camera view*, which the first image opens, and on the far end of the camera's
+        frustum.
+
+        Args:
+            camera: name of a camera of the robot, such as "CameraTop".
+            image: red, green and blue, shape (h, w, 3), or grey, shape (h, w), of type uint8; or the bytes of a PNG or
+                JPEG file. At most 16 megapixels.
+
+        Raises:
+            UnknownName: the robot has no such camera.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> viewer.show_image("CameraTop", np.full((240, 320, 3), 128, np.uint8))
+            >>> viewer.show_image("CameraTop", None)
+        """
+        if self._images.show(camera, image):
+            self._buttons.press("eye", True)
+
+    def plot(
+        self, name: str, value: ArrayLike | Mapping[str, ArrayLike] | None, *, time: ArrayLike | None = None
+    ) -> None:
+        """Add a point to a plot over time in the page, with one line or several; None as the value removes the plot.
+
+        The page draws the newest 100 000 points as they come, and marks the time of a clip that is playing. A time
+        before the last one begins the plot anew.
+
+        Args:
+            name: title of the plot, 1 to 200 characters.
+            value: a number; or a mapping, line → number. The first mapping names the lines; a later one may leave some
+                out.
+            time: time of the point [s]; None for the time of the call, since the viewer was made or `animate` was
+                called.
+
+        Raises:
+            UnknownName: a line that the first mapping does not name.
+            BadArgument: there are 64 lines already.
+
+        Examples:
+            >>> viewer = nk.Viewer(nk.load_nao())
+            >>> for t in np.linspace(0.0, 1.0, 11):
+            ...     viewer.plot("LFoot/FSR", {"front": 10.0 + t, "rear": 12.0 - t}, time=t)
+            >>> viewer.plot("LFoot/FSR", None)
+        """
+        if value is None:
+            self._streams.remove(name)
+            return
+        values = self._streams.add(name, value, time)
+        for recording in tuple(self._recordings):
+            recording.note(name, values)
 
     def color_links(
         self, values: Mapping[str, float], *, low: float | None = None, high: float | None = None, label: str = ""
@@ -732,6 +827,7 @@ class Viewer:
         choice(camera, self.camera_names, "camera")
         atomic.check_writable(path, kind="png")
         atomic.check_replaceable(path, overwrite=flag(overwrite, "overwrite"))
+        self._streams.flush()
         atomic.write_bytes(path, pictures.picture(self._messages, camera, size, overlays.seconds(timeout)))
         return Path(path)
 
@@ -745,6 +841,7 @@ class Viewer:
             >>> viewer.static_html().startswith("<!DOCTYPE html>")
             True
         """
+        self._streams.flush()
         return static_page(self.robot.name, self._messages.messages())
 
     def save_html(self, path: Path | str, *, overwrite: bool = False) -> Path:
@@ -789,6 +886,8 @@ class Viewer:
         """Process a message of a page; runs in the server's thread."""
         if answer.get("kind") == "shown":
             self._buttons.receive(answer.get("shown"), _source_of(answer))
+        elif answer.get("kind") == "target":
+            self._targets.receive(answer.get("name"), answer.get("matrix"), _source_of(answer))
         elif answer.get("kind") in ("joints", "clip", "played"):
             self._receive_configuration(answer, _source_of(answer))
 

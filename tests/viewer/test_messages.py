@@ -49,6 +49,8 @@ def sent(nao: nk.NaoModel) -> dict[str, list[dict[str, object]]]:
     viewer.add_mesh("mesh", np.eye(3), [[0, 1, 2]])
     viewer.add_line("line", np.eye(3))
     viewer.add_robot(nao).remove()
+    viewer.show_image("CameraTop", np.zeros((2, 2), np.uint8))
+    viewer.plot("force", 1.0)
     return found
 
 

@@ -40,7 +40,11 @@ const HANDLERS: { [Kind in keyof Received]: (app: App, message: Received[Kind]) 
   lights: (app, { lights }) => app.lights.show(lights),
   speech: (app, { text }) => app.speech.say(text),
   reach: (app, message) => app.reach.show(message),
-  capture: (app, message) => sendPicture(app, message),
+  image: (app, message) => void app.eyes.setImage(message),
+  images: (app, { cameras }) => app.eyes.keepImages(cameras),
+  plot: (app, message) => app.streams.add(message),
+  plots: (app, { names }) => app.streams.keep(names),
+  capture: (app, message) => void app.eyes.complete().then(() => sendPicture(app, message)),
   version: (app, { version }) => app.connection.compare(version),
   complete: (app) => app.complete(),
 };

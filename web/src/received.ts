@@ -53,7 +53,7 @@ export interface Received {
     first: number | null;
   };
   targets: {
-    targets: { name: string; matrix: number[]; point: boolean }[];
+    targets: { name: string; matrix: number[]; point: boolean; source?: string }[];
   };
   colours: {
     robot: number;
@@ -96,6 +96,25 @@ export interface Received {
     parts?: { geometry: object; colour: Vector; opacity: number }[];
   };
   extras: {
+    names: string[];
+  };
+  image: {
+    camera: string;
+    format: string;
+    data: Uint8Array;
+  };
+  images: {
+    cameras: string[];
+  };
+  plot: {
+    name: string;
+    lines: string[];
+    run: number;
+    first: number;
+    times: Float64Array;
+    values: Float64Array;
+  };
+  plots: {
     names: string[];
   };
   camera: {

@@ -9,11 +9,13 @@ import type { Snapshot, Stance } from "../stance.ts";
 import type { Toggles } from "../toggles.ts";
 import type { MeshcatViewer } from "../types.ts";
 import type { Gesture, Handle, Limb } from "./follow.ts";
-import { HandleKeys } from "./handle_keys.ts";
-import { Handles, Rings, type Ring } from "./handles.ts";
+import { HandleKeys, type Holdable } from "./handle_keys.ts";
+import { AXES, Handles, Rings, turnsOf, type Ring } from "./handles.ts";
 import { JointDrag, type motionOf } from "./joint_drag.ts";
 import { LimbDrag, TurnDrag } from "./limb_drag.ts";
 import { Pointer } from "./pointer.ts";
+import { TargetMove, TargetTurn } from "./target_drag.ts";
+import type { Grip, Targets } from "./targets.ts";
 
 /** The parts of the page that are used here. */
 interface Page extends EventTarget {
@@ -23,6 +25,7 @@ interface Page extends EventTarget {
   readonly robot: Robot;
   readonly stance: Stance;
   readonly studio: Studio;
+  readonly targets: Targets;
   readonly toggles: Toggles;
   readonly viewer: MeshcatViewer;
   show(changes: Record<string, boolean>): void;
@@ -30,7 +33,7 @@ interface Page extends EventTarget {
 
 /**
  * Taking hold of the robot: of a handle on a hand, a foot or the gaze, which the limb follows, of a ring that turns a hand
- * or a foot, or of a link of the selected limb, which its joint follows. While something is held the trunk stays where it is; when it is let go the robot stands on the floor
+ * or a foot, of a link of the selected limb, which its joint follows, or of a target of the program. While something is held the trunk stays where it is; when it is let go the robot stands on the floor
  * again. Event of the page: "gesture" with `held`, when something is taken hold of and when it is let go: all that happens
  * in between is one change.
  */
@@ -60,6 +63,10 @@ export class Drag {
     this.ghosts = new Ghosts(page.robot);
     this.pointer = new Pointer(page, this, pane);
     this.keys = new HandleKeys(this, bar);
+    page.addEventListener("targets", () => {
+      page.toggles.offer("handles", this.possible);
+      this.keys.refresh();
+    });
   }
 
   get handles() {
@@ -68,7 +75,32 @@ export class Drag {
 
   /** Whether there is a handle to drag. */
   get possible() {
-    return this.handles.length > 0;
+    return this.holdables.length > 0;
+  }
+
+  /** What can be taken hold of by keyboard: the handles, and the targets of the program. */
+  get holdables(): Holdable[] {
+    const { page, marks, limbs, ghosts } = this;
+    const handles = this.handles.map((handle) => ({
+      name: handle.limb.frame,
+      base: handle.limb.torso,
+      turns: turnsOf(handle),
+      light: (on: boolean) => marks.light(on ? handle : null),
+      toMove: () => new LimbDrag(page, limbs, ghosts, handle, null),
+      toTurn: (axis: Ring["axis"]) => {
+        page.pick.selection.select(handle.limb.frame);
+        return new TurnDrag(page, limbs, { handle, axis }, null);
+      },
+    }));
+    const targets = page.targets.movable.map((target) => ({
+      name: target.row.name,
+      base: page.robot.about.root,
+      turns: target.row.point ? [] : AXES,
+      light: (on: boolean) => page.targets.light(on ? target.knob : null),
+      toMove: () => new TargetMove(page, target),
+      toTurn: (axis: Ring["axis"]) => new TargetTurn(page, target, axis),
+    }));
+    return [...handles, ...targets];
   }
 
   /** The camera where its control has put it since the last picture. */
@@ -80,10 +112,11 @@ export class Drag {
   show(on: boolean) {
     this.marks.show(on);
     this.rings.refresh();
+    this.page.targets.showGrips(on);
     this.keys.show(on);
   }
 
-  takeHandle(handle: Handle, ray: Ray | null = null) {
+  takeHandle(handle: Handle, ray: Ray) {
     this.read(handle);
     this.begin(() => new LimbDrag(this.page, this.limbs, this.ghosts, handle, ray));
   }
@@ -93,7 +126,7 @@ export class Drag {
   }
 
   /** @param pointer on it */
-  takeRing(ring: Pick<Ring, "handle" | "axis">, pointer: { point: Vector3; ray: Ray } | null = null) {
+  takeRing(ring: Pick<Ring, "handle" | "axis">, pointer: { point: Vector3; ray: Ray }) {
     this.read(ring.handle);
     this.begin(() => new TurnDrag(this.page, this.limbs, ring, pointer));
   }
@@ -102,6 +135,15 @@ export class Drag {
   read({ limb }: Handle) {
     const { measure, selection } = this.page.pick;
     if (!measure.active) selection.follow(limb.frame);
+  }
+
+  /** @param pointer on it */
+  takeTarget({ target, axis, turns }: Grip, pointer: { point: Vector3; ray: Ray }) {
+    this.begin(() =>
+      axis && turns
+        ? new TargetTurn(this.page, target, axis, pointer)
+        : new TargetMove(this.page, target, axis, pointer),
+    );
   }
 
   begin(make: () => Gesture) {
@@ -133,12 +175,13 @@ export class Drag {
     this.announce(false);
   }
 
-  /** Let go, and give back the configuration that was there before. */
+  /** Let go, and give back what was there before. */
   cancel() {
     if (!this.held) return;
-    const { q, up } = this.held;
+    const { q, up, gesture } = this.held;
     const { stance } = this.page;
-    stance.set(q, up);
+    if (gesture.cancel) gesture.cancel();
+    else stance.set(q, up);
     stance.settle();
     this.end();
   }

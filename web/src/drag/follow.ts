@@ -47,6 +47,8 @@ export interface Gesture {
   move(ray: Ray, options: { level: boolean }): string;
   /** It is let go. */
   end(): void;
+  /** Give back what was before, where that is not the robot's configuration. */
+  cancel?(): void;
 }
 
 // The search goes so many ways, and ends with steps of LAST_STEP [m], or after so many tries.

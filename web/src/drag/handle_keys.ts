@@ -2,10 +2,32 @@ import "./handle_keys.css";
 import { fixed } from "../math/numbers.ts";
 import { element } from "../panel/element.ts";
 import type { Drag } from "./drag.ts";
-import type { Handle } from "./follow.ts";
-import { turnsOf, type Axis } from "./handles.ts";
-import type { LimbDrag, TurnDrag } from "./limb_drag.ts";
+import type { Gesture } from "./follow.ts";
+import type { Axis } from "./handles.ts";
+import type { Vector } from "../math/rotations.ts";
 import { degrees } from "./stops.ts";
+
+interface Moving extends Gesture {
+  readonly place: Vector;
+  step(right: number, up: number): string;
+}
+
+interface Turning extends Gesture {
+  readonly reached: number;
+  step(angle: number): string;
+}
+
+/** What a button takes hold of: a handle, or a target. */
+export interface Holdable {
+  name: string;
+  /** Frame that its place is said in. */
+  base: string;
+  /** Axes that it turns about. */
+  turns: Axis[];
+  light(on: boolean): void;
+  toMove(): Moving;
+  toTurn(axis: Axis): Turning;
+}
 
 // How far an arrow key moves a handle [m], and with Shift; how far a letter turns its frame [rad].
 const [STEP, LARGE] = [0.001, 0.01];
@@ -21,8 +43,7 @@ const ARROWS: Record<string, [number, number]> = {
 
 const namesOf = (turns: Axis[], between: string) => turns.map(({ name }) => name).join(between);
 
-function titleOf(handle: Handle) {
-  const turns = turnsOf(handle);
+function titleOf({ turns }: Holdable) {
   const letters = namesOf(turns, ", ").toUpperCase();
   return [
     "Arrow keys move it by 1 mm, with Shift by 10 mm",
@@ -39,40 +60,54 @@ function titleOf(handle: Handle) {
 export class HandleKeys {
   /** What the handle that is held is held for: to be moved, or to be turned about an axis. */
   grip = "";
+  shown = true;
 
   constructor(
     readonly drag: Drag,
     public bar: HTMLElement,
   ) {
+    this.refresh();
+  }
+
+  /** Make the buttons; one that has the focus keeps it. */
+  refresh() {
+    const { bar, drag } = this;
+    const focus = bar.contains(document.activeElement) ? document.activeElement?.textContent : null;
+    if (focus && this.grip) drag.end();
+    this.grip = "";
     const hint = "Arrow keys move it by 1 mm, with Shift by 10 mm; X, Y, Z turn it by 1°, with Shift back";
+    const buttons = drag.holdables.map((held) => {
+      const button = element("button", { type: "button", title: titleOf(held) }, held.name);
+      button.onfocus = () => held.light(true);
+      button.onblur = () => this.leave(button, held);
+      button.onkeydown = (event) => this.key(event, button, held);
+      return button;
+    });
     bar.replaceChildren(
       element("span", { className: "hint" }, `${hint}; Enter lets go, Escape gives back`),
-      ...drag.handles.map((handle) => {
-        const button = element("button", { type: "button", title: titleOf(handle) }, handle.limb.frame);
-        button.onfocus = () => drag.marks.light(handle);
-        button.onblur = () => this.leave(button);
-        button.onkeydown = (event) => this.key(event, button, handle);
-        return button;
-      }),
+      ...buttons,
     );
+    if (focus) buttons.find(({ textContent }) => textContent === focus)?.focus();
+    this.show(this.shown);
   }
 
   show(on: boolean) {
-    this.bar.hidden = !on || this.drag.handles.length === 0;
+    this.shown = on;
+    this.bar.hidden = !on || !this.drag.possible;
   }
 
-  key(event: KeyboardEvent, button: HTMLButtonElement, handle: Handle) {
+  key(event: KeyboardEvent, button: HTMLButtonElement, held: Holdable) {
     const { drag } = this;
     const isHolding = button.getAttribute("aria-pressed") === "true";
     const arrow = Object.hasOwn(ARROWS, event.key) ? ARROWS[event.key] : null;
     const letter = event.key.toLowerCase();
     if ((arrow || "xyz".includes(letter)) && !event.altKey && !event.ctrlKey && !event.metaKey) {
       if (drag.held && !isHolding) return;
-      if (arrow) this.move(button, handle, arrow, event.shiftKey ? LARGE : STEP);
-      else this.turn(button, handle, letter, event.shiftKey ? -TURN : TURN);
+      if (arrow) this.move(button, held, arrow, event.shiftKey ? LARGE : STEP);
+      else this.turn(button, held, letter, event.shiftKey ? -TURN : TURN);
     } else if (event.key === "Enter") {
       if (isHolding) this.letGo(button);
-      else if (!drag.held) this.takeToMove(button, handle);
+      else if (!drag.held) this.takeToMove(button, held);
     } else if (event.key === "Escape" && isHolding) {
       drag.cancel();
       this.letGo(button);
@@ -84,41 +119,39 @@ export class HandleKeys {
    * @param direction right and up on the screen
    * @param length [m]
    */
-  move(button: HTMLButtonElement, handle: Handle, [right, up]: [number, number], length: number) {
+  move(button: HTMLButtonElement, held: Holdable, [right, up]: [number, number], length: number) {
     const { drag } = this;
-    this.takeToMove(button, handle);
-    const gesture = drag.held?.gesture as LimbDrag;
+    this.takeToMove(button, held);
+    const gesture = drag.held?.gesture as Moving;
     const says = gesture.step(length * right, length * up);
     const place = gesture.place.map((value) => fixed(1000 * value, 0)).join(", ");
-    drag.say(`${says || handle.limb.frame}, at ${place} mm in ${handle.limb.torso}`);
+    drag.say(`${says || held.name}, at ${place} mm in ${held.base}`);
   }
 
   /**
    * @param name of the axis
    * @param angle [rad]
    */
-  turn(button: HTMLButtonElement, handle: Handle, name: string, angle: number) {
+  turn(button: HTMLButtonElement, held: Holdable, name: string, angle: number) {
     const { drag } = this;
-    const { frame } = handle.limb;
-    const turns = turnsOf(handle);
+    const { name: frame, turns } = held;
     const axis = turns.find((one) => one.name === name);
     if (!axis) {
       drag.say(turns.length > 0 ? `${frame} turns about ${namesOf(turns, " and ")}` : `${frame} has no ring to turn`);
       return;
     }
     if (this.grip !== name) {
-      this.drag.page.pick.selection.select(frame);
-      drag.takeRing({ handle, axis });
+      drag.begin(() => held.toTurn(axis));
       this.hold(button, name);
     }
-    const gesture = drag.held?.gesture as TurnDrag;
+    const gesture = drag.held?.gesture as Turning;
     const says = gesture.step(angle);
     drag.say(`${says ? `${says};` : frame} turned by ${degrees(gesture.reached, 1)} about ${name}`);
   }
 
-  takeToMove(button: HTMLButtonElement, handle: Handle) {
+  takeToMove(button: HTMLButtonElement, held: Holdable) {
     if (this.grip === "move") return;
-    this.drag.takeHandle(handle);
+    this.drag.begin(() => held.toMove());
     this.hold(button, "move");
   }
 
@@ -133,8 +166,8 @@ export class HandleKeys {
     button.setAttribute("aria-pressed", "false");
   }
 
-  leave(button: HTMLButtonElement) {
+  leave(button: HTMLButtonElement, held: Holdable) {
     if (button.getAttribute("aria-pressed") === "true") this.letGo(button);
-    this.drag.marks.light(null);
+    held.light(false);
   }
 }

@@ -16,7 +16,7 @@ interface Page extends EventTarget {
 }
 
 /** A ring that keeps its size on the screen. */
-function makeKnob() {
+export function makeKnob() {
   const canvas = document.createElement("canvas");
   canvas.width = canvas.height = 96;
   const ink = canvas.getContext("2d") as CanvasRenderingContext2D;
@@ -37,7 +37,7 @@ function makeKnob() {
 }
 
 /** A handle under the pointer is larger and brighter. */
-function highlight(knob: THREE.Sprite, on: boolean) {
+export function highlight(knob: THREE.Sprite, on: boolean) {
   const [size, opacity] = on ? [0.018, 1] : [0.013, 0.75];
   knob.scale.set(size, size, 1);
   knob.material.opacity = opacity;
@@ -61,7 +61,7 @@ function makeSight(length: number) {
 }
 
 // Within how many pixels of the mouse, or of a touch, a handle is held.
-const [POINT, FINGER] = [14, 28];
+export const [POINT, FINGER] = [14, 28];
 
 // That of the gaze is at a share of the robot's size before the camera, of a small robot.
 const [SIGHT, SMALL] = [0.25, 1.5];
@@ -138,9 +138,9 @@ export interface Ring {
 }
 
 // Sizes in metres for a small robot; the points of a ring that are looked at; how near to it a pointer is on it [px].
-const [RADIUS, THICKNESS, SAMPLES, RING_POINT, RING_FINGER] = [0.072, 0.0011, 64, 6, 16];
+export const [RADIUS, THICKNESS, SAMPLES, RING_POINT, RING_FINGER] = [0.072, 0.0011, 64, 6, 16];
 
-const AXES: Axis[] = [
+export const AXES: Axis[] = [
   { name: "x", axis: [1, 0, 0], colour: "#e0433a" },
   { name: "y", axis: [0, 1, 0], colour: "#2f9e44" },
   { name: "z", axis: [0, 0, 1], colour: "#2f6fe0" },

@@ -8,12 +8,14 @@ import type { Drag } from "./drag.ts";
 import type { Handle } from "./follow.ts";
 import type { Rings } from "./handles.ts";
 import { motionOf } from "./joint_drag.ts";
+import type { Targets } from "./targets.ts";
 
 /** The parts of the page that are used here. */
 interface Page {
   readonly pick: Pick;
   readonly robot: Robot;
   readonly stance: Stance;
+  readonly targets: Targets;
   readonly viewer: MeshcatViewer;
 }
 
@@ -64,10 +66,15 @@ export class Pointer {
     if (this.drag.held || this.press || event.button !== 0 || !event.isPrimary) return;
     this.page.stance.settle();
     const { clientX, clientY, pointerId: id, shiftKey: shift } = event;
-    const handle = this.drag.marks.at(event);
-    const grip = handle ? null : this.drag.rings.at(event);
-    const hit = handle || grip ? null : this.page.pick.picker.at(event);
-    const take = this.taking(event, handle, grip, hit);
+    const ray = this.page.pick.viewport.ray(event);
+    // A limb that follows a target has its handle at the same place.
+    const target = this.page.targets.at(event);
+    const handle = target ? null : this.drag.marks.at(event);
+    const grip = target || handle ? null : this.drag.rings.at(event);
+    const hit = target || handle || grip ? null : this.page.pick.picker.at(event);
+    const take = target
+      ? () => this.drag.takeTarget(target.grip, { point: target.point, ray })
+      : this.taking(event, handle, grip, hit);
     // A click on a ring is one on its handle.
     const clicked = handle ?? grip?.ring.handle ?? null;
     this.press = { id, clientX, clientY, shift, handle: clicked, hit, take, still: true };
@@ -141,9 +148,11 @@ export class Pointer {
 
   hover(event: PointerEvent) {
     const { hover } = this.page.pick;
-    const handle = this.drag.marks.at(event);
+    const target = this.page.targets.at(event)?.grip ?? null;
+    const handle = target ? null : this.drag.marks.at(event);
+    this.page.targets.light(target);
     this.drag.marks.light(handle);
-    const isHeld = handle || this.drag.rings.at(event);
+    const isHeld = target || handle || this.drag.rings.at(event);
     const point = (on: boolean) => (this.pane.style.cursor = on ? "grab" : "");
     if (!isHeld) return hover.follow(event, (link) => point(link !== null && this.mayMove(event, link)));
     point(true);
@@ -154,6 +163,7 @@ export class Pointer {
     // A finger that is lifted leaves too.
     if (this.press || pointerType === "touch") return;
     this.drag.marks.light(null);
+    this.page.targets.light(null);
     this.page.pick.hover.clear();
   }
 

@@ -34,15 +34,21 @@ export { uPlot };
 interface Line {
   name: string;
   colour: string;
-  /** in the unit shown */
-  values: number[];
+  /** in the unit shown; null for none */
+  values: (number | null)[];
   limits: (number | null)[];
-  digits: number;
+  /** after the point; null for four digits in all */
+  digits: number | null;
   /** of the unit */
   sign: string;
 }
 
 const HEIGHT = 112;
+
+function written(value: number, digits: number | null) {
+  if (Number.isNaN(value)) return "–";
+  return digits === null ? String(Number(value.toPrecision(4))).replace("-", "−") : fixed(value, digits);
+}
 
 /** Numbers over time as a picture, with what they are at the present time. A press goes to a time. */
 export class Plot {
@@ -57,11 +63,15 @@ export class Plot {
   outputs: HTMLOutputElement[] | undefined;
   plot: uPlot | undefined;
 
-  /** @param chooser what is drawn */
+  /**
+   * @param chooser what is drawn
+   * @param grows whether new points come to the same lines
+   */
   constructor(
     readonly title: string,
     chooser: HTMLElement,
     readonly seek: (time: number) => void,
+    readonly grows: boolean = false,
   ) {
     this.picture.setAttribute("role", "img");
     this.element = element(
@@ -74,9 +84,16 @@ export class Plot {
   }
 
   show(times: number[], lines: Line[]) {
-    this.plot?.destroy();
+    const isSame =
+      this.plot && lines.length === this.lines.length && lines.every(({ name }, i) => name === this.lines[i].name);
     this.lines = lines;
     this.times = times;
+    if (isSame && this.grows) {
+      this.plot?.setData([times, ...lines.map(({ values }) => values)]);
+      this.picture.setAttribute("aria-label", this.described());
+      return;
+    }
+    this.plot?.destroy();
     this.outputs = lines.map(() => element("output"));
     this.outputs.forEach((output) => output.setAttribute("aria-live", "off"));
     this.values.replaceChildren(
@@ -126,8 +143,9 @@ export class Plot {
   // What a picture says, in words.
   described() {
     const spans = this.lines.map(({ name, values, digits, sign }) => {
-      const ends = [Math.min(...values), Math.max(...values)].map((value) => fixed(value, digits));
-      return `${name} from ${ends[0]} to ${ends[1]} ${sign}`;
+      let [low, high] = [Infinity, -Infinity];
+      for (const value of values) if (value !== null) [low, high] = [Math.min(low, value), Math.max(high, value)];
+      return `${name} from ${written(low, digits)} to ${written(high, digits)} ${sign}`.trim();
     });
     return `${this.title} over ${(this.times.at(-1) ?? 0).toFixed(2)} s: ${spans.join(", ") || "nothing moves"}`;
   }
@@ -177,7 +195,7 @@ export class Plot {
     this.time = time;
     this.place();
     this.lines.forEach(({ digits, sign }, i) => {
-      const text = `${fixed(valueOf(i), digits)}${sign === "°" ? "" : " "}${sign}`;
+      const text = `${written(valueOf(i), digits)}${sign === "°" ? "" : " "}${sign}`.trim();
       if (this.outputs) this.outputs[i].textContent = text;
     });
   }

@@ -5,7 +5,8 @@ import type { Player } from "../timeline/player.ts";
 import type { Coordinate } from "../types.ts";
 import { unitOf } from "../values/units.ts";
 import { Plot } from "./plot.ts";
-import { busiest, evenTimes, sampleTimes } from "./samples.ts";
+import { busiest, evenTimes, indexAt, sampleTimes } from "./samples.ts";
+import type { Curves } from "./streams.ts";
 
 const COLOURS = ["#d9480f", "#1c7ed6", "#2b8a3e", "#ae3ec9", "#a17a00", "#0c8599", "#c2255c", "#5f3dc4"];
 const AXES = { x: "#e03131", y: "#2f9e44", z: "#3b7ddd" };
@@ -13,7 +14,10 @@ const [MOST_TIMES, MOST_PLACES, MOST_LINES] = [1500, 400, 6];
 // How long [ms] a change waits for the next one.
 const PATIENCE = 80;
 
-/** Joint angles and the position of a frame over the time of what is played. Hidden, it does nothing. */
+/**
+ * Joint angles and the position of a frame over the time of what is played, and what the program plots. Hidden, it does
+ * nothing; the first points that the program plots open it.
+ */
 export class PlotStrip {
   coordinates: Coordinate[];
   /** Columns of the joints chosen; null for those that move most. */
@@ -28,6 +32,13 @@ export class PlotStrip {
   element = element("section", { className: "plots", hidden: true, ariaLabel: "Plots" });
   boxes?: { box: HTMLInputElement; column: number; label: HTMLLabelElement }[];
   drawn?: Coordinate[];
+  /** The program's plots, by title, with what they show. */
+  streams: Map<string, { plot: Plot; curves: Curves }> = new Map();
+  /** Whether the program has plotted something. */
+  begun = false;
+  waitingPoints: ReturnType<typeof setTimeout> | undefined = undefined;
+  /** How long the program's plots took to draw [ms]. */
+  took = 0;
 
   constructor(readonly player: Player) {
     const { page } = player;
@@ -51,6 +62,7 @@ export class PlotStrip {
     this.places = new Plot("Position", this.frames, seek);
     this.element.append(this.joints.element, this.places.element);
     player.addEventListener("motion", () => this.later());
+    page.streams.addEventListener("points", () => this.pointsCame());
     player.addEventListener("time", () => this.setTime());
     page.panel.settings.addEventListener("units", () => this.later());
     page.panel.settings.addEventListener("theme", () => this.later());
@@ -84,7 +96,60 @@ export class PlotStrip {
     this.button.setAttribute("aria-pressed", String(on));
     this.player.bar.classList.toggle("plotting", on);
     if (on) this.update();
-    else [this.joints, this.places].forEach((plot) => plot.clear());
+    else
+      [this.joints, this.places, ...[...this.streams.values()].map(({ plot }) => plot)].forEach((plot) => plot.clear());
+  }
+
+  pointsCame() {
+    if (!this.begun && this.player.page.streams.live.size > 0) {
+      this.begun = true;
+      this.open(true);
+    }
+    // Many points take long to draw: three quarters of the time are for the rest of the page.
+    if (!this.element.hidden)
+      this.waitingPoints ??= setTimeout(() => this.drawStreams(), Math.max(PATIENCE, 3 * this.took));
+  }
+
+  /** Draw what the program plots. */
+  drawStreams() {
+    clearTimeout(this.waitingPoints);
+    this.waitingPoints = undefined;
+    if (this.element.hidden) return;
+    const begin = performance.now();
+    const { motion, page } = this.player;
+    const found = page.streams.curves(motion);
+    for (const [name, { plot }] of this.streams) {
+      if (found.has(name)) continue;
+      plot.clear();
+      plot.element.remove();
+      this.streams.delete(name);
+    }
+    for (const [name, curves] of found) {
+      const plot = this.streams.get(name)?.plot ?? this.addStream(name, curves);
+      this.streams.set(name, { plot, curves });
+      plot.show(
+        curves.times,
+        curves.lines.map((line, i) => ({
+          name: line,
+          colour: COLOURS[i % COLOURS.length],
+          values: curves.values[i],
+          limits: [],
+          digits: null,
+          sign: "",
+        })),
+      );
+    }
+    this.setTime();
+    this.took = performance.now() - begin;
+  }
+
+  addStream(name: string, { lines }: Curves) {
+    const title = lines.length === 1 && lines[0] === name ? "" : name;
+    const seek = (time: number) => this.player.loaded && this.player.seek(time);
+    const plot = new Plot(name, element("strong", {}, title), seek, true);
+    plot.element.classList.add("stream");
+    this.element.append(plot.element);
+    return plot;
   }
 
   later() {
@@ -97,6 +162,9 @@ export class PlotStrip {
     const { motion, page } = this.player;
     if (this.element.hidden) return;
     this.element.classList.toggle("bare", !motion);
+    // Their axes have the colours of the theme.
+    for (const { plot } of this.streams.values()) plot.clear();
+    this.drawStreams();
     if (!motion) return [this.joints, this.places].forEach((plot) => plot.clear());
     const { units } = page.panel.settings;
     const columns = this.coordinates.map(({ column }) => column);
@@ -133,7 +201,14 @@ export class PlotStrip {
 
   setTime() {
     const { motion, time, page } = this.player;
-    if (this.element.hidden || !motion || !this.skeleton || !this.drawn) return;
+    if (this.element.hidden) return;
+    for (const { plot, curves } of this.streams.values()) {
+      const { times, values } = curves;
+      const now = motion ? time : (times.at(-1) ?? 0);
+      const at = Math.max(0, indexAt(times, now));
+      plot.setTime(now, (line) => values[line][at] ?? NaN);
+    }
+    if (!motion || !this.skeleton || !this.drawn) return;
     const { units } = page.panel.settings;
     const q = motion.at(time);
     const drawn = this.drawn;

@@ -29,3 +29,14 @@ export function busiest({ values, width, count }: Motion, columns: readonly numb
     .map(({ column }) => column);
   return columns.filter((column) => chosen.includes(column));
 }
+
+/** The last of some ascending times that is not after a time; −1 where all are. */
+export function indexAt(times: readonly number[], time: number) {
+  let [low, high] = [0, times.length];
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (times[middle] <= time) low = middle + 1;
+    else high = middle;
+  }
+  return low - 1;
+}

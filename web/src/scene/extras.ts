@@ -32,7 +32,7 @@ export const flatMaterial = (colour: string, order: number) =>
  * @param radius of the rod [m]
  * @param order of drawing, as in `flatMaterial`
  */
-function makeArrow(length: number, radius: number, colour: string, order: number) {
+export function makeArrow(length: number, radius: number, colour: string, order: number) {
   const arrow = new THREE.Group();
   const material = flatMaterial(colour, order);
   const rod = new THREE.Mesh(new THREE.CylinderGeometry(radius, radius, length, 12), material);

@@ -2,7 +2,8 @@ import { element } from "../panel/element.ts";
 import type { Robot } from "../robot/robot.ts";
 import { THREE } from "../three.ts";
 import type { Eye, MeshcatViewer } from "../types.ts";
-import { asMark } from "./marks.ts";
+import type { Received } from "../received.ts";
+import { asMark, dispose } from "./marks.ts";
 import type { Studio } from "./studio.ts";
 
 /** The parts of the page that are used here. */
@@ -20,6 +21,19 @@ const [NEAR, FAR] = [0.025, 60];
 // Where the football lies, as shares of the height of the camera: NAO's upper camera sees all of it, the lower one its lower
 // half, and it has the size of a ball of the RoboCup Standard Platform League.
 const [AHEAD, RADIUS] = [2.1, 0.1];
+
+/** Let a camera of three.js, which looks along −z with y up, look along x with z up as a camera of the robot does. */
+function lookAhead(camera: THREE.PerspectiveCamera) {
+  const { Vector3 } = THREE;
+  const turn = new THREE.Matrix4().makeBasis(new Vector3(0, -1, 0), new Vector3(0, 0, 1), new Vector3(-1, 0, 0));
+  camera.quaternion.setFromRotationMatrix(turn);
+}
+
+function setField(camera: THREE.PerspectiveCamera, { horizontal, vertical }: Eye, near: number, far: number) {
+  const [h, v] = [horizontal ?? USUAL.horizontal, vertical ?? USUAL.vertical];
+  Object.assign(camera, { fov: THREE.MathUtils.radToDeg(v), aspect: Math.tan(h / 2) / Math.tan(v / 2), near, far });
+  camera.updateProjectionMatrix();
+}
 
 /** The frame in the page around what a camera sees. */
 interface Sight {
@@ -73,15 +87,41 @@ function makeFootball() {
   return ball;
 }
 
-/** What the robot's own cameras see, drawn into a corner of the picture, and their frustum in the scene. */
+/** What the program shows as the image of a camera. */
+interface Shown {
+  texture: THREE.Texture | null;
+  /** The newest image, while an older one is decoded. */
+  waiting: Blob | null;
+  decoding: boolean;
+}
+
+/** The picture in a file; null where it is none. */
+async function decoded(file: Blob) {
+  const picture = new Image();
+  picture.src = URL.createObjectURL(file);
+  try {
+    await picture.decode();
+    return picture;
+  } catch {
+    return null;
+  } finally {
+    URL.revokeObjectURL(picture.src);
+  }
+}
+
+/** What the robot's own cameras see, or what the program shows for them, in a corner of the picture; and their frustums. */
 export class Eyes {
   camera = new THREE.PerspectiveCamera();
-  shape = new THREE.PerspectiveCamera();
   sky = new THREE.Color();
   cleared = new THREE.Color();
   eye: Eye | null = null;
   ball = makeFootball();
-  helper?: THREE.CameraHelper;
+  /** Frustums that are drawn, on the links of their cameras. */
+  frustums: THREE.Object3D[] = [];
+  images: Map<string, Shown> = new Map();
+  /** An image, and the camera that looks at it. */
+  sheet = new THREE.Mesh(new THREE.PlaneGeometry(2, 2), new THREE.MeshBasicMaterial({ toneMapped: false }));
+  flat = new THREE.OrthographicCamera(-1, 1, 1, -1, -1, 1);
 
   /** @param sight where in the page the picture goes */
   constructor(
@@ -89,15 +129,7 @@ export class Eyes {
     readonly studio: Studio,
     public sight: Sight,
   ) {
-    // It looks along −z with y up, the robot's camera along x with z up.
-    this.camera.quaternion.setFromRotationMatrix(
-      new THREE.Matrix4().makeBasis(
-        new THREE.Vector3(0, -1, 0),
-        new THREE.Vector3(0, 0, 1),
-        new THREE.Vector3(-1, 0, 0),
-      ),
-    );
-    this.camera.add(asMark(this.shape));
+    lookAhead(this.camera);
     asMark(this.camera);
     studio.viewer.scene.add(this.ball);
   }
@@ -115,33 +147,16 @@ export class Eyes {
     this.eye = this.eyes.find((eye) => eye.name === name) ?? null;
     this.sight.box.hidden = !this.eye;
     this.camera.removeFromParent();
-    if (this.helper) {
-      this.helper.removeFromParent();
-      this.helper.geometry.dispose();
-      (this.helper.material as THREE.Material).dispose();
-      this.helper = undefined;
-    }
+    this.drawFrustums();
     const hadBall = this.ball.visible;
     this.ball.visible = this.eye !== null && this.studio.robots.length === 1;
     if (!this.eye) return;
-    const { link, horizontal, vertical } = this.eye;
-    const [h, v] = [horizontal ?? USUAL.horizontal, vertical ?? USUAL.vertical];
     const { size } = this.studio;
-    for (const [camera, near, far] of [
-      [this.camera, NEAR * Math.min(size, 1), FAR * size],
-      [this.shape, 0.03 * size, REACH * size],
-    ] as [THREE.PerspectiveCamera, number, number][]) {
-      Object.assign(camera, { fov: THREE.MathUtils.radToDeg(v), aspect: Math.tan(h / 2) / Math.tan(v / 2), near, far });
-      camera.updateProjectionMatrix();
-    }
+    setField(this.camera, this.eye, NEAR * Math.min(size, 1), FAR * size);
     this.sight.picture.style.setProperty("--aspect", String(this.camera.aspect));
     this.sight.select.value = this.eye.name;
     this.sight.field.textContent = this.field;
-    this.robot.nodes[link].add(this.camera);
-    this.helper = asMark(new THREE.CameraHelper(this.shape));
-    // Under its camera its own matrix has nothing to add.
-    this.helper.matrix = new THREE.Matrix4();
-    this.shape.add(this.helper);
+    this.robot.nodes[this.eye.link].add(this.camera);
     this.camera.updateWorldMatrix(true, true);
     if (!hadBall) this.kickOff();
   }
@@ -155,6 +170,88 @@ export class Eyes {
     this.ball.updateMatrixWorld();
   }
 
+  /** Draw the frustum of the camera that is looked through, and of those that have an image, with that at its far end. */
+  drawFrustums() {
+    for (const frustum of this.frustums) {
+      for (const part of frustum.children) if (part instanceof THREE.Mesh) part.material.map = null;
+      dispose(frustum);
+    }
+    const { size } = this.studio;
+    const drawn = this.eyes.filter((eye) => this.eye && (eye === this.eye || this.images.get(eye.name)?.texture));
+    this.frustums = drawn.map((eye) => {
+      const shape = asMark(new THREE.PerspectiveCamera());
+      lookAhead(shape);
+      setField(shape, eye, 0.03 * size, REACH * size);
+      const helper = asMark(new THREE.CameraHelper(shape));
+      // Under its camera its own matrix has nothing to add.
+      helper.matrix = new THREE.Matrix4();
+      shape.add(helper);
+      const map = this.images.get(eye.name)?.texture;
+      if (map) {
+        const height = 2 * shape.far * Math.tan(THREE.MathUtils.degToRad(shape.fov / 2));
+        const image = new THREE.Mesh(
+          new THREE.PlaneGeometry(height * shape.aspect, height),
+          new THREE.MeshBasicMaterial({ map, side: THREE.DoubleSide, toneMapped: false }),
+        );
+        image.position.z = -shape.far;
+        shape.add(image);
+      }
+      this.robot.nodes[eye.link].add(shape);
+      shape.updateWorldMatrix(true, true);
+      return shape;
+    });
+    const shown = this.eye && this.images.get(this.eye.name)?.texture;
+    this.sight.picture.setAttribute("role", "img");
+    this.sight.picture.ariaLabel = shown ? "Image from the program" : "What the camera sees";
+    this.studio.viewer.set_dirty();
+  }
+
+  /** Show an image for a camera, once it is decoded; its first one is looked at, unless that of another one is. */
+  async setImage({ camera, format, data }: Received["image"]) {
+    const known = this.images.get(camera);
+    const shown: Shown = known ?? { texture: null, waiting: null, decoding: false };
+    if (!known) {
+      if (!(this.eye && this.images.has(this.eye.name))) {
+        this.sight.select.value = camera;
+        if (this.eye) this.show(camera);
+      }
+      this.images.set(camera, shown);
+    }
+    shown.waiting = new Blob([data as BlobPart], { type: format });
+    if (shown.decoding) return;
+    shown.decoding = true;
+    while (shown.waiting) {
+      const file: Blob = shown.waiting;
+      shown.waiting = null;
+      const picture = await decoded(file);
+      if (!picture || this.images.get(camera) !== shown) continue;
+      shown.texture?.dispose();
+      shown.texture = new THREE.Texture(picture);
+      shown.texture.encoding = THREE.sRGBEncoding;
+      shown.texture.needsUpdate = true;
+      this.drawFrustums();
+    }
+    shown.decoding = false;
+    this.sight.box.dispatchEvent(new Event("decoded"));
+  }
+
+  /** Wait until all images are decoded. */
+  async complete() {
+    while ([...this.images.values()].some(({ decoding }) => decoding)) {
+      await new Promise((done) => this.sight.box.addEventListener("decoded", done, { once: true }));
+    }
+  }
+
+  /** Forget the images of all cameras but these. */
+  keepImages(cameras: string[]) {
+    for (const [name, { texture }] of this.images) {
+      if (cameras.includes(name)) continue;
+      this.images.delete(name);
+      texture?.dispose();
+    }
+    this.drawFrustums();
+  }
+
   /** The field of view as people write it, or "" where it is not known. */
   get field() {
     if (!this.eye?.horizontal || !this.eye.vertical) return "";
@@ -164,7 +261,7 @@ export class Eyes {
 
   /** Draw what it sees over the picture. */
   draw(draw: (camera: THREE.Camera) => void) {
-    if (!this.eye || !this.helper) return;
+    if (!this.eye) return;
     const { renderer } = this.studio.viewer;
     const pane = renderer.domElement.getBoundingClientRect();
     const frame = this.sight.picture.getBoundingClientRect();
@@ -181,14 +278,33 @@ export class Eyes {
     renderer.setViewport(x, y, width, height);
     renderer.setScissor(x, y, width, height);
     renderer.setScissorTest(true);
-    const marks = this.hideMarks();
-    floor.ground.visible = true;
-    draw(this.camera);
-    floor.ground.visible = false;
-    for (const mark of marks) mark.visible = true;
+    const texture = this.images.get(this.eye.name)?.texture;
+    if (texture) this.drawImage(texture, width / height);
+    else {
+      const marks = this.hideMarks();
+      floor.ground.visible = true;
+      draw(this.camera);
+      floor.ground.visible = false;
+      for (const mark of marks) mark.visible = true;
+    }
     renderer.setScissorTest(false);
     renderer.setViewport(0, 0, size.x, size.y);
     renderer.setClearColor(this.cleared, alpha);
+  }
+
+  /**
+   * Draw all of an image, with space beside it where its shape is another one.
+   *
+   * @param aspect of the space for it
+   */
+  drawImage(texture: THREE.Texture, aspect: number) {
+    const share = texture.image.width / texture.image.height / aspect;
+    this.sheet.scale.set(Math.min(1, share), Math.min(1, 1 / share), 1);
+    const { material } = this.sheet;
+    if (material.map === null) material.needsUpdate = true;
+    material.map = texture;
+    const { renderer } = this.studio.viewer;
+    renderer.render(this.sheet as any, this.flat);
   }
 
   /** A camera does not see what is drawn over the robot. */

@@ -9,6 +9,7 @@ import type { Studio } from "../scene/studio.ts";
 import type { MeshcatViewer } from "../types.ts";
 import { element, iconButton, menu, toolbar, type IconName } from "../panel/element.ts";
 import { PlotStrip } from "../plot/plot_strip.ts";
+import type { Streams } from "../plot/streams.ts";
 import { Trails, type Mode } from "../scene/trails.ts";
 import { Editor } from "./editor.ts";
 import type { Motion } from "./motion.ts";
@@ -25,6 +26,7 @@ interface Page extends EventTarget {
   readonly robot: Robot;
   readonly role: string;
   readonly stance: Stance;
+  readonly streams: Streams;
   readonly studio: Studio;
   readonly viewer: MeshcatViewer;
 }

@@ -1,0 +1,262 @@
+"""Targets that a user drags in the page, images of cameras, and plots of the program."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from viewer_pages import Page, opened, until, visitor
+
+import nao_kin as nk
+
+pytestmark = pytest.mark.slow
+
+DESK, PHONE = {"width": 1400, "height": 900}, {"width": 390, "height": 844}
+# Place on the screen of a point in the frame of a target [px].
+PLACE = """([name, point]) => {
+    const { node } = naoKin.targets.list.find(({ row }) => row.name === name);
+    node.updateWorldMatrix(true, false);
+    const { clientX, clientY } = naoKin.pick.viewport.place(node.localToWorld(new MeshCat.THREE.Vector3(...point)));
+    return [clientX, clientY];
+}"""
+# What is under a place on the screen: an axis, and whether it turns.
+GRIP = """([clientX, clientY]) => {
+    const found = naoKin.targets.at({ clientX, clientY, pointerType: "mouse" });
+    return found && `${found.grip.axis?.name} ${found.grip.turns}`;
+}"""
+
+
+class Visit(Page):
+    """A page in a context of its own."""
+
+    def __init__(self, context: Any, url: str) -> None:
+        self.errors = []
+        self.tab = context.new_page()
+        self.tab.on("pageerror", lambda error: self.errors.append(str(error)))
+        self.tab.goto(url)
+        self.tab.wait_for_selector("body[data-ready]", timeout=60_000)
+
+    def place(self, name: str, point: Any = (0.0, 0.0, 0.0)) -> np.ndarray:
+        return np.array(self.run(PLACE, [name, list(point)]))
+
+    def matrix(self, name: str) -> np.ndarray:
+        script = "(name) => naoKin.targets.list.find(({ row }) => row.name === name).node.matrix.elements"
+        return np.reshape(self.run(script, name), (4, 4)).T
+
+    def drag(self, start: np.ndarray, by: tuple[float, float]) -> None:
+        """Press, and move there; the button stays down."""
+        self.tab.mouse.move(*map(float, start))
+        self.tab.mouse.down()
+        self.tab.mouse.move(*map(float, start + by), steps=5)
+
+
+@pytest.fixture
+def live(nao: nk.NaoModel) -> Iterator[nk.Viewer]:
+    with nk.Viewer(nao) as viewer:
+        viewer.display(nao.posture("Stand"))
+        yield viewer
+
+
+@pytest.fixture
+def page(browser: Any, live: nk.Viewer) -> Iterator[Visit]:
+    with visitor(browser, viewport=DESK) as context:
+        page = Visit(context, live.url)
+        yield page
+        assert page.errors == []
+
+
+def test_the_arm_follows_a_ball_that_the_pointer_and_the_keys_move(
+    page: Visit, live: nk.Viewer, nao: nk.NaoModel
+) -> None:
+    moves: list[np.ndarray] = []
+
+    def follow(T: np.ndarray) -> None:
+        moves.append(T)
+        live.display(nk.ik.arm(nao, "L", T, reference=live.q).q)
+
+    before = nao.position(live.q, "LArm")
+    ball = live.add_target("ball", before, on_move=follow)
+    page.tab.wait_for_function("() => naoKin.targets.list.length === 1")
+    # The hand's own handle is at the same place: the ball goes first.
+    page.drag(page.place("ball"), (20.0, -60.0))
+    assert until(lambda: np.abs(page.matrix("ball")[:3, 3] - ball.T).max() < 1e-12)
+    assert until(lambda: bool(moves) and np.array_equal(moves[-1], ball.T))
+    assert np.linalg.norm(ball.T - before) > 0.03
+    assert until(lambda: np.abs(page.poses(("LArm",))[0, :3, 3] - nao.position(live.q, "LArm")).max() < 1e-6)
+    assert until(lambda: np.linalg.norm(nao.position(live.q, "LArm") - ball.T) < 1e-3)
+    held = ball.T
+    page.tab.mouse.up()
+    # Along an arrow only one number changes; Escape gives back what was before.
+    page.drag(page.place("ball", (0.0, 0.0, 0.05)), (0.0, -40.0))
+    assert until(lambda: ball.T[2] > held[2] + 0.01)
+    assert np.abs(ball.T - held)[:2].max() < 1e-9
+    page.tab.keyboard.press("Escape")
+    page.tab.mouse.up()
+    assert until(lambda: np.allclose(ball.T, held, atol=1e-12))
+    # Keys move it as they move a handle.
+    page.tab.locator("#handles").get_by_role("button", name="ball").focus()
+    page.tab.keyboard.press("ArrowUp")
+    page.tab.keyboard.press("Shift+ArrowUp")
+    x, y, z = (f"{1000 * value:.0f}" for value in page.matrix("ball")[:3, 3])
+    assert page.run("() => naoKin.drag.line.textContent") == f"ball, at {x}, {y}, {z} mm in torso"
+    page.tab.keyboard.press("x")
+    assert page.run("() => naoKin.drag.line.textContent") == "ball has no ring to turn"
+    assert until(lambda: abs(np.linalg.norm(ball.T - held) - 0.011) < 1e-6)
+    page.tab.keyboard.press("Escape")
+    assert until(lambda: np.allclose(ball.T, held, atol=1e-12))
+    # The program moves and removes it; the focus is not lost with the others.
+    ball.place([0.2, 0.1, 0.1])
+    page.tab.wait_for_function("() => naoKin.targets.list[0].node.matrix.elements[12] === 0.2")
+    live.add_target("second", [0.2, 0.1, 0.2])
+    page.tab.wait_for_function("() => naoKin.targets.list.length === 2")
+    assert page.run("() => document.activeElement.textContent") == "ball"
+    ball.remove()
+    page.tab.wait_for_function("() => naoKin.targets.list.length === 1")
+    assert page.tab.locator("#handles").get_by_role("button", name="ball").count() == 0
+    # Without handles there is nothing to take hold of.
+    page.tab.locator('[data-shown="handles"]').click()
+    start = live._targets._added["second"].T
+    page.drag(page.place("second"), (30.0, 30.0))
+    page.tab.mouse.up()
+    assert np.array_equal(live._targets._added["second"].T, start)
+
+
+def test_a_pose_is_turned_by_its_rings_and_two_pages_agree(page: Visit, live: nk.Viewer, browser: Any) -> None:
+    T = nk.screws.pose(nk.rotations.rot_z(0.4), [0.15, -0.25, 0.1])
+    seen: list[np.ndarray] = []
+    grasp = live.add_target("grasp", T, on_move=seen.append)
+    page.tab.wait_for_function("() => naoKin.targets.list.length === 1")
+    radius = 0.056 * page.run("() => naoKin.studio.markScale")
+    ring = [page.place("grasp", radius * np.array([np.cos(a), np.sin(a), 0.0])) for a in np.arange(0.1, 6.0, 0.4)]
+    # Where no other grip of it is nearer.
+    start = next(i for i, place in enumerate(ring[:-2]) if page.run(GRIP, place.tolist()) == "z true")
+    page.drag(ring[start], tuple(ring[start + 2] - ring[start]))
+    page.tab.mouse.up()
+    assert until(lambda: np.abs(grasp.T - T).max() > 0.1)
+    assert until(lambda: np.allclose(page.matrix("grasp"), grasp.T, atol=1e-12))
+    R = T[:3, :3].T @ grasp.T[:3, :3]
+    assert np.arctan2(R[1, 0], R[0, 0]) == pytest.approx(0.8, abs=0.1)  # as far as the pointer went around
+    assert abs(R[2, 2] - 1.0) < 1e-9  # about its z
+    assert np.allclose(grasp.T[:3, 3], T[:3, 3], atol=1e-12)
+    assert until(lambda: bool(seen) and np.array_equal(seen[-1], grasp.T))
+    turned = grasp.T
+    page.tab.locator("#handles").get_by_role("button", name="grasp").focus()
+    for _ in range(3):
+        page.tab.keyboard.press("x")
+    assert page.run("() => naoKin.drag.line.textContent") == "grasp turned by 3.0° about x"
+    page.tab.keyboard.press("Enter")
+    wanted = turned @ nk.screws.pose(nk.rotations.rot_x(np.radians(3.0)), np.zeros(3))
+    assert until(lambda: np.abs(grasp.T - wanted).max() < 1e-9)
+    # A phone sees the same, and drags it with a finger.
+    with visitor(browser, viewport=PHONE, has_touch=True, is_mobile=True) as context:
+        phone = Visit(context, live.url)
+        assert np.allclose(phone.matrix("grasp"), grasp.T, atol=1e-12)
+        session, start = context.new_cdp_session(phone.tab), phone.place("grasp")
+        for kind, points in (
+            ("touchStart", [start]), *(("touchMove", [start + step * np.array((3.0, -6.0))]) for step in range(1, 8)),
+            ("touchEnd", []),
+        ):  # fmt: skip
+            touches = [{"x": float(x), "y": float(y), "id": 0} for x, y in points]
+            session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": touches})
+        assert until(lambda: np.linalg.norm(grasp.T[:3, 3] - T[:3, 3]) > 0.02)
+        assert np.allclose(grasp.T[:3, :3], wanted[:3, :3], atol=1e-9)
+        assert until(lambda: np.allclose(page.matrix("grasp"), phone.matrix("grasp"), atol=1e-12))
+
+
+def _colours(page: Any) -> list[list[int]]:
+    """Colours in the middle of the four quarters of the camera view."""
+    box = page.tab.locator("#eye .sight").bounding_box()
+    pane = page.tab.locator("#pane").bounding_box()
+    picture = page.picture()
+    return [
+        picture[int(box["y"] - pane["y"] + v * box["height"]), int(box["x"] - pane["x"] + u * box["width"])].tolist()
+        for v in (0.25, 0.75)
+        for u in (0.25, 0.75)
+    ]
+
+
+def test_an_image_is_in_the_camera_view_and_on_the_frustum(browser: Any, nao: nk.NaoModel, tmp_path: Path) -> None:
+    image = np.zeros((48, 64, 3), np.uint8)
+    corners = [[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 0]]
+    image[:24, :32], image[:24, 32:], image[24:, :32], image[24:, 32:] = corners
+    with nk.Viewer(nao) as viewer:
+        viewer.show_image("CameraBottom", image)
+        path = viewer.save_html(tmp_path / "image.html")
+        with opened(browser, path, (1400, 900), draws=True) as page:
+            page.run("() => naoKin.eyes.complete()")
+            assert page.run("() => naoKin.eyes.eye.name") == "CameraBottom"
+            assert page.tab.locator("#eye select").input_value() == "CameraBottom"
+            page.animation_frames(3)
+            assert np.abs(np.subtract(_colours(page), corners)).max() < 12
+            # The far end of the frustum has the shape of the field of view, and its upper left corner is to the left.
+            flat = page.run(
+                """() => {
+                    const [shape] = naoKin.eyes.frustums;
+                    const image = shape.children.find(({ material }) => material.map);
+                    const { width, height } = image.geometry.parameters;
+                    const corner = image.localToWorld(new MeshCat.THREE.Vector3(-width / 2, height / 2, 0));
+                    const eye = naoKin.robot.frameNode("CameraBottom");
+                    return [shape.aspect - width / height, ...eye.worldToLocal(corner).toArray()];
+                }"""
+            )
+            assert abs(flat[0]) < 1e-9
+            assert all(number > 0 for number in flat[1:])  # ahead, left, up
+        with opened(browser, viewer.url) as page:
+            page.run("() => naoKin.eyes.complete()")
+            page.tab.locator("#eye select").select_option("CameraTop")
+            assert page.run("() => naoKin.eyes.frustums.length") == 2
+            page.tab.locator('[data-shown="eye"]').click()
+            viewer.show_image("CameraBottom", image[::-1])
+            page.tab.wait_for_function("() => !naoKin.eyes.images.get('CameraBottom').decoding")
+            assert page.run("() => naoKin.eyes.frustums.length") == 0  # a newer image does not press the button again
+            viewer.show_image("CameraBottom", None)
+            page.tab.wait_for_function("() => naoKin.eyes.images.size === 0")
+
+
+def test_plots_grow_live_go_with_a_clip_and_are_in_a_saved_page(
+    browser: Any, nao: nk.NaoModel, live: nk.Viewer, page: Visit, tmp_path: Path
+) -> None:
+    name = "</strong><img src=x onerror=alert(1)>"
+    live.plot("force", {"front": 1.0, "rear": 2.0}, time=0.0)
+    plots = page.tab.locator(".plots .stream")
+    plots.first.wait_for()  # the first point opens the plots
+    for i in range(1, 1500):
+        live.plot("force", {"front": 1.0 + i, "rear": 2.0}, time=0.01 * i)
+    live.plot(name, 7.0)
+    page.tab.wait_for_function("() => document.querySelectorAll('.plots .stream').length === 2")
+    label = plots.first.locator(".picture")
+    expected = "force over 14.99 s: front from 1 to 1500, rear from 2 to 2"
+    assert until(lambda: label.get_attribute("aria-label") == expected)
+    assert plots.first.locator("output").all_inner_texts() == ["1500", "2"]
+    assert page.tab.locator(".plots img").count() == 0
+    assert plots.nth(1).locator(".values").inner_text().startswith(name)
+    # A recording of the page takes them along, from its own beginning.
+    record = page.tab.locator("#player .record")
+    record.click()
+    for i in range(20):
+        live.display(nao.posture("Stand", HeadYaw=0.02 * i))
+        live.plot("force", {"front": -1.0, "rear": float(i)}, time=20.0 + 0.02 * i)
+        page.tab.wait_for_timeout(20)
+    page.tab.wait_for_timeout(300)
+    record.click()
+    assert until(lambda: plots.count() == 1)
+    assert until(lambda: "front from −1 to −1, rear from 0 to 19" in (label.get_attribute("aria-label") or ""))
+    # In a saved page the clip and the plot have the same time.
+    live.animate(np.linspace(nao.posture("Stand"), nao.posture("Crouch"), 31), fps=10, play=False)
+    for i in range(31):
+        live.plot("force", {"front": i, "rear": 2.0}, time=0.1 * i)
+    live.plot(name, None)
+    with opened(browser, live.save_html(tmp_path / "plots.html"), (1400, 900)) as saved:
+        front = saved.tab.locator(".plots .stream output").first
+        front.wait_for()
+        box = saved.tab.locator(".plots .stream .u-over").bounding_box()
+        saved.tab.mouse.click(box["x"] + box["width"] / 2, box["y"] + 20)
+        time = saved.run("() => naoKin.player.time")
+        assert time == pytest.approx(1.5, abs=0.05)
+        assert until(lambda: front.inner_text() == str(int(time * 10 + 1e-6)))
+        assert saved.q[nao.joint_names.index("LKneePitch")] == pytest.approx(
+            0.5 * (nao.posture("Stand") + nao.posture("Crouch"))[nao.joint_names.index("LKneePitch")], abs=0.05
+        )
