@@ -335,7 +335,7 @@ def test_the_read_out_is_always_in_view_and_follows_what_is_clicked(
             assert tab.get_by_label("Frame", exact=True).evaluate(chosen) == frame
             assert tab.get_by_label("Reference frame").evaluate(chosen) == reference
             x = nao.fk(np.array(tab.evaluate("() => [...naoKin.q]")), frame, reference=reference)[0, 3]
-            assert card.get_by_label("x", exact=True).inner_text() == f"{1000 * x:.1f} mm"
+            assert card.get_by_label("x", exact=True).inner_text() == f"{1000 * x:.1f} mm".replace("-", "−")
             assert tab.evaluate("() => naoKin.player.plots.frames.value") == frame
 
         reads("LArm")
@@ -360,7 +360,7 @@ def test_the_read_out_is_always_in_view_and_follows_what_is_clicked(
         for frame in ("LLeg", "RLeg"):
             click(*tab.evaluate(ON_SCREEN, [frame, [0, 0, 0]]))
         assert card.get_by_label("distance").inner_text() == "100.0 mm"
-        assert card.get_by_label("dy").inner_text() == "-100.0 mm"
+        assert card.get_by_label("dy").inner_text() == "−100.0 mm"
         assert card.bounding_box()["y"] + card.bounding_box()["height"] <= size[1]
         tab.keyboard.press("Escape")
         reads("LHand")

@@ -229,7 +229,7 @@ def test_units_are_switched_everywhere_and_typed_too(page: Page, nao: nk.NaoMode
     assert field(page, "LKneePitch").input_value() == f"{page.q[knee]:.3f}"
     limits = page.tab.locator('.joint[data-joint="LKneePitch"] .limits').inner_text().split()
     assert [float(end.replace("−", "-")) for end in limits] == pytest.approx([-0.092, 2.112], abs=1e-3)
-    assert re.fullmatch(r"-?0\.\d{4} m", page.tab.locator(".readout output").all_inner_texts()[2])
+    assert re.fullmatch(r"−?0\.\d{4} m", page.tab.locator(".readout output").all_inner_texts()[2])
     page.type_number("LKneePitch", "0.5")
     assert page.q[knee] == pytest.approx(0.5)
     choose(page, "Degrees")

@@ -101,7 +101,7 @@ def test_the_arm_follows_a_ball_that_the_pointer_and_the_keys_move(
     page.tab.keyboard.press("ArrowUp")
     page.tab.keyboard.press("Shift+ArrowUp")
     x, y, z = (f"{1000 * value:.0f}" for value in page.matrix("ball")[:3, 3])
-    assert page.run("() => naoKin.drag.line.textContent") == f"ball, at {x}, {y}, {z} mm in torso"
+    assert page.run("() => naoKin.drag.line.textContent") == f"ball, at {x}, {y}, {z} mm in torso".replace("-", "−")
     page.tab.keyboard.press("x")
     assert page.run("() => naoKin.drag.line.textContent") == "ball has no ring to turn"
     assert until(lambda: abs(np.linalg.norm(ball.T - held) - 0.011) < 1e-6)
@@ -117,7 +117,7 @@ def test_the_arm_follows_a_ball_that_the_pointer_and_the_keys_move(
     page.tab.wait_for_function("() => naoKin.targets.list.length === 1")
     assert page.tab.locator("#handles").get_by_role("button", name="ball").count() == 0
     # Without handles there is nothing to take hold of.
-    page.tab.locator('[data-shown="handles"]').click()
+    page.switch("Handles")
     start = live._targets._added["second"].T
     page.drag(page.place("second"), (30.0, 30.0))
     page.tab.mouse.up()
@@ -208,7 +208,7 @@ def test_an_image_is_in_the_camera_view_and_on_the_frustum(browser: Any, nao: nk
             page.run("() => naoKin.eyes.complete()")
             page.tab.locator("#eye select").select_option("CameraTop")
             assert page.run("() => naoKin.eyes.frustums.length") == 2
-            page.tab.locator('[data-shown="eye"]').click()
+            page.switch("Camera view")
             viewer.show_image("CameraBottom", image[::-1])
             page.tab.wait_for_function("() => !naoKin.eyes.images.get('CameraBottom').decoding")
             assert page.run("() => naoKin.eyes.frustums.length") == 0  # a newer image does not press the button again
