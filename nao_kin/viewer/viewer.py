@@ -615,7 +615,7 @@ class Viewer:
             >>> viewer = nk.Viewer(nk.load_nao())
             >>> viewer.color_edition("blue")
         """
-        if name != "":
+        if not isinstance(name, str) or name:
             choice(name, overlays.EDITIONS, "edition")
         self._messages.put("edition", panel_message("edition", {"name": name}))
 

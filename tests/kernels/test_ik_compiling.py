@@ -107,7 +107,7 @@ parts = [
 ]
 if not ready:
     assert "numba" not in sys.modules
-    assert {"ik kernel, arms by place", "ik kernel, arms by pose", "ik kernel, bodies"} <= started, started
+    assert {"ik kernel, arms by place", "ik kernel, damped least squares", "ik kernel, bodies"} <= started, started
 np.save(sys.stdout.buffer, np.vstack(parts))
 """
 

@@ -75,7 +75,7 @@ function takePicture(
 ) {
   const { viewer } = studio;
   const { ratio } = studio;
-  Object.assign(studio, { alwaysFine: true, ratio: 1, robotMoved: true });
+  Object.assign(studio, { alwaysFine: true, ratio: 1 });
   studio.setRatio(1);
   resize(viewer, width, height);
   if (preset) studio.look(preset, robots);
@@ -85,7 +85,7 @@ function takePicture(
   const ink = canvas.getContext("2d") as CanvasRenderingContext2D;
   paintCanvas(ink, viewer.renderer.domElement, width, height);
   over(ink);
-  Object.assign(studio, { alwaysFine: false, ratio, robotMoved: true });
+  Object.assign(studio, { alwaysFine: false, ratio });
   studio.setRatio(ratio);
   viewer.set_3d_pane_size();
   return canvas;

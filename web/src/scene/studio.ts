@@ -178,7 +178,8 @@ export class Studio {
     this.robotMoved = false;
     const level = this.alwaysFine ? LEVELS[0] : quality.next(now, changed);
     const fine = level.fine || this.robots.length === 0;
-    if (this.shadowsOld >= level.shadows) this.castShadows();
+    const texels = this.alwaysFine ? 4096 : fine ? 2048 : 1024;
+    if (this.shadowsOld >= level.shadows || texels !== this.key.shadow.mapSize.x) this.castShadows(texels);
     this.setRatio(level.ratio * this.ratio);
     this.floor.plane.material = fine ? this.floor.fine : this.floor.fast;
     const { shapes } = this;
@@ -233,7 +234,7 @@ export class Studio {
   }
 
   // The light's shadow is fitted to the robots, so that all of its pixels are used.
-  castShadows() {
+  castShadows(texels: number) {
     if (this.robots.length === 0) return;
     this.shadowsOld = 0;
     const { key, sphere, viewer } = this;
@@ -251,7 +252,6 @@ export class Studio {
       .multiplyScalar(2 * radius)
       .add(key.target.position);
     const { camera, mapSize } = key.shadow;
-    const texels = this.alwaysFine ? 4096 : 2048;
     if (mapSize.x !== texels) {
       mapSize.set(texels, texels);
       (key.shadow.map as THREE.WebGLRenderTarget | null)?.dispose();
