@@ -27,7 +27,8 @@ pytestmark = pytest.mark.slow
 _POSES = """
     (paths) => {
         const below = (node, [first, ...rest]) => (first && node ? below(node.children[first], rest) : node);
-        const root = below(viewer.scene_tree, ["meshcat"]).object;
+        const root = below(viewer.scene_tree, ["meshcat"])?.object;
+        if (!root) return paths.map(() => null);  // nothing has arrived yet
         root.updateWorldMatrix(true, true);
         const inverse = root.matrixWorld.clone().invert();
         return paths.map((path) => {
