@@ -13,7 +13,7 @@ import sys
 import tempfile
 import threading
 import time
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 
 from nao_kin._core.arrays import whole_number
@@ -79,8 +79,10 @@ class PictureBrowser:
                 self.end()
             try:
                 if self._page is None:
-                    self._page = _PicturePage()
-                return self._page.picture(messages, camera, (width, height), end, timeout)
+                    self._page = _PicturePage(messages, end, timeout)
+                else:
+                    self._page.show(messages)
+                return self._page.picture(camera, (width, height), end, timeout)
             except BaseException:  # an interrupt, too, leaves a page that may be busy
                 self.end()
                 raise
@@ -97,44 +99,46 @@ class PictureBrowser:
 
 
 class _PicturePage:
-    """A page in a headless browser, and the server that sends it messages and receives its pictures."""
+    """A page in a headless browser, and the server that sends it messages and receives its pictures.
 
-    def __init__(self) -> None:
+    It shows the scene when it is made; NoBrowser at the time `end`, `timeout` seconds after the request.
+    """
+
+    def __init__(self, messages: RetainedMessages, end: float, timeout: float) -> None:
         self._messages, self._answers = RetainedMessages(), queue.Queue[Answer]()
+        self._messages.copy(messages, _removing)
         # A random role, so that no other page can answer for the browser.
         self._role = f"capture-{secrets.token_urlsafe(_KEY_BYTES)}"
-        self._server: LiveServer | None = None
-        self._browser: Browser | None = None
-
-    def can_show(self, messages: RetainedMessages) -> bool:
-        """Whether the page is open in the browser named for pictures, and has the robots of these messages."""
-        return (
-            self._server is not None
-            and self._browser is not None
-            and self._server.is_shown(self._role)
-            and self._browser.program == find_browser()
-            and self._messages.scene_tag == messages.scene_tag
-        )
-
-    def picture(
-        self, messages: RetainedMessages, camera: str, size: tuple[int, int], end: float, timeout: float
-    ) -> bytes:
-        """Return a PNG of a scene, or raise NoBrowser at the time `end`, `timeout` seconds after the request."""
-        self._messages.copy(messages, _removing)
-        if self._server is None:
-            document = Document(live_page("nao_kin"), POLICY)
+        document = Document(live_page("nao_kin"), POLICY)
+        with ExitStack() as started:
             self._server = LiveServer(
                 self._messages, document, host="127.0.0.1", port=0, on_answer=self._receive, token=True
             )
+            started.callback(self._server.close)
             with self._server.expected(self._role) as address:
                 self._browser = start_browser(address)
+                started.callback(self._browser.close)
                 while not self._server.wait_for_page(_LOOK_SECONDS, self._role):
                     self._browser.check("before it showed the scene")
                     if time.monotonic() > end:
                         raise NoBrowser(f"the browser did not show the scene within {timeout:g} s")
-        else:
-            self._server.send_once(panel_message("complete", {}), self._role)
-        assert self._browser is not None
+            self.end = started.pop_all().close
+
+    def can_show(self, messages: RetainedMessages) -> bool:
+        """Whether the page is open in the browser named for pictures, and has the robots of these messages."""
+        return (
+            self._server.is_shown(self._role)
+            and self._browser.program == find_browser()
+            and self._messages.scene_tag == messages.scene_tag
+        )
+
+    def show(self, messages: RetainedMessages) -> None:
+        """Show the scene of these messages instead."""
+        self._messages.copy(messages, _removing)
+        self._server.send_once(panel_message("complete", {}), self._role)
+
+    def picture(self, camera: str, size: tuple[int, int], end: float, timeout: float) -> bytes:
+        """Return a PNG of the scene, or raise NoBrowser at the time `end`, `timeout` seconds after the request."""
         request = {"id": secrets.token_urlsafe(_KEY_BYTES), "camera": camera, "width": size[0], "height": size[1]}
         self._server.send_once(panel_message("capture", request), self._role)
         if "clip" in self._messages.names():
@@ -153,13 +157,6 @@ class _PicturePage:
     def _receive(self, answer: Answer) -> None:
         if answer.get("kind") == "picture":
             self._answers.put(answer)
-
-    def end(self) -> None:
-        """End the browser and the server."""
-        if self._browser is not None:
-            self._browser.close()
-        if self._server is not None:
-            self._server.close()
 
 
 def _removing(key: str) -> bytes | None:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from nao_kin._core.arrays import choice
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.viewer.messages import RetainedMessages, panel_message, typed_array
+from nao_kin.viewer.messages import RetainedMessages, named_key, panel_message, typed_array
 
 Image = NDArray[np.uint8] | bytes
 
@@ -41,18 +41,14 @@ class Images:
             is_new = message is not None and name not in self._shown
             if message is not None:
                 self._shown[name] = None
-                self._messages.put(_key(name), message)
+                self._messages.put(named_key("image", name), message)
             else:
                 self._shown.pop(name, None)
-                self._messages.drop(_key(name))
+                self._messages.drop(named_key("image", name))
             # A page removes all others, even if it has missed messages.
             if is_new or message is None:
                 self._messages.put("images", panel_message("images", {"cameras": list(self._shown)}))
         return is_new
-
-
-def _key(camera: str) -> str:
-    return f"image {len(camera)} {camera}"
 
 
 def _message(camera: str, image: Image) -> bytes:

@@ -120,6 +120,11 @@ def note_last(keys: dict[str, None], key: str) -> None:
     keys[key] = None
 
 
+def named_key(kind: str, name: str) -> str:
+    """Return the key of a named message, which is not a prefix of another key, because `drop` takes prefixes."""
+    return f"{kind} {len(name)} {name}"
+
+
 def panel_message(kind: str, content: Mapping[str, Any]) -> bytes:
     """Return a message for the panel, of one of `KINDS`."""
     return packed({"type": "nao_kin", "kind": kind, **content})

@@ -32,7 +32,7 @@ from nao_kin.reach import ReachMap
 from nao_kin.robot import RobotModel
 from nao_kin.robot.urdf import UnreadableShape
 from nao_kin.viewer.meshes import Mesh, load_meshes, mesh_of
-from nao_kin.viewer.messages import RetainedMessages, geometry_document, packed, panel_message, typed_array
+from nao_kin.viewer.messages import RetainedMessages, geometry_document, named_key, packed, panel_message, typed_array
 
 # Quantity of a voxel → its name in the legend.
 REACH_LABELS = {
@@ -373,21 +373,16 @@ class Extras:
             if name not in self._names and len(self._names) >= _MAX_SHAPES:
                 raise BadArgument(f"at most {_MAX_SHAPES} shapes are drawn; remove some before {abbreviated(name)}")
             self._names[name] = None
-            self._messages.put(_key(name), message)
+            self._messages.put(named_key("extra", name), message)
             self._list()
 
     def remove(self, name: str) -> None:
         """Remove a shape."""
         with self._lock:
             del self._names[choice(name, self._names, "shape")]
-            self._messages.drop(_key(name))
+            self._messages.drop(named_key("extra", name))
             self._list()
 
     def _list(self) -> None:
         """Send the list of shapes: a page removes all others, even if it has missed messages."""
         self._messages.put("extras", panel_message("extras", {"names": list(self._names)}))
-
-
-def _key(name: str) -> str:
-    """Return the key of a shape's message, which is not a prefix of another key, because `drop` takes prefixes."""
-    return f"extra {len(name)} {name}"

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from nao_kin._core.arrays import LARGEST, choice
 from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadArgument
-from nao_kin.viewer.messages import RetainedMessages, panel_message, typed_array
+from nao_kin.viewer.messages import RetainedMessages, named_key, panel_message, typed_array
 from nao_kin.viewer.overlays import checked_name, number
 
 MAX_POINTS = 100_000
@@ -36,18 +36,12 @@ class _Stream:
         self.last = -np.inf
 
     def key(self, first: int) -> str:
-        # Not a prefix of another key, because `drop` takes prefixes.
-        return f"{prefix(self.name)}{first:012d}"
+        return f"{named_key('plot', self.name)} {first:012d}"
 
     def message(self) -> bytes:
         content = {"name": self.name, "lines": list(self.lines), "run": self.run, "first": self.first}
         numbers = {"times": np.array(self.times), "values": np.array(self.rows).reshape(-1)}
         return panel_message("plot", content | {key: typed_array(array) for key, array in numbers.items()})
-
-
-def prefix(name: str) -> str:
-    """Return the beginning of the keys of a plot's messages."""
-    return f"plot {len(name)} {name} "
 
 
 class Streams:
@@ -96,7 +90,7 @@ class Streams:
         with self._lock:
             del self._streams[choice(name, self._streams, "plot")]
             self._waiting.pop(name, None)
-            self._messages.drop(prefix(name))
+            self._messages.drop(f"{named_key('plot', name)} ")
             self._list()
 
     def flush(self) -> None:
@@ -114,7 +108,7 @@ class Streams:
         count = sum(len(stream.lines) for other, stream in self._streams.items() if other != name)
         if count + len(lines) > _MAX_LINES:
             raise BadArgument(f"at most {_MAX_LINES} lines are plotted; remove some plots before {abbreviated(name)}")
-        self._messages.drop(prefix(name))
+        self._messages.drop(f"{named_key('plot', name)} ")
         self._streams[name] = stream = _Stream(name, lines, next(self._runs))
         self._list()
         return stream

@@ -60,8 +60,40 @@ function makeSight(length: number) {
   return line;
 }
 
-// Within how many pixels of the mouse, or of a touch, a handle is held.
-export const [POINT, FINGER] = [14, 28];
+// Within how many pixels of the mouse, or of a touch, a handle and a line are held.
+const [POINT, FINGER] = [14, 28];
+const [LINE_POINT, LINE_FINGER] = [6, 16];
+
+/** Where a pointer is. */
+export interface Pointed {
+  clientX: number;
+  clientY: number;
+  pointerType: string;
+}
+
+/**
+ * What is under the pointer, and its point there: the nearest by what a mouse or a finger covers of it.
+ *
+ * @param places points in the world, of a knob or of a line
+ */
+export function nearest<Item>(
+  viewport: Pick["viewport"],
+  { clientX, clientY, pointerType }: Pointed,
+  places: { item: Item; points: THREE.Vector3[]; isLine: boolean }[],
+) {
+  const [knob, line] = pointerType === "touch" ? [FINGER, LINE_FINGER] : [POINT, LINE_POINT];
+  let found: { item: Item; point: THREE.Vector3 } | null = null;
+  let least = 1;
+  for (const { item, points, isLine } of places) {
+    for (const point of points) {
+      const place = viewport.place(point);
+      const away = place ? Math.hypot(place.clientX - clientX, place.clientY - clientY) : Infinity;
+      const share = away / (isLine ? line : knob);
+      if (share < least) [found, least] = [{ item, point }, share];
+    }
+  }
+  return found;
+}
 
 // That of the gaze is at a share of the robot's size before the camera, of a small robot.
 const [SIGHT, SMALL] = [0.25, 1.5];
@@ -101,16 +133,13 @@ export class Handles {
   }
 
   /** The handle under the pointer; a finger covers more than a mouse points at. */
-  at({ clientX, clientY, pointerType }: { clientX: number; clientY: number; pointerType: string }) {
-    if (!this.shown) return null;
-    let found: Handle | null = null;
-    let least = pointerType === "touch" ? FINGER : POINT;
-    for (const handle of this.list) {
-      const place = this.page.pick.viewport.place(handle.knob.getWorldPosition(new THREE.Vector3()));
-      const away = place ? Math.hypot(place.clientX - clientX, place.clientY - clientY) : Infinity;
-      if (away < least) [found, least] = [handle, away];
-    }
-    return found;
+  at(event: Pointed) {
+    const places = (this.shown ? this.list : []).map((handle) => ({
+      item: handle,
+      points: [handle.knob.getWorldPosition(new THREE.Vector3())],
+      isLine: false,
+    }));
+    return nearest(this.page.pick.viewport, event, places)?.item ?? null;
   }
 
   /** @param handle the one that is drawn larger */
@@ -130,6 +159,22 @@ export interface Axis {
   colour: string;
 }
 
+/** Points of a circle about the z axis. */
+const circle = (radius: number) =>
+  Array.from({ length: SAMPLES }, (_, i) => {
+    const angle = (2 * Math.PI * i) / SAMPLES;
+    return new THREE.Vector3(radius * Math.cos(angle), radius * Math.sin(angle), 0);
+  });
+
+/** A ring about an axis, and points of it in the frame of the axis. */
+export function makeRing({ axis, colour }: Axis, radius: number, scale: number) {
+  const shape = new THREE.TorusGeometry(radius * scale, THICKNESS * scale, 8, 64);
+  const mesh = new THREE.Mesh(shape, flatMaterial(colour, 21));
+  mesh.renderOrder = 21;
+  mesh.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), new THREE.Vector3(...axis));
+  return { mesh, points: circle(radius * scale).map((point) => point.applyQuaternion(mesh.quaternion)) };
+}
+
 /** a turn of a handle's frame about its own axis */
 export interface Ring {
   handle: Handle;
@@ -137,8 +182,8 @@ export interface Ring {
   mesh: THREE.Mesh;
 }
 
-// Sizes in metres for a small robot; the points of a ring that are looked at; how near to it a pointer is on it [px].
-export const [RADIUS, THICKNESS, SAMPLES, RING_POINT, RING_FINGER] = [0.072, 0.0011, 64, 6, 16];
+// Sizes in metres for a small robot; the points of a ring that are looked at.
+const [RADIUS, THICKNESS, SAMPLES] = [0.072, 0.0011, 64];
 
 export const AXES: Axis[] = [
   { name: "x", axis: [1, 0, 0], colour: "#e0433a" },
@@ -176,32 +221,19 @@ export class Rings {
 
   make(handle: Handle, axis: Axis): Ring {
     const scale = this.page.studio.markScale;
-    const mesh = new THREE.Mesh(
-      new THREE.TorusGeometry(RADIUS * scale, THICKNESS * scale, 8, 64),
-      flatMaterial(axis.colour, 21),
-    );
-    mesh.renderOrder = 21;
-    mesh.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), new THREE.Vector3(...axis.axis));
+    const { mesh } = makeRing(axis, RADIUS, scale);
     this.page.robot.frameNode(handle.limb.frame).add(asMark(mesh));
     return { handle, axis, mesh };
   }
 
   /** The ring under the pointer, and the place on it, in the world. */
-  at({ clientX, clientY, pointerType }: { clientX: number; clientY: number; pointerType: string }) {
-    const { viewport } = this.page.pick;
-    let found: { ring: Ring; point: THREE.Vector3 } | null = null;
-    let least = pointerType === "touch" ? RING_FINGER : RING_POINT;
-    const radius = RADIUS * this.page.studio.markScale;
-    for (const ring of this.list) {
+  at(event: Pointed) {
+    const places = this.list.map((ring) => {
       ring.mesh.updateWorldMatrix(true, false);
-      for (let i = 0; i < SAMPLES; i++) {
-        const angle = (2 * Math.PI * i) / SAMPLES;
-        const point = new THREE.Vector3(radius * Math.cos(angle), radius * Math.sin(angle), 0);
-        const place = viewport.place(point.applyMatrix4(ring.mesh.matrixWorld));
-        const away = place ? Math.hypot(place.clientX - clientX, place.clientY - clientY) : Infinity;
-        if (away < least) [found, least] = [{ ring, point }, away];
-      }
-    }
-    return found;
+      const points = circle(RADIUS * this.page.studio.markScale).map((at) => at.applyMatrix4(ring.mesh.matrixWorld));
+      return { item: ring, points, isLine: true };
+    });
+    const found = nearest(this.page.pick.viewport, event, places);
+    return found && { ring: found.item, point: found.point };
   }
 }

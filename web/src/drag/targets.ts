@@ -3,24 +3,13 @@ import type { Pick } from "../pick/pick.ts";
 import { isOutdated, type Reports } from "../reports.ts";
 import type { Received } from "../received.ts";
 import type { Robot } from "../robot/robot.ts";
-import { flatMaterial, makeArrow, makeTriad } from "../scene/extras.ts";
+import { makeArrow, makeTriad } from "../scene/extras.ts";
 import type { Labels } from "../scene/labels.ts";
 import { asMark, dispose } from "../scene/marks.ts";
 import type { Studio } from "../scene/studio.ts";
 import { THREE } from "../three.ts";
 import type { MeshcatViewer } from "../types.ts";
-import {
-  AXES,
-  FINGER,
-  POINT,
-  RING_FINGER,
-  RING_POINT,
-  SAMPLES,
-  THICKNESS,
-  highlight,
-  makeKnob,
-  type Axis,
-} from "./handles.ts";
+import { AXES, highlight, makeKnob, makeRing, nearest, type Axis, type Pointed } from "./handles.ts";
 
 /** The parts of the page that are used here. */
 interface Page extends EventTarget {
@@ -86,18 +75,8 @@ export class Target {
       const along = [0, 0.25, 0.5, 0.75, 1, 1.25].map((share) => scale * (FROM + share * (TO - FROM)));
       this.add({ axis, turns: false, drawn: arrow, points: along.map((x) => direction.clone().multiplyScalar(x)) });
       if (row.point) continue;
-      const size = RING * scale;
-      const ring = new THREE.Mesh(
-        new THREE.TorusGeometry(size, THICKNESS * scale, 8, 64),
-        flatMaterial(axis.colour, 21),
-      );
-      ring.renderOrder = 21;
-      ring.quaternion.copy(arrow.quaternion);
-      const circle = Array.from({ length: SAMPLES }, (_, i) => (2 * Math.PI * i) / SAMPLES);
-      const points = circle.map((angle) =>
-        new THREE.Vector3(size * Math.cos(angle), size * Math.sin(angle), 0).applyQuaternion(ring.quaternion),
-      );
-      this.add({ axis, turns: true, drawn: ring, points });
+      const { mesh, points } = makeRing(axis, RING, scale);
+      this.add({ axis, turns: true, drawn: mesh, points });
     }
     this.add({ axis: null, turns: false, drawn: makeKnob(), points: [new THREE.Vector3()] });
   }
@@ -180,23 +159,17 @@ export class Targets {
     if (!on) this.light(null);
   }
 
-  /** What is under the pointer, and where in the world; the nearest by what a mouse or a finger covers of it. */
-  at({ clientX, clientY, pointerType }: { clientX: number; clientY: number; pointerType: string }) {
-    const { viewport } = this.page.pick;
-    const [knob, line] = pointerType === "touch" ? [FINGER, RING_FINGER] : [POINT, RING_POINT];
-    let found: { grip: Grip; point: THREE.Vector3 } | null = null;
-    let least = 1;
-    for (const grip of this.gripsShown ? this.list.flatMap(({ grips }) => grips) : []) {
-      grip.target.node.updateWorldMatrix(true, false);
-      for (const local of grip.points) {
-        const point = local.clone().applyMatrix4(grip.target.node.matrixWorld);
-        const place = viewport.place(point);
-        const away = place ? Math.hypot(place.clientX - clientX, place.clientY - clientY) : Infinity;
-        const share = away / (grip.axis ? line : knob);
-        if (share < least) [found, least] = [{ grip, point }, share];
-      }
-    }
-    return found;
+  /** What is under the pointer, and where in the world. */
+  at(event: Pointed) {
+    const grips = this.gripsShown ? this.list.flatMap((target) => target.grips) : [];
+    const places = grips.map((grip) => {
+      const { node } = grip.target;
+      node.updateWorldMatrix(true, false);
+      const points = grip.points.map((point) => point.clone().applyMatrix4(node.matrixWorld));
+      return { item: grip, points, isLine: grip.axis !== null };
+    });
+    const found = nearest(this.page.pick.viewport, event, places);
+    return found && { grip: found.item, point: found.point };
   }
 
   /** @param grip the one that is drawn brighter */

@@ -9,8 +9,8 @@ import { resize, type Studio } from "../scene/studio.ts";
 import type { Camera, MeshcatViewer } from "../types.ts";
 import type { Received } from "../received.ts";
 
-/** The parts of the page that are used here. */
-interface Page {
+/** The parts of the page that a picture of it shows, or a film. */
+export interface Page {
   readonly labels: Labels;
   readonly others: OtherRobots;
   readonly pane: HTMLElement;

@@ -1,24 +1,4 @@
-import type { Labels } from "../scene/labels.ts";
-import type { OtherRobots } from "../scene/other_robots.ts";
-import type { Panel } from "../panel/panel.ts";
-import type { Robot } from "../robot/robot.ts";
-import type { Speech } from "../scene/speech.ts";
-import type { Studio } from "../scene/studio.ts";
-import type { MeshcatViewer } from "../types.ts";
-import { download, fileName, paintPicture } from "./pictures.ts";
-
-/** The parts of the page that are used here. */
-interface Page {
-  readonly labels: Labels;
-  readonly others: OtherRobots;
-  readonly pane: HTMLElement;
-  readonly panel: Panel;
-  readonly robot: Robot;
-  readonly speech: Speech;
-  readonly studio: Studio;
-  readonly viewer: MeshcatViewer;
-  send(answer: object): void;
-}
+import { download, fileName, paintPicture, type Page } from "./pictures.ts";
 
 // A film ends by itself after so many seconds, or bytes: it is kept in memory until it is saved.
 const [MOST_SECONDS, MOST_BYTES] = [120, 200e6];
