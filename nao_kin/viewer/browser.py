@@ -134,15 +134,15 @@ class _PicturePage:
 
     def show(self, messages: RetainedMessages) -> None:
         """Show the scene of these messages instead."""
-        self._messages.copy(messages, _removing)
+        # In the server's thread, so that all of them are sent before what is sent once.
+        self._server.call(lambda: self._messages.copy(messages, _removing))
         self._server.send_once(panel_message("complete", {}), self._role)
 
     def picture(self, camera: str, size: tuple[int, int], end: float, timeout: float) -> bytes:
         """Return a PNG of the scene, or raise NoBrowser at the time `end`, `timeout` seconds after the request."""
         request = {"id": secrets.token_urlsafe(_KEY_BYTES), "camera": camera, "width": size[0], "height": size[1]}
         self._server.send_once(panel_message("capture", request), self._role)
-        if "clip" in self._messages.names():
-            self._server.send_once(BLANKS["clip"], self._role)  # it would play, unseen, to the end of the program
+        self._server.send_once(BLANKS["clip"], self._role)  # a clip would play, unseen, to the end of the program
         while True:
             with suppress(queue.Empty):
                 answer = self._answers.get(timeout=_LOOK_SECONDS)

@@ -135,7 +135,7 @@ class LiveServer:
         """Close the connections of all pages and the port; does nothing the second time."""
         self._messages.unwatch(self._note_change)
         if self._thread.is_alive():
-            self._call(self._stop.set)
+            self.call(self._stop.set)
             if self._thread is not threading.current_thread():  # which may have the last reference to a viewer
                 self._thread.join(_JOIN_SECONDS)
         with self._arrival:
@@ -164,7 +164,7 @@ class LiveServer:
                 if page.role == role:
                     page.send_once(message)
 
-        self._call(send)
+        self.call(send)
 
     # --- the server's thread --------------------------------------------------------------------------------------
 
@@ -187,7 +187,8 @@ class LiveServer:
             page.close(1001, "the viewer closed")
         await server.close_all_connections()
 
-    def _call(self, function: Callable[[], object]) -> None:
+    def call(self, function: Callable[[], object]) -> None:
+        """Call a function in the server's thread, soon; not if the server is closed."""
         with suppress(RuntimeError):  # the loop may just have been closed
             self._loop.call_soon_threadsafe(function)
 
@@ -199,7 +200,7 @@ class LiveServer:
             schedule = not self._changed
             note_last(self._changed, key)
         if schedule:
-            self._call(self._update_pages)
+            self.call(self._update_pages)
 
     def _update_pages(self) -> None:
         with self._lock:

@@ -170,7 +170,7 @@ def test_a_viewer_may_be_dropped_by_what_a_page_sends(nao: nk.NaoModel) -> None:
     seen = weakref.ref(kept[0])
     server, threads = kept[0]._started(), _viewer_threads()
 
-    server._call(lambda: server._on_answer({"kind": "ready"}))  # as from a page
+    server.call(lambda: server._on_answer({"kind": "ready"}))  # as from a page
     assert until(lambda: seen() is None)
     assert ended == threads
     assert not server.wait_for_page(5.0, role="nobody")
