@@ -22,7 +22,7 @@ KINDS += ("motion.xar", "motion.py")
 # What standard output does not take, and what --output does not.
 ONLY_OUTPUT, ONLY_PRINTED = ("plain.npy", "plain.parquet"), ("plain.json",)
 STYLES = ("matrix", "position6d", "rpy", "quaternion")
-PLACES = ((), ("--reference", "CameraTop"), ("--clamp",), ("--reference", "LLeg", "--clamp"))
+PLACES = ((), ("--reference", "LLeg", "--clamp"))
 
 
 def _q(nao: nk.NaoModel, *, inside: bool) -> np.ndarray:

@@ -91,7 +91,7 @@ def _problems(folder: Path, name: str, number: signal.Signals, delay: float) -> 
             process.wait(10.0)
         except subprocess.TimeoutExpired:
             found.append("does not end")
-        if time.monotonic() - start > 1.0:
+        if time.monotonic() - start > 3.0:  # at once, on a machine that is busy
             found.append(f"took {time.monotonic() - start:.2f} s")
     finally:
         if _kill_group(process):

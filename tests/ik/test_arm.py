@@ -88,7 +88,7 @@ def test_a_place_and_a_direction_bring_the_configuration_back(each_nao: nk.NaoMo
 @for_all("side", SIDES)
 @for_all("criterion", ["nearest", "limits", "manipulability"])
 def test_every_place_that_the_hand_can_be_is_found(each_nao: nk.NaoModel, side: str, criterion: str) -> None:
-    q = each_nao.random(9, 200)
+    q = each_nao.random(9, 60)
     places = each_nao.position(q, side + "Arm")
     found = nk.ik.arm(each_nao, side, places, criterion=criterion)  # type: ignore[arg-type]
     assert np.all(found.success)

@@ -321,7 +321,7 @@ def _short_motions(count: int) -> Iterator[nk.Motion]:
 @pytest.mark.parametrize("name", SHORT)
 def test_motions_of_one_and_two_keys_are_motions_like_any_other(nao: nk.NaoModel, name: str) -> None:
     mended = {"clamp": {"limit", "coupled limit"}, "share_motors": {"motor"}}
-    for motion in _short_motions(60):
+    for motion in _short_motions(30):
         found = SHORT[name](nao, motion)
         if isinstance(found, nk.Motion):
             left = {row.kind for row in check(nao, found).violations}
