@@ -44,9 +44,9 @@ _TIP, _PROBES = np.array([0.0731, 0.1137, 0.1913]), 4
 _BLOCK = 2048
 # Errors [m, rad] below which an answer is left as it is, and below which a search refines it: near a singularity,
 # square roots have half the digits.
-_PRECISE, _REFINED = 1e-10, 1e-3
-# Angles [rad] up to which two answers are one.
-_SAME = 1e-6
+_PRECISE, _REFINED = 1e-13, 1e-3
+# Angles [rad] up to which two answers are one, and two members of families.
+_SAME, _SAME_MEMBER = 1e-6, 1e-4
 # Joints with a range of more turns get their whole turns from the reference.
 _TURNS = 3.0
 # Axes are dependent if a singular value of the Jacobian, with lengths in units of `ANGLE_WEIGHT`, is below `_SINGULAR`;
@@ -68,7 +68,7 @@ def analytic(
     locked: Mapping[str, float] | None = None,
     reference: ArrayLike | None = None,
     limits: Limits = "enforce",
-    tolerance: float = 1e-6,
+    tolerance: float = 1e-8,
     threads: SupportsIndex | None = None,
 ) -> IKResult:
     """Return all joint values that bring a frame to a pose, for any robot, by closed forms that EAIK finds.
@@ -445,16 +445,20 @@ class _Problem:
         rows = np.flatnonzero(chosen)
         return _together(given.where(chosen[given.owner]), self._verified(rows, self.near[rows]))
 
-    def _distinct(self, answers: _Answers, same: float = _SAME) -> _Answers:
+    def _apart(self, u: Floats, other: Floats) -> Floats:
+        """Return differences of coordinates as angles of the joints without whole turns, shape (N, c) [rad]."""
+        turns = (u - other) * self.limb.multiplier / (2.0 * math.pi)
+        return np.asarray(2.0 * math.pi * (turns - np.round(turns)))
+
+    def _distinct(self, answers: _Answers) -> _Answers:
         """Return answers without those that are another one up to whole turns."""
         place = _places(answers.owner)
         keep = np.ones(len(place), dtype=np.bool_)
-        index = np.arange(len(place))
         for back in range(1, int(place.max(initial=0)) + 1):
             later = np.flatnonzero(place >= back)
-            turns = (answers.u[later] - answers.u[later - back]) * self.limb.multiplier / (2.0 * math.pi)
-            away = np.abs(turns - np.round(turns)).max(axis=-1, initial=0.0) * 2.0 * math.pi
-            keep[index[later][(away < same) & keep[later - back]]] = False
+            away = np.abs(self._apart(answers.u[later], answers.u[later - back])).max(axis=-1)
+            same = np.where(answers.families[later] == Family.SINGULAR, _SAME_MEMBER, _SAME)
+            keep[later[(away < same) & keep[later - back]]] = False
         return answers.where(keep)
 
     def _turned(self, answers: _Answers) -> tuple[_Answers, Rows]:
@@ -501,7 +505,7 @@ class _Problem:
         steps *= _STEP / np.linalg.norm(steps, axis=-1, keepdims=True)
         ahead = answers.where(rows)
         ahead = self._descended(self.limb.free, ahead._replace(u=ahead.u + steps), _ON_FAMILY)
-        moved = np.linalg.norm(ahead.u - answers.u[rows], axis=-1)
+        moved = np.linalg.norm(self._apart(ahead.u, answers.u[rows]), axis=-1)
         leads = (ahead.errors.max(axis=-1, initial=0.0) <= 2.0 * _ON_FAMILY) & (moved > 0.1 * _STEP)
         if not leads.any():
             return answers
@@ -509,7 +513,7 @@ class _Problem:
         answers.families[members] = Family.SINGULAR
         family, found = self._nearest_members(answers.where(members), steps[leads][firsts] / _STEP)
         alone = np.delete(np.arange(len(answers.owner)), np.asarray(members)[family])
-        return self._distinct(_together(answers.where(alone), found), 1e-4)
+        return self._distinct(_together(answers.where(alone), found))
 
     def _nearest_members(self, members: _Answers, ways: Floats) -> tuple[Rows, _Answers]:
         """Return the nearest members of families with one member and one direction given; and of which family each is.
