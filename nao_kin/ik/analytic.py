@@ -293,6 +293,12 @@ class _Answers(NamedTuple):
         """Return some of them."""
         return _Answers(*(part[chosen] for part in self))
 
+    def replace(self, chosen: NDArray[Any], other: _Answers) -> None:
+        """Replace some of them in place."""
+        parts: tuple[Any, ...] = self
+        for part, new in zip(parts, other, strict=True):
+            part[chosen] = new
+
     def of(self, n: int) -> NDArray[np.bool_]:
         """Return which of n targets have an answer."""
         return np.asarray(np.bincount(self.owner, minlength=n) > 0)
@@ -323,11 +329,11 @@ class _Solved(NamedTuple):
     counts: Integers
 
 
-# What `_Solved.counts` counts.
+# What `_Solved.counts` counts, and the number of targets.
 _COUNTED = (
-    "{} answers of EAIK were wrong, and are left out",
-    "{} targets of which EAIK has no solution were reached by a search",
-    "{} targets that are not reached have least-squares answers of EAIK only",
+    "answers of EAIK that are wrong are left out: {}",
+    "{} of {} targets were reached by a search only, because EAIK has no solution of them",
+    "{} of {} targets are not reached, and have least-squares answers of EAIK only",
 )
 
 
@@ -407,8 +413,7 @@ class _Problem:
         answers = self._verified(owner[finite], (values[finite] - limb.offset) / limb.multiplier)
         worst = answers.errors.max(axis=-1, initial=0.0)
         rough = np.flatnonzero((worst > _PRECISE) & (worst < _REFINED))
-        for part, refined in zip(answers, self._descended(limb.free, answers.where(rough), _PRECISE), strict=True):
-            part[rough] = refined
+        answers.replace(rough, self._descended(limb.free, answers.where(rough), _PRECISE))
         return answers, flags[finite]
 
     def _q(self, answers: _Answers) -> Floats:
@@ -538,8 +543,7 @@ class _Problem:
             away, before = (np.linalg.norm(each.u - near, axis=-1) for each in (there, here))
             nearer = self._is_exact(there) & (away < before - 1e-9)
             share = np.where(nearer, 1.0, 0.25 * share)
-            for old, new in zip(here, there, strict=True):
-                old[nearer] = new[nearer]
+            here.replace(nearer, there.where(nearer))
         order = np.lexsort((np.linalg.norm(here.u - near, axis=-1), family))
         order = order[_places(family[order]) == 0]
         return family[order], here.where(order)
@@ -560,7 +564,7 @@ def _joined(
     branches[owner, place] = np.concatenate([block.solutions.u for block in blocks])
     families[owner, place] = np.concatenate([block.solutions.families for block in blocks])
     totals = np.sum([block.counts for block in blocks], axis=0)
-    notes += tuple(text.format(total) for text, total in zip(_COUNTED, totals, strict=True) if total)
+    notes += tuple(text.format(total, n) for text, total in zip(_COUNTED, totals, strict=True) if total)
     return IKResult(
         joints=limb.names,
         columns=limb.columns,

@@ -168,7 +168,7 @@ def test_least_squares_answers_are_no_solutions(nao: nk.NaoModel) -> None:
     np.testing.assert_array_equal(found.success, np.arange(40) % 2 == 1)
     assert (found.reasons[::2] == Reason.NOT_ENOUGH_JOINTS).all()
     assert (found.count[::2] == 0).all()
-    assert found.notes == ("20 targets that are not reached have least-squares answers of EAIK only",)
+    assert found.notes == ("20 of 40 targets are not reached, and have least-squares answers of EAIK only",)
     # The nearest pose is as near as that of the numeric search, whose errors have the same weights.
     wanted = nk.ik.numeric(nao, "LArm", T[::2])
     cost, least = (np.hypot(each[:, 0], 0.1 * each[:, 1]) for each in (found.residual[::2], wanted.residual))
@@ -343,7 +343,7 @@ def test_a_wrong_answer_of_eaik_is_left_out_and_counted(nao: nk.NaoModel, monkey
     monkeypatch.setattr(HPRobot, "IK_batched", wrong)
     found = analytic(nao, "LLeg", T, limits="ignore")
     assert (found.count == 7).all()
-    assert found.notes == ("4 answers of EAIK were wrong, and are left out",)
+    assert found.notes == ("answers of EAIK that are wrong are left out: 4",)
     assert_solved(nao, "LLeg", T, found, inside=False)
 
 
@@ -360,7 +360,7 @@ def test_solutions_that_eaik_misses_are_searched_for(nao: nk.NaoModel, monkeypat
     monkeypatch.setattr(HPRobot, "IK_batched", nothing)
     found = analytic(nao, "LLeg", nao.fk(q, "LLeg"), reference=nao.posture("Crouch"))
     assert found.success
-    assert found.notes == ("1 targets of which EAIK has no solution were reached by a search",)
+    assert found.notes == ("1 of 1 targets were reached by a search only, because EAIK has no solution of them",)
 
 
 SHOWN = {"robot": "nao", "frame": "LLeg", "T": np.eye(4)}
