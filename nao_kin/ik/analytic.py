@@ -40,8 +40,8 @@ _MOST_JOINTS = 6
 # EAIK misses solutions of chains of few joints for a point on their axes, so it is given one beside the frame [m]; and
 # poses with which its decomposition of a chain is tried.
 _TIP, _PROBES = np.array([0.0731, 0.1137, 0.1913]), 4
-# Targets solved at a time.
-_BLOCK = 2048
+# Targets solved at a time, and fewer than are worth EAIK's threads.
+_BLOCK, _FEW = 2048, 200
 # Errors [m, rad] below which an answer is left as it is, and below which a search refines it: near a singularity,
 # square roots have half the digits.
 _PRECISE, _REFINED = 1e-13, 1e-3
@@ -183,7 +183,7 @@ def _limb_of(robot: RobotModel, frame: str, base: str, locked: Mapping[str, floa
     """Return the chain between two frames with some joints locked at values of their coordinates."""
     from eaik.IK_HP import HPRobot
 
-    whole, held = serial_chain(robot, base, frame), dict(locked or {})
+    whole, held = cached_limb(robot, serial_chain, base, frame), dict(locked or {})
     for name in held:
         if name not in whole.coordinates:
             raise UnknownName("joint", name, whole.coordinates, f"only joints between {base} and {frame} can be locked")
@@ -217,10 +217,10 @@ def _limb_of(robot: RobotModel, frame: str, base: str, locked: Mapping[str, floa
     solver, turn = HPRobot(axes[0], steps), ends[0, :3, :3].T
     if not solver.hasKnownDecomposition() or "Unknown" in solver.getKinematicFamily():
         raise error(f"EAIK knows no decomposition for the axes of {', '.join(names)}")
-    for probe in np.random.default_rng(0).uniform(-1.5, 1.5, (_PROBES, 1, len(names))):
-        pose = _axes(np.array(links), probe)[2]
-        answers = solver.IK(_for_eaik(pose, turn)[0]).Q
-        found = _axes(np.array(links), np.reshape(answers, (-1, len(names))))[2]
+    probes = np.random.default_rng(0).uniform(-1.5, 1.5, (_PROBES, len(names)))
+    poses = _axes(np.array(links), probes)[2]
+    for pose, given in zip(poses, _for_eaik(poses, turn), strict=True):
+        found = _axes(np.array(links), np.reshape(solver.IK(given).Q, (-1, len(names))))[2]
         if not (np.abs(found - pose).max(axis=(-1, -2)) < _REFINED).any():
             raise error(f"EAIK's decomposition, {solver.getKinematicFamily()}, misses solutions for {', '.join(names)}")
     joints = np.array([robot.joint_names.index(name) for name in names], dtype=np.intp)
@@ -404,8 +404,11 @@ class _Problem:
 
     def _given(self) -> tuple[_Answers, NDArray[np.bool_]]:
         """Return EAIK's answers, refined if they are nearly solutions, and which of them are least-squares answers."""
-        limb = self.limb
-        found = limb.solver.IK_batched(list(_for_eaik(self.targets, limb.turn)), self.threads or os.cpu_count() or 1)
+        limb, poses = self.limb, list(_for_eaik(self.targets, self.limb.turn))
+        if len(poses) < _FEW:
+            found = [limb.solver.IK(pose) for pose in poses]
+        else:
+            found = limb.solver.IK_batched(poses, self.threads or os.cpu_count() or 1)
         owner = np.repeat(np.arange(len(found)), [len(answer.Q) for answer in found])
         values = np.concatenate([np.zeros((0, len(limb.names))), *(answer.Q for answer in found if len(answer.Q))])
         flags = np.concatenate([np.zeros(0, dtype=np.bool_), *(answer.is_LS for answer in found if len(answer.Q))])

@@ -3,6 +3,7 @@ from __future__ import annotations
 import itertools
 import math
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -330,17 +331,24 @@ def test_a_floating_base_and_a_root_of_the_chain() -> None:
     np.testing.assert_allclose(hand.q, q, atol=1e-8)
 
 
-def test_a_wrong_answer_of_eaik_is_left_out_and_counted(nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch) -> None:
+def answer_with(monkeypatch: pytest.MonkeyPatch, changed: Callable[[Floats], Floats]) -> None:
+    """Let EAIK give other answers."""
     from eaik.IK_HP import HPRobot
 
-    def wrong(self: Any, poses: Any, threads: int) -> Any:
-        found = [self.IK(pose) for pose in poses]
-        for answer in found:
-            answer.Q = answer.Q + 0.3 * np.eye(8, 6)[:, :1] * np.eye(6)[0]
+    given = HPRobot.IK
+
+    def wrong(self: Any, pose: Floats) -> Any:
+        found = given(self, pose)
+        found.Q = changed(found.Q)
         return found
 
+    monkeypatch.setattr(HPRobot, "IK", wrong)
+
+
+def test_a_wrong_answer_of_eaik_is_left_out_and_counted(nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch) -> None:
     T = nao.fk(nao.random(5, 4), "LLeg")
-    monkeypatch.setattr(HPRobot, "IK_batched", wrong)
+    assert (analytic(nao, "LLeg", T, limits="ignore").count == 8).all()
+    answer_with(monkeypatch, lambda Q: Q + 0.3 * np.eye(8, 6)[:, :1] * np.eye(6)[0])
     found = analytic(nao, "LLeg", T, limits="ignore")
     assert (found.count == 7).all()
     assert found.notes == ("answers of EAIK that are wrong are left out: 4",)
@@ -348,17 +356,10 @@ def test_a_wrong_answer_of_eaik_is_left_out_and_counted(nao: nk.NaoModel, monkey
 
 
 def test_solutions_that_eaik_misses_are_searched_for(nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch) -> None:
-    from eaik.IK_HP import HPRobot
-
-    def nothing(self: Any, poses: Any, threads: int) -> Any:
-        found = [self.IK(pose) for pose in poses]
-        for answer in found:
-            answer.Q = np.zeros((0, 6))
-        return found
-
-    q = nao.posture("StandInit")
-    monkeypatch.setattr(HPRobot, "IK_batched", nothing)
-    found = analytic(nao, "LLeg", nao.fk(q, "LLeg"), reference=nao.posture("Crouch"))
+    T = nao.fk(nao.posture("StandInit"), "LLeg")
+    assert analytic(nao, "LLeg", T).notes == ()
+    answer_with(monkeypatch, lambda Q: np.zeros((0, 6)))
+    found = analytic(nao, "LLeg", T, reference=nao.posture("Crouch"))
     assert found.success
     assert found.notes == ("1 of 1 targets were reached by a search only, because EAIK has no solution of them",)
 
