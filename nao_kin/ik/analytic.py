@@ -52,9 +52,11 @@ _TURNS = 3.0
 # Axes are dependent if a singular value of the Jacobian, with lengths in units of `ANGLE_WEIGHT`, is below `_SINGULAR`;
 # the determinant of JᵀJ tells sooner that none is.
 _SINGULAR, _REGULAR = 1e-7, 1e-6
-# A step along dependent axes [rad], which ends at other solutions, with this error, only in a family; starts and most
-# steps of the search for the member nearest to the reference.
-_STEP, _ON_FAMILY, _SPREAD, _APPROACH = 0.1, 1e-11, np.linspace(-math.pi, math.pi, 9), 40
+# Steps along dependent axes [rad], of which in a family a share of at least `_STAYED` stays after a search for a
+# solution with this error; starts and most steps of the search for the member nearest to the reference, with an error
+# below `_MEMBER`.
+_STEPS, _STAYED, _ON_FAMILY, _MEMBER = (-0.1, -0.03, 0.03, 0.1), 0.4, 1e-13, 1e-10
+_SPREAD, _APPROACH = np.linspace(-math.pi, math.pi, 9), 40
 # Most steps of a search.
 _SEARCH = 200
 
@@ -217,7 +219,14 @@ def _limb_of(robot: RobotModel, frame: str, base: str, locked: Mapping[str, floa
     solver, turn = HPRobot(axes[0], steps), ends[0, :3, :3].T
     if not solver.hasKnownDecomposition() or "Unknown" in solver.getKinematicFamily():
         raise error(f"EAIK knows no decomposition for the axes of {', '.join(names)}")
+    # Four poses tell whether the axes are dependent everywhere, and whether EAIK solves this chain.
     probes = np.random.default_rng(0).uniform(-1.5, 1.5, (_PROBES, len(names)))
+    _, sizes, right = np.linalg.svd(_jacobians(np.array(links), probes))
+    if (sizes[:, -1] < _SINGULAR).all():
+        moving = [name for name, share in zip(names, right[0, -1], strict=True) if abs(share) > _SINGULAR]
+        raise error(
+            f"{', '.join(moving)} always move together without moving {quoted(frame)}; lock one with locked={{…}}"
+        )
     poses = _axes(np.array(links), probes)[2]
     for pose, given in zip(poses, _for_eaik(poses, turn), strict=True):
         found = _axes(np.array(links), np.reshape(solver.IK(given).Q, (-1, len(names))))[2]
@@ -276,6 +285,13 @@ def _axes(links: Floats, values: Floats) -> tuple[Floats, Floats, Floats]:
         T = np.stack([c * T[..., 0] + s * T[..., 1], c * T[..., 1] - s * T[..., 0], T[..., 2], T[..., 3]], axis=-1)
         T = T @ link
     return axes, points, T
+
+
+def _jacobians(links: Floats, values: Floats) -> Floats:
+    """Return the frame's Jacobians for joint values (n, c), with lengths in units of `ANGLE_WEIGHT`, (n, 6, c)."""
+    axes, points, poses = _axes(links, values)
+    lever = np.cross(axes, poses[:, None, :3, 3] - points) / ANGLE_WEIGHT
+    return np.concatenate([lever, axes], axis=-1).swapaxes(-1, -2)
 
 
 # --- Solutions of a block of targets.
@@ -495,9 +511,7 @@ class _Problem:
     def _null_projectors(self, answers: _Answers) -> Floats:
         """Return projectors onto the null space of the Jacobian, shape (N, c, c); zero where it has none."""
         limb, projectors = self.limb, np.zeros((len(answers.owner), *[len(self.limb.names)] * 2))
-        axes, points, poses = _axes(limb.links, limb.multiplier * answers.u + limb.offset)
-        lever = np.cross(axes, poses[:, None, :3, 3] - points) / ANGLE_WEIGHT
-        J = np.concatenate([lever, axes], axis=-1).swapaxes(-1, -2) * limb.multiplier
+        J = _jacobians(limb.links, limb.multiplier * answers.u + limb.offset) * limb.multiplier
         rows = np.flatnonzero(np.linalg.det(J.swapaxes(-1, -2) @ J) < _REGULAR)
         if len(rows):
             _, sizes, right = np.linalg.svd(J[rows])
@@ -509,17 +523,19 @@ class _Problem:
         """Return answers with those of a family replaced by its member nearest to the reference."""
         projectors = self._null_projectors(answers)
         rows, columns = np.nonzero(np.einsum("nii->ni", projectors) > 1e-3)
-        steps = projectors[rows, columns]
-        steps *= _STEP / np.linalg.norm(steps, axis=-1, keepdims=True)
-        ahead = answers.where(rows)
-        ahead = self._descended(self.limb.free, ahead._replace(u=ahead.u + steps), _ON_FAMILY)
-        moved = np.linalg.norm(self._apart(ahead.u, answers.u[rows]), axis=-1)
-        leads = (ahead.errors.max(axis=-1, initial=0.0) <= 2.0 * _ON_FAMILY) & (moved > 0.1 * _STEP)
+        ways = projectors[rows, columns]
+        ways /= np.linalg.norm(ways, axis=-1, keepdims=True)
+        leads = np.ones(len(rows), dtype=np.bool_)
+        for step in _STEPS:  # both ways, for a branch that is near is only on one
+            ahead = answers.where(rows)
+            ahead = self._descended(self.limb.free, ahead._replace(u=ahead.u + step * ways), _ON_FAMILY)
+            along = np.sum(self._apart(ahead.u, answers.u[rows]) * ways, axis=-1) / step
+            leads &= (ahead.errors.max(axis=-1, initial=0.0) <= 2.0 * _ON_FAMILY) & (along > _STAYED)
         if not leads.any():
             return answers
         members, firsts = np.unique(rows[leads], return_index=True)
         answers.families[members] = Family.SINGULAR
-        family, found = self._nearest_members(answers.where(members), steps[leads][firsts] / _STEP)
+        family, found = self._nearest_members(answers.where(members), ways[leads][firsts])
         alone = np.delete(np.arange(len(answers.owner)), np.asarray(members)[family])
         return self._distinct(_together(answers.where(alone), found))
 
@@ -534,7 +550,7 @@ class _Problem:
         starts, family = starts.where(repeated), family[repeated]
         starts.u[...] += np.resize(_SPREAD, len(family))[:, None] * ways[family]
         here = self._descended(region, starts, _PRECISE)
-        on = self._is_exact(here) & self._null_projectors(here).any(axis=(-1, -2))
+        on = (here.errors.max(axis=-1) < _MEMBER) & self._null_projectors(here).any(axis=(-1, -2))
         here, family = here.where(on), family[on]
         near, share = self.near[here.owner], np.ones(len(family))
         for _ in range(_APPROACH):
@@ -544,7 +560,7 @@ class _Problem:
             steps *= np.minimum(1.0, 0.5 / np.maximum(np.linalg.norm(steps, axis=-1, keepdims=True), 1e-300))
             there = self._descended(region, here._replace(u=here.u + share[:, None] * steps), _PRECISE)
             away, before = (np.linalg.norm(each.u - near, axis=-1) for each in (there, here))
-            nearer = self._is_exact(there) & (away < before - 1e-9)
+            nearer = (there.errors.max(axis=-1) < _MEMBER) & (away < before - 1e-9)
             share = np.where(nearer, 1.0, 0.25 * share)
             here.replace(nearer, there.where(nearer))
         order = np.lexsort((np.linalg.norm(here.u - near, axis=-1), family))

@@ -195,6 +195,7 @@ CHAINS: list[tuple[str, str, str | None, dict[str, float]]] = [
     ("romeo", "LWristPitch", "torso", {"LWristRoll": 0.2}),
     ("romeo", "RWristPitch", "torso", {"RElbowRoll": 0.7}),
     ("romeo", "RWristPitch", "torso", {"RShoulderPitch": -0.4}),
+    ("romeo", "HeadRoll", None, {"TrunkYaw": 0.3}),
     ("icub", "l_sole", None, {}),
     ("icub", "r_ankle_roll", None, {}),
     ("panda", "panda_link8", None, {"panda_joint7": 0.3}),
@@ -285,16 +286,11 @@ def test_mimic_joints_move_as_they_follow(tmp_path: Path) -> None:
     assert distance_to_solutions(found, q).max() < 1e-7
 
 
-def test_axes_that_always_coincide_are_a_family() -> None:
-    romeo = nk.load_robot("romeo")
-    q = 0.5 * romeo.random(3, 5)  # far from the limits
-    T = romeo.fk(q, "HeadRoll")
-    found = analytic(romeo, "HeadRoll", T)  # TrunkYaw and NeckYaw turn about one axis
-    assert found.success.all()
-    assert (found.family == Family.SINGULAR).all()
-    yaws = found.q[:, [romeo.joint_names.index(name) for name in ("TrunkYaw", "NeckYaw")]]
-    np.testing.assert_allclose(yaws[:, 0], yaws[:, 1], atol=1e-4)  # the member nearest to zero
-    assert "of the family SINGULAR" in found.describe((0,))
+def test_a_family_without_a_member_inside_the_limits_names_a_joint(nao: nk.NaoModel) -> None:
+    q = nao.configuration({"LHipYawPitch": -0.2, "LHipRoll": -math.pi / 4, "LKneePitch": 0.9}, limits="ignore")
+    found = analytic(nao, "LLeg", nao.fk(q, "LLeg"))
+    assert found.reason is Reason.JOINT_LIMIT
+    assert found.joints[int(found.obstacles.joint)] == "LHipRoll"
 
 
 # --- Arguments ------------------------------------------------------------------------------------------------------
@@ -383,6 +379,11 @@ BAD: list[tuple[dict[str, Any], type[Exception], str]] = [
         {"robot": "icub", "frame": "neck_yaw"},
         BadArgument,
         "knows no decomposition for the axes of torso_pitch.*numeric",
+    ),
+    (
+        {"robot": "romeo", "frame": "HeadRoll"},
+        BadArgument,
+        "TrunkYaw, NeckYaw always move together without moving 'HeadRoll'; lock one",
     ),
     ({"robot": "icub", "frame": "l_knee"}, BadArgument, "decomposition.*misses solutions.*numeric"),
     ({"robot": "tiago", "frame": "arm_4_link"}, BadArgument, "torso_lift_joint slides; lock it"),
