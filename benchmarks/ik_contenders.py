@@ -111,38 +111,9 @@ def with_trac_ik(robot: nk.RobotModel, frame: str, limb: nk.ik.IKResult) -> Solv
 
 
 def with_eaik(robot: nk.RobotModel, frame: str, limb: nk.ik.IKResult) -> Solver:
-    """EAIK's decomposition, and the first of its solutions inside the limits; six joints, ImportError without it.
-
-    Source: Ostermeier, Külz and Althoff, Automatic Geometric Decomposition for Analytical Inverse Kinematics, 2025.
-    """
-    from eaik.IK_HP import HPRobot
-
-    if len(limb.joints) != 6:
-        raise ImportError("EAIK solves six joints")
-    rest, columns = robot.clamp(robot.neutral()), list(limb.columns)
-    model = pin.buildModelFromUrdf(str(robot.urdf_path))
-    data, frame_id = model.createData(), model.getFrameId(robot.model.frames[robot.frame_table[frame]].name)
-    q, ids = pin.neutral(model), [model.getJointId(joint) for joint in limb.joints]
-    pin.framesForwardKinematics(model, data, q)
-    axes = pin.computeJointJacobians(model, data, q)[3:, [model.joints[i].idx_v for i in ids]].T
-    points = [np.zeros(3), *(data.oMi[i].translation.copy() for i in ids), data.oMf[frame_id].translation.copy()]
-    if not np.allclose(data.oMf[frame_id].rotation, np.eye(3)):
-        raise ImportError("EAIK needs a frame that is parallel to the torso")
-    solver = HPRobot(axes, np.diff(points, axis=0))
-    low, high = robot.lower[columns], robot.upper[columns]
-
-    def solve(T: Floats) -> Floats:
-        answers = np.full((len(T), robot.nq), np.nan)
-        for k, target in enumerate(T):
-            found = np.array(solver.IK(target).Q)
-            if len(found):
-                inside = np.flatnonzero(((found >= low) & (found <= high)).all(axis=1))
-                if len(inside):
-                    answers[k] = rest
-                    answers[k, columns] = found[inside[0]]
-        return answers
-
-    return solve
+    """All branches by EAIK, as `nk.ik.analytic` verifies them; ImportError without it."""
+    nk.ik.analytic(robot, frame, robot.fk(robot.neutral(), frame))
+    return lambda T: nk.ik.analytic(robot, frame, T).q
 
 
 CONTENDERS: dict[str, Callable[[nk.RobotModel, str, nk.ik.IKResult], Solver]] = {
@@ -150,7 +121,7 @@ CONTENDERS: dict[str, Callable[[nk.RobotModel, str, nk.ik.IKResult], Solver]] = 
     "the same, 30 restarts": lambda robot, frame, limb: damped_least_squares(robot, frame, limb, 30),
     "pink": with_pink,
     "TRAC-IK": with_trac_ik,
-    "EAIK": with_eaik,
+    "EAIK (nk.ik.analytic)": with_eaik,
 }
 
 

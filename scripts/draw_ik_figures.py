@@ -1,7 +1,7 @@
-"""Draw the figures of docs/inverse_kinematics.md.
+"""Draw the figures of docs/inverse_kinematics.md and docs/inverse_kinematics_numeric.md.
 
 Example:
-    python scripts/draw_ik_figures.py            # writes ik_leg.svg, ik_arm.svg and ik_legs.svg into docs/images
+    python scripts/draw_ik_figures.py  # writes ik_leg, ik_arm, ik_legs and ik_branches.svg into docs/images
 """
 
 from __future__ import annotations
@@ -35,6 +35,8 @@ STYLE = {
 INK, PALE, BODY, PLANE = "#30343b", "#9aa0a6", "#c9ced6", "#dce8f5"
 LEFT, RIGHT, CHOICE = "#1f6fb2", "#c4572e", "#3a8f4d"
 YAW_PITCH, ROLL, PITCH = "#7b4fa3", "#c4572e", "#1f6fb2"
+# Corners of Romeo's sole about its frame [m].
+_SOLE = np.array([(0.16, 0.05, 0.0), (0.16, -0.05, 0.0), (-0.08, -0.05, 0.0), (-0.08, 0.05, 0.0)])
 
 
 class View:
@@ -251,6 +253,44 @@ def draw_legs(nao: nk.NaoModel, path: Path) -> None:
     plt.close(figure)
 
 
+def draw_branches(path: Path) -> None:
+    """Draw all branches of Romeo's left leg for one pose of the foot."""
+    romeo = nk.load_robot("romeo")
+    q = romeo.neutral()
+    bent = {
+        "LHipYaw": -0.25,
+        "LHipRoll": 0.22,
+        "LHipPitch": -0.5,
+        "LKneePitch": 0.9,
+        "LAnklePitch": -0.3,
+        "LAnkleRoll": 0.1,
+    }
+    q[[romeo.joint_names.index(joint) for joint in bent]] = list(bent.values())
+    found = nk.ik.analytic(romeo, "l_sole", romeo.fk(q, "l_sole"), limits="ignore", reference=q)
+    figure, pictures = plt.subplots(2, 4, figsize=(7.4, 5.4))
+    hip = romeo.position(q, "LHipPitch")
+    for number, (axes, solution) in enumerate(zip(pictures.flat, found.solutions, strict=True), start=1):
+        view = View(axes, 42.0, 14.0)
+        inside = bool(romeo.within_limits(solution))
+        joints = romeo.position(solution, "LHipPitch"), romeo.position(solution, "LKneePitch")
+        ankle, T = romeo.position(solution, "LAnklePitch"), romeo.fk(solution, "l_sole")
+        sole = [T[:3, :3] @ corner + T[:3, 3] for corner in _SOLE]
+        axes.add_patch(Polygon(view.flat(sole), facecolor=PLANE, edgecolor=PALE, linewidth=0.8, zorder=0))
+        view.line([joints[0] + [0.0, 0.0, 0.08], hip], BODY, 9.0, zorder=1)
+        view.line([*joints, ankle, T[:3, 3]], CHOICE if inside else BODY, 6.0, zorder=2)
+        view.line([*joints, ankle, T[:3, 3]], INK, 1.0, zorder=3)
+        # The directions of two axes tell branches apart that have the knee on the same side.
+        view.axis(joints[0], romeo.rotation(solution, "LHipRoll")[:, 0], 0.09, ROLL, "HipRoll")
+        view.axis(joints[1], romeo.rotation(solution, "LKneePitch")[:, 1], 0.09, PITCH, "KneePitch")
+        for point in (*joints, ankle):
+            view.dot(point)
+        axes.margins(0.02)
+        axes.set_title(f"{number}  {'inside' if inside else 'outside'}", color=CHOICE if inside else INK, fontsize=9)
+    figure.tight_layout()
+    figure.savefig(path, metadata={"Date": None})
+    plt.close(figure)
+
+
 def _turns(nao: nk.NaoModel, T_left: Floats, T_right: Floats) -> tuple[Floats, tuple[Floats, Floats]]:
     """Return HipYawPitch in steps, and the rotations of both feet, nan outside the limits.
 
@@ -280,6 +320,8 @@ def main() -> None:
         for name, draw in (("ik_leg", draw_leg), ("ik_arm", draw_arm), ("ik_legs", draw_legs)):
             draw(nao, folder / f"{name}.svg")
             print(folder / f"{name}.svg")
+        draw_branches(folder / "ik_branches.svg")
+        print(folder / "ik_branches.svg")
 
 
 if __name__ == "__main__":

@@ -45,7 +45,7 @@ SECTIONS = {
     "Rotations, screws and joints": """
         two_turns gimbal_lock mean_rotation screw_of_a_displacement lower_pairs spherical_hip
     """.split(),
-    "Inverse kinematics": ["arm_branches", "look_at", "follow_ball", "crouch", "whole_body"],
+    "Inverse kinematics": ["arm_branches", "romeo_branches", "look_at", "follow_ball", "crouch", "whole_body"],
     "Motions and NAOqi": ["wave", "position6d", "virtual_nao", "log_to_hands"],
     "Robots and other tools": """
         two_naos meshcat_scene romeo own_urdf mujoco_stand urdf_for_simulators ros_package cross_check
@@ -54,7 +54,7 @@ SECTIONS = {
 INTRODUCTION = """\
 # Gallery
 
-Thirty-three short scripts of one idea each, with their output; they are in the folder `examples` of the repository.
+Thirty-four short scripts of one idea each, with their output; they are in the folder `examples` of the repository.
 Each runs alone, and writes its picture or page into the current folder, or into the folder you name:
 
 ```text

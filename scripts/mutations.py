@@ -781,6 +781,30 @@ _BATCH = (
     ),
 )
 
+_ANALYTIC = (
+    *_faults(
+        "ik/analytic.py",
+        "test_analytic.py",
+        ("eaik-given-a-point-on-an-axis", "np.array([0.0731, 0.1137, 0.1913])", "np.zeros(3)"),
+        (
+            "answers-of-eaik-not-refined",
+            "(worst > _PRECISE) & (worst < _REFINED)",
+            "(worst > 1.0) & (worst < _REFINED)",
+        ),
+        ("least-squares-answers-taken-for-solutions", "(answers.errors <= self.tolerance)", "(answers.errors <= 1.0)"),
+        ("one-whole-turn-inside-the-limits", "count = np.maximum(count, 1.0)", "count = np.clip(count, 1.0, 1.0)"),
+        ("mimic-joint-without-its-offset", "(values[finite] - limb.offset)", "(values[finite] - 0.0 * limb.offset)"),
+        ("locked-joint-at-zero", "held.get(driver.joint, 0.0) + driver.offset, slides", "0.0 + driver.offset, slides"),
+        ("branch-nearby-taken-for-a-family", "(-0.1, -0.03, 0.03, 0.1)", "(0.1,)"),
+        ("member-of-a-family-not-the-nearest", "share > 1e-3", "share > 2.0"),
+        (
+            "branches-not-sorted",
+            "inside.where(np.lexsort((away, inside.owner)))",
+            "inside.where(np.argsort(inside.owner))",
+        ),
+    ),
+)
+
 _FOLLOWING = (
     *_faults(
         "ik/follow_branches.py",
@@ -1081,6 +1105,7 @@ MUTATIONS: tuple[Mutation, ...] = (
     *_IK,
     *_CROSSCHECK,
     *VIEWER,
+    *_ANALYTIC,
     *_FOLLOWING,
     *_MOTION,
     *_NAOQI,

@@ -92,6 +92,12 @@ EXTRAS = {
             "motions are checked, shown and converted without it",
         ),
         Extra(
+            "analytic",
+            ("eaik",),
+            "closed forms for limbs of any robot: nao_kin.ik.analytic, nao-kin ik --analytic",
+            "the closed forms of a NAO's limbs and nao_kin.ik.numeric work without it",
+        ),
+        Extra(
             "pink",
             ("pin-pink", "qpsolvers"),
             'solver="pink" of nao_kin.ik.numeric',

@@ -20,7 +20,7 @@ from nao_kin._core.arrays import Floats, join_poses
 from nao_kin._core.text import quoted
 from nao_kin.cli.options import DEG, FORCE, JSON, RobotOptions, argument, check_outputs, command, flag, option
 from nao_kin.cli.output import degrees_per, fixed, print_json, print_note, print_table
-from nao_kin.cli.sources import COLUMNS, IGNORE_LIMITS, IGNORE_OTHER, FileOptions
+from nao_kin.cli.sources import COLUMNS, IGNORE_LIMITS, IGNORE_OTHER, FileOptions, joint_values
 from nao_kin.cli.targets import Targets, numbers_of, read_targets, target_of, targets_as_csv
 from nao_kin.errors import BadArgument, UnknownName
 
@@ -44,6 +44,7 @@ _FPS = 25.0
 _EXAMPLES = (
     'Example: nao-kin ik LArm --target "0.15 0.12 0.05" --html arm.html; '
     'nao-kin ik LLeg --target "0 0.05 -0.3 0 0 0" --all; '
+    'nao-kin ik LAnkleRoll --robot romeo --analytic --target "0 0.1 -0.7 0 0 0" --all; '
     "nao-kin fk walk.csv --frame LLeg --csv | nao-kin ik LLeg - --csv"
 )
 
@@ -70,6 +71,8 @@ class Request:
     every: bool = flag("Print every solution.", "--all")
     ignore_limits: bool = IGNORE_LIMITS
     numeric: bool = flag("Use the numeric solver even if there is a closed form.")
+    analytic: bool = flag("Use the closed form that EAIK finds for up to six joints of any robot, with all branches.")
+    lock: list[str] | None = option("NAME=VALUE", "With --analytic: keep a joint at this value; repeatable.")
     deg: bool = DEG
     csv: bool = flag("Print configurations as CSV for fk and view, without targets that have no solution.")
     html: str | None = option("FILE", "Write a page with the robot, and its other solutions as ghosts.")
@@ -182,9 +185,16 @@ def _solver(model: RobotModel, request: Request, targets: Targets) -> Callable[[
     from nao_kin import ik as room
 
     frame, kind, limits, direction = request.frame, targets.kind, request.limits, request.towards
-    limb = LEGS if frame == LEGS else None if request.numeric else room.limb_of_frame(model, frame)
-    if limb == LEGS and request.numeric:
-        raise BadArgument("--numeric solves for one frame; Legs has two")
+    chosen = [option for option in ("numeric", "analytic") if getattr(request, option)]
+    limb = LEGS if frame == LEGS else None if chosen else room.limb_of_frame(model, frame)
+    if len(chosen) > 1:
+        raise BadArgument("give one of --numeric and --analytic")
+    if limb == LEGS and chosen:
+        raise BadArgument(f"--{chosen[0]} solves for one frame; Legs has two")
+    if request.analytic and kind != "pose":
+        raise BadArgument("--analytic takes poses: 6, 7 or 16 numbers")
+    if request.lock and not request.analytic:
+        raise BadArgument("--lock is for --analytic")
     if limb != LEGS and request.priority is not None:
         raise BadArgument("--priority is for Legs, which has two feet")
     is_arm = limb in ("LArm", "RArm")
@@ -214,6 +224,9 @@ def _solver(model: RobotModel, request: Request, targets: Targets) -> Callable[[
         if is_arm and kind != "rotation":
             criterion: Any = {} if request.criterion is None else {"criterion": request.criterion}
             return room.arm(model, str(limb)[0], target, direction=direction, **common, **criterion)
+        if request.analytic:
+            held = joint_values(request.lock, "--lock", model, request.deg)
+            return room.analytic(model, frame, target, locked=held, reference=near, limits=limits)
         # For a position or a rotation, the other half of the pose has no weight.
         weights = {"place": (1.0, 0.0), "rotation": (0.0, 0.1), "pose": (1.0, 0.1)}[kind]
         if kind != "pose":

@@ -37,7 +37,7 @@ class JointOptions:
 
     def configuration(self, model: RobotModel, *, deg: bool, limits: LimitPolicy) -> Floats:
         """Return the configuration; without a posture only the named joints must be inside their limits."""
-        values = self._values(model, deg)
+        values = joint_values(self.joint, "--joint", model, deg)
         check_posture(model, self.posture)
         try:
             if self.posture is None:
@@ -51,19 +51,20 @@ class JointOptions:
         except CouplingViolated as error:
             raise BadArgument(error.describe(degrees=deg)) from None
 
-    def _values(self, model: RobotModel, deg: bool) -> dict[str, float]:
-        """Return the values of --joint, by name [rad, m or ratio]."""
-        values: dict[str, float] = {}
-        for setting in self.joint or ():
-            name, _, text = setting.partition("=")
-            name = name.strip()
-            value = finite_decimal(text)
-            if value is None:
-                raise BadArgument(f"--joint {quoted(setting)}: expected NAME=VALUE with a number, as in HeadYaw=0.3")
-            if name in values:
-                raise BadArgument(f"--joint names {abbreviated(name)} twice")
-            values[name] = math.radians(value) if deg and model.unit(name) == "rad" else value
-        return values
+
+def joint_values(settings: list[str] | None, option: str, model: RobotModel, deg: bool) -> dict[str, float]:
+    """Return the values of an option of NAME=VALUE settings, by name [rad, m or ratio]."""
+    values: dict[str, float] = {}
+    for setting in settings or ():
+        name, _, text = setting.partition("=")
+        name = name.strip()
+        value = finite_decimal(text)
+        if value is None:
+            raise BadArgument(f"{option} {quoted(setting)}: expected NAME=VALUE with a number, as in HeadYaw=0.3")
+        if name in values:
+            raise BadArgument(f"{option} names {abbreviated(name)} twice")
+        values[name] = math.radians(value) if deg and model.unit(name) == "rad" else value
+    return values
 
 
 def check_posture(model: RobotModel, posture: str | None) -> None:

@@ -1,5 +1,6 @@
 """Inverse kinematics: all joint values for a pose inside the limits, or the reason why there are none."""
 
+from nao_kin.ik.analytic import analytic
 from nao_kin.ik.arm import arm
 from nao_kin.ik.descent import Goal as Goal, descended as descended
 from nao_kin.ik.follow import FollowedPath, Stretch, follow
@@ -28,6 +29,7 @@ __all__ = [
     "TwistMap",
     "VelocityResult",
     "WholeBodyResult",
+    "analytic",
     "arm",
     "follow",
     "head",

@@ -66,6 +66,7 @@ class Family(enum.IntEnum):
         ELBOW_LOCK: the arm is stretched, and ElbowYaw and WristYaw turn about one axis.
         YAW_AXIS: the point is on the axis of HeadYaw, or the camera would look along it.
         REDUNDANT: the target has fewer numbers than the limb has joints; chosen by the given criterion.
+        SINGULAR: of any chain: its axes are dependent, and joints move together without moving the frame (`analytic`).
 
     Examples:
         >>> nk.ik.Family.HIP_LOCK.name, int(nk.ik.Family.NONE)
@@ -79,6 +80,7 @@ class Family(enum.IntEnum):
     ELBOW_LOCK = 4
     YAW_AXIS = 5
     REDUNDANT = 6
+    SINGULAR = 7
 
 
 # An int, with which arrays are compared four times as fast.

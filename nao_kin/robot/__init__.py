@@ -3,6 +3,7 @@
 from nao_kin.robot.answers import CROSSOVER as CROSSOVER
 from nao_kin.robot.build import LIMIT_ARRAYS as LIMIT_ARRAYS, Base, ModelNumbers as ModelNumbers
 from nao_kin.robot.chains import (
+    SerialChain as SerialChain,
     Topology,
     joint_rows as joint_rows,
     joints_below as joints_below,

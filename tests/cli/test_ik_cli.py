@@ -153,6 +153,23 @@ def test_a_robot_without_a_closed_form_is_searched(
     assert answer["joints"] == pytest.approx({"turn": 0.5}, abs=1e-6)
 
 
+def test_analytic_prints_all_branches_of_another_robot(capsys: pytest.CaptureFixture) -> None:
+    pytest.importorskip("eaik")
+    romeo = nk.load_robot("romeo")
+    q = romeo.configuration({"LWristRoll": 0.2, "LElbowRoll": -0.6, "LShoulderYaw": 0.3})
+    target = words(romeo.fk(q, "LWristPitch", reference="base_link"))
+    locks = ("--lock", "TrunkYaw=0", "--lock", f"LWristRoll={float(np.degrees(0.2))!r}", "--deg")
+    arguments = ("LWristPitch", "--robot", "romeo", "--analytic", "--target", target, "--all", "--json")
+    assert "8 joints, and EAIK solves 6; lock 2 of TrunkYaw" in refused(capsys, *arguments)
+    answer = json.loads(said(capsys, *arguments, *locks))
+    assert answer["success"]
+    nearest = min(abs(found["joints"]["LElbowRoll"] - np.degrees(-0.6)) for found in answer["solutions"])
+    assert nearest < 1e-6
+    free = json.loads(said(capsys, *arguments, *locks, "--ignore-limits"))
+    assert free["count"] == len(free["solutions"]) >= 4
+    assert {found["family"] for found in free["solutions"]} == {"NONE"}
+
+
 def test_a_sliding_joint_is_told_in_metres(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
     urdf = tmp_path / "lift.urdf"
     urdf.write_text(
@@ -381,6 +398,12 @@ def test_without_a_solution_no_page_is_written(capsys: pytest.CaptureFixture, tm
         (("Legs", "--target", "0 0 0"), "expected 12, 14 or 32"),
         (("Legs", "--target", words(np.zeros(12)), "--numeric"), "Legs has two"),
         (("LLeg", "--target", "0 0.05 -0.3 0 0 0", "--priority", "left"), "--priority is for Legs"),
+        (("LLeg", "--target", "0 0.05 -0.3 0 0 0", "--numeric", "--analytic"), "one of --numeric and --analytic"),
+        (("Legs", "--target", words(np.zeros(12)), "--analytic"), "Legs has two"),
+        (("LLeg", "--target", "0 0.05 -0.3", "--analytic"), "--analytic takes poses"),
+        (("LLeg", "--target", "0 0.05 -0.3 0 0 0", "--lock", "LHipRoll=0"), "--lock is for --analytic"),
+        (("LLeg", "--target", "0 0 -0.3 0 0 0", "--analytic", "--lock", "LHipRoll"), "expected NAME=VALUE"),
+        (("LLeg", "--target", "0 0 -0.3 0 0 0", "--analytic", "--lock", "LHipRoll=9"), "LHipRoll"),
     ],
 )
 def test_wrong_words_are_refused_in_one_line(

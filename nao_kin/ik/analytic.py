@@ -1,0 +1,599 @@
+"""`analytic`: all branches of the inverse kinematics of any chain of up to six revolute joints, by EAIK.
+
+EAIK recognises intersecting and parallel axes of a chain and reduces its inverse kinematics to geometric subproblems
+with closed forms. Its answers are verified here by forward kinematics, brought into the limits by whole turns, and
+completed where the axes are dependent.
+
+Source: Ostermeier, Külz and Althoff, Automatic Geometric Decomposition for Analytical Inverse Kinematics, IEEE RA-L
+2025.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple, SupportsIndex
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from nao_kin._core.arrays import Floats, check_tolerance
+from nao_kin._core.text import quoted
+from nao_kin._core.warn import need_extra
+from nao_kin._kernels.chains import Chain, chain_of
+from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.ik.descent import ANGLE_WEIGHT, Goal, descended
+from nao_kin.ik.geometry import cached_limb, torso_frame
+from nao_kin.ik.limit_regions import LimitRegion
+from nao_kin.ik.numeric import pose_errors
+from nao_kin.ik.results import Codes, Family, IKResult, Integers, Obstacles, Reason
+from nao_kin.ik.targets import Limits, as_options, is_enforced, rigid_poses
+from nao_kin.robot import LIMIT_TOLERANCE, RobotModel, SerialChain, check_robot, serial_chain
+from nao_kin.robot.semantics import Mimic
+
+Rows = NDArray[np.intp]
+
+# EAIK solves up to this number of joints.
+_MOST_JOINTS = 6
+# EAIK misses solutions of chains of few joints for a point on their axes, so it is given one beside the frame [m]; and
+# poses with which its decomposition of a chain is tried.
+_TIP, _PROBES = np.array([0.0731, 0.1137, 0.1913]), 4
+# Targets solved at a time, and fewer than are worth EAIK's threads.
+_BLOCK, _FEW = 2048, 200
+# Errors [m, rad] below which an answer is left as it is, and below which a search refines it: near a singularity,
+# square roots have half the digits.
+_PRECISE, _REFINED = 1e-13, 1e-3
+# Angles [rad] up to which two answers are one, and two members of families.
+_SAME, _SAME_MEMBER = 1e-6, 1e-4
+# Joints with a range of more turns get their whole turns from the reference.
+_TURNS = 3.0
+# Axes are dependent if a singular value of the Jacobian, with lengths in units of `ANGLE_WEIGHT`, is below `_SINGULAR`;
+# the determinant of JᵀJ tells sooner that none is.
+_SINGULAR, _REGULAR = 1e-7, 1e-6
+# Steps along dependent axes [rad], of which in a family a share of at least `_STAYED` stays after a search for a
+# solution with this error; starts and most steps of the search for the member nearest to the reference, with an error
+# below `_MEMBER`.
+_STEPS, _STAYED, _ON_FAMILY, _MEMBER = (-0.1, -0.03, 0.03, 0.1), 0.4, 1e-13, 1e-10
+_SPREAD, _APPROACH = np.linspace(-math.pi, math.pi, 9), 40
+# Most steps of a search.
+_SEARCH = 200
+
+
+def analytic(
+    robot: RobotModel,
+    frame: str,
+    T: ArrayLike,
+    *,
+    root: str | None = None,
+    locked: Mapping[str, float] | None = None,
+    reference: ArrayLike | None = None,
+    limits: Limits = "enforce",
+    tolerance: float = 1e-8,
+    threads: SupportsIndex | None = None,
+) -> IKResult:
+    """Return all joint values that bring a frame to a pose, for any robot, by closed forms that EAIK finds.
+
+    The joints on the way from `root` to the frame are solved for; there may be up to six of them, all revolute. EAIK
+    derives the closed form from their axes at zero; nothing is generated or compiled. Each answer is verified by
+    forward kinematics: one with an error above `tolerance`, such as the least-squares answers of EAIK for a target
+    that a chain cannot meet, is not a solution, and `notes` says how many others were left out.
+
+    If the target is not met, `best` and `q` are the nearest joint values that a search from these answers finds, inside
+    the limits if these are enforced: with the smallest √(distance² + (0.1 m · angle)²).
+
+    Args:
+        robot: any robot.
+        frame: the frame to place.
+        T: targets T_root_frame, shape (..., 4, 4) [m].
+        root: the frame in which targets are given, and from which the chain begins; None for the torso, the root of the
+            robot's semantics, or else the root link.
+        locked: joint name → value of joints of the chain that stay there [rad, m]: a chain of seven joints has a closed
+            form if the right one is locked.
+        reference: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
+            distance to it, and its values of other joints are used. None for all joints at zero, or at the limit
+            nearest to it.
+        limits: "enforce" leaves out branches with a joint outside its own or a coupled limit, and lists a branch with
+            all whole turns inside the limits (with those nearest to the reference for a joint with a range of more than
+            three turns); "ignore" returns all, with the whole turns nearest to the reference.
+        tolerance: largest error of a solution in position [m] and rotation [rad].
+        threads: how many threads may work on a batch; None for all cores if that is worthwhile.
+
+    Returns:
+        All branches inside the limits. Where the axes are dependent, infinitely many solutions may form a family
+        (`SINGULAR`): it is listed by the members nearest to the reference that a search finds.
+
+    Raises:
+        MissingExtra: EAIK is not installed.
+        BadArgument: the chain has no closed form that EAIK knows; the message says why. Use `numeric` then.
+        UnknownName: a locked joint that the chain does not have.
+        OutsideLimits: a locked joint outside its limits.
+        NotARotation: the rotation of a target is not one; has the argument, its index and its defect.
+
+    Source: Ostermeier, Külz and Althoff, Automatic Geometric Decomposition for Analytical Inverse Kinematics, IEEE RA-L
+    2025.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> q = nao.posture("StandInit")
+        >>> result = nk.ik.analytic(nao, "LLeg", nao.fk(q, "LLeg"), limits="ignore")
+        >>> bool(result.success), int(result.count)
+        (True, 8)
+    """
+    check_robot(robot)
+    need_extra("nk.ik.analytic", "analytic")
+    check_tolerance(tolerance)
+    targets = rigid_poses(T, "T")
+    batch = targets.shape[:-2]
+    rest = robot.clamp(robot.neutral())
+    options = as_options(robot, rest, reference, batch, limits, threads)
+    rows = np.array(np.broadcast_to(options.reference, (*batch, robot.nq)))
+    base = torso_frame(robot) if root is None else root
+    if locked:
+        held = robot.configuration(locked, limits="raise" if is_enforced(limits) else "ignore")
+        names = [robot.mimics[name].joint if name in robot.mimics else name for name in locked]
+        limb = _limb_of(robot, frame, base, {name: float(held[_column(robot, name)]) for name in names})
+        rows[..., list(limb.held)] = list(limb.held.values())
+    else:
+        limb = cached_limb(robot, _limb_of, frame, base)
+    given = robot, limb, options.enforce, float(tolerance), options.threads
+    flat, near = targets.reshape(-1, 4, 4), rows.reshape(-1, robot.nq)
+    blocks = [slice(k, k + _BLOCK) for k in range(0, max(1, len(flat)), _BLOCK)]
+    solved = [_Problem(*given, flat[k], near[k]).solve() for k in blocks]
+    return _joined(limb, solved, rows, options.notes, batch)
+
+
+def _column(robot: RobotModel, joint: str) -> int:
+    return robot.nq - len(robot.joint_names) + robot.joint_names.index(joint)
+
+
+# --- The geometry of a chain.
+
+
+@dataclass(frozen=True, eq=False)
+class _Limb:
+    """The c joints of a chain that EAIK solves; value of a joint = `multiplier` · coordinate + `offset`, shape (c,).
+
+    Attributes:
+        base, frame: the frames between which they are.
+        names: the joints whose coordinates move them, and the indices of these in q, `columns`.
+        held: index in q → value of the locked joints.
+        chain: the chain for scalar code, and `length` if stretched [m].
+        links: its placements, shape (c + 1, 4, 4): joint k turns about z after placement k.
+        solver: EAIK's solver, for the poses that `_for_eaik` returns with the rotation `turn`.
+        limited, free: regions of joint values with and without limits.
+    """
+
+    base: str
+    frame: str
+    names: tuple[str, ...]
+    columns: tuple[int, ...]
+    held: dict[int, float]
+    multiplier: Floats
+    offset: Floats
+    chain: Chain
+    length: float
+    links: Floats
+    solver: Any
+    turn: Floats
+    limited: LimitRegion
+    free: LimitRegion
+
+
+def _limb_of(robot: RobotModel, frame: str, base: str, locked: Mapping[str, float] | None = None) -> _Limb:
+    """Return the chain between two frames with some joints locked at values of their coordinates."""
+    from eaik.IK_HP import HPRobot
+
+    whole, held = cached_limb(robot, serial_chain, base, frame), dict(locked or {})
+    for name in held:
+        if name not in whole.coordinates:
+            raise UnknownName("joint", name, whole.coordinates, f"only joints between {base} and {frame} can be locked")
+
+    def error(why: str) -> BadArgument:
+        where = f"{robot.name} has no closed form from {quoted(base)} to {quoted(frame)}"
+        return BadArgument(f"{where}: {why}; nk.ik.numeric takes any robot")
+
+    links, drivers, fixed = list[Floats](), list[Mimic](), np.eye(4)
+    for placement, slides, driver in zip(whole.placements, whole.slides, whole.drivers, strict=False):
+        fixed = fixed @ _homogeneous(placement)
+        if driver.joint in held or driver.multiplier == 0.0:
+            fixed = fixed @ _moved(driver.multiplier * held.get(driver.joint, 0.0) + driver.offset, slides)
+            continue
+        if slides:
+            raise error(f"{driver.joint} slides; lock it with locked={{{driver.joint!r}: …}}")
+        if driver.joint in [other.joint for other in drivers]:
+            raise error(f"{driver.joint} moves two of its joints")
+        links.append(fixed)
+        drivers.append(driver)
+        fixed = np.eye(4)
+    links.append(fixed @ _homogeneous(whole.placements[-1]))
+    names = tuple(driver.joint for driver in drivers)
+    if not names:
+        raise BadArgument(f"no joint moves {quoted(frame)} in {quoted(base)}")
+    if len(names) > _MOST_JOINTS:
+        lock = f"lock {len(names) - _MOST_JOINTS} of {', '.join(names)} with locked={{…}}"
+        raise error(f"{len(names)} joints, and EAIK solves {_MOST_JOINTS}; {lock}")
+    axes, points, ends = _axes(np.array(links), np.zeros((1, len(names))))
+    steps = np.diff(np.concatenate([np.zeros((1, 3)), points[0], ends[:, :3, 3] + _TIP]), axis=0)
+    solver, turn = HPRobot(axes[0], steps), ends[0, :3, :3].T
+    if not solver.hasKnownDecomposition() or "Unknown" in solver.getKinematicFamily():
+        raise error(f"EAIK knows no decomposition for the axes of {', '.join(names)}")
+    # Four poses tell whether the axes are dependent everywhere, and whether EAIK solves this chain.
+    probes = np.random.default_rng(0).uniform(-1.5, 1.5, (_PROBES, len(names)))
+    _, sizes, right = np.linalg.svd(_jacobians(np.array(links), probes))
+    if (sizes[:, -1] < _SINGULAR).all():
+        moving = [name for name, share in zip(names, right[0, -1], strict=True) if abs(share) > _SINGULAR]
+        raise error(
+            f"{', '.join(moving)} always move together without moving {quoted(frame)}; lock one with locked={{…}}"
+        )
+    poses = _axes(np.array(links), probes)[2]
+    for pose, given in zip(poses, _for_eaik(poses, turn), strict=True):
+        found = _axes(np.array(links), np.reshape(solver.IK(given).Q, (-1, len(names))))[2]
+        if not (np.abs(found - pose).max(axis=(-1, -2)) < _REFINED).any():
+            raise error(f"EAIK's decomposition, {solver.getKinematicFamily()}, misses solutions for {', '.join(names)}")
+    joints = np.array([robot.joint_names.index(name) for name in names], dtype=np.intp)
+    reduced = SerialChain(np.ascontiguousarray(np.array(links)[:, :3]), (False,) * len(names), tuple(drivers))
+    return _Limb(
+        base,
+        frame,
+        names,
+        tuple(_column(robot, name) for name in names),
+        {_column(robot, name): value for name, value in held.items()},
+        np.array([driver.multiplier for driver in drivers]),
+        np.array([driver.offset for driver in drivers]),
+        chain_of([reduced], names),
+        reduced.length(robot),
+        np.array(links),
+        solver,
+        turn,
+        LimitRegion(robot, joints),
+        LimitRegion(robot, joints, enforced=False),
+    )
+
+
+def _for_eaik(poses: Floats, turn: Floats) -> Floats:
+    """Return poses (n, 4, 4) for EAIK: with no rotation at zero, and of a point that is on no axis."""
+    moved: Floats = poses.copy()
+    moved[:, :3, :3] = poses[:, :3, :3] @ turn
+    moved[:, :3, 3] += moved[:, :3, :3] @ _TIP
+    return moved
+
+
+def _homogeneous(placement: Floats) -> Floats:
+    return np.concatenate([placement, [[0.0, 0.0, 0.0, 1.0]]])
+
+
+def _moved(value: float, slides: bool) -> Floats:
+    """Return the motion of a joint along or about z, shape (4, 4)."""
+    T = np.eye(4)
+    if slides:
+        T[2, 3] = value
+    else:
+        c, s = math.cos(value), math.sin(value)
+        T[:2, :2] = (c, -s), (s, c)
+    return T
+
+
+def _axes(links: Floats, values: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return axes and origins (n, c, 3) of the joints at values (n, c), and poses of the frame (n, 4, 4)."""
+    axes, points = np.empty((*values.shape, 3)), np.empty((*values.shape, 3))
+    T = np.broadcast_to(links[0], (len(values), 4, 4))
+    for k, link in enumerate(links[1:]):
+        axes[:, k], points[:, k] = T[:, :3, 2], T[:, :3, 3]
+        c, s = np.cos(values[:, k, None]), np.sin(values[:, k, None])
+        T = np.stack([c * T[..., 0] + s * T[..., 1], c * T[..., 1] - s * T[..., 0], T[..., 2], T[..., 3]], axis=-1)
+        T = T @ link
+    return axes, points, T
+
+
+def _jacobians(links: Floats, values: Floats) -> Floats:
+    """Return the frame's Jacobians for joint values (n, c), with lengths in units of `ANGLE_WEIGHT`, (n, 6, c)."""
+    axes, points, poses = _axes(links, values)
+    lever = np.cross(axes, poses[:, None, :3, 3] - points) / ANGLE_WEIGHT
+    return np.concatenate([lever, axes], axis=-1).swapaxes(-1, -2)
+
+
+# --- Solutions of a block of targets.
+
+
+class _Answers(NamedTuple):
+    """Answers to a block of targets: their targets, shape (N,), coordinates (N, c), errors (N, 2), families (N,)."""
+
+    owner: Rows
+    u: Floats
+    errors: Floats
+    families: Codes
+
+    def where(self, chosen: NDArray[Any]) -> _Answers:
+        """Return some of them."""
+        return _Answers(*(part[chosen] for part in self))
+
+    def replace(self, chosen: NDArray[Any], other: _Answers) -> None:
+        """Replace some of them in place."""
+        parts: tuple[Any, ...] = self
+        for part, new in zip(parts, other, strict=True):
+            part[chosen] = new
+
+    def of(self, n: int) -> NDArray[np.bool_]:
+        """Return which of n targets have an answer."""
+        return np.asarray(np.bincount(self.owner, minlength=n) > 0)
+
+
+def _together(*answers: _Answers) -> _Answers:
+    """Return all, with targets ascending."""
+    joined = _Answers(*(np.concatenate(parts) for parts in zip(*answers, strict=True)))
+    return joined.where(np.argsort(joined.owner, kind="stable"))
+
+
+def _places(owner: Rows) -> Rows:
+    """Return the place of each answer among those of its target, shape (N,), for targets ascending."""
+    firsts = np.flatnonzero(np.diff(owner, prepend=-1))
+    return np.arange(len(owner)) - np.repeat(firsts, np.diff(firsts, append=len(owner)))
+
+
+class _Solved(NamedTuple):
+    """Solutions of a block of n targets, sorted, and arrays as in `IKResult`; `counts` are those of `_COUNTED`."""
+
+    solutions: _Answers
+    best: Floats
+    reasons: Codes
+    residual: Floats
+    joint: Integers
+    needed: Floats
+    limit: Floats
+    counts: Integers
+
+
+# What `_Solved.counts` counts, and the number of targets.
+_COUNTED = (
+    "answers of EAIK that are wrong are left out: {}",
+    "{} of {} targets were reached by a search only, because EAIK has no solution of them",
+    "{} of {} targets are not reached, and have least-squares answers of EAIK only",
+)
+
+
+@dataclass(frozen=True, eq=False)
+class _Problem:
+    """A block of n targets in the base, shape (n, 4, 4), with references (n, nq)."""
+
+    robot: RobotModel
+    limb: _Limb
+    enforce: bool
+    tolerance: float
+    threads: int | None
+    targets: Floats
+    reference: Floats
+
+    @property
+    def near(self) -> Floats:
+        """The coordinates of the chain in the reference, shape (n, c)."""
+        return self.reference[:, self.limb.columns]
+
+    def solve(self) -> _Solved:
+        """Solve all targets."""
+        n, limb = len(self.targets), self.limb
+        given, least_squares = self._given()
+        exact = self._is_exact(given)
+        # A search tells whether EAIK missed the solutions of targets for which it has none.
+        missed = ~given.where(exact).of(n)
+        found = self._descended(limb.free, self._starts(given, missed), _PRECISE)
+        found = found.where(self._is_exact(found))
+        solutions = self._with_members(self._distinct(_together(given.where(exact), found)))
+        turned, _ = self._turned(solutions)
+        outside = limb.limited.worst(self._values(turned))
+        inside = turned.where(~outside.outside) if self.enforce else turned
+        away = np.linalg.norm(inside.u - self.near[inside.owner], axis=-1)
+        inside = inside.where(np.lexsort((away, inside.owner)))
+        reached = inside.of(n)
+
+        firsts = inside.where(_places(inside.owner) == 0)
+        best, residual = np.full((n, len(limb.names)), np.nan), np.full((n, 2), np.nan)
+        best[reached], residual[reached] = firsts.u, firsts.errors
+        reasons, joint = np.full(n, Reason.REACHED, dtype=np.int8), np.full(n, -1, dtype=np.int64)
+        needed, limit = np.zeros(n), np.zeros(n)
+        # The solution that exceeds the limits least is the reason why there is none inside them.
+        excess = np.abs(outside.value - outside.limit)
+        order = np.lexsort((excess, turned.owner))
+        order = order[(_places(turned.owner) == 0) & ~reached[turned.owner[order]]]
+        rows = turned.owner[order]
+        reasons[rows] = np.where(outside.coupled[order], Reason.COUPLED_LIMIT, Reason.JOINT_LIMIT)
+        joint[rows] = np.searchsorted(limb.limited.moving, outside.joint[order], sorter=np.argsort(limb.limited.moving))
+        joint[rows] = np.argsort(limb.limited.moving)[joint[rows]]
+        needed[rows], limit[rows] = outside.value[order], outside.limit[order]
+        never = ~solutions.of(n)
+        beyond = np.linalg.norm(self.targets[:, :3, 3] - limb.links[0, :3, 3], axis=-1) - limb.length
+        reasons[never] = np.where(beyond[never] > 0.0, Reason.OUT_OF_REACH, Reason.NOT_ENOUGH_JOINTS)
+        needed[never] = np.maximum(beyond[never], 0.0)
+
+        near = self._descended(limb.limited if self.enforce else limb.free, self._starts(given, ~reached), 0.0)
+        cost = np.hypot(near.errors[:, 0], ANGLE_WEIGHT * near.errors[:, 1])
+        near = near.where(np.lexsort((cost, near.owner)))
+        near = near.where(_places(near.owner) == 0)
+        best[near.owner], residual[near.owner] = near.u, near.errors
+        counted = ~exact & ~least_squares, missed & found.of(n), never & given.where(least_squares).of(n)
+        counts = np.array([np.count_nonzero(each) for each in counted])
+        return _Solved(inside, best, reasons, residual, joint, needed, limit, counts)
+
+    def _is_exact(self, answers: _Answers) -> NDArray[np.bool_]:
+        return np.asarray((answers.errors <= self.tolerance).all(axis=-1))
+
+    def _given(self) -> tuple[_Answers, NDArray[np.bool_]]:
+        """Return EAIK's answers, refined if they are nearly solutions, and which of them are least-squares answers."""
+        limb, poses = self.limb, list(_for_eaik(self.targets, self.limb.turn))
+        if len(poses) < _FEW:
+            found = [limb.solver.IK(pose) for pose in poses]
+        else:
+            found = limb.solver.IK_batched(poses, self.threads or os.cpu_count() or 1)
+        owner = np.repeat(np.arange(len(found)), [len(answer.Q) for answer in found])
+        values = np.concatenate([np.zeros((0, len(limb.names))), *(answer.Q for answer in found if len(answer.Q))])
+        flags = np.concatenate([np.zeros(0, dtype=np.bool_), *(answer.is_LS for answer in found if len(answer.Q))])
+        finite = np.isfinite(values).all(axis=-1)
+        answers = self._verified(owner[finite], (values[finite] - limb.offset) / limb.multiplier)
+        worst = answers.errors.max(axis=-1, initial=0.0)
+        rough = np.flatnonzero((worst > _PRECISE) & (worst < _REFINED))
+        answers.replace(rough, self._descended(limb.free, answers.where(rough), _PRECISE))
+        return answers, flags[finite]
+
+    def _q(self, answers: _Answers) -> Floats:
+        q: Floats = self.reference[answers.owner]
+        q[:, self.limb.columns] = answers.u
+        return q
+
+    def _values(self, answers: _Answers) -> Floats:
+        """Return the values of all joints, shape (N, joints)."""
+        return self._q(answers)[:, self.robot.nq - len(self.robot.joint_names) :]
+
+    def _verified(self, owner: Rows, u: Floats) -> _Answers:
+        """Return answers with their errors by forward kinematics."""
+        answers = _Answers(owner, u, np.zeros((len(owner), 2)), np.zeros(len(owner), dtype=np.int8))
+        if len(owner):
+            poses = self.robot.fk(self._q(answers), self.limb.frame, reference=self.limb.base)
+            errors = pose_errors(poses, self.targets[owner]).reshape(-1, 2, 3)
+            answers = answers._replace(errors=np.linalg.norm(errors, axis=-1))
+        return answers
+
+    def _descended(self, region: LimitRegion, starts: _Answers, tolerance: float) -> _Answers:
+        """Return the ends of searches from starts, inside a region."""
+        if not len(starts.owner):
+            return starts
+        values = region.project(self._values(starts))
+        weights = np.array([1.0, 1.0, 1.0, *[ANGLE_WEIGHT] * 3])
+        goal, targets = Goal(weights, tolerance, _SEARCH), self.targets[starts.owner].reshape(-1, 16)
+        still, inside = region.still_values(values), values[:, region.moving]
+        found = descended(self.limb.chain, region, goal, targets, still, inside, self.threads)
+        return self._verified(starts.owner, found.q)._replace(families=starts.families)
+
+    def _starts(self, given: _Answers, chosen: NDArray[np.bool_]) -> _Answers:
+        """Return EAIK's answers and the reference as starts of searches for some targets."""
+        rows = np.flatnonzero(chosen)
+        return _together(given.where(chosen[given.owner]), self._verified(rows, self.near[rows]))
+
+    def _apart(self, u: Floats, other: Floats) -> Floats:
+        """Return differences of coordinates as angles of the joints without whole turns, shape (N, c) [rad]."""
+        turns = (u - other) * self.limb.multiplier / (2.0 * math.pi)
+        return np.asarray(2.0 * math.pi * (turns - np.round(turns)))
+
+    def _distinct(self, answers: _Answers) -> _Answers:
+        """Return answers without those that are another one up to whole turns."""
+        place = _places(answers.owner)
+        keep = np.ones(len(place), dtype=np.bool_)
+        for back in range(1, int(place.max(initial=0)) + 1):
+            later = np.flatnonzero(place >= back)
+            away = np.abs(self._apart(answers.u[later], answers.u[later - back])).max(axis=-1)
+            same = np.where(answers.families[later] == Family.SINGULAR, _SAME_MEMBER, _SAME)
+            keep[later[(away < same) & keep[later - back]]] = False
+        return answers.where(keep)
+
+    def _turned(self, answers: _Answers) -> tuple[_Answers, Rows]:
+        """Return answers with all whole turns inside the limits, or those that exceed them least; and their indices."""
+        region, near, index = self.limb.limited, self.near, np.arange(len(answers.owner))
+        for k, joint in enumerate(region.moving):
+            turn, u = 2.0 * math.pi / abs(self.limb.multiplier[k]), answers.u[:, k]
+            low, high = region.lower[joint], region.upper[joint]
+            if self.enforce and high - low < _TURNS * turn:
+                first = np.ceil((low - LIMIT_TOLERANCE - u) / turn)
+                count = np.floor((high + LIMIT_TOLERANCE - u) / turn) - first + 1.0
+                first = np.where(count > 0.0, first, np.round((0.5 * (low + high) - u) / turn))
+                count = np.maximum(count, 1.0).astype(np.intp)
+            else:
+                first, count = np.round((near[answers.owner, k] - u) / turn), np.ones(len(u), dtype=np.intp)
+                if self.enforce:
+                    first = np.minimum(first, np.floor((high + LIMIT_TOLERANCE - u) / turn))
+                    first = np.maximum(first, np.ceil((low - LIMIT_TOLERANCE - u) / turn))
+            rows = np.repeat(np.arange(len(u)), count)
+            answers, index = answers.where(rows), index[rows]
+            answers.u[:, k] += turn * (first[rows] + _places(rows))
+        return answers, index
+
+    # Families: where axes are dependent, joints may move without moving the frame.
+
+    def _null_projectors(self, answers: _Answers) -> Floats:
+        """Return projectors onto the null space of the Jacobian, shape (N, c, c); zero where it has none."""
+        limb, projectors = self.limb, np.zeros((len(answers.owner), *[len(self.limb.names)] * 2))
+        J = _jacobians(limb.links, limb.multiplier * answers.u + limb.offset) * limb.multiplier
+        rows = np.flatnonzero(np.linalg.det(J.swapaxes(-1, -2) @ J) < _REGULAR)
+        if len(rows):
+            _, sizes, right = np.linalg.svd(J[rows])
+            null = right * (sizes < _SINGULAR)[..., None]
+            projectors[rows] = null.swapaxes(-1, -2) @ null
+        return projectors
+
+    def _with_members(self, answers: _Answers) -> _Answers:
+        """Return answers with those of a family replaced by its member nearest to the reference."""
+        projectors = self._null_projectors(answers)
+        rows, columns = np.nonzero(np.einsum("nii->ni", projectors) > 1e-3)
+        ways = projectors[rows, columns]
+        ways /= np.linalg.norm(ways, axis=-1, keepdims=True)
+        leads = np.ones(len(rows), dtype=np.bool_)
+        for step in _STEPS:  # both ways, for a branch that is near is only on one
+            ahead = answers.where(rows)
+            ahead = self._descended(self.limb.free, ahead._replace(u=ahead.u + step * ways), _ON_FAMILY)
+            along = np.sum(self._apart(ahead.u, answers.u[rows]) * ways, axis=-1) / step
+            leads &= (ahead.errors.max(axis=-1, initial=0.0) <= 2.0 * _ON_FAMILY) & (along > _STAYED)
+        if not leads.any():
+            return answers
+        members, firsts = np.unique(rows[leads], return_index=True)
+        answers.families[members] = Family.SINGULAR
+        family, found = self._nearest_members(answers.where(members), ways[leads][firsts])
+        alone = np.delete(np.arange(len(answers.owner)), np.asarray(members)[family])
+        return self._distinct(_together(answers.where(alone), found))
+
+    def _nearest_members(self, members: _Answers, ways: Floats) -> tuple[Rows, _Answers]:
+        """Return the nearest members of families with one member and one direction given; and of which family each is.
+
+        They are inside the limits if these are enforced; a family without a member there is left out.
+        """
+        region = self.limb.limited if self.enforce else self.limb.free
+        starts, family = self._turned(members)
+        repeated = np.repeat(np.arange(len(family)), len(_SPREAD))
+        starts, family = starts.where(repeated), family[repeated]
+        starts.u[...] += np.resize(_SPREAD, len(family))[:, None] * ways[family]
+        here = self._descended(region, starts, _PRECISE)
+        on = (here.errors.max(axis=-1) < _MEMBER) & self._null_projectors(here).any(axis=(-1, -2))
+        here, family = here.where(on), family[on]
+        near, share = self.near[here.owner], np.ones(len(family))
+        for _ in range(_APPROACH):
+            if not (share > 1e-3).any():
+                break
+            steps = np.einsum("nij,nj->ni", self._null_projectors(here), near - here.u)
+            steps *= np.minimum(1.0, 0.5 / np.maximum(np.linalg.norm(steps, axis=-1, keepdims=True), 1e-300))
+            there = self._descended(region, here._replace(u=here.u + share[:, None] * steps), _PRECISE)
+            away, before = (np.linalg.norm(each.u - near, axis=-1) for each in (there, here))
+            nearer = (there.errors.max(axis=-1) < _MEMBER) & (away < before - 1e-9)
+            share = np.where(nearer, 1.0, 0.25 * share)
+            here.replace(nearer, there.where(nearer))
+        order = np.lexsort((np.linalg.norm(here.u - near, axis=-1), family))
+        order = order[_places(family[order]) == 0]
+        return family[order], here.where(order)
+
+
+def _joined(
+    limb: _Limb, blocks: list[_Solved], reference: Floats, notes: tuple[str, ...], batch: tuple[int, ...]
+) -> IKResult:
+    """Return the results of all blocks of a batch."""
+    first = np.cumsum([0, *(len(block.best) for block in blocks)])
+    owner = np.concatenate([block.solutions.owner + start for block, start in zip(blocks, first, strict=False)])
+    arrays = list(zip(*blocks, strict=True))[1:-1]
+    best, reasons, residual, joint, needed, limit = (np.concatenate(parts) for parts in arrays)
+    n, c, place = len(best), len(limb.names), _places(owner)
+    count = np.bincount(owner, minlength=n)
+    k = int(count.max(initial=0))
+    branches, families = np.full((n, k, c), np.nan), np.zeros((n, k), dtype=np.int8)
+    branches[owner, place] = np.concatenate([block.solutions.u for block in blocks])
+    families[owner, place] = np.concatenate([block.solutions.families for block in blocks])
+    totals = np.sum([block.counts for block in blocks], axis=0)
+    notes += tuple(text.format(total, n) for text, total in zip(_COUNTED, totals, strict=True) if total)
+    return IKResult(
+        joints=limb.names,
+        columns=limb.columns,
+        reference=reference,
+        best=best.reshape(*batch, c),
+        branches=branches.reshape(*batch, k, c),
+        families=families.reshape(*batch, k),
+        count=count.astype(np.int64).reshape(batch),
+        reasons=reasons.reshape(batch),
+        residual=residual.reshape(*batch, 2),
+        obstacles=Obstacles(joint.reshape(batch), needed.reshape(batch), limit.reshape(batch)),
+        notes=notes,
+    )
