@@ -16,6 +16,7 @@ from nao_kin.robot.geometry import (
     read_mesh as read_mesh,
     shape_geometry as shape_geometry,
 )
+from nao_kin.robot.ground import OutlineKind, SetDown
 from nao_kin.robot.kinematics import (
     WORLD as WORLD,
     Expression,
@@ -47,8 +48,10 @@ __all__ = [
     "LimitPolicy",
     "LimitViolation",
     "NaoModel",
+    "OutlineKind",
     "PoseForm",
     "RobotModel",
+    "SetDown",
     "SupportPolygon",
     "Topology",
     "load_nao",

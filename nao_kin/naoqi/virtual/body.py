@@ -192,8 +192,6 @@ class Joints:
 
 # The height difference of the soles above which the lower foot becomes the standing one [m].
 _LOWER = 1e-3
-# The mean distance of a limb's shell from its joints, for a robot that rests on its shells [m].
-_SHELL = 0.04
 
 
 class Base:
@@ -208,9 +206,9 @@ class Base:
     place (`MotionTask.keeps_feet`). Otherwise both soles are down and slide equally, and FRAME_ROBOT between them stays
     in place.
 
-    In a posture on the floor (Sit, LyingBack …) the posture defines the vertical in the torso's frame. The torso's
-    height is an estimate without the shells: the lowest joint is 40 mm above the floor, or the lowest sole on it. The
-    torso's x, y and yaw in the world do not change. The vertical turns with movements into and out of such a posture.
+    In a posture on the floor (Sit, LyingBack …) the posture defines the vertical in the torso's frame, and the robot is
+    set down with it. The torso's x, y and yaw in the world do not change. The vertical turns with movements into and
+    out of such a posture.
 
     At the start, the world's origin is on the floor at FRAME_ROBOT's x and y, and its x axis along FRAME_ROBOT's.
 
@@ -237,10 +235,8 @@ class Base:
         if self.support is not None:
             T_torso_sole = self._robot.fk(q, self.support)
             return np.asarray(self._T_world_sole @ rigid_inverse(T_torso_sole))
-        T = join_poses(self._R_world_torso, np.append(self._place, 0.0))
-        heights = self._robot.fk(q, [*self._robot.body_order, *LEGS])[:, :3, 3] @ T[2, :3]
-        T[2, 3] = -min(float(heights[:-2].min()) - _SHELL, float(heights[-2:].min()))
-        return T
+        height = self._robot.set_down(q, gravity=-self._R_world_torso[2]).T_world_base[2, 3]
+        return join_poses(self._R_world_torso, np.append(self._place, height))
 
     def update(self, q: Floats, before: Floats | None = None) -> None:
         """Change the standing foot if the other sole is lower after the joints have moved.
