@@ -120,6 +120,13 @@ def named_soles(robot: RobotModel, soles: Sequence[str] | str | None) -> tuple[s
     return (soles,) if isinstance(soles, str) else tuple(soles)
 
 
+def points_on_floor(robot: RobotModel, q: Floats, T_world_base: Floats, tolerance: float) -> Floats:
+    """Return the points of the shapes, feet included, that touch the floor in one configuration, shape (k, 3) [m]."""
+    floor = _floor_of(robot)
+    placed = floor.placed(T_world_base @ robot.fk(q, floor.links, reference=robot.tree.root))
+    return placed[placed[:, 2] <= tolerance]
+
+
 class Feet(NamedTuple):
     """Soles and their corners: points of all soles in their frames, shape (k, 3) [m], and the index of each sole."""
 
@@ -128,19 +135,21 @@ class Feet(NamedTuple):
     owner: NDArray[np.intp]
 
     @staticmethod
-    def of(robot: RobotModel, names: tuple[str, ...]) -> Feet:
-        """Return the soles of a robot, each with its outline, or with its origin alone if it has none."""
+    def of(robot: RobotModel, names: tuple[str, ...], kind: OutlineKind | None = None) -> Feet:
+        """Return the soles of a robot with their outlines; with None an origin stands for a sole without outline."""
         robot.frame_ids(names)
-        outlines = [_outline_or_origin(robot, name) for name in names]
+        outlines = [
+            _outline_or_origin(robot, name) if kind is None else sole_outline(robot, name, kind) for name in names
+        ]
         counts = [len(outline) for outline in outlines]
         points = np.concatenate([*outlines, np.empty((0, 3))])
         return Feet(names, points, np.repeat(np.arange(len(names)), counts))
 
-    def links(self, robot: RobotModel, floor: Floor) -> list[int]:
-        """Return the links of a floor's points that move with a sole."""
+    def carried(self, robot: RobotModel, links: Sequence[str]) -> list[int]:
+        """Return the indices of the links that move with a sole."""
         frames = robot.model.frames
         carriers = {frames[i].parentJoint for i in robot.frame_ids(self.names)}
-        return [k for k, i in enumerate(robot.frame_ids(floor.links)) if frames[i].parentJoint in carriers]
+        return [k for k, i in enumerate(robot.frame_ids(links)) if frames[i].parentJoint in carriers]
 
 
 def sole_outline(robot: RobotModel, sole: str, kind: OutlineKind = "sole") -> Floats:
@@ -340,15 +349,13 @@ def _rows_down(
     if gravity is not None:
         down = gravity[first : first + len(rows)]
     elif given:
-        down, length = _mean_down(T_soles)
-        if not length.all():
-            raise BadArgument("the soles face opposite directions: name one of them, or give gravity")
+        down = common_down(T_soles)
     else:
         down, used, stands = _down_of(robot, floor, rows, T_links, T_soles)
     # A robot that stands has the plane of its soles on the floor, whatever the shapes of its feet.
     heights = np.einsum("nki,ni->nk", corners, down)
     own = np.where(used[:, feet.owner], heights, -np.inf).max(axis=1, initial=-np.inf)
-    deepest = own if given else floor.lowest(T_links, down, own, without=feet.links(robot, floor))
+    deepest = own if given else floor.lowest(T_links, down, own, without=feet.carried(robot, floor.links))
     lying = np.flatnonzero(~stands)
     deepest[lying] = floor.lowest(T_links[lying], down[lying], heights[lying].max(axis=1, initial=-np.inf))
     R = rotation_between(-down, _UPRIGHT, axis=[0.0, 1.0, 0.0])
@@ -357,6 +364,14 @@ def _rows_down(
     links = np.zeros((len(rows), len(robot.link_names)), dtype=np.bool_)
     links[:, floor.rows] = floor.touching(T_links, down, deepest - tolerance)
     return T_world_base, in_world, in_world[..., 2] <= tolerance, links, stands
+
+
+def common_down(T_soles: Floats) -> Floats:
+    """Return the unit mean of the directions down of soles (n, S, 4, 4); raise `BadArgument` if it is zero."""
+    down, length = _mean_down(T_soles)
+    if not length.all():
+        raise BadArgument("the soles face opposite directions: name one of them, or give gravity")
+    return down
 
 
 def _mean_down(T_soles: Floats) -> tuple[Floats, Floats]:
