@@ -38,8 +38,8 @@ _MOST_ROLLS = 300
 _ELSEWHERE = 0.5
 # So many directions find the points of a rounded link that can touch the floor to a small part of a millimetre.
 _DIRECTIONS = 800
-# Configurations that are set down at a time: their points fit into the cache of the processor.
-_AT_ONCE = 1024
+# Configurations that are set down at a time: larger products of matrices are split among threads, which costs more.
+_AT_ONCE = 256
 _UPRIGHT = np.array([0.0, 0.0, 1.0])
 
 OutlineKind = Literal["sole", "sensors"]

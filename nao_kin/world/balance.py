@@ -26,11 +26,10 @@ from nao_kin.robot import (
     named_soles,
     points_on_floor,
 )
-from nao_kin.rotations import rot_z, rotation_between, rpy_from_matrix
+from nao_kin.rotations import rot_z, rpy_from_matrix
 
-_UPRIGHT = np.array([0.0, 0.0, 1.0])
-# Configurations whose margins are computed at a time.
-_AT_ONCE = 4096
+# Configurations whose margins are computed at a time: larger products of matrices are split among threads.
+_AT_ONCE = 2048
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,15 +175,14 @@ def margin(
     for start in range(0, len(rows), _AT_ONCE):
         part = slice(start, start + _AT_ONCE)
         T = np.asarray(robot.fk(rows[part], names, reference=robot.tree.root))
-        down = common_down(T) if given is None else given[part]
-        across = rotation_between(-down, _UPRIGHT, axis=[0.0, 1.0, 0.0])[:, :2]
-        com = across @ robot.com(rows[part], reference=robot.tree.root)[..., None]
-        placed = np.empty((len(T), len(feet.points), 2))
+        across = _level(-common_down(T) if given is None else -given[part])
+        com = np.einsum("nai,ni->na", across, robot.com(rows[part], reference=robot.tree.root))
+        placed = np.empty((len(T), 2, len(feet.points)))
         for k in range(len(names)):
             own = feet.owner == k
-            A = across @ T[:, k, :3]
-            placed[:, own] = feet.points[own] @ A[..., :3].swapaxes(-1, -2) + A[:, None, :, 3]
-        found[part] = _hulls(placed, com[..., 0])[1]
+            turned = (T[:, k, :3, :3].reshape(-1, 3) @ feet.points[own].T).reshape(len(T), 3, -1)
+            placed[:, :, own] = np.einsum("nai,nim->nam", across, turned + T[:, k, :3, 3:])
+        found[part] = _hulls(placed.swapaxes(1, 2), com)[1]
     return found.reshape(batch)
 
 
@@ -220,6 +218,19 @@ def feet_frame(T_world_feet: ArrayLike) -> Floats:
     frame[..., 2, 3] = places[..., 2].min(axis=-1)
     frame[..., 3, 3] = 1.0
     return frame
+
+
+def _level(up: Floats) -> Floats:
+    """Return two horizontal directions for each direction up (n, 3), counter-clockwise seen from above, (n, 2, 3).
+
+    Source: Duff et al., Building an orthonormal basis, revisited, 2017.
+    """
+    x, y, z = up.T
+    sign = np.copysign(1.0, z)
+    a = -1.0 / (sign + z)
+    b = x * y * a
+    first = np.stack([1.0 + sign * x * x * a, sign * b, -sign * x], axis=-1)
+    return np.stack([first, np.stack([b, sign + y * y * a, -y], axis=-1)], axis=1)
 
 
 def _placed(T: Floats, feet: Feet) -> Floats:
