@@ -21,6 +21,7 @@ _TABLES = {
     "Fingers [m, rad]": v6.FINGERS,
     "Placeholder of links without a mass of their own [kg, m, kg m²]": (parameters.PLACEHOLDER,),
     "Collision shapes [m]": v6.COLLISION_SHAPES,
+    "Outlines of the soles [m]": v6.SOLE_OUTLINES,
     "Meshes": parameters.VISUALS,
     "Postures, in Body order [rad; 0 to 1 for hands]": v6.POSTURES,
 }

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
         screws,
         stream,
         viewer,
+        world,
     )
     from nao_kin._kernels import KernelState, cache_folder, warm_up
     from nao_kin.motion import Motion
@@ -84,6 +85,7 @@ __all__ = [
     "urdf",
     "viewer",
     "warm_up",
+    "world",
 ]
 
 # Rooms that lie inside others, and the room of each name.

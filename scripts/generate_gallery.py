@@ -40,7 +40,7 @@ PICTURES = DOCS / "images" / "examples"
 SECTIONS = {
     "Poses": """
         first_pose posture_and_joints hand_path camera_sees_ball calibrated_camera workspace million_configurations
-        hand_velocity coupled_limits versions
+        hand_velocity coupled_limits balance versions
     """.split(),
     "Rotations, screws and joints": """
         two_turns gimbal_lock mean_rotation screw_of_a_displacement lower_pairs spherical_hip

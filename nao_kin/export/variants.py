@@ -215,7 +215,8 @@ def named_semantics(semantics: Semantics, names: str) -> Semantics:
         name: tuple(new.get(frame, frame) for frame in getattr(semantics, name)) for name in FRAME_FIELDS
     }
     views = {new.get(camera, camera): angles for camera, angles in semantics.fields_of_view.items()}
-    return replace(semantics, **frames, fields_of_view=views)
+    outlines = {new.get(sole, sole): corners for sole, corners in semantics.outlines.items()}
+    return replace(semantics, **frames, fields_of_view=views, outlines=outlines)
 
 
 def _renamed(tree: UrdfTree, new: Mapping[str, str]) -> UrdfTree:

@@ -24,7 +24,8 @@ from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, NotARotation, UnknownName, at_index
 from nao_kin.naoqi.names import CHAINS
 from nao_kin.robot import RobotModel, check_robot
-from nao_kin.rotations import check_rotation, matrix_from_rpy, nearest_rotation, rot_z, rpy_from_matrix
+from nao_kin.rotations import check_rotation, matrix_from_rpy, nearest_rotation, rpy_from_matrix
+from nao_kin.world import feet_frame
 
 # --- Poses as NAOqi writes them: Position6D, six numbers, and transforms, sixteen numbers row by row.
 
@@ -183,7 +184,7 @@ def robot_frame(robot: RobotModel, q: ArrayLike, *, torso_in_world: ArrayLike | 
     """
     check_robot(robot)
     T_torso_feet = robot.fk(q, [frame_of(robot, foot) for foot in LEGS], reference=frame_of(robot, TORSO))
-    return _between(_torso_in_world(robot, q, torso_in_world)[..., None, :, :] @ T_torso_feet)
+    return feet_frame(_torso_in_world(robot, q, torso_in_world)[..., None, :, :] @ T_torso_feet)
 
 
 def pose_in(
@@ -239,17 +240,6 @@ def _torso_in_world(robot: RobotModel, q: ArrayLike, torso_in_world: ArrayLike |
     if torso_in_world is None:
         return np.eye(4) if robot.base == "fixed" else cast(Floats, robot.fk(q, frame_of(robot, TORSO)))
     return _rigid(as_batch(torso_in_world, (4, 4), "torso_in_world"), "torso_in_world")
-
-
-def _between(T_world_feet: Floats) -> Floats:
-    """Return the frame between two feet, from poses of shape (..., 2, 4, 4)."""
-    yaw = position6d(T_world_feet)[..., 5]
-    # Halfway along the shorter arc, also where the yaws are on both sides of ±π.
-    turn = yaw[..., 1] - yaw[..., 0]
-    turn = turn - 2.0 * np.pi * np.round(turn / (2.0 * np.pi))
-    places = T_world_feet[..., :3, 3]
-    origin = np.concatenate([places[..., :2].mean(axis=-2), places[..., 2:].min(axis=-2)], axis=-1)
-    return join_poses(rot_z(yaw[..., 0] + 0.5 * turn), origin)
 
 
 # --- Axis masks: the axes that a Cartesian call controls.

@@ -17,6 +17,15 @@ from nao_kin.robot.geometry import (
     read_mesh as read_mesh,
     shape_geometry as shape_geometry,
 )
+from nao_kin.robot.ground import (
+    TOUCHING as TOUCHING,
+    Feet as Feet,
+    OutlineKind,
+    SetDown,
+    common_down as common_down,
+    named_soles as named_soles,
+    points_on_floor as points_on_floor,
+)
 from nao_kin.robot.kinematics import (
     WORLD as WORLD,
     Expression,
@@ -48,8 +57,10 @@ __all__ = [
     "LimitPolicy",
     "LimitViolation",
     "NaoModel",
+    "OutlineKind",
     "PoseForm",
     "RobotModel",
+    "SetDown",
     "SupportPolygon",
     "Topology",
     "load_nao",

@@ -18,6 +18,7 @@ from nao_kin.robot.answers import Answers, Output
 from nao_kin.robot.build import Base, build_model, numbers_of, restore_numbers
 from nao_kin.robot.configurations import ConfigurationSpace, Coordinates
 from nao_kin.robot.geometry import GeometryKind, geometry_model
+from nao_kin.robot.ground import TOUCHING, OutlineKind, SetDown, set_down, sole_outline
 from nao_kin.robot.kinematics import (
     EXPRESSIONS,
     POSE_FORMS,
@@ -848,6 +849,72 @@ class RobotModel:
             True
         """
         return support_polygon(self, q, soles, reference)
+
+    def sole_outline(self, sole: str, kind: OutlineKind = "sole") -> Floats:
+        """Return the corners of a sole in its own frame, shape (k, 3) [m], counter-clockwise with the kind "sole".
+
+        "sole" is the area that touches the floor: the outline in the semantics; without one, the hull of the frames on
+        the foot in the plane of the sole; without three of these, the hull of its visual shapes within 5 mm of their
+        lowest point. "sensors" are the frames on the foot in the plane of the sole, which `support_polygon` and the
+        whole-body poses take: on a NAO the four force sensors, 100 × 53 mm, inside the sole of 142 × 81 mm.
+
+        Raises:
+            BadArgument: the sole has no outline.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> outline = nao.sole_outline("LLeg")
+            >>> np.ptp(outline, axis=0).round(3).tolist()
+            [0.142, 0.081, 0.0]
+        """
+        return sole_outline(self, sole, kind)
+
+    def set_down(
+        self,
+        q: ArrayLike,
+        *,
+        soles: Sequence[str] | str | None = None,
+        gravity: ArrayLike | None = None,
+        tolerance: float = TOUCHING,
+    ) -> SetDown:
+        """Set the robot down on the floor z = 0 as a rigid body, and return its pose and what touches.
+
+        With `gravity` the vertical is known. With `soles` the lowest of their corners is on the floor, wherever other
+        links are, and without `gravity` the mean of their normals is vertical. With neither:
+
+        1. If all soles are under the robot (within 8 mm of its lowest point), it stands on them. If only one is (within
+           3 mm), it stands on this one; of several, on the one that turns the root least.
+        2. Otherwise, or if its centre of mass is not above what touches the floor, the nearest posture of the semantics
+           is considered. If that one rests on other links, the robot is put down as this posture is, and rolls over its
+           edges until its centre of mass is above what it touches.
+        3. A robot that does neither stands as in step 1 though it would fall, or has an upright root.
+
+        A robot that stands has the lowest corner of these soles on the floor: where they disagree, the mean of their
+        normals is vertical, and the higher one touches if it is within the tolerance. Links other than the feet stay
+        above the floor: the soles of a robot that sits may be in the air. Any other robot has the lowest point of its
+        shapes and soles on the floor.
+
+        Args:
+            q: configurations, shape (..., nq). The pose of a floating base in them is not used.
+            soles: frames of the soles on the floor; None for those of the robot's semantics.
+            gravity: direction of gravity in the frame of the root link, shape (..., 3), as the reversed measurement of
+                an accelerometer at rest; any length but zero. Broadcasts with q.
+            tolerance: height up to which a point touches the floor [m].
+
+        Returns:
+            The pose T_world_base of the root link and the soles, corners and links that touch.
+
+        Raises:
+            BadArgument: the robot has neither soles nor shapes, or the soles face opposite directions.
+            ZeroNorm: zero gravity.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> down = nao.set_down(nao.posture("StandInit"))
+            >>> down.touching.tolist(), down.T_world_base[:3, 3].round(3).tolist()
+            ([True, True], [0.0, 0.0, 0.32])
+        """
+        return set_down(self, q, soles=soles, gravity=gravity, tolerance=tolerance)
 
     # --- internal -------------------------------------------------------------------------------------------------
 

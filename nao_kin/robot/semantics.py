@@ -36,6 +36,9 @@ They may be written in a small TOML file beside the URDF:
     [fields_of_view]
     camera = [0.98, 0.76]                # horizontal and vertical [rad]
 
+    [outlines]
+    l_sole = [[0.1, 0.04], [-0.05, 0.04], [-0.05, -0.04], [0.1, -0.04]]    # corners, in the sole's xy plane [m]
+
     [ros_names]
     l_hand = "l_gripper"                 # if the ROS description has another name
 
@@ -220,6 +223,8 @@ class Semantics:
         accelerometers: frames of sensors that measure acceleration along their axes.
         gyrometers: frames of sensors that measure angular velocity about their axes.
         force_sensors: frames of sensors that measure the force pressed on them from outside, along their z axis.
+        outlines: sole → x and y of the corners of the area that touches the floor, in the frame of the sole [m]; the
+            corners of a convex polygon.
         ros_names: link, joint or robot → its name in the robot's published ROS description, if it differs; links with
             the same name there are one link there.
 
@@ -248,6 +253,7 @@ class Semantics:
     gyrometers: tuple[str, ...] = ()
     force_sensors: tuple[str, ...] = ()
     ros_names: Mapping[str, str] = field(default_factory=dict)
+    outlines: Mapping[str, tuple[tuple[float, float], ...]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         kinds = {"chains": Iterable, "postures": Posture, "units": str, "views": View, "ros_names": str}
@@ -264,6 +270,8 @@ class Semantics:
             if len(pair) != 2 or not all(0.0 < angle < math.pi for angle in pair):
                 raise BadArgument(f"field of view of {camera} must be two angles in (0, π), got {quoted(angles)}")
         object.__setattr__(self, "fields_of_view", MappingProxyType({k: tuple(v) for k, v in fields.items()}))
+        outlines = _mapping(self.outlines, "outlines", Iterable)
+        object.__setattr__(self, "outlines", MappingProxyType({k: _corners(v, k) for k, v in outlines.items()}))
         for name in ("start", "version", "root"):
             _check_kind(getattr(self, name), name, str)
         for joint, unit in self.units.items():
@@ -282,7 +290,9 @@ class Semantics:
 
     def frames(self) -> dict[str, tuple[str, str]]:
         """Return every frame named here, with the field that names it first."""
-        return _named_first((getattr(self, field), (field, "")) for field in (*FRAME_FIELDS, "fields_of_view"))
+        return _named_first(
+            (getattr(self, field), (field, "")) for field in (*FRAME_FIELDS, "fields_of_view", "outlines")
+        )
 
     def __getstate__(self) -> dict[str, object]:
         # Mapping proxies do not pickle.
@@ -319,6 +329,17 @@ def _several(values: object, what: str, kind: type | tuple[type, ...]) -> tuple[
     for value in found:
         _check_kind(value, what, kind)
     return found
+
+
+def _corners(values: Iterable[Any], sole: str) -> tuple[tuple[float, float], ...]:
+    """Return the corners of an outline as pairs of finite numbers, at least three."""
+    try:
+        points = tuple((float(x), float(y)) for x, y in values)
+    except (TypeError, ValueError, OverflowError):
+        points = ()
+    if len(points) < 3 or not np.isfinite(points).all():
+        raise BadArgument(f"the outline of {sole} must be three or more pairs of finite numbers, got {quoted(values)}")
+    return points
 
 
 def _check_kind(value: object, what: str, kind: type | tuple[type, ...]) -> None:
@@ -432,5 +453,6 @@ _READERS: dict[str, _EntryReader] = {
     "units": _table_of(_text),
     "views": _table_of(_view),
     "fields_of_view": _table_of(_numbers),
+    "outlines": _table_of(_list_of(_numbers)),
     "ros_names": _table_of(_text),
 }

@@ -597,7 +597,7 @@ def test_a_posture_on_the_floor_has_its_own_vertical_and_leads_back_to_the_feet(
     assert np.allclose(T_world_torso[2, :3], up / np.linalg.norm(up), atol=1e-9)
     assert np.allclose(T_world_torso[:2, 3], heading[:2, 3], atol=1e-9)
     joints = T_world_torso @ nao.fk(awake.state().q, list(nao.body_order))
-    assert joints[:, 2, 3].min() >= 0.04 - 1e-9
+    assert 0.02 < joints[:, 2, 3].min() < 0.06  # inside the shapes that are on the floor
     assert awake.call("ALRobotPosture", "goToPosture", "StandInit", 0.5) is True
     state = awake.state()
     T_world_sole = state.T_world_torso @ nao.fk(state.q, awake.base.support)

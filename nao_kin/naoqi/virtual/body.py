@@ -15,6 +15,7 @@ from nao_kin.naoqi.spaces import LEGS, TORSO, robot_frame
 from nao_kin.naoqi.virtual.engine import TICK, Notes
 from nao_kin.robot import NaoModel
 from nao_kin.rotations import rot_z, rotation_between
+from nao_kin.world import LOWER, sole_heights, standing_sole
 
 LEFT_HIP, RIGHT_HIP = "LHipYawPitch", "RHipYawPitch"
 # The difference below which a clipped command or a late joint counts as rounding.
@@ -190,11 +191,6 @@ class Joints:
 
 # --- The torso in the world while the joints move: one sole stays on the floor, or the robot rests on it.
 
-# The height difference of the soles above which the lower foot becomes the standing one [m].
-_LOWER = 1e-3
-# The mean distance of a limb's shell from its joints, for a robot that rests on its shells [m].
-_SHELL = 0.04
-
 
 class Base:
     """The torso's pose in the world: kinematics only, without weight or balance.
@@ -208,9 +204,9 @@ class Base:
     place (`MotionTask.keeps_feet`). Otherwise both soles are down and slide equally, and FRAME_ROBOT between them stays
     in place.
 
-    In a posture on the floor (Sit, LyingBack …) the posture defines the vertical in the torso's frame. The torso's
-    height is an estimate without the shells: the lowest joint is 40 mm above the floor, or the lowest sole on it. The
-    torso's x, y and yaw in the world do not change. The vertical turns with movements into and out of such a posture.
+    In a posture on the floor (Sit, LyingBack …) the posture defines the vertical in the torso's frame, and the robot is
+    set down with it. The torso's x, y and yaw in the world do not change. The vertical turns with movements into and
+    out of such a posture.
 
     At the start, the world's origin is on the floor at FRAME_ROBOT's x and y, and its x axis along FRAME_ROBOT's.
 
@@ -237,10 +233,8 @@ class Base:
         if self.support is not None:
             T_torso_sole = self._robot.fk(q, self.support)
             return np.asarray(self._T_world_sole @ rigid_inverse(T_torso_sole))
-        T = join_poses(self._R_world_torso, np.append(self._place, 0.0))
-        heights = self._robot.fk(q, [*self._robot.body_order, *LEGS])[:, :3, 3] @ T[2, :3]
-        T[2, 3] = -min(float(heights[:-2].min()) - _SHELL, float(heights[-2:].min()))
-        return T
+        height = self._robot.set_down(q, gravity=-self._R_world_torso[2]).T_world_base[2, 3]
+        return join_poses(self._R_world_torso, np.append(self._place, height))
 
     def update(self, q: Floats, before: Floats | None = None) -> None:
         """Change the standing foot if the other sole is lower after the joints have moved.
@@ -288,16 +282,12 @@ class Base:
     def _both_down(self, q: Floats) -> bool:
         """Return whether the other sole is on the floor too."""
         assert self.support is not None
-        T_torso_sole, T_torso_other = self._robot.fk(q, [self.support, LEGS[1 - LEGS.index(self.support)]])
-        return bool((rigid_inverse(T_torso_sole) @ T_torso_other)[2, 3] <= _LOWER)
+        own = LEGS.index(self.support)
+        return bool(sole_heights(self._robot.fk(q, LEGS))[own, 1 - own] <= LOWER)
 
     def standing_foot(self, q: Floats, before: str = LEGS[0]) -> str:
         """Return the standing foot: `before`, unless the other is lower, also relative to its own sole."""
-        other = LEGS[1 - LEGS.index(before)]
-        T_torso_before, T_torso_other = self._robot.fk(q, [before, other])
-        T_before_other = rigid_inverse(T_torso_before) @ T_torso_other
-        lower = T_before_other[2, 3] < -_LOWER and rigid_inverse(T_before_other)[2, 3] > -_LOWER
-        return other if lower else before
+        return LEGS[standing_sole(sole_heights(self._robot.fk(q, LEGS)), LEGS.index(before))]
 
 
 def _flat(T: Floats) -> Floats:

@@ -174,4 +174,5 @@ def _semantics(version: Version) -> Semantics:
         gyrometers=("Gyrometer",),
         force_sensors=tuple(frame.name for frame in parameters.frames if "/FSR/" in frame.name),
         ros_names=ros_names(parameters),
+        outlines={row.sole: row.corners_m for row in v6.SOLE_OUTLINES},
     )

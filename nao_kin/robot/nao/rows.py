@@ -223,6 +223,20 @@ class ShapeRow:
 
 
 @dataclass(frozen=True)
+class OutlineRow:
+    """The area of a sole that touches the floor.
+
+    Attributes:
+        sole: NAOqi's name of the sole's frame.
+        corners_m: x and y of its corners in that frame, counter-clockwise [m].
+    """
+
+    sole: str
+    corners_m: tuple[tuple[float, float], ...]
+    source: str
+
+
+@dataclass(frozen=True)
 class VisualRow(VersionedRow):
     """The meshes of one link: a file per colour, in the frame of the joint that moves the link.
 

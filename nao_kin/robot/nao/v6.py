@@ -20,6 +20,7 @@ from nao_kin.robot.nao.rows import (
     LimitRow,
     Offset,
     OffsetRow,
+    OutlineRow,
     PostureRow,
     ShapeRow,
     Version,
@@ -272,6 +273,15 @@ COLLISION_SHAPES: tuple[ShapeRow, ...] = (
     ShapeRow("RAnkleRollBothCollision", "RAnkleRoll", "box", (0.16, 0.09, 0.035), (0.0225, -0.0074997, -0.027), _UP, "U6"),
     ShapeRow("RElbowRollBothCollision", "RElbowRoll", "cylinder", (0.036, 0.1743), (0.06485, 0.0, 0.0), (1.0, 0.0, 0.0), "U6"),
     ShapeRow("RElbowRollSphereCollision", "RElbowRoll", "sphere", (0.04,), (0.116, 0.0, 0.0), _UP, "U6"),
+)
+# fmt: on
+
+# No outline of a sole is published. These corners are on the edge of the flat of our own foot, and are used for every
+# version: 142 × 81 mm, inside the box of 160 × 90 mm around the foot.
+# fmt: off
+SOLE_OUTLINES: tuple[OutlineRow, ...] = (
+    OutlineRow("LLeg", ((-0.0495, -0.005), (-0.0402, -0.0247), (-0.0215, -0.0334), (0.014, -0.0351), (0.0684, -0.0285), (0.0925, -0.0153), (0.0925, 0.0199), (0.0684, 0.0372), (0.0422, 0.0436), (-0.0071, 0.0458), (-0.0348, 0.0372), (-0.0471, 0.0199)), "GEN"),
+    OutlineRow("RLeg", ((-0.0471, -0.0199), (-0.0348, -0.0372), (-0.0071, -0.0458), (0.0422, -0.0436), (0.0684, -0.0372), (0.0925, -0.0199), (0.0925, 0.0153), (0.0684, 0.0285), (0.014, 0.0351), (-0.0215, 0.0334), (-0.0402, 0.0247), (-0.0495, 0.005)), "GEN"),
 )
 # fmt: on
 

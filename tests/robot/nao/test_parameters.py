@@ -31,7 +31,7 @@ from nao_kin.robot.nao.model import nao_urdf_path
 from nao_kin.robot.nao.older import PAGES, TABLES, V6
 from nao_kin.robot.nao.parameters import ACTUATORS, FRAMES, PLACEHOLDER, VISUALS, version_named
 from nao_kin.robot.nao.rows import FrameRow, Offset, VersionPage, overlaid
-from nao_kin.robot.nao.v6 import COLLISION_SHAPES, FINGERS, JOINTS, POSTURES
+from nao_kin.robot.nao.v6 import COLLISION_SHAPES, FINGERS, JOINTS, POSTURES, SOLE_OUTLINES
 from nao_kin.robot.semantics import Mimic
 from nao_kin.robot.urdf.reader import read_urdf
 
@@ -80,6 +80,7 @@ def test_every_row_names_a_known_source() -> None:
         INERTIALS,
         FRAMES,
         COLLISION_SHAPES,
+        SOLE_OUTLINES,
         VISUALS,
         (PLACEHOLDER,),
         POSTURES,

@@ -82,6 +82,20 @@ def test_every_posture_is_set_down_balanced_on_the_floor(page: Page, nao: nk.Nao
         assert page.run("() => naoKin.robot.lowest()") == pytest.approx(0.0, abs=1e-9)
 
 
+def test_the_page_sets_a_robot_down_as_the_library_does(page: Page, nao: nk.NaoModel) -> None:
+    rng = np.random.default_rng(5)
+    postures = [nao.posture(name) for name in nao.posture_names]
+    near = [nao.clamp(q + rng.normal(0.0, sigma, nao.nq)) for q in postures for sigma in (0.003, 0.1)]
+    qs = np.array([*postures, *near, *nao.random(4, 12)])
+    down = nao.set_down(qs)
+    assert 4 < np.count_nonzero(down.stands) < len(qs) - 4
+    for k, (q, T) in enumerate(zip(qs, down.T_world_base, strict=True)):
+        shown = _set_down(page, q)
+        assert np.abs(shown[:3, :3] - T[:3, :3]).max() < 1e-5, k
+        # A robot that stands has the plane of its sole on the floor in the library, its lowest vertex in the page.
+        assert shown[2, 3] == pytest.approx(T[2, 3], abs=3e-3 if down.stands[k] else 1e-6), k
+
+
 @pytest.mark.full
 def test_a_robot_on_its_back_still_lies_there_when_an_arm_moves(page: Page, nao: nk.NaoModel) -> None:
     angles = nao.angles(nao.posture("LyingBack"))

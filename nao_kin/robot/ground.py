@@ -1,0 +1,482 @@
+"""Setting a robot down on a level floor: which way is up, how high the root is, and what touches.
+
+The robot is a rigid body in its configuration. What can touch the floor are the corners of its soles and the points of
+its visual shapes; shapes that cannot be read are left out. The page of the viewer follows the same rules.
+"""
+
+from __future__ import annotations
+
+import functools
+import threading
+import weakref
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from nao_kin._core.arrays import Floats, as_batch, check_tolerance, choice, join_poses, unit
+from nao_kin.errors import BadArgument
+from nao_kin.robot.geometry import shape_geometry
+from nao_kin.robot.support_polygon import SupportPolygon, sole_corners
+from nao_kin.robot.urdf import Cylinder, Sphere, UnreadableShape
+from nao_kin.rotations import rotation_between
+
+if TYPE_CHECKING:
+    from nao_kin.robot.model import RobotModel
+
+# How far both soles, or one alone, may be above the lowest point of a robot that stands on them [m].
+_BOTH, _ONE = 0.008, 0.003
+# How far above the floor a point may be and still touch it [m].
+TOUCHING = 0.005
+# Points so near the lowest one touch the floor with it, while the robot rolls over an edge [m].
+_ROLLING = 1e-5
+# A body rolls from one corner to the next; more rolls than any needs.
+_MOST_ROLLS = 300
+# A joint that is farther away than this is in another posture, however far: one moved arm makes no other posture.
+_ELSEWHERE = 0.5
+# So many directions find the points of a rounded link that can touch the floor to a small part of a millimetre.
+_DIRECTIONS = 800
+# Configurations that are set down at a time: larger products of matrices are split among threads, which costs more.
+_AT_ONCE = 256
+_UPRIGHT = np.array([0.0, 0.0, 1.0])
+
+OutlineKind = Literal["sole", "sensors"]
+OUTLINE_KINDS: tuple[str, ...] = get_args(OutlineKind)
+
+
+@dataclass(frozen=True, eq=False)
+class SetDown:
+    """A robot on a level floor, for one configuration or a batch.
+
+    Attributes:
+        T_world_base: pose of the root link, shape (..., 4, 4). The floor is z = 0, z points up, the root link is above
+            the origin, and its heading is that of the smallest rotation that makes it upright [m].
+        soles: names of the soles, n of them.
+        touching: whether each sole touches the floor, shape (..., n).
+        corners: the corners of all soles in the world, sole after sole, shape (..., k, 3) [m].
+        corner_soles: the index of each corner's sole, shape (k,).
+        corners_touching: whether each corner touches the floor, shape (..., k).
+        links: whether each link touches the floor with its shapes, in the order of `robot.link_names`.
+        stands: whether it was set down on soles; else on whatever is lowest, shape (...).
+    """
+
+    T_world_base: Floats
+    soles: tuple[str, ...]
+    touching: NDArray[np.bool_]
+    corners: Floats
+    corner_soles: NDArray[np.intp]
+    corners_touching: NDArray[np.bool_]
+    links: NDArray[np.bool_]
+    stands: NDArray[np.bool_]
+
+
+def set_down(
+    robot: RobotModel,
+    q: ArrayLike,
+    *,
+    soles: Sequence[str] | str | None = None,
+    gravity: ArrayLike | None = None,
+    tolerance: float = TOUCHING,
+) -> SetDown:
+    """Set a robot down; the arguments are those of `RobotModel.set_down`."""
+    floor = _floor_of(robot)
+    names = named_soles(robot, soles)
+    if soles is not None and not names:
+        raise BadArgument("soles must name at least one frame; None for the soles of the robot's semantics")
+    check_tolerance(tolerance)
+    feet = Feet.of(robot, names)
+    if not names and not len(floor.points):
+        raise BadArgument(f"{robot.name} has neither soles nor shapes to be set down on")
+    array = robot.checked(q)
+    batch = array.shape[:-1]
+    down = None
+    if gravity is not None:
+        down = unit(as_batch(gravity, (3,), "gravity"), "gravity")[0]
+        batch = np.broadcast_shapes(batch, down.shape[:-1])
+        down = np.broadcast_to(down, (*batch, 3)).reshape(-1, 3)
+    rows = np.broadcast_to(array, (*batch, robot.nq)).reshape(-1, robot.nq)
+    parts = [
+        _rows_down(robot, floor, feet, rows[k : k + _AT_ONCE], soles is not None, down, k, tolerance)
+        for k in range(0, max(1, len(rows)), _AT_ONCE)
+    ]
+    T, corners, on_floor, links, stands = (
+        np.concatenate(part).reshape((*batch, *part[0].shape[1:])) for part in zip(*parts, strict=True)
+    )
+    touching = (
+        np.stack([on_floor[..., feet.owner == k].any(axis=-1) for k in range(len(names))], axis=-1)
+        if names
+        else (np.zeros((*batch, 0), dtype=np.bool_))
+    )
+    return SetDown(T, names, touching, corners, feet.owner, on_floor, links, stands)
+
+
+def named_soles(robot: RobotModel, soles: Sequence[str] | str | None) -> tuple[str, ...]:
+    """Return the names of soles, those of the semantics for None, after checking that they are frames."""
+    if soles is None:
+        return robot.semantics.soles
+    robot.frame_ids(soles)
+    return (soles,) if isinstance(soles, str) else tuple(soles)
+
+
+def points_on_floor(robot: RobotModel, q: Floats, T_world_base: Floats, tolerance: float) -> Floats:
+    """Return the points of the shapes, feet included, that touch the floor in one configuration, shape (k, 3) [m]."""
+    floor = _floor_of(robot)
+    placed = floor.placed(T_world_base @ robot.fk(q, floor.links, reference=robot.tree.root))
+    return placed[placed[:, 2] <= tolerance]
+
+
+class Feet(NamedTuple):
+    """Soles and their corners: points of all soles in their frames, shape (k, 3) [m], and the index of each sole."""
+
+    names: tuple[str, ...]
+    points: Floats
+    owner: NDArray[np.intp]
+
+    @staticmethod
+    def of(robot: RobotModel, names: tuple[str, ...], kind: OutlineKind | None = None) -> Feet:
+        """Return the soles of a robot with their outlines; with None an origin stands for a sole without outline."""
+        robot.frame_ids(names)
+        outlines = [
+            _outline_or_origin(robot, name) if kind is None else sole_outline(robot, name, kind) for name in names
+        ]
+        counts = [len(outline) for outline in outlines]
+        points = np.concatenate([*outlines, np.empty((0, 3))])
+        return Feet(names, points, np.repeat(np.arange(len(names)), counts))
+
+    def carried(self, robot: RobotModel, links: Sequence[str]) -> list[int]:
+        """Return the indices of the links that move with a sole."""
+        frames = robot.model.frames
+        carriers = {frames[i].parentJoint for i in robot.frame_ids(self.names)}
+        return [k for k, i in enumerate(robot.frame_ids(links)) if frames[i].parentJoint in carriers]
+
+
+def sole_outline(robot: RobotModel, sole: str, kind: OutlineKind = "sole") -> Floats:
+    """Return the outline of a sole; the arguments are those of `RobotModel.sole_outline`."""
+    choice(kind, OUTLINE_KINDS, "kind of outline")
+    (frame_id,) = robot.frame_ids((sole,))
+    if kind == "sensors":
+        return sole_corners(robot, sole)
+    named = robot.semantics.outlines.get(sole)
+    if named is not None:
+        return np.pad(np.array(named), ((0, 0), (0, 1)))
+    try:
+        points = sole_corners(robot, sole)
+    except BadArgument:
+        floor, frames = _floor_of(robot), robot.model.frames
+        own = frames[frame_id]
+        carried = [k for k, i in enumerate(robot.frame_ids(floor.links)) if frames[i].parentJoint == own.parentJoint]
+        parts = [
+            (own.placement.actInv(frames[robot.frame_ids((floor.links[k],))[0]].placement)).homogeneous for k in carried
+        ]
+        placed = [floor.vertices[k] @ T[:3, :3].T + T[:3, 3] for k, T in zip(carried, parts, strict=True)]
+        near = np.concatenate([*placed, np.empty((0, 3))])
+        points = near[near[:, 2] <= near[:, 2].min(initial=np.inf) + TOUCHING]
+        if len(points) < 3:
+            raise
+    vertices = SupportPolygon.around(points).vertices
+    return np.pad(vertices, ((0, 0), (0, 1)))
+
+
+def _outline_or_origin(robot: RobotModel, sole: str) -> Floats:
+    try:
+        return sole_outline(robot, sole)
+    except BadArgument:
+        return np.zeros((1, 3))
+
+
+# --- The points that can touch the floor.
+
+
+class Floor(NamedTuple):
+    """The points of a robot that can touch a floor.
+
+    Attributes:
+        links: names of the links that have shapes.
+        rows: their indices in `robot.link_names`.
+        starts: the first point of each link, and the number of all points.
+        points: in the frames of their links, shape (p, 3) [m].
+        owner: the index in `links` of each point, shape (p,).
+        centres, radii: a sphere around the vertices of each link.
+        vertices: all vertices of each link, for the height of the floor; `points` suffice to find its direction.
+    """
+
+    links: tuple[str, ...]
+    rows: NDArray[np.intp]
+    starts: NDArray[np.intp]
+    points: Floats
+    owner: NDArray[np.intp]
+    centres: Floats
+    radii: Floats
+    vertices: tuple[Floats, ...]
+
+    def depth(self, T: Floats, down: Floats) -> Floats:
+        """Return how far down the lowest point is, shape (n,), for links at T (n, L, 4, 4); −∞ without points."""
+        return self.lowest(T, down, np.full(len(T), -np.inf), exact=False)
+
+    def lowest(
+        self, T: Floats, down: Floats, known: Floats, *, without: Sequence[int] = (), exact: bool = True
+    ) -> Floats:
+        """Return how far down the lowest of a known point and all vertices is, shape (n,), `without` some links."""
+        lowest = np.array(known)
+        if not self.links or not len(T):
+            return lowest
+        # A link is looked at where its sphere reaches lower than all links before, the deepest ones first.
+        most = np.einsum("nk,nlkj,lj->nl", down, T[..., :3, :3], self.centres) + self.radii
+        most += np.einsum("nk,nlk->nl", down, T[..., :3, 3])
+        most[:, list(without)] = -np.inf
+        for k in np.argsort(-most.max(axis=0), kind="stable"):
+            rows = np.flatnonzero(most[:, k] > lowest)
+            if len(rows):
+                lowest[rows] = np.maximum(lowest[rows], self._depth_of(k, T[rows], down[rows], exact))
+        return lowest
+
+    def _depth_of(self, k: int, T: Floats, down: Floats, exact: bool = False) -> Floats:
+        points = self.vertices[k] if exact else self.points[self.starts[k] : self.starts[k + 1]]
+        towards = np.einsum("nij,ni->nj", T[:, k, :3, :3], down)
+        return np.asarray((towards @ points.T).max(axis=1) + np.einsum("nk,nk->n", down, T[:, k, :3, 3]))
+
+    def touching(self, T: Floats, down: Floats, least: Floats) -> NDArray[np.bool_]:
+        """Return which links have a point at least so far down, shape (n, L)."""
+        most = np.einsum("nk,nlkj,lj->nl", down, T[..., :3, :3], self.centres) + self.radii
+        found: NDArray[np.bool_] = most + np.einsum("nk,nlk->nl", down, T[..., :3, 3]) >= least[:, None]
+        for k in range(len(self.links)):
+            rows = np.flatnonzero(found[:, k])
+            if len(rows):
+                found[rows, k] = self._depth_of(k, T[rows], down[rows]) >= least[rows]
+        return found
+
+    def placed(self, T: Floats) -> Floats:
+        """Return all points, shape (p, 3), for links at T (L, 4, 4)."""
+        return np.einsum("pij,pj->pi", T[self.owner, :3, :3], self.points) + T[self.owner, :3, 3]
+
+
+_FLOORS: weakref.WeakKeyDictionary[Any, Floor] = weakref.WeakKeyDictionary()
+_LOCK = threading.Lock()
+
+
+def _floor_of(robot: RobotModel) -> Floor:
+    """Return the cached points of a robot."""
+    with _LOCK:
+        found = _FLOORS.get(robot)
+        if found is None:
+            found = _FLOORS[robot] = _read_floor(robot)
+    return found
+
+
+def _read_floor(robot: RobotModel) -> Floor:
+    tree, outlines = robot.tree, dict[str, list[Floats]]()
+    packages = tree.packages
+    for visual in tree.visuals:
+        try:
+            points = _outermost(visual.geometry, packages)
+        except UnreadableShape:
+            continue
+        T = visual.origin.matrix
+        outlines.setdefault(visual.link, []).append(points @ T[:3, :3].T + T[:3, 3])
+    links = tuple(name for name in robot.link_names if name in outlines)
+    vertices = tuple(np.unique(np.concatenate(outlines[name]), axis=0) for name in links)
+    parts = [_extremes(own) for own in vertices]
+    centres = np.array([(own.min(axis=0) + own.max(axis=0)) / 2.0 for own in vertices]).reshape(-1, 3)
+    radii = np.array([np.linalg.norm(own - c, axis=1).max() for own, c in zip(vertices, centres, strict=True)])
+    counts = [len(part) for part in parts]
+    return Floor(
+        links,
+        np.array([robot.link_names.index(name) for name in links], dtype=np.intp),
+        np.cumsum([0, *counts]),
+        np.concatenate([*parts, np.empty((0, 3))]),
+        np.repeat(np.arange(len(links)), counts),
+        centres,
+        radii,
+        vertices,
+    )
+
+
+def _outermost(shape: Any, packages: Any) -> Floats:
+    """Return points of a shape that are outermost in some direction; all vertices of a mesh."""
+    if isinstance(shape, Sphere):
+        return np.asarray(shape.radius * _directions())
+    if isinstance(shape, Cylinder):
+        across = _directions()[:, :2] / np.linalg.norm(_directions()[:, :2], axis=1)[:, None]
+        ends = 0.5 * shape.length * np.sign(_directions()[:, 2:])
+        return np.column_stack([shape.radius * across, ends])
+    made = shape_geometry(shape, packages)
+    if hasattr(made, "halfSide"):
+        corners = np.stack(np.meshgrid([-1.0, 1.0], [-1.0, 1.0], [-1.0, 1.0]), axis=-1).reshape(-1, 3)
+        return np.asarray(corners * made.halfSide)
+    points = np.asarray(made.vertices(), dtype=np.float64)
+    if not np.isfinite(points).all() or not len(points):
+        raise UnreadableShape("its mesh has no finite points")
+    return points
+
+
+@functools.cache
+def _directions() -> Floats:
+    """Return directions spread evenly over the sphere, one after another, by the golden angle."""
+    index = np.arange(_DIRECTIONS)
+    z = 1.0 - (2 * index + 1) / _DIRECTIONS
+    turn = np.pi * (3.0 - np.sqrt(5.0)) * index
+    radius = np.sqrt(1.0 - z * z)
+    return np.column_stack([radius * np.cos(turn), radius * np.sin(turn), z])
+
+
+def _extremes(points: Floats) -> Floats:
+    """Return the points that are farthest in some direction."""
+    return points[np.unique((points @ _directions().T).argmax(axis=0))]
+
+
+# --- The direction up.
+
+
+def _rows_down(
+    robot: RobotModel,
+    floor: Floor,
+    feet: Feet,
+    rows: Floats,
+    given: bool,
+    gravity: Floats | None,
+    first: int,
+    tolerance: float,
+) -> tuple[Floats, Floats, NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return T_world_base, the corners, which of them touch, which links touch, and which rows stand."""
+    T = np.asarray(robot.fk(rows, (*floor.links, *feet.names), reference=robot.tree.root))
+    T_links, T_soles = T[:, : len(floor.links)], T[:, len(floor.links) :]
+    placed = T_soles[:, feet.owner]
+    corners = np.einsum("nkij,kj->nki", placed[..., :3, :3], feet.points) + placed[..., :3, 3]
+    used = np.ones((len(rows), len(feet.names)), dtype=np.bool_)
+    stands = np.full(len(rows), given)
+    if gravity is not None:
+        down = gravity[first : first + len(rows)]
+    elif given:
+        down = common_down(T_soles)
+    else:
+        down, used, stands = _down_of(robot, floor, rows, T_links, T_soles)
+    # A robot that stands has the plane of its soles on the floor, whatever the shapes of its feet.
+    heights = np.einsum("nki,ni->nk", corners, down)
+    own = np.where(used[:, feet.owner], heights, -np.inf).max(axis=1, initial=-np.inf)
+    deepest = own if given else floor.lowest(T_links, down, own, without=feet.carried(robot, floor.links))
+    lying = np.flatnonzero(~stands)
+    deepest[lying] = floor.lowest(T_links[lying], down[lying], heights[lying].max(axis=1, initial=-np.inf))
+    R = rotation_between(-down, _UPRIGHT, axis=[0.0, 1.0, 0.0])
+    T_world_base = join_poses(R, deepest[:, None] * _UPRIGHT)
+    in_world = np.einsum("nij,nkj->nki", R, corners) + T_world_base[:, None, :3, 3]
+    links = np.zeros((len(rows), len(robot.link_names)), dtype=np.bool_)
+    links[:, floor.rows] = floor.touching(T_links, down, deepest - tolerance)
+    return T_world_base, in_world, in_world[..., 2] <= tolerance, links, stands
+
+
+def common_down(T_soles: Floats) -> Floats:
+    """Return the unit mean of the directions down of soles (n, S, 4, 4); raise `BadArgument` if it is zero."""
+    down, length = _mean_down(T_soles)
+    if not length.all():
+        raise BadArgument("the soles face opposite directions: name one of them, or give gravity")
+    return down
+
+
+def _mean_down(T_soles: Floats) -> tuple[Floats, Floats]:
+    """Return the unit mean of the directions down of soles (n, S, 4, 4), and its length before."""
+    down = -T_soles[..., :3, 2].sum(axis=1)
+    length = np.linalg.norm(down, axis=-1)
+    far = length > 1e-9
+    return np.where(far[:, None], down, -_UPRIGHT) / np.where(far, length, 1.0)[:, None], np.where(far, length, 0.0)
+
+
+def _down_of(
+    robot: RobotModel, floor: Floor, rows: Floats, T_links: Floats, T_soles: Floats
+) -> tuple[Floats, NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return the direction down of each row, the soles that it stands on, shape (n, S), and whether it stands."""
+    down, used = _on_soles(floor, T_links, T_soles)
+    stands = used.any(axis=1)
+    ups = [robot.semantics.postures[name].up for name in robot.posture_names]
+    if not any(up is not None for up in ups) or not len(floor.points):
+        return down, used, stands
+    joints = slice(robot.nq - len(robot.joint_names), None)
+    known = np.stack([robot.posture(name)[joints] for name in robot.posture_names])
+    away = np.minimum(np.abs(known - rows[:, None, joints]), _ELSEWHERE).sum(axis=-1).argmin(axis=1)
+    centres = robot.com(rows, reference=robot.tree.root) if robot.mass > 0.0 else None
+    for k in np.flatnonzero([ups[i] is not None for i in away]) if centres is not None else ():
+        points = floor.placed(T_links[k])
+        if not (stands[k] and _is_balanced(points, centres[k], down[k])):
+            begin = np.array(ups[away[k]], dtype=np.float64)
+            down[k], stands[k], used[k] = _settled(points, centres[k], -begin / np.linalg.norm(begin)), False, False
+    return down, used, stands
+
+
+def _on_soles(floor: Floor, T_links: Floats, T_soles: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+    """Return the direction down and the soles under the robot: all of them, or the one that turns the root least.
+
+    Where no sole is under the robot, the root is upright.
+    """
+    count, n = T_soles.shape[1], len(T_soles)
+    down, used = np.tile(-_UPRIGHT, (n, 1)), np.zeros((n, count), dtype=np.bool_)
+    at = T_soles[..., :3, 3]
+    if count > 1:
+        mean, length = _mean_down(T_soles)
+        lowest = floor.depth(T_links, mean) - _BOTH
+        both = (length > 0.0) & (np.einsum("nsi,ni->ns", at, mean) > lowest[:, None]).all(axis=1)
+        down[both], used[both] = mean[both], True
+    rows = np.flatnonzero(~used.any(axis=1))
+    best = np.full(len(rows), -np.inf)
+    for k in range(count if len(rows) else 0):
+        own = -T_soles[rows, k, :3, 2]
+        under = np.einsum("ni,ni->n", at[rows, k], own) > floor.depth(T_links[rows], own) - _ONE
+        better = under & (-own[:, 2] > best)
+        best[better], down[rows[better]] = -own[better, 2], own[better]
+        used[rows[better]] = np.arange(count) == k
+    return down, used
+
+
+def _is_balanced(points: Floats, centre: Floats, down: Floats) -> bool:
+    """Return whether the centre of mass is above what touches the floor."""
+    heights = points @ down
+    contacts = (points[heights >= heights.max() - TOUCHING] - centre) @ _tangents(down).T
+    return not _nearest_to_origin(contacts).any()
+
+
+def _settled(points: Floats, centre: Floats, down: Floats) -> Floats:
+    """Return the direction down of a rigid body that has come to rest, begun from a direction down.
+
+    It rolls over the edge that is nearest to its centre of mass until that is above what it touches: the way downhill
+    to a local minimum of the height of the centre of mass.
+    """
+    for _ in range(_MOST_ROLLS):
+        across = _tangents(down)
+        depths = points @ down
+        floor = depths.max()
+        nearest = _nearest_to_origin((points[depths >= floor - _ROLLING] - centre) @ across.T)
+        distance = float(np.hypot(*nearest))
+        if distance < _ROLLING:
+            break
+        side = -(nearest @ across) / distance
+        ahead, above = points @ side - (centre @ side - distance), floor - depths
+        # The slope to the next point that comes to the floor.
+        new = (above > _ROLLING) | (ahead > _ROLLING)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            slopes = np.where(new, ahead / above, -np.inf)
+        angle = float(np.arctan2(1.0, np.nanmax(slopes)))
+        if not angle < np.pi:
+            break
+        down = np.cos(angle) * down + np.sin(angle) * side
+        down = down / np.linalg.norm(down)
+    return down
+
+
+def _nearest_to_origin(points: Floats) -> Floats:
+    """Return the point of the convex hull of points (k, 2) that is nearest to the origin; zero if that is inside."""
+    angles = np.sort(np.arctan2(points[:, 1], points[:, 0]))
+    if len(points) > 2 and np.diff(angles, append=angles[0] + 2.0 * np.pi).max() <= np.pi:
+        return np.zeros(2)
+    # On the segment between some two points: on an edge of the hull, as others are farther away.
+    a, along = points[:, None], points[None] - points[:, None]
+    square = np.square(along).sum(axis=-1)
+    share = np.clip(-(a * along).sum(axis=-1) / np.where(square > 0.0, square, 1.0), 0.0, 1.0)
+    candidates = (a + share[..., None] * along).reshape(-1, 2)
+    return np.asarray(candidates[np.square(candidates).sum(axis=-1).argmin()])
+
+
+def _tangents(n: Floats) -> Floats:
+    """Return two directions at right angles to another one and to each other, shape (2, 3)."""
+    flat = np.array([0.0, -n[2], n[1]]) if abs(n[0]) < 0.6 else np.array([n[2], 0.0, -n[0]])
+    first = flat / np.linalg.norm(flat)
+    return np.stack([first, np.cross(n, first)])

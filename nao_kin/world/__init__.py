@@ -1,0 +1,12 @@
+"""The robot in its world: its balance on the floor, and where it has walked."""
+
+from nao_kin.world.balance import Balance, balance, feet_frame, margin
+from nao_kin.world.odometry import (
+    LOWER as LOWER,
+    Odometry,
+    odometry,
+    sole_heights as sole_heights,
+    standing_sole as standing_sole,
+)
+
+__all__ = ["Balance", "Odometry", "balance", "feet_frame", "margin", "odometry"]

@@ -1,0 +1,340 @@
+"""Balance of a robot on the floor: its support polygon, and how far it is from tipping over each edge.
+
+Statics only: the centre of mass along gravity, no inertial forces. The robot is set down by `RobotModel.set_down`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nao_kin._core.arrays import Floats, as_batch, rigid_inverse, unit
+from nao_kin._kernels.cache import CachedKernel, Floats1, Floats2, Floats3, Ints1, first_rows
+from nao_kin.errors import BadArgument
+from nao_kin.robot import (
+    TOUCHING,
+    Feet,
+    OutlineKind,
+    RobotModel,
+    SetDown,
+    SupportPolygon,
+    check_robot,
+    common_down,
+    named_soles,
+    points_on_floor,
+)
+from nao_kin.rotations import rot_z, rpy_from_matrix
+
+# Configurations whose margins are computed at a time: larger products of matrices are split among threads.
+_AT_ONCE = 2048
+
+
+@dataclass(frozen=True, eq=False)
+class Balance:
+    """Balance of one configuration or of a batch, in the world of `set_down`.
+
+    The support polygon has up to e vertices; where one of a batch has fewer, the last ones are NaN. A batch has NaN
+    throughout for a configuration that touches the floor in less than an area.
+
+    Attributes:
+        down: the robot set down: pose of the root link, and what touches.
+        com: centre of mass, shape (..., 3) [m].
+        vertices: corners of the support polygon, counter-clockwise, shape (..., e, 2) [m].
+        distances: signed distance of the centre of mass, seen from above, from the line of the edge that begins at each
+            vertex, positive inside, shape (..., e) [m].
+        tilts: angle by which the robot can be tilted over each edge before it tips, atan2(distance, height of the
+            centre of mass); negative if it falls over that edge by itself, shape (..., e) [rad].
+        margin: signed distance of the centre of mass from the polygon's edge, positive inside, shape (...) [m].
+        nearest: index of the nearest edge, −1 for none, shape (...).
+        T_sole_base: the root link in the frame of each sole of `down.soles`, shape (..., n, 4, 4).
+        T_robot_base: the root link in the frame between the feet, `feet_frame`; NaN without soles, shape (..., 4, 4).
+    """
+
+    down: SetDown
+    com: Floats
+    vertices: Floats
+    distances: Floats
+    tilts: Floats
+    margin: Floats
+    nearest: Ints1
+    T_sole_base: Floats
+    T_robot_base: Floats
+
+
+def balance(
+    robot: RobotModel,
+    q: ArrayLike,
+    *,
+    soles: Sequence[str] | str | None = None,
+    gravity: ArrayLike | None = None,
+    outline: OutlineKind = "sole",
+    tolerance: float = TOUCHING,
+) -> Balance:
+    """Set a robot down and return its support polygon, margin and tilt angles.
+
+    The support polygon is the convex hull of the corners of the soles that touch the floor and, without `soles`, of all
+    points of other links that touch it, as in a robot that sits or lies.
+
+    Args:
+        robot: any robot whose semantics name soles, or for which `soles` does.
+        q: configurations, shape (..., nq).
+        soles: frames of the soles on the floor, as in `RobotModel.set_down`.
+        gravity: direction of gravity in the root link, as in `RobotModel.set_down`.
+        outline: corners of a sole, "sole" for the area that touches the floor or "sensors", as in
+            `RobotModel.sole_outline`.
+        tolerance: height up to which a point touches the floor [m].
+
+    Raises:
+        BadArgument: one configuration that touches the floor in less than an area; a sole without outline; a robot
+            without mass; what `set_down` refuses.
+        ZeroNorm: zero gravity.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> found = nk.world.balance(nao, nao.posture("StandInit"))
+        >>> round(float(found.margin), 3), round(float(np.degrees(found.tilts.min())), 1)
+        (0.069, 14.1)
+    """
+    check_robot(robot)
+    names = named_soles(robot, soles)
+    feet = Feet.of(robot, names, outline)
+    down = robot.set_down(q, soles=soles, gravity=gravity, tolerance=tolerance)
+    batch = down.stands.shape
+    rows = np.broadcast_to(robot.checked(q), (*batch, robot.nq)).reshape(-1, robot.nq)
+    T_world_base = down.T_world_base.reshape(-1, 4, 4)
+    T_base_soles = np.asarray(robot.fk(rows, names, reference=robot.tree.root)).reshape(len(rows), len(names), 4, 4)
+    T_world_soles = T_world_base[:, None] @ T_base_soles
+    com = robot.com(rows, reference=robot.tree.root)
+    com = np.einsum("nij,nj->ni", T_world_base[:, :3, :3], com) + T_world_base[:, :3, 3]
+    corners = _placed(T_world_soles, feet)
+    points = np.where((corners[..., 2] <= tolerance)[..., None], corners[..., :2], np.nan)
+    if soles is None:
+        others = np.delete(down.links.reshape(len(rows), -1), feet.carried(robot, robot.link_names), axis=1)
+        for k in np.flatnonzero(others.any(axis=1)):
+            points = _with_hull(points, k, points_on_floor(robot, rows[k], T_world_base[k], tolerance))
+    vertices, margins, nearest = _hulls(points, com[:, :2])
+    if not batch and nearest[0] < 0:
+        raise BadArgument(f"{robot.name} touches the floor in no area: there is no support polygon")
+    vertices = vertices[:, : max(3, int(np.isfinite(vertices[..., 0]).sum(axis=1).max(initial=3)))]
+    following = np.roll(vertices, -1, axis=1)
+    last = np.isfinite(vertices[..., 0]) & ~np.isfinite(following[..., 0])
+    following[last] = vertices[last.any(axis=1), 0]
+    along = following - vertices
+    lever = com[:, None, :2] - vertices
+    cross = along[..., 0] * lever[..., 1] - along[..., 1] * lever[..., 0]
+    distances = cross / np.linalg.norm(along, axis=-1)
+    T_robot_base = np.full((len(rows), 4, 4), np.nan)
+    if names:
+        T_robot_base = rigid_inverse(feet_frame(T_world_soles)) @ T_world_base
+    results = com, vertices, distances, np.arctan2(distances, com[:, None, 2]), margins, nearest
+    results += rigid_inverse(T_base_soles), T_robot_base
+    return Balance(down, *(part.reshape((*batch, *part.shape[1:])) for part in results))
+
+
+def margin(
+    robot: RobotModel,
+    q: ArrayLike,
+    *,
+    soles: Sequence[str] | str | None = None,
+    gravity: ArrayLike | None = None,
+    outline: OutlineKind = "sole",
+) -> Floats:
+    """Return the margins of configurations whose named soles are all on the floor, without setting the robot down.
+
+    Arguments as in `balance`; all corners of the soles count as contacts, and `soles` of None means all soles of the
+    semantics. Without `gravity` the mean of their normals is vertical.
+
+    Returns:
+        Signed distances of the centre of mass, seen from above, from the edge of the support polygon, positive inside;
+        NaN for soles without area seen from above, shape (...) [m].
+
+    Raises:
+        BadArgument: no soles, a sole without outline, a robot without mass.
+        ZeroNorm: zero gravity.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> nk.world.margin(nao, [nao.posture("StandInit"), nao.posture("Crouch")]).round(3).tolist()
+        [0.069, 0.067]
+    """
+    check_robot(robot)
+    names = named_soles(robot, soles)
+    if not names:
+        raise BadArgument(f"{robot.name} has no soles in its semantics; name the standing frames, as in soles=[…]")
+    feet, array = Feet.of(robot, names, outline), robot.checked(q)
+    batch, given = array.shape[:-1], None
+    if gravity is not None:
+        given = unit(as_batch(gravity, (3,), "gravity"), "gravity")[0]
+        batch = np.broadcast_shapes(batch, given.shape[:-1])
+        given = np.broadcast_to(given, (*batch, 3)).reshape(-1, 3)
+    rows = np.broadcast_to(array, (*batch, robot.nq)).reshape(-1, robot.nq)
+    found = np.empty(len(rows))
+    for start in range(0, len(rows), _AT_ONCE):
+        part = slice(start, start + _AT_ONCE)
+        T = np.asarray(robot.fk(rows[part], names, reference=robot.tree.root))
+        across = _level(-common_down(T) if given is None else -given[part])
+        com = np.einsum("nai,ni->na", across, robot.com(rows[part], reference=robot.tree.root))
+        placed = np.empty((len(T), 2, len(feet.points)))
+        for k in range(len(names)):
+            own = feet.owner == k
+            turned = (T[:, k, :3, :3].reshape(-1, 3) @ feet.points[own].T).reshape(len(T), 3, -1)
+            placed[:, :, own] = np.einsum("nai,nim->nam", across, turned + T[:, k, :3, 3:])
+        found[part] = _hulls(placed.swapaxes(1, 2), com)[1]
+    return found.reshape(batch)
+
+
+def feet_frame(T_world_feet: ArrayLike) -> Floats:
+    """Return the frame between feet, NAOqi's FRAME_ROBOT: T_world_robot.
+
+    Its origin is the mean of the feet's origins, at the height of the lowest one; its z axis is the vertical, its yaw
+    the mean direction of the feet's x axes.
+
+    Args:
+        T_world_feet: poses of n feet in a world whose z axis is the vertical, shape (..., n, 4, 4).
+
+    Returns:
+        Shape (..., 4, 4).
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> feet = nao.fk(nao.posture("StandInit"), nao.semantics.soles)
+        >>> nk.world.feet_frame(feet)[:3, 3].round(3).tolist()
+        [0.023, 0.0, -0.32]
+    """
+    T = as_batch(T_world_feet, (4, 4), "T_world_feet")
+    if T.ndim < 3 or not T.shape[-3]:
+        raise BadArgument("T_world_feet must have shape (..., n, 4, 4), with one foot at least")
+    yaws = rpy_from_matrix(T[..., :3, :3])[..., 2]
+    # Relative to the first: to rounding, also where the yaws are on both sides of ±π.
+    turns = yaws - yaws[..., :1]
+    mean = np.arctan2(np.sin(turns).sum(axis=-1), np.cos(turns).sum(axis=-1))
+    places = T[..., :3, 3]
+    frame = np.zeros((*yaws.shape[:-1], 4, 4))
+    frame[..., :3, :3] = rot_z(yaws[..., 0] + mean)
+    frame[..., :2, 3] = places[..., :2].mean(axis=-2)
+    frame[..., 2, 3] = places[..., 2].min(axis=-1)
+    frame[..., 3, 3] = 1.0
+    return frame
+
+
+def _level(up: Floats) -> Floats:
+    """Return two horizontal directions for each direction up (n, 3), counter-clockwise seen from above, (n, 2, 3).
+
+    Source: Duff et al., Building an orthonormal basis, revisited, 2017.
+    """
+    x, y, z = up.T
+    sign = np.copysign(1.0, z)
+    a = -1.0 / (sign + z)
+    b = x * y * a
+    first = np.stack([1.0 + sign * x * x * a, sign * b, -sign * x], axis=-1)
+    return np.stack([first, np.stack([b, sign + y * y * a, -y], axis=-1)], axis=1)
+
+
+def _placed(T: Floats, feet: Feet) -> Floats:
+    """Return the corners of soles at T (n, S, 4, 4), shape (n, k, 3)."""
+    own = T[:, feet.owner]
+    return np.einsum("nkij,kj->nki", own[..., :3, :3], feet.points) + own[..., :3, 3]
+
+
+def _with_hull(points: Floats, k: int, more: Floats) -> Floats:
+    """Return points (n, m, 2), with m as large as needed, whose k-th row is the hull of its points and more."""
+    own = np.concatenate([points[k][np.isfinite(points[k, :, 0])], more[:, :2]])
+    try:
+        corners = SupportPolygon.around(own).vertices
+    except BadArgument:
+        return points
+    missing = max(0, len(corners) - points.shape[1])
+    wider = np.pad(points, ((0, 0), (0, missing), (0, 0)), constant_values=np.nan)
+    wider[k] = np.nan
+    wider[k, : len(corners)] = corners
+    return wider
+
+
+# --- Convex hulls of a few points, and distances from them, compiled.
+
+
+def _hulls(points: Floats, centres: Floats) -> tuple[Floats, Floats, Ints1]:
+    """Return the hulls of points (n, m, 2), NaN for none: vertices (n, m, 2), margins of centres and nearest edges."""
+    points, centres = np.ascontiguousarray(points), np.ascontiguousarray(centres)
+    vertices, margins = np.full_like(points, np.nan), np.full(len(points), np.nan)
+    nearest = np.full(len(points), -1, dtype=np.int64)
+    parts = points, centres, vertices, margins, nearest
+
+    def run(part: slice) -> None:
+        _hull_rows.uncompiled(*(array[part] for array in parts))
+
+    done = first_rows([_hull_rows], run, len(points))
+    if done < len(points):
+        _hull_rows(*(array[done:] for array in parts))
+    return vertices, margins, nearest
+
+
+# Twice the area below which points count as collinear [m²].
+_NO_AREA = 1e-12
+
+
+def _rows_of_hulls(points: Floats3, centres: Floats2, vertices: Floats3, margins: Floats1, nearest: Ints1) -> None:
+    """Write the hull of each row, the signed distance of its centre and the index of the nearest edge.
+
+    Source: Andrew, Another efficient algorithm for convex hulls in two dimensions, 1979.
+    """
+    size = points.shape[1]
+    order = np.empty(size, dtype=np.int64)
+    hull = np.empty(2 * size + 1, dtype=np.int64)
+    for row in range(points.shape[0]):
+        p = points[row]
+        count = 0
+        for i in range(size):
+            if p[i, 0] == p[i, 0]:  # not NaN
+                j = count
+                while j > 0 and (
+                    p[order[j - 1], 0] > p[i, 0] or (p[order[j - 1], 0] == p[i, 0] and p[order[j - 1], 1] > p[i, 1])
+                ):
+                    order[j] = order[j - 1]
+                    j -= 1
+                order[j] = i
+                count += 1
+        k = 0
+        for half in range(2):
+            begin = k
+            for step in range(count):
+                i = order[step] if half == 0 else order[count - 1 - step]
+                while k > begin + 1:
+                    a, b = hull[k - 2], hull[k - 1]
+                    turn = (p[b, 0] - p[a, 0]) * (p[i, 1] - p[a, 1]) - (p[b, 1] - p[a, 1]) * (p[i, 0] - p[a, 0])
+                    if turn > 0.0:
+                        break
+                    k -= 1
+                hull[k] = i
+                k += 1
+            k -= 1
+        if k < 3:
+            continue
+        area = 0.0
+        for j in range(1, k - 1):
+            a, b, c = hull[0], hull[j], hull[j + 1]
+            area += (p[b, 0] - p[a, 0]) * (p[c, 1] - p[a, 1]) - (p[b, 1] - p[a, 1]) * (p[c, 0] - p[a, 0])
+        if area < _NO_AREA:
+            continue
+        x, y = centres[row, 0], centres[row, 1]
+        inside, edge, away, outer = np.inf, 0, np.inf, 0
+        for j in range(k):
+            a, b = hull[j], hull[(j + 1) % k]
+            vertices[row, j, 0], vertices[row, j, 1] = p[a, 0], p[a, 1]
+            dx, dy, lx, ly = p[b, 0] - p[a, 0], p[b, 1] - p[a, 1], x - p[a, 0], y - p[a, 1]
+            square = dx * dx + dy * dy
+            distance = (dx * ly - dy * lx) / np.sqrt(square)
+            if distance < inside:
+                inside, edge = distance, j
+            share = min(1.0, max(0.0, (lx * dx + ly * dy) / square))
+            across = (lx - share * dx) ** 2 + (ly - share * dy) ** 2
+            if across < away:
+                away, outer = across, j
+        margins[row] = inside if inside >= 0.0 else -np.sqrt(away)
+        nearest[row] = edge if inside >= 0.0 else outer
+
+
+_hull_rows = CachedKernel(_rows_of_hulls, "the kernel of support polygons", "world kernel, hulls", seconds=3.0)
