@@ -1,6 +1,7 @@
 """Inverse kinematics: all joint values for a pose inside the limits, or the reason why there are none."""
 
 from nao_kin.ik.arm import arm
+from nao_kin.ik.collision_free import without_collisions as without_collisions
 from nao_kin.ik.descent import Goal as Goal, descended as descended
 from nao_kin.ik.follow import FollowedPath, Stretch, follow
 from nao_kin.ik.follow_branches import FollowedLimb, Jump
