@@ -163,6 +163,7 @@ bench: $(STAMP)
 	$(BIN)/python benchmarks/bench_loops.py
 	$(BIN)/python benchmarks/bench_stream.py
 	$(BIN)/python benchmarks/bench_reach.py
+	$(BIN)/python benchmarks/bench_collisions.py
 	$(BIN)/python benchmarks/bench_ik.py
 	$(BIN)/python benchmarks/bench_ik_numeric.py
 	$(BIN)/python benchmarks/bench_whole_body.py
