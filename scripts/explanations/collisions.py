@@ -18,7 +18,7 @@ CELLS = 64, 48
 
 
 def cells(nao: nk.NaoModel, joint: str, pairs: set[LinkPair]) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return the corners of cells (k, 2, 2) [°], whether shapes overlap and meshes touch there, and the table allows."""
+    """Return corners of cells (k, 2, 2) [°], and whether shapes overlap, meshes touch, and the table allows them."""
     table = next(limit for limit in nao.coupled_limits if limit.joint == joint)
     columns = [nao.joint_names.index(name) for name in (table.of, joint)]
     edges = [np.linspace(nao.lower[c], nao.upper[c], n + 1) for c, n in zip(columns, CELLS, strict=True)]
@@ -39,13 +39,11 @@ def tables() -> Drawing:
     """Draw the ranges of both tables over the cells in which shapes overlap and meshes touch."""
     nao = nk.load_nao("v6")
     head = {(one, other) for one in ("Head",) for other in ("LShoulder", "RShoulder", "LBicep", "RBicep")}
-    drawing = Drawing(
-        760, 440, "The coupled limits of head and left ankle, and where shapes and meshes of the links meet"
-    )
+    drawing = Drawing(760, 420, "The coupled limits of head and left ankle, and where shapes or meshes of links meet")
+    size, foot = (62.0, 300.0, 270.0), {("LTibia", "l_ankle")}
     panels = (
-        ("HeadPitch", "HeadYaw", head, (62.0, 62.0, 300.0, 270.0), (-130.0, 130.0), (-45.0, 35.0), (60.0, 10.0)),
-        ("LAnkleRoll", "LAnklePitch", {("LTibia", "l_ankle")}, (442.0, 62.0, 300.0, 270.0))
-        + ((-75.0, 60.0), (-30.0, 50.0), (30.0, 10.0)),
+        ("HeadPitch", "HeadYaw", head, (62.0, *size), (-130.0, 130.0), (-45.0, 35.0), (60.0, 10.0)),
+        ("LAnkleRoll", "LAnklePitch", foot, (442.0, *size), (-75.0, 60.0), (-30.0, 50.0), (30.0, 10.0)),
     )
     for joint, of, pairs, box, x, y, steps in panels:
         chart = Chart(drawing, box, x, y, steps)
