@@ -130,6 +130,7 @@ generate: $(STAMP)
 	$(BIN)/python scripts/generate_page_messages.py
 	cd web && npm ci --silent --no-audit --no-fund && npm run --silent build
 	$(BIN)/python scripts/generate_meshes.py
+	$(BIN)/python scripts/generate_collision_shapes.py
 	$(BIN)/python scripts/generate_urdf.py
 	$(BIN)/python scripts/generate_joint_diagram.py
 	$(BIN)/python scripts/generate_room_map.py
@@ -139,6 +140,7 @@ generate: $(STAMP)
 check-generated: $(STAMP)
 	$(BIN)/python scripts/generate_page_messages.py --check
 	$(BIN)/python scripts/generate_meshes.py --check
+	$(BIN)/python scripts/generate_collision_shapes.py --check
 	$(BIN)/python scripts/generate_urdf.py --check
 	$(BIN)/python scripts/generate_joint_diagram.py --check
 	$(BIN)/python scripts/generate_room_map.py --check
@@ -161,6 +163,7 @@ bench: $(STAMP)
 	$(BIN)/python benchmarks/bench_loops.py
 	$(BIN)/python benchmarks/bench_stream.py
 	$(BIN)/python benchmarks/bench_reach.py
+	$(BIN)/python benchmarks/bench_collisions.py
 	$(BIN)/python benchmarks/bench_ik.py
 	$(BIN)/python benchmarks/bench_ik_numeric.py
 	$(BIN)/python benchmarks/bench_whole_body.py

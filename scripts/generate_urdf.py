@@ -16,6 +16,7 @@ from __future__ import annotations
 import argparse
 import math
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 from nao_kin._core.arrays import Vector
@@ -109,10 +110,11 @@ def nao_tree(parameters: NaoParameters) -> UrdfTree:
         shared_names={},
         notes=(),
         collisions=tuple(
-            Collision(link, Origin(row.center_m, _rpy_of_axis(row.axis)), _geometry(row), row.name)
+            collision
             for key, link in shaped
             for row in parameters.collision_shapes
             if row.parent == key
+            for collision in _collisions(link, row)
         ),
     )
 
@@ -120,6 +122,17 @@ def nao_tree(parameters: NaoParameters) -> UrdfTree:
 def _fixed(name: str, parent: str, place: Origin | None = None) -> UrdfJoint:
     """Return the fixed joint that holds a link to `parent`."""
     return UrdfJoint(f"{name}_fixed", "fixed", parent, name, place or Origin())
+
+
+def _collisions(link: str, row: ShapeRow) -> Iterator[Collision]:
+    """Yield the elements of a shape: a capsule, which a URDF does not know, is a cylinder and a sphere at each end."""
+    yield Collision(link, Origin(row.center_m, _rpy_of_axis(row.axis)), _geometry(row), row.name)
+    if row.kind == "capsule":
+        radius, length = row.size_m
+        half = 0.5 * length / math.hypot(*row.axis)
+        for end, sign in (("Start", -half), ("End", half)):
+            x, y, z = (at + sign * along for at, along in zip(row.center_m, row.axis, strict=True))
+            yield Collision(link, Origin((x, y, z)), Sphere(radius), f"{row.name}{end}")
 
 
 def _geometry(shape: ShapeRow) -> Geometry:

@@ -103,7 +103,8 @@ def check(
     *,
     source: MotionFile,
     posture: str | None = option("NAME", "Values of the joints that are not in the motion."),
-    rate: float | None = option("N", "Samples per second of curves without a closed form."),
+    rate: float | None = option("N", "Samples per second of curves without a closed form, and of collisions."),
+    collisions: bool = flag("Also list links that overlap."),
     every: bool = flag("List every violation, not only the worst of a joint.", "--all"),
     json: bool = JSON,
     robot: RobotOptions,
@@ -115,7 +116,7 @@ def check(
     check_posture(model, posture)
     chosen: dict[str, Any] = {} if rate is None else {"rate": rate}
     fill = motions.HOLD if posture is None else posture
-    report = motions.check(model, source.read(model), fill=fill, **chosen)
+    report = motions.check(model, source.read(model), fill=fill, collisions=collisions, **chosen)
     if json:
         print_json(report.as_dict())
     else:
@@ -207,8 +208,8 @@ def _print_report(report: MotionReport, *, deg: bool, every: bool) -> None:
             print(f"and {more} more intervals of these joints (--all lists them)")
     lines = report.describe(degrees=deg).splitlines()
     print(lines[0])
-    if report.sampled is not None and not report.ok:
-        print(lines[-1])
+    if not report.ok:
+        print("".join(f"{line}\n" for line in lines if " sampled " in line), end="")
 
 
 def _report_cells(row: MotionViolation, deg: bool) -> list[str]:
@@ -216,6 +217,14 @@ def _report_cells(row: MotionViolation, deg: bool) -> list[str]:
     unit = {"1": "", "1/s": " /s"}.get(row.unit, f" {row.unit}") if scale == 1.0 else row.unit.replace("rad", "°")
     if row.kind == "motor":
         allowed = f"as {row.of} = {_cell(row.lower * scale)}"
+    elif row.kind == "collision":
+        return [
+            row.kind,
+            f"{row.joint}, {row.of}",
+            *map(_cell, (row.start, row.end, row.time, row.value)),
+            "0 m … ",
+            f"{row.excess:.3g} m",
+        ]
     else:
         allowed = f"{_cell(row.lower * scale)} … {_cell(row.upper * scale)}"
         allowed += f" at {row.of} = {_cell(row.of_value * scale)}" if row.of is not None else ""

@@ -2,6 +2,7 @@
 
 from nao_kin.ik.analytic import analytic
 from nao_kin.ik.arm import arm
+from nao_kin.ik.collision_free import without_collisions as without_collisions
 from nao_kin.ik.descent import Goal as Goal, descended as descended
 from nao_kin.ik.follow import FollowedPath, Stretch, follow
 from nao_kin.ik.follow_branches import FollowedLimb, Jump

@@ -23,6 +23,7 @@ from nao_kin.ik.arm_equations import (
     solve_direction,
     upper_arm,
 )
+from nao_kin.ik.collision_free import without_collisions
 from nao_kin.ik.descent import ANGLE_WEIGHT, nearest_values, solve_or_nearest, unlimited_branches
 from nao_kin.ik.geometry import (
     ClosedForm,
@@ -72,6 +73,7 @@ def arm(
     reference: ArrayLike | None = None,
     limits: Limits = "enforce",
     threads: SupportsIndex | None = None,
+    collisions: bool = False,
 ) -> IKResult:
     """Compute joint values of an arm for a pose of its hand, for position and direction, or for a position.
 
@@ -100,6 +102,7 @@ def arm(
         limits: "enforce" leaves out branches with a joint outside its limits; "ignore" returns all, each joint with the
             whole turns that bring it within half a turn of the reference; with criterion "limits" within ±π.
         threads: how many threads may work on a batch; None for all cores if that is worthwhile.
+        collisions: leave out solutions in which links overlap, by `RobotModel.clearance`.
 
     Returns:
         Solutions to within 1e-10 m and rad. Five joints cannot make a rounded pose, of float32 for instance: its reason
@@ -139,7 +142,8 @@ def arm(
         rows = T.reshape(*T.shape[:-2], 16)
         options = as_options(robot, limb.rest, reference, T.shape[:-2], limits, threads)
         nearest = partial(_nearest, robot, _POSE, limb)
-        return solve_or_nearest(_POSE, limb, rows, options, nearest, lambda: refuse_not_rigid(T, "target"))
+        result = solve_or_nearest(_POSE, limb, rows, options, nearest, lambda: refuse_not_rigid(T, "target"))
+        return without_collisions(robot, result) if collisions else result
     if numbers.shape[-1:] != (3,):
         raise WrongShape("target", "(..., 4, 4) for poses or (..., 3) for positions", numbers.shape)
     places = as_vectors(numbers, "target")
@@ -152,7 +156,8 @@ def arm(
         form, rows = _DIRECTION, np.empty((*batch, 6))
         rows[..., :3], rows[..., 3:] = places, unit(towards, "direction")[0]
     options = as_options(robot, limb.rest, reference, rows.shape[:-1], limits, threads)
-    return solve_or_nearest(form, limb, rows, options, partial(_nearest, robot, form, limb))
+    result = solve_or_nearest(form, limb, rows, options, partial(_nearest, robot, form, limb))
+    return without_collisions(robot, result) if collisions else result
 
 
 def _nearest(robot: RobotModel, form: ClosedForm, limb: Limb, rows: Floats, options: Options) -> tuple[Floats, Floats]:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from nao_kin._core.arrays import as_floats, as_vectors
 from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.errors import UnknownName
+from nao_kin.ik.collision_free import without_collisions
 from nao_kin.ik.geometry import ClosedForm, Limb, cached_limb, chain_at_zero, limb_of, limb_types, solve
 from nao_kin.ik.ranges import (
     ANGLE_ERROR,
@@ -53,6 +54,7 @@ def head(
     reference: ArrayLike | None = None,
     limits: Limits = "enforce",
     threads: SupportsIndex | None = None,
+    collisions: bool = False,
 ) -> IKResult:
     """Compute the joint values that give the head an orientation, or the nearest one.
 
@@ -67,6 +69,7 @@ def head(
             taken; None for all joints at zero, or at the limit nearest to it.
         limits: "enforce" keeps joints inside their limits, including the range of HeadPitch at this HeadYaw.
         threads: how many threads may work on a batch; None for all cores if that is worthwhile.
+        collisions: leave out solutions in which links overlap, by `RobotModel.clearance`.
 
     Returns:
         At most one solution, to within 1e-10 rad. Two joints cannot reach a rounded orientation, of float32 for
@@ -88,7 +91,8 @@ def head(
     options = as_options(robot, limb.rest, reference, batch, limits, threads)
     T = np.zeros((*batch, 4, 4))
     T[..., :3, :3], T[..., 3, 3] = R, 1.0
-    return solve(_HEAD, limb, T.reshape(*batch, 16), options, lambda: refuse_not_rotation(R, "R_torso_head"))
+    result = solve(_HEAD, limb, T.reshape(*batch, 16), options, lambda: refuse_not_rotation(R, "R_torso_head"))
+    return without_collisions(robot, result) if collisions else result
 
 
 def look_at(
@@ -99,6 +103,7 @@ def look_at(
     reference: ArrayLike | None = None,
     limits: Limits = "enforce",
     threads: SupportsIndex | None = None,
+    collisions: bool = False,
 ) -> IKResult:
     """Compute the joint values with which a camera has a point on its optical axis, in front of it.
 
@@ -114,6 +119,7 @@ def look_at(
         reference: as in `head`.
         limits: as in `head`.
         threads: as in `head`.
+        collisions: as in `head`.
 
     Raises:
         BadArgument: the robot has no such neck, or the camera is not in the head's plane of symmetry. Or a number is
@@ -131,7 +137,9 @@ def look_at(
         raise UnknownName("camera", camera, robot.semantics.cameras)
     limb = camera_limb(robot, camera)
     points = as_vectors(point, "point")
-    return solve(_GAZE, limb, points, as_options(robot, limb.rest, reference, points.shape[:-1], limits, threads))
+    options = as_options(robot, limb.rest, reference, points.shape[:-1], limits, threads)
+    result = solve(_GAZE, limb, points, options)
+    return without_collisions(robot, result) if collisions else result
 
 
 # --- The geometry of a head, read from a robot.

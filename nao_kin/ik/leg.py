@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats
 from nao_kin._kernels.cache import Row, both_ways
+from nao_kin.ik.collision_free import without_collisions
 from nao_kin.ik.descent import nearest_values, solve_or_nearest, unlimited_branches
 from nao_kin.ik.geometry import (
     ClosedForm,
@@ -62,6 +63,7 @@ def leg(
     reference: ArrayLike | None = None,
     limits: Limits = "enforce",
     threads: SupportsIndex | None = None,
+    collisions: bool = False,
 ) -> IKResult:
     """Compute all joint values of a leg that give its foot a pose: up to eight branches, each verified.
 
@@ -82,6 +84,7 @@ def leg(
         limits: "enforce" leaves out branches with a joint outside its own or a coupled limit; "ignore" returns all,
             each joint with the whole turns that bring it within half a turn of the reference.
         threads: how many threads may work on a batch; None for all cores if that is worthwhile.
+        collisions: leave out solutions in which links overlap, by `RobotModel.clearance`.
 
     Returns:
         Solutions to within 1e-10 m and rad of the nearest rigid pose: rounded poses, of float32 for instance, have
@@ -109,7 +112,8 @@ def leg(
     batch = T.shape[:-2]
     options = as_options(robot, limb.rest, reference, batch, limits, threads)
     nearest, refuse = partial(nearest_foot, robot, limb), partial(refuse_not_rigid, T, "T_torso_foot")
-    return solve_or_nearest(_LEG, limb, T.reshape(*batch, 16), options, nearest, refuse)
+    result = solve_or_nearest(_LEG, limb, T.reshape(*batch, 16), options, nearest, refuse)
+    return without_collisions(robot, result) if collisions else result
 
 
 # --- The geometry of a leg, read from a robot.

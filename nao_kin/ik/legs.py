@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from nao_kin._core.arrays import Floats, choice, rigid_inverse
 from nao_kin._kernels.cache import Row, both_ways
 from nao_kin.errors import BadArgument
+from nao_kin.ik.collision_free import without_collisions
 from nao_kin.ik.descent import missed_targets, nearest_values
 from nao_kin.ik.geometry import (
     ClosedForm,
@@ -123,7 +124,7 @@ class LegsResult(IKResult):
             'reached, 1 solution'
         """
         reason = Reason(int(self.reasons[index]))
-        if reason is Reason.REACHED:
+        if reason in (Reason.REACHED, Reason.COLLISION):
             return super().describe(index, degrees=degrees)
         turns = [float(error) for error in self.yaw_errors[index]]
         left, right = (angle_in_words(turn, degrees) for turn in turns)
@@ -160,6 +161,7 @@ def legs(
     torso: ArrayLike | None = None,
     free: Free = "height",
     threads: SupportsIndex | None = None,
+    collisions: bool = False,
 ) -> LegsResult:
     """Compute all joint values of both legs that give both feet their poses; one motor drives both hips.
 
@@ -193,6 +195,7 @@ def legs(
         free: the number of the torso's pose to change: "height" along the world's z, as far as both legs reach; "lean"
             about the torso's y-axis through the middle of the hips, or "yaw" about the vertical through it, up to ±π/2.
         threads: how many threads may work on a batch; None for all cores if that is worthwhile.
+        collisions: leave out solutions in which links overlap, by `RobotModel.clearance`.
 
     Raises:
         BadArgument: the robot has no such legs; the message says what is missing. Or the last row of a target is not
@@ -234,7 +237,7 @@ def legs(
     output = solve_targets(_LEGS, limb, rows, options, lambda: _refuse(poses))
     result = _as_result(robot, limb, rows, base == "floating", output, options)
     if output.is_complete:
-        return result
+        return without_collisions(robot, result) if collisions else result
     missed, options = missed_targets(result, options)
     if missed.any():
         T = np.stack([np.broadcast_to(pose, (*batch, 4, 4))[missed] for pose in poses], axis=1)
@@ -242,7 +245,7 @@ def legs(
             T = rigid_inverse(result.torso[missed])[:, None] @ T
         result.best[missed], errors = _nearest(robot, limb, (left, right), T, options)
         result.foot_residuals[missed], result.residual[missed] = errors, errors.max(axis=1)
-    return result
+    return without_collisions(robot, result) if collisions else result
 
 
 def _as_frames(frames: Sequence[str] | None) -> tuple[str, str]:

@@ -22,6 +22,7 @@ from nao_kin._core.arrays import (
 )
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadArgument
+from nao_kin.ik.collision_free import without_collisions
 from nao_kin.ik.descent import FrameMotion, Goal, Minimum, descended
 from nao_kin.ik.geometry import cached_limb
 from nao_kin.ik.limit_regions import LimitRegion
@@ -260,6 +261,7 @@ def numeric(
     seed: SupportsIndex = 0,
     solver: Solver = "least squares",
     threads: SupportsIndex | None = None,
+    collisions: bool = False,
 ) -> IKResult:
     """Return joint values that bring a frame to a pose, for any robot, by damped least squares.
 
@@ -288,6 +290,7 @@ def numeric(
         seed: the seed of the random starts.
         solver: "least squares" as above; "pink" for steps by the quadratic programs of pink, an extra.
         threads: number of threads for a batch; None for all cores if that is worthwhile.
+        collisions: leave out solutions in which links overlap, by `RobotModel.clearance`; no others are searched for.
 
     Returns:
         One solution for each target that is met.
@@ -336,7 +339,8 @@ def numeric(
     reference_rows = np.array(np.broadcast_to(start, (*batch, robot.nq)).reshape(-1, robot.nq))
     parts = [slice(begin, begin + _BLOCK) for begin in range(0, max(1, len(T_rows)), _BLOCK)]
     found = [search.solve(T_rows[part], reference_rows[part]) for part in parts]
-    return _result(search, reference_rows, found, batch, notes)
+    result = _result(search, reference_rows, found, batch, notes)
+    return without_collisions(robot, result) if collisions else result
 
 
 def _result(

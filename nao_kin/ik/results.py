@@ -39,6 +39,7 @@ class Reason(enum.IntEnum):
         HIPS_DISAGREE: the two feet need different values of the one motor that drives both hips.
         NOT_CONVERGED: a numerical solver stopped without a solution; there may be one.
         TARGETS_DISAGREE: a target that is met alone was not met together with the others.
+        COLLISION: every solution found has links that overlap.
 
     Examples:
         >>> nk.ik.Reason(1).name
@@ -53,6 +54,7 @@ class Reason(enum.IntEnum):
     HIPS_DISAGREE = 5
     NOT_CONVERGED = 6
     TARGETS_DISAGREE = 7
+    COLLISION = 8
 
 
 class Family(enum.IntEnum):
@@ -94,13 +96,18 @@ class Obstacles:
     Attributes:
         joint: which of the joints solved for is outside its limits, shape (...); −1 if none is.
         needed: the value that this joint needs [rad, m]; without a joint, how far the target is out of reach [m] or by
-            how much the hips disagree [rad]; 0 if the target is reached; shape (...).
+            how much the hips disagree [rad] or links overlap [m]; 0 if the target is reached; shape (...).
         limit: the limit that the joint exceeds, shape (...) [rad, m]; 0 without a joint.
+        links: which of `pairs` overlaps in the solution with the largest clearance, shape (...); −1 if none does. None
+            if collisions were not checked.
+        pairs: the pairs of links that are checked for collisions.
     """
 
     joint: Integers
     needed: Floats
     limit: Floats
+    links: Integers | None = None
+    pairs: tuple[tuple[str, str], ...] = ()
 
     @staticmethod
     def none(shape: tuple[int, ...]) -> Obstacles:
@@ -246,6 +253,9 @@ class IKResult(Outcome):
             return f"{len(self.joints)} joints do not make this pose{nearest}"
         if reason is Reason.HIPS_DISAGREE:
             return f"the hips disagree by {angle_in_words(needed, degrees)}{nearest}"
+        if reason is Reason.COLLISION and self.obstacles.links is not None:
+            one, other = self.obstacles.pairs[int(self.obstacles.links[index])]
+            return f"every solution has links that overlap: {one} and {other} by {length_in_words(needed)} or more"
         if reason is Reason.NOT_CONVERGED:
             return f"no solution found{nearest}"
         place = int(self.obstacles.joint[index])

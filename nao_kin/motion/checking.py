@@ -21,7 +21,7 @@ from nao_kin.robot.semantics import CoupledLimit
 
 # --- The violations that a check finds.
 
-Kind = Literal["limit", "coupled limit", "speed", "motor"]
+Kind = Literal["limit", "coupled limit", "speed", "motor", "collision"]
 # A message lists so many intervals of a joint and kind, those with the largest excess.
 _MAX_LISTED = 3
 
@@ -32,8 +32,9 @@ class MotionViolation:
 
     Attributes:
         kind: "limit": its own range. "coupled limit": the range that depends on another joint. "speed": its largest
-            speed. "motor": the value that follows from another joint of its motor.
-        joint: name of the joint.
+            speed. "motor": the value that follows from another joint of its motor. "collision": the least distance
+            between its links.
+        joint: name of the joint; of a link for "collision".
         start: beginning of the interval [s].
         end: end of the interval [s].
         time: time of the largest excess [s].
@@ -41,8 +42,8 @@ class MotionViolation:
         lower: smallest value allowed then.
         upper: largest value allowed then.
         unit: unit of value, lower and upper.
-        of: the other joint, for a coupled limit and a motor; else None.
-        of_value: its value at that time.
+        of: the other joint, for a coupled limit and a motor; the other link for "collision"; else None.
+        of_value: its value at that time; 0 for a link.
     """
 
     kind: Kind
@@ -71,6 +72,9 @@ class MotionViolation:
             >>> nk.motion.check(nao, turn).violations[0].describe()
             'HeadYaw moves at 15 at 0 s, 6.73 rad/s outside [-8.26797, 8.26797] rad/s (0 to 0.1 s)'
         """
+        if self.kind == "collision":
+            overlap = f"overlap by {self.excess * 1e3:.3g} mm at {self.time:.6g} s"
+            return f"{self.joint} and {self.of} {overlap} ({interval(self.start, self.end)})"
         turns = degrees and self.unit.startswith("rad")
         scale = math.degrees(1.0) if turns else 1.0
         unit = self.unit.replace("rad", "°") if turns else {"1": "", "1/s": "/s"}.get(self.unit, f" {self.unit}")
@@ -107,6 +111,7 @@ class MotionReport:
         left_out: number of the violations that are left out.
         sampled: samples per second of coupled limits and shared motors, if they were sampled; None if all violations
             were found in closed form.
+        collisions_sampled: samples per second of collisions; None if they were not checked.
     """
 
     robot: str
@@ -116,6 +121,7 @@ class MotionReport:
     violations: tuple[MotionViolation, ...]
     left_out: int
     sampled: float | None
+    collisions_sampled: float | None = None
 
     @property
     def ok(self) -> bool:
@@ -156,6 +162,8 @@ class MotionReport:
             lines.append(f"and {self.left_out} smaller ones")
         if self.sampled is not None:
             lines.append(f"coupled limits and shared motors were sampled {self.sampled:g} times per second")
+        if self.collisions_sampled is not None:
+            lines.append(f"collisions were sampled {self.collisions_sampled:g} times per second")
         return "\n".join(lines)
 
     def as_dict(self) -> dict[str, Any]:
@@ -167,6 +175,7 @@ class MotionReport:
             "start": self.start,
             "end": self.end,
             "sampled": self.sampled,
+            "collisions_sampled": self.collisions_sampled,
             "left_out": self.left_out,
             "violations": [violation.as_dict() for violation in self.violations],
         }
@@ -178,7 +187,7 @@ class MotionReport:
 def _counted(violations: Iterable[MotionViolation]) -> str:
     counts = Counter(violation.kind for violation in violations)
     words = {"limit": "outside limits", "coupled limit": "outside coupled limits"}
-    words |= {"speed": "too fast", "motor": "of disagreeing joints"}
+    words |= {"speed": "too fast", "motor": "of disagreeing joints", "collision": "with links that overlap"}
     return ", ".join(f"{count} {words[kind]}" for kind, count in counts.items())
 
 
@@ -187,12 +196,20 @@ def _counted(violations: Iterable[MotionViolation]) -> str:
 # Tolerance as a share of a speed limit, because times are differences of rounded numbers.
 SPEED_TOLERANCE = 1e-9
 _RATE = 1000.0
+_MOST_COLLISIONS = 1000
 
 # Violations, and the number of omitted ones.
 _Found = tuple[list[MotionViolation], int]
 
 
-def check(robot: RobotModel, motion: Motion, *, fill: str | ArrayLike = HOLD, rate: float = _RATE) -> MotionReport:
+def check(
+    robot: RobotModel,
+    motion: Motion,
+    *,
+    fill: str | ArrayLike = HOLD,
+    rate: float = _RATE,
+    collisions: bool = False,
+) -> MotionReport:
     """Return the violations of a robot's limits by a motion, also between its keys.
 
     The extreme values and speeds of every joint are found in closed form for each interpolation, and so are the
@@ -206,6 +223,7 @@ def check(robot: RobotModel, motion: Motion, *, fill: str | ArrayLike = HOLD, ra
         fill: values of the joints that the motion does not name, as in `Motion.configurations`; coupled limits need
             them.
         rate: samples per second.
+        collisions: also report the links that overlap, by `RobotModel.clearance`, at `rate` samples per second.
 
     Examples:
         >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
@@ -224,6 +242,7 @@ def check(robot: RobotModel, motion: Motion, *, fill: str | ArrayLike = HOLD, ra
             for first, *others in joints_by_motor(robot, motion.joint_names).values()
             for joint in others
         ),
+        *([_collisions(robot, motion, fill, rate)] if collisions else []),
     ]
     return MotionReport(
         robot=robot.name,
@@ -233,7 +252,23 @@ def check(robot: RobotModel, motion: Motion, *, fill: str | ArrayLike = HOLD, ra
         violations=tuple(row for rows, _ in findings for row in rows),
         left_out=sum(left_out for _, left_out in findings),
         sampled=rate if curves.sampled else None,
+        collisions_sampled=rate if collisions else None,
     )
+
+
+def _collisions(robot: RobotModel, motion: Motion, fill: str | ArrayLike, rate: float) -> _Found:
+    """Return the intervals of samples in which links overlap, each with the links that overlap most."""
+    moves = motion.configurations(robot, rate=rate, fill=fill)
+    times, found = moves.times, robot.clearance(moves.q)
+    overlap = np.flatnonzero(found.distance < 0.0)
+    rows = []
+    for part in np.split(overlap, np.flatnonzero(np.diff(overlap) > 1) + 1) if len(overlap) else ():
+        worst = part[np.argmin(found.distance[part])]
+        one, other = found.pairs[int(found.pair_index[worst])]
+        at = (float(times[k]) for k in (part[0], part[-1], worst))
+        rows.append(MotionViolation("collision", one, *at, float(found.distance[worst]), 0.0, math.inf, "m", other))
+    kept = sorted(sorted(rows, key=lambda row: row.value)[:_MOST_COLLISIONS], key=lambda row: row.start)
+    return kept, len(rows) - len(kept)
 
 
 def _limits(robot: RobotModel, joint: str, curve: Segments) -> _Found:

@@ -10,9 +10,16 @@ from nao_kin.robot.chains import (
     serial_chain as serial_chain,
     topology,
 )
+from nao_kin.robot.collisions import Clearance, Contact, LinkShapes as LinkShapes
 from nao_kin.robot.configurations import COUPLING_TOLERANCE as COUPLING_TOLERANCE, UNIT_TOLERANCE as UNIT_TOLERANCE
+from nao_kin.robot.contacts import (
+    LinkContacts as LinkContacts,
+    LinkPair as LinkPair,
+    disabled_collisions as disabled_collisions,
+)
 from nao_kin.robot.geometry import (
     GeometryKind,
+    capsules as capsules,
     mesh_path as mesh_path,
     read_mesh as read_mesh,
     shape_geometry as shape_geometry,
@@ -52,6 +59,8 @@ from nao_kin.robot.support_polygon import SupportPolygon, polygon_below as polyg
 
 __all__ = [
     "Base",
+    "Clearance",
+    "Contact",
     "Expression",
     "GeometryKind",
     "LimitPolicy",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path, PurePath
 from typing import Any, Literal, TypeVar
 
@@ -15,7 +15,18 @@ from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import MissingShapeWarning
 from nao_kin.robot.kinematics import FrameTable
-from nao_kin.robot.urdf import Box, Cylinder, Geometry, MeshFile, Packages, Sphere, UnreadableShape, UrdfTree, Visual
+from nao_kin.robot.urdf import (
+    Box,
+    Collision,
+    Cylinder,
+    Geometry,
+    MeshFile,
+    Packages,
+    Sphere,
+    UnreadableShape,
+    UrdfTree,
+    Visual,
+)
 
 Made = TypeVar("Made")
 GeometryKind = Literal["visual", "collision"]
@@ -43,6 +54,34 @@ def shape_geometry(shape: Geometry, packages: Packages) -> Any:
         return coal.MeshLoader().load(str(path), np.array(shape.scale))
     except (RuntimeError, ValueError) as error:
         raise UnreadableShape(f"its mesh {quoted(shape.filename)} cannot be read: {abbreviated(error)}") from None
+
+
+# The cap of a capsule has the centre and the radius of its cylinder's end to within this [m].
+_SAME = 1e-6
+
+
+def capsules(shapes: Sequence[Visual | Collision]) -> dict[int, tuple[int, int]]:
+    """Return the index of each cylinder that is a capsule → the indices of its caps: spheres of its radius at its ends.
+
+    URDFs have no element for a capsule, and write it so; the reader of MJCF files does the same.
+    """
+    found = {}
+    spheres = [index for index, shape in enumerate(shapes) if isinstance(shape.geometry, Sphere)]
+    for index, shape in enumerate(shapes):
+        if isinstance(shape.geometry, Cylinder):
+            T, caps = shape.origin.matrix, []
+            for sign in (-0.5, 0.5):
+                end = T[:3, 3] + sign * shape.geometry.length * T[:3, 2]
+                caps += [
+                    other
+                    for other in spheres
+                    if shapes[other].link == shape.link
+                    and abs(shapes[other].geometry.radius - shape.geometry.radius) < _SAME  # type: ignore[union-attr]
+                    and np.abs(np.array(shapes[other].origin.xyz) - end).max() < _SAME
+                ][:1]
+            if len(caps) == 2:
+                found[index] = caps[0], caps[1]
+    return found
 
 
 def mesh_path(mesh: MeshFile, packages: Packages) -> Path:

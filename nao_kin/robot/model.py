@@ -16,6 +16,7 @@ from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.robot.answers import Answers, Output
 from nao_kin.robot.build import Base, build_model, numbers_of, restore_numbers
+from nao_kin.robot.collisions import Clearance, Contact, LinkShapes, checked_margin, random_free
 from nao_kin.robot.configurations import ConfigurationSpace, Coordinates
 from nao_kin.robot.geometry import GeometryKind, geometry_model
 from nao_kin.robot.ground import TOUCHING, OutlineKind, SetDown, set_down, sole_outline
@@ -122,6 +123,7 @@ class RobotModel:
         )
         self._kinematics = Kinematics(model)
         self._answers = Answers(self._kinematics, tree, self._configurations)
+        self._link_shapes: LinkShapes | None = None
 
     # --- from files -----------------------------------------------------------------------------------------------
 
@@ -341,7 +343,7 @@ class RobotModel:
         Examples:
             >>> nao = nk.load_nao()
             >>> nao.geometry("collision").ngeoms
-            21
+            68
         """
         return geometry_model(self.model, self._frames, self.tree, kind)
 
@@ -395,7 +397,13 @@ class RobotModel:
         """
         return self._configurations.posture(name, angles, joints, limits)
 
-    def random(self, rng: np.random.Generator | int | None = None, n: int | tuple[int, ...] | None = None) -> Floats:
+    def random(
+        self,
+        rng: np.random.Generator | int | None = None,
+        n: int | tuple[int, ...] | None = None,
+        *,
+        collision_free: bool = False,
+    ) -> Floats:
         """Return configurations inside all limits, coupled ones included, each joint uniform in its range.
 
         Joints without limits are uniform in [−π, π]; a floating base is at the world's origin.
@@ -403,6 +411,7 @@ class RobotModel:
         Args:
             rng: a generator, or a seed for one.
             n: how many, or a batch shape; None for one configuration of shape (nq,).
+            collision_free: draw again those with links that overlap, by `clearance`.
 
         Returns:
             Configurations, shape (n…, nq).
@@ -413,6 +422,8 @@ class RobotModel:
             >>> q.shape, bool(nao.within_limits(q).all())
             ((2, 3, 25), True)
         """
+        if collision_free:
+            return random_free(self, self.link_shapes, rng, n)
         return self._configurations.random(rng, n)
 
     def configuration(
@@ -915,6 +926,68 @@ class RobotModel:
             ([True, True], [0.0, 0.0, 0.32])
         """
         return set_down(self, q, soles=soles, gravity=gravity, tolerance=tolerance)
+    # --- self-collision -------------------------------------------------------------------------------------------
+
+    @property
+    def link_shapes(self) -> LinkShapes:
+        """The shapes of the links for self-collision, and the pairs that are checked; prepared on first use."""
+        if self._link_shapes is None:
+            self._link_shapes = LinkShapes(self)
+        return self._link_shapes
+
+    def clearance(self, q: ArrayLike) -> Clearance:
+        """Return the least distance between links, and which two have it.
+
+        The shapes are those of the URDF's collision elements, or of its visuals if it has none: spheres, boxes and
+        capsules, each a cylinder with hemispheres; a mesh is replaced by a capsule that contains it. Links that a joint
+        connects, that always touch or that never do are not compared: the pairs in `semantics.disabled_collisions`
+        (of an SRDF), or, without these, those found in 1000 random configurations on the first call.
+
+        Args:
+            q: configurations, shape (..., nq).
+
+        Returns:
+            Distances, shape (...) [m], negative where links overlap: the least translation that separates them.
+
+        Raises:
+            BadArgument: the robot has no shapes.
+
+        Warns:
+            MissingShapeWarning: some shapes are left out, because their meshes are missing or cannot be read.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> found = nao.clearance(nao.posture("StandInit", LShoulderRoll=0.0))
+            >>> found.distance.round(4).tolist(), found.pair
+            (0.0068, ('Head', 'RShoulder'))
+            >>> nao.clearance(nao.random(rng=0, n=1000)).is_free.sum().tolist()
+            423
+        """
+        return self.link_shapes.clearance(self.checked(q))
+
+    def collisions(self, q: ArrayLike, *, margin: float = 0.0) -> tuple[Contact, ...]:
+        """Return the pairs of links that overlap, or are nearer than a margin, with their nearest points.
+
+        One object per contact takes time; for many configurations use `clearance`, which also describes shapes and
+        pairs.
+
+        Args:
+            q: configurations, shape (..., nq).
+            margin: distance below which links are listed [m].
+
+        Returns:
+            By configuration, and then by distance.
+
+        Raises:
+            BadArgument: the robot has no shapes, or the margin is not a finite number.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> q = nao.configuration({"LShoulderRoll": -0.3, "LElbowRoll": -1.5, "RElbowRoll": 0.04})
+            >>> [contact.links for contact in nao.collisions(q)]
+            [('RBicep', 'l_wrist'), ('l_wrist', 'torso')]
+        """
+        return self.link_shapes.contacts(self.checked(q), checked_margin(margin))
 
     # --- internal -------------------------------------------------------------------------------------------------
 

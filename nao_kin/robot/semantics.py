@@ -227,6 +227,8 @@ class Semantics:
             corners of a convex polygon.
         ros_names: link, joint or robot → its name in the robot's published ROS description, if it differs; links with
             the same name there are one link there.
+        disabled_collisions: pairs of links that need no check for collisions, each with the reason, as in an SRDF:
+            (link, link, reason); empty if this is not known.
 
     Raises:
         BadArgument: a part of another kind, or a unit other than these three.
@@ -254,6 +256,7 @@ class Semantics:
     force_sensors: tuple[str, ...] = ()
     ros_names: Mapping[str, str] = field(default_factory=dict)
     outlines: Mapping[str, tuple[tuple[float, float], ...]] = field(default_factory=dict)
+    disabled_collisions: tuple[tuple[str, str, str], ...] = ()
 
     def __post_init__(self) -> None:
         kinds = {"chains": Iterable, "postures": Posture, "units": str, "views": View, "ros_names": str}
@@ -264,6 +267,11 @@ class Semantics:
         for name in FRAME_FIELDS:
             object.__setattr__(self, name, _several(getattr(self, name), name, str))
         object.__setattr__(self, "coupled_limits", _several(self.coupled_limits, "coupled_limits", CoupledLimit))
+        rows = _several(self.disabled_collisions, "disabled_collisions", Iterable)
+        rows = tuple(_several(row, "a row of disabled_collisions", str) for row in rows)
+        if any(len(row) != 3 for row in rows):
+            raise BadArgument("a row of disabled_collisions must be two links and a reason")
+        object.__setattr__(self, "disabled_collisions", rows)
         fields = _mapping(self.fields_of_view, "fields_of_view", Iterable)
         for camera, angles in fields.items():
             pair = _several(angles, f"field of view of {camera}", (int, float))
@@ -455,4 +463,5 @@ _READERS: dict[str, _EntryReader] = {
     "fields_of_view": _table_of(_numbers),
     "outlines": _table_of(_list_of(_numbers)),
     "ros_names": _table_of(_text),
+    "disabled_collisions": _list_of(_names),
 }

@@ -108,6 +108,7 @@ class Viewer:
         # Sources and receivers of the robot's movements.
         self._lead, self._warned = Lead(), set[str]()
         self._changes, self._recordings = Changes(), list[Recording]()
+        self._collisions: Subscription | None = None
         self._targets = Targets(self._messages, self._lock, self._changes)
         self._images = Images(self._messages, self._lock, tuple(robot.semantics.cameras))
         self._streams = Streams(self._messages)
@@ -158,6 +159,8 @@ class Viewer:
             if self._messages.get("clip") is not None:
                 self._messages.put("clip", panel_message("still", {}))
             self._show_joints(array, vertical)
+            if self._collisions is not None:
+                self._colour_collisions(array)
 
     def rest(self, posture: str) -> tuple[float, float, float] | None:
         """Return the vertical in the root's frame for a robot that rests in a posture; None if it stands on its soles.
@@ -553,6 +556,37 @@ class Viewer:
             >>> viewer.color_links({"Head": 0.2, "torso": 0.8}, low=0.0, high=1.0, label="load")
         """
         self._messages.put(*self._look.colours(values, low, high, label))
+
+    def show_collisions(self, on: bool = True) -> None:
+        """Colour links that overlap red, in this configuration and whenever the robot moves; False ends it.
+
+        The colours replace those of `color_links`. Movements in a page arrive as for `on_change`.
+
+        Args:
+            on: whether to show them.
+
+        Raises:
+            BadArgument: the robot has no shapes.
+
+        Examples:
+            >>> nao = nk.load_nao()
+            >>> viewer = nk.Viewer(nao)
+            >>> viewer.show_collisions()
+            >>> viewer.display(nao.posture("Crouch"))
+        """
+        watched = flag(on, "on")
+        if watched:
+            self.robot.clearance(self.q)  # an error before anything changes
+        with self._lock:
+            if self._collisions is not None:
+                self._collisions.remove()
+            self._collisions = self.on_change(lambda q, joints: self._colour_collisions(q)) if watched else None
+            self._colour_collisions(self._q)
+
+    def _colour_collisions(self, q: Floats) -> None:
+        overlapping = {link for contact in self.robot.collisions(q) for link in contact.links}
+        values = dict.fromkeys(sorted(overlapping), 1.0) if self._collisions is not None else {}
+        self._messages.put(*self._look.colours(values, 0.0, 1.0, "links that overlap"))
 
     def show_reach(self, reach: ReachMap | None, *, by: str = "best", cut: tuple[str, float] | None = None) -> None:
         """Draw a reach map as coloured voxels, with a slider that cuts them along an axis; None removes it.

@@ -48,21 +48,26 @@ class Chart:
 
     def limits(self, nao: nk.NaoModel, joint: str) -> None:
         """Draw the joint's own rectangle, dashed, and the region that the table allows."""
-        table = next(limit for limit in nao.coupled_limits if limit.joint == joint)
-        columns = [nao.joint_names.index(name) for name in (table.of, joint)]
-        (x0, y0), (x1, y1) = np.degrees([nao.lower[columns], nao.upper[columns]])
-        at, lower, upper = (np.degrees(column) for column in (table.at, table.lower, table.upper))
-        x = np.unique(np.concatenate([[x0, x1], at[(at > x0) & (at < x1)]]))
-        low, high = np.maximum(np.interp(x, at, lower), y0), np.minimum(np.interp(x, at, upper), y1)
+        (x0, y0, x1, y1), region, (at, lower, upper) = self.region(nao, joint)
         rectangle = self.at([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
         self._drawing.path(rectangle, fill=FORBIDDEN, opacity=0.12, stroke=FORBIDDEN, dash="6 4", closed=True)
-        region = np.concatenate([np.column_stack([x, low]), np.column_stack([x, high])[::-1]])
         self._drawing.path(self.at(region), fill="white", closed=True)
         self._drawing.path(self.at(region), fill=FREE, opacity=0.16, stroke=FREE, width=2.0, closed=True)
         for limit in (lower, upper):
             for place, value in zip(at, limit, strict=True):
                 if x0 - 0.1 <= place <= x1 + 0.1 and y0 - 0.1 <= value <= y1 + 0.1:
                     self._drawing.circle(self.at([place, value]), 3.2, "white", FREE, 1.7)
+
+    def region(self, nao: nk.NaoModel, joint: str) -> tuple[Floats, Floats, Floats]:
+        """Return the joints' own ranges (x0, y0, x1, y1), the region that the table allows, and the table [°]."""
+        table = next(limit for limit in nao.coupled_limits if limit.joint == joint)
+        columns = [nao.joint_names.index(name) for name in (table.of, joint)]
+        (x0, y0), (x1, y1) = np.degrees([nao.lower[columns], nao.upper[columns]])
+        at, lower, upper = (np.degrees(column) for column in (table.at, table.lower, table.upper))
+        x = np.unique(np.concatenate([[x0, x1], at[(at > x0) & (at < x1)]]))
+        low, high = np.maximum(np.interp(x, at, lower), y0), np.minimum(np.interp(x, at, upper), y1)
+        region = np.concatenate([np.column_stack([x, low]), np.column_stack([x, high])[::-1]])
+        return np.array([x0, y0, x1, y1]), region, np.stack([at, lower, upper])
 
     def words(self, x: float, y: float, words: str, colour: str) -> None:
         """Draw text centred at a point in degrees."""

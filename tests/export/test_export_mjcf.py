@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -137,7 +138,10 @@ def test_shapes_to_see_and_shapes_to_touch_are_two_groups(nao: nk.NaoModel, mode
     seen = [geom for geom in own if model.geom_group[geom] == 2]
     touching = [geom for geom in own if model.geom_group[geom] == 3]
     assert len(seen) == len(nao.tree.visuals)
-    assert len(touching) == len(nao.tree.collisions)
+    # A cylinder and two spheres of the URDF are one capsule here.
+    kinds = Counter(mujoco.mjtGeom(kind).name for kind in model.geom_type[touching])
+    assert kinds == {"mjGEOM_CAPSULE": 19, "mjGEOM_SPHERE": 5, "mjGEOM_BOX": 6}
+    assert len(touching) == len(nao.link_shapes.shapes)
     assert len(own) == len(seen) + len(touching)
     assert not model.geom_contype[seen].any()
     assert not model.geom_conaffinity[seen].any()

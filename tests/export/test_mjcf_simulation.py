@@ -138,10 +138,10 @@ def test_who_leans_presses_on_the_sensors_there(model: Any, lean: dict[str, floa
 def test_the_sensors_of_a_foot_share_it_without_a_gap(nao: nk.NaoModel, model: Any) -> None:
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    foot = model.geom("LAnkleRollBothCollision")
+    foot = model.geom("LAnkleRollShape")
     names = [name for name in nao.semantics.force_sensors if name.startswith("L")]
     for corner in np.array([(x, y) for x in (-1.0, 1.0) for y in (-1.0, 1.0)]):
-        point = data.geom("LAnkleRollBothCollision").xpos + foot.size * (*corner, -1.0)
+        point = data.geom("LAnkleRollShape").xpos + foot.size * (*corner, -1.0)
         inside = [
             name for name in names if np.all(np.abs(point - data.site(name).xpos) <= model.site(name).size + 1e-12)
         ]

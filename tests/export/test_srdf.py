@@ -20,15 +20,17 @@ from moveit_rules import violations
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, UnknownName
-from nao_kin.export.srdf import LinkContacts, Planning, adjacent_links, disabled_collisions
+from nao_kin.export.srdf import Planning
 from nao_kin.export.variants import Variant
+from nao_kin.robot import LinkContacts, contacts as link_contacts, disabled_collisions
+from nao_kin.robot.contacts import adjacent_links
 from nao_kin.robot.semantics import Semantics
 from nao_kin.robot.urdf import Box, Cylinder, MeshFile, Sphere
 
 VERSIONS = ("v3.2", "v3.3", "v4", "v5", "v6")
 DATA = Path(__file__).resolve().parents[1] / "data"
 FEW = 60
-link_contacts = importlib.import_module("nao_kin.export.srdf")  # a face gives the function of this name
+srdf_module = importlib.import_module("nao_kin.export.srdf")  # a face gives the function of this name
 COLLIDE = link_contacts._collide
 
 
@@ -40,7 +42,7 @@ class Document(NamedTuple):
 def srdf_document(
     robot: nk.RobotModel, *, samples: int, seed: int = 0, base: str | None = None, **chosen: Any
 ) -> Document:
-    return Document(*link_contacts.srdf_document(robot, Variant(**chosen), base=base, samples=samples, seed=seed))
+    return Document(*srdf_module.srdf_document(robot, Variant(**chosen), base=base, samples=samples, seed=seed))
 
 
 @pytest.fixture(scope="module")

@@ -319,3 +319,30 @@ def test_two_followers_without_their_driver_are_held_against_each_other(tmp_path
         assert not [
             row for row in check(robot, share_motors(robot, apart, rule).motion).violations if row.kind == "motor"
         ]
+
+
+def test_overlapping_links_are_found_between_keys_and_only_if_asked() -> None:
+    nao = nk.load_nao()
+    motion = nk.Motion(
+        [0.0, 1.0, 2.0, 3.0, 4.0],
+        ["LShoulderRoll", "LElbowRoll"],
+        [[0.2, -0.5], [-0.3, -1.4], [0.2, -0.5], [-0.3, -1.0], [0.2, -0.5]],
+    )
+    assert nk.motion.check(nao, motion).ok
+    report = nk.motion.check(nao, motion, collisions=True, rate=100.0)
+    assert not report.ok
+    assert {violation.kind for violation in report.violations} == {"collision"}
+    assert report.collisions_sampled == 100.0
+    moves = motion.configurations(nao, rate=100.0)
+    overlap = nao.clearance(moves.q).distance
+    assert len(report.violations) == np.count_nonzero(np.diff((overlap < 0.0).astype(int)) == 1)
+    for violation in report.violations:
+        inside = (moves.times >= violation.start - 1e-9) & (moves.times <= violation.end + 1e-9)
+        assert (overlap[inside] < 0.0).all()
+        assert violation.excess == pytest.approx(-overlap[inside].min(), abs=1e-12)
+        assert violation.describe().startswith(f"{violation.joint} and {violation.of} overlap by ")
+        assert {violation.joint, violation.of} <= set(nao.link_names)
+        assert violation.as_dict()["upper"] is None
+    assert "with links that overlap" in report.describe()
+    assert report.describe().endswith("collisions were sampled 100 times per second")
+    assert nk.motion.check(nao, motion, collisions=True, fill="Crouch").violations[0].end == 4.0

@@ -6,6 +6,7 @@ import importlib.util
 import os
 import subprocess
 import sys
+import time
 import warnings
 from pathlib import Path
 from typing import Literal
@@ -495,6 +496,36 @@ def test_a_link_without_a_shape_colours_what_it_is_fixed_to(nao: nk.NaoModel) ->
         rgb = {names[row["link"]]: row["rgb"] for row in message["links"]}
         assert set(rgb) == coloured
         assert (rgb["l_ankle"] == rgb["LFoot"]) == ("l_ankle" not in values)
+
+
+def test_links_that_overlap_are_red_as_long_as_they_do(nao: nk.NaoModel) -> None:
+    viewer = Viewer(nao)
+    names = list(viewer._look.paths)
+
+    def red() -> set[str]:
+        (message,) = (m for m in messages_of(viewer.static_html()) if m.get("kind") == "colours")
+        assert all(row["rgb"][0] > 0.7 > 0.4 > row["rgb"][2] for row in message["links"])
+        return {names[row["link"]] for row in message["links"]}
+
+    crossed = nao.posture("Crouch")
+    expected = {link for contact in nao.collisions(crossed) for link in contact.links}
+    assert len(expected) > 2
+    viewer.display(crossed)
+    viewer.show_collisions()
+    assert expected <= red()
+    viewer.display(nao.posture("Stand"))
+    assert red() == set()
+    viewer._receive({"kind": "joints", "q": crossed.tolist(), "source": "page 1"})
+    deadline = time.monotonic() + 10.0
+    while not red() and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert expected <= red()
+    viewer.show_collisions(False)
+    assert red() == set()
+    viewer.display(crossed)
+    assert red() == set()
+    with pytest.raises(BadArgument, match="on must be"):
+        viewer.show_collisions("yes")  # type: ignore[arg-type]
 
 
 def test_unknown_names_are_answered_with_the_nearest(viewer: Viewer) -> None:

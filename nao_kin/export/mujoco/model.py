@@ -17,7 +17,7 @@ from nao_kin.export.meshes import GREY, paint_names, shapes_of
 from nao_kin.export.mujoco.bodies import Bodies, Body, BodyJoint, pos_quat, pose
 from nao_kin.export.mujoco.devices import motor_of, proper_range
 from nao_kin.export.variants import joint_values, link_of
-from nao_kin.robot import RobotModel
+from nao_kin.robot import RobotModel, capsules
 from nao_kin.robot.semantics import Semantics
 from nao_kin.robot.urdf import Box, Collision, Cylinder, Geometry, MeshFile, Origin, Sphere, UrdfTree, Visual
 from nao_kin.rotations import log, matrix_from_natural, quat_from_matrix
@@ -113,13 +113,21 @@ def add_shapes(
         for link, T_link in body.links.items()
     }
     taken: set[str] = set()
+    collisions = [shape for shape in shapes if isinstance(shape, Collision)]
+    round_ended = capsules(collisions)
+    caps = {id(collisions[cap]) for both in round_ended.values() for cap in both}
+    whole = {id(collisions[cylinder]) for cylinder in round_ended}
     for shape in shapes:
+        if id(shape) in caps:
+            continue
         kind = VISUAL if isinstance(shape, Visual) else COLLISION
         one, T_link = places[shape.link]
         name = fresh_name(shape.name or f"{shape.link}_{kind}", taken)
         taken.add(name)
         geom = one.add_geom(defaults[kind], name=name, **pos_quat(T_link * pose(shape.origin)))
         _set_geometry(geom, shape.geometry, scaled)
+        if id(shape) in whole:
+            geom.type = mujoco.mjtGeom.mjGEOM_CAPSULE
         if shape in paints:
             geom.material = materials[paints[shape]]
     omitted = len(everything) - len(shapes)
@@ -243,6 +251,8 @@ def lowest_point(model: Any, data: Any) -> float:
         down = data.geom_xmat[geom].reshape(3, 3)[2]
         if kind == kinds.mjGEOM_SPHERE:
             reach = size[0]
+        elif kind == kinds.mjGEOM_CAPSULE:
+            reach = abs(down[2]) * size[1] + size[0]
         elif kind == kinds.mjGEOM_CYLINDER:
             reach = abs(down[2]) * size[1] + math.hypot(down[0], down[1]) * size[0]
         elif kind == kinds.mjGEOM_BOX:

@@ -17,6 +17,7 @@ from nao_kin.robot.build import Base
 from nao_kin.robot.limits import LimitPolicy
 from nao_kin.robot.model import RobotModel
 from nao_kin.robot.nao import v6
+from nao_kin.robot.nao.collision_rows import DISABLED_COLLISIONS
 from nao_kin.robot.nao.parameters import NaoParameters, nao_parameters, ros_names, version_named
 from nao_kin.robot.nao.rows import VERSIONS, Version
 from nao_kin.robot.offsets import read_offsets
@@ -175,4 +176,5 @@ def _semantics(version: Version) -> Semantics:
         force_sensors=tuple(frame.name for frame in parameters.frames if "/FSR/" in frame.name),
         ros_names=ros_names(parameters),
         outlines={row.sole: row.corners_m for row in v6.SOLE_OUTLINES},
+        disabled_collisions=DISABLED_COLLISIONS,
     )

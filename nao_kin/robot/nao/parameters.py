@@ -12,6 +12,7 @@ from typing import TypeVar
 from nao_kin._core.arrays import Vector
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.robot.nao.collision_rows import FITTED_SHAPES
 from nao_kin.robot.nao.older import TABLES
 from nao_kin.robot.nao.rows import (
     VERSIONS,
@@ -160,7 +161,8 @@ class NaoParameters:
         frames: sensor and effector frames.
         coupled_limits: the anti-collision tables.
         visuals: the meshes of the links, by the joint that moves the link, "torso", or a phalanx without its side.
-        collision_shapes: NAOqi's collision primitives.
+        collision_shapes: shapes that contain the meshes, for collisions.
+        naoqi_shapes: NAOqi's collision primitives.
 
     Examples:
         >>> parameters = nk.parameters.nao_parameters("v6")
@@ -180,6 +182,7 @@ class NaoParameters:
     coupled_limits: tuple[CoupledLimit, ...]
     visuals: tuple[VisualRow, ...]
     collision_shapes: tuple[ShapeRow, ...]
+    naoqi_shapes: tuple[ShapeRow, ...]
 
     def __repr__(self) -> str:
         return (
@@ -262,7 +265,8 @@ def _gathered(version: Version) -> NaoParameters:
             for row in COUPLED_LIMITS
         ),
         visuals=tuple(row for row in VISUALS if version in row.versions),
-        collision_shapes=COLLISION_SHAPES,
+        collision_shapes=FITTED_SHAPES,
+        naoqi_shapes=COLLISION_SHAPES,
     )
 
 

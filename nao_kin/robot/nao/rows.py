@@ -12,7 +12,7 @@ from nao_kin.errors import UnknownName
 Version = Literal["v3.2", "v3.3", "v4", "v5", "v6"]
 VERSIONS: tuple[Version, ...] = get_args(Version)
 
-ShapeKind = Literal["sphere", "cylinder", "box"]
+ShapeKind = Literal["sphere", "cylinder", "capsule", "box"]
 
 
 @dataclass(frozen=True)
@@ -207,10 +207,10 @@ class ShapeRow:
     Attributes:
         name: name of the shape.
         parent: the joint that moves the link, or "torso".
-        kind: "sphere", "cylinder" or "box".
-        size_m: (radius,), (radius, length) or the three edge lengths [m].
+        kind: "sphere", "cylinder", "capsule" or "box".
+        size_m: (radius,), (radius, length) or the three edge lengths; a capsule is longer by its hemispheres [m].
         center_m: centre in the joint frame [m].
-        axis: direction of a cylinder's axis, not normalised.
+        axis: direction of the axis of a cylinder or capsule, not normalised.
     """
 
     name: str
@@ -287,6 +287,7 @@ SOURCES: dict[str, str] = {
     "QB": "softbankrobotics-research/qibullet, qibullet/robot_posture.py (Apache-2.0)",
     "MIM": "ALMotion.getPosition recordings of LennonNM/NaoMimic: the foot height that makes both feet fit one HipYawPitch",
     "GEN": "drawn for this library",
+    "FIT": "fitted to the meshes of this library",
 }
 
 

@@ -248,7 +248,8 @@ _INERTIALS: tuple[InertialRow, ...] = (
 
 _UP: Vector = (0.0, 0.0, 1.0)
 
-# From the official V6 URDF, and used for every version. Cylinders represent NAOqi's capsules. The boxes of the feet are
+# From the official V6 URDF, and the same for every version. Cylinders represent NAOqi's capsules. The URDFs here have the
+# shapes of `collision_rows`, which contain the meshes. The boxes of the feet are
 # turned by a right angle there; here they are along the axes of the foot: length, width, height.
 # fmt: off
 COLLISION_SHAPES: tuple[ShapeRow, ...] = (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -15,7 +15,7 @@ from nao_kin.robot.urdf.tree import UrdfJoint, UrdfTree
 
 
 def read_srdf(path: Path | str, tree: UrdfTree, notes: list[str]) -> Semantics:
-    """Return the chains, end effectors and postures of an SRDF.
+    """Return the chains, end effectors, postures and disabled collisions of an SRDF.
 
     A group is a chain if its moving joints follow one another on one branch. A group state is a posture; states of one
     name for several groups form one posture. One SRDF often serves several variants of a robot: joints and links that
@@ -30,6 +30,7 @@ def read_srdf(path: Path | str, tree: UrdfTree, notes: list[str]) -> Semantics:
         chains=reader.chains(),
         end_effectors=tuple(dict.fromkeys(end for end in ends if end in tree.links)),
         postures=_postures(document, tree, reader.missing),
+        disabled_collisions=tuple(_disabled(document, reader, tree.links)),
     )
     missing = dict.fromkeys([*reader.missing, *(end for end in ends if end not in tree.links)])
     if missing:
@@ -95,6 +96,15 @@ class _Groups:
             path.append(self._above[tip])
             tip = self._above[tip].parent
         return path
+
+
+def _disabled(document: ET.Element, reader: _Groups, links: Collection[str]) -> Iterator[tuple[str, str, str]]:
+    for element in document.findall("disable_collisions"):
+        pair = [reader.link(element.get(name, "")) for name in ("link1", "link2")]
+        unknown = [link for link in pair if link not in links]
+        reader.missing += unknown
+        if not unknown:
+            yield pair[0], pair[1], element.get("reason", "")
 
 
 def _postures(document: ET.Element, tree: UrdfTree, missing: list[str]) -> dict[str, Posture]:

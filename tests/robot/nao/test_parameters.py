@@ -27,6 +27,7 @@ from nao_kin.robot.nao import (
     Version,
     nao_parameters,
 )
+from nao_kin.robot.nao.collision_rows import FITTED_SHAPES
 from nao_kin.robot.nao.model import nao_urdf_path
 from nao_kin.robot.nao.older import PAGES, TABLES, V6
 from nao_kin.robot.nao.parameters import ACTUATORS, FRAMES, PLACEHOLDER, VISUALS, version_named
@@ -81,6 +82,7 @@ def test_every_row_names_a_known_source() -> None:
         FRAMES,
         COLLISION_SHAPES,
         SOLE_OUTLINES,
+        FITTED_SHAPES,
         VISUALS,
         (PLACEHOLDER,),
         POSTURES,

@@ -20,6 +20,7 @@ from scipy.spatial.transform import Rotation
 
 import nao_kin as nk
 from nao_kin.robot.nao import BODY_ORDER, CHAINS, VERSIONS, NaoParameters, nao_parameters
+from nao_kin.robot.nao.collision_rows import FITTED_SHAPES
 from nao_kin.robot.nao.model import nao_urdf_path
 from nao_kin.robot.nao.parameters import PLACEHOLDER
 from nao_kin.robot.nao.v6 import COLLISION_SHAPES, FINGERS, POSTURES
@@ -338,20 +339,29 @@ def test_the_parameters_hold_the_published_collision_shapes() -> None:
     assert wrong == []
 
 
-def test_the_urdf_holds_the_published_collision_shapes(version: str, robot: nk.NaoModel, urdf: ET.Element) -> None:
-    rows, wrong = {row["shape"]: row for row in PUBLISHED["collision_shapes"]}, []
-    found = [(link.get("name", ""), shape) for link in urdf.findall("link") for shape in link.findall("collision")]
-    assert sorted(shape.get("name", "") for _, shape in found) == sorted(rows)
-    for link, shape in found:
-        row, origin = rows[shape.get("name", "")], shape.find("origin")
-        carried = robot.fk(robot.random(0), link, reference=row["parent"])
-        wrong += _off(row["shape"], "link", carried, np.eye(4))
-        wrong += _off(row["shape"], "centre in the URDF", _floats(origin, "xyz"), row["centre_m"])
+def test_the_urdf_holds_the_fitted_collision_shapes(version: str, robot: nk.NaoModel, urdf: ET.Element) -> None:
+    assert nk.parameters.nao_parameters(version).naoqi_shapes == COLLISION_SHAPES
+    found = {
+        shape.get("name", ""): (link, shape) for link in urdf.findall("link") for shape in link.findall("collision")
+    }
+    rows = {row.name: row for row in FITTED_SHAPES}
+    ends = {f"{row.name}{end}" for row in FITTED_SHAPES if row.kind == "capsule" for end in ("Start", "End")}
+    assert found.keys() == rows.keys() | ends
+    for row in FITTED_SHAPES:
+        link, shape = found[row.name]
+        carried = robot.fk(robot.random(0), link.get("name", ""), reference=row.parent)
+        np.testing.assert_allclose(carried, np.eye(4), atol=1e-12)
+        np.testing.assert_allclose(_floats(shape.find("origin"), "xyz"), row.center_m, atol=1e-12)
         (geometry,) = shape.findall("geometry/*")
         names = {"sphere": ("radius",), "cylinder": ("radius", "length"), "box": ("size",)}[geometry.tag]
-        size = [value for name in names for value in _floats(geometry, name)]
-        wrong += _shape_off(row, geometry.tag, size, _rotation(_floats(origin, "rpy")), "in the URDF")
-    assert wrong == []
+        assert tuple(value for name in names for value in _floats(geometry, name)) == row.size_m
+        if row.kind == "capsule":
+            z = _rotation(_floats(shape.find("origin"), "rpy"))[:, 2]
+            for end, sign in (("Start", -0.5), ("End", 0.5)):
+                of, cap = found[f"{row.name}{end}"]
+                at = _floats(cap.find("origin"), "xyz")
+                assert of is link
+                np.testing.assert_allclose(at, np.array(row.center_m) + sign * row.size_m[1] * z, atol=1e-7)
 
 
 # --- postures ---------------------------------------------------------------------------------------------------------
