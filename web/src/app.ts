@@ -230,3 +230,6 @@ export class App extends EventTarget {
     this.studio.look(preset, robots, (bar.offsetTop + bar.offsetHeight) / (this.pane.clientHeight || 1));
   }
 }
+
+/** The page, as far as a module uses it. */
+export type PageWith<Names extends keyof App> = EventTarget & { [Name in Names]: App[Name] };

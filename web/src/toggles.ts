@@ -1,39 +1,11 @@
-import type { Drag } from "./drag/drag.ts";
+import type { App } from "./app.ts";
 import { button, element } from "./panel/element.ts";
-import type { Reports } from "./reports.ts";
-import type { Robot } from "./robot/robot.ts";
-import type { Balance } from "./scene/balance.ts";
-import type { Eyes } from "./scene/eyes.ts";
 import { paintFloor } from "./scene/floor.ts";
-import type { Ghosts } from "./scene/ghosts.ts";
-import { entry, type Legend } from "./scene/legend.ts";
-import { chainColours, type LinkColours } from "./scene/link_colours.ts";
-import type { Frames, JointAxes } from "./scene/marks.ts";
-import type { Studio } from "./scene/studio.ts";
-import type { MeshcatViewer } from "./types.ts";
-import type { ViewMenu } from "./view_menu.ts";
-
-/** The parts of the page that are used here. */
-interface Page extends EventTarget {
-  readonly axes: JointAxes;
-  readonly balance: Balance;
-  readonly colours: LinkColours;
-  readonly drag: Drag;
-  readonly eyes: Eyes;
-  readonly frames: Frames;
-  readonly ghosts: Ghosts;
-  readonly legend: Legend;
-  readonly menu: ViewMenu;
-  readonly reports: Reports;
-  readonly robot: Robot;
-  readonly role: string;
-  readonly studio: Studio;
-  readonly viewer: MeshcatViewer;
-  send(answer: object): void;
-}
+import { entry } from "./scene/legend.ts";
+import { chainColours } from "./scene/link_colours.ts";
 
 /** What may be drawn over the robot: the button's text, and what a new state does. */
-const TOGGLES: Record<string, { text: string; show(page: Page, on: boolean): void }> = {
+const TOGGLES: Record<string, { text: string; show(page: App, on: boolean): void }> = {
   frames: {
     text: "Frames",
     show: ({ frames, menu }, on) => {
@@ -86,7 +58,7 @@ export class Toggles {
   buttons: Map<string, HTMLButtonElement> = new Map();
   bar = element("div", { className: "row", id: "shown" });
 
-  constructor(readonly page: Page) {
+  constructor(readonly page: App) {
     this.shown = {
       ...{ frames: false, axes: false, chains: false, com: false, support: false, ghosts: true, eye: false },
       contrast: window.matchMedia("(forced-colors: active), (prefers-contrast: more)").matches,

@@ -1,40 +1,9 @@
+import type { App } from "./app.ts";
 import { button, element } from "./panel/element.ts";
-import type { Panel } from "./panel/panel.ts";
 import { saveScreenshot } from "./record/pictures.ts";
 import { Video } from "./record/video.ts";
-import type { Robot } from "./robot/robot.ts";
-import { clearGhosts, keepGhost, type Ghosts } from "./scene/ghosts.ts";
-import type { Labels } from "./scene/labels.ts";
-import { EDITIONS, type LinkColours } from "./scene/link_colours.ts";
-import type { Frames } from "./scene/marks.ts";
-import type { OtherRobots } from "./scene/other_robots.ts";
-import type { Speech } from "./scene/speech.ts";
-import type { Studio } from "./scene/studio.ts";
-import type { Stance } from "./stance.ts";
-import type { Toggles } from "./toggles.ts";
-import type { MeshcatViewer } from "./types.ts";
-
-/** The parts of the page that are used here. */
-interface Page {
-  readonly colours: LinkColours;
-  readonly frames: Frames;
-  readonly ghosts: Ghosts;
-  readonly labels: Labels;
-  readonly others: OtherRobots;
-  readonly pane: HTMLElement;
-  readonly panel: Panel;
-  readonly robot: Robot;
-  readonly speech: Speech;
-  readonly stance: Stance;
-  readonly studio: Studio;
-  readonly toggles: Toggles;
-  readonly video: Video;
-  readonly viewer: MeshcatViewer;
-  chooseFrames(chosen: { names: string[]; size: number | null }): void;
-  send(answer: object): void;
-  setEdition(name: string): void;
-  show(changes: Record<string, boolean>): void;
-}
+import { clearGhosts, keepGhost } from "./scene/ghosts.ts";
+import { EDITIONS } from "./scene/link_colours.ts";
 
 /** The menu of how the view looks: which frames are drawn, transparency, colours, a ghost, pictures and films. */
 export class ViewMenu {
@@ -46,7 +15,7 @@ export class ViewMenu {
 
   /** @param top the bars over the picture */
   constructor(
-    readonly page: Page,
+    readonly page: App,
     top: HTMLElement,
   ) {
     this.sheet = element(

@@ -1,13 +1,8 @@
+import type { App } from "../app.ts";
 import type { Ray, Vector3 } from "three";
 import { LIMB_CLASSES } from "../ik/limbs.ts";
-import type { Panel } from "../panel/panel.ts";
-import type { Pick as Picking } from "../pick/pick.ts";
-import type { Robot } from "../robot/robot.ts";
 import { Ghosts, clearGhosts } from "../scene/ghosts.ts";
-import type { Studio } from "../scene/studio.ts";
-import type { Snapshot, Stance } from "../stance.ts";
-import type { Toggles } from "../toggles.ts";
-import type { MeshcatViewer } from "../types.ts";
+import type { Snapshot } from "../stance.ts";
 import type { Gesture, Handle, Limb } from "./follow.ts";
 import { HandleKeys, type Holdable } from "./handle_keys.ts";
 import { AXES, Handles, Rings, turnsOf, type Ring } from "./handles.ts";
@@ -15,21 +10,7 @@ import { JointDrag, type motionOf } from "./joint_drag.ts";
 import { LimbDrag, TurnDrag } from "./limb_drag.ts";
 import { Pointer } from "./pointer.ts";
 import { TargetMove, TargetTurn } from "./target_drag.ts";
-import type { Grip, Targets } from "./targets.ts";
-
-/** The parts of the page that are used here. */
-interface Page extends EventTarget {
-  readonly ghosts: Ghosts;
-  readonly panel: Panel;
-  readonly pick: Picking;
-  readonly robot: Robot;
-  readonly stance: Stance;
-  readonly studio: Studio;
-  readonly targets: Targets;
-  readonly toggles: Toggles;
-  readonly viewer: MeshcatViewer;
-  show(changes: Record<string, boolean>): void;
-}
+import type { Grip } from "./targets.ts";
 
 /**
  * Taking hold of the robot: of a handle on a hand, a foot or the gaze, which the limb follows, of a ring that turns a hand
@@ -52,7 +33,7 @@ export class Drag {
    * @param bar of the buttons that take handles by keyboard
    */
   constructor(
-    readonly page: Page,
+    readonly page: App,
     pane: HTMLElement,
     public line: HTMLElement,
     bar: HTMLElement,

@@ -1,19 +1,11 @@
+import type { PageWith } from "../app.ts";
 import type { Pick } from "../pick/pick.ts";
-import type { Robot } from "../robot/robot.ts";
-import type { Studio } from "../scene/studio.ts";
-import type { MeshcatViewer } from "../types.ts";
 import { flatMaterial } from "../scene/extras.ts";
 import { asMark, dispose } from "../scene/marks.ts";
 import { THREE } from "../three.ts";
 import type { Handle, Limb } from "./follow.ts";
 
-/** The parts of the page that are used here. */
-interface Page extends EventTarget {
-  readonly pick: Pick;
-  readonly robot: Robot;
-  readonly studio: Studio;
-  readonly viewer: MeshcatViewer;
-}
+type Page = PageWith<"pick" | "robot" | "studio" | "viewer">;
 
 /** A ring that keeps its size on the screen. */
 export function makeKnob() {

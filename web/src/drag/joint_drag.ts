@@ -1,6 +1,4 @@
-import type { Panel } from "../panel/panel.ts";
-import type { Pick } from "../pick/pick.ts";
-import type { Stance } from "../stance.ts";
+import type { PageWith } from "../app.ts";
 import { joints, unitText } from "../pick/facts.ts";
 import type { Robot } from "../robot/robot.ts";
 import { THREE } from "../three.ts";
@@ -8,13 +6,7 @@ import type { Gesture } from "./follow.ts";
 import { farthest, type Stop } from "./stops.ts";
 import { SweptAngle, sweptDistance, triples } from "./swept_angle.ts";
 
-/** The parts of the page that are used here. */
-interface Page {
-  readonly panel: Panel;
-  readonly pick: Pick;
-  readonly robot: Robot;
-  readonly stance: Stance;
-}
+type Page = PageWith<"panel" | "pick" | "robot" | "stance">;
 
 // A pointer so near to an axis [px] says no angle about it.
 const NEAR_AXIS = 10;

@@ -1,6 +1,4 @@
-import type { Pick } from "../pick/pick.ts";
-import type { Robot } from "../robot/robot.ts";
-import type { Stance } from "../stance.ts";
+import type { PageWith } from "../app.ts";
 import { clamp, squaredDistance } from "../math/numbers.ts";
 import { distance, minus, plus, times, type Pose, type Rotation, type Vector } from "../math/rotations.ts";
 import type { Ghosts } from "../scene/ghosts.ts";
@@ -21,13 +19,7 @@ import type { Axis } from "./handles.ts";
 import { SweptAngle, triples } from "./swept_angle.ts";
 import type { AnyLimb } from "../ik/limbs.ts";
 
-/** The parts of the page that are used here. */
-interface Page {
-  readonly ghosts: Ghosts;
-  readonly pick: Pick;
-  readonly robot: Robot;
-  readonly stance: Stance;
-}
+type Page = PageWith<"ghosts" | "pick" | "robot" | "stance">;
 
 // Branches whose squared distance is above OTHER are two; the looks of their ghosts.
 const OTHER = 1e-6;

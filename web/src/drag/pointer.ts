@@ -1,23 +1,12 @@
-import type { Pick } from "../pick/pick.ts";
-import type { Robot } from "../robot/robot.ts";
-import type { Stance } from "../stance.ts";
-import type { MeshcatViewer } from "../types.ts";
+import type { PageWith } from "../app.ts";
 import { isOneLimb } from "../pick/facts.ts";
 import type { Hit } from "../pick/picker.ts";
 import type { Drag } from "./drag.ts";
 import type { Handle } from "./follow.ts";
 import type { Rings } from "./handles.ts";
 import { motionOf } from "./joint_drag.ts";
-import type { Targets } from "./targets.ts";
 
-/** The parts of the page that are used here. */
-interface Page {
-  readonly pick: Pick;
-  readonly robot: Robot;
-  readonly stance: Stance;
-  readonly targets: Targets;
-  readonly viewer: MeshcatViewer;
-}
+type Page = PageWith<"pick" | "robot" | "stance" | "targets" | "viewer">;
 
 // A pointer that has come no farther [px] has not moved: a click, or a tap.
 const [STILL, TAP] = [4, 10];

@@ -1,18 +1,12 @@
-import type { Pick } from "../pick/pick.ts";
-import type { Robot } from "../robot/robot.ts";
+import type { PageWith } from "../app.ts";
 import type { Vector } from "../math/rotations.ts";
 import { THREE } from "../three.ts";
 import type { Gesture } from "./follow.ts";
 import type { Axis } from "./handles.ts";
 import { SweptAngle, sweptDistance, triples } from "./swept_angle.ts";
-import type { Target, Targets } from "./targets.ts";
+import type { Target } from "./targets.ts";
 
-/** The parts of the page that are used here. */
-interface Page {
-  readonly pick: Pick;
-  readonly robot: Robot;
-  readonly targets: Targets;
-}
+type Page = PageWith<"pick" | "robot" | "targets">;
 
 /** Where a pointer took hold of something, in the world. */
 interface Pointer {

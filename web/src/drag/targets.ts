@@ -1,26 +1,13 @@
+import type { PageWith } from "../app.ts";
 import type { Group, Mesh, MeshBasicMaterial, Sprite } from "three";
-import type { Pick } from "../pick/pick.ts";
-import { isOutdated, type Reports } from "../reports.ts";
+import { isOutdated } from "../reports.ts";
 import type { Received } from "../received.ts";
-import type { Robot } from "../robot/robot.ts";
 import { makeArrow, makeTriad } from "../scene/extras.ts";
-import type { Labels } from "../scene/labels.ts";
 import { asMark, dispose } from "../scene/marks.ts";
-import type { Studio } from "../scene/studio.ts";
 import { THREE } from "../three.ts";
-import type { MeshcatViewer } from "../types.ts";
 import { AXES, highlight, makeKnob, makeRing, nearest, type Axis, type Pointed } from "./handles.ts";
 
-/** The parts of the page that are used here. */
-interface Page extends EventTarget {
-  readonly labels: Labels;
-  readonly pick: Pick;
-  readonly reports: Reports;
-  readonly robot: Robot;
-  readonly studio: Studio;
-  readonly viewer: MeshcatViewer;
-  send(answer: object): void;
-}
+type Page = PageWith<"labels" | "pick" | "reports" | "robot" | "send" | "studio" | "viewer">;
 
 type Row = Received["targets"]["targets"][number];
 

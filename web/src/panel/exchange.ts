@@ -1,15 +1,10 @@
-import type { Robot } from "../robot/robot.ts";
-import type { Stance } from "../stance.ts";
+import type { PageWith } from "../app.ts";
 import { NoConfiguration, readConfiguration } from "../values/reading.ts";
 import { FORMATS } from "../values/writing.ts";
 import { button, copyText, element, openDialog } from "./element.ts";
 import type { Messages } from "./tools.ts";
 
-/** The parts of the page that are used here. */
-interface Page {
-  readonly robot: Robot;
-  readonly stance: Stance;
-}
+type Page = PageWith<"robot" | "stance">;
 
 /** Configurations out of the page and into it as text: by the clipboard, or by a field where that is forbidden. */
 export class Exchange {

@@ -1,19 +1,11 @@
-import type { Robot } from "../robot/robot.ts";
+import type { PageWith } from "../app.ts";
 import { THREE } from "../three.ts";
-import type { Player } from "../timeline/player.ts";
-import type { Camera, MeshcatViewer } from "../types.ts";
+import type { Camera } from "../types.ts";
 import { element, openDialog } from "./element.ts";
 import type { Panel } from "./panel.ts";
 import { remember } from "./settings.ts";
 
-/** The parts of the page that are used here. */
-interface Page {
-  readonly player: Player;
-  readonly robot: Robot;
-  readonly view: string | null;
-  readonly viewer: MeshcatViewer;
-  camera(name: string): void;
-}
+type Page = PageWith<"camera" | "player" | "robot" | "view" | "viewer">;
 
 /** What the list of keys says: where, and which keys do what. */
 const LIST = {

@@ -1,13 +1,9 @@
-import type { Snapshot, Stance } from "../stance.ts";
+import type { PageWith } from "../app.ts";
+import type { Snapshot } from "../stance.ts";
 import type { Edited } from "../timeline/editor.ts";
-import type { Player } from "../timeline/player.ts";
 import { History } from "../values/history.ts";
 
-/** The parts of the page that are used here. */
-interface Page extends EventTarget {
-  readonly player: Player;
-  readonly stance: Stance;
-}
+type Page = PageWith<"player" | "stance">;
 
 /** What undo gives back: how the robot was, and the key frames; none before there are any. */
 type State = Snapshot & { edited?: Edited };

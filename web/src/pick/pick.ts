@@ -1,8 +1,4 @@
-import type { Labels } from "../scene/labels.ts";
-import type { Panel } from "../panel/panel.ts";
-import type { Studio } from "../scene/studio.ts";
-import type { MeshcatViewer } from "../types.ts";
-import type { Robot } from "../robot/robot.ts";
+import type { PageWith } from "../app.ts";
 import { makeTriad } from "../scene/extras.ts";
 import { asMark, dispose } from "../scene/marks.ts";
 import { THREE } from "../three.ts";
@@ -11,14 +7,7 @@ import { Hover } from "./hover.ts";
 import { Measure } from "./measure.ts";
 import { Picker, Viewport } from "./picker.ts";
 
-/** The parts of the page that are used here. */
-interface Page extends EventTarget {
-  readonly labels: Labels;
-  readonly panel: Panel;
-  readonly robot: Robot;
-  readonly studio: Studio;
-  readonly viewer: MeshcatViewer;
-}
+type Page = PageWith<"labels" | "panel" | "robot" | "studio" | "viewer">;
 
 const SIZE = 0.062;
 

@@ -1,26 +1,9 @@
+import type { App } from "../app.ts";
 import type { Box3 } from "three";
 import { element } from "../panel/element.ts";
-import type { Panel } from "../panel/panel.ts";
-import type { Robot } from "../robot/robot.ts";
-import type { Labels } from "../scene/labels.ts";
-import type { OtherRobots } from "../scene/other_robots.ts";
-import type { Speech } from "../scene/speech.ts";
 import { resize, type Studio } from "../scene/studio.ts";
-import type { Camera, MeshcatViewer } from "../types.ts";
+import type { Camera } from "../types.ts";
 import type { Received } from "../received.ts";
-
-/** The parts of the page that a picture of it shows, or a film. */
-export interface Page {
-  readonly labels: Labels;
-  readonly others: OtherRobots;
-  readonly pane: HTMLElement;
-  readonly panel: Panel;
-  readonly robot: Robot;
-  readonly speech: Speech;
-  readonly studio: Studio;
-  readonly viewer: MeshcatViewer;
-  send(answer: object): void;
-}
 
 /** Let the browser save a file. */
 export function download(blob: Blob, name: string) {
@@ -96,7 +79,7 @@ function takePicture(
  *
  * @param scale pixels for one of the screen's
  */
-export async function saveScreenshot(page: Page, scale: number): Promise<void> {
+export async function saveScreenshot(page: App, scale: number): Promise<void> {
   const { pane, studio, robot } = page;
   const ratio = scale * window.devicePixelRatio;
   const [width, height] = [pane.clientWidth, pane.clientHeight].map((length) => Math.round(length * ratio));
@@ -114,7 +97,7 @@ export async function saveScreenshot(page: Page, scale: number): Promise<void> {
 const LABELS_ACROSS = 640;
 
 /** Draw the picture that the program asks for, and send it. */
-export function sendPicture(page: Page, { id, width, height, camera }: Received["capture"]) {
+export function sendPicture(page: App, { id, width, height, camera }: Received["capture"]) {
   const preset = page.robot.about.cameras.find(({ name }) => name === camera);
   const over = (ink: CanvasRenderingContext2D) => paintOver(page, ink, width, height);
   const picture = takePicture(page.studio, width, height, preset, page.others, over);
@@ -122,13 +105,13 @@ export function sendPicture(page: Page, { id, width, height, camera }: Received[
 }
 
 /** Paint the picture that was drawn last, with what the page writes over it. */
-export function paintPicture(page: Page, ink: CanvasRenderingContext2D, width: number, height: number) {
+export function paintPicture(page: App, ink: CanvasRenderingContext2D, width: number, height: number) {
   paintCanvas(ink, page.viewer.renderer.domElement, width, height);
   paintOver(page, ink, width, height);
 }
 
 /** Paint what the page writes over the picture onto one of another size. */
-function paintOver(page: Page, ink: CanvasRenderingContext2D, width: number, height: number) {
+function paintOver(page: App, ink: CanvasRenderingContext2D, width: number, height: number) {
   page.speech.paint(ink, width, height);
   const scale = Math.min(width, height) / LABELS_ACROSS;
   ink.save();

@@ -1,4 +1,5 @@
-import { download, fileName, paintPicture, type Page } from "./pictures.ts";
+import type { App } from "../app.ts";
+import { download, fileName, paintPicture } from "./pictures.ts";
 
 // A film ends by itself after so many seconds, or bytes: it is kept in memory until it is saved.
 const [MOST_SECONDS, MOST_BYTES] = [120, 200e6];
@@ -13,7 +14,7 @@ export class Video {
   ink: CanvasRenderingContext2D;
   recorder: MediaRecorder | null = null;
 
-  constructor(readonly page: Page) {
+  constructor(readonly page: App) {
     this.ink = this.canvas.getContext("2d", { alpha: false }) as CanvasRenderingContext2D;
   }
 

@@ -1,17 +1,11 @@
+import type { PageWith } from "../app.ts";
 import { makeGeometry } from "../robot/parts.ts";
-import type { Robot } from "../robot/robot.ts";
 import { THREE } from "../three.ts";
-import type { MeshcatViewer, Vector } from "../types.ts";
+import type { Vector } from "../types.ts";
 import { asMark, dispose } from "./marks.ts";
-import type { Studio } from "./studio.ts";
 import type { Received } from "../received.ts";
 
-/** The parts of the page that are used here. */
-interface Page {
-  readonly robot: Robot;
-  readonly studio: Studio;
-  readonly viewer: MeshcatViewer;
-}
+type Page = PageWith<"robot" | "studio" | "viewer">;
 
 /**
  * A material that light does not change.

@@ -1,18 +1,13 @@
+import type { PageWith } from "../app.ts";
 import { fixed } from "../math/numbers.ts";
 import { element } from "../panel/element.ts";
 import type { Received } from "../received.ts";
-import type { Robot } from "../robot/robot.ts";
 import { THREE } from "../three.ts";
-import type { MeshcatViewer, Vector } from "../types.ts";
-import { onScale, scaleBar, type Legend } from "./legend.ts";
+import type { Vector } from "../types.ts";
+import { onScale, scaleBar } from "./legend.ts";
 import { asMark, dispose } from "./marks.ts";
 
-/** The parts of the page that are used here. */
-interface Page {
-  readonly legend: Legend;
-  readonly robot: Robot;
-  readonly viewer: MeshcatViewer;
-}
+type Page = PageWith<"legend" | "robot" | "viewer">;
 
 interface Voxel {
   centre: Vector;
