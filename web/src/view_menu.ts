@@ -1,7 +1,6 @@
 import type { App } from "./app.ts";
 import { button, element } from "./panel/element.ts";
-import { saveScreenshot } from "./record/pictures.ts";
-import { Video } from "./record/video.ts";
+import { saveScreenshot, Video } from "./record/pictures.ts";
 import { clearGhosts, keepGhost } from "./scene/ghosts.ts";
 import { EDITIONS } from "./scene/link_colours.ts";
 

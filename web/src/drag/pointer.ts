@@ -1,6 +1,6 @@
 import type { PageWith } from "../app.ts";
 import { isOneLimb } from "../pick/facts.ts";
-import type { Hit } from "../pick/picker.ts";
+import type { Hit } from "../pick/pick.ts";
 import type { Drag } from "./drag.ts";
 import type { Handle } from "./follow.ts";
 import type { Rings } from "./handles.ts";

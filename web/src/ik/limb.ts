@@ -1,6 +1,6 @@
 import { allTurnedTowards, clamp, interpolate, squaredDistance, turnedTowards } from "../math/numbers.ts";
 import { product, transposed, type Matrix3, type Pose, type Rotation } from "../math/rotations.ts";
-import type { Branch, Errors, Family, LimbNumbers, Nearest, Reason, Violation } from "./types.ts";
+import type { Branch, Errors, Family, LimbNumbers, Nearest, Reason, Violation } from "./limbs.ts";
 
 /** How far a joint may be outside its limits [rad]. */
 export const LIMIT = 1e-6;

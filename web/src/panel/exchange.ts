@@ -1,6 +1,7 @@
 import type { PageWith } from "../app.ts";
-import { NoConfiguration, readConfiguration } from "../values/reading.ts";
-import { FORMATS } from "../values/writing.ts";
+import { Refused } from "../values/literals.ts";
+import { readConfiguration } from "../values/reading.ts";
+import { FORMATS } from "../values/configurations.ts";
 import { button, copyText, element, openDialog } from "./element.ts";
 import type { Messages } from "./tools.ts";
 
@@ -87,7 +88,7 @@ export class Exchange {
       this.messages.say(outside ? `${values}; ${outside} outside the limits` : values);
       return null;
     } catch (error) {
-      if (error instanceof NoConfiguration) return error.message;
+      if (error instanceof Refused) return error.message;
       throw error;
     }
   }

@@ -1,7 +1,6 @@
 import type { PageWith } from "../app.ts";
 import type { Snapshot } from "../stance.ts";
 import type { Edited } from "../timeline/editor.ts";
-import { History } from "../values/history.ts";
 
 type Page = PageWith<"player" | "stance">;
 
@@ -111,4 +110,34 @@ function same(a: State, b: State) {
   return (
     a.edited?.frames === b.edited?.frames && a.q.every((value, i) => value === b.q[i]) && String(a.up) === String(b.up)
   );
+}
+
+/** What was before, and what was taken back: undo and redo of any state. */
+export class History<State> {
+  past: State[] = [];
+  future: State[] = [];
+
+  /** @param most steps that can be taken back; older ones are forgotten */
+  constructor(readonly most: number = 200) {}
+
+  /** Keep what was before a step; what had been taken back is gone. */
+  push(before: State) {
+    this.past.push(before);
+    if (this.past.length > this.most) this.past.shift();
+    this.future = [];
+  }
+
+  /** The state before the last step; undefined where there is none. */
+  undo(now: State) {
+    const state = this.past.pop();
+    if (state !== undefined) this.future.push(now);
+    return state;
+  }
+
+  /** The state that was taken back last; undefined where there is none. */
+  redo(now: State) {
+    const state = this.future.pop();
+    if (state !== undefined) this.past.push(now);
+    return state;
+  }
 }

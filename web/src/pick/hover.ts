@@ -5,7 +5,7 @@ import type { Robot } from "../robot/robot.ts";
 import { asMark } from "../scene/marks.ts";
 import { THREE } from "../three.ts";
 import { jointOf, pairOf, unitText } from "./facts.ts";
-import type { Picker } from "./picker.ts";
+import type { Picker } from "./pick.ts";
 
 type Page = PageWith<"panel" | "robot" | "viewer">;
 

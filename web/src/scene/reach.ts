@@ -1,5 +1,5 @@
 import type { PageWith } from "../app.ts";
-import { fixed } from "../math/numbers.ts";
+import { firstWhere, fixed } from "../math/numbers.ts";
 import { element } from "../panel/element.ts";
 import type { Received } from "../received.ts";
 import { THREE } from "../three.ts";
@@ -163,13 +163,7 @@ export class Reach {
     const { along, box, voxels } = this;
     const sign = this.flipped ? -1 : 1;
     const plane = Number(this.slider.value);
-    let [low, high] = [0, voxels.length];
-    while (low < high) {
-      const middle = (low + high) >> 1;
-      if (sign * voxels[middle].centre[along] < sign * plane) low = middle + 1;
-      else high = middle;
-    }
-    this.mesh.count = low;
+    this.mesh.count = firstWhere(voxels.length, (i) => sign * voxels[i].centre[along] >= sign * plane);
     this.colour();
     const [a, b] = [0, 1, 2].filter((axis) => axis !== along);
     const corners = [

@@ -1,5 +1,5 @@
 import type { PageWith } from "../app.ts";
-import { evenTimes } from "../plot/samples.ts";
+import { evenTimes } from "../timeline/motion.ts";
 import { OffScreen } from "../robot/skeleton.ts";
 import { THREE } from "../three.ts";
 import type { Player } from "../timeline/player.ts";
