@@ -1,4 +1,4 @@
-import type { Group, Ray, Sprite } from "three";
+import type { Group, Ray, Sprite, Vector3 } from "three";
 import type { Arm } from "../ik/arm.ts";
 import { ArmPlace } from "../ik/arm_place.ts";
 import type { Gaze } from "../ik/head.ts";
@@ -32,7 +32,26 @@ export interface Follower {
   turn?(rotation: Rotation, q: number[]): Followed;
 }
 
-export interface Handle {
+/** Where a pointer takes hold of something, in the world. */
+export interface Hold {
+  point: Vector3;
+  ray: Ray;
+}
+
+/** What can be taken hold of: the knob of a handle or a target, an arrow, a ring. */
+export interface Grip {
+  /** The limb that it moves, if it moves one. */
+  limb?: Limb;
+  isLine: boolean;
+  /** In the world: the middle of a knob, many points of a line. */
+  points(): Vector3[];
+  /** Draw it as what is under the pointer. */
+  light(on: boolean): void;
+  /** What holding it does, by a pointer or by keys. */
+  gesture(hold: Hold | null): Gesture;
+}
+
+export interface Handle extends Grip {
   limb: Limb;
   mark: Group;
   knob: Sprite;

@@ -107,10 +107,26 @@ export class Viewport {
     return { clientX: left + ((1 + x) / 2) * width, clientY: top + ((1 - y) / 2) * height };
   }
 
-  /** The plane through a point that the camera faces. */
-  facingPlane(point: THREE.Vector3) {
+  /**
+   * Where a place goes that a pointer pulls in the plane that the camera faces; null where it says nothing.
+   *
+   * @param from where the pointer takes hold of it
+   */
+  pulled(at: THREE.Vector3, from: THREE.Ray) {
     const towards = this.camera.getWorldDirection(new THREE.Vector3());
-    return new THREE.Plane().setFromNormalAndCoplanarPoint(towards, point);
+    const plane = new THREE.Plane().setFromNormalAndCoplanarPoint(towards, at);
+    const start = from.intersectPlane(plane, new THREE.Vector3()) ?? at;
+    return (ray: THREE.Ray, { level }: { level: boolean }) => {
+      const by = ray.intersectPlane(plane, new THREE.Vector3())?.sub(start);
+      if (by && level) by.projectOnVector(this.axes[1]);
+      return by?.add(at) ?? null;
+    };
+  }
+
+  /** Move a point to the right and up on the screen [m]. */
+  shift(point: THREE.Vector3, right: number, up: number) {
+    const [x, y] = this.axes;
+    return point.addScaledVector(x, right).addScaledVector(y, up);
   }
 
   /** Unit vectors of the world to the right and up on the screen. */
