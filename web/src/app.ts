@@ -122,11 +122,8 @@ export class App extends EventTarget {
     this.reach = new Reach(this, byId("cut"));
     this.ghosts = new Ghosts(this.robot);
     this.drag = new Drag(this, this.pane, byId("drag"), byId("handles"));
-    this.toggles.offer("handles", this.drag.possible);
     this.eyes = new Eyes(this.robot, this.studio, makeSight(this));
     this.studio.eyes = this.eyes;
-    this.toggles.offer("eye", about.eyes.length > 0);
-    this.toggles.offer("chains", about.chains.length > 1);
     this.video = new Video(this);
     this.menu = new ViewMenu(this, byId("top"));
     const cameras = about.cameras.map(({ name }) => button(name, () => this.camera(name)));

@@ -6,7 +6,7 @@ import { EDITIONS } from "./scene/link_colours.ts";
 
 /** The menu of how the view looks: which frames are drawn, transparency, colours, a ghost, pictures and films. */
 export class ViewMenu {
-  edition: HTMLSelectElement = document.createElement("select");
+  edition = element("select");
   boxes: Map<string, HTMLInputElement> = new Map();
   sheet: HTMLDivElement;
   summary = element("summary", {}, "View");
@@ -56,14 +56,10 @@ export class ViewMenu {
     const all = about.frames.map(({ name }) => name);
     const list = element("div", { className: "checks", role: "group", ariaLabel: "Frames drawn" });
     for (const name of all) {
-      const box = document.createElement("input");
-      box.type = "checkbox";
+      const box = element("input", { type: "checkbox" });
       box.onchange = () => this.choose(all.filter((frame) => this.boxes.get(frame)?.checked));
       this.boxes.set(name, box);
-      const label = document.createElement("label");
-      label.title = name;
-      label.append(box, element("span", {}, name));
-      list.append(label);
+      list.append(element("label", { title: name }, box, element("span", {}, name)));
     }
     return section(
       "Frames",
@@ -82,8 +78,7 @@ export class ViewMenu {
 
   robot() {
     const { page } = this;
-    const opacity = document.createElement("input");
-    Object.assign(opacity, { type: "range", min: "0.1", max: "1", step: "0.05", value: "1" });
+    const opacity = element("input", { type: "range", min: "0.1", max: "1", step: "0.05", value: "1" });
     opacity.style.setProperty("--to", "100%");
     opacity.oninput = () => {
       page.studio.setOpacity(Number(opacity.value));
@@ -129,10 +124,7 @@ function row(...children: Node[]) {
 }
 
 function field(text: string, control: HTMLElement) {
-  const label = document.createElement("label");
-  label.className = "field";
   // The options of a select would be read as part of its name.
   control.ariaLabel = text;
-  label.append(text, control);
-  return label;
+  return element("label", { className: "field" }, text, control);
 }

@@ -43,10 +43,7 @@ export class Drag {
     this.marks = new Handles(page, this.limbs, this.ghosts);
     this.pointer = new Pointer(page, this, pane);
     this.keys = new HandleKeys(this, bar);
-    page.addEventListener("targets", () => {
-      page.toggles.offer("handles", this.possible);
-      this.keys.refresh();
-    });
+    page.addEventListener("targets", () => this.keys.refresh());
   }
 
   get handles() {

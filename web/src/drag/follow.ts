@@ -8,7 +8,7 @@ import type { AnyLimb, Branch } from "../ik/limbs.ts";
 import { distance, plus, product, times, turned, type Pose, type Rotation, type Vector } from "../math/rotations.ts";
 import { convexHull, overlap, type Point } from "../math/surfaces.ts";
 import type { Robot } from "../robot/robot.ts";
-import { THREE } from "../three.ts";
+import { THREE, boxOf } from "../three.ts";
 import { degrees, sentence } from "./stops.ts";
 
 // What a drag works with.
@@ -144,9 +144,7 @@ export function footOf(robot: Robot, limb: Limb): Foot {
 function boxAround(robot: Robot, limb: Limb) {
   const box = new THREE.Box3();
   for (const { mesh } of shapesOf(robot, limb)) {
-    if (!mesh.geometry.boundingBox) mesh.geometry.computeBoundingBox();
-    const own = (mesh.geometry.boundingBox as THREE.Box3).clone();
-    box.union(own.applyMatrix4(mesh.matrixWorld));
+    box.union(boxOf(mesh).clone().applyMatrix4(mesh.matrixWorld));
   }
   return box;
 }

@@ -1,4 +1,5 @@
 import type { PageWith } from "../app.ts";
+import { makeInk } from "../panel/element.ts";
 import type { Viewport } from "../pick/pick.ts";
 import { flatMaterial } from "../scene/extras.ts";
 import type { Ghosts } from "../scene/ghosts.ts";
@@ -11,9 +12,7 @@ type Page = PageWith<"ghosts" | "pick" | "robot" | "stance" | "studio" | "viewer
 
 /** A ring that keeps its size on the screen. */
 export function makeKnob() {
-  const canvas = document.createElement("canvas");
-  canvas.width = canvas.height = 96;
-  const ink = canvas.getContext("2d") as CanvasRenderingContext2D;
+  const ink = makeInk(96, 96);
   ink.beginPath();
   ink.arc(48, 48, 34, 0, 2 * Math.PI);
   ink.fillStyle = "rgba(255, 255, 255, 0.78)";
@@ -21,7 +20,7 @@ export function makeKnob() {
   ink.lineWidth = 11;
   ink.strokeStyle = "#1d2433";
   ink.stroke();
-  const map = new THREE.CanvasTexture(canvas);
+  const map = new THREE.CanvasTexture(ink.canvas);
   map.encoding = THREE.sRGBEncoding;
   const material = new THREE.SpriteMaterial({ map, depthTest: false, sizeAttenuation: false, toneMapped: false });
   const knob = new THREE.Sprite(material);

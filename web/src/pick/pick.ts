@@ -2,7 +2,7 @@ import type { PageWith } from "../app.ts";
 import type { Robot } from "../robot/robot.ts";
 import { makeTriad } from "../scene/extras.ts";
 import { asMark, dispose } from "../scene/marks.ts";
-import { THREE } from "../three.ts";
+import { THREE, sphereOf } from "../three.ts";
 import type { MeshcatViewer } from "../types.ts";
 import { frameOf } from "./facts.ts";
 import { Hover } from "./hover.ts";
@@ -171,9 +171,7 @@ export class Picker {
     caster.ray.copy(this.viewport.ray(place));
     const sphere = new THREE.Sphere();
     const candidates = robot.meshes.flatMap(({ mesh, link }) => {
-      const { geometry } = mesh;
-      if (!geometry.boundingSphere) geometry.computeBoundingSphere();
-      sphere.copy(geometry.boundingSphere as THREE.Sphere).applyMatrix4(mesh.matrixWorld);
+      sphere.copy(sphereOf(mesh)).applyMatrix4(mesh.matrixWorld);
       const along = sphere.center.clone().sub(caster.ray.origin).dot(caster.ray.direction);
       const beside = caster.ray.distanceSqToPoint(sphere.center);
       if (beside > sphere.radius ** 2) return [];

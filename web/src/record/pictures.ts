@@ -1,5 +1,5 @@
 import type { App } from "../app.ts";
-import { element } from "../panel/element.ts";
+import { element, makeInk } from "../panel/element.ts";
 import type { Received } from "../received.ts";
 import { resize, type Studio } from "../scene/studio.ts";
 import type { Box3 } from "three";
@@ -63,15 +63,13 @@ function takePicture(
   resize(viewer, width, height);
   if (preset) studio.look(preset, robots);
   viewer.render();
-  const canvas = document.createElement("canvas");
-  [canvas.width, canvas.height] = [width, height];
-  const ink = canvas.getContext("2d") as CanvasRenderingContext2D;
+  const ink = makeInk(width, height);
   paintCanvas(ink, viewer.renderer.domElement, width, height);
   over(ink);
   Object.assign(studio, { alwaysFine: false, ratio });
   studio.setRatio(ratio);
   viewer.set_3d_pane_size();
-  return canvas;
+  return ink.canvas;
 }
 
 /**

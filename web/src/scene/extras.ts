@@ -1,4 +1,5 @@
 import type { PageWith } from "../app.ts";
+import { makeInk } from "../panel/element.ts";
 import { makeGeometry } from "../robot/parts.ts";
 import { THREE } from "../three.ts";
 import type { Vector } from "../types.ts";
@@ -187,16 +188,14 @@ function linear(colours: Uint8Array) {
 
 // What a point looks like: it shows where this is white.
 function disc() {
-  const canvas = document.createElement("canvas");
-  canvas.width = canvas.height = 64;
-  const ink = canvas.getContext("2d") as CanvasRenderingContext2D;
+  const ink = makeInk(64, 64);
   ink.fillStyle = "#000000";
   ink.fillRect(0, 0, 64, 64);
   ink.fillStyle = "#ffffff";
   ink.beginPath();
   ink.arc(32, 32, 31, 0, 2 * Math.PI);
   ink.fill();
-  return new THREE.CanvasTexture(canvas);
+  return new THREE.CanvasTexture(ink.canvas);
 }
 
 const MAKERS: Record<string, (message: any) => THREE.Object3D> = { points: makePoints, mesh: makeMesh, line: makeLine };

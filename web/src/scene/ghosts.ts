@@ -123,7 +123,7 @@ export function showGhosts(page: Page, { qs, count, opacity, first }: Received["
   page.stance.settle();
   page.ghosts.show(looks);
   page.ghosts.entries = first === null ? [] : looks.map(({ colour }, i) => entry(`${first + i}`, colour));
-  page.toggles.offer("ghosts", count > 0);
+  page.toggles.refresh();
   page.show({ ghosts: true });
 }
 

@@ -1,6 +1,7 @@
+import { makeInk } from "../panel/element.ts";
 import { clamp } from "../math/numbers.ts";
 import { between, type Robot } from "../robot/robot.ts";
-import { THREE } from "../three.ts";
+import { THREE, sphereOf } from "../three.ts";
 import type { About, RobotMesh, Shape, Vector } from "../types.ts";
 import { asMark } from "./marks.ts";
 
@@ -166,8 +167,7 @@ export class Lights {
 function makeGlow(mesh: RobotMesh, box: THREE.Box3, node: THREE.Object3D) {
   const { Sprite, SpriteMaterial, Vector3 } = THREE;
   const glow = new Sprite(new SpriteMaterial({ map: softDisc(), depthWrite: false, toneMapped: false }));
-  if (!mesh.geometry.boundingSphere) mesh.geometry.computeBoundingSphere();
-  const { center, radius } = mesh.geometry.boundingSphere as THREE.Sphere;
+  const { center, radius } = sphereOf(mesh);
   const toNode = between(mesh, node);
   glow.position.copy(center).applyMatrix4(toNode);
   glow.scale.setScalar(GLOW.size * radius);
@@ -193,9 +193,7 @@ let disc: THREE.Texture | null = null;
 /** One texture for all of them. */
 function softDisc() {
   if (!disc) {
-    const canvas = document.createElement("canvas");
-    canvas.width = canvas.height = 128;
-    const ink = canvas.getContext("2d") as CanvasRenderingContext2D;
+    const ink = makeInk(128, 128);
     const fade = ink.createRadialGradient(64, 64, 0, 64, 64, 64);
     for (const [at, alpha] of [
       [0, 1],
@@ -208,7 +206,7 @@ function softDisc() {
     }
     ink.fillStyle = fade;
     ink.fillRect(0, 0, 128, 128);
-    disc = new THREE.CanvasTexture(canvas);
+    disc = new THREE.CanvasTexture(ink.canvas);
   }
   return disc;
 }

@@ -37,8 +37,12 @@ export class Reach {
   group: THREE.Group | null = null;
   flipped = false;
 
-  axis: HTMLSelectElement = document.createElement("select");
-  slider = document.createElement("input");
+  axis = element(
+    "select",
+    { ariaLabel: "Axis of the cut", onchange: () => this.turn() },
+    ...AXES.map((name) => element("option", { value: name }, name)),
+  );
+  slider = element("input", { type: "range", step: "any", ariaLabel: "Place of the cut", oninput: () => this.cut() });
   place = element("output");
   flip = element("button", { type: "button", title: "Show the other side" }, "⇄");
 
@@ -46,11 +50,6 @@ export class Reach {
     readonly page: Page,
     public bar: HTMLElement,
   ) {
-    this.axis.ariaLabel = "Axis of the cut";
-    this.axis.append(...AXES.map((name) => element("option", { value: name }, name)));
-    this.axis.onchange = () => this.turn();
-    Object.assign(this.slider, { type: "range", step: "any", ariaLabel: "Place of the cut" });
-    this.slider.oninput = () => this.cut();
     this.flip.onclick = () => {
       this.flipped = !this.flipped;
       this.arrange();
