@@ -188,6 +188,7 @@ export class Readout {
 
   refresh() {
     const { measuring, open } = this;
+    this.element.classList.toggle("measuring", measuring);
     this.measure.setAttribute("aria-pressed", String(measuring));
     this.more.setAttribute("aria-expanded", String(open));
     // What is hidden would lose the focus to nothing.
