@@ -14,6 +14,8 @@ from pathlib import Path
 from nao_kin.viewer.messages import KINDS
 
 TARGET = Path(__file__).resolve().parent.parent / "web" / "src" / "received.ts"
+# Prettier's, which breaks longer lines.
+WIDTH = 120
 
 HEAD = """\
 // Written by scripts/generate_page_messages.py from nao_kin/viewer/messages.py.
@@ -27,11 +29,13 @@ export interface Received {
 
 def text() -> str:
     """The module."""
-    kinds = []
+    kinds: list[str] = []
     for name, kind in KINDS.items():
-        fields = "".join(f"    {field}: {type_};\n" for field, type_ in kind.fields.items())
-        kinds.append(f"  {name}: {{\n{fields}  }};\n" if fields else f"  {name}: object;\n")
-    return HEAD + "".join(kinds) + "}\n"
+        fields = [f"{field}: {type_};" for field, type_ in kind.fields.items()]
+        line = f"  {name}: {{ {' '.join(fields).removesuffix(';')} }};" if fields else f"  {name}: object;"
+        lines = [line] if len(line) <= WIDTH else [f"  {name}: {{", *(f"    {field}" for field in fields), "  };"]
+        kinds += lines
+    return HEAD + "\n".join([*kinds, "}", ""])
 
 
 def main() -> int:

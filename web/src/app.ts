@@ -8,7 +8,7 @@ import { button, toolbar } from "./panel/element.ts";
 import { Panel } from "./panel/panel.ts";
 import { Pick } from "./pick/pick.ts";
 import { Streams } from "./plot/streams.ts";
-import { Video } from "./record/video.ts";
+import { Video } from "./record/pictures.ts";
 import type { Received } from "./received.ts";
 import { Reports } from "./reports.ts";
 import { Parts } from "./robot/parts.ts";
@@ -19,8 +19,7 @@ import { Eyes, makeSight } from "./scene/eyes.ts";
 import { Ghosts } from "./scene/ghosts.ts";
 import { Labels } from "./scene/labels.ts";
 import { Legend } from "./scene/legend.ts";
-import { Lights } from "./scene/lights.ts";
-import type { LinkColours } from "./scene/link_colours.ts";
+import { Lights, type LinkColours } from "./scene/link_colours.ts";
 import { Frames, JointAxes } from "./scene/marks.ts";
 import { OtherRobots } from "./scene/other_robots.ts";
 import { Reach } from "./scene/reach.ts";
@@ -123,11 +122,8 @@ export class App extends EventTarget {
     this.reach = new Reach(this, byId("cut"));
     this.ghosts = new Ghosts(this.robot);
     this.drag = new Drag(this, this.pane, byId("drag"), byId("handles"));
-    this.toggles.offer("handles", this.drag.possible);
     this.eyes = new Eyes(this.robot, this.studio, makeSight(this));
     this.studio.eyes = this.eyes;
-    this.toggles.offer("eye", about.eyes.length > 0);
-    this.toggles.offer("chains", about.chains.length > 1);
     this.video = new Video(this);
     this.menu = new ViewMenu(this, byId("top"));
     const cameras = about.cameras.map(({ name }) => button(name, () => this.camera(name)));
@@ -230,3 +226,6 @@ export class App extends EventTarget {
     this.studio.look(preset, robots, (bar.offsetTop + bar.offsetHeight) / (this.pane.clientHeight || 1));
   }
 }
+
+/** The page, as far as a module uses it. */
+export type PageWith<Names extends keyof App> = EventTarget & { [Name in Names]: App[Name] };

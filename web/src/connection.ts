@@ -1,12 +1,7 @@
-import type { MeshcatViewer } from "./types.ts";
+import type { PageWith } from "./app.ts";
 import { button } from "./panel/element.ts";
 
-/** The parts of the page that are used here. */
-interface Page {
-  readonly viewer: MeshcatViewer;
-  complete(): void;
-  notice(...children: (string | Node)[]): void;
-}
+type Page = PageWith<"complete" | "notice" | "viewer">;
 
 /** Milliseconds before the first try to connect again, and before all from the sixth on. */
 const FIRST = 500;

@@ -1,24 +1,6 @@
-import type { Video } from "./record/video.ts";
-import type { Labels } from "./scene/labels.ts";
-import type { Speech } from "./scene/speech.ts";
-import { resize, type Studio } from "./scene/studio.ts";
-import type { Stance } from "./stance.ts";
+import type { App } from "./app.ts";
+import { resize } from "./scene/studio.ts";
 import { THREE } from "./three.ts";
-import type { Player } from "./timeline/player.ts";
-import type { Message } from "./types.ts";
-
-/** The parts of the page that are used here. */
-interface Page {
-  drawn: number;
-  readonly labels: Labels;
-  readonly pane: HTMLElement;
-  readonly player: Player;
-  readonly speech: Speech;
-  readonly stance: Stance;
-  readonly studio: Studio;
-  readonly video: Video;
-  receive(message: Message): void;
-}
 
 /**
  * The renderer that meshcat draws with. Its canvas has no smoothing of its own, which would cost as much in each frame of a
@@ -87,7 +69,7 @@ function limits(renderer: THREE.WebGLRenderer) {
  * to date, and the studio draws it. meshcat's own loop asks for every frame of the browser; here a change asks for one, and
  * a page in which nothing changes asks for none.
  */
-export function makeViewer(page: Page) {
+export function makeViewer(page: App) {
   const { pane } = page;
   const viewer = new MeshCat.Viewer(pane, false, makeRenderer(pane));
   let isAwake = false;

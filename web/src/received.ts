@@ -4,57 +4,19 @@ import type { About, Vector } from "./types.ts";
 
 /** What belongs to each kind of message from Python. */
 export interface Received {
-  geometry: {
-    name: string;
-    geometry: object;
-  };
-  model: {
-    name: string;
-    about: About;
-  };
-  robot: {
-    model: string;
-  };
-  joints: {
-    q: Float64Array;
-    up: Vector | null;
-    source: string;
-  };
+  geometry: { name: string; geometry: object };
+  model: { name: string; about: About };
+  robot: { model: string };
+  joints: { q: Float64Array; up: Vector | null; source: string };
   still: object;
-  robot_added: {
-    robot: number;
-    name: string;
-    model: string;
-    opacity: number;
-  };
-  robot_joints: {
-    robot: number;
-    q: Float64Array;
-    up: Vector | null;
-  };
-  robot_removed: {
-    robot: number;
-  };
-  robots: {
-    robots: number[];
-  };
-  shown: {
-    shown: Record<string, boolean>;
-    source: string;
-  };
-  frames: {
-    names: string[];
-    size: number | null;
-  };
-  ghosts: {
-    qs: Float64Array;
-    count: number;
-    opacity: number;
-    first: number | null;
-  };
-  targets: {
-    targets: { name: string; matrix: number[]; point: boolean; source?: string }[];
-  };
+  robot_added: { robot: number; name: string; model: string; opacity: number };
+  robot_joints: { robot: number; q: Float64Array; up: Vector | null };
+  robot_removed: { robot: number };
+  robots: { robots: number[] };
+  shown: { shown: Record<string, boolean>; source: string };
+  frames: { names: string[]; size: number | null };
+  ghosts: { qs: Float64Array; count: number; opacity: number; first: number | null };
+  targets: { targets: { name: string; matrix: number[]; point: boolean; source?: string }[] };
   colours: {
     robot: number;
     links: { link: number; rgb: Vector }[];
@@ -63,15 +25,9 @@ export interface Received {
     low: string;
     high: string;
   };
-  edition: {
-    name: string;
-  };
-  lights: {
-    lights: { name: string; rgb: Vector }[];
-  };
-  speech: {
-    text: string;
-  };
+  edition: { name: string };
+  lights: { lights: { name: string; rgb: Vector }[] };
+  speech: { text: string };
   reach: {
     cells: Uint16Array | null;
     values?: Uint16Array;
@@ -95,39 +51,13 @@ export interface Received {
     colours?: Uint8Array | null;
     parts?: { geometry: object; colour: Vector; opacity: number }[];
   };
-  extras: {
-    names: string[];
-  };
-  image: {
-    camera: string;
-    format: string;
-    data: Uint8Array;
-  };
-  images: {
-    cameras: string[];
-  };
-  plot: {
-    name: string;
-    lines: string[];
-    run: number;
-    first: number;
-    times: Float64Array;
-    values: Float64Array;
-  };
-  plots: {
-    names: string[];
-  };
-  camera: {
-    name: string;
-  };
-  capture: {
-    id: string;
-    camera: string;
-    width: number;
-    height: number;
-  };
-  version: {
-    version: string;
-  };
+  extras: { names: string[] };
+  image: { camera: string; format: string; data: Uint8Array };
+  images: { cameras: string[] };
+  plot: { name: string; lines: string[]; run: number; first: number; times: Float64Array; values: Float64Array };
+  plots: { names: string[] };
+  camera: { name: string };
+  capture: { id: string; camera: string; width: number; height: number };
+  version: { version: string };
   complete: object;
 }

@@ -1,11 +1,6 @@
-import type { Stance } from "./stance.ts";
+import type { PageWith } from "./app.ts";
 
-/** The parts of the page that are used here. */
-interface Page {
-  readonly role: string;
-  readonly stance: Stance;
-  send(answer: object): void;
-}
+type Page = PageWith<"role" | "send" | "stance">;
 
 /**
  * Whether a configuration that the program sends is one that this page reported itself, and has since replaced.

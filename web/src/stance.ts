@@ -1,26 +1,4 @@
-import type { Drag } from "./drag/drag.ts";
-import type { Panel } from "./panel/panel.ts";
-import type { Reports } from "./reports.ts";
-import type { Robot, ShownRobot } from "./robot/robot.ts";
-import type { Balance } from "./scene/balance.ts";
-import type { Ghosts } from "./scene/ghosts.ts";
-import type { Studio } from "./scene/studio.ts";
-import type { Player } from "./timeline/player.ts";
-import type { MeshcatViewer } from "./types.ts";
-
-/** The parts of the page that are used here. */
-interface Page extends EventTarget {
-  readonly balance: Balance;
-  readonly drag: Drag;
-  readonly ghosts: Ghosts;
-  readonly panel: Panel;
-  readonly player: Player;
-  readonly reports: Reports;
-  readonly robot: Robot;
-  readonly shown: ShownRobot;
-  readonly studio: Studio;
-  readonly viewer: MeshcatViewer;
-}
+import type { App } from "./app.ts";
 
 /** A configuration, and the vertical in the root's frame where it is given. */
 export interface Snapshot {
@@ -41,7 +19,7 @@ export class Stance {
   /** Whether the clip says which direction is up, as long as nothing else moves the robot. */
   followsClip = false;
 
-  constructor(readonly page: Page) {}
+  constructor(readonly page: App) {}
 
   get q() {
     return this.page.robot.q;

@@ -1,39 +1,20 @@
-import type { Drag } from "./drag/drag.ts";
+import type { App } from "./app.ts";
 import { button, element } from "./panel/element.ts";
-import type { Reports } from "./reports.ts";
-import type { Robot } from "./robot/robot.ts";
-import type { Balance } from "./scene/balance.ts";
-import type { Eyes } from "./scene/eyes.ts";
 import { paintFloor } from "./scene/floor.ts";
-import type { Ghosts } from "./scene/ghosts.ts";
-import { entry, type Legend } from "./scene/legend.ts";
-import { chainColours, type LinkColours } from "./scene/link_colours.ts";
-import type { Frames, JointAxes } from "./scene/marks.ts";
-import type { Studio } from "./scene/studio.ts";
-import type { MeshcatViewer } from "./types.ts";
-import type { ViewMenu } from "./view_menu.ts";
-
-/** The parts of the page that are used here. */
-interface Page extends EventTarget {
-  readonly axes: JointAxes;
-  readonly balance: Balance;
-  readonly colours: LinkColours;
-  readonly drag: Drag;
-  readonly eyes: Eyes;
-  readonly frames: Frames;
-  readonly ghosts: Ghosts;
-  readonly legend: Legend;
-  readonly menu: ViewMenu;
-  readonly reports: Reports;
-  readonly robot: Robot;
-  readonly role: string;
-  readonly studio: Studio;
-  readonly viewer: MeshcatViewer;
-  send(answer: object): void;
-}
+import { entry } from "./scene/legend.ts";
+import { chainColours } from "./scene/link_colours.ts";
 
 /** What may be drawn over the robot: the button's text, and what a new state does. */
-const TOGGLES: Record<string, { text: string; show(page: Page, on: boolean): void }> = {
+interface Toggle {
+  text: string;
+  /** Whether it is there at the beginning; else it is not. */
+  begins?(page: App): boolean;
+  /** Whether there is anything to show, and so a button for it; else there always is. */
+  isOffered?(page: App): boolean;
+  show(page: App, on: boolean): void;
+}
+
+const TOGGLES: Record<string, Toggle> = {
   frames: {
     text: "Frames",
     show: ({ frames, menu }, on) => {
@@ -46,11 +27,12 @@ const TOGGLES: Record<string, { text: string; show(page: Page, on: boolean): voi
     show: ({ axes, legend }, on) =>
       legend.set(
         "pairs",
-        [...axes.show(on)].map(([kind, colour]) => entry(kind, colour)),
+        Array.from(axes.show(on), (pair) => entry(...pair)),
       ),
   },
   chains: {
     text: "Chains",
+    isOffered: ({ robot }) => robot.about.chains.length > 1,
     show: ({ colours, legend, robot }, on) => {
       const { chains, links } = chainColours(robot.about);
       colours.setChains(on ? links : new Map());
@@ -61,6 +43,8 @@ const TOGGLES: Record<string, { text: string; show(page: Page, on: boolean): voi
   support: { text: "Support", show: ({ balance }, on) => balance.show({ support: on }) },
   ghosts: {
     text: "Ghosts",
+    begins: () => true,
+    isOffered: ({ ghosts }) => ghosts.copies.length > 0,
     show: ({ ghosts, legend }, on) => {
       ghosts.group.visible = on;
       legend.set("ghosts", on && ghosts.entries.length > 0 ? ["ghosts", ...ghosts.entries] : []);
@@ -68,46 +52,48 @@ const TOGGLES: Record<string, { text: string; show(page: Page, on: boolean): voi
   },
   eye: {
     text: "Camera view",
+    isOffered: ({ robot }) => robot.about.eyes.length > 0,
     show: ({ eyes }, on) => eyes.show(on ? eyes.sight.select.value : null),
   },
   contrast: {
     text: "High contrast",
+    begins: () => matchMedia("(forced-colors: active), (prefers-contrast: more)").matches,
     show: ({ studio }, on) => {
       document.documentElement.dataset.contrast = on ? "high" : "";
       paintFloor(studio);
     },
   },
-  handles: { text: "Handles", show: ({ drag }, on) => drag.show(on) },
+  handles: {
+    text: "Handles",
+    begins: ({ role }) => role === "",
+    isOffered: ({ drag }) => drag.possible,
+    show: ({ drag }, on) => drag.show(on),
+  },
 };
 
 /** The buttons of what may be drawn over the robot. */
 export class Toggles {
-  shown: Record<string, boolean>;
+  shown: Record<string, boolean> = {};
   buttons: Map<string, HTMLButtonElement> = new Map();
   bar = element("div", { className: "row", id: "shown" });
 
-  constructor(readonly page: Page) {
-    this.shown = {
-      ...{ frames: false, axes: false, chains: false, com: false, support: false, ghosts: true, eye: false },
-      contrast: window.matchMedia("(forced-colors: active), (prefers-contrast: more)").matches,
-      handles: page.role === "",
-    };
-    for (const [name, { text }] of Object.entries(TOGGLES)) {
-      const flip = () => {
+  constructor(readonly page: App) {
+    for (const [name, { text, begins }] of Object.entries(TOGGLES)) {
+      this.shown[name] = begins?.(page) ?? false;
+      const made = button(text, () => {
         this.set({ [name]: !this.shown[name] });
         page.send({ kind: "shown", shown: { [name]: this.shown[name] }, source: page.reports.source });
-      };
-      const made = button(text, flip);
+      });
       made.dataset.shown = name;
       this.buttons.set(name, made);
       this.bar.append(made);
     }
-    this.offer("ghosts", false);
+    page.addEventListener("targets", () => this.refresh());
   }
 
-  /** Whether there is anything to show, and so a button for it. */
-  offer(name: string, on: boolean) {
-    (this.buttons.get(name) as HTMLButtonElement).hidden = !on;
+  /** Offer what there is. */
+  refresh() {
+    for (const [name, made] of this.buttons) made.hidden = TOGGLES[name].isOffered?.(this.page) === false;
   }
 
   set(changes: Record<string, boolean>) {
@@ -122,6 +108,7 @@ export class Toggles {
 
   /** Show everything as it is to be, when the robot has just come. */
   apply() {
+    this.refresh();
     this.set(this.shown);
   }
 }

@@ -1,6 +1,6 @@
 // What the page gets from Python and from meshcat.
 import type * as Three from "three";
-import type { LimbNumbers } from "./ik/types.ts";
+import type { LimbNumbers } from "./ik/limbs.ts";
 import type { Vector } from "./math/rotations.ts";
 
 /** The robot as nao_kin.viewer.description describes it. Links are numbers into `links`, columns places in q. */

@@ -1,44 +1,12 @@
+import type { App } from "./app.ts";
 import { button, element } from "./panel/element.ts";
-import type { Panel } from "./panel/panel.ts";
-import { saveScreenshot } from "./record/pictures.ts";
-import { Video } from "./record/video.ts";
-import type { Robot } from "./robot/robot.ts";
-import { clearGhosts, keepGhost, type Ghosts } from "./scene/ghosts.ts";
-import type { Labels } from "./scene/labels.ts";
-import { EDITIONS, type LinkColours } from "./scene/link_colours.ts";
-import type { Frames } from "./scene/marks.ts";
-import type { OtherRobots } from "./scene/other_robots.ts";
-import type { Speech } from "./scene/speech.ts";
-import type { Studio } from "./scene/studio.ts";
-import type { Stance } from "./stance.ts";
-import type { Toggles } from "./toggles.ts";
-import type { MeshcatViewer } from "./types.ts";
-
-/** The parts of the page that are used here. */
-interface Page {
-  readonly colours: LinkColours;
-  readonly frames: Frames;
-  readonly ghosts: Ghosts;
-  readonly labels: Labels;
-  readonly others: OtherRobots;
-  readonly pane: HTMLElement;
-  readonly panel: Panel;
-  readonly robot: Robot;
-  readonly speech: Speech;
-  readonly stance: Stance;
-  readonly studio: Studio;
-  readonly toggles: Toggles;
-  readonly video: Video;
-  readonly viewer: MeshcatViewer;
-  chooseFrames(chosen: { names: string[]; size: number | null }): void;
-  send(answer: object): void;
-  setEdition(name: string): void;
-  show(changes: Record<string, boolean>): void;
-}
+import { saveScreenshot, Video } from "./record/pictures.ts";
+import { clearGhosts, keepGhost } from "./scene/ghosts.ts";
+import { EDITIONS } from "./scene/link_colours.ts";
 
 /** The menu of how the view looks: which frames are drawn, transparency, colours, a ghost, pictures and films. */
 export class ViewMenu {
-  edition: HTMLSelectElement = document.createElement("select");
+  edition = element("select");
   boxes: Map<string, HTMLInputElement> = new Map();
   sheet: HTMLDivElement;
   summary = element("summary", {}, "View");
@@ -46,7 +14,7 @@ export class ViewMenu {
 
   /** @param top the bars over the picture */
   constructor(
-    readonly page: Page,
+    readonly page: App,
     top: HTMLElement,
   ) {
     this.sheet = element(
@@ -88,14 +56,10 @@ export class ViewMenu {
     const all = about.frames.map(({ name }) => name);
     const list = element("div", { className: "checks", role: "group", ariaLabel: "Frames drawn" });
     for (const name of all) {
-      const box = document.createElement("input");
-      box.type = "checkbox";
+      const box = element("input", { type: "checkbox" });
       box.onchange = () => this.choose(all.filter((frame) => this.boxes.get(frame)?.checked));
       this.boxes.set(name, box);
-      const label = document.createElement("label");
-      label.title = name;
-      label.append(box, element("span", {}, name));
-      list.append(label);
+      list.append(element("label", { title: name }, box, element("span", {}, name)));
     }
     return section(
       "Frames",
@@ -114,8 +78,7 @@ export class ViewMenu {
 
   robot() {
     const { page } = this;
-    const opacity = document.createElement("input");
-    Object.assign(opacity, { type: "range", min: "0.1", max: "1", step: "0.05", value: "1" });
+    const opacity = element("input", { type: "range", min: "0.1", max: "1", step: "0.05", value: "1" });
     opacity.style.setProperty("--to", "100%");
     opacity.oninput = () => {
       page.studio.setOpacity(Number(opacity.value));
@@ -161,10 +124,7 @@ function row(...children: Node[]) {
 }
 
 function field(text: string, control: HTMLElement) {
-  const label = document.createElement("label");
-  label.className = "field";
   // The options of a select would be read as part of its name.
   control.ariaLabel = text;
-  label.append(text, control);
-  return label;
+  return element("label", { className: "field" }, text, control);
 }

@@ -1,9 +1,8 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 import { KeyFrames } from "../src/timeline/key_frames.ts";
-import { MOST_LINKED, readKeys, writeKeys } from "../src/timeline/key_text.ts";
-import { readLink, writeLink } from "../src/values/link.ts";
-import { NoConfiguration } from "../src/values/reading.ts";
+import { MOST_LINKED, readKeys, readLink, writeKeys, writeLink } from "../src/values/link.ts";
+import { Refused } from "../src/values/literals.ts";
 import { ABOUT } from "./small_robot.js";
 
 const KEYS = [
@@ -43,7 +42,7 @@ test("a floating base comes along", () => {
   };
   const shown = { frames: new KeyFrames([{ time: 0, q: [1, 2, 3, 0, 0, 1, 0, 0.5] }]), time: 0 };
   assert.deepEqual(readKeys(robot, writeKeys(robot, shown)), shown);
-  assert.throws(() => readKeys(robot, "linear:0:HeadYaw;0:1"), NoConfiguration);
+  assert.throws(() => readKeys(robot, "linear:0:HeadYaw;0:1"), Refused);
 });
 
 test("sixty key frames of a robot of 25 joints have room, one more has not", () => {
@@ -83,7 +82,7 @@ test("what is no key frames is refused", () => {
   ]) {
     assert.throws(
       () => readKeys(ABOUT, text),
-      (error) => error instanceof NoConfiguration && says.test(error.message),
+      (error) => error instanceof Refused && says.test(error.message),
       text,
     );
   }

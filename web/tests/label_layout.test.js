@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { leaderFrom, overlap, placeLabels } from "../src/math/label_layout.ts";
+import { leaderFrom, overlap, placeLabels } from "../src/scene/labels.ts";
 
 const PICTURE = { x: 0, y: 0, width: 800, height: 600 };
 const anchor = (x, y, width = 90) => ({ x, y, width, height: 17, place: -1 });

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 import { readLink, writeLink } from "../src/values/link.ts";
-import { NoConfiguration } from "../src/values/reading.ts";
+import { Refused } from "../src/values/literals.ts";
 import { ABOUT } from "./small_robot.js";
 
 const TOGGLES = ["frames", "axes", "com"];
@@ -81,7 +81,7 @@ test("what is no state is refused", () => {
   ]) {
     assert.throws(
       () => readLink(ABOUT, TOGGLES, text),
-      (error) => error instanceof NoConfiguration && says.test(error.message),
+      (error) => error instanceof Refused && says.test(error.message),
       text,
     );
   }

@@ -1,7 +1,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { NotWritten, csvText, jsonText, readMotion } from "../src/timeline/formats.ts";
-import { Motion, NoMotion } from "../src/timeline/motion.ts";
+import { csvText, jsonText, readMotion } from "../src/timeline/formats.ts";
+import { Motion } from "../src/timeline/motion.ts";
+import { Refused } from "../src/values/literals.ts";
 import { ABOUT, GEARED } from "./small_robot.js";
 
 const Q = ABOUT.neutral;
@@ -83,7 +84,7 @@ test("a file that is no motion is refused in one line that says where", () => {
   for (const [text, message] of cases) {
     assert.throws(
       () => readMotion(ABOUT, text, Q),
-      (error) => error instanceof NoMotion && message.test(error.message) && !error.message.includes("\n"),
+      (error) => error instanceof Refused && message.test(error.message) && !error.message.includes("\n"),
       text.slice(0, 80),
     );
   }
@@ -91,6 +92,6 @@ test("a file that is no motion is refused in one line that says where", () => {
 
 test("a name that a header cannot hold is refused, and JSON takes it", () => {
   const odd = { ...ABOUT, coordinates: ABOUT.coordinates.map((one, i) => (i ? one : { ...one, joint: "a,b" })) };
-  assert.throws(() => csvText(odd, MOTION), NotWritten);
+  assert.throws(() => csvText(odd, MOTION), Refused);
   assert.ok(jsonText(odd, MOTION).includes('"a,b"'));
 });

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { nearestPosture } from "../src/robot/nearest_posture.ts";
+import { nearestPosture } from "../src/robot/settling.ts";
 
 const postures = [{ q: [0, 0, 0, 0] }, { q: [1, 1, 1, 0] }, { q: [-1, 0, 1, 1] }];
 

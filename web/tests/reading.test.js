@@ -1,8 +1,9 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { NoConfiguration, readConfiguration } from "../src/values/reading.ts";
-import { FORMATS } from "../src/values/writing.ts";
+import { Refused } from "../src/values/literals.ts";
+import { readConfiguration } from "../src/values/reading.ts";
+import { FORMATS } from "../src/values/configurations.ts";
 import { ABOUT, GEARED, Q } from "./small_robot.js";
 
 const read = (text) => readConfiguration(ABOUT, [1, 0, 0, 0, 0], text);
@@ -105,7 +106,7 @@ test("a refused text says what was wrong with it, and where", () => {
   ]) {
     assert.throws(
       () => read(text),
-      (error) => error instanceof NoConfiguration && says.test(error.message),
+      (error) => error instanceof Refused && says.test(error.message),
       text,
     );
   }
@@ -131,7 +132,7 @@ test("hostile and huge texts are refused at once, in one short line", () => {
     const begin = performance.now();
     assert.throws(
       () => read(text),
-      (error) => error instanceof NoConfiguration && error.message.length < 250,
+      (error) => error instanceof Refused && error.message.length < 250,
     );
     assert.ok(performance.now() - begin < 2000, text.slice(0, 10));
   }

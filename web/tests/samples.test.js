@@ -1,7 +1,6 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-import { busiest, evenTimes, sampleTimes } from "../src/plot/samples.ts";
-import { Motion } from "../src/timeline/motion.ts";
+import { busiest, evenTimes, Motion, sampleTimes } from "../src/timeline/motion.ts";
 
 // The first number stays, the second goes by 3, the third by 0.5, the fourth by 1.
 const ROWS = [

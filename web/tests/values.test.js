@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import test from "node:test";
 
 import { mirrored, randomWithin, rangeOf, unrounded } from "../src/values/configurations.ts";
-import { History } from "../src/values/history.ts";
+import { History } from "../src/panel/past.ts";
 import { matches, nearest } from "../src/values/names.ts";
 import { USUAL, format, parse, spoken, stepped, stepsOfKey, unitOf } from "../src/values/units.ts";
 import { ABOUT, Q } from "./small_robot.js";

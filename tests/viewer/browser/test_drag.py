@@ -276,7 +276,7 @@ def test_ghosts_and_balance_need_no_new_shaders_with_each_step_of_a_drag(page: P
 
 # The place of a ring's point on the screen, so far round about its axis.
 ON_RING = """([axis, angle]) => {
-    const ring = naoKin.drag.rings.list.find((one) => one.axis.axis[axis] === 1);
+    const ring = naoKin.drag.rings.find((one) => one.axis.axis[axis] === 1);
     const radius = ring.mesh.geometry.parameters.radius;
     ring.mesh.updateWorldMatrix(true, false);
     const point = new MeshCat.THREE.Vector3(radius * Math.cos(angle), radius * Math.sin(angle), 0);
@@ -387,10 +387,10 @@ def test_the_rings_of_a_hand_turn_its_forearm(page: Page, nao: nk.NaoModel, axis
     assert said(page) == ""
     turned = nk.rotations.matrix_from_natural(before[:3, axis], angle) @ before[:3, 0]
     assert np.abs(after[:3, 0] - turned).max() < 0.01
-    assert page.run("() => naoKin.drag.rings.list.length") == 2
+    assert page.run("() => naoKin.drag.rings.length") == 2
     page.tab.mouse.up()
     page.tab.keyboard.press("Escape")
-    assert page.run("() => naoKin.drag.rings.list.length") == 0
+    assert page.run("() => naoKin.drag.rings.length") == 0
 
 
 def test_the_camera_looks_at_what_is_dragged(page: Page, nao: nk.NaoModel) -> None:

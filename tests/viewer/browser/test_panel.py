@@ -993,6 +993,33 @@ def test_every_joint_can_be_reached_in_every_window(
         assert tab.locator("#panel").is_visible()
 
 
+@pytest.mark.parametrize(("size", "options"), [((1400, 900), {}), ((390, 844), PHONE)])
+def test_what_has_the_focus_or_is_read_is_in_sight(
+    browser: Any, document: Path, size: tuple[int, int], options: dict[str, bool]
+) -> None:
+    with another(browser, document, size, **options) as tab:
+        box = lambda place: tab.locator(place).bounding_box()  # noqa: E731
+        first = box('.joint[data-joint="HeadYaw"]')
+        assert first["y"] + first["height"] <= box(".readout")["y"]  # a joint is there from the start
+        slider = tab.locator('.joint[data-joint="RHand"] input[type="range"]')
+        slider.focus()
+        for _ in range(30):  # backwards, row by row, behind the search that stays at the top
+            tab.keyboard.press("Shift+Tab")
+            focused = tab.locator("*:focus").bounding_box()
+            search = box(".joints .search")
+            assert focused["y"] >= search["y"] + search["height"] - 1
+            assert focused["y"] + focused["height"] <= box(".readout")["y"] + 1
+        tab.get_by_role("button", name="Measure").click()
+        for which, frame in enumerate(("LArm", "RArm")):
+            tab.locator('.readout select[aria-label^="Measure "]').nth(which).select_option(f"frame:{frame}")
+        heights = tab.evaluate(
+            """() => [...document.querySelectorAll('.readout .numbers > div')]
+                .filter((cell) => cell.checkVisibility() && cell.innerText).map((cell) => cell.offsetHeight)"""
+        )
+        assert len(heights) == 5
+        assert len(set(heights)) == 1  # no name and number on two lines
+
+
 @pytest.mark.full
 def test_targets_for_fingers_are_large_enough(browser: Any, document: Path) -> None:
     small = """(shown) => [...document.querySelectorAll('button, select, input, summary, [role="separator"]')]
@@ -1013,7 +1040,7 @@ def test_targets_for_fingers_are_large_enough(browser: Any, document: Path) -> N
 def test_a_finger_moves_a_slider_by_its_thumb_alone_and_scrolls_anywhere_else(browser: Any, document: Path) -> None:
     with another(browser, document, (390, 844), **PHONE) as tab:
         session = tab.context.new_cdp_session(tab)
-        tab.locator("#panel > .body").evaluate("(body) => body.scrollBy(0, 150)")
+        tab.locator("#panel > .body").evaluate("(body) => body.scrollBy(0, 100)")
         slider = tab.locator('.joint[data-joint="HeadYaw"] input[type="range"]')
         thumb = "(s) => (s.value - s.min) / (s.max - s.min) * (s.clientWidth - 22) + 11"
 

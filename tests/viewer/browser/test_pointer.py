@@ -41,7 +41,7 @@ SEEN = """(link) => {
         const x = box.min.x + (i / 24) * (box.max.x - box.min.x);
         const y = box.min.y + (j / 24) * (box.max.y - box.min.y);
         const at = { clientX: x, clientY: y, pointerType: "touch" };
-        if (!naoKin.drag.marks.at(at) && picker.at(at)?.link === number) found.push([x, y]);
+        if (!naoKin.drag.at(at) && picker.at(at)?.link === number) found.push([x, y]);
     }
     const middle = [0, 1].map((k) => found.reduce((sum, place) => sum + place[k], 0) / found.length);
     const away = (place) => Math.hypot(place[0] - middle[0], place[1] - middle[1]);
@@ -332,7 +332,7 @@ ROBOTS_BOX = """() => {
     const [x, y] = ["clientX", "clientY"].map((side) => corners.map((corner) => corner[side]));
     return [Math.min(...x), Math.min(...y), Math.max(...x), Math.max(...y)];
 }"""
-ON_A_HANDLE = "([clientX, clientY]) => naoKin.drag.marks.at({ clientX, clientY, pointerType: 'mouse' }) !== null"
+ON_A_HANDLE = "([clientX, clientY]) => naoKin.drag.at({ clientX, clientY, pointerType: 'mouse' }) !== null"
 
 
 def test_a_drag_anywhere_on_a_robot_of_which_nothing_is_selected_turns_the_view(page: Page, nao: nk.NaoModel) -> None:
@@ -707,7 +707,7 @@ def test_letters_turn_a_handle_about_the_axes_of_its_frame(
     if frame != "LArm":
         assert np.abs(after[:3, :3] - wanted).max() < 1e-6
     assert said(page).endswith(f"turned by 4.0° about {key}")
-    assert page.run("() => naoKin.drag.rings.list.length") == (2 if frame == "LArm" else 3)
+    assert page.run("() => naoKin.drag.rings.length") == (2 if frame == "LArm" else 3)
     # Moved in the same hold, it keeps how it is turned; Escape gives back all of it.
     page.tab.keyboard.press("Shift+ArrowUp")
     assert said(page).endswith("mm in torso")

@@ -24,7 +24,7 @@ PLACE = """([name, point]) => {
 }"""
 # What is under a place on the screen: an axis, and whether it turns.
 GRIP = """([clientX, clientY]) => {
-    const found = naoKin.targets.at({ clientX, clientY, pointerType: "mouse" });
+    const found = naoKin.drag.at({ clientX, clientY, pointerType: "mouse" });
     return found && `${found.grip.axis?.name} ${found.grip.turns}`;
 }"""
 
@@ -164,6 +164,56 @@ def test_a_pose_is_turned_by_its_rings_and_two_pages_agree(page: Visit, live: nk
         assert until(lambda: np.linalg.norm(grasp.T[:3, 3] - T[:3, 3]) > 0.02)
         assert np.allclose(grasp.T[:3, :3], wanted[:3, :3], atol=1e-9)
         assert until(lambda: np.allclose(page.matrix("grasp"), phone.matrix("grasp"), atol=1e-12))
+
+
+def test_undo_puts_a_target_back_in_a_live_page_and_in_a_saved_one(
+    page: Visit, live: nk.Viewer, nao: nk.NaoModel, browser: Any, tmp_path: Path
+) -> None:
+    start = nao.position(live.q, "LArm")
+    ball = live.add_target("ball", start, on_move=lambda T: live.display(nk.ik.arm(nao, "L", T, reference=live.q).q))
+    page.tab.wait_for_function("() => naoKin.targets.list.length === 1")
+    page.drag(page.place("ball"), (20.0, -60.0))
+    page.tab.mouse.up()
+    assert until(lambda: np.linalg.norm(nao.position(live.q, "LArm") - ball.T) < 1e-3)
+    moved = ball.T
+    assert np.linalg.norm(moved - start) > 0.03
+    page.tab.keyboard.press("Control+z")
+    assert until(lambda: np.allclose(ball.T, start, atol=1e-12))
+    assert until(lambda: np.linalg.norm(nao.position(live.q, "LArm") - start) < 1e-3)
+    page.tab.keyboard.press("Control+Shift+Z")
+    assert until(lambda: np.allclose(ball.T, moved, atol=1e-12))
+    # What the program has done to it since another step stays.
+    page.tab.get_by_role("slider", name="HeadYaw").press("ArrowUp")
+    assert until(lambda: abs(page.q[nao.joint_names.index("HeadYaw")] - np.radians(1.0)) < 1e-6)
+    ball.place([0.2, 0.1, 0.1])
+    page.tab.wait_for_function("() => naoKin.targets.list[0].node.matrix.elements[12] === 0.2")
+    page.tab.get_by_role("button", name="Undo").click()
+    assert until(lambda: abs(page.q[nao.joint_names.index("HeadYaw")]) < 1e-6)
+    assert np.allclose(page.matrix("ball")[:3, 3], [0.2, 0.1, 0.1], atol=1e-12)
+    # In a saved page nothing follows, which the page says.
+    live.add_target("grasp", nk.screws.pose(nk.rotations.rot_z(0.4), [0.15, -0.25, 0.1]))
+    with visitor(browser, viewport=DESK) as context:
+        saved = Visit(context, live.save_html(tmp_path / "targets.html").as_uri())
+        before = saved.matrix("grasp")
+        # A drag that is given up is no step.
+        saved.drag(saved.place("grasp"), (20.0, -60.0))
+        saved.tab.keyboard.press("Escape")
+        saved.tab.mouse.up()
+        assert saved.tab.get_by_role("button", name="Undo").get_attribute("aria-disabled") == "true"
+        saved.drag(saved.place("grasp"), (0.0, -40.0))
+        assert saved.run("() => naoKin.drag.line.textContent") == "grasp: no program follows it"
+        saved.tab.mouse.up()
+        dragged = saved.matrix("grasp")
+        assert np.linalg.norm((dragged - before)[:3, 3]) > 0.02
+        # Moved and turned by keys in one hold, all of it is given back.
+        saved.tab.locator("#handles").get_by_role("button", name="grasp").focus()
+        for key in ("ArrowUp", "x", "Escape"):
+            saved.tab.keyboard.press(key)
+        assert np.allclose(saved.matrix("grasp"), dragged, atol=1e-12)
+        for _ in range(4):  # each key is a step, Escape too
+            saved.tab.keyboard.press("Control+z")
+        assert np.allclose(saved.matrix("grasp"), before, atol=1e-12)
+        assert saved.errors == []
 
 
 def _colours(page: Any) -> list[list[int]]:

@@ -1,35 +1,15 @@
-import type { Ray, Vector3 } from "three";
+import type { App } from "../app.ts";
+import type { Ray } from "three";
 import { LIMB_CLASSES } from "../ik/limbs.ts";
-import type { Panel } from "../panel/panel.ts";
-import type { Pick as Picking } from "../pick/pick.ts";
-import type { Robot } from "../robot/robot.ts";
 import { Ghosts, clearGhosts } from "../scene/ghosts.ts";
-import type { Studio } from "../scene/studio.ts";
-import type { Snapshot, Stance } from "../stance.ts";
-import type { Toggles } from "../toggles.ts";
-import type { MeshcatViewer } from "../types.ts";
-import type { Gesture, Handle, Limb } from "./follow.ts";
+import type { Snapshot } from "../stance.ts";
+import type { Gesture, Grip, Hold, Limb } from "./follow.ts";
 import { HandleKeys, type Holdable } from "./handle_keys.ts";
-import { AXES, Handles, Rings, turnsOf, type Ring } from "./handles.ts";
+import { AXES, Handles, nearest, turnsOf, type Axis, type Pointed } from "./handles.ts";
 import { JointDrag, type motionOf } from "./joint_drag.ts";
 import { LimbDrag, TurnDrag } from "./limb_drag.ts";
 import { Pointer } from "./pointer.ts";
 import { TargetMove, TargetTurn } from "./target_drag.ts";
-import type { Grip, Targets } from "./targets.ts";
-
-/** The parts of the page that are used here. */
-interface Page extends EventTarget {
-  readonly ghosts: Ghosts;
-  readonly panel: Panel;
-  readonly pick: Picking;
-  readonly robot: Robot;
-  readonly stance: Stance;
-  readonly studio: Studio;
-  readonly targets: Targets;
-  readonly toggles: Toggles;
-  readonly viewer: MeshcatViewer;
-  show(changes: Record<string, boolean>): void;
-}
 
 /**
  * Taking hold of the robot: of a handle on a hand, a foot or the gaze, which the limb follows, of a ring that turns a hand
@@ -39,10 +19,11 @@ interface Page extends EventTarget {
  */
 export class Drag {
   /** What is held, and what was before it. */
-  held: ({ gesture: Gesture } & Snapshot) | null = null;
+  held: ({ gesture: Gesture; first: Gesture } & Snapshot) | null = null;
+  /** What is drawn as under the pointer, or has the focus. */
+  lit: Grip | null = null;
   limbs: Limb[];
   marks: Handles;
-  rings: Rings;
   ghosts: Ghosts;
   pointer: Pointer;
   keys: HandleKeys;
@@ -52,25 +33,25 @@ export class Drag {
    * @param bar of the buttons that take handles by keyboard
    */
   constructor(
-    readonly page: Page,
+    readonly page: App,
     pane: HTMLElement,
     public line: HTMLElement,
     bar: HTMLElement,
   ) {
     this.limbs = page.robot.about.limbs.map((limb) => new (LIMB_CLASSES as any)[limb.kind](limb));
-    this.marks = new Handles(page, this.limbs);
-    this.rings = new Rings(page, this.marks);
     this.ghosts = new Ghosts(page.robot);
+    this.marks = new Handles(page, this.limbs, this.ghosts);
     this.pointer = new Pointer(page, this, pane);
     this.keys = new HandleKeys(this, bar);
-    page.addEventListener("targets", () => {
-      page.toggles.offer("handles", this.possible);
-      this.keys.refresh();
-    });
+    page.addEventListener("targets", () => this.keys.refresh());
   }
 
   get handles() {
     return this.marks.list;
+  }
+
+  get rings() {
+    return this.marks.rings;
   }
 
   /** Whether there is a handle to drag. */
@@ -80,25 +61,25 @@ export class Drag {
 
   /** What can be taken hold of by keyboard: the handles, and the targets of the program. */
   get holdables(): Holdable[] {
-    const { page, marks, limbs, ghosts } = this;
+    const { page, limbs } = this;
     const handles = this.handles.map((handle) => ({
       name: handle.limb.frame,
       base: handle.limb.torso,
       turns: turnsOf(handle),
-      light: (on: boolean) => marks.light(on ? handle : null),
-      toMove: () => new LimbDrag(page, limbs, ghosts, handle, null),
-      toTurn: (axis: Ring["axis"]) => {
+      light: (on: boolean) => this.light(on ? handle : null),
+      toMove: () => new LimbDrag(page, limbs, this.ghosts, handle, null),
+      toTurn: (axis: Axis) => {
         page.pick.selection.select(handle.limb.frame);
-        return new TurnDrag(page, limbs, { handle, axis }, null);
+        return new TurnDrag(page, limbs, handle.limb, axis, null);
       },
     }));
     const targets = page.targets.movable.map((target) => ({
       name: target.row.name,
       base: page.robot.about.root,
       turns: target.row.point ? [] : AXES,
-      light: (on: boolean) => page.targets.light(on ? target.knob : null),
-      toMove: () => new TargetMove(page, target),
-      toTurn: (axis: Ring["axis"]) => new TargetTurn(page, target, axis),
+      light: (on: boolean) => this.light(on ? target.knob : null),
+      toMove: () => new TargetMove(page, target, null, null),
+      toTurn: (axis: Axis) => new TargetTurn(page, target, axis, null),
     }));
     return [...handles, ...targets];
   }
@@ -111,39 +92,39 @@ export class Drag {
   /** @param on whether the handles are there */
   show(on: boolean) {
     this.marks.show(on);
-    this.rings.refresh();
     this.page.targets.showGrips(on);
     this.keys.show(on);
+    if (!on) this.light(null);
   }
 
-  takeHandle(handle: Handle, ray: Ray) {
-    this.read(handle);
-    this.begin(() => new LimbDrag(this.page, this.limbs, this.ghosts, handle, ray));
+  /** What is under the pointer, and where in the world: a limb that follows a target has its handle at the same place. */
+  at(event: Pointed) {
+    const handles = this.marks.shown ? this.handles : [];
+    for (const grips of [this.page.targets.grips, handles, this.rings]) {
+      const found = nearest(this.page.pick.viewport, event, grips);
+      if (found) return found;
+    }
+    return null;
   }
 
-  takeJoint(motion: NonNullable<ReturnType<typeof motionOf>>, point: Vector3, ray: Ray) {
-    this.begin(() => new JointDrag(this.page, motion, point, ray));
+  /** @param grip the one that is drawn as under the pointer */
+  light(grip: Grip | null) {
+    if (grip === this.lit) return;
+    this.lit?.light(false);
+    grip?.light(true);
+    this.lit = grip;
+    this.page.viewer.set_dirty();
   }
 
-  /** @param pointer on it */
-  takeRing(ring: Pick<Ring, "handle" | "axis">, pointer: { point: Vector3; ray: Ray }) {
-    this.read(ring.handle);
-    this.begin(() => new TurnDrag(this.page, this.limbs, ring, pointer));
-  }
-
-  // The panel reads what is held, unless it reads what is measured.
-  read({ limb }: Handle) {
+  take(grip: Grip, hold: Hold) {
     const { measure, selection } = this.page.pick;
-    if (!measure.active) selection.follow(limb.frame);
+    // The panel reads what is held, unless it reads what is measured.
+    if (grip.limb && !measure.active) selection.follow(grip.limb.frame);
+    this.begin(() => grip.gesture(hold));
   }
 
-  /** @param pointer on it */
-  takeTarget({ target, axis, turns }: Grip, pointer: { point: Vector3; ray: Ray }) {
-    this.begin(() =>
-      axis && turns
-        ? new TargetTurn(this.page, target, axis, pointer)
-        : new TargetMove(this.page, target, axis, pointer),
-    );
+  takeJoint(motion: NonNullable<ReturnType<typeof motionOf>>, hold: Hold) {
+    this.begin(() => new JointDrag(this.page, motion, hold));
   }
 
   begin(make: () => Gesture) {
@@ -154,7 +135,8 @@ export class Drag {
       this.held.gesture = make();
       return;
     }
-    this.held = { ...this.page.stance.snapshot(), gesture: make() };
+    const gesture = make();
+    this.held = { ...this.page.stance.snapshot(), gesture, first: gesture };
     this.announce(true);
   }
 
@@ -178,9 +160,9 @@ export class Drag {
   /** Let go, and give back what was there before. */
   cancel() {
     if (!this.held) return;
-    const { q, up, gesture } = this.held;
+    const { q, up, first } = this.held;
     const { stance } = this.page;
-    if (gesture.cancel) gesture.cancel();
+    if (first.cancel) first.cancel();
     else stance.set(q, up);
     stance.settle();
     this.end();

@@ -1,15 +1,14 @@
-import type { Group, Ray, Sprite } from "three";
+import type { Group, Ray, Sprite, Vector3 } from "three";
 import type { Arm } from "../ik/arm.ts";
 import { ArmPlace } from "../ik/arm_place.ts";
 import type { Gaze } from "../ik/head.ts";
 import { Leg } from "../ik/leg.ts";
 import type { Answer } from "../ik/limb.ts";
-import type { AnyLimb } from "../ik/limbs.ts";
-import type { Branch } from "../ik/types.ts";
+import type { AnyLimb, Branch } from "../ik/limbs.ts";
 import { distance, plus, product, times, turned, type Pose, type Rotation, type Vector } from "../math/rotations.ts";
 import { convexHull, overlap, type Point } from "../math/surfaces.ts";
 import type { Robot } from "../robot/robot.ts";
-import { THREE } from "../three.ts";
+import { THREE, boxOf } from "../three.ts";
 import { degrees, sentence } from "./stops.ts";
 
 // What a drag works with.
@@ -33,7 +32,26 @@ export interface Follower {
   turn?(rotation: Rotation, q: number[]): Followed;
 }
 
-export interface Handle {
+/** Where a pointer takes hold of something, in the world. */
+export interface Hold {
+  point: Vector3;
+  ray: Ray;
+}
+
+/** What can be taken hold of: the knob of a handle or a target, an arrow, a ring. */
+export interface Grip {
+  /** The limb that it moves, if it moves one. */
+  limb?: Limb;
+  isLine: boolean;
+  /** In the world: the middle of a knob, many points of a line. */
+  points(): Vector3[];
+  /** Draw it as what is under the pointer. */
+  light(on: boolean): void;
+  /** What holding it does, by a pointer or by keys. */
+  gesture(hold: Hold | null): Gesture;
+}
+
+export interface Handle extends Grip {
   limb: Limb;
   mark: Group;
   knob: Sprite;
@@ -126,9 +144,7 @@ export function footOf(robot: Robot, limb: Limb): Foot {
 function boxAround(robot: Robot, limb: Limb) {
   const box = new THREE.Box3();
   for (const { mesh } of shapesOf(robot, limb)) {
-    if (!mesh.geometry.boundingBox) mesh.geometry.computeBoundingBox();
-    const own = (mesh.geometry.boundingBox as THREE.Box3).clone();
-    box.union(own.applyMatrix4(mesh.matrixWorld));
+    box.union(boxOf(mesh).clone().applyMatrix4(mesh.matrixWorld));
   }
   return box;
 }

@@ -1,25 +1,18 @@
-import type { Pick } from "../pick/pick.ts";
-import type { Robot } from "../robot/robot.ts";
-import type { Studio } from "../scene/studio.ts";
-import type { MeshcatViewer } from "../types.ts";
+import type { PageWith } from "../app.ts";
+import { makeInk } from "../panel/element.ts";
+import type { Viewport } from "../pick/pick.ts";
 import { flatMaterial } from "../scene/extras.ts";
+import type { Ghosts } from "../scene/ghosts.ts";
 import { asMark, dispose } from "../scene/marks.ts";
 import { THREE } from "../three.ts";
-import type { Handle, Limb } from "./follow.ts";
+import type { Grip, Handle, Limb } from "./follow.ts";
+import { LimbDrag, TurnDrag } from "./limb_drag.ts";
 
-/** The parts of the page that are used here. */
-interface Page extends EventTarget {
-  readonly pick: Pick;
-  readonly robot: Robot;
-  readonly studio: Studio;
-  readonly viewer: MeshcatViewer;
-}
+type Page = PageWith<"ghosts" | "pick" | "robot" | "stance" | "studio" | "viewer">;
 
 /** A ring that keeps its size on the screen. */
 export function makeKnob() {
-  const canvas = document.createElement("canvas");
-  canvas.width = canvas.height = 96;
-  const ink = canvas.getContext("2d") as CanvasRenderingContext2D;
+  const ink = makeInk(96, 96);
   ink.beginPath();
   ink.arc(48, 48, 34, 0, 2 * Math.PI);
   ink.fillStyle = "rgba(255, 255, 255, 0.78)";
@@ -27,7 +20,7 @@ export function makeKnob() {
   ink.lineWidth = 11;
   ink.strokeStyle = "#1d2433";
   ink.stroke();
-  const map = new THREE.CanvasTexture(canvas);
+  const map = new THREE.CanvasTexture(ink.canvas);
   map.encoding = THREE.sRGBEncoding;
   const material = new THREE.SpriteMaterial({ map, depthTest: false, sizeAttenuation: false, toneMapped: false });
   const knob = new THREE.Sprite(material);
@@ -73,83 +66,26 @@ export interface Pointed {
 
 /**
  * What is under the pointer, and its point there: the nearest by what a mouse or a finger covers of it.
- *
- * @param places points in the world, of a knob or of a line
  */
-export function nearest<Item>(
-  viewport: Pick["viewport"],
-  { clientX, clientY, pointerType }: Pointed,
-  places: { item: Item; points: THREE.Vector3[]; isLine: boolean }[],
-) {
+export function nearest(viewport: Viewport, { clientX, clientY, pointerType }: Pointed, grips: Grip[]) {
   const [knob, line] = pointerType === "touch" ? [FINGER, LINE_FINGER] : [POINT, LINE_POINT];
-  let found: { item: Item; point: THREE.Vector3 } | null = null;
+  let found: { grip: Grip; point: THREE.Vector3 } | null = null;
   let least = 1;
-  for (const { item, points, isLine } of places) {
-    for (const point of points) {
+  for (const grip of grips) {
+    for (const point of grip.points()) {
       const place = viewport.place(point);
       const away = place ? Math.hypot(place.clientX - clientX, place.clientY - clientY) : Infinity;
-      const share = away / (isLine ? line : knob);
-      if (share < least) [found, least] = [{ item, point }, share];
+      const share = away / (grip.isLine ? line : knob);
+      if (share < least) [found, least] = [{ grip, point }, share];
     }
   }
   return found;
 }
 
-// That of the gaze is at a share of the robot's size before the camera, of a small robot.
-const [SIGHT, SMALL] = [0.25, 1.5];
-
-/** The handles of the limbs: where they are on the screen, and which one is the one to be held. */
-export class Handles {
-  shown = false;
-  lit: Handle | null = null;
-  list: Handle[];
-
-  constructor(
-    readonly page: Page,
-    limbs: Limb[],
-  ) {
-    const gaze = limbs.find(({ kind }) => kind === "gaze");
-    this.list = limbs
-      .filter((limb) => limb.kind === "arm" || limb.kind === "leg" || limb === gaze)
-      .map((limb) => this.make(limb));
-  }
-
-  make(limb: Limb): Handle {
-    const { robot, studio } = this.page;
-    const mark = asMark(new THREE.Group());
-    const knob = makeKnob();
-    mark.add(knob);
-    const ahead = limb.kind === "gaze" ? SIGHT * Math.min(studio.size, SMALL) : 0;
-    knob.position.x = ahead;
-    if (ahead) mark.add(makeSight(ahead));
-    robot.frameNode(limb.frame).add(mark);
-    return { limb, mark, knob, ahead };
-  }
-
-  show(on: boolean) {
-    this.shown = on;
-    for (const { mark } of this.list) mark.visible = on;
-    if (!on) this.light(null);
-  }
-
-  /** The handle under the pointer; a finger covers more than a mouse points at. */
-  at(event: Pointed) {
-    const places = (this.shown ? this.list : []).map((handle) => ({
-      item: handle,
-      points: [handle.knob.getWorldPosition(new THREE.Vector3())],
-      isLine: false,
-    }));
-    return nearest(this.page.pick.viewport, event, places)?.item ?? null;
-  }
-
-  /** @param handle the one that is drawn larger */
-  light(handle: Handle | null) {
-    if (handle === this.lit) return;
-    if (this.lit) highlight(this.lit.knob, false);
-    if (handle) highlight(handle.knob, true);
-    this.lit = handle;
-    this.page.viewer.set_dirty();
-  }
+/** Points of a node's frame in the world. */
+export function inWorld(points: THREE.Vector3[], node: THREE.Object3D) {
+  node.updateWorldMatrix(true, false);
+  return points.map((point) => point.clone().applyMatrix4(node.matrixWorld));
 }
 
 /** of a frame */
@@ -175,9 +111,8 @@ export function makeRing({ axis, colour }: Axis, radius: number, scale: number) 
   return { mesh, points: circle(radius * scale).map((point) => point.applyQuaternion(mesh.quaternion)) };
 }
 
-/** a turn of a handle's frame about its own axis */
-export interface Ring {
-  handle: Handle;
+/** A turn of a limb's frame about its own axis. */
+interface Ring extends Grip {
   axis: Axis;
   mesh: THREE.Mesh;
 }
@@ -196,44 +131,73 @@ const TURNS: Record<string, Axis[]> = { leg: AXES, arm: AXES.slice(1) };
 /** The axes that a handle's frame may be turned about. */
 export const turnsOf = ({ limb }: Handle) => TURNS[limb.kind] ?? [];
 
-/**
- * Rings that turn the frame of a limb, around the handle of the one that is selected: about all three axes of a foot; of a
- * hand, whose arm has five joints, about the two that turn the direction of the forearm.
- */
-export class Rings {
-  list: Ring[] = [];
+// That of the gaze is at a share of the robot's size before the camera, of a small robot.
+const [SIGHT, SMALL] = [0.25, 1.5];
 
+/**
+ * The handles of the limbs, and around the one of the selected limb the rings that turn its frame: about all three axes of
+ * a foot; of a hand, whose arm has five joints, about the two that turn the direction of the forearm.
+ */
+export class Handles {
+  shown = false;
+  list: Handle[];
+  rings: Ring[] = [];
+
+  /** @param answers ghosts of the other branches while a limb is dragged */
   constructor(
     readonly page: Page,
-    readonly handles: Handles,
+    readonly limbs: Limb[],
+    readonly answers: Ghosts,
   ) {
+    const gaze = limbs.find(({ kind }) => kind === "gaze");
+    this.list = limbs
+      .filter((limb) => limb.kind === "arm" || limb.kind === "leg" || limb === gaze)
+      .map((limb) => this.make(limb));
     page.addEventListener("selected", () => this.refresh());
+  }
+
+  make(limb: Limb) {
+    const { robot, studio } = this.page;
+    const mark = asMark(new THREE.Group());
+    const knob = makeKnob();
+    mark.add(knob);
+    const ahead = limb.kind === "gaze" ? SIGHT * Math.min(studio.size, SMALL) : 0;
+    knob.position.x = ahead;
+    if (ahead) mark.add(makeSight(ahead));
+    robot.frameNode(limb.frame).add(mark);
+    const handle: Handle = {
+      ...{ limb, mark, knob, ahead, isLine: false },
+      points: () => [knob.getWorldPosition(new THREE.Vector3())],
+      light: (on) => highlight(knob, on),
+      gesture: (hold) => new LimbDrag(this.page, this.limbs, this.answers, handle, hold),
+    };
+    return handle;
+  }
+
+  show(on: boolean) {
+    this.shown = on;
+    for (const { mark } of this.list) mark.visible = on;
+    this.refresh();
   }
 
   /** Draw the rings of the selected limb, and no others. */
   refresh() {
-    for (const { mesh } of this.list) dispose(mesh);
+    for (const { mesh } of this.rings) dispose(mesh);
     const { frame } = this.page.pick.selection;
-    const handle = this.handles.shown && this.handles.list.find(({ limb }) => limb.frame === frame);
-    this.list = handle ? turnsOf(handle).map((axis) => this.make(handle, axis)) : [];
+    const handle = this.shown && this.list.find(({ limb }) => limb.frame === frame);
+    this.rings = handle ? turnsOf(handle).map((axis) => this.ring(handle.limb, axis)) : [];
     this.page.viewer.set_dirty();
   }
 
-  make(handle: Handle, axis: Axis): Ring {
-    const scale = this.page.studio.markScale;
-    const { mesh } = makeRing(axis, RADIUS, scale);
-    this.page.robot.frameNode(handle.limb.frame).add(asMark(mesh));
-    return { handle, axis, mesh };
-  }
-
-  /** The ring under the pointer, and the place on it, in the world. */
-  at(event: Pointed) {
-    const places = this.list.map((ring) => {
-      ring.mesh.updateWorldMatrix(true, false);
-      const points = circle(RADIUS * this.page.studio.markScale).map((at) => at.applyMatrix4(ring.mesh.matrixWorld));
-      return { item: ring, points, isLine: true };
-    });
-    const found = nearest(this.page.pick.viewport, event, places);
-    return found && { ring: found.item, point: found.point };
+  ring(limb: Limb, axis: Axis): Ring {
+    const { mesh, points } = makeRing(axis, RADIUS, this.page.studio.markScale);
+    const node = this.page.robot.frameNode(limb.frame);
+    node.add(asMark(mesh));
+    return {
+      ...{ limb, axis, mesh, isLine: true },
+      points: () => inWorld(points, node),
+      light() {},
+      gesture: (hold) => new TurnDrag(this.page, this.limbs, limb, axis, hold),
+    };
   }
 }

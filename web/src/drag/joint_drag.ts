@@ -1,23 +1,12 @@
-import type { Panel } from "../panel/panel.ts";
-import type { Pick } from "../pick/pick.ts";
-import type { Stance } from "../stance.ts";
+import type { PageWith } from "../app.ts";
 import { joints, unitText } from "../pick/facts.ts";
 import type { Robot } from "../robot/robot.ts";
 import { THREE } from "../three.ts";
-import type { Gesture } from "./follow.ts";
+import type { Gesture, Hold } from "./follow.ts";
 import { farthest, type Stop } from "./stops.ts";
-import { SweptAngle, sweptDistance, triples } from "./swept_angle.ts";
+import { Swept } from "./swept_angle.ts";
 
-/** The parts of the page that are used here. */
-interface Page {
-  readonly panel: Panel;
-  readonly pick: Pick;
-  readonly robot: Robot;
-  readonly stance: Stance;
-}
-
-// A pointer so near to an axis [px] says no angle about it.
-const NEAR_AXIS = 10;
+type Page = PageWith<"panel" | "pick" | "robot" | "stance">;
 
 /**
  * How a link moves with the coordinate of the joint that carries it: about a line in the world, or along a direction; per
@@ -66,41 +55,27 @@ export function motionOf(robot: Robot, link: number, point: THREE.Vector3) {
  * A link that is held: the joint that carries it follows the pointer, inside its limits; the trunk and all else stay.
  */
 export class JointDrag implements Gesture {
-  point;
-  before;
+  /** What the pointer asks for, which limits may keep the joint from. */
   wanted: number;
-  angle: SweptAngle;
+  swept: Swept;
 
-  /** @param point where the link is held, in the world */
   constructor(
     readonly page: Page,
     readonly motion: NonNullable<ReturnType<typeof motionOf>>,
-    point: THREE.Vector3,
-    ray: THREE.Ray,
+    hold: Hold,
   ) {
-    this.point = point.toArray();
-    this.before = triples(ray);
-    /** What the pointer asks for, which limits may keep the joint from. */
-    this.wanted = page.stance.q[motion.joint.column];
-    const line = { origin: motion.origin.toArray(), direction: motion.direction.toArray() };
-    const least = NEAR_AXIS * page.pick.viewport.metresPerPixel(point);
-    this.angle = new SweptAngle(line, this.point, triples(ray).origin, least);
+    const { robot, stance, pick } = page;
     const { column } = motion.joint;
-    const [most, fewest] = [Infinity, -Infinity].map(
-      (end) => farthest(page.robot.about, page.stance.q, column, end).value,
-    );
-    this.angle.prefer(most - this.wanted < this.wanted - fewest ? -1 : 1);
+    this.wanted = stance.q[column];
+    this.swept = new Swept(pick.viewport, motion.origin, motion.direction, hold);
+    const [most, fewest] = [Infinity, -Infinity].map((end) => farthest(robot.about, stance.q, column, end).value);
+    this.swept.angle.prefer(most - this.wanted < this.wanted - fewest ? -1 : 1);
   }
 
   move(ray: THREE.Ray) {
-    const { page, motion, before } = this;
+    const { page, motion, swept } = this;
     const { column } = motion.joint;
-    const now = triples(ray);
-    const swept = motion.slides
-      ? sweptDistance(motion.direction.toArray(), this.point, before, now)
-      : this.angle.between(before, now);
-    this.before = now;
-    this.wanted += swept / motion.rate;
+    this.wanted += (motion.slides ? swept.along(ray) : swept.about(ray)) / motion.rate;
     const { value, stop } = farthest(page.robot.about, page.stance.q, column, this.wanted);
     page.stance.move(column, value);
     page.stance.settle();

@@ -1,8 +1,7 @@
-import type { Pick } from "../pick/pick.ts";
-import type { Robot } from "../robot/robot.ts";
-import type { Stance } from "../stance.ts";
+import type { PageWith } from "../app.ts";
 import { clamp, squaredDistance } from "../math/numbers.ts";
 import { distance, minus, plus, times, type Pose, type Rotation, type Vector } from "../math/rotations.ts";
+import type { Viewport } from "../pick/pick.ts";
 import type { Ghosts } from "../scene/ghosts.ts";
 import { THREE } from "../three.ts";
 import {
@@ -14,20 +13,14 @@ import {
   nearestPlace,
   type Gesture,
   type Handle,
+  type Hold,
   type Limb,
   type Follower,
 } from "./follow.ts";
 import type { Axis } from "./handles.ts";
-import { SweptAngle, triples } from "./swept_angle.ts";
-import type { AnyLimb } from "../ik/limbs.ts";
+import { Swept } from "./swept_angle.ts";
 
-/** The parts of the page that are used here. */
-interface Page {
-  readonly ghosts: Ghosts;
-  readonly pick: Pick;
-  readonly robot: Robot;
-  readonly stance: Stance;
-}
+type Page = PageWith<"ghosts" | "pick" | "robot" | "stance">;
 
 // Branches whose squared distance is above OTHER are two; the looks of their ghosts.
 const OTHER = 1e-6;
@@ -39,49 +32,38 @@ const OUTSIDE = { colour: "#5c6678", opacity: 0.1 };
  */
 export class LimbDrag implements Gesture {
   follower: Follower;
-  at: THREE.Vector3;
-  plane: THREE.Plane;
-  from: THREE.Vector3;
+  pulled: ReturnType<Viewport["pulled"]> | null;
   floor: number;
   place: Vector;
   says: string | undefined;
 
-  /** @param ray of the pointer that takes hold of it, if one does */
+  /** @param hold of the pointer that takes it, if one does */
   constructor(
     readonly page: Page,
     readonly limbs: Limb[],
     readonly ghosts: Ghosts,
     readonly handle: Handle,
-    ray: THREE.Ray | null,
+    hold: Hold | null,
   ) {
     const { limb } = handle;
     this.follower = new FOLLOWERS[limb.kind](limb, (frame) => this.poseOf(frame), limbs);
-    this.at = handle.knob.getWorldPosition(new THREE.Vector3());
-    this.plane = page.pick.viewport.facingPlane(this.at);
-    this.from = ray?.intersectPlane(this.plane, new THREE.Vector3()) ?? this.at.clone();
+    const at = handle.knob.getWorldPosition(new THREE.Vector3());
+    this.pulled = hold && page.pick.viewport.pulled(at, hold.ray);
     // The sole is not to go below the floor, nor lower where it is below it.
     const isOnFloor = limb.kind === "leg" && !page.robot.about.floating;
-    this.floor = isOnFloor ? this.at.y - Math.max(0, footOf(page.robot, limb).low) : -Infinity;
-    this.place = this.inTorso(this.at);
+    this.floor = isOnFloor ? at.y - Math.max(0, footOf(page.robot, limb).low) : -Infinity;
+    this.place = this.inTorso(at);
   }
 
   /** @param options whether the handle goes up and down only */
-  move(ray: THREE.Ray, { level }: { level: boolean }) {
-    const now = ray.intersectPlane(this.plane, new THREE.Vector3());
-    if (!now) return this.says ?? "";
-    const by = now.sub(this.from);
-    if (level) by.projectOnVector(this.page.pick.viewport.axes[1]);
-    return this.moveTo(this.at.clone().add(by));
+  move(ray: THREE.Ray, options: { level: boolean }) {
+    const to = this.pulled?.(ray, options);
+    return to ? this.moveTo(to) : (this.says ?? "");
   }
 
-  /**
-   * Go on from where the handle is.
-   *
-   * @param right on the screen [m]
-   */
+  /** Go on from where the handle is, to the right and up on the screen [m]. */
   step(right: number, up: number) {
-    const axes = this.page.pick.viewport.axes;
-    return this.moveTo(this.inWorld(this.place).addScaledVector(axes[0], right).addScaledVector(axes[1], up));
+    return this.moveTo(this.page.pick.viewport.shift(this.inWorld(this.place), right, up));
   }
 
   /** @param to in the world */
@@ -186,60 +168,43 @@ export class LimbDrag implements Gesture {
   }
 }
 
-// The way to an angle is gone in steps [rad], the last of which is halved so often where it is not reached; a pointer so
-// near to the axis [px] says no angle.
-const [STEP, HALVINGS, NEAR_AXIS] = [0.05, 8, 10];
+// The way to an angle is gone in steps [rad], the last of which is halved so often where it is not reached.
+const [STEP, HALVINGS] = [0.05, 8];
 
 /**
  * A ring that is held, by the pointer or by keys: the limb turns its frame about the axis of the ring, at its place, as far
  * as it can.
  */
 export class TurnDrag implements Gesture {
-  limb: AnyLimb;
   follower: Follower;
   axis: THREE.Vector3;
-  wanted: number;
-  before;
-  angle: SweptAngle | undefined;
-  reached: number;
+  wanted = 0;
+  reached = 0;
+  swept: Swept | null;
 
-  /** @param pointer on the ring, in the world, if one takes hold of it */
   constructor(
     readonly page: Page,
     limbs: Limb[],
-    { handle, axis }: { handle: Handle; axis: Axis },
-    pointer: { point: THREE.Vector3; ray: THREE.Ray } | null,
+    readonly limb: Limb,
+    { axis }: Axis,
+    hold: Hold | null,
   ) {
-    this.limb = handle.limb;
     const { robot, pick } = page;
-    const poseOf = (frame: string) => robot.poseIn(frame, this.limb.torso);
-    this.follower = new FOLLOWERS[this.limb.kind](this.limb, (frame) => poseOf(frame).transpose().toArray(), limbs);
-    const own = new THREE.Vector3(...axis.axis);
-    this.axis = own.clone().transformDirection(poseOf(this.limb.frame));
-    this.wanted = this.reached = 0;
-    if (!pointer) return;
-    const node = robot.frameNode(this.limb.frame);
-    const line = {
-      origin: node.getWorldPosition(new THREE.Vector3()).toArray(),
-      direction: own.transformDirection(node.matrixWorld).toArray(),
-    };
-    const least = NEAR_AXIS * pick.viewport.metresPerPixel(pointer.point);
-    this.before = triples(pointer.ray);
-    this.angle = new SweptAngle(line, pointer.point.toArray(), this.before.origin, least);
+    const poseOf = (frame: string) => robot.poseIn(frame, limb.torso);
+    this.follower = new FOLLOWERS[limb.kind](limb, (frame) => poseOf(frame).transpose().toArray(), limbs);
+    const own = new THREE.Vector3(...axis);
+    this.axis = own.clone().transformDirection(poseOf(limb.frame));
+    const node = robot.frameNode(limb.frame);
+    const origin = node.getWorldPosition(new THREE.Vector3());
+    this.swept = hold && new Swept(pick.viewport, origin, own.transformDirection(node.matrixWorld), hold);
   }
 
   move(ray: THREE.Ray) {
-    const now = triples(ray);
-    if (this.angle && this.before) this.wanted += this.angle.between(this.before, now);
-    this.before = now;
+    this.wanted += this.swept?.about(ray) ?? 0;
     return this.turn();
   }
 
-  /**
-   * Go on from where the frame is.
-   *
-   * @param angle [rad]
-   */
+  /** @param angle to go on by from where the frame is [rad] */
   step(angle: number) {
     this.wanted = this.reached + angle;
     return this.turn();

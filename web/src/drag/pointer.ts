@@ -1,23 +1,10 @@
-import type { Pick } from "../pick/pick.ts";
-import type { Robot } from "../robot/robot.ts";
-import type { Stance } from "../stance.ts";
-import type { MeshcatViewer } from "../types.ts";
+import type { PageWith } from "../app.ts";
 import { isOneLimb } from "../pick/facts.ts";
-import type { Hit } from "../pick/picker.ts";
+import type { Hit } from "../pick/pick.ts";
 import type { Drag } from "./drag.ts";
-import type { Handle } from "./follow.ts";
-import type { Rings } from "./handles.ts";
 import { motionOf } from "./joint_drag.ts";
-import type { Targets } from "./targets.ts";
 
-/** The parts of the page that are used here. */
-interface Page {
-  readonly pick: Pick;
-  readonly robot: Robot;
-  readonly stance: Stance;
-  readonly targets: Targets;
-  readonly viewer: MeshcatViewer;
-}
+type Page = PageWith<"pick" | "robot" | "stance" | "viewer">;
 
 // A pointer that has come no farther [px] has not moved: a click, or a tap.
 const [STILL, TAP] = [4, 10];
@@ -30,7 +17,8 @@ interface Press {
   clientX: number;
   clientY: number;
   shift: boolean;
-  handle: Handle | null;
+  /** Of the handle or the ring there. */
+  frame: string | undefined;
   hit: Hit | null;
   take: (() => void) | null;
   still: boolean;
@@ -67,31 +55,17 @@ export class Pointer {
     this.page.stance.settle();
     const { clientX, clientY, pointerId: id, shiftKey: shift } = event;
     const ray = this.page.pick.viewport.ray(event);
-    // A limb that follows a target has its handle at the same place.
-    const target = this.page.targets.at(event);
-    const handle = target ? null : this.drag.marks.at(event);
-    const grip = target || handle ? null : this.drag.rings.at(event);
-    const hit = target || handle || grip ? null : this.page.pick.picker.at(event);
-    const take = target
-      ? () => this.drag.takeTarget(target.grip, { point: target.point, ray })
-      : this.taking(event, handle, grip, hit);
-    // A click on a ring is one on its handle.
-    const clicked = handle ?? grip?.ring.handle ?? null;
-    this.press = { id, clientX, clientY, shift, handle: clicked, hit, take, still: true };
+    const found = this.drag.at(event);
+    const hit = found ? null : this.page.pick.picker.at(event);
+    const motion = hit && this.mayMove(event, hit.link) ? motionOf(this.page.robot, hit.link, hit.point) : null;
+    let take: Press["take"] = null;
+    if (found) take = () => this.drag.take(found.grip, { point: found.point, ray });
+    else if (hit && motion) take = () => this.drag.takeJoint(motion, { point: hit.point, ray });
+    this.press = { id, clientX, clientY, shift, frame: found?.grip.limb?.frame, hit, take, still: true };
     if (!take) return;
     this.page.viewer.controls.enabled = false;
     this.pane.setPointerCapture(id);
     this.pane.style.cursor = "grabbing";
-  }
-
-  /** How the robot is taken hold of, once the pointer moves. */
-  taking(event: PointerEvent, handle: Handle | null, grip: ReturnType<Rings["at"]>, hit: Hit | null) {
-    const { drag } = this;
-    const ray = this.page.pick.viewport.ray(event);
-    if (handle) return () => drag.takeHandle(handle, ray);
-    if (grip) return () => drag.takeRing(grip.ring, { point: grip.point, ray });
-    const motion = hit && this.mayMove(event, hit.link) ? motionOf(this.page.robot, hit.link, hit.point) : null;
-    return hit && motion ? () => drag.takeJoint(motion, hit.point, ray) : null;
   }
 
   /** Whether a press on a link is for its joint, and not for the camera: its limb is selected. */
@@ -132,14 +106,14 @@ export class Pointer {
     this.pane.style.cursor = "";
   }
 
-  click({ handle, hit, shift }: Press, event: PointerEvent) {
+  click({ frame, hit, shift }: Press, event: PointerEvent) {
     const { measure, selection, hover } = this.page.pick;
     if (measure.picking || shift) {
-      if (handle) return measure.pick({ kind: "frame", name: handle.limb.frame });
+      if (frame) return measure.pick({ kind: "frame", name: frame });
       if (hit) return measure.pick({ kind: "point", link: hit.link, local: hit.local });
       if (measure.picking) return;
     }
-    if (handle) selection.select(handle.limb.frame);
+    if (frame) selection.select(frame);
     else if (hit) selection.selectLink(hit.link);
     else selection.select(null);
     // A finger does not hover: what it is on is told when it taps.
@@ -148,13 +122,10 @@ export class Pointer {
 
   hover(event: PointerEvent) {
     const { hover } = this.page.pick;
-    const target = this.page.targets.at(event)?.grip ?? null;
-    const handle = target ? null : this.drag.marks.at(event);
-    this.page.targets.light(target);
-    this.drag.marks.light(handle);
-    const isHeld = target || handle || this.drag.rings.at(event);
+    const grip = this.drag.at(event)?.grip ?? null;
+    this.drag.light(grip);
     const point = (on: boolean) => (this.pane.style.cursor = on ? "grab" : "");
-    if (!isHeld) return hover.follow(event, (link) => point(link !== null && this.mayMove(event, link)));
+    if (!grip) return hover.follow(event, (link) => point(link !== null && this.mayMove(event, link)));
     point(true);
     hover.clear();
   }
@@ -162,8 +133,7 @@ export class Pointer {
   leave({ pointerType }: PointerEvent) {
     // A finger that is lifted leaves too.
     if (this.press || pointerType === "touch") return;
-    this.drag.marks.light(null);
-    this.page.targets.light(null);
+    this.drag.light(null);
     this.page.pick.hover.clear();
   }
 

@@ -1,11 +1,7 @@
 import type * as Three from "three";
+import type { Viewport } from "../pick/pick.ts";
+import type { Hold } from "./follow.ts";
 import { cross, direction as unit, dot, minus, plus, times, type Vector } from "../math/rotations.ts";
-
-/** A ray of three.js in plain numbers. */
-export const triples = ({ origin, direction }: Three.Ray) => ({
-  origin: origin.toArray(),
-  direction: direction.toArray(),
-});
 
 // How a pointer turns something about an axis. Points and directions are three numbers each, in one frame; a ray is where
 // the camera is and a unit direction. Nothing here needs the page or three.js.
@@ -125,4 +121,42 @@ export function sweptDistance(direction: Vector, point: Vector, before: Ray, now
     return squared > 1e-3 ? (dot(direction, w) - c * dot(ray.direction, w)) / squared : NaN;
   });
   return Number.isFinite(b - a) ? b - a : 0;
+}
+
+/** A ray of three.js in plain numbers. */
+const triples = ({ origin, direction }: Three.Ray) => ({ origin: origin.toArray(), direction: direction.toArray() });
+
+// A pointer so near to an axis [px] says no angle about it.
+const NEAR_AXIS = 10;
+
+/** A pointer that takes something along an axis in the world, or about it. */
+export class Swept {
+  angle: SweptAngle;
+  direction: Vector;
+  point: Vector;
+  before: Ray;
+
+  constructor(viewport: Viewport, origin: Three.Vector3, direction: Three.Vector3, { point, ray }: Hold) {
+    this.before = triples(ray);
+    this.direction = direction.toArray();
+    this.point = point.toArray();
+    const line = { origin: origin.toArray(), direction: this.direction };
+    this.angle = new SweptAngle(line, this.point, this.before.origin, NEAR_AXIS * viewport.metresPerPixel(point));
+  }
+
+  /** How far it has turned since it was asked last [rad]. */
+  about(ray: Three.Ray) {
+    return this.since(ray, (before, now) => this.angle.between(before, now));
+  }
+
+  /** How far it has come since it was asked last [m]. */
+  along(ray: Three.Ray) {
+    return this.since(ray, (before, now) => sweptDistance(this.direction, this.point, before, now));
+  }
+
+  since(ray: Three.Ray, swept: (before: Ray, now: Ray) => number) {
+    const { before } = this;
+    this.before = triples(ray);
+    return swept(before, this.before);
+  }
 }

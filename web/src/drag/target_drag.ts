@@ -1,39 +1,36 @@
-import type { Pick } from "../pick/pick.ts";
-import type { Robot } from "../robot/robot.ts";
+import type { PageWith } from "../app.ts";
 import type { Vector } from "../math/rotations.ts";
+import type { Viewport } from "../pick/pick.ts";
 import { THREE } from "../three.ts";
-import type { Gesture } from "./follow.ts";
+import type { Gesture, Hold } from "./follow.ts";
 import type { Axis } from "./handles.ts";
-import { SweptAngle, sweptDistance, triples } from "./swept_angle.ts";
-import type { Target, Targets } from "./targets.ts";
+import { Swept } from "./swept_angle.ts";
+import type { Target } from "./targets.ts";
 
-/** The parts of the page that are used here. */
-interface Page {
-  readonly pick: Pick;
-  readonly robot: Robot;
-  readonly targets: Targets;
-}
-
-/** Where a pointer took hold of something, in the world. */
-interface Pointer {
-  point: THREE.Vector3;
-  ray: THREE.Ray;
-}
-
-// A pointer so near to the axis [px] says no angle.
-const NEAR_AXIS = 10;
+export type Page = PageWith<"pick" | "robot" | "targets">;
 
 /** A target that is held. A page without a program says that nothing follows. */
 class TargetGesture {
   before: THREE.Matrix4;
+  /** Its place, and the axis that it is held by, in the world. */
+  origin: THREE.Vector3;
+  direction: THREE.Vector3 | null;
+  swept: Swept | null;
 
   constructor(
     readonly page: Page,
     readonly target: Target,
+    axis: Axis | null,
+    hold: Hold | null,
   ) {
+    const { node } = target;
     page.robot.root.updateWorldMatrix(true, false);
-    target.node.updateWorldMatrix(true, false);
-    this.before = target.node.matrix.clone();
+    node.updateWorldMatrix(true, false);
+    page.targets.note(target, false);
+    this.before = node.matrix.clone();
+    this.origin = new THREE.Vector3().setFromMatrixPosition(node.matrixWorld);
+    this.direction = axis && new THREE.Vector3(...axis.axis).transformDirection(node.matrixWorld);
+    this.swept = this.direction && hold && new Swept(page.pick.viewport, this.origin, this.direction, hold);
   }
 
   put(matrix: THREE.Matrix4) {
@@ -50,21 +47,13 @@ class TargetGesture {
 
 /** It follows the pointer in the plane that the camera faces, or along one of its axes. */
 export class TargetMove extends TargetGesture implements Gesture {
-  from = new THREE.Vector3();
-  plane: THREE.Plane;
-  /** Of the axis, in the world. */
-  direction: THREE.Vector3 | null;
+  pulled: ReturnType<Viewport["pulled"]> | null;
+  /** How far it has come along the axis [m]. */
+  way = 0;
 
-  constructor(
-    page: Page,
-    target: Target,
-    axis: Axis | null = null,
-    readonly pointer: Pointer | null = null,
-  ) {
-    super(page, target);
-    this.from.setFromMatrixPosition(target.node.matrixWorld);
-    this.plane = page.pick.viewport.facingPlane(this.from);
-    this.direction = axis && new THREE.Vector3(...axis.axis).transformDirection(target.node.matrixWorld);
+  constructor(page: Page, target: Target, axis: Axis | null, hold: Hold | null) {
+    super(page, target, axis, hold);
+    this.pulled = hold && page.pick.viewport.pulled(this.origin, hold.ray);
   }
 
   /** Where it is, in the robot's root. */
@@ -73,29 +62,20 @@ export class TargetMove extends TargetGesture implements Gesture {
   }
 
   /** @param options whether it goes up and down only */
-  move(ray: THREE.Ray, { level }: { level: boolean }) {
-    const { from, pointer, direction, plane } = this;
-    if (!pointer) return "";
-    if (direction) {
-      const way = sweptDistance(direction.toArray(), pointer.point.toArray(), triples(pointer.ray), triples(ray));
-      return this.moveTo(from.clone().addScaledVector(direction, way));
+  move(ray: THREE.Ray, options: { level: boolean }) {
+    const { direction, origin, swept } = this;
+    if (!swept || !direction) {
+      const to = this.pulled?.(ray, options);
+      return to ? this.moveTo(to) : "";
     }
-    const [start, now] = [pointer.ray, ray].map((one) => one.intersectPlane(plane, new THREE.Vector3()));
-    if (!start || !now) return "";
-    const by = now.sub(start);
-    if (level) by.projectOnVector(this.page.pick.viewport.axes[1]);
-    return this.moveTo(from.clone().add(by));
+    this.way += swept.along(ray);
+    return this.moveTo(origin.clone().addScaledVector(direction, this.way));
   }
 
-  /**
-   * Go on from where it is.
-   *
-   * @param right on the screen [m]
-   */
+  /** Go on from where it is, to the right and up on the screen [m]. */
   step(right: number, up: number) {
-    const [x, y] = this.page.pick.viewport.axes;
     const now = new THREE.Vector3().setFromMatrixPosition(this.target.node.matrixWorld);
-    return this.moveTo(now.addScaledVector(x, right).addScaledVector(y, up));
+    return this.moveTo(this.page.pick.viewport.shift(now, right, up));
   }
 
   /** @param to in the world */
@@ -108,40 +88,25 @@ export class TargetMove extends TargetGesture implements Gesture {
 export class TargetTurn extends TargetGesture implements Gesture {
   /** How far it has turned [rad]. */
   reached = 0;
-  seen;
-  angle: SweptAngle | null = null;
 
   constructor(
     page: Page,
     target: Target,
     readonly axis: Axis,
-    pointer: Pointer | null = null,
+    hold: Hold | null,
   ) {
-    super(page, target);
-    this.seen = pointer && triples(pointer.ray);
-    if (!pointer || !this.seen) return;
-    const { matrixWorld } = target.node;
-    const line = {
-      origin: new THREE.Vector3().setFromMatrixPosition(matrixWorld).toArray(),
-      direction: new THREE.Vector3(...axis.axis).transformDirection(matrixWorld).toArray(),
-    };
-    const least = NEAR_AXIS * page.pick.viewport.metresPerPixel(pointer.point);
-    this.angle = new SweptAngle(line, pointer.point.toArray(), this.seen.origin, least);
+    super(page, target, axis, hold);
   }
 
   move(ray: THREE.Ray) {
-    const now = triples(ray);
-    const by = this.angle && this.seen ? this.angle.between(this.seen, now) : 0;
-    this.seen = now;
-    return this.step(by);
+    return this.step(this.swept?.about(ray) ?? 0);
   }
 
   /** @param angle to go on by [rad] */
   step(angle: number) {
     this.reached += angle;
     const turn = new THREE.Matrix4().makeRotationAxis(new THREE.Vector3(...this.axis.axis), this.reached);
-    const { matrix } = this.target.node;
-    const place = new THREE.Vector3().setFromMatrixPosition(matrix);
+    const place = new THREE.Vector3().setFromMatrixPosition(this.target.node.matrix);
     return this.put(this.before.clone().multiply(turn).setPosition(place));
   }
 }

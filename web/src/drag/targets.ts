@@ -1,37 +1,25 @@
+import type { PageWith } from "../app.ts";
 import type { Group, Mesh, MeshBasicMaterial, Sprite } from "three";
-import type { Pick } from "../pick/pick.ts";
-import { isOutdated, type Reports } from "../reports.ts";
+import { isOutdated } from "../reports.ts";
 import type { Received } from "../received.ts";
-import type { Robot } from "../robot/robot.ts";
 import { makeArrow, makeTriad } from "../scene/extras.ts";
-import type { Labels } from "../scene/labels.ts";
 import { asMark, dispose } from "../scene/marks.ts";
-import type { Studio } from "../scene/studio.ts";
 import { THREE } from "../three.ts";
-import type { MeshcatViewer } from "../types.ts";
-import { AXES, highlight, makeKnob, makeRing, nearest, type Axis, type Pointed } from "./handles.ts";
+import type { Grip } from "./follow.ts";
+import { AXES, highlight, inWorld, makeKnob, makeRing, type Axis } from "./handles.ts";
+import { TargetMove, TargetTurn } from "./target_drag.ts";
 
-/** The parts of the page that are used here. */
-interface Page extends EventTarget {
-  readonly labels: Labels;
-  readonly pick: Pick;
-  readonly reports: Reports;
-  readonly robot: Robot;
-  readonly studio: Studio;
-  readonly viewer: MeshcatViewer;
-  send(answer: object): void;
-}
+type Page = PageWith<"labels" | "pick" | "reports" | "robot" | "send" | "studio" | "targets" | "viewer">;
 
 type Row = Received["targets"]["targets"][number];
 
-/** What is taken hold of: the knob, without an axis, an arrow along an axis of the target, or a ring about one. */
-export interface Grip {
-  target: Target;
+type Drawn = Mesh | Group | Sprite;
+
+/** The knob, without an axis, an arrow along an axis of the target, or a ring about one. */
+interface TargetGrip extends Grip {
   axis: Axis | null;
   turns: boolean;
-  drawn: Mesh | Group | Sprite;
-  /** Points of it in the target's frame. */
-  points: THREE.Vector3[];
+  drawn: Drawn;
 }
 
 // Sizes in metres for a small robot: of a mark; of a ball, its arrows, from and to, and its rings.
@@ -44,15 +32,15 @@ const BETWEEN = 1000 / 30;
 /** A point or a pose in the robot's root; the grips of one that can be dragged. */
 export class Target {
   node = new THREE.Group();
-  grips: Grip[] = [];
+  grips: TargetGrip[] = [];
   /** How often it was moved in this page. */
   count = 0;
 
-  /** @param scale of what is drawn */
   constructor(
+    readonly page: Page,
     readonly row: Row,
-    scale: number,
   ) {
+    const scale = page.studio.markScale;
     const isMark = row.source === undefined;
     const [radius, opacity] = isMark ? [0.16 * SIZE, 0.3] : [BALL, 0.5];
     const veil = new THREE.MeshBasicMaterial({ color: COLOUR, transparent: true, opacity, depthWrite: false });
@@ -73,27 +61,35 @@ export class Target {
       arrow.position.copy(direction).multiplyScalar(FROM * scale);
       arrow.quaternion.setFromUnitVectors(turn, direction);
       const along = [0, 0.25, 0.5, 0.75, 1, 1.25].map((share) => scale * (FROM + share * (TO - FROM)));
-      this.add({ axis, turns: false, drawn: arrow, points: along.map((x) => direction.clone().multiplyScalar(x)) });
+      const points = along.map((x) => direction.clone().multiplyScalar(x));
+      this.add(arrow, points, axis, (hold) => new TargetMove(page, this, axis, hold));
       if (row.point) continue;
-      const { mesh, points } = makeRing(axis, RING, scale);
-      this.add({ axis, turns: true, drawn: mesh, points });
+      const ring = makeRing(axis, RING, scale);
+      this.add(ring.mesh, ring.points, axis, (hold) => new TargetTurn(page, this, axis, hold), true);
     }
-    this.add({ axis: null, turns: false, drawn: makeKnob(), points: [new THREE.Vector3()] });
+    this.add(makeKnob(), [new THREE.Vector3()], null, (hold) => new TargetMove(page, this, null, hold));
   }
 
   get knob() {
     return this.grips[this.grips.length - 1];
   }
 
-  add(grip: Omit<Grip, "target">) {
-    this.grips.push({ ...grip, target: this });
-    this.node.add(grip.drawn);
-    light(grip.drawn, false);
+  /** @param points of what is drawn, in the target's frame */
+  add(drawn: Drawn, points: THREE.Vector3[], axis: Axis | null, gesture: Grip["gesture"], turns = false) {
+    const grip = {
+      ...{ axis, turns, drawn, gesture },
+      isLine: axis !== null,
+      points: () => inWorld(points, this.node),
+      light: (on: boolean) => light(drawn, on),
+    };
+    this.grips.push(grip);
+    this.node.add(drawn);
+    grip.light(false);
   }
 }
 
 /** What is under the pointer is brighter. */
-function light(drawn: Grip["drawn"], on: boolean) {
+function light(drawn: Drawn, on: boolean) {
   if (drawn instanceof THREE.Sprite) return highlight(drawn, on);
   drawn.traverse((part) => {
     const material = (part as Mesh).material as MeshBasicMaterial | undefined;
@@ -109,7 +105,8 @@ export class Targets {
   group = asMark(new THREE.Group());
   list: Target[] = [];
   gripsShown = true;
-  lit: Grip | null = null;
+  /** Where those that somebody took in this page were put, by name: what undo gives back. */
+  placed = new Map<string, number[]>();
   /** Those that were moved, and the program has not been told. */
   waiting = new Set<Target>();
 
@@ -132,7 +129,7 @@ export class Targets {
     const { source: mine } = this.page.reports;
     const list = rows.map((row) => {
       const old = known.get(keyOf(row));
-      const target = old ?? new Target(row, this.page.studio.markScale);
+      const target = old ?? new Target(this.page, row);
       known.delete(keyOf(row));
       if (!old || !isOutdated(row.source ?? "", mine, target.count)) target.node.matrix.fromArray(row.matrix);
       return target;
@@ -156,29 +153,10 @@ export class Targets {
   showGrips(on: boolean) {
     this.gripsShown = on;
     for (const { drawn } of this.list.flatMap(({ grips }) => grips)) drawn.visible = on;
-    if (!on) this.light(null);
   }
 
-  /** What is under the pointer, and where in the world. */
-  at(event: Pointed) {
-    const grips = this.gripsShown ? this.list.flatMap((target) => target.grips) : [];
-    const places = grips.map((grip) => {
-      const { node } = grip.target;
-      node.updateWorldMatrix(true, false);
-      const points = grip.points.map((point) => point.clone().applyMatrix4(node.matrixWorld));
-      return { item: grip, points, isLine: grip.axis !== null };
-    });
-    const found = nearest(this.page.pick.viewport, event, places);
-    return found && { grip: found.item, point: found.point };
-  }
-
-  /** @param grip the one that is drawn brighter */
-  light(grip: Grip | null) {
-    if (grip === this.lit) return;
-    if (this.lit) light(this.lit.drawn, false);
-    if (grip) light(grip.drawn, true);
-    this.lit = grip;
-    this.page.viewer.set_dirty();
+  get grips() {
+    return this.gripsShown ? this.list.flatMap((target) => target.grips) : [];
   }
 
   /** Move a target as somebody does in this page; the program is told soon. */
@@ -189,6 +167,27 @@ export class Targets {
     target.count += 1;
     if (this.waiting.size === 0) setTimeout(() => this.report(), BETWEEN);
     this.waiting.add(target);
+    this.note(target, true);
+  }
+
+  /**
+   * Keep where a target is. Event of the page: "placed".
+   *
+   * @param own whether somebody has just moved it in this page
+   */
+  note({ row, node }: Target, own: boolean) {
+    this.placed = new Map(this.placed).set(row.name, node.matrix.toArray());
+    this.page.dispatchEvent(new CustomEvent("placed", { detail: { own } }));
+  }
+
+  /** Put those targets back that were elsewhere then. */
+  restore(placed: Targets["placed"]) {
+    for (const [name, matrix] of placed) {
+      const target = this.movable.find(({ row }) => row.name === name);
+      if (!target || String(matrix) === String(this.placed.get(name))) continue;
+      this.move(target, new THREE.Matrix4().fromArray(matrix));
+    }
+    this.placed = placed;
   }
 
   report() {

@@ -20,7 +20,7 @@ import {
   type Vector,
 } from "../math/rotations.ts";
 import { Answer, Limb, leastCost, rigidRotation } from "./limb.ts";
-import type { ArmNumbers, Errors, Family } from "./types.ts";
+import type { ArmNumbers, Errors, Family } from "./limbs.ts";
 
 /** A pose of the hand: its orientation, and the place of the frame from the shoulder. */
 interface HandPose {

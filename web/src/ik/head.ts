@@ -12,7 +12,7 @@ import {
   type Vector,
 } from "../math/rotations.ts";
 import { Answer, LIMIT, Limb, VERIFIED, rigidRotation } from "./limb.ts";
-import type { Family, GazeNumbers, HeadNumbers, Nearest } from "./types.ts";
+import type { Family, GazeNumbers, HeadNumbers, Nearest } from "./limbs.ts";
 
 // Steps of the search for the nearest yaw, and halvings of the step after it.
 const STEPS = 120;

@@ -17,7 +17,7 @@ import {
   type Vector,
 } from "../math/rotations.ts";
 import { Answer, Limb, leastCost, rigidRotation } from "./limb.ts";
-import type { Errors, Family, LegNumbers } from "./types.ts";
+import type { Errors, Family, LegNumbers } from "./limbs.ts";
 
 // A distance [m] that rounding may add to the reach.
 const ROUNDING = 1e-12;

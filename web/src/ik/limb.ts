@@ -1,6 +1,6 @@
 import { allTurnedTowards, clamp, interpolate, squaredDistance, turnedTowards } from "../math/numbers.ts";
 import { product, transposed, type Matrix3, type Pose, type Rotation } from "../math/rotations.ts";
-import type { Branch, Errors, Family, LimbNumbers, Nearest, Reason, Violation } from "./types.ts";
+import type { Branch, Errors, Family, LimbNumbers, Nearest, Reason, Violation } from "./limbs.ts";
 
 /** How far a joint may be outside its limits [rad]. */
 export const LIMIT = 1e-6;
@@ -148,6 +148,12 @@ export class Answer {
 // What a member of a family costs that is outside the limits, far more than any distance from the reference.
 const OUTSIDE = 1e3;
 
+/** It has the numbers that describe it, open limits as ±Infinity. */
+export interface Limb<Numbers extends LimbNumbers> extends Omit<LimbNumbers, "kind" | "lower" | "upper" | "geometry"> {
+  kind: Numbers["kind"];
+  geometry: Numbers["geometry"];
+}
+
 /**
  * What the closed forms of all limbs share: joints, limits, and what is done where two joints turn about one line.
  *
@@ -155,34 +161,15 @@ const OUTSIDE = 1e3;
  * derives, and the same order of branches, reasons and families.
  */
 export class Limb<Numbers extends LimbNumbers> {
-  kind: Numbers["kind"];
-  side: string;
-  frame: string;
-  torso: string;
-  joints: string[];
-  columns: number[];
-  multiplier: number[];
-  offset: number[];
   lower: number[];
   upper: number[];
-  table: LimbNumbers["table"];
-  geometry: Numbers["geometry"];
+  /** Of the frame in the link that carries it. */
   frameRotation: Matrix3;
 
   constructor(numbers: Numbers) {
-    this.kind = numbers.kind;
-    this.side = numbers.side;
-    this.frame = numbers.frame;
-    this.torso = numbers.torso;
-    this.joints = numbers.joints;
-    this.columns = numbers.columns;
-    this.multiplier = numbers.multiplier;
-    this.offset = numbers.offset;
+    Object.assign(this, numbers);
     this.lower = numbers.lower.map((value) => value ?? -Infinity);
     this.upper = numbers.upper.map((value) => value ?? Infinity);
-    this.table = numbers.table;
-    this.geometry = numbers.geometry;
-    // Of the frame in the link that carries it.
     this.frameRotation = numbers.geometry.rotation;
   }
 

@@ -4,11 +4,22 @@
  * @param at ascending
  */
 export function interpolate(at: readonly number[], values: readonly number[], x: number) {
-  const right = at.findIndex((bend) => bend >= x);
-  if (right === 0) return values[0];
-  if (right < 0) return values[values.length - 1];
+  const right = firstWhere(at.length, (i) => at[i] >= x);
+  if (right === at.length) return values[right - 1];
+  if (right === 0 || at[right] === x) return values[right];
   const share = (x - at[right - 1]) / (at[right] - at[right - 1]);
   return values[right - 1] + share * (values[right] - values[right - 1]);
+}
+
+/** The first number from 0 on at which something is so that stays so from there on; `count` where it is nowhere. */
+export function firstWhere(count: number, isSo: (index: number) => boolean) {
+  let [low, high] = [0, count];
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (isSo(middle)) high = middle;
+    else low = middle + 1;
+  }
+  return low;
 }
 
 /** The number nearest to a value in [low, high]; `high` where that is empty. */

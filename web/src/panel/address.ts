@@ -1,8 +1,7 @@
 import { THREE } from "../three.ts";
-import { MOST_LINKED, writeKeys } from "../timeline/key_text.ts";
+import { MOST_LINKED, readLink, ROUNDING, writeKeys, writeLink } from "../values/link.ts";
 import { unrounded } from "../values/configurations.ts";
-import { ROUNDING, readLink, writeLink } from "../values/link.ts";
-import { NoConfiguration } from "../values/reading.ts";
+import { Refused } from "../values/literals.ts";
 import type { Panel } from "./panel.ts";
 
 // How often [ms] the address follows; browsers refuse more than some hundred changes in half a minute.
@@ -137,7 +136,7 @@ export class Address {
       state = readLink(page.robot.about, [...Object.keys(page.toggles.shown), "joints"], text);
       this.checkCamera(state);
     } catch (error) {
-      if (!(error instanceof NoConfiguration)) throw error;
+      if (!(error instanceof Refused)) throw error;
       panel.messages.say(`The link leads nowhere: ${error.message}`, { bad: true });
       return;
     }
@@ -164,9 +163,7 @@ export class Address {
     const away = Math.max(...[0, 3].map((at) => Math.hypot(...base.map((x, i) => camera[at + i] - x))));
     const most = FURTHEST * studio.size;
     if (away > most) {
-      throw new NoConfiguration(
-        `a camera ${away.toPrecision(2)} m from the robot, expected at most ${most.toFixed(0)} m`,
-      );
+      throw new Refused(`a camera ${away.toPrecision(2)} m from the robot, expected at most ${most.toFixed(0)} m`);
     }
   }
 

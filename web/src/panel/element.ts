@@ -103,14 +103,31 @@ export function openDialog(title: string, ...children: (string | Node)[]) {
 }
 
 /**
+ * Do what a key is for, unless another one is held with it that makes it a command of the browser.
+ *
+ * @returns whether it is for anything
+ */
+export function obeyKey(event: KeyboardEvent, does: Record<string, () => void>) {
+  if (!Object.hasOwn(does, event.key) || event.ctrlKey || event.metaKey || event.altKey) return false;
+  event.preventDefault();
+  does[event.key]();
+  return true;
+}
+
+/** A canvas to draw on, by its pen. */
+export function makeInk(width: number, height: number) {
+  const canvas = element("canvas", { width, height });
+  return canvas.getContext("2d") as CanvasRenderingContext2D;
+}
+
+/**
  * Put buttons into a bar that is one Tab stop: arrows, Home and End lead from one to the next.
  *
  * @param label of the bar
  */
 export function toolbar(bar: HTMLElement, label: string, ...children: HTMLElement[]) {
   bar.replaceChildren(...children);
-  bar.setAttribute("role", "toolbar");
-  bar.ariaLabel = label;
+  Object.assign(bar, { role: "toolbar", ariaLabel: label });
   const buttons = [...bar.querySelectorAll("button")];
   buttons.forEach((button, i) => (button.tabIndex = i === 0 ? 0 : -1));
   bar.addEventListener("focusin", ({ target }) => {
@@ -119,13 +136,10 @@ export function toolbar(bar: HTMLElement, label: string, ...children: HTMLElemen
   bar.addEventListener("keydown", (event) => {
     const there = buttons.filter((button) => !button.hidden);
     const at = there.indexOf(event.target as HTMLButtonElement);
-    const next = {
-      ...{ ArrowRight: at + 1, ArrowDown: at + 1, ArrowLeft: at - 1, ArrowUp: at - 1 },
-      ...{ Home: 0, End: -1 },
-    }[event.key];
-    if (at < 0 || next === undefined || event.ctrlKey || event.altKey || event.metaKey) return;
-    event.preventDefault();
-    there.at(next % there.length)?.focus();
+    const go = (to: number) => () => there.at(to % there.length)?.focus();
+    const [next, before] = [go(at + 1), go(at - 1)];
+    const keys = { ArrowRight: next, ArrowDown: next, ArrowLeft: before, ArrowUp: before, Home: go(0), End: go(-1) };
+    if (at >= 0) obeyKey(event, keys);
   });
   return bar;
 }
@@ -138,10 +152,8 @@ let count = 0;
  * @param label of what opens
  */
 export function menu(button: HTMLButtonElement, label: string, ...children: Node[]) {
-  const sheet = element("div", { className: "menu", id: `menu-${count++}` }, ...children);
-  sheet.setAttribute("popover", "auto");
-  sheet.setAttribute("role", "group");
-  sheet.setAttribute("aria-label", label);
+  const named = { className: "menu", id: `menu-${count++}`, popover: "auto", role: "group", ariaLabel: label };
+  const sheet = element("div", named, ...children);
   button.setAttribute("aria-expanded", "false");
   button.setAttribute("popovertarget", sheet.id);
   sheet.addEventListener("toggle", () => {

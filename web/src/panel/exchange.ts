@@ -1,15 +1,11 @@
-import type { Robot } from "../robot/robot.ts";
-import type { Stance } from "../stance.ts";
-import { NoConfiguration, readConfiguration } from "../values/reading.ts";
-import { FORMATS } from "../values/writing.ts";
+import type { PageWith } from "../app.ts";
+import { Refused } from "../values/literals.ts";
+import { readConfiguration } from "../values/reading.ts";
+import { FORMATS } from "../values/configurations.ts";
 import { button, copyText, element, openDialog } from "./element.ts";
 import type { Messages } from "./tools.ts";
 
-/** The parts of the page that are used here. */
-interface Page {
-  readonly robot: Robot;
-  readonly stance: Stance;
-}
+type Page = PageWith<"robot" | "stance">;
 
 /** Configurations out of the page and into it as text: by the clipboard, or by a field where that is forbidden. */
 export class Exchange {
@@ -92,7 +88,7 @@ export class Exchange {
       this.messages.say(outside ? `${values}; ${outside} outside the limits` : values);
       return null;
     } catch (error) {
-      if (error instanceof NoConfiguration) return error.message;
+      if (error instanceof Refused) return error.message;
       throw error;
     }
   }

@@ -1,19 +1,10 @@
-import type { Robot } from "../robot/robot.ts";
+import type { PageWith } from "../app.ts";
 import { THREE } from "../three.ts";
-import type { Player } from "../timeline/player.ts";
-import type { Camera, MeshcatViewer } from "../types.ts";
-import { element, openDialog } from "./element.ts";
+import { element, obeyKey, openDialog } from "./element.ts";
 import type { Panel } from "./panel.ts";
 import { remember } from "./settings.ts";
 
-/** The parts of the page that are used here. */
-interface Page {
-  readonly player: Player;
-  readonly robot: Robot;
-  readonly view: string | null;
-  readonly viewer: MeshcatViewer;
-  camera(name: string): void;
-}
+type Page = PageWith<"camera" | "player" | "robot" | "view" | "viewer">;
 
 /** What the list of keys says: where, and which keys do what. */
 const LIST = {
@@ -117,20 +108,15 @@ export class Keys {
     const { page, layout, joints, settings } = this.panel;
     if (this.plays(event)) return () => event.repeat || page.player.toggle();
     if (!settings.keys || isTyped(target) || target.closest("[popover]")) return null;
-    switch (event.key) {
-      case "?":
-        return () => this.help();
-      case "p":
-      case "P":
-        return () => layout.fold(!layout.folded);
-      case "/":
-        return () => {
-          layout.fold(false);
-          joints.search.focus();
-        };
-      default:
-        return null;
-    }
+    const does: Record<string, () => void> = {
+      "?": () => this.help(),
+      p: () => layout.fold(!layout.folded),
+      "/": () => {
+        layout.fold(false);
+        joints.search.focus();
+      },
+    };
+    return does[event.key.toLowerCase()] ?? null;
   }
 
   paste(event: ClipboardEvent) {
@@ -174,43 +160,24 @@ const POLE = 0.02;
 export function bindViewKeys(page: Page) {
   const canvas = page.viewer.renderer.domElement;
   const { name, cameras } = page.robot.about;
-  canvas.tabIndex = 0;
-  canvas.setAttribute("role", "application");
-  canvas.setAttribute("aria-label", `${name}, seen by a camera that arrow keys, plus, minus and numbers move`);
+  const ariaLabel = `${name}, seen by a camera that arrow keys, plus, minus and numbers move`;
+  Object.assign(canvas, { tabIndex: 0, role: "application", ariaLabel });
+  const presets = cameras.slice(0, 9).map((camera, i) => [String(i + 1), () => page.camera(camera.name)]);
   canvas.addEventListener("keydown", (event) => {
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const does = actionOf(event, page, cameras);
-    if (!does) return;
-    event.preventDefault();
-    does();
+    const turn = event.shiftKey ? 3 * TURN : TURN;
+    const go = (around: number, down: number, further: number) => () => orbit(page, around, down, further);
+    const [nearer, further, all] = [go(0, 0, NEARER), go(0, 0, 1 / NEARER), () => page.camera(whole(page))];
+    obeyKey(event, {
+      ...{
+        ArrowLeft: go(-turn, 0, 1),
+        ArrowRight: go(turn, 0, 1),
+        ArrowUp: go(0, -turn, 1),
+        ArrowDown: go(0, turn, 1),
+      },
+      ...{ "+": nearer, "=": nearer, "-": further, _: further, 0: all, Home: all },
+      ...Object.fromEntries(presets),
+    });
   });
-}
-
-function actionOf({ key, shiftKey }: KeyboardEvent, page: Page, cameras: Camera[]): (() => void) | null {
-  const turn = shiftKey ? 3 * TURN : TURN;
-  switch (key) {
-    case "ArrowLeft":
-      return () => orbit(page, -turn, 0, 1);
-    case "ArrowRight":
-      return () => orbit(page, turn, 0, 1);
-    case "ArrowUp":
-      return () => orbit(page, 0, -turn, 1);
-    case "ArrowDown":
-      return () => orbit(page, 0, turn, 1);
-    case "+":
-    case "=":
-      return () => orbit(page, 0, 0, NEARER);
-    case "-":
-    case "_":
-      return () => orbit(page, 0, 0, 1 / NEARER);
-    case "0":
-    case "Home":
-      return () => page.camera(whole(page));
-    default: {
-      const camera = /^[1-9]$/.test(key) ? cameras[Number(key) - 1] : undefined;
-      return camera ? () => page.camera(camera.name) : null;
-    }
-  }
 }
 
 /** The whole-body camera chosen last, or the usual one. */

@@ -1,5 +1,5 @@
 import { clamp } from "../math/numbers.ts";
-import { element, iconButton } from "./element.ts";
+import { element, iconButton, obeyKey } from "./element.ts";
 import { remember, type Settings } from "./settings.ts";
 
 // How much of the window the panel may take [%], and what a key changes.
@@ -12,7 +12,12 @@ const [LEAST, MOST, STEP] = [15, 80, 2];
 export class Layout {
   stacked = matchMedia("(max-width: 47.5em) and (max-aspect-ratio: 1/1)");
   toggle: HTMLButtonElement;
-  separator = element("div", { className: "separator", tabIndex: 0 });
+  separator = element("div", {
+    className: "separator",
+    tabIndex: 0,
+    role: "separator",
+    ariaLabel: "Size of the panel",
+  });
 
   constructor(
     public aside: HTMLElement,
@@ -23,8 +28,6 @@ export class Layout {
     this.toggle.id = "fold";
     this.toggle.setAttribute("aria-controls", aside.id);
     view.append(this.toggle);
-    this.separator.setAttribute("role", "separator");
-    this.separator.setAttribute("aria-label", "Size of the panel");
     this.separator.setAttribute("aria-controls", aside.id);
     this.separator.onkeydown = (event) => this.key(event);
     this.separator.onpointerdown = (event) => this.grab(event);
@@ -81,27 +84,21 @@ export class Layout {
   }
 
   announce() {
-    const separator = this.separator;
-    separator.setAttribute("aria-orientation", this.along === "width" ? "vertical" : "horizontal");
-    separator.setAttribute("aria-valuemin", String(LEAST));
-    separator.setAttribute("aria-valuemax", String(MOST));
-    separator.setAttribute("aria-valuenow", String(Math.round(clamp(this.share, LEAST, MOST))));
+    Object.assign(this.separator, {
+      ariaOrientation: this.along === "width" ? "vertical" : "horizontal",
+      ...{ ariaValueMin: LEAST, ariaValueMax: MOST },
+      ariaValueNow: Math.round(clamp(this.share, LEAST, MOST)),
+    });
   }
 
   key(event: KeyboardEvent) {
     const step = event.shiftKey ? 5 * STEP : STEP;
-    const does: Record<string, () => void> = {
-      ArrowLeft: () => this.resize(this.share + step),
-      ArrowUp: () => this.resize(this.share + step),
-      ArrowRight: () => this.resize(this.share - step),
-      ArrowDown: () => this.resize(this.share - step),
-      Home: () => this.resize(LEAST),
-      End: () => this.resize(MOST),
-      Enter: () => this.fold(true),
-    };
-    if (!Object.hasOwn(does, event.key) || event.ctrlKey || event.metaKey || event.altKey) return;
-    event.preventDefault();
-    does[event.key]();
+    const to = (share: number) => () => this.resize(share);
+    const [larger, smaller] = [to(this.share + step), to(this.share - step)];
+    obeyKey(event, {
+      ...{ ArrowLeft: larger, ArrowUp: larger, ArrowRight: smaller, ArrowDown: smaller },
+      ...{ Home: to(LEAST), End: to(MOST), Enter: () => this.fold(true) },
+    });
   }
 
   grab(event: PointerEvent) {

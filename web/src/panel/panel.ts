@@ -1,14 +1,6 @@
-import type { Box3 } from "three";
-import type { Connection } from "../connection.ts";
-import type { Pick } from "../pick/pick.ts";
-import type { Robot, ShownRobot } from "../robot/robot.ts";
+import type { App } from "../app.ts";
 import { paintFloor } from "../scene/floor.ts";
-import type { OtherRobots } from "../scene/other_robots.ts";
-import type { Studio } from "../scene/studio.ts";
-import type { Snapshot, Stance } from "../stance.ts";
-import type { Player } from "../timeline/player.ts";
-import type { Toggles } from "../toggles.ts";
-import type { Camera, MeshcatViewer } from "../types.ts";
+import type { Snapshot } from "../stance.ts";
 import { Address } from "./address.ts";
 import { element } from "./element.ts";
 import { Exchange } from "./exchange.ts";
@@ -20,26 +12,6 @@ import { Readout } from "./readout.ts";
 import { Robots } from "./robots.ts";
 import { Settings } from "./settings.ts";
 import { Head, Messages, Tools } from "./tools.ts";
-
-/** The parts of the page that are used here. */
-interface Page extends EventTarget {
-  readonly connection: Connection;
-  readonly others: OtherRobots;
-  readonly pane: HTMLElement;
-  readonly pick: Pick;
-  readonly player: Player;
-  readonly robot: Robot;
-  readonly role: string;
-  readonly shown: ShownRobot;
-  readonly stance: Stance;
-  readonly studio: Studio;
-  readonly toggles: Toggles;
-  readonly view: string | null;
-  readonly viewer: MeshcatViewer;
-  camera(name: string): void;
-  look(preset: Camera | undefined, robots: { box(links: number[]): Box3 }): void;
-  show(changes: Record<string, boolean>): void;
-}
 
 /** A part of the panel: what it looks like, and how it follows the robot if it does. */
 interface Section {
@@ -63,7 +35,7 @@ export class Panel {
   sections: Section[];
 
   constructor(
-    readonly page: Page,
+    readonly page: App,
     aside: HTMLElement,
   ) {
     this.settings = new Settings(page.role === "");

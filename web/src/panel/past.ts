@@ -1,19 +1,15 @@
-import type { Snapshot, Stance } from "../stance.ts";
+import type { PageWith } from "../app.ts";
+import type { Targets } from "../drag/targets.ts";
+import type { Snapshot } from "../stance.ts";
 import type { Edited } from "../timeline/editor.ts";
-import type { Player } from "../timeline/player.ts";
-import { History } from "../values/history.ts";
 
-/** The parts of the page that are used here. */
-interface Page extends EventTarget {
-  readonly player: Player;
-  readonly stance: Stance;
-}
+type Page = PageWith<"player" | "stance" | "targets">;
 
-/** What undo gives back: how the robot was, and the key frames; none before there are any. */
-type State = Snapshot & { edited?: Edited };
+/** What undo gives back: how the robot was, the targets that were moved, and the key frames; none before there are any. */
+type State = Snapshot & { edited?: Edited; placed: Targets["placed"] };
 
 /**
- * Undo and redo of what this page did to the robot and to the key frames. All that happens while a pointer or a key is down
+ * Undo and redo of what this page did to the robot, to targets and to the key frames. All that happens while a pointer or a key is down
  * is one step.
  *
  * Events: "changed".
@@ -29,6 +25,7 @@ export class Past extends EventTarget {
     super();
     this.now = this.snapshot;
     page.addEventListener("settled", (event) => this.settled((event as CustomEvent).detail.own));
+    page.addEventListener("placed", (event) => this.settled((event as CustomEvent).detail.own));
     page.player.addEventListener("edited", () => this.settled(true));
     const begin = (what: string) => {
       this.finish();
@@ -63,8 +60,8 @@ export class Past extends EventTarget {
   }
 
   get snapshot(): State {
-    const { stance, player } = this.page;
-    return { ...stance.snapshot(), edited: player.editor?.edited };
+    const { player, stance, targets } = this.page;
+    return { ...stance.snapshot(), edited: player.editor?.edited, placed: targets.placed };
   }
 
   /** @param own whether this page made the change, rather than the program behind it or a clip */
@@ -101,18 +98,53 @@ export class Past extends EventTarget {
 
   show(state: State | undefined) {
     if (!state) return;
-    const { player, stance } = this.page;
-    // It is no step of its own.
-    this.now = state;
+    const { player, stance, targets } = this.page;
     if (state.edited && state.edited.frames !== player.editor.frames) player.editor.restore(state.edited);
+    targets.restore(state.placed);
     stance.jump(state.q, state.up);
     stance.settle();
+    // It is no step of its own.
+    this.now = this.snapshot;
+    this.before = null;
     this.dispatchEvent(new Event("changed"));
   }
 }
 
 function same(a: State, b: State) {
   return (
-    a.edited?.frames === b.edited?.frames && a.q.every((value, i) => value === b.q[i]) && String(a.up) === String(b.up)
+    a.edited?.frames === b.edited?.frames &&
+    a.q.every((value, i) => value === b.q[i]) &&
+    String(a.up) === String(b.up) &&
+    String([...a.placed]) === String([...b.placed])
   );
+}
+
+/** What was before, and what was taken back: undo and redo of any state. */
+export class History<State> {
+  past: State[] = [];
+  future: State[] = [];
+
+  /** @param most steps that can be taken back; older ones are forgotten */
+  constructor(readonly most: number = 200) {}
+
+  /** Keep what was before a step; what had been taken back is gone. */
+  push(before: State) {
+    this.past.push(before);
+    if (this.past.length > this.most) this.past.shift();
+    this.future = [];
+  }
+
+  /** The state before the last step; undefined where there is none. */
+  undo(now: State) {
+    const state = this.past.pop();
+    if (state !== undefined) this.future.push(now);
+    return state;
+  }
+
+  /** The state that was taken back last; undefined where there is none. */
+  redo(now: State) {
+    const state = this.future.pop();
+    if (state !== undefined) this.past.push(now);
+    return state;
+  }
 }

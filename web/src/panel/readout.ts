@@ -1,4 +1,5 @@
 import "./readout.css";
+import { fixed } from "../math/numbers.ts";
 import { COPIES, poseNumbers } from "../pick/facts.ts";
 import { THREE } from "../three.ts";
 import type { About } from "../types.ts";
@@ -49,7 +50,7 @@ function angle(name: string, value: number, choice: Choice): Shown {
 const share = (name: string, value: number): Shown => ({
   name,
   value,
-  text: value.toFixed(5),
+  text: fixed(value, 5),
   title: String(value),
 });
 
@@ -187,6 +188,7 @@ export class Readout {
 
   refresh() {
     const { measuring, open } = this;
+    this.element.classList.toggle("measuring", measuring);
     this.measure.setAttribute("aria-pressed", String(measuring));
     this.more.setAttribute("aria-expanded", String(open));
     // What is hidden would lose the focus to nothing.

@@ -1,19 +1,13 @@
 import "./tip.css";
-import type { Panel } from "../panel/panel.ts";
-import type { MeshcatViewer } from "../types.ts";
+import type { PageWith } from "../app.ts";
 import { element } from "../panel/element.ts";
 import type { Robot } from "../robot/robot.ts";
 import { asMark } from "../scene/marks.ts";
 import { THREE } from "../three.ts";
 import { jointOf, pairOf, unitText } from "./facts.ts";
-import type { Picker } from "./picker.ts";
+import type { Picker } from "./pick.ts";
 
-/** The parts of the page that are used here. */
-interface Page extends EventTarget {
-  readonly panel: Panel;
-  readonly robot: Robot;
-  readonly viewer: MeshcatViewer;
-}
+type Page = PageWith<"panel" | "robot" | "viewer">;
 
 // Between the pointer and the tip [px].
 const BESIDE = 16;

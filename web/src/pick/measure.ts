@@ -1,20 +1,9 @@
-import type { Labels } from "../scene/labels.ts";
-import type { Panel } from "../panel/panel.ts";
-import type { Robot } from "../robot/robot.ts";
-import type { Studio } from "../scene/studio.ts";
-import type { MeshcatViewer } from "../types.ts";
+import type { PageWith } from "../app.ts";
 import { asMark } from "../scene/marks.ts";
 import { THREE } from "../three.ts";
 import { unitOf, withUnit } from "../values/units.ts";
 
-/** The parts of the page that are used here. */
-interface Page extends EventTarget {
-  readonly labels: Labels;
-  readonly panel: Panel;
-  readonly robot: Robot;
-  readonly studio: Studio;
-  readonly viewer: MeshcatViewer;
-}
+type Page = PageWith<"labels" | "panel" | "robot" | "studio" | "viewer">;
 
 /** One end of what is measured: a frame, or a point that stays on its link. */
 type End = { kind: "frame"; name: string } | { kind: "point"; link: number; local: THREE.Vector3 };

@@ -1,24 +1,14 @@
-import type { Labels } from "../scene/labels.ts";
-import type { Panel } from "../panel/panel.ts";
-import type { Studio } from "../scene/studio.ts";
-import type { MeshcatViewer } from "../types.ts";
+import type { PageWith } from "../app.ts";
 import type { Robot } from "../robot/robot.ts";
 import { makeTriad } from "../scene/extras.ts";
 import { asMark, dispose } from "../scene/marks.ts";
-import { THREE } from "../three.ts";
+import { THREE, sphereOf } from "../three.ts";
+import type { MeshcatViewer } from "../types.ts";
 import { frameOf } from "./facts.ts";
 import { Hover } from "./hover.ts";
 import { Measure } from "./measure.ts";
-import { Picker, Viewport } from "./picker.ts";
 
-/** The parts of the page that are used here. */
-interface Page extends EventTarget {
-  readonly labels: Labels;
-  readonly panel: Panel;
-  readonly robot: Robot;
-  readonly studio: Studio;
-  readonly viewer: MeshcatViewer;
-}
+type Page = PageWith<"labels" | "panel" | "robot" | "studio" | "viewer">;
 
 const SIZE = 0.062;
 
@@ -82,5 +72,119 @@ export class Pick {
     this.hover = new Hover(page, this.picker, pane);
     this.selection = new Selection(page);
     this.measure = new Measure(page);
+  }
+}
+
+/** The picture of the scene: which ray a place on the screen is, and where on the screen a point is seen. */
+export class Viewport {
+  constructor(
+    readonly viewer: MeshcatViewer,
+    readonly pane: HTMLElement,
+  ) {}
+
+  /** The camera where its control has put it since the last picture. */
+  get camera() {
+    const { camera } = this.viewer;
+    camera.updateWorldMatrix(true, false);
+    return camera;
+  }
+
+  /** The ray from the camera through a place on the screen. */
+  ray({ clientX, clientY }: { clientX: number; clientY: number }) {
+    const { left, top, width, height } = this.pane.getBoundingClientRect();
+    const x = (2 * (clientX - left)) / width - 1;
+    const y = 1 - (2 * (clientY - top)) / height;
+    const caster = new THREE.Raycaster();
+    caster.setFromCamera(new THREE.Vector2(x, y), this.camera);
+    return caster.ray;
+  }
+
+  /** Where a point of the world is seen [px]; null for one that is behind the camera. */
+  place(point: THREE.Vector3) {
+    const { left, top, width, height } = this.pane.getBoundingClientRect();
+    const { x, y, z } = point.clone().project(this.camera);
+    if (z >= 1) return null;
+    return { clientX: left + ((1 + x) / 2) * width, clientY: top + ((1 - y) / 2) * height };
+  }
+
+  /**
+   * Where a place goes that a pointer pulls in the plane that the camera faces; null where it says nothing.
+   *
+   * @param from where the pointer takes hold of it
+   */
+  pulled(at: THREE.Vector3, from: THREE.Ray) {
+    const towards = this.camera.getWorldDirection(new THREE.Vector3());
+    const plane = new THREE.Plane().setFromNormalAndCoplanarPoint(towards, at);
+    const start = from.intersectPlane(plane, new THREE.Vector3()) ?? at;
+    return (ray: THREE.Ray, { level }: { level: boolean }) => {
+      const by = ray.intersectPlane(plane, new THREE.Vector3())?.sub(start);
+      if (by && level) by.projectOnVector(this.axes[1]);
+      return by?.add(at) ?? null;
+    };
+  }
+
+  /** Move a point to the right and up on the screen [m]. */
+  shift(point: THREE.Vector3, right: number, up: number) {
+    const [x, y] = this.axes;
+    return point.addScaledVector(x, right).addScaledVector(y, up);
+  }
+
+  /** Unit vectors of the world to the right and up on the screen. */
+  get axes() {
+    const { matrixWorld } = this.camera;
+    return [0, 1].map((column) => new THREE.Vector3().setFromMatrixColumn(matrixWorld, column));
+  }
+
+  /** Metres of the world per pixel, at the depth of a point. */
+  metresPerPixel(point: THREE.Vector3) {
+    const { camera } = this;
+    const depth = point.clone().applyMatrix4(camera.matrixWorldInverse).z;
+    const half = Math.tan(THREE.MathUtils.degToRad(camera.fov / 2)) / camera.zoom;
+    return (2 * Math.abs(depth) * half) / (this.pane.clientHeight || 1);
+  }
+}
+
+/**
+ * What is met on the surface of the robot: the link, the point in the world, and the same point in the frame of the link.
+ */
+export interface Hit {
+  link: number;
+  point: THREE.Vector3;
+  local: THREE.Vector3;
+}
+
+/** Finds what is under the pointer. */
+export class Picker {
+  caster = new THREE.Raycaster();
+
+  constructor(
+    readonly robot: Robot,
+    readonly viewport: Viewport,
+  ) {}
+
+  /**
+   * The first surface under a place on the screen. Triangles are tried only of the shapes whose bounding sphere the ray
+   * enters, from the nearest on, until what is left begins behind what was met.
+   */
+  at(place: { clientX: number; clientY: number }): Hit | null {
+    const { caster, robot } = this;
+    caster.ray.copy(this.viewport.ray(place));
+    const sphere = new THREE.Sphere();
+    const candidates = robot.meshes.flatMap(({ mesh, link }) => {
+      sphere.copy(sphereOf(mesh)).applyMatrix4(mesh.matrixWorld);
+      const along = sphere.center.clone().sub(caster.ray.origin).dot(caster.ray.direction);
+      const beside = caster.ray.distanceSqToPoint(sphere.center);
+      if (beside > sphere.radius ** 2) return [];
+      return [{ mesh, link, entry: along - Math.sqrt(sphere.radius ** 2 - beside) }];
+    });
+    candidates.sort((a, b) => a.entry - b.entry);
+    let [least, found, owner] = [Infinity, new THREE.Vector3(), -1];
+    for (const { mesh, link, entry } of candidates) {
+      if (entry > least) break;
+      const [first] = caster.intersectObject(mesh, false);
+      if (first && first.distance < least) [least, found, owner] = [first.distance, first.point, link];
+    }
+    if (owner < 0) return null;
+    return { link: owner, point: found, local: robot.nodes[owner].worldToLocal(found.clone()) };
   }
 }

@@ -1,11 +1,12 @@
 import "./plot.css";
+import { firstWhere } from "../math/numbers.ts";
 import { element, menu } from "../panel/element.ts";
 import { OffScreen } from "../robot/skeleton.ts";
 import type { Player } from "../timeline/player.ts";
 import type { Coordinate } from "../types.ts";
 import { unitOf } from "../values/units.ts";
 import { Plot } from "./plot.ts";
-import { busiest, evenTimes, indexAt, sampleTimes } from "./samples.ts";
+import { busiest, evenTimes, sampleTimes } from "../timeline/motion.ts";
 import type { Curves } from "./streams.ts";
 
 const COLOURS = ["#d9480f", "#1c7ed6", "#2b8a3e", "#ae3ec9", "#a17a00", "#0c8599", "#c2255c", "#5f3dc4"];
@@ -205,7 +206,7 @@ export class PlotStrip {
     for (const { plot, curves } of this.streams.values()) {
       const { times, values } = curves;
       const now = motion ? time : (times.at(-1) ?? 0);
-      const at = Math.max(0, indexAt(times, now));
+      const at = Math.max(0, firstWhere(times.length, (i) => times[i] > now) - 1);
       plot.setTime(now, (line) => values[line][at] ?? NaN);
     }
     if (!motion || !this.skeleton || !this.drawn) return;

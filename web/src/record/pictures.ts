@@ -1,26 +1,9 @@
-import type { Box3 } from "three";
-import { element } from "../panel/element.ts";
-import type { Panel } from "../panel/panel.ts";
-import type { Robot } from "../robot/robot.ts";
-import type { Labels } from "../scene/labels.ts";
-import type { OtherRobots } from "../scene/other_robots.ts";
-import type { Speech } from "../scene/speech.ts";
-import { resize, type Studio } from "../scene/studio.ts";
-import type { Camera, MeshcatViewer } from "../types.ts";
+import type { App } from "../app.ts";
+import { element, makeInk } from "../panel/element.ts";
 import type { Received } from "../received.ts";
-
-/** The parts of the page that a picture of it shows, or a film. */
-export interface Page {
-  readonly labels: Labels;
-  readonly others: OtherRobots;
-  readonly pane: HTMLElement;
-  readonly panel: Panel;
-  readonly robot: Robot;
-  readonly speech: Speech;
-  readonly studio: Studio;
-  readonly viewer: MeshcatViewer;
-  send(answer: object): void;
-}
+import { resize, type Studio } from "../scene/studio.ts";
+import type { Box3 } from "three";
+import type { Camera } from "../types.ts";
 
 /** Let the browser save a file. */
 export function download(blob: Blob, name: string) {
@@ -80,15 +63,13 @@ function takePicture(
   resize(viewer, width, height);
   if (preset) studio.look(preset, robots);
   viewer.render();
-  const canvas = document.createElement("canvas");
-  [canvas.width, canvas.height] = [width, height];
-  const ink = canvas.getContext("2d") as CanvasRenderingContext2D;
+  const ink = makeInk(width, height);
   paintCanvas(ink, viewer.renderer.domElement, width, height);
   over(ink);
   Object.assign(studio, { alwaysFine: false, ratio });
   studio.setRatio(ratio);
   viewer.set_3d_pane_size();
-  return canvas;
+  return ink.canvas;
 }
 
 /**
@@ -96,7 +77,7 @@ function takePicture(
  *
  * @param scale pixels for one of the screen's
  */
-export async function saveScreenshot(page: Page, scale: number): Promise<void> {
+export async function saveScreenshot(page: App, scale: number): Promise<void> {
   const { pane, studio, robot } = page;
   const ratio = scale * window.devicePixelRatio;
   const [width, height] = [pane.clientWidth, pane.clientHeight].map((length) => Math.round(length * ratio));
@@ -114,7 +95,7 @@ export async function saveScreenshot(page: Page, scale: number): Promise<void> {
 const LABELS_ACROSS = 640;
 
 /** Draw the picture that the program asks for, and send it. */
-export function sendPicture(page: Page, { id, width, height, camera }: Received["capture"]) {
+export function sendPicture(page: App, { id, width, height, camera }: Received["capture"]) {
   const preset = page.robot.about.cameras.find(({ name }) => name === camera);
   const over = (ink: CanvasRenderingContext2D) => paintOver(page, ink, width, height);
   const picture = takePicture(page.studio, width, height, preset, page.others, over);
@@ -122,17 +103,92 @@ export function sendPicture(page: Page, { id, width, height, camera }: Received[
 }
 
 /** Paint the picture that was drawn last, with what the page writes over it. */
-export function paintPicture(page: Page, ink: CanvasRenderingContext2D, width: number, height: number) {
+export function paintPicture(page: App, ink: CanvasRenderingContext2D, width: number, height: number) {
   paintCanvas(ink, page.viewer.renderer.domElement, width, height);
   paintOver(page, ink, width, height);
 }
 
 /** Paint what the page writes over the picture onto one of another size. */
-function paintOver(page: Page, ink: CanvasRenderingContext2D, width: number, height: number) {
+function paintOver(page: App, ink: CanvasRenderingContext2D, width: number, height: number) {
   page.speech.paint(ink, width, height);
   const scale = Math.min(width, height) / LABELS_ACROSS;
   ink.save();
   ink.scale(scale, scale);
   page.labels.paint(ink, width / scale, height / scale);
   ink.restore();
+}
+
+// A film ends by itself after so many seconds, or bytes: it is kept in memory until it is saved.
+const [MOST_SECONDS, MOST_BYTES] = [120, 200e6];
+const [RATE, BITS] = [30, 12e6];
+const KINDS = ["video/webm;codecs=vp9", "video/webm;codecs=vp8", "video/webm", "video/mp4"];
+
+/** A film of the view: each picture that is drawn, with the labels over it. */
+export class Video {
+  /** Told every second how long it has been recorded; null when it has ended. */
+  told: (seconds: number | null) => void = () => {};
+  canvas = document.createElement("canvas");
+  ink: CanvasRenderingContext2D;
+  recorder: MediaRecorder | null = null;
+
+  constructor(readonly page: App) {
+    this.ink = this.canvas.getContext("2d", { alpha: false }) as CanvasRenderingContext2D;
+  }
+
+  /** Why there can be none; "" where there can. */
+  static get obstacle() {
+    if (typeof MediaRecorder === "undefined" || !("captureStream" in HTMLCanvasElement.prototype)) {
+      return "This browser records no video.";
+    }
+    return KINDS.some((kind) => MediaRecorder.isTypeSupported(kind))
+      ? ""
+      : "This browser records no WebM or MP4 video.";
+  }
+
+  get recording() {
+    return this.recorder !== null;
+  }
+
+  start() {
+    const mimeType = KINDS.find((kind) => MediaRecorder.isTypeSupported(kind)) ?? "";
+    const { pane } = this.page;
+    const ratio = Math.min(window.devicePixelRatio, 2);
+    // Codecs want even numbers.
+    this.canvas.width = 2 * Math.round((pane.clientWidth * ratio) / 2);
+    this.canvas.height = 2 * Math.round((pane.clientHeight * ratio) / 2);
+    const stream = this.canvas.captureStream(RATE);
+    const recorder = new MediaRecorder(stream, { mimeType, videoBitsPerSecond: BITS });
+    const parts: Blob[] = [];
+    let bytes = 0;
+    const began = performance.now();
+    recorder.ondataavailable = ({ data }) => {
+      parts.push(data);
+      bytes += data.size;
+      const seconds = Math.round((performance.now() - began) / 1000);
+      if (recorder.state === "recording") this.told(seconds);
+      if (bytes > MOST_BYTES || seconds >= MOST_SECONDS) this.stop();
+    };
+    recorder.onstop = () => {
+      stream.getTracks().forEach((track) => track.stop());
+      this.recorder = null;
+      this.told(null);
+      const type = mimeType.split(";")[0];
+      download(new Blob(parts, { type }), fileName(this.page.robot.about.name, type === "video/mp4" ? "mp4" : "webm"));
+    };
+    this.recorder = recorder;
+    recorder.start(1000);
+    this.told(0);
+    this.page.viewer.set_dirty();
+  }
+
+  stop() {
+    if (this.recorder?.state === "recording") this.recorder.stop();
+  }
+
+  /** A picture has been drawn. */
+  add() {
+    if (!this.recorder) return;
+    const { width, height } = this.canvas;
+    paintPicture(this.page, this.ink, width, height);
+  }
 }

@@ -2,7 +2,7 @@ import type { Object3D } from "three";
 import { LinkColours } from "../scene/link_colours.ts";
 import { makeMesh } from "../scene/materials.ts";
 import type { Studio } from "../scene/studio.ts";
-import { THREE } from "../three.ts";
+import { THREE, boxOf, sphereOf } from "../three.ts";
 import type { About, Coordinate, Shape } from "../types.ts";
 import { rangeOf } from "../values/configurations.ts";
 import type { Parts } from "./parts.ts";
@@ -118,8 +118,7 @@ export class Robot extends Skeleton {
     const fromWorld = this.fromWorld();
     const shapes = this.meshes.map(({ mesh }) => {
       const T = new THREE.Matrix4().multiplyMatrices(fromWorld, mesh.matrixWorld).elements;
-      if (!mesh.geometry.boundingBox) mesh.geometry.computeBoundingBox();
-      const { min, max } = mesh.geometry.boundingBox as THREE.Box3;
+      const { min, max } = boxOf(mesh);
       // The lowest corner of the box around it.
       const least = (slope: number, a: number, b: number) => slope * (slope > 0 ? a : b);
       const under = least(T[2], min.x, max.x) + least(T[6], min.y, max.y) + least(T[10], min.z, max.z) + T[14];
@@ -144,8 +143,7 @@ export class Robot extends Skeleton {
     const vertex = new THREE.Vector3();
     for (const { mesh } of this.meshes) {
       matrix.multiplyMatrices(fromWorld, mesh.matrixWorld);
-      if (!mesh.geometry.boundingSphere) mesh.geometry.computeBoundingSphere();
-      const { center, radius } = mesh.geometry.boundingSphere as THREE.Sphere;
+      const { center, radius } = sphereOf(mesh);
       if (vertex.copy(center).applyMatrix4(matrix).z - radius > height()) continue;
       const { position } = mesh.geometry.attributes;
       for (let i = 0; i < position.count; i++) visit(vertex.fromBufferAttribute(position, i).applyMatrix4(matrix));
@@ -161,8 +159,7 @@ export class Robot extends Skeleton {
     const own = new THREE.Sphere();
     sphere.makeEmpty();
     for (const { mesh } of this.meshes) {
-      if (!mesh.geometry.boundingSphere) mesh.geometry.computeBoundingSphere();
-      own.copy(mesh.geometry.boundingSphere as THREE.Sphere).applyMatrix4(mesh.matrixWorld);
+      own.copy(sphereOf(mesh)).applyMatrix4(mesh.matrixWorld);
       if (sphere.isEmpty()) sphere.copy(own);
       else sphere.union(own);
     }
@@ -174,9 +171,7 @@ export class Robot extends Skeleton {
   boxIn(link: number, shapes: Shape[]) {
     const box = new THREE.Box3();
     for (const { mesh } of shapes) {
-      if (!mesh.geometry.boundingBox) mesh.geometry.computeBoundingBox();
-      const own = (mesh.geometry.boundingBox as THREE.Box3).clone();
-      box.union(own.applyMatrix4(between(mesh, this.nodes[link])));
+      box.union(boxOf(mesh).clone().applyMatrix4(between(mesh, this.nodes[link])));
     }
     return box.isEmpty() ? box.expandByPoint(new THREE.Vector3()) : box;
   }

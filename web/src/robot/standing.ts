@@ -1,9 +1,8 @@
 import { convexHull, inside } from "../math/surfaces.ts";
 import { THREE } from "../three.ts";
 import type { About } from "../types.ts";
-import { nearestPosture } from "./nearest_posture.ts";
+import { depth, directions, extremes, nearestPosture, settled, touching } from "./settling.ts";
 import { between, type Robot } from "./robot.ts";
-import { depth, directions, extremes, settled, touching } from "./settling.ts";
 
 interface Pose {
   q: number[];

@@ -1,4 +1,5 @@
 import { convexHull, inside } from "../math/surfaces.ts";
+import { makeInk } from "../panel/element.ts";
 import type { Robot } from "../robot/robot.ts";
 import { THREE } from "../three.ts";
 import type { Studio } from "./studio.ts";
@@ -103,9 +104,7 @@ export class Balance {
 
 // The engineer's sign of a centre of mass: a ball in four black and white quarters.
 function quarteredMaterial() {
-  const canvas = document.createElement("canvas");
-  [canvas.width, canvas.height] = [128, 64];
-  const ink = canvas.getContext("2d") as CanvasRenderingContext2D;
+  const ink = makeInk(128, 64);
   ink.fillStyle = "#ffffff";
   ink.fillRect(0, 0, 128, 64);
   ink.fillStyle = "#14181f";
@@ -117,5 +116,5 @@ function quarteredMaterial() {
   ]) {
     ink.fillRect(x, y, 32, 32);
   }
-  return new THREE.MeshBasicMaterial({ map: new THREE.CanvasTexture(canvas), ...OVER });
+  return new THREE.MeshBasicMaterial({ map: new THREE.CanvasTexture(ink.canvas), ...OVER });
 }

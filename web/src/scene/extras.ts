@@ -1,17 +1,12 @@
+import type { PageWith } from "../app.ts";
+import { makeInk } from "../panel/element.ts";
 import { makeGeometry } from "../robot/parts.ts";
-import type { Robot } from "../robot/robot.ts";
 import { THREE } from "../three.ts";
-import type { MeshcatViewer, Vector } from "../types.ts";
+import type { Vector } from "../types.ts";
 import { asMark, dispose } from "./marks.ts";
-import type { Studio } from "./studio.ts";
 import type { Received } from "../received.ts";
 
-/** The parts of the page that are used here. */
-interface Page {
-  readonly robot: Robot;
-  readonly studio: Studio;
-  readonly viewer: MeshcatViewer;
-}
+type Page = PageWith<"robot" | "studio" | "viewer">;
 
 /**
  * A material that light does not change.
@@ -193,16 +188,14 @@ function linear(colours: Uint8Array) {
 
 // What a point looks like: it shows where this is white.
 function disc() {
-  const canvas = document.createElement("canvas");
-  canvas.width = canvas.height = 64;
-  const ink = canvas.getContext("2d") as CanvasRenderingContext2D;
+  const ink = makeInk(64, 64);
   ink.fillStyle = "#000000";
   ink.fillRect(0, 0, 64, 64);
   ink.fillStyle = "#ffffff";
   ink.beginPath();
   ink.arc(32, 32, 31, 0, 2 * Math.PI);
   ink.fill();
-  return new THREE.CanvasTexture(canvas);
+  return new THREE.CanvasTexture(ink.canvas);
 }
 
 const MAKERS: Record<string, (message: any) => THREE.Object3D> = { points: makePoints, mesh: makeMesh, line: makeLine };

@@ -1,18 +1,13 @@
+import type { PageWith } from "../app.ts";
 import { element } from "../panel/element.ts";
 import type { Robot } from "../robot/robot.ts";
 import { THREE } from "../three.ts";
-import type { Eye, MeshcatViewer } from "../types.ts";
+import type { Eye } from "../types.ts";
 import type { Received } from "../received.ts";
 import { asMark, dispose } from "./marks.ts";
 import type { Studio } from "./studio.ts";
 
-/** The parts of the page that are used here. */
-interface Page {
-  readonly eyes: Eyes;
-  readonly pane: HTMLElement;
-  readonly robot: Robot;
-  readonly viewer: MeshcatViewer;
-}
+type Page = PageWith<"eyes" | "pane" | "robot" | "viewer">;
 
 // A field of view that nobody has told [rad], and how far the drawn frustum reaches, as a share of the robot's size.
 const USUAL = { horizontal: 1.0, vertical: 0.8 };

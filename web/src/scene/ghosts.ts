@@ -1,5 +1,4 @@
-import type { Stance } from "../stance.ts";
-import type { Toggles } from "../toggles.ts";
+import type { PageWith } from "../app.ts";
 import { between, isInside, type Robot } from "../robot/robot.ts";
 import { OffScreen } from "../robot/skeleton.ts";
 import { THREE } from "../three.ts";
@@ -7,13 +6,7 @@ import { entry } from "./legend.ts";
 import { asMark } from "./marks.ts";
 import type { Received } from "../received.ts";
 
-/** The parts of the page that are used here. */
-interface Page {
-  readonly ghosts: Ghosts;
-  readonly stance: Stance;
-  readonly toggles: Toggles;
-  show(changes: Record<string, boolean>): void;
-}
+type Page = PageWith<"ghosts" | "show" | "stance" | "toggles">;
 
 // Of one that is to compare with.
 const COMPARED = "#3f7fd9";
@@ -130,7 +123,7 @@ export function showGhosts(page: Page, { qs, count, opacity, first }: Received["
   page.stance.settle();
   page.ghosts.show(looks);
   page.ghosts.entries = first === null ? [] : looks.map(({ colour }, i) => entry(`${first + i}`, colour));
-  page.toggles.offer("ghosts", count > 0);
+  page.toggles.refresh();
   page.show({ ghosts: true });
 }
 

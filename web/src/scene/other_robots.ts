@@ -1,16 +1,8 @@
-import type { Parts } from "../robot/parts.ts";
-import { ShownRobot, type Robot } from "../robot/robot.ts";
-import type { MeshcatViewer } from "../types.ts";
-import type { Studio } from "./studio.ts";
+import type { PageWith } from "../app.ts";
+import { ShownRobot } from "../robot/robot.ts";
 import type { Received } from "../received.ts";
 
-/** The parts of the page that are used here. */
-interface Page extends EventTarget {
-  readonly parts: Parts;
-  readonly robot: Robot;
-  readonly studio: Studio;
-  readonly viewer: MeshcatViewer;
-}
+type Page = PageWith<"parts" | "robot" | "studio" | "viewer">;
 
 const ground = (number: number) => `ground:${number}`;
 

@@ -1,18 +1,13 @@
-import { fixed } from "../math/numbers.ts";
+import type { PageWith } from "../app.ts";
+import { firstWhere, fixed } from "../math/numbers.ts";
 import { element } from "../panel/element.ts";
 import type { Received } from "../received.ts";
-import type { Robot } from "../robot/robot.ts";
 import { THREE } from "../three.ts";
-import type { MeshcatViewer, Vector } from "../types.ts";
-import { onScale, scaleBar, type Legend } from "./legend.ts";
+import type { Vector } from "../types.ts";
+import { onScale, scaleBar } from "./legend.ts";
 import { asMark, dispose } from "./marks.ts";
 
-/** The parts of the page that are used here. */
-interface Page {
-  readonly legend: Legend;
-  readonly robot: Robot;
-  readonly viewer: MeshcatViewer;
-}
+type Page = PageWith<"legend" | "robot" | "viewer">;
 
 interface Voxel {
   centre: Vector;
@@ -42,8 +37,12 @@ export class Reach {
   group: THREE.Group | null = null;
   flipped = false;
 
-  axis: HTMLSelectElement = document.createElement("select");
-  slider = document.createElement("input");
+  axis = element(
+    "select",
+    { ariaLabel: "Axis of the cut", onchange: () => this.turn() },
+    ...AXES.map((name) => element("option", { value: name }, name)),
+  );
+  slider = element("input", { type: "range", step: "any", ariaLabel: "Place of the cut", oninput: () => this.cut() });
   place = element("output");
   flip = element("button", { type: "button", title: "Show the other side" }, "⇄");
 
@@ -51,11 +50,6 @@ export class Reach {
     readonly page: Page,
     public bar: HTMLElement,
   ) {
-    this.axis.ariaLabel = "Axis of the cut";
-    this.axis.append(...AXES.map((name) => element("option", { value: name }, name)));
-    this.axis.onchange = () => this.turn();
-    Object.assign(this.slider, { type: "range", step: "any", ariaLabel: "Place of the cut" });
-    this.slider.oninput = () => this.cut();
     this.flip.onclick = () => {
       this.flipped = !this.flipped;
       this.arrange();
@@ -168,13 +162,7 @@ export class Reach {
     const { along, box, voxels } = this;
     const sign = this.flipped ? -1 : 1;
     const plane = Number(this.slider.value);
-    let [low, high] = [0, voxels.length];
-    while (low < high) {
-      const middle = (low + high) >> 1;
-      if (sign * voxels[middle].centre[along] < sign * plane) low = middle + 1;
-      else high = middle;
-    }
-    this.mesh.count = low;
+    this.mesh.count = firstWhere(voxels.length, (i) => sign * voxels[i].centre[along] >= sign * plane);
     this.colour();
     const [a, b] = [0, 1, 2].filter((axis) => axis !== along);
     const corners = [

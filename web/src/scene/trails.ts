@@ -1,21 +1,13 @@
-import { evenTimes } from "../plot/samples.ts";
-import type { Robot } from "../robot/robot.ts";
+import type { PageWith } from "../app.ts";
+import { evenTimes } from "../timeline/motion.ts";
 import { OffScreen } from "../robot/skeleton.ts";
 import { THREE } from "../three.ts";
 import type { Player } from "../timeline/player.ts";
-import type { MeshcatViewer } from "../types.ts";
 import { GHOST_COLOURS } from "./ghosts.ts";
-import { entry, type Legend } from "./legend.ts";
+import { entry } from "./legend.ts";
 import { asMark } from "./marks.ts";
-import type { Studio } from "./studio.ts";
 
-/** The parts of the page that are used here. */
-interface Page extends EventTarget {
-  readonly legend: Legend;
-  readonly robot: Robot;
-  readonly studio: Studio;
-  readonly viewer: MeshcatViewer;
-}
+type Page = PageWith<"legend" | "robot" | "studio" | "viewer">;
 
 /** behind what moves, or of all that is played */
 export type Mode = "off" | "behind" | "whole";

@@ -1,4 +1,5 @@
-import { element, iconButton } from "../panel/element.ts";
+import { clamp } from "../math/numbers.ts";
+import { element, iconButton, obeyKey } from "../panel/element.ts";
 import { GAP, KeyFrames, LATEST, MOST_KEYS, excesses, slowedTimes } from "./key_frames.ts";
 import type { Interpolation } from "./motion.ts";
 import type { Player } from "./player.ts";
@@ -15,7 +16,7 @@ class KeyTools {
     element("option", { value: "linear" }, "Linear"),
     element("option", { value: "smooth" }, "Smooth"),
   );
-  problem = element("span", { className: "problem" });
+  problem = element("span", { className: "problem", role: "status" });
   slow = element("button", { type: "button" }, "Slow down");
   element: HTMLDivElement;
 
@@ -25,10 +26,9 @@ class KeyTools {
     this.ofKey = [
       iconButton("replace", "Replace by what is shown", () => editor.replacing()),
       iconButton("copy", "Duplicate the key", () => editor.duplicating()),
-      iconButton("trash", "Delete the key", () => editor.deleting(), "Del"),
+      iconButton("trash", "Delete the key", () => editor.remove(editor.selected), "Del"),
     ];
     this.interpolation.onchange = () => editor.interpolate(this.interpolation.value === "smooth" ? "smooth" : "linear");
-    this.problem.setAttribute("role", "status");
     this.slow.onclick = () => editor.slowDown();
     const actions = [this.add, ...this.ofKey, this.interpolation];
     this.element = element(
@@ -214,10 +214,10 @@ export class Editor {
     this.player.seek(this.frames.keys[this.selected].time);
   }
 
-  deleting() {
-    if (this.selected < 0) return;
+  remove(place: number) {
+    if (place < 0) return;
     const focused = this.track.row.contains(document.activeElement);
-    this.apply(this.frames.without(this.selected), this.selected);
+    this.apply(this.frames.without(place), place);
     if (focused && this.frames.count === 0) this.tools.add.focus();
   }
 
@@ -263,25 +263,16 @@ export class Editor {
   }
 
   press(event: KeyboardEvent, place: number) {
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
     const step = event.shiftKey ? 0.01 : 0.1;
     const last = this.frames.count - 1;
     const move = (by: number) => this.retime(this.frames.moving(place, this.frames.keys[place].time + by));
-    const does: Record<string, () => void> = {
-      ArrowLeft: () => move(-step),
-      ArrowRight: () => move(step),
-      ArrowUp: () => this.select(Math.max(place - 1, 0)),
-      ArrowDown: () => this.select(Math.min(place + 1, last)),
-      Home: () => this.select(0),
-      End: () => this.select(last),
-      Enter: () => this.select(place),
-      Delete: () => this.deleting(),
-      Backspace: () => this.deleting(),
-    };
-    if (!Object.hasOwn(does, event.key)) return;
-    event.preventDefault();
-    this.selected = place;
-    does[event.key]();
+    const select = (other: number) => () => this.select(clamp(other, 0, last));
+    const remove = () => this.remove(place);
+    obeyKey(event, {
+      ...{ ArrowLeft: () => move(-step), ArrowRight: () => move(step) },
+      ...{ ArrowUp: select(place - 1), ArrowDown: select(place + 1), Home: select(0), End: select(last) },
+      ...{ Enter: select(place), Delete: remove, Backspace: remove },
+    });
   }
 
   // --- what is seen ----------------------------------------------------------------------------------------------

@@ -1,7 +1,8 @@
+import { interpolate } from "../math/numbers.ts";
 import type { About, Coordinate } from "../types.ts";
-import { Unreadable, decimal, readRecords } from "../values/literals.ts";
-import { quoted, unknown } from "../values/names.ts";
-import { DEGREE, MOST_ROWS, Motion, NoMotion, TIME_UNITS, isHand, type Interpolation, type Track } from "./motion.ts";
+import { Refused, decimal, readRecords } from "../values/literals.ts";
+import { isHand, quoted, unknown } from "../values/names.ts";
+import { DEGREE, MOST_ROWS, Motion, TIME_UNITS, type Interpolation, type Track } from "./motion.ts";
 
 const HEADING = /^([^[\]()]*?)\s*(?:[[(]\s*([^[\]()]*?)\s*[\])])?$/;
 const HAND_UNITS: Record<string, number> = { 1: 1, "%": 0.01 };
@@ -10,39 +11,39 @@ const ANGLE_UNITS: Record<string, number> = { rad: 1, deg: DEGREE, "°": DEGREE,
 /**
  * The joints of a CSV table: a header with units, a column of times, and one for each joint.
  *
- * @throws {NoMotion}
+ * @throws {Refused}
  */
 function fromCsv(text: string) {
   let rows = 0;
   for (let at = text.indexOf("\n"); at >= 0; at = text.indexOf("\n", at + 1)) rows += 1;
-  if (rows > MOST_ROWS) throw new NoMotion(`${rows} rows, more than ${MOST_ROWS}`);
-  const [header, ...records] = recordsOf(text);
-  if (!header) throw new NoMotion("empty; expected a header with a column of times");
+  if (rows > MOST_ROWS) throw new Refused(`${rows} rows, more than ${MOST_ROWS}`);
+  const [header, ...records] = readRecords(text);
+  if (!header) throw new Refused("empty; expected a header with a column of times");
   const headings = header.fields.map((heading, column) =>
     headingOf(heading, `line ${header.line}, column ${column + 1}`),
   );
   const clocks = headings.filter(({ isTime }) => isTime);
   if (clocks.length !== 1) {
-    throw new NoMotion(`line ${header.line}: ${clocks.length} columns of times, expected one, headed time [s]`);
+    throw new Refused(`line ${header.line}: ${clocks.length} columns of times, expected one, headed time [s]`);
   }
-  if (records.length === 0) throw new NoMotion(`line ${header.line}: a header and no keys`);
+  if (records.length === 0) throw new Refused(`line ${header.line}: a header and no keys`);
   const clock = headings.indexOf(clocks[0]);
   const tracks: Track[] = headings.map(({ name }) => ({ name, times: [], values: [] }));
   let last = -Infinity;
   for (const { fields, line } of records) {
     if (fields.length !== headings.length) {
-      throw new NoMotion(`line ${line}: ${fields.length} values, the header names ${headings.length} columns`);
+      throw new Refused(`line ${line}: ${fields.length} values, the header names ${headings.length} columns`);
     }
     const cells = fields.map((field, column) => {
       const value = field === "" ? NaN : decimal(field) * headings[column].scale;
       if (Math.abs(value) < Infinity || field === "") return value;
-      throw new NoMotion(
+      throw new Refused(
         `line ${line}, column ${column + 1}: ${headings[column].name} is ${quoted(field)}, expected a finite number`,
       );
     });
     const time = cells[clock];
-    if (Number.isNaN(time)) throw new NoMotion(`line ${line}: a row without a time`);
-    if (!(time > last)) throw new NoMotion(`line ${line}: time ${time} s does not come after ${last} s`);
+    if (Number.isNaN(time)) throw new Refused(`line ${line}: a row without a time`);
+    if (!(time > last)) throw new Refused(`line ${line}: time ${time} s does not come after ${last} s`);
     last = time;
     cells.forEach((value, column) => {
       if (Number.isNaN(value)) return;
@@ -52,26 +53,17 @@ function fromCsv(text: string) {
   }
   tracks.splice(clock, 1);
   const bare = tracks.find(({ times }) => times.length === 0);
-  if (bare) throw new NoMotion(`${quoted(bare.name)} has no keys`);
+  if (bare) throw new Refused(`${quoted(bare.name)} has no keys`);
   return tracks;
-}
-
-function recordsOf(text: string) {
-  try {
-    return readRecords(text);
-  } catch (error) {
-    if (error instanceof Unreadable) throw new NoMotion(error.message);
-    throw error;
-  }
 }
 
 function headingOf(heading: string, place: string) {
   const [, name, unit] = HEADING.exec(heading.slice(0, 1000)) ?? [];
-  if (name === undefined) throw new NoMotion(`${place}: heading ${quoted(heading)}, expected a name and [unit]`);
+  if (name === undefined) throw new Refused(`${place}: heading ${quoted(heading)}, expected a name and [unit]`);
   const isTime = /^(time|t)$/i.test(name);
   const units = isTime ? TIME_UNITS : isHand(name) ? HAND_UNITS : ANGLE_UNITS;
   if (unit !== undefined && !Object.hasOwn(units, unit)) {
-    throw new NoMotion(
+    throw new Refused(
       `${place}: unit ${quoted(unit)} of ${quoted(name)}, expected one of ${Object.keys(units).join(", ")}`,
     );
   }
@@ -83,34 +75,34 @@ const FIELDS = ["format", "units", "interpolation", "joint_names", "times", "key
 /**
  * The joints of a JSON document, and what lies between their keys.
  *
- * @throws {NoMotion}
+ * @throws {Refused}
  */
 function fromJson(text: string) {
   const document = parsed(text);
   if (typeof document !== "object" || document === null || Array.isArray(document)) {
-    throw new NoMotion("expected an object with joint_names, times and keys");
+    throw new Refused("expected an object with joint_names, times and keys");
   }
   const { interpolation = "linear", joint_names: names, times, keys, units = {} } = document;
   if (interpolation === "bezier") {
-    throw new NoMotion("Bézier curves are not read here; nao-kin motion convert --rate 50 samples them");
+    throw new Refused("Bézier curves are not read here; nao-kin motion convert --rate 50 samples them");
   }
   if (interpolation !== "linear" && interpolation !== "smooth") {
-    throw new NoMotion(`interpolation is ${shown(interpolation)}, expected linear or smooth`);
+    throw new Refused(`interpolation is ${shown(interpolation)}, expected linear or smooth`);
   }
   for (const field of Object.keys(document)) {
-    if (!FIELDS.includes(field) && document[field] !== null) throw new NoMotion(`unknown field ${quoted(field)}`);
+    if (!FIELDS.includes(field) && document[field] !== null) throw new Refused(`unknown field ${quoted(field)}`);
   }
   for (const [field, list] of Object.entries({ joint_names: names, times, keys })) {
-    if (!Array.isArray(list)) throw new NoMotion(`${field} is ${shown(list)}, expected a list`);
-    if (list.length === 0) throw new NoMotion(`${field} is empty`);
+    if (!Array.isArray(list)) throw new Refused(`${field} is ${shown(list)}, expected a list`);
+    if (list.length === 0) throw new Refused(`${field} is empty`);
     if (list.length > MOST_ROWS) {
-      throw new NoMotion(`${field} has ${list.length} entries, more than ${MOST_ROWS}`);
+      throw new Refused(`${field} has ${list.length} entries, more than ${MOST_ROWS}`);
     }
   }
   const scale = { time: unitOf(units, "time", TIME_UNITS), angle: unitOf(units, "angle", { rad: 1, deg: DEGREE }) };
   const nested = Array.isArray(times[0]);
   if (keys.length !== (nested ? names : times).length || (nested && times.length !== names.length)) {
-    throw new NoMotion(
+    throw new Refused(
       `keys has ${keys.length} lists for ${nested ? `${names.length} joints` : `${times.length} times`}`,
     );
   }
@@ -118,15 +110,15 @@ function fromJson(text: string) {
   const rows = keys.map((row: unknown, i: number) => numbers(row, `keys[${i}]`, width));
   const shared = nested ? null : numbers(times, "times", null);
   const tracks = names.map((name: unknown, joint: number) => {
-    if (typeof name !== "string") throw new NoMotion(`joint_names[${joint}] is ${shown(name)}, expected a name`);
+    if (typeof name !== "string") throw new Refused(`joint_names[${joint}] is ${shown(name)}, expected a name`);
     const own = shared ?? numbers(times[joint], `times[${joint}]`, null);
     if (nested && own.length !== rows[joint].length) {
-      throw new NoMotion(`${quoted(name)} has ${own.length} times and ${rows[joint].length} keys`);
+      throw new Refused(`${quoted(name)} has ${own.length} times and ${rows[joint].length} keys`);
     }
     const at = own.findIndex((time, i) => i > 0 && !(time > own[i - 1]));
     const where = nested ? `times[${joint}]` : "times";
-    if (at > 0) throw new NoMotion(`${where}[${at}] is ${own[at]}, which does not come after ${own[at - 1]}`);
-    if (own.length === 0) throw new NoMotion(`${quoted(name)} has no keys`);
+    if (at > 0) throw new Refused(`${where}[${at}] is ${own[at]}, which does not come after ${own[at - 1]}`);
+    if (own.length === 0) throw new Refused(`${quoted(name)} has no keys`);
     const values = nested ? rows[joint] : rows.map((row: number[]) => row[joint]);
     const factor = isHand(name) ? 1 : scale.angle;
     return {
@@ -145,24 +137,24 @@ function parsed(text: string) {
     const said = String((error as Error).message);
     const at = /position (\d+)/.exec(said);
     const line = at ? text.slice(0, Number(at[1])).split("\n").length : text.split("\n").length;
-    throw new NoMotion(`line ${line}: malformed JSON`);
+    throw new Refused(`line ${line}: malformed JSON`);
   }
 }
 
 function unitOf(units: any, quantity: string, known: Record<string, number>) {
   const unit = units?.[quantity] ?? Object.keys(known)[0];
   if (typeof unit === "string" && Object.hasOwn(known, unit)) return known[unit];
-  throw new NoMotion(`unit of ${quantity} is ${shown(unit)}, expected ${Object.keys(known).join(" or ")}`);
+  throw new Refused(`unit of ${quantity} is ${shown(unit)}, expected ${Object.keys(known).join(" or ")}`);
 }
 
 function numbers(list: unknown, path: string, count: number | null): number[] {
-  if (!Array.isArray(list)) throw new NoMotion(`${path} is ${shown(list)}, expected a list`);
-  if (list.length > MOST_ROWS) throw new NoMotion(`${path} has ${list.length} numbers, more than ${MOST_ROWS}`);
+  if (!Array.isArray(list)) throw new Refused(`${path} is ${shown(list)}, expected a list`);
+  if (list.length > MOST_ROWS) throw new Refused(`${path} has ${list.length} numbers, more than ${MOST_ROWS}`);
   if (count !== null && list.length !== count) {
-    throw new NoMotion(`${path} has ${list.length} numbers, expected ${count}`);
+    throw new Refused(`${path} has ${list.length} numbers, expected ${count}`);
   }
   const at = list.findIndex((value) => typeof value !== "number" || !Number.isFinite(value));
-  if (at >= 0) throw new NoMotion(`${path}[${at}] is ${shown(list[at])}, expected a finite number`);
+  if (at >= 0) throw new Refused(`${path}[${at}] is ${shown(list[at])}, expected a finite number`);
   return list;
 }
 
@@ -182,27 +174,27 @@ const FURTHEST = 1e6;
  * The motion in a CSV or JSON file as nao_kin.motion writes them.
  *
  * @param q where the joints are that the file does not name
- * @throws {NoMotion}
+ * @throws {Refused}
  */
 export function readMotion(robot: Pick<About, "joints">, text: string, q: ArrayLike<number>) {
-  if (text.trim() === "") throw new NoMotion("empty; expected a motion in CSV or JSON");
+  if (text.trim() === "") throw new Refused("empty; expected a motion in CSV or JSON");
   const { tracks, interpolation } = /^\s*[{[]/.test(text)
     ? fromJson(text)
     : { tracks: fromCsv(text), interpolation: "linear" };
   const names = robot.joints.map(({ name }) => name);
   const seen = new Set();
   for (const { name } of tracks) {
-    if (!names.includes(name)) throw new NoMotion(unknown(name, names));
-    if (seen.has(name)) throw new NoMotion(`joint ${quoted(name)} is given twice`);
+    if (!names.includes(name)) throw new Refused(unknown(name, names));
+    if (seen.has(name)) throw new Refused(`joint ${quoted(name)} is given twice`);
     seen.add(name);
   }
-  if (tracks.length === 0) throw new NoMotion("no joints; expected a column for each joint that moves");
+  if (tracks.length === 0) throw new Refused("no joints; expected a column for each joint that moves");
   const shared = tracks.every(({ times }) => String(times) === String(tracks[0].times));
   if (interpolation === "smooth" && !shared) {
-    throw new NoMotion("smooth joints with times of their own; nao-kin motion convert --rate 50 samples them");
+    throw new Refused("smooth joints with times of their own; nao-kin motion convert --rate 50 samples them");
   }
   const times = shared ? tracks[0].times : [...new Set(tracks.flatMap((track) => track.times))].sort((a, b) => a - b);
-  if (times.length > MOST_ROWS) throw new NoMotion(`${times.length} times, more than ${MOST_ROWS}`);
+  if (times.length > MOST_ROWS) throw new Refused(`${times.length} times, more than ${MOST_ROWS}`);
   return assembled(robot, tracks, times, q, interpolation === "smooth" ? "smooth" : "linear");
 }
 
@@ -221,10 +213,10 @@ function assembled(
   for (const { name, times: own, values: keys } of tracks) {
     const joint = joints.find((candidate) => candidate.name === name);
     if (!joint || joint.multiplier === 0) continue;
-    const all = own.length === times.length ? keys : straight(own, keys, times);
+    const all = own.length === times.length ? keys : times.map((time) => interpolate(own, keys, time));
     const column = Float64Array.from(all, (value) => (value - joint.offset) / joint.multiplier);
     const beyond = all[column.findIndex((value) => !(Math.abs(value) <= FURTHEST))];
-    if (beyond !== undefined) throw new NoMotion(`${quoted(name)} is ${beyond}, which is no place of a joint`);
+    if (beyond !== undefined) throw new Refused(`${quoted(name)} is ${beyond}, which is no place of a joint`);
     motors.set(joint.column, [...(motors.get(joint.column) ?? []), column]);
   }
   for (const [column, sources] of motors) {
@@ -236,22 +228,6 @@ function assembled(
   return new Motion(times, values, interpolation);
 }
 
-/**
- * The values at ascending times of what is linear between keys, and constant outside of them.
- *
- * @param own times of the keys
- */
-function straight(own: number[], keys: number[], times: number[]) {
-  let next = 0;
-  return times.map((time) => {
-    while (next < own.length && own[next] < time) next += 1;
-    if (next === own.length) return keys[next - 1];
-    if (next === 0 || own[next] === time) return keys[next];
-    const share = (time - own[next - 1]) / (own[next] - own[next - 1]);
-    return keys[next - 1] + share * (keys[next] - keys[next - 1]);
-  });
-}
-
 /** Samples a second of a smooth motion in a format that knows straight lines only. */
 const SAMPLES = 50;
 
@@ -260,9 +236,6 @@ const NO_HEADING = /[[\](),;\t\r\n"]|^\s|\s$|^(time|t)$/i;
 
 const rowsOf = (coordinates: Coordinate[], { values, width, count }: Motion) =>
   Array.from({ length: count }, (_, i) => coordinates.map(({ column }) => values[i * width + column]));
-
-/** A motion that a format cannot hold. */
-export class NotWritten extends Error {}
 
 /** The JSON file of nao_kin.motion: every number as it is. */
 export function jsonText({ coordinates }: Pick<About, "coordinates">, motion: Motion) {
@@ -281,13 +254,13 @@ ${rows.join(",\n")}]}
  * The CSV file of nao_kin.motion: seconds and radians, hands as shares. It knows straight lines only, so a smooth motion
  * is sampled.
  *
- * @throws {NotWritten} a joint's name that a header cannot hold
+ * @throws {Refused} a joint's name that a header cannot hold
  */
 export function csvText({ coordinates }: Pick<About, "coordinates">, motion: Motion) {
   for (const { joint } of coordinates) {
-    if (NO_HEADING.test(joint)) throw new NotWritten(`CSV cannot hold a joint's name such as “${joint.slice(0, 40)}”`);
+    if (NO_HEADING.test(joint)) throw new Refused(`CSV cannot hold a joint's name such as “${joint.slice(0, 40)}”`);
   }
-  const unit = (joint: string) => (joint === "LHand" || joint === "RHand" ? "1" : "rad");
+  const unit = (joint: string) => (isHand(joint) ? "1" : "rad");
   const straight = motion.interpolation === "linear" ? motion : sampled(motion);
   const rows = rowsOf(coordinates, straight).map((row, i) => [straight.times[i], ...row].join(","));
   return [["time [s]", ...coordinates.map(({ joint }) => `${joint} [${unit(joint)}]`)].join(","), ...rows, ""].join(

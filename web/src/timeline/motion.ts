@@ -1,4 +1,4 @@
-import { clamp } from "../math/numbers.ts";
+import { clamp, firstWhere } from "../math/numbers.ts";
 
 /** the keys of one joint */
 export interface Track {
@@ -7,18 +7,12 @@ export interface Track {
   values: number[];
 }
 
-/** A file that is no motion: one line that says what was wrong, and where. */
-export class NoMotion extends Error {}
-
 /** Keys of a joint that are read at all. */
 export const MOST_ROWS = 50_000;
 
 export const DEGREE = Math.PI / 180;
 
 export const TIME_UNITS: Record<string, number> = { s: 1, ms: 1e-3 };
-
-/** Whether a joint is a hand, given as a share from closed to open. */
-export const isHand = (name: string) => name === "LHand" || name === "RHand";
 
 /**
  * Slopes of the monotone cubic through the keys of one number, as nao_kin.motion.smooth_slopes gives them: zero at the
@@ -97,13 +91,8 @@ export class Motion {
 
   /** Which segment a time is in: a time of its own begins one, the last belongs to the one before. */
   segment(time: number) {
-    let [low, high] = [0, this.count];
-    while (low < high) {
-      const middle = (low + high) >> 1;
-      if (this.times[middle] <= time) low = middle + 1;
-      else high = middle;
-    }
-    return clamp(low - 1, 0, Math.max(this.count - 2, 0));
+    const next = firstWhere(this.count, (i) => this.times[i] > time);
+    return clamp(next - 1, 0, Math.max(this.count - 2, 0));
   }
 
   /**
@@ -145,4 +134,34 @@ export class Motion {
     const slopes = this.slopes[column];
     return [slopes[segment] * third, rise - slopes[segment + 1] * third, rise];
   }
+}
+
+/** Times that show a motion: its own where straight lines lie between them, else evenly spaced ones. */
+export function sampleTimes(motion: Motion, most: number) {
+  if (motion.count <= most && motion.interpolation === "linear") return Array.from(motion.times);
+  return evenTimes(motion, most);
+}
+
+/** @param count from its start to its end */
+export function evenTimes({ start, end }: Motion, count: number) {
+  return Array.from({ length: count }, (_, i) => (i === count - 1 ? end : start + ((end - start) * i) / (count - 1)));
+}
+
+/** Those of some numbers of a configuration that go furthest, in the order given. */
+export function busiest({ values, width, count }: Motion, columns: readonly number[], most: number) {
+  const ranges = columns.map((column) => {
+    let [low, high] = [Infinity, -Infinity];
+    for (let i = 0; i < count; i++) {
+      const value = values[i * width + column];
+      if (value < low) low = value;
+      if (value > high) high = value;
+    }
+    return { column, range: high - low };
+  });
+  const chosen = ranges
+    .filter(({ range }) => range > 1e-6)
+    .sort((a, b) => b.range - a.range)
+    .slice(0, most)
+    .map(({ column }) => column);
+  return columns.filter((column) => chosen.includes(column));
 }

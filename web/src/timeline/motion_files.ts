@@ -1,8 +1,9 @@
 import { button, element, iconButton, menu } from "../panel/element.ts";
 import { download, fileName } from "../record/pictures.ts";
-import { MOST_BYTES, NotWritten, WRITERS, readMotion } from "./formats.ts";
+import { Refused } from "../values/literals.ts";
+import { MOST_BYTES, WRITERS, readMotion } from "./formats.ts";
 import { KeyFrames, MOST_KEYS } from "./key_frames.ts";
-import { Motion, NoMotion } from "./motion.ts";
+import { Motion } from "./motion.ts";
 import type { Player } from "./player.ts";
 
 // A file of at most so many configurations is taken as key frames, a longer one as a clip.
@@ -53,7 +54,7 @@ export class MotionFiles {
     try {
       download(new Blob([write(about, motion)], { type }), fileName(about.name, format));
     } catch (error) {
-      if (!(error instanceof NotWritten)) throw error;
+      if (!(error instanceof Refused)) throw error;
       this.player.say(error.message, true);
     }
   }
@@ -85,7 +86,7 @@ export class MotionFiles {
       // A short file that was opened after a long one is read before it.
       if (number === this.opened) this.take(name, readMotion(robot.about, text.replace(/^\ufeff/, ""), stance.q));
     } catch (error) {
-      player.say(`${name}: ${error instanceof NoMotion ? error.message : "cannot be read"}`, true);
+      player.say(`${name}: ${error instanceof Refused ? error.message : "cannot be read"}`, true);
     }
   }
 

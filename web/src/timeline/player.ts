@@ -1,35 +1,13 @@
 import "./timeline.css";
-import type { Legend } from "../scene/legend.ts";
-import type { Panel } from "../panel/panel.ts";
-import type { Pick } from "../pick/pick.ts";
-import type { Reports } from "../reports.ts";
-import type { Robot } from "../robot/robot.ts";
-import type { Stance } from "../stance.ts";
-import type { Studio } from "../scene/studio.ts";
-import type { MeshcatViewer } from "../types.ts";
+import type { App } from "../app.ts";
 import { element, iconButton, menu, toolbar, type IconName } from "../panel/element.ts";
 import { PlotStrip } from "../plot/plot_strip.ts";
-import type { Streams } from "../plot/streams.ts";
 import { Trails, type Mode } from "../scene/trails.ts";
 import { Editor } from "./editor.ts";
 import type { Motion } from "./motion.ts";
 import { MotionFiles } from "./motion_files.ts";
 import { ClipPlayback, MotionPlayback } from "./playback.ts";
 import { Recording } from "./recorder.ts";
-
-/** The parts of the page that are used here. */
-interface Page extends EventTarget {
-  readonly legend: Legend;
-  readonly panel: Panel;
-  readonly pick: Pick;
-  readonly reports: Reports;
-  readonly robot: Robot;
-  readonly role: string;
-  readonly stance: Stance;
-  readonly streams: Streams;
-  readonly studio: Studio;
-  readonly viewer: MeshcatViewer;
-}
 
 const MODES: Record<Mode, string> = { off: "None", behind: "Behind what moves", whole: "Of all that is played" };
 
@@ -104,7 +82,7 @@ export class Player extends EventTarget {
 
   /** @param begin called before the clip, rather than anything else, says how the robot stands */
   constructor(
-    public page: Page,
+    public page: App,
     public bar: HTMLElement,
     readonly begin: () => void,
   ) {

@@ -28,15 +28,13 @@ export class Track {
   ruler = element("div", { className: "ruler" });
   spans = element("div", { className: "spans" });
   playhead = element("div", { className: "playhead" });
-  row = element("div", { className: "row" });
+  row = element("div", { className: "row", role: "group", ariaLabel: "Key frames" });
   lane: HTMLDivElement;
   element: HTMLDivElement;
   dragging: boolean | undefined;
 
   constructor(readonly hands: Hands) {
     this.ruler.setAttribute("aria-hidden", "true");
-    this.row.setAttribute("role", "group");
-    this.row.setAttribute("aria-label", "Key frames");
     this.lane = element("div", { className: "lane" }, this.ruler, this.spans, this.playhead, this.row);
     this.element = element("div", { className: "track" }, this.lane);
     this.element.onpointerdown = (event) => this.down(event);
@@ -83,10 +81,9 @@ export class Track {
       diamond.style.left = this.across(time);
       diamond.tabIndex = place === Math.max(selected, 0) ? 0 : -1;
       diamond.classList.toggle("selected", place === selected);
-      diamond.setAttribute("aria-label", `Key ${place + 1} of ${keys.length}`);
-      diamond.setAttribute("aria-valuenow", String(time));
-      diamond.setAttribute("aria-valuemax", String(Math.max(this.span, time)));
-      diamond.setAttribute("aria-valuetext", `${time.toFixed(2)} s${place === selected ? ", selected" : ""}`);
+      diamond.ariaLabel = `Key ${place + 1} of ${keys.length}`;
+      Object.assign(diamond, { ariaValueNow: time, ariaValueMax: Math.max(this.span, time) });
+      diamond.ariaValueText = `${time.toFixed(2)} s${place === selected ? ", selected" : ""}`;
     });
     if (focused && selected >= 0) this.diamonds[selected].focus();
     this.spans.replaceChildren(
@@ -100,9 +97,7 @@ export class Track {
   }
 
   diamond(place: number) {
-    const diamond = element("div", { className: "key", tabIndex: -1 });
-    diamond.setAttribute("role", "slider");
-    diamond.setAttribute("aria-valuemin", "0");
+    const diamond = element("div", { className: "key", tabIndex: -1, role: "slider", ariaValueMin: "0" });
     diamond.onkeydown = (event) => this.hands.press(event, place);
     this.diamonds.push(diamond);
     return diamond;

@@ -1,3 +1,6 @@
+/** A text that is not read, or values that are not written: one line that says what is wrong, and where. */
+export class Refused extends Error {}
+
 const DECIMAL = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
 
 /** The number that a text writes in decimals; NaN where it writes none. */
@@ -9,7 +12,7 @@ const DELIMITERS = [",", ";", "\t"];
  * The records of a CSV text and the lines that they begin in; the header line says what separates fields. Empty records
  * are left out.
  *
- * @throws {Unreadable}
+ * @throws {Refused}
  */
 export function readRecords(text: string): { fields: string[]; line: number }[] {
   const header = text.replace(/^[\r\n]+/, "").split("\n", 1)[0];
@@ -26,7 +29,7 @@ export function readRecords(text: string): { fields: string[]; line: number }[] 
       const pattern = text[at] === '"' ? quoted : unquoted;
       pattern.lastIndex = at;
       const found = pattern.exec(text);
-      if (!found) throw new Unreadable(`line ${line}: a quotation mark that is not closed`);
+      if (!found) throw new Refused(`line ${line}: a quotation mark that is not closed`);
       at = pattern.lastIndex;
       line += found[0].split("\n").length - 1;
       fields.push((found[1]?.replaceAll('""', '"') ?? found[0]).trim());
@@ -34,7 +37,7 @@ export function readRecords(text: string): { fields: string[]; line: number }[] 
       at += 1;
     }
     if (at < text.length && !/[\r\n]/.test(text[at])) {
-      throw new Unreadable(`line ${line}: text after a closing quotation mark`);
+      throw new Refused(`line ${line}: text after a closing quotation mark`);
     }
     if (text[at] === "\r" && text[at + 1] === "\n") at += 1;
     at += 1;
@@ -52,9 +55,6 @@ interface Name {
   kind: "name";
   name: string;
 }
-
-/** What cannot be read, and where. */
-export class Unreadable extends Error {}
 
 /** The entries of an object, in their order and with repeated keys. */
 export class Entries {
@@ -98,7 +98,7 @@ class Reader {
 
   fail(expected: string) {
     const found = this.text.slice(this.at, this.at + 20).split("\n")[0];
-    return new Unreadable(`line ${this.line}: expected ${expected}, found ${found ? `"${found}"` : "the end"}`);
+    return new Refused(`line ${this.line}: expected ${expected}, found ${found ? `"${found}"` : "the end"}`);
   }
 
   /** @param pattern sticky */
@@ -135,7 +135,7 @@ class Reader {
   }
 
   value(depth: number): Value {
-    if (depth > DEEPEST) throw new Unreadable(`line ${this.line}: lists in lists in lists`);
+    if (depth > DEEPEST) throw new Refused(`line ${this.line}: lists in lists in lists`);
     this.match(SPACE);
     if (this.take("{")) return this.entries(depth + 1);
     if (this.take("[")) return this.list("]", depth + 1);
@@ -214,7 +214,7 @@ function unescaped(text: string) {
 /**
  * The values of the statements of a text, the names that it gives to some of them put in.
  *
- * @throws {Unreadable}
+ * @throws {Refused}
  */
 export function readStatements(text: string): Value[] {
   return new Reader(text).statements();

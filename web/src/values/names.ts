@@ -5,6 +5,9 @@ const SHOWN = 40;
 /** A name from elsewhere, as a message shows it. */
 export const quoted = (name: string) => `"${name.length > SHOWN ? `${name.slice(0, SHOWN - 1)}…` : name}"`;
 
+/** Whether a joint is a hand, given as a share from closed to open. */
+export const isHand = (name: string) => name === "LHand" || name === "RHand";
+
 /** The valid names that take the fewest changes of letters, best first; none where half the letters differ. */
 export function nearest(name: string, valid: readonly string[], count: number = 3) {
   const wanted = name.slice(0, COMPARED).toLowerCase();

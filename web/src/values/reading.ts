@@ -1,9 +1,6 @@
 import type { About } from "../types.ts";
-import { Call, Entries, Unreadable, decimal, isName, readRecords, readStatements, type Value } from "./literals.ts";
-import { quoted, unknown } from "./names.ts";
-
-/** A text, or some values, that are no configuration: one line that says what was wrong. */
-export class NoConfiguration extends Error {}
+import { Call, Entries, Refused, decimal, isName, readRecords, readStatements, type Value } from "./literals.ts";
+import { isHand, quoted, unknown } from "./names.ts";
 
 /** A joint's value as it was written, and the line, 0 where there is none to name. */
 interface Written {
@@ -25,7 +22,7 @@ const FURTHEST_OPEN = 1000;
 /**
  * A configuration with some joints at other values.
  *
- * @throws {NoConfiguration} an unknown joint, one named twice, no number, two joints of one motor that disagree, a value
+ * @throws {Refused} an unknown joint, one named twice, no number, two joints of one motor that disagree, a value
  *   that no joint has
  */
 export function withValues(about: About, q: ArrayLike<number>, written: Written[]) {
@@ -34,7 +31,7 @@ export function withValues(about: About, q: ArrayLike<number>, written: Written[
   const seen = new Set();
   const result = Array.from(q);
   for (const { name, value, line } of written) {
-    const fail = (reason: string) => new NoConfiguration(`${line ? `line ${line}: ` : ""}${reason}`);
+    const fail = (reason: string) => new Refused(`${line ? `line ${line}: ` : ""}${reason}`);
     const joint = joints.get(name);
     if (!joint) throw fail(unknown(name, [...joints.keys()]));
     if (seen.has(name)) throw fail(`joint ${quoted(name)} is given twice`);
@@ -56,6 +53,13 @@ export function withValues(about: About, q: ArrayLike<number>, written: Written[
     }
   }
   return result;
+}
+
+/** A configuration with all joints at zero; a floating base stays. */
+export function jointsAtZero({ coordinates }: Pick<About, "coordinates">, q: ArrayLike<number>) {
+  const zero = Array.from(q);
+  for (const { column } of coordinates) zero[column] = 0;
+  return zero;
 }
 
 /** @param value of the coordinate */
@@ -83,12 +87,12 @@ function fromEntries({ list }: Entries) {
 function fromCsv(text: string): Written[] {
   const [header, ...rows] = readRecords(text);
   if (rows.length === 0) {
-    throw new NoConfiguration("a line of names and no values; expected JSON, CSV, Python or NAOqi");
+    throw new Refused("a line of names and no values; expected JSON, CSV, Python or NAOqi");
   }
   const [{ fields, line }] = rows;
-  if (rows.length > 1) throw new NoConfiguration(`${rows.length} rows of values, expected one`);
+  if (rows.length > 1) throw new Refused(`${rows.length} rows of values, expected one`);
   if (fields.length !== header.fields.length) {
-    throw new NoConfiguration(`line ${line}: ${fields.length} values, the header names ${header.fields.length} joints`);
+    throw new Refused(`line ${line}: ${fields.length} values, the header names ${header.fields.length} joints`);
   }
   return header.fields.map((name, i) => ({
     name,
@@ -102,7 +106,7 @@ const CALLS: Record<
   (about: About, call: Call) => { kind: string; written: Written[]; others: "stay" | "zero" }
 > = {
   configuration(_, { name, given: [joints], line }) {
-    if (!(joints instanceof Entries)) throw new NoConfiguration(`line ${line}: ${name} without {joint: value}`);
+    if (!(joints instanceof Entries)) throw new Refused(`line ${line}: ${name} without {joint: value}`);
     return { kind: "Python", written: fromEntries(joints), others: "zero" };
   },
   setAngles(about, call) {
@@ -113,14 +117,14 @@ const CALLS: Record<
     const { names, angles, line } = namesAndAngles(about, call);
     const absolute = call.named.get("isAbsolute") ?? call.given[3];
     if (absolute !== undefined && isName(absolute) && absolute.name === "False") {
-      throw new NoConfiguration(`line ${line}: angleInterpolation by relative angles, expected absolute ones`);
+      throw new Refused(`line ${line}: angleInterpolation by relative angles, expected absolute ones`);
     }
     // Each joint has a list of keys; a single key may stand without one.
     const keys = names.length === 1 && !Array.isArray(angles[0]) ? [angles] : angles;
     const single = keys.map((key, i) => {
       if (!Array.isArray(key)) return key;
       if (key.length !== 1) {
-        throw new NoConfiguration(`line ${line}: ${key.length} keys for ${quoted(names[i] ?? "")}, expected one`);
+        throw new Refused(`line ${line}: ${key.length} keys for ${quoted(names[i] ?? "")}, expected one`);
       }
       return key[0];
     });
@@ -132,7 +136,6 @@ const CALLS: Record<
 function jointsOf({ naoqi, chains, joints }: About, name: string): string[] {
   const within = (titles: string[]) =>
     titles.flatMap((title) => chains.find((chain) => chain.title === title)?.joints.map((joint) => joint.name) ?? []);
-  const isHand = (joint: string) => /^[LR]Hand$/.test(joint);
   if (joints.some((joint) => joint.name === name)) return [name];
   switch (name) {
     case "Body":
@@ -159,16 +162,16 @@ function namesAndAngles(about: About, { name, given, named, line }: Call) {
   const second = unwrapped(named.get("angles") ?? named.get("angleLists") ?? given[1]);
   const list = Array.isArray(first) ? first : [first];
   const names = list.flatMap((entry) => {
-    if (typeof entry !== "string") throw new NoConfiguration(`line ${line}: ${name} without the names of joints`);
+    if (typeof entry !== "string") throw new Refused(`line ${line}: ${name} without the names of joints`);
     return jointsOf(about, entry);
   });
-  if (second === undefined) throw new NoConfiguration(`line ${line}: ${name} without angles`);
+  if (second === undefined) throw new Refused(`line ${line}: ${name} without angles`);
   return { names, angles: Array.isArray(second) ? second : [second], line };
 }
 
 function paired(names: string[], values: Value[], line: number) {
   if (values.length !== names.length) {
-    throw new NoConfiguration(`line ${line}: ${names.length} names and ${values.length} angles`);
+    throw new Refused(`line ${line}: ${names.length} names and ${values.length} angles`);
   }
   return names.map((name, i) => ({ name, value: values[i], line }));
 }
@@ -194,7 +197,7 @@ function numbered({ coordinates, naoqi }: About, values: Value[]) {
   const names = values.length === own.length ? own : naoqi;
   if (values.length !== names.length) {
     const body = naoqi.length ? ` (q) or ${naoqi.length} (NAOqi's Body)` : "";
-    throw new NoConfiguration(`a list of ${values.length} numbers, expected ${own.length}${body}`);
+    throw new Refused(`a list of ${values.length} numbers, expected ${own.length}${body}`);
   }
   return { kind: "a list", written: paired(names, values, 0), others: "stay" as const };
 }
@@ -214,14 +217,14 @@ function recognised(about: About, text: string): { kind: string; written: Writte
   const whole = Array.isArray(last) && last.length === 1 ? last[0] : last;
   if (whole instanceof Entries) return { kind: "JSON", written: fromEntries(whole), others: "stay" };
   if (Array.isArray(whole) && whole.length > 1 && whole.every((value) => value instanceof Entries)) {
-    throw new NoConfiguration(`a list of ${whole.length} configurations, expected one`);
+    throw new Refused(`a list of ${whole.length} configurations, expected one`);
   }
   const numbers = values.map(rowOf).findLast((row) => row.length > 0);
   if (numbers) return numbered(about, numbers);
   const known = Object.keys(CALLS).join(", ");
   const found = calls.at(-1);
-  if (found) throw new NoConfiguration(`line ${found.line}: a call of ${quoted(found.name)}, expected one of ${known}`);
-  throw new NoConfiguration(`no joints and values in it; expected JSON, CSV, a list of numbers, or a call of ${known}`);
+  if (found) throw new Refused(`line ${found.line}: a call of ${quoted(found.name)}, expected one of ${known}`);
+  throw new Refused(`no joints and values in it; expected JSON, CSV, a list of numbers, or a call of ${known}`);
 }
 
 /**
@@ -231,7 +234,7 @@ function recognised(about: About, text: string): { kind: string; written: Writte
  * Python.
  *
  * @param q the configuration on show
- * @throws {NoConfiguration}
+ * @throws {Refused}
  */
 export function readConfiguration(
   about: About,
@@ -239,20 +242,13 @@ export function readConfiguration(
   text: string,
 ): { q: number[]; kind: string; count: number } {
   if (text.length > LONGEST) {
-    throw new NoConfiguration(`a text of ${text.length} characters; a configuration has at most ${LONGEST}`);
+    throw new Refused(`a text of ${text.length} characters; a configuration has at most ${LONGEST}`);
   }
   const trimmed = text
     .replace(/^\uFEFF/, "")
     .replaceAll("−", "-")
     .trimEnd();
-  if (!trimmed.trim()) throw new NoConfiguration("an empty text; expected joint names and values");
-  try {
-    const { kind, written, others } = recognised(about, trimmed);
-    const start = Array.from(q);
-    if (others === "zero") for (const { column } of about.coordinates) start[column] = 0;
-    return { q: withValues(about, start, written), kind, count: written.length };
-  } catch (error) {
-    if (error instanceof Unreadable) throw new NoConfiguration(error.message);
-    throw error;
-  }
+  if (!trimmed.trim()) throw new Refused("an empty text; expected joint names and values");
+  const { kind, written, others } = recognised(about, trimmed);
+  return { q: withValues(about, others === "zero" ? jointsAtZero(about, q) : q, written), kind, count: written.length };
 }

@@ -77,35 +77,19 @@ export function parse(text: string, unit: Unit) {
 export const stepped = (value: number, steps: number, { scale, step }: Unit) =>
   Number((value * scale + steps * step).toFixed(9)) / scale;
 
+const STEPS: Record<string, number> = {
+  ...{ ArrowUp: 1, ArrowRight: 1, ArrowDown: -1, ArrowLeft: -1 },
+  ...{ PageUp: 10, PageDown: -10, Home: -Infinity, End: Infinity },
+};
+
 /** How many steps a key means, NaN for one that means none; ±Infinity is an end of the range. */
 export function stepsOfKey({
   key,
   shiftKey,
   ctrlKey,
   altKey,
-}: {
-  key: string;
-  shiftKey: boolean;
-  ctrlKey: boolean;
-  altKey: boolean;
-}) {
+}: Pick<KeyboardEvent, "key" | `${"shift" | "ctrl" | "alt"}Key`>) {
+  if (!Object.hasOwn(STEPS, key)) return NaN;
   const factor = shiftKey ? 10 : ctrlKey || altKey ? 0.1 : 1;
-  switch (key) {
-    case "ArrowUp":
-    case "ArrowRight":
-      return factor;
-    case "ArrowDown":
-    case "ArrowLeft":
-      return -factor;
-    case "PageUp":
-      return 10;
-    case "PageDown":
-      return -10;
-    case "Home":
-      return -Infinity;
-    case "End":
-      return Infinity;
-    default:
-      return NaN;
-  }
+  return key.startsWith("Arrow") ? STEPS[key] * factor : STEPS[key];
 }
