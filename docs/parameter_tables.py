@@ -18,6 +18,8 @@ _TABLES = {
     "Coupled limits [°]": v6.COUPLED_LIMITS,
     "Inertia [kg, m, kg m²]": parameters.INERTIALS,
     "Frames [m, rad]": parameters.FRAMES,
+    "Cameras [°]": parameters.CAMERA_ROWS,
+    "Resolutions [pixel]": v6.RESOLUTIONS,
     "Fingers [m, rad]": v6.FINGERS,
     "Placeholder of links without a mass of their own [kg, m, kg m²]": (parameters.PLACEHOLDER,),
     "Collision shapes [m]": v6.COLLISION_SHAPES,

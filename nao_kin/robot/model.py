@@ -926,6 +926,7 @@ class RobotModel:
             ([True, True], [0.0, 0.0, 0.32])
         """
         return set_down(self, q, soles=soles, gravity=gravity, tolerance=tolerance)
+
     # --- self-collision -------------------------------------------------------------------------------------------
 
     @property

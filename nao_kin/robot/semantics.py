@@ -36,6 +36,9 @@ They may be written in a small TOML file beside the URDF:
     [fields_of_view]
     camera = [0.98, 0.76]                # horizontal and vertical [rad]
 
+    [resolutions]
+    HD = [1280, 720]                     # width and height of an image [pixel]
+
     [outlines]
     l_sole = [[0.1, 0.04], [-0.05, 0.04], [-0.05, -0.04], [0.1, -0.04]]    # corners, in the sole's xy plane [m]
 
@@ -213,6 +216,7 @@ class Semantics:
         soles: frames with the floor in their xy plane when the robot stands on them.
         cameras: frames of cameras that look along their x axis.
         fields_of_view: camera → its horizontal and vertical field of view [rad], each in (0, π), if they are known.
+        resolutions: name → width and height of the images of the cameras [pixel].
         postures: predefined postures by name.
         start: the posture shown first; "" for all joints at zero, or at the limit nearest to it.
         coupled_limits: tables in which one joint's range depends on another's value.
@@ -257,6 +261,7 @@ class Semantics:
     ros_names: Mapping[str, str] = field(default_factory=dict)
     outlines: Mapping[str, tuple[tuple[float, float], ...]] = field(default_factory=dict)
     disabled_collisions: tuple[tuple[str, str, str], ...] = ()
+    resolutions: Mapping[str, tuple[int, int]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         kinds = {"chains": Iterable, "postures": Posture, "units": str, "views": View, "ros_names": str}
@@ -278,6 +283,8 @@ class Semantics:
             if len(pair) != 2 or not all(0.0 < angle < math.pi for angle in pair):
                 raise BadArgument(f"field of view of {camera} must be two angles in (0, π), got {quoted(angles)}")
         object.__setattr__(self, "fields_of_view", MappingProxyType({k: tuple(v) for k, v in fields.items()}))
+        sizes = _mapping(self.resolutions, "resolutions", Iterable)
+        object.__setattr__(self, "resolutions", MappingProxyType({k: _size(v, k) for k, v in sizes.items()}))
         outlines = _mapping(self.outlines, "outlines", Iterable)
         object.__setattr__(self, "outlines", MappingProxyType({k: _corners(v, k) for k, v in outlines.items()}))
         for name in ("start", "version", "root"):
@@ -337,6 +344,14 @@ def _several(values: object, what: str, kind: type | tuple[type, ...]) -> tuple[
     for value in found:
         _check_kind(value, what, kind)
     return found
+
+
+def _size(values: Iterable[Any], resolution: str) -> tuple[int, int]:
+    """Return the width and the height of an image, whole numbers from 1."""
+    pair = _several(values, f"resolution {resolution}", (int, float))
+    if len(pair) != 2 or not all(size >= 1 and size == int(size) for size in pair):
+        raise BadArgument(f"resolution {resolution} must be a width and a height in pixels, got {quoted(values)}")
+    return int(pair[0]), int(pair[1])
 
 
 def _corners(values: Iterable[Any], sole: str) -> tuple[tuple[float, float], ...]:
@@ -461,6 +476,7 @@ _READERS: dict[str, _EntryReader] = {
     "units": _table_of(_text),
     "views": _table_of(_view),
     "fields_of_view": _table_of(_numbers),
+    "resolutions": _table_of(_numbers),
     "outlines": _table_of(_list_of(_numbers)),
     "ros_names": _table_of(_text),
     "disabled_collisions": _list_of(_names),

@@ -1,6 +1,7 @@
-"""The robot in its world: its balance on the floor, and where it has walked."""
+"""The robot in its world: its balance on the floor, where it has walked, and what its cameras see."""
 
 from nao_kin.world.balance import Balance, balance, feet_frame, margin
+from nao_kin.world.cameras import Camera, camera
 from nao_kin.world.odometry import (
     LOWER as LOWER,
     Odometry,
@@ -9,4 +10,4 @@ from nao_kin.world.odometry import (
     standing_sole as standing_sole,
 )
 
-__all__ = ["Balance", "Odometry", "balance", "feet_frame", "margin", "odometry"]
+__all__ = ["Balance", "Camera", "Odometry", "balance", "camera", "feet_frame", "margin", "odometry"]

@@ -18,6 +18,7 @@ from nao_kin.robot.nao.parameters import (
 from nao_kin.robot.nao.rows import (
     SOURCES,
     VERSIONS,
+    CameraRow,
     CoupledLimitRow,
     InertialRow,
     LimitRow,
@@ -35,6 +36,7 @@ from nao_kin.robot.nao.v6 import (
     COUPLED_LIMITS,
     JOINTS as JOINTS,
     OPTICAL_RPY as OPTICAL_RPY,
+    RESOLUTIONS as RESOLUTIONS,
 )
 
 __all__ = [
@@ -47,6 +49,7 @@ __all__ = [
     "OFFSETS",
     "SOURCES",
     "VERSIONS",
+    "CameraRow",
     "CoupledLimitRow",
     "Finger",
     "Frame",

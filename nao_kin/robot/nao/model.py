@@ -151,13 +151,16 @@ def _tree(version: Version) -> UrdfTree:
 def _semantics(version: Version) -> Semantics:
     """Return the semantics of a version."""
     parameters = nao_parameters(version)
-    horizontal, vertical = (math.radians(angle) for angle in v6.FIELDS_OF_VIEW[version])
     return Semantics(
         chains=v6.CHAINS,
         end_effectors=("Head", "LArm", "RArm", "LLeg", "RLeg"),
         soles=("LLeg", "RLeg"),
         cameras=v6.CAMERAS,
-        fields_of_view=dict.fromkeys(v6.CAMERAS, (horizontal, vertical)),
+        fields_of_view={
+            row.camera: tuple(map(math.radians, row.field_of_view_deg))
+            for row in parameters.cameras  # type: ignore[misc]
+        },
+        resolutions=parameters.resolutions,
         postures={
             row.name: Posture(dict(zip(v6.BODY_ORDER, row.body, strict=True)), v6.REST.get(row.name))
             for row in v6.POSTURES

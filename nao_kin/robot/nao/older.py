@@ -23,6 +23,7 @@ from nao_kin.robot.nao.v6 import (
     UPPER_ARM_LENGTH,
     V6,
     actuators,
+    both_cameras,
     both_sides,
 )
 
@@ -46,6 +47,7 @@ V5 = VersionPage(
         InertialRow("HeadPitch", 0.60533, (-0.00112, 0.0, 0.05258), (0.000957766, 8.78814e-06, 5.33702e-06, 0.000816836, -2.99579e-05, 0.000984976), "U5"),
     ),
     placeholder=_PLACEHOLDER,
+    cameras=both_cameras("MT9M114", (60.9, 47.6), "4VGA", "CAM"),
     frames=(
         FrameRow("Gaze", "gaze", "HeadPitch", (0.05871, 0.0, 0.06364), (0.0, 0.0, 0.0), "U5"),
         FrameRow("MicroFrontCenter", "MicroFrontCenter_frame", "HeadPitch", (0.041, 0.0, 0.091), (0.0, 0.0, 0.0), "U4"),
@@ -88,6 +90,7 @@ V4 = VersionPage(
 V33 = VersionPage(
     version="v3.3",
     base="v4",
+    cameras=both_cameras("OV7670", (47.8, 36.8), "VGA", "CAM"),
     inertials=(
         InertialRow("torso", 1.03948, (-0.00415, 0.0, 0.04258), (0.00308278, 1.2474e-05, -1.92153e-05, 0.00288881, -2.47767e-05, 0.00157995), "U33"),
         InertialRow("HeadYaw", 0.0593, (-2e-05, 0.0, -0.02556), (2.30616e-05, -2.05e-09, -1.91658e-08, 2.40771e-05, -5.067e-08, 5.43975e-06), "U33"),

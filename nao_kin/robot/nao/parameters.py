@@ -17,6 +17,7 @@ from nao_kin.robot.nao.older import TABLES
 from nao_kin.robot.nao.rows import (
     VERSIONS,
     ActuatorRow,
+    CameraRow,
     Coordinate,
     InertialRow,
     LimitRow,
@@ -26,7 +27,7 @@ from nao_kin.robot.nao.rows import (
     VersionTables,
     VisualRow,
 )
-from nao_kin.robot.nao.v6 import CAMERAS, COLLISION_SHAPES, COUPLED_LIMITS, FINGER_RATIO, FINGERS, JOINTS
+from nao_kin.robot.nao.v6 import CAMERAS, COLLISION_SHAPES, COUPLED_LIMITS, FINGER_RATIO, FINGERS, JOINTS, RESOLUTIONS
 from nao_kin.robot.semantics import CoupledLimit, Mimic
 
 _Row = TypeVar("_Row", bound=VersionedRow)
@@ -50,6 +51,7 @@ OFFSETS = _of_all_versions(lambda tables: tables.offsets)
 LIMITS = _of_all_versions(lambda tables: tables.limits)
 ACTUATORS = _of_all_versions(lambda tables: tables.actuators)
 INERTIALS = _of_all_versions(lambda tables: tables.inertials)
+CAMERA_ROWS = _of_all_versions(lambda tables: tables.cameras)
 FRAMES = _of_all_versions(lambda tables: tables.frames)
 VISUALS = _of_all_versions(lambda tables: tables.visuals)
 (PLACEHOLDER,) = _of_all_versions(lambda tables: (tables.placeholder,) if tables.placeholder else ())
@@ -159,6 +161,8 @@ class NaoParameters:
         inertials: mass, centre of mass and inertia by the joint that moves the link, and "torso".
         placeholder: inertia of links without a published mass; None for no inertia.
         frames: sensor and effector frames.
+        cameras: sensor, field of view and largest resolution of the cameras.
+        resolutions: name → width and height of the images that both cameras give [pixel].
         coupled_limits: the anti-collision tables.
         visuals: the meshes of the links, by the joint that moves the link, "torso", or a phalanx without its side.
         collision_shapes: shapes that contain the meshes, for collisions.
@@ -179,6 +183,8 @@ class NaoParameters:
     inertials: Mapping[str, InertialRow]
     placeholder: InertialRow | None
     frames: tuple[Frame, ...]
+    cameras: tuple[CameraRow, ...]
+    resolutions: Mapping[str, tuple[int, int]]
     coupled_limits: tuple[CoupledLimit, ...]
     visuals: tuple[VisualRow, ...]
     collision_shapes: tuple[ShapeRow, ...]
@@ -258,6 +264,8 @@ def _gathered(version: Version) -> NaoParameters:
         frames=tuple(
             Frame(row.name, row.ros_name, row.parent, _resolved(row.xyz, offsets), row.rpy) for row in tables.frames
         ),
+        cameras=tuple(row for row in CAMERA_ROWS if version in row.versions),
+        resolutions=MappingProxyType(_up_to(tables.cameras[0].largest)),
         coupled_limits=tuple(
             CoupledLimit(
                 row.joint, row.of, *(tuple(map(math.radians, column)) for column in zip(*row.table_deg, strict=True))
@@ -292,6 +300,12 @@ def _joints(
             effort=actuator.effort,
             mimic=row.mimic,
         )
+
+
+def _up_to(largest: str) -> dict[str, tuple[int, int]]:
+    """Return name → size of the resolutions up to the largest one of a sensor."""
+    names = [row.name for row in RESOLUTIONS]
+    return {row.name: (row.width, row.height) for row in RESOLUTIONS[: names.index(largest) + 1]}
 
 
 def _fingers(hand: Joint, joints: Iterable[Joint]) -> Iterator[Finger]:

@@ -201,6 +201,34 @@ class FrameRow(VersionedRow):
 
 
 @dataclass(frozen=True)
+class CameraRow(VersionedRow):
+    """The image sensor and the lens of one camera; its pose is a `FrameRow`.
+
+    Attributes:
+        camera: name of the camera's frame.
+        sensor: the image sensor.
+        field_of_view_deg: horizontal and vertical angle of the whole image [deg].
+        largest: name of the largest resolution.
+    """
+
+    camera: str
+    sensor: str
+    field_of_view_deg: tuple[float, float]
+    largest: str
+    source: str
+
+
+@dataclass(frozen=True)
+class ResolutionRow:
+    """The size of an image: NAOqi's name without its k, width and height [pixel]."""
+
+    name: str
+    width: int
+    height: int
+    source: str
+
+
+@dataclass(frozen=True)
 class ShapeRow:
     """A primitive shape fixed to the link that a joint moves.
 
@@ -286,6 +314,9 @@ SOURCES: dict[str, str] = {
     "U32": "official URDF NAOH25V32 as published in ros-naoqi/nao_robot, nao_description/urdf/naoV32_generated_urdf",
     "QB": "softbankrobotics-research/qibullet, qibullet/robot_posture.py (Apache-2.0)",
     "MIM": "ALMotion.getPosition recordings of LennonNM/NaoMimic: the foot height that makes both feet fit one HipYawPitch",
+    "DS6": "NAO6 datasheet of United Robotics Group",
+    "CAM": "Aldebaran documentation 1.14, cameras: doc.aldebaran.com/1-14/family/robots/video_robot.html; V5 has the sensor of V4",
+    "VIS": "alvisiondefinitions.h of NAOqi as published in ros-naoqi/naoqi_driver, include/naoqi_driver (Apache-2.0)",
     "GEN": "drawn for this library",
     "FIT": "fitted to the meshes of this library",
 }
@@ -308,6 +339,7 @@ class VersionTables:
     actuators: tuple[ActuatorRow, ...] = ()
     inertials: tuple[InertialRow, ...] = ()
     frames: tuple[FrameRow, ...] = ()
+    cameras: tuple[CameraRow, ...] = ()
     visuals: tuple[VisualRow, ...] = ()
     placeholder: InertialRow | None = None
 
@@ -328,7 +360,7 @@ class VersionPage(VersionTables):
     def over(self, base: VersionTables) -> VersionTables:
         """Return the tables of this version from those of `base`."""
         tables: dict[str, Any] = {}
-        for name in ("offsets", "limits", "actuators", "inertials", "frames", "visuals"):
+        for name in ("offsets", "limits", "actuators", "inertials", "frames", "cameras", "visuals"):
             what = f"{name.removesuffix('s')} of {self.base}, which {self.version} is laid over"
             without = getattr(self, f"without_{name}", ())
             tables[name] = overlaid(what, getattr(base, name), getattr(self, name), without)

@@ -6,12 +6,12 @@ Distances are those of V6; `older` contains the differences of other versions.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 
 from nao_kin._core.arrays import Vector, choice
 from nao_kin.robot.nao.rows import (
     VERSIONS,
     ActuatorRow,
+    CameraRow,
     CoupledLimitRow,
     FingerRow,
     FrameRow,
@@ -22,6 +22,7 @@ from nao_kin.robot.nao.rows import (
     OffsetRow,
     OutlineRow,
     PostureRow,
+    ResolutionRow,
     ShapeRow,
     Version,
     VersionTables,
@@ -385,22 +386,37 @@ _FRAMES: tuple[FrameRow, ...] = (
 )
 # fmt: on
 
-V6 = VersionTables(
-    offsets=_OFFSETS, limits=_LIMITS, actuators=_ACTUATORS, inertials=_INERTIALS, frames=_FRAMES, visuals=_VISUALS
-)
-
+CAMERAS: tuple[str, ...] = ("CameraTop", "CameraBottom")
 # x right, y down, z forward, as in image processing; the camera frames themselves look along x.
 OPTICAL_RPY = (-math.pi / 2, 0.0, -math.pi / 2)
-CAMERAS: tuple[str, ...] = ("CameraTop", "CameraBottom")
-# Horizontal and vertical field of view of both cameras [deg]. Sources: NAO6 datasheet of United Robotics Group, for V6;
-# Aldebaran documentation 1.14, doc.aldebaran.com/1-14/family/robots/video_robot.html, for the others.
-FIELDS_OF_VIEW: Mapping[Version, tuple[float, float]] = {
-    "v6": (56.3, 43.7),
-    "v5": (60.9, 47.6),
-    "v4": (60.9, 47.6),
-    "v3.3": (47.8, 36.8),
-    "v3.2": (47.8, 36.8),
-}
+
+RESOLUTIONS: tuple[ResolutionRow, ...] = (
+    ResolutionRow("QQQQVGA", 40, 30, "VIS"),
+    ResolutionRow("QQQVGA", 80, 60, "VIS"),
+    ResolutionRow("QQVGA", 160, 120, "VIS"),
+    ResolutionRow("QVGA", 320, 240, "VIS"),
+    ResolutionRow("VGA", 640, 480, "VIS"),
+    ResolutionRow("4VGA", 1280, 960, "VIS"),
+    ResolutionRow("16VGA", 2560, 1920, "VIS"),
+)
+
+
+def both_cameras(
+    sensor: str, field_of_view_deg: tuple[float, float], largest: str, source: str
+) -> tuple[CameraRow, ...]:
+    """Return the rows of two cameras that differ in their pose only."""
+    return tuple(CameraRow(name, sensor, field_of_view_deg, largest, source) for name in CAMERAS)
+
+
+V6 = VersionTables(
+    offsets=_OFFSETS,
+    limits=_LIMITS,
+    actuators=_ACTUATORS,
+    inertials=_INERTIALS,
+    frames=_FRAMES,
+    cameras=both_cameras("OV5640", (56.3, 43.7), "16VGA", "DS6"),
+    visuals=_VISUALS,
+)
 
 
 # --- NAOqi's predefined postures, and the vertical in those in which the robot does not stand.

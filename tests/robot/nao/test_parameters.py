@@ -30,9 +30,9 @@ from nao_kin.robot.nao import (
 from nao_kin.robot.nao.collision_rows import FITTED_SHAPES
 from nao_kin.robot.nao.model import nao_urdf_path
 from nao_kin.robot.nao.older import PAGES, TABLES, V6
-from nao_kin.robot.nao.parameters import ACTUATORS, FRAMES, PLACEHOLDER, VISUALS, version_named
+from nao_kin.robot.nao.parameters import ACTUATORS, CAMERA_ROWS, FRAMES, PLACEHOLDER, VISUALS, version_named
 from nao_kin.robot.nao.rows import FrameRow, Offset, VersionPage, overlaid
-from nao_kin.robot.nao.v6 import COLLISION_SHAPES, FINGERS, JOINTS, POSTURES, SOLE_OUTLINES
+from nao_kin.robot.nao.v6 import COLLISION_SHAPES, FINGERS, JOINTS, POSTURES, RESOLUTIONS, SOLE_OUTLINES
 from nao_kin.robot.semantics import Mimic
 from nao_kin.robot.urdf.reader import read_urdf
 
@@ -80,6 +80,8 @@ def test_every_row_names_a_known_source() -> None:
         COUPLED_LIMITS,
         INERTIALS,
         FRAMES,
+        CAMERA_ROWS,
+        RESOLUTIONS,
         COLLISION_SHAPES,
         SOLE_OUTLINES,
         FITTED_SHAPES,
@@ -211,9 +213,10 @@ def test_the_pages_differ_in_what_the_model_page_says() -> None:
     tables = {page.version: {field.name for field in fields(page) if getattr(page, field.name)} for page in PAGES}
     always = {"version", "base"}
     assert tables == {
-        "v5": always | {"inertials", "placeholder", "frames", "without_frames", "visuals", "without_visuals"},
+        "v5": always
+        | {"inertials", "placeholder", "cameras", "frames", "without_frames", "visuals", "without_visuals"},
         "v4": always | {"inertials"},
-        "v3.3": always | {"inertials", "frames", "visuals", "without_visuals"},
+        "v3.3": always | {"inertials", "cameras", "frames", "visuals", "without_visuals"},
         "v3.2": always
         | {"offsets", "limits", "actuators", "inertials", "without_frames", "visuals", "without_visuals"},
     }

@@ -1,0 +1,382 @@
+"""The pinhole camera with OpenCV's lens distortion: points to pixels, and pixels to rays.
+
+Coordinates are those of the camera's frame: x forward along the optical axis, y to the left, z up. A pixel (u, v) is a
+column, counted to the right, and a row, counted down. The centre of the first pixel is (0, 0), as in OpenCV: an image
+covers −1/2 ≤ u < width − 1/2.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from nao_kin._core.arrays import Floats, as_floats, as_numbers, choice, first_index, shaped, whole_number
+from nao_kin._core.text import quoted
+from nao_kin.errors import BadArgument, WrongShape, at_index
+from nao_kin.robot import RobotModel, check_robot
+from nao_kin.robot.nao import RESOLUTIONS
+
+# Newton's steps on the distortion, and the error of the result in normalised coordinates that counts as solved.
+_MOST_STEPS, _SOLVED = 40, 1e-12
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A camera: the frame that it is mounted at, the size of its image, its focal lengths, centre and distortion.
+
+    A point (x, y, z) of the camera's frame has the normalised coordinates a = −y/x to the right and b = −z/x down. With
+    s = a² + b² the lens moves them to
+
+        radial = (1 + k1 s + k2 s² + k3 s³) / (1 + k4 s + k5 s² + k6 s³),
+        a' = a radial + 2 p1 a b + p2 (s + 2 a²),
+        b' = b radial + p1 (s + 2 b²) + 2 p2 a b,
+
+    and the pixel is u = cx + fx a', v = cy + fy b'.
+
+    Attributes:
+        name: name of the camera.
+        frame: frame of the robot with x along the optical axis, y to the left and z up.
+        width, height: size of the image [pixel].
+        fx, fy: focal lengths [pixel].
+        cx, cy: where the optical axis meets the image [pixel].
+        distortion: k1, k2, p1, p2[, k3[, k4, k5, k6]] in OpenCV's order; () for none.
+
+    Raises:
+        BadArgument: a size or focal length that is not positive, or another number of coefficients.
+
+    Source: OpenCV's documentation, Camera Calibration and 3D Reconstruction, detailed description.
+
+    Examples:
+        >>> camera = nk.world.Camera("mine", "CameraTop", 640, 480, 558.0, 560.0, 317.0, 243.0, (-0.1, 0.02, 0, 0))
+        >>> pixel = camera.project([2.0, 0.3, -0.1])
+        >>> pixel.round(1).tolist(), (2.0 * camera.ray(pixel) / camera.ray(pixel)[0]).round(9).tolist()
+        ([233.5, 270.9], [2.0, 0.3, -0.1])
+    """
+
+    name: str
+    frame: str
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    distortion: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        for name in ("width", "height"):
+            object.__setattr__(self, name, whole_number(getattr(self, name), f"{name} of {self.name}", 1))
+        for name in ("fx", "fy", "cx", "cy"):
+            value = float(shaped(getattr(self, name), (), f"{name} of {self.name}"))
+            if name in ("fx", "fy") and value <= 0.0:
+                raise BadArgument(f"{name} of {self.name} must be positive, got {value}")
+            object.__setattr__(self, name, value)
+        coefficients = as_floats(self.distortion, (), f"distortion of {self.name}").ravel()
+        if len(coefficients) not in (0, 4, 5, 8):
+            what = "0, 4, 5 or 8 coefficients k1, k2, p1, p2, k3, k4, k5, k6"
+            raise BadArgument(f"distortion of {self.name} must be {what}, got {len(coefficients)}")
+        object.__setattr__(self, "distortion", tuple(coefficients.tolist()))
+
+    @staticmethod
+    def from_matrix(
+        matrix: ArrayLike, distortion: ArrayLike = (), *, frame: str, size: tuple[int, int], name: str = ""
+    ) -> Camera:
+        """Return the camera of OpenCV's camera matrix and distortion coefficients, as `calibrateCamera` returns them.
+
+        Args:
+            matrix: [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] [pixel].
+            distortion: 0, 4, 5 or 8 coefficients, in an array of any shape.
+            frame: the camera's frame on the robot: x forward, y left, z up; not the optical frame.
+            size: width and height of the images of the calibration [pixel].
+            name: name of the camera; the frame's name without one.
+
+        Raises:
+            BadArgument: the matrix is not of this form.
+
+        Examples:
+            >>> matrix = [[558.0, 0.0, 317.0], [0.0, 560.0, 243.0], [0.0, 0.0, 1.0]]
+            >>> nk.world.Camera.from_matrix(matrix, frame="CameraTop", size=(640, 480)).fy
+            560.0
+        """
+        K = shaped(matrix, (3, 3), "camera matrix")
+        if K[0, 1] or K[1, 0] or K[2].tolist() != [0.0, 0.0, 1.0]:
+            raise BadArgument("a camera matrix must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]")
+        width, height = _size(size)
+        return Camera(name or frame, frame, width, height, K[0, 0], K[1, 1], K[0, 2], K[1, 2], distortion)  # type: ignore[arg-type]
+
+    @property
+    def matrix(self) -> Floats:
+        """OpenCV's camera matrix [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], shape (3, 3) [pixel]."""
+        return np.array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
+
+    def project(self, points: ArrayLike) -> Floats:
+        """Return the pixels of points.
+
+        A point has no pixel if it is not in front of the camera, or so far from the optical axis that the distortion is
+        not invertible there: its polynomials send such points back into the image.
+
+        Args:
+            points: in the camera's frame, shape (..., 3) [m].
+
+        Returns:
+            Pixels (u, v), shape (..., 2), inside the image or not; NaN in a batch for a point without pixel.
+
+        Raises:
+            BadArgument: a single point has no pixel.
+
+        Examples:
+            >>> camera = nk.world.camera(nk.load_nao(), "CameraTop")
+            >>> camera.project([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]]).tolist()
+            [[319.5, 239.5], [nan, nan]]
+        """
+        p = as_floats(points, (3,), "points")
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            ab = np.where(p[..., :1] > 0.0, -p[..., 1:] / p[..., :1], np.nan)
+            pixels = self._pixels(self._distorted(ab)[0])
+            bad = ~((ab * ab).sum(axis=-1) < self._fold) | ~np.isfinite(pixels).all(axis=-1)
+        pixels[bad] = np.nan
+        if p.ndim == 1 and bad:
+            behind = p[0] <= 0.0
+            why = "is not in front of" if behind else "is too far from the optical axis for the distortion of"
+            raise BadArgument(f"the point {p.tolist()} {why} {self.name}, in the axes x forward, y left, z up")
+        return pixels
+
+    def ray(self, pixels: ArrayLike) -> Floats:
+        """Return the directions from which the light of pixels comes.
+
+        The distortion is inverted by Newton's method, and each result is checked: it must lie inside the circle around
+        the optical axis in which the distortion is invertible, and be distorted to the pixel again.
+
+        Args:
+            pixels: (u, v), shape (..., 2), inside the image or not; NaN stays NaN.
+
+        Returns:
+            Unit vectors in the camera's frame, shape (..., 3); NaN in a batch where the distortion is not invertible.
+
+        Raises:
+            BadArgument: the distortion cannot be inverted at a single pixel; the message names it.
+
+        Examples:
+            >>> camera = nk.world.camera(nk.load_nao(), "CameraTop")
+            >>> camera.ray([319.5, 239.5]).tolist()
+            [1.0, 0.0, 0.0]
+        """
+        ab = self.normalised(pixels)
+        ray = np.empty((*ab.shape[:-1], 3))
+        ray[..., 0] = 1.0
+        np.subtract(0.0, ab, out=ray[..., 1:])
+        ray /= np.sqrt(np.einsum("...i,...i->...", ray, ray))[..., None]
+        return ray
+
+    def normalised(self, pixels: ArrayLike) -> Floats:
+        """Return the normalised coordinates a = −y/x, b = −z/x of pixels; arguments, NaN and errors as in `ray`.
+
+        Examples:
+            >>> nk.world.Camera("c", "f", 640, 480, 500, 500, 320, 240).normalised([820.0, 240.0]).tolist()
+            [1.0, 0.0]
+        """
+        uv = _pixels(pixels)
+        ab = (uv - (self.cx, self.cy)) / (self.fx, self.fy)
+        if not self.distortion:
+            return ab
+        found = self._undistorted(ab.reshape(-1, 2)).reshape(ab.shape)
+        if uv.ndim == 1 and np.isnan(found).any() and np.isfinite(uv).all():
+            raise BadArgument(f"the distortion of {self.name} cannot be inverted at the pixel {_named(uv)}")
+        return found
+
+    def pixel_jacobian(self, points: ArrayLike) -> Floats:
+        """Return the derivatives of the pixels of points with respect to the points.
+
+        Args:
+            points: in the camera's frame, shape (..., 3) [m].
+
+        Returns:
+            ∂(u, v)/∂(x, y, z), shape (..., 2, 3) [pixel/m]; NaN for a point that is not in front of the camera.
+
+        Examples:
+            >>> camera = nk.world.Camera("c", "f", 640, 480, 500.0, 500.0, 320.0, 240.0)
+            >>> camera.pixel_jacobian([2.0, 0.0, 0.0]).tolist()
+            [[0.0, -250.0, 0.0], [0.0, 0.0, -250.0]]
+        """
+        p = as_floats(points, (3,), "points")
+        x = np.where(p[..., 0] > 0.0, p[..., 0], np.nan)
+        ab = -p[..., 1:] / x[..., None]
+        J = np.zeros((*x.shape, 2, 3))
+        J[..., :, 0] = -ab / x[..., None]
+        J[..., 0, 1] = J[..., 1, 2] = -1.0 / x
+        return np.asarray(self.lens_jacobian(ab) @ J)
+
+    def lens_jacobian(self, normalised: Floats) -> Floats:
+        """Return ∂(u, v)/∂(a, b) at normalised coordinates, shape (..., 2, 2) [pixel].
+
+        Examples:
+            >>> camera = nk.world.Camera("c", "f", 640, 480, 500.0, 510.0, 320.0, 240.0)
+            >>> camera.lens_jacobian(np.zeros(2)).tolist()
+            [[500.0, 0.0], [0.0, 510.0]]
+        """
+        ab = as_numbers(normalised, "normalised coordinates")
+        return np.asarray(self._distorted(ab)[1] * np.array([[self.fx], [self.fy]]))
+
+    def sees(self, pixels: ArrayLike) -> NDArray[np.bool_]:
+        """Return whether pixels, shape (..., 2), are inside the image; NaN is not.
+
+        Examples:
+            >>> camera = nk.world.camera(nk.load_nao(), "CameraTop")
+            >>> camera.sees([[0.0, 0.0], [640.0, 100.0], [np.nan, np.nan]]).tolist()
+            [True, False, False]
+        """
+        uv = _pixels(pixels)
+        low, high = (uv >= -0.5).all(axis=-1), (uv < (self.width - 0.5, self.height - 0.5)).all(axis=-1)
+        return np.asarray(low & high)
+
+    def border(self, per_side: int = 1) -> Floats:
+        """Return pixels along the edge of the image: from the upper left corner to the right and around.
+
+        Args:
+            per_side: pixels of each side, without the corner at its end.
+
+        Returns:
+            Shape (4 · per_side, 2).
+
+        Examples:
+            >>> nk.world.Camera("c", "f", 640, 480, 500, 500, 320, 240).border().tolist()
+            [[-0.5, -0.5], [639.5, -0.5], [639.5, 479.5], [-0.5, 479.5]]
+        """
+        corners = np.array([[0, 0], [self.width, 0], [self.width, self.height], [0, self.height], [0, 0]]) - 0.5
+        share = np.linspace(0.0, 1.0, whole_number(per_side, "per_side", 1), endpoint=False)[:, None]
+        return np.asarray((corners[:-1, None] + share * np.diff(corners, axis=0)[:, None]).reshape(-1, 2))
+
+    # --- The lens, in normalised coordinates.
+
+    def _pixels(self, ab: Floats) -> Floats:
+        return ab * (self.fx, self.fy) + (self.cx, self.cy)
+
+    @functools.cached_property
+    def _coefficients(self) -> tuple[float, ...]:
+        return self.distortion + (0.0,) * (8 - len(self.distortion))
+
+    @functools.cached_property
+    def _fold(self) -> float:
+        """The square of the radius up to which the radial part of the distortion increases; infinite without end."""
+        k1, k2, _, _, k3, k4, k5, k6 = self._coefficients
+        N, D = np.polynomial.Polynomial([1, k1, k2, k3]), np.polynomial.Polynomial([1, k4, k5, k6])
+        s = np.polynomial.Polynomial([0, 1])
+        # The derivative of r N(r²)/D(r²) by r has the sign of this polynomial in s = r²; D has a pole at its root.
+        slope = (N + 2 * s * N.deriv()) * D - 2 * s * N * D.deriv()
+        ends = [
+            root.real for p in (slope, D) for root in p.trim(1e-12).roots() if abs(root.imag) < 1e-12 * (1 + abs(root))
+        ]
+        return min((end for end in ends if end > 0.0), default=math.inf)
+
+    def _distorted(self, ab: Floats) -> tuple[Floats, Floats]:
+        """Return distorted coordinates (..., 2) and their derivatives (..., 2, 2)."""
+        J = np.empty((*ab.shape, 2))
+        if not self.distortion:
+            J[:] = np.eye(2)
+            return ab, J
+        k1, k2, p1, p2, k3, k4, k5, k6 = self._coefficients
+        a, b = ab[..., 0], ab[..., 1]
+        s, ab2 = a * a + b * b, 2.0 * a * b
+        N, D = 1.0 + s * (k1 + s * (k2 + s * k3)), 1.0 + s * (k4 + s * (k5 + s * k6))
+        radial = N / D
+        # Twice the derivative of the radial factor by s, as ∂s/∂a = 2a.
+        slope = 2.0 * ((k1 + s * (2.0 * k2 + s * 3.0 * k3)) - radial * (k4 + s * (2.0 * k5 + s * 3.0 * k6))) / D
+        J[..., 0, 0] = radial + a * a * slope + 2.0 * p1 * b + 6.0 * p2 * a
+        J[..., 1, 1] = radial + b * b * slope + 6.0 * p1 * b + 2.0 * p2 * a
+        J[..., 0, 1] = J[..., 1, 0] = a * b * slope + 2.0 * (p1 * a + p2 * b)
+        moved = np.empty(ab.shape)
+        moved[..., 0] = a * radial + p1 * ab2 + p2 * (s + 2.0 * a * a)
+        moved[..., 1] = b * radial + p1 * (s + 2.0 * b * b) + p2 * ab2
+        return moved, J
+
+    def _undistorted(self, wanted: Floats) -> Floats:
+        """Return the coordinates whose distortion is `wanted`, shape (n, 2); NaN where there is none."""
+        found = wanted.copy()
+        left = np.arange(len(found))
+        with np.errstate(all="ignore"):
+            for _ in range(_MOST_STEPS):
+                moved, J = self._distorted(found[left])
+                error = moved - wanted[left]
+                determinant = J[:, 0, 0] * J[:, 1, 1] - J[:, 0, 1] * J[:, 1, 0]
+                step = np.stack(
+                    [
+                        J[:, 1, 1] * error[:, 0] - J[:, 0, 1] * error[:, 1],
+                        J[:, 0, 0] * error[:, 1] - J[:, 1, 0] * error[:, 0],
+                    ],
+                    axis=-1,
+                )
+                ab = found[left] - step / determinant[:, None]
+                # No step leaves the circle in which the distortion is invertible.
+                over = np.sqrt((ab * ab).sum(axis=-1) / self._fold)
+                found[left] = ab / np.maximum(1.0, over * (1.0 + 1e-9))[:, None]
+                left = left[~(np.abs(error).max(axis=-1) < _SOLVED)]
+                if not len(left):
+                    break
+            moved, J = self._distorted(found)
+            determinant = J[:, 0, 0] * J[:, 1, 1] - J[:, 0, 1] * J[:, 1, 0]
+            fine = np.abs(moved - wanted).max(axis=-1) < 1e3 * _SOLVED * (1.0 + np.abs(wanted).max(axis=-1))
+            fine &= (determinant > 0.0) & ((found * found).sum(axis=-1) < self._fold)
+        found[~fine] = np.nan
+        return found
+
+
+def camera(robot: RobotModel, name: str, resolution: str | tuple[int, int] = "VGA") -> Camera:
+    """Return a robot's camera with its published field of view, without distortion.
+
+    With the horizontal and vertical field of view α and β: fx = (width/2)/tan(α/2), fy = (height/2)/tan(β/2), and the
+    optical axis meets the middle of the image, ((width − 1)/2, (height − 1)/2).
+
+    Args:
+        robot: any robot with `semantics.cameras` and `semantics.fields_of_view`.
+        name: a camera's frame, such as "CameraTop".
+        resolution: name, or width and height [pixel]; an image of any size shows the whole field of view. The names are
+            those of `semantics.resolutions`, and for a robot without any NAOqi's, from "QQQQVGA" to "16VGA".
+
+    Raises:
+        UnknownName: the robot has no such camera, or the camera no such resolution.
+        BadArgument: the field of view of the camera is not known.
+
+    Examples:
+        >>> camera = nk.world.camera(nk.load_nao(), "CameraBottom", "QVGA")
+        >>> camera.width, camera.height, round(camera.fx, 2), camera.cx
+        (320, 240, 299.03, 159.5)
+    """
+    check_robot(robot)
+    semantics = robot.semantics
+    choice(name, semantics.cameras, f"camera of {robot.name}")
+    if name not in semantics.fields_of_view:
+        raise BadArgument(f"the field of view of {name} is not known; give it in fields_of_view, or make a Camera")
+    if isinstance(resolution, str):
+        sizes = semantics.resolutions or {row.name: (row.width, row.height) for row in RESOLUTIONS}
+        width, height = sizes[choice(resolution, sizes, f"resolution of {name}")]
+    else:
+        width, height = _size(resolution)
+    across, high = (math.tan(angle / 2.0) for angle in semantics.fields_of_view[name])
+    centre = (width - 1) / 2.0, (height - 1) / 2.0
+    return Camera(name, name, width, height, width / 2.0 / across, height / 2.0 / high, *centre)
+
+
+def _size(size: Any) -> tuple[int, int]:
+    """Return a width and a height."""
+    if isinstance(size, str) or np.shape(size) != (2,):
+        raise BadArgument(f"the size of an image must be its width and height, got {quoted(size)}")
+    return whole_number(size[0], "width", 1), whole_number(size[1], "height", 1)
+
+
+def _pixels(pixels: ArrayLike) -> Floats:
+    """Return pixels as an array (..., 2); NaN, which stands for no pixel, is allowed."""
+    uv = as_numbers(pixels, "pixels")
+    if uv.shape[-1:] != (2,):
+        raise WrongShape("pixels", "(..., 2)", uv.shape)
+    if np.isinf(uv).any():
+        raise BadArgument(f"pixels must not be infinite{at_index(first_index(np.isinf(uv)))}")
+    return uv
+
+
+def _named(pixel: Floats) -> str:
+    return f"({pixel[0]:.6g}, {pixel[1]:.6g})"

@@ -1,0 +1,177 @@
+"""Cameras beside OpenCV, finite differences, and the published numbers."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings, strategies as st
+
+import nao_kin as nk
+from nao_kin.errors import BadArgument, BadInputFile, UnknownName, WrongShape
+from nao_kin.robot.semantics import Semantics
+from nao_kin.world import Camera
+
+# OpenCV's axes from ours: x right, y down, z forward.
+_OPTICAL = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
+_LENSES = {
+    "none": (),
+    "barrel": (-0.3, 0.09, 0.0, 0.0),
+    "pincushion": (0.2, 0.05, 0.001, -0.002),
+    "five": (-0.25, 0.1, 0.002, -0.001, -0.02),
+    "rational": (0.6, -0.2, 0.001, 0.0005, 0.02, 0.9, -0.1, 0.05),
+}
+
+
+def _camera(distortion: tuple[float, ...] = ()) -> Camera:
+    return Camera("c", "CameraTop", 640, 480, 558.0, 561.0, 317.0, 243.0, distortion)
+
+
+@pytest.mark.parametrize("lens", _LENSES)
+def test_points_are_projected_as_opencv_does(lens: str) -> None:
+    camera = _camera(_LENSES[lens])
+    rng = np.random.default_rng(3)
+    points = rng.uniform(0.2, 5.0, (1000, 1)) * np.column_stack([np.ones(1000), rng.uniform(-0.55, 0.55, (1000, 2))])
+    coefficients = np.array(camera.distortion) if camera.distortion else None
+    expected, _ = cv2.projectPoints(points @ _OPTICAL.T, np.zeros(3), np.zeros(3), camera.matrix, coefficients)
+    assert np.abs(camera.project(points) - expected[:, 0]).max() < 1e-9
+
+
+@pytest.mark.parametrize("lens", _LENSES)
+def test_rays_agree_with_opencv_and_lead_back_to_their_pixels(lens: str) -> None:
+    camera = _camera(_LENSES[lens])
+    pixels = np.stack(np.meshgrid(np.linspace(-0.5, 639.5, 33), np.linspace(-0.5, 479.5, 25)), axis=-1)
+    rays = camera.ray(pixels)
+    assert np.abs(np.linalg.norm(rays, axis=-1) - 1.0).max() < 1e-14
+    assert np.abs(camera.project(rays) - pixels).max() < 1e-8
+    criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 2000, 1e-14)
+    coefficients = np.array(camera.distortion) if camera.distortion else None
+    expected = cv2.undistortPoints(pixels.reshape(-1, 1, 2), camera.matrix, coefficients, criteria=criteria)
+    assert np.abs(camera.normalised(pixels).reshape(-1, 2) - expected[:, 0]).max() < 1e-7
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    st.tuples(*[st.floats(-0.5, 0.5)] * 2, *[st.floats(-0.01, 0.01)] * 2, *[st.floats(-0.3, 0.3)] * 4),
+    st.tuples(st.floats(-0.9, 0.9), st.floats(-0.9, 0.9)),
+)
+def test_every_lens_is_inverted_or_named(distortion: tuple[float, ...], point: tuple[float, float]) -> None:
+    camera = replace(_camera(), distortion=distortion)
+    pixel = camera.project([[1.0, -point[0], -point[1]]])[0]
+    if np.isnan(pixel).any():
+        with pytest.raises(BadArgument, match="too far from the optical axis"):
+            camera.project([1.0, -point[0], -point[1]])
+        return
+    assume(np.linalg.det(camera.lens_jacobian(np.array(point))) > 0.05 * camera.fx * camera.fy)
+    found = camera.normalised(pixel)  # no other point of the invertible circle has this pixel
+    assert found == pytest.approx(point, abs=1e-7)
+
+
+def test_a_pixel_beyond_the_largest_distorted_radius_is_named() -> None:
+    camera = _camera((-0.3, 0.0, 0.0, 0.0))  # r (1 − 0.3 r²) is at most 0.7027 at r = 1.054
+    edge = 317.0 + 558.0 * (2.0 / 3.0 / np.sqrt(0.9))
+    assert camera.normalised([edge - 0.01, 243.0])[0] < np.sqrt(1.0 / 0.9)
+    with pytest.raises(BadArgument, match=r"the distortion of c cannot be inverted at the pixel \(730, 243\)"):
+        camera.ray([730.0, 243.0])
+    rays = camera.ray([[730.0, 243.0], [317.0, 243.0]])
+    assert np.isnan(rays[0]).all()
+    assert rays[1].tolist() == [1.0, 0.0, 0.0]
+    # OpenCV's polynomial sends a point 60° off the axis back into the image.
+    assert np.isnan(camera.project([[1.0, -1.7, 0.0]])).all()
+    with pytest.raises(BadArgument, match="too far from the optical axis"):
+        camera.project([1.0, -1.7, 0.0])
+
+
+@pytest.mark.parametrize("lens", _LENSES)
+def test_derivatives_of_pixels_are_differences(lens: str) -> None:
+    camera, step = _camera(_LENSES[lens]), 1e-6
+    for point in np.array([[2.0, 0.0, 0.0], [1.5, 0.4, -0.3], [0.4, -0.1, 0.15]]):
+        sides = [camera.project(point + sign * step * np.eye(3)) for sign in (1.0, -1.0)]
+        assert camera.pixel_jacobian(point) == pytest.approx((sides[0] - sides[1]).T / (2.0 * step), rel=1e-6, abs=1e-4)
+
+
+def test_points_behind_the_camera_have_no_pixel() -> None:
+    camera = _camera()
+    pixels = camera.project(np.array([[[1.0, 0.2, 0.1]], [[-1.0, 0.2, 0.1]], [[0.0, 0.2, 0.1]]]))
+    assert np.isnan(pixels).all(axis=-1).ravel().tolist() == [False, True, True]
+    for x in (0.0, -2.0):
+        with pytest.raises(BadArgument, match="is not in front of c"):
+            camera.project([x, 0.0, 0.0])
+    assert camera.project(np.empty((0, 3))).shape == camera.ray(np.empty((0, 2)))[:, :2].shape == (0, 2)
+
+
+def test_the_image_begins_half_a_pixel_before_the_first_centre() -> None:
+    camera = nk.world.camera(nk.load_nao(), "CameraTop")
+    across, high = nk.load_nao().semantics.fields_of_view["CameraTop"]
+    corner = camera.ray(camera.border())[0]
+    assert (corner[1:] / corner[0]).tolist() == pytest.approx([np.tan(across / 2), np.tan(high / 2)])
+    inside = camera.sees([[-0.5, -0.5], [639.4, 479.4], [639.5, 3.0], [3.0, 479.5], [-0.51, 3.0]])
+    assert inside.tolist() == [True, True, False, False, False]
+    border = camera.border(5)
+    assert len(border) == 20
+    assert (
+        np.linalg.norm(np.diff(border, axis=0), axis=1).round(9).tolist() == [128] * 5 + [96] * 5 + [128] * 5 + [96] * 4
+    )
+
+
+def test_each_version_has_the_published_sensors() -> None:
+    # Aldebaran's pages on video cameras, and the data sheet of NAO6.
+    published = {"v6": (56.3, 43.7, 2560), "v5": (60.9, 47.6, 1280), "v4": (60.9, 47.6, 1280)}
+    published |= dict.fromkeys(("v3.3", "v3.2"), (47.8, 36.8, 640))
+    for version, (across, high, widest) in published.items():
+        nao = nk.load_nao(version)
+        assert max(nao.semantics.resolutions.values())[0] == widest
+        for name in ("CameraTop", "CameraBottom"):
+            camera = nk.world.camera(nao, name)
+            angles = 2.0 * np.arctan([320.0 / camera.fx, 240.0 / camera.fy])
+            assert np.degrees(angles).tolist() == pytest.approx([across, high])
+    assert nk.world.camera(nk.load_nao(), "CameraTop", "QQVGA").width == 160
+    assert nk.parameters.nao_parameters("v4").cameras[0].sensor == "MT9M114"
+
+
+def test_unknown_cameras_and_resolutions_are_named() -> None:
+    nao = nk.load_nao("v5")
+    with pytest.raises(UnknownName, match="CameraTop"):
+        nk.world.camera(nao, "CameraTopp")
+    with pytest.raises(UnknownName, match="4VGA"):
+        nk.world.camera(nao, "CameraTop", "16VGA")
+    for wrong in ((640,), (640, 0), 640, (640.5, 480)):
+        with pytest.raises(BadArgument):
+            nk.world.camera(nao, "CameraTop", wrong)  # type: ignore[arg-type]
+    blind = nk.RobotModel(nao.tree, replace(nao.semantics, fields_of_view={}))
+    with pytest.raises(BadArgument, match="field of view of CameraTop is not known"):
+        nk.world.camera(blind, "CameraTop")
+
+
+def test_any_robot_has_cameras_and_resolutions_of_its_own(tmp_path: Path) -> None:
+    nao = nk.load_nao()
+    fields = {"cameras": ("Head",), "fields_of_view": {"Head": (1.0, 0.5)}}
+    robot = nk.RobotModel(nao.tree, Semantics(**fields))  # type: ignore[arg-type]
+    assert nk.world.camera(robot, "Head").width == 640
+    own = nk.RobotModel(nao.tree, Semantics(**fields, resolutions={"HD": (1280, 720)}))  # type: ignore[arg-type]
+    assert nk.world.camera(own, "Head", "HD").height == 720
+    with pytest.raises(UnknownName, match="HD"):
+        nk.world.camera(own, "Head")
+    file = tmp_path / "robot.toml"
+    file.write_text("[resolutions]\nHD = [1280, 720]\n")
+    assert nk.semantics.read_semantics(file).resolutions == {"HD": (1280, 720)}
+    file.write_text("[resolutions]\nHD = [1280.5, 720]\n")
+    with pytest.raises(BadInputFile, match="resolution HD must be a width and a height"):
+        nk.semantics.read_semantics(file)
+
+
+def test_wrong_cameras_are_refused() -> None:
+    good = {"frame": "CameraTop", "size": (640, 480)}
+    assert Camera.from_matrix(_camera().matrix, np.zeros((1, 5)), **good).distortion == (0.0,) * 5  # type: ignore[arg-type]
+    for matrix in (np.eye(4), [[5, 0.1, 3], [0, 5, 2], [0, 0, 1]], [[5, 0, 3], [0, 5, 2], [0, 0, 2]], -np.eye(3)):
+        with pytest.raises((BadArgument, WrongShape)):
+            Camera.from_matrix(matrix, **good)  # type: ignore[arg-type]
+    for change in ({"width": 0}, {"fx": 0.0}, {"fy": "x"}, {"distortion": (0.1, 0.2)}, {"distortion": (np.nan,) * 4}):
+        with pytest.raises(nk.NaoKinError):
+            replace(_camera(), **change)  # type: ignore[arg-type]
+    for pixels in ([1.0, 2.0, 3.0], 4.0, [np.inf, 0.0]):
+        with pytest.raises(nk.NaoKinError, match="pixels"):
+            _camera().ray(pixels)
