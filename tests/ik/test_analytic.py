@@ -290,7 +290,7 @@ def test_mimic_joints_move_as_they_follow(tmp_path: Path) -> None:
 @for_all("beside", [3e-5, 1e-4, 1e-3, 1e-2])
 def test_beside_a_stretched_elbow_all_branches_are_exact(beside: float) -> None:
     romeo = nk.load_robot("romeo")
-    q = romeo.random(1, 40)
+    q = romeo.random(1, 10)
     q[:, [romeo.joint_names.index("LShoulderPitch"), romeo.joint_names.index("LElbowYaw")]] = 0.1, -beside
     T, locked = romeo.fk(q, "LWristPitch", reference="torso"), {"LShoulderPitch": 0.1}
     found = analytic(romeo, "LWristPitch", T, root="torso", locked=locked, limits="ignore")
@@ -299,13 +299,13 @@ def test_beside_a_stretched_elbow_all_branches_are_exact(beside: float) -> None:
     poses = romeo.fk(found.solutions, "LWristPitch", reference="torso")
     assert pose_errors(poses, np.broadcast_to(T[:, None], poses.shape)).max() < 1e-11
     inside = analytic(romeo, "LWristPitch", T, root="torso", locked=locked)
-    assert distance_to_solutions(inside, q).max() < 1e-5
+    assert distance_to_solutions(inside, q).max() < 1e-9 / beside
 
 
 @for_all("beside", [0.0, 1e-9, 1e-8])
 def test_a_stretched_elbow_has_a_member_inside_the_limits(beside: float) -> None:
     romeo = nk.load_robot("romeo")
-    q = romeo.random(1, 40)
+    q = romeo.random(1, 10)
     q[:, [romeo.joint_names.index("LShoulderPitch"), romeo.joint_names.index("LElbowYaw")]] = 0.1, -beside
     T = romeo.fk(q, "LWristPitch", reference="torso")
     found = analytic(romeo, "LWristPitch", T, root="torso", locked={"LShoulderPitch": 0.1})
