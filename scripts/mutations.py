@@ -795,7 +795,8 @@ _ANALYTIC = (
         ("one-whole-turn-inside-the-limits", "count = np.maximum(count, 1.0)", "count = np.clip(count, 1.0, 1.0)"),
         ("mimic-joint-without-its-offset", "(values[finite] - limb.offset)", "(values[finite] - 0.0 * limb.offset)"),
         ("locked-joint-at-zero", "held.get(driver.joint, 0.0) + driver.offset, slides", "0.0 + driver.offset, slides"),
-        ("branch-nearby-taken-for-a-family", "(-0.1, -0.03, 0.03, 0.1)", "(0.1,)"),
+        ("branch-nearby-taken-for-a-family", "0.4, 1e-13, 1e-10", "0.4, 1e-8, 1e-10"),
+        ("solutions-of-the-search-inside-the-limits-dropped", "_together(inside, met)", "inside"),
         ("member-of-a-family-not-the-nearest", "share > 1e-3", "share > 2.0"),
         (
             "branches-not-sorted",

@@ -14,7 +14,7 @@ import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple, SupportsIndex
+from typing import Any, Literal, NamedTuple, SupportsIndex
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,7 +29,7 @@ from nao_kin.ik.geometry import cached_limb, torso_frame
 from nao_kin.ik.limit_regions import LimitRegion
 from nao_kin.ik.numeric import pose_errors
 from nao_kin.ik.results import Codes, Family, IKResult, Integers, Obstacles, Reason
-from nao_kin.ik.targets import Limits, as_options, is_enforced, rigid_poses
+from nao_kin.ik.targets import Limits, as_options, rigid_poses
 from nao_kin.robot import LIMIT_TOLERANCE, RobotModel, SerialChain, check_robot, serial_chain
 from nao_kin.robot.semantics import Mimic
 
@@ -130,18 +130,24 @@ def analytic(
     options = as_options(robot, rest, reference, batch, limits, threads)
     rows = np.array(np.broadcast_to(options.reference, (*batch, robot.nq)))
     base = torso_frame(robot) if root is None else root
-    if locked:
-        held = robot.configuration(locked, limits="raise" if is_enforced(limits) else "ignore")
-        names = [robot.mimics[name].joint if name in robot.mimics else name for name in locked]
-        limb = _limb_of(robot, frame, base, {name: float(held[_column(robot, name)]) for name in names})
-        rows[..., list(limb.held)] = list(limb.held.values())
-    else:
-        limb = cached_limb(robot, _limb_of, frame, base)
+    held = {} if locked is None else _held(robot, locked, "raise" if options.enforce else "ignore")
+    limb = _limb_of(robot, frame, base, held) if held else cached_limb(robot, _limb_of, frame, base)
+    rows[..., list(limb.held)] = list(limb.held.values())
     given = robot, limb, options.enforce, float(tolerance), options.threads
     flat, near = targets.reshape(-1, 4, 4), rows.reshape(-1, robot.nq)
     blocks = [slice(k, k + _BLOCK) for k in range(0, max(1, len(flat)), _BLOCK)]
     solved = [_Problem(*given, flat[k], near[k]).solve() for k in blocks]
     return _joined(limb, solved, rows, options.notes, batch)
+
+
+def _held(robot: RobotModel, locked: Mapping[str, float], limits: Literal["raise", "ignore"]) -> dict[str, float]:
+    """Return the values of the coordinates of locked joints, by name."""
+    q = robot.configuration(locked, limits=limits)
+    names = [robot.mimics[name].joint if name in robot.mimics else name for name in locked]
+    for name in names:
+        if q.ndim > 1 or name not in robot.joint_names:
+            raise BadArgument(f"locked must have one value for each joint, got {quoted(name)}: {quoted(locked[name])}")
+    return {name: float(q[_column(robot, name)]) for name in names}
 
 
 def _column(robot: RobotModel, joint: str) -> int:
@@ -348,7 +354,7 @@ class _Solved(NamedTuple):
 # What `_Solved.counts` counts, and the number of targets.
 _COUNTED = (
     "answers of EAIK that are wrong are left out: {}",
-    "{} of {} targets were reached by a search only, because EAIK has no solution of them",
+    "{} of {} targets were reached by a search only, not by an answer of EAIK",
     "{} of {} targets are not reached, and have least-squares answers of EAIK only",
 )
 
@@ -383,8 +389,14 @@ class _Problem:
         turned, _ = self._turned(solutions)
         outside = limb.limited.worst(self._values(turned))
         inside = turned.where(~outside.outside) if self.enforce else turned
-        away = np.linalg.norm(inside.u - self.near[inside.owner], axis=-1)
-        inside = inside.where(np.lexsort((away, inside.owner)))
+        unmet = ~inside.of(n)
+        region = limb.limited if self.enforce else limb.free
+        near = self._descended(region, self._starts(_together(given, turned), unmet), 0.0)
+        # Beside a singularity EAIK may have one member of what is nearly a family, and another one is inside.
+        met = self._nearest_first(near.where(self._is_exact(near)))
+        met = met.where(_places(met.owner) == 0)
+        met.families[self._null_projectors(met).any(axis=(-1, -2))] = Family.SINGULAR
+        inside = self._nearest_first(_together(inside, met))
         reached = inside.of(n)
 
         firsts = inside.where(_places(inside.owner) == 0)
@@ -401,19 +413,24 @@ class _Problem:
         joint[rows] = np.searchsorted(limb.limited.moving, outside.joint[order], sorter=np.argsort(limb.limited.moving))
         joint[rows] = np.argsort(limb.limited.moving)[joint[rows]]
         needed[rows], limit[rows] = outside.value[order], outside.limit[order]
-        never = ~solutions.of(n)
+        never = ~solutions.of(n) & ~reached
         beyond = np.linalg.norm(self.targets[:, :3, 3] - limb.links[0, :3, 3], axis=-1) - limb.length
         reasons[never] = np.where(beyond[never] > 0.0, Reason.OUT_OF_REACH, Reason.NOT_ENOUGH_JOINTS)
         needed[never] = np.maximum(beyond[never], 0.0)
 
-        near = self._descended(limb.limited if self.enforce else limb.free, self._starts(given, ~reached), 0.0)
+        near = near.where(~reached[near.owner])
         cost = np.hypot(near.errors[:, 0], ANGLE_WEIGHT * near.errors[:, 1])
         near = near.where(np.lexsort((cost, near.owner)))
         near = near.where(_places(near.owner) == 0)
         best[near.owner], residual[near.owner] = near.u, near.errors
-        counted = ~exact & ~least_squares, missed & found.of(n), never & given.where(least_squares).of(n)
+        counted = ~exact & ~least_squares, (missed & found.of(n)) | met.of(n), never & given.where(least_squares).of(n)
         counts = np.array([np.count_nonzero(each) for each in counted])
         return _Solved(inside, best, reasons, residual, joint, needed, limit, counts)
+
+    def _nearest_first(self, answers: _Answers) -> _Answers:
+        """Return answers sorted by their targets, and then by the distance to the reference."""
+        away = np.linalg.norm(answers.u - self.near[answers.owner], axis=-1)
+        return answers.where(np.lexsort((away, answers.owner)))
 
     def _is_exact(self, answers: _Answers) -> NDArray[np.bool_]:
         return np.asarray((answers.errors <= self.tolerance).all(axis=-1))

@@ -282,8 +282,51 @@ def test_mimic_joints_move_as_they_follow(tmp_path: Path) -> None:
     T = robot.fk(q, "elbow_l")
     found = analytic(robot, "elbow_l", T)
     assert found.joints == ("drive", "lift", "elbow")
+    assert found.notes == ()
     assert_solved(robot, "elbow_l", T, found)
     assert distance_to_solutions(found, q).max() < 1e-7
+
+
+@for_all("beside", [3e-5, 1e-4, 1e-3, 1e-2])
+def test_beside_a_stretched_elbow_all_branches_are_exact(beside: float) -> None:
+    romeo = nk.load_robot("romeo")
+    q = romeo.random(1, 10)
+    q[:, [romeo.joint_names.index("LShoulderPitch"), romeo.joint_names.index("LElbowYaw")]] = 0.1, -beside
+    T, locked = romeo.fk(q, "LWristPitch", reference="torso"), {"LShoulderPitch": 0.1}
+    found = analytic(romeo, "LWristPitch", T, root="torso", locked=locked, limits="ignore")
+    assert (found.count == 8).all()
+    assert found.notes == ()
+    poses = romeo.fk(found.solutions, "LWristPitch", reference="torso")
+    assert pose_errors(poses, np.broadcast_to(T[:, None], poses.shape)).max() < 1e-11
+    inside = analytic(romeo, "LWristPitch", T, root="torso", locked=locked)
+    assert distance_to_solutions(inside, q).max() < 1e-9 / beside
+
+
+@for_all("beside", [0.0, 1e-9, 1e-8])
+def test_a_stretched_elbow_has_a_member_inside_the_limits(beside: float) -> None:
+    romeo = nk.load_robot("romeo")
+    q = romeo.random(1, 10)
+    q[:, [romeo.joint_names.index("LShoulderPitch"), romeo.joint_names.index("LElbowYaw")]] = 0.1, -beside
+    T = romeo.fk(q, "LWristPitch", reference="torso")
+    found = analytic(romeo, "LWristPitch", T, root="torso", locked={"LShoulderPitch": 0.1})
+    assert found.success.all()
+    assert (found.family == Family.SINGULAR).all()
+    assert romeo.within_limits(found.q).all()
+    assert found.residual.max() < 1e-8
+
+
+def test_branches_near_each_other_are_no_family() -> None:
+    romeo = nk.load_robot("romeo")
+    q = romeo.neutral()
+    arm = ("LShoulderPitch", "LShoulderYaw", "LElbowRoll", "LElbowYaw", "LWristRoll", "LWristYaw", "LWristPitch")
+    values = (-1.131, -0.206931271, 1.364266415, -0.000454107, -2.436135163, 0.399145678, 0.077800372)
+    q[[romeo.joint_names.index(joint) for joint in arm]] = values
+    T = romeo.fk(q, "LWristPitch", reference="torso")
+    found = analytic(romeo, "LWristPitch", T, root="torso", locked={"LShoulderPitch": -1.131}, reference=q)
+    assert found.count == 2
+    assert (found.families == Family.NONE).all()
+    np.testing.assert_allclose(found.q, q, atol=1e-6)
+    assert 0.05 < np.abs(found.branches[1] - found.branches[0]).max() < 0.1
 
 
 def test_a_family_without_a_member_inside_the_limits_names_a_joint(nao: nk.NaoModel) -> None:
@@ -357,7 +400,7 @@ def test_solutions_that_eaik_misses_are_searched_for(nao: nk.NaoModel, monkeypat
     answer_with(monkeypatch, lambda Q: np.zeros((0, 6)))
     found = analytic(nao, "LLeg", T, reference=nao.posture("Crouch"))
     assert found.success
-    assert found.notes == ("1 of 1 targets were reached by a search only, because EAIK has no solution of them",)
+    assert found.notes == ("1 of 1 targets were reached by a search only, not by an answer of EAIK",)
 
 
 SHOWN = {"robot": "nao", "frame": "LLeg", "T": np.eye(4)}
@@ -370,6 +413,8 @@ BAD: list[tuple[dict[str, Any], type[Exception], str]] = [
     ({"locked": {"HeadYaw": 0.1}}, UnknownName, "only joints between torso and LLeg"),
     ({"locked": {"LKneePich": 0.1}}, UnknownName, "LKneePitch"),
     ({"locked": {"LKneePitch": 9.0}}, OutsideLimits, "LKneePitch"),
+    ({"locked": {"LLeg": [0.0] * 6}}, BadArgument, "locked must have one value for each joint, got 'LLeg'"),
+    ({"locked": {"LHipRoll": [0.1, 0.2]}}, BadArgument, "locked must have one value for each joint, got 'LHipRoll'"),
     ({"limits": "no"}, UnknownName, "limits policy"),
     ({"tolerance": -1.0}, BadArgument, "tolerance"),
     ({"T": np.diag([2.0, 1.0, 1.0, 1.0])}, NotARotation, "T"),
