@@ -1089,7 +1089,7 @@ _WORLD = (
         "test_balance.py",
         ("margin-outside-by-the-edge-line", "inside if inside >= 0.0 else -np.sqrt(away)", "inside"),
         ("collinear-corners-in-the-polygon", "if turn > 0.0:", "if turn >= 0.0:"),
-        ("other-links-do-not-carry", "for k in np.flatnonzero(others.any(axis=1)):", "for k in ():"),
+        ("other-links-do-not-carry", "for k in np.flatnonzero(others.any(axis=1)).tolist():", "for k in ():"),
         ("feet-frame-as-high-as-their-mean", "places[..., 2].min(axis=-1)", "places[..., 2].mean(axis=-1)"),
     ),
     *_faults(
