@@ -1001,20 +1001,6 @@ _MOTION = (
 
 _NAOQI = (
     *_faults(
-        "naoqi/spaces.py",
-        "test_language.py",
-        (
-            "robot-frame-turned-half-a-turn-where-the-feet-are-on-both-sides-of-pi",
-            "turn = turn - 2.0 * np.pi * np.round(turn / (2.0 * np.pi))",
-            "turn = turn + 0.0",
-        ),
-        (
-            "robot-frame-at-the-height-of-the-upper-foot",
-            "places[..., 2:].min(axis=-2)",
-            "places[..., 2:].max(axis=-2)",
-        ),
-    ),
-    *_faults(
         "naoqi/virtual/body.py",
         "test_virtual_engine.py",
         (
@@ -1114,7 +1100,12 @@ _WORLD = (
         "test_balance.py",
         ("margin-outside-by-the-edge-line", "inside if inside >= 0.0 else -np.sqrt(away)", "inside"),
         ("collinear-corners-in-the-polygon", "if turn > 0.0:", "if turn >= 0.0:"),
-        ("other-links-do-not-carry", "for k in np.flatnonzero(others.any(axis=1)):", "for k in ():"),
+        ("other-links-do-not-carry", "for k in np.flatnonzero(others.any(axis=1)).tolist():", "for k in ():"),
+        (
+            "robot-frame-turned-half-a-turn-where-the-feet-are-on-both-sides-of-pi",
+            "np.arctan2(np.sin(turns).sum(axis=-1), np.cos(turns).sum(axis=-1))",
+            "turns.mean(axis=-1)",
+        ),
         ("feet-frame-as-high-as-their-mean", "places[..., 2].min(axis=-1)", "places[..., 2].mean(axis=-1)"),
     ),
     *_faults(

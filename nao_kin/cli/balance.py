@@ -127,7 +127,7 @@ def _rows(found: Balance, start: int, times: Floats | None, deg: bool) -> list[d
     )
     rows = []
     for k, (margin, tilt) in enumerate(zip(found.margin.tolist(), tilts.tolist(), strict=True)):
-        row = {"row": start + k} | ({} if times is None else {"time": float(times[start + k])})
+        row: dict[str, Any] = {"row": start + k} | ({} if times is None else {"time": float(times[start + k])})
         row |= {"margin": finite_or_none(margin), "tilt": finite_or_none(tilt)}
         rows.append(row | {"soles": _names(found.down.soles, found.down.touching[k])})
     return rows

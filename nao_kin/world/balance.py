@@ -113,7 +113,7 @@ def balance(
     points = np.where((corners[..., 2] <= tolerance)[..., None], corners[..., :2], np.nan)
     if soles is None:
         others = np.delete(down.links.reshape(len(rows), -1), feet.carried(robot, robot.link_names), axis=1)
-        for k in np.flatnonzero(others.any(axis=1)):
+        for k in np.flatnonzero(others.any(axis=1)).tolist():
             points = _with_hull(points, k, points_on_floor(robot, rows[k], T_world_base[k], tolerance))
     vertices, margins, nearest = _hulls(points, com[:, :2])
     if not batch and nearest[0] < 0:
@@ -129,8 +129,8 @@ def balance(
     T_robot_base = np.full((len(rows), 4, 4), np.nan)
     if names:
         T_robot_base = rigid_inverse(feet_frame(T_world_soles)) @ T_world_base
-    results = com, vertices, distances, np.arctan2(distances, com[:, None, 2]), margins, nearest
-    results += rigid_inverse(T_base_soles), T_robot_base
+    tilts = np.arctan2(distances, com[:, None, 2])
+    results = com, vertices, distances, tilts, margins, nearest, rigid_inverse(T_base_soles), T_robot_base
     return Balance(down, *(part.reshape((*batch, *part.shape[1:])) for part in results))
 
 
@@ -236,7 +236,7 @@ def _level(up: Floats) -> Floats:
 def _placed(T: Floats, feet: Feet) -> Floats:
     """Return the corners of soles at T (n, S, 4, 4), shape (n, k, 3)."""
     own = T[:, feet.owner]
-    return np.einsum("nkij,kj->nki", own[..., :3, :3], feet.points) + own[..., :3, 3]
+    return np.asarray(np.einsum("nkij,kj->nki", own[..., :3, :3], feet.points) + own[..., :3, 3])
 
 
 def _with_hull(points: Floats, k: int, more: Floats) -> Floats:

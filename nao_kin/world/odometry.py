@@ -151,7 +151,7 @@ def standing_sole(heights: Floats, before: int, lower: float = LOWER) -> int:
 def sole_heights(T_base_soles: Floats) -> Floats:
     """Return the height of sole j over the plane of sole i, shape (..., s, s), for soles at (..., s, 4, 4) [m]."""
     levers = T_base_soles[..., None, :, :3, 3] - T_base_soles[..., :, None, :3, 3]
-    return np.einsum("...ijk,...ik->...ij", levers, T_base_soles[..., :3, 2])
+    return np.asarray(np.einsum("...ijk,...ik->...ij", levers, T_base_soles[..., :3, 2]))
 
 
 def _checked_times(times: ArrayLike, count: int, longest_gap: float) -> Floats:
