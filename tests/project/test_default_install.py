@@ -190,6 +190,7 @@ ASKED: dict[str, Callable[[nk.NaoModel, Path], object]] = {
     "naoqi": lambda robot, folder: nk.naoqi.NaoqiSource("localhost"),
     "plot": lambda robot, folder: nk.motion.plot(robot, nk.Motion([0.0, 1.0], ["HeadYaw"], [[0.0], [0.1]])),
     "mujoco": lambda robot, folder: nk.export.mjcf(robot, folder / "nao"),
+    "calibration": lambda robot, folder: nk.calibration.calibrate(robot, [], joints=["HeadYaw"]),
     "pink": lambda robot, folder: nk.ik.numeric(robot, "LArm", np.eye(4), solver="pink"),
 }
 
