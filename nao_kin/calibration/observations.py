@@ -37,9 +37,9 @@ class Pixels:
     unknown pose in that frame is estimated. Residuals are pixels minus `camera.project(points)`, divided by the noise.
 
     Attributes:
-        q: reported configurations, shape (nq,) or (n, nq).
+        q: reported configurations, shape (..., nq).
         camera: the camera, `nk.world.camera(robot, "CameraTop")` or one with your own intrinsics.
-        pixels: the pixels of all points (u, v), shape (k, 2) or (n, k, 2) [pixels]; NaN for a point that is not seen.
+        pixels: the pixels of all points (u, v), shape (..., k, 2) [pixels]; NaN for a point that is not seen.
         points: the points, shape (k, 3), in the board, or else in the frame [m].
         frame: the frame that carries the points or the board; None for the root: the trunk with a fixed base, the
             world with a floating one.
@@ -60,11 +60,10 @@ class Pixels:
         if not isinstance(self.camera, Camera):
             raise BadArgument(f"camera must be a Camera, as nk.world.camera returns it, got {quoted(self.camera)}")
         q = _configurations(robot, self.q)
-        points = as_floats(self.points, (3,), "points").reshape(-1, 3)
-        pixels = as_numbers(self.pixels, "pixels")
-        if pixels.size != len(q) * len(points) * 2 or pixels.shape[-1:] != (2,):
-            raise WrongShape("pixels", f"({len(q)}, {len(points)}, 2)", pixels.shape)
-        pixels = pixels.reshape(len(q), len(points), 2)
+        points = as_floats(self.points, (3,), "points")
+        if points.ndim != 2:
+            raise WrongShape("points", "(k, 3)", points.shape)
+        pixels = _one_each(as_numbers(self.pixels, "pixels"), self.q, (len(points), 2), "pixels")
         (noise,) = _noise([self.noise], "noise of pixels")
         _known(robot, self.camera.frame, self.frame)
 
@@ -90,9 +89,9 @@ class Poses:
     T_predicted⁻¹ T_measured, divided by their noise.
 
     Attributes:
-        q: reported configurations, shape (nq,) or (n, nq).
+        q: reported configurations, shape (..., nq).
         frame: a frame of the robot.
-        poses: the measured T_world_marker, shape (4, 4) or (n, 4, 4).
+        poses: the measured T_world_marker, shape (..., 4, 4).
         world: name of the unknown world in which the poses are measured; None if it is the reference frame.
         marker: name of the unknown body of markers on the frame; None if the poses are those of the frame itself.
         reference: the frame of the robot that does not move in the world; None for the root. With a foot here, a hand
@@ -111,10 +110,7 @@ class Poses:
     def _checked(self, robot: RobotModel) -> Checked:
         """Return the checked observation."""
         q = _configurations(robot, self.q)
-        poses = as_floats(self.poses, (4, 4), "poses")
-        if poses.size != 16 * len(q):
-            raise WrongShape("poses", f"({len(q)}, 4, 4)", poses.shape)
-        poses = poses.reshape(-1, 4, 4)
+        poses = _one_each(as_floats(self.poses, (4, 4), "poses"), self.q, (4, 4), "poses")
         check_rotation(poses[:, :3, :3])
         noise = np.repeat(_noise(self.noise, "noise of poses", 2), 3)
         _known(robot, self.frame, self.reference)
@@ -140,7 +136,7 @@ class Contacts:
     and turning on the floor are free; if the place is known as well, use `Poses` with a reference.
 
     Attributes:
-        q: reported configurations, shape (nq,) or (n, nq).
+        q: reported configurations, shape (..., nq).
         frame: one sole: a frame whose z is normal to it.
         reference: the other sole.
         height: z of the first sole in the second, for example the thickness of a foot that it stands on [m].
@@ -221,6 +217,14 @@ def _configurations(robot: RobotModel, q: ArrayLike) -> Floats:
     if not len(array):
         raise BadArgument("an observation needs at least one configuration")
     return array
+
+
+def _one_each(array: Floats, q: ArrayLike, tail: tuple[int, ...], what: str) -> Floats:
+    """Return an array with one entry for each configuration, shape (n, *tail)."""
+    expected = (*np.shape(q)[:-1], *tail)
+    if array.shape != expected:
+        raise WrongShape(what, str(expected), array.shape)
+    return array.reshape(-1, *tail)
 
 
 def _known(robot: RobotModel, *frames: str | None) -> None:

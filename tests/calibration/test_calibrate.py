@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 from calibration_samples import ANGLES, MARKS, looking, pixels_of, planted, seen, whole_body
+from hypothesis import given, strategies as st
 from scipy.optimize import least_squares
 from scipy.stats import chi2, kstest
 
 import nao_kin as nk
 from nao_kin.calibration import Calibration, Contacts, Pixels, Poses, calibrate
+from nao_kin.calibration.starts import _pose_of_points
 from nao_kin.errors import BadArgument, UnknownName
 
 HEAD_AND_ARM = ["HeadYaw", "HeadPitch", "LShoulderPitch", "LShoulderRoll", "LElbowYaw", "LElbowRoll"]
@@ -258,6 +260,8 @@ def test_wrong_questions_are_refused_by_name(
     [
         ({"camera": "CameraTop"}, "camera must be a Camera"),
         ({"pixels": np.zeros((3, 8, 2))}, "pixels must have shape"),
+        ({"pixels": np.zeros((9, 3, 2))}, r"pixels must have shape \(3, 9, 2\), got \(9, 3, 2\)"),
+        ({"points": np.zeros((3, 9, 3))}, r"points must have shape \(k, 3\)"),
         ({"frame": "LHnd"}, "unknown frame 'LHnd'"),
         ({"noise": 0.0}, "noise of pixels must be 1 positive number"),
         ({"points": MARKS * np.nan}, "points must be finite"),
@@ -331,3 +335,28 @@ def test_the_next_posture_refuses_what_it_cannot_answer(nao: nk.NaoModel) -> Non
         nk.calibration.next_posture(hand, joints=["LElbowRol"])
     moved = nk.calibration.next_posture(hand, joints=["LElbowRoll"], rng=1)
     assert np.flatnonzero(moved.q != q[0]).tolist() == [nao.joint_names.index("LElbowRoll")]
+
+
+def test_any_batch_shape_is_the_same_calibration(nao: nk.NaoModel) -> None:
+    rng = np.random.default_rng(3)
+    q = looking(nao, rng, 6, ["LArm"])
+    one = seen(nao, nk.world.camera(nao, "CameraTop"), q, "LArm", rng)
+    hand = Poses(q, "LArm", nao.fk(q, "LArm"))
+    flat = calibrate(nao, [one, hand], joints=["HeadYaw", "LElbowYaw"])
+    batch = [replace(one, q=q.reshape(2, 3, 25), pixels=np.reshape(one.pixels, (2, 3, 9, 2)))]
+    batch += [replace(hand, q=row, poses=nao.fk(row, "LArm")) for row in q]
+    assert np.allclose(calibrate(nao, batch, joints=["HeadYaw", "LElbowYaw"]).values, flat.values, atol=1e-9)
+
+
+@given(seed=st.integers(0, 10**6), rank=st.sampled_from([2, 3]), size=st.sampled_from([1e-2, 0.1, 1.0]))
+def test_the_pose_of_points_is_found_from_their_rays(seed: int, rank: int, size: float) -> None:
+    rng = np.random.default_rng(seed)
+    points = size * rng.uniform(-1.0, 1.0, (8, 3)) * (1.0, 1.0, rank == 3) @ nk.rotations.random_rotation(rng)
+    T = nk.screws.pose(nk.rotations.random_rotation(rng), size * rng.uniform((4, -1, -1), (9, 1, 1)))
+    places = nk.screws.transform_point(T, points + size)
+    found = _pose_of_points(points + size, places / np.linalg.norm(places, axis=1)[:, None])
+    assert found is not None
+    assert np.abs(found - T)[:3, :3].max() < 1e-6
+    assert np.abs(found - T)[:3, 3].max() < 1e-5 * size
+    assert _pose_of_points(points[:3], places[:3]) is None
+    assert _pose_of_points(np.outer(np.arange(8.0), (1.0, 2.0, 3.0)), places) is None  # on one line
