@@ -19,6 +19,7 @@ from nao_kin.errors import NaoKinError
 
 if TYPE_CHECKING:
     from nao_kin import (
+        calibration,
         cli,
         crosscheck,
         export,
@@ -61,6 +62,7 @@ __all__ = [
     "RobotModel",
     "Viewer",
     "cache_folder",
+    "calibration",
     "cli",
     "crosscheck",
     "distributed",

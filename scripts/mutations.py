@@ -1122,6 +1122,45 @@ _WORLD = (
     ),
 )
 
+_CALIBRATION = (
+    *_faults(
+        "calibration/unknowns.py",
+        "test_jacobians.py",
+        ("calibrated-frames-chained-from-the-inside", "for link in reversed(above) if", "for link in above if"),
+    ),
+    *_faults(
+        "calibration/observations.py",
+        "test_jacobians.py",
+        ("points-turned-the-other-way", "- cross_matrix(points) @", "+ cross_matrix(points) @"),
+        ("rotation-vector-changed-as-a-small-one", "right_jacobian_inverse(turn) @ error.J", "error.J"),
+    ),
+    *_faults(
+        "calibration/solve.py",
+        "test_calibrate.py::test_outliers_are_named_and_do_not_bend_the_result",
+        ("outliers-named-but-kept", "(~_beyond(residuals)).astype(float)", "np.ones(len(residuals))"),
+        ("what-noise-explains-called-an-outlier", "_RARE = 1e-6", "_RARE = 1e-2"),
+    ),
+    *_faults(
+        "calibration/solve.py",
+        "test_jacobians.py::test_sliding_joints_and_followers_have_derivatives_too",
+        ("followers-with-the-whole-offset", "m.multiplier * offsets[m.joint]", "offsets[m.joint]"),
+    ),
+    *_faults(
+        "calibration/design.py",
+        "test_calibrate.py::test_the_next_posture_is_that_whose_observation_shrinks_the_uncertainty_most",
+        (
+            "postures-out-of-sight-tell-something",
+            "J[~one.given.camera.sees(seen.residuals * one.given.noise)] = 0.0",
+            "J[np.isnan(J)] = 0.0",
+        ),
+    ),
+    *_faults(
+        "calibration/starts.py",
+        "test_calibrate.py::test_the_pose_of_points_is_found_from_their_rays",
+        ("board-behind-the-camera", "M *= np.sign((rays * (local @ M.T)).sum())", "pass"),
+    ),
+)
+
 MUTATIONS: tuple[Mutation, ...] = (
     *_COMMON,
     *_URDF,
@@ -1142,4 +1181,5 @@ MUTATIONS: tuple[Mutation, ...] = (
     *_MOTION,
     *_NAOQI,
     *_WORLD,
+    *_CALIBRATION,
 )

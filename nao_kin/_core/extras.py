@@ -104,6 +104,12 @@ EXTRAS = {
             "the default solver, damped least squares, works without it",
             ("pink", "quadprog"),
         ),
+        Extra(
+            "calibration",
+            ("scipy",),
+            "joint offsets and camera mountings from observations (nao_kin.calibration, nao-kin calibrate)",
+            "offsets that you know are used without it",
+        ),
     )
 }
 

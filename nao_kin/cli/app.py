@@ -17,7 +17,20 @@ import nao_kin
 from nao_kin._core.extras import with_remedy
 from nao_kin._core.process import before_ending
 from nao_kin._core.text import MAX_ECHOED, abbreviated
-from nao_kin.cli import balance, collisions, doctor, export, fk, ik, motion, naoqi, reach, robots, view  # noqa: F401
+from nao_kin.cli import (  # noqa: F401
+    balance,
+    calibrate,
+    collisions,
+    doctor,
+    export,
+    fk,
+    ik,
+    motion,
+    naoqi,
+    reach,
+    robots,
+    view,
+)
 from nao_kin.cli.options import COMMANDS, Command
 from nao_kin.cli.output import print_note
 from nao_kin.errors import NaoKinError, NaoKinWarning
@@ -34,25 +47,11 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-_ORDER = (
-    "info",
-    "joints",
-    "fk",
-    "ik",
-    "check",
-    "balance",
-    "collisions",
-    "reach",
-    "view",
-    "export",
-    "serve",
-    "run",
-    "live",
-    "warmup",
-    "doctor",
-)
+_ORDER = ("info", "joints", "fk", "ik", "check", "reach", "view", "export")
+_WORLD = ("balance", "collisions", "calibrate")
+_SERVICES = ("serve", "run", "live", "warmup", "doctor")
 _OF_MOTIONS = ("motion convert", "motion check", "motion info", "motion plot")
-for _name in (*_ORDER, *_OF_MOTIONS):
+for _name in (*_ORDER, *_WORLD, *_SERVICES, *_OF_MOTIONS):
     _function, _example = COMMANDS[_name]
     _group = motion.app if _name in _OF_MOTIONS else app
     _group.command(_name.removeprefix("motion "), cls=Command, epilog=_example)(_function)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, as_floats, join_poses, split_poses
-from nao_kin._core.files import read_toml
+from nao_kin._core.files import read_toml, write_document
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, UnknownName, WrongShape, nearest_names
 from nao_kin.robot.urdf import Origin, UrdfTree
@@ -73,6 +74,17 @@ def read_offsets(offsets: Mapping[str, Any] | Path | str) -> dict[str, Mapping[s
         given = isinstance(offsets, Mapping)
         raise BadArgument(f"offsets: {fault}") if given else BadInputFile(str(offsets), fault)
     return document
+
+
+def write_offsets(path: Path | str, offsets: Mapping[str, Any], *, overwrite: bool = False) -> Path:
+    """Write offsets of joints and frames, as `read_offsets` returns them, to a TOML file; return its path."""
+    lines = []
+    for kind in _KINDS:
+        lines.append(f"[{kind}]  # {'rad, or m' if kind == 'joints' else 'dx, dy, dz [m], roll, pitch, yaw [rad]'}")
+        for name, value in offsets.get(kind, {}).items():
+            # A string of JSON is one of TOML, and a list of numbers too.
+            lines.append(f"{json.dumps(name, ensure_ascii=False)} = {json.dumps(np.asarray(value, float).tolist())}")
+    return write_document(path, "\n".join([*lines, ""]).encode(), overwrite=overwrite)[0]
 
 
 def _entries(offsets: Mapping[str, ArrayLike], what: str) -> list[tuple[str, ArrayLike]]:

@@ -191,6 +191,7 @@ ASKED: dict[str, Callable[[nk.NaoModel, Path], object]] = {
     "plot": lambda robot, folder: nk.motion.plot(robot, nk.Motion([0.0, 1.0], ["HeadYaw"], [[0.0], [0.1]])),
     "mujoco": lambda robot, folder: nk.export.mjcf(robot, folder / "nao"),
     "analytic": lambda robot, folder: nk.ik.analytic(robot, "LArm", np.eye(4)),
+    "calibration": lambda robot, folder: nk.calibration.calibrate(robot, [], joints=["HeadYaw"]),
     "pink": lambda robot, folder: nk.ik.numeric(robot, "LArm", np.eye(4), solver="pink"),
 }
 

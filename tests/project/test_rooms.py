@@ -24,7 +24,7 @@ FLOORS = (
     ("joints", "world"),
     ("ik",),
     ("stream",),
-    ("motion", "reach"),
+    ("motion", "reach", "calibration"),
     ("crosscheck", "export", "naoqi", "viewer"),
     ("cli",),
     ("__init__", "__main__"),

@@ -37,6 +37,7 @@ WRONG = {
 }
 # Rooms whose functions are swept; `motion` has a sweep of its own, as has every method of a robot below.
 ROOMS = (
+    "calibration",
     "crosscheck",
     "export",
     "ik",
@@ -97,8 +98,14 @@ def test_wrong_kinds_of_objects_are_refused_in_one_line(
     assert unrefused(name, function, right(nao) | IN_ROOMS.get(room, {})) == []
 
 
+NAO = nk.load_nao()
+OBSERVED = nk.calibration.Poses(NAO.random(0, 5), "LArm", NAO.fk(NAO.random(0, 5), "LArm"))
+FOUND = nk.calibration.calibrate(NAO, [OBSERVED], joints=["LElbowYaw"])
 # Arguments by the names that they have in one room.
 IN_ROOMS: dict[str, dict[str, Any]] = {
+    "calibration": {"observations": [OBSERVED], "joints": ["LElbowYaw"], "frames": ["LArm"], "start": {},
+        "path": "no_such.json", "calibration": FOUND,
+    },
     "naoqi": {"source": nk.naoqi.LolaSource("no_such"), "names": "Head"},
     "stream": {
         "columns": ["x"], "rows": np.array([0]), "frames": ["LArm"], "numbers": np.zeros((1, 1, 2)),

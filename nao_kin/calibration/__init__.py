@@ -1,0 +1,18 @@
+"""Calibration: joint offsets and camera mountings from pixels, motion capture and contacts."""
+
+from nao_kin.calibration.design import NextPosture, next_posture
+from nao_kin.calibration.files import read_observations
+from nao_kin.calibration.observations import Contacts, Pixels, Poses
+from nao_kin.calibration.solve import Calibration, Outlier, calibrate
+
+__all__ = [
+    "Calibration",
+    "Contacts",
+    "NextPosture",
+    "Outlier",
+    "Pixels",
+    "Poses",
+    "calibrate",
+    "next_posture",
+    "read_observations",
+]

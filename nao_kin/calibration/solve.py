@@ -1,0 +1,402 @@
+"""The calibration: the most likely offsets, their covariance, and which of them the data cannot tell apart."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from nao_kin._core.arrays import Floats, choice, shaped
+from nao_kin._core.text import quoted
+from nao_kin._core.warn import need_extra
+from nao_kin.calibration.observations import BEHIND, AnyObservation, Checked, Contacts, Pixels, Poses, Seen
+from nao_kin.calibration.starts import add_starts
+from nao_kin.calibration.unknowns import LARGEST_ANGLE, LARGEST_SHIFT, Unknowns
+from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.robot import RobotModel, check_robot, write_offsets
+from nao_kin.screws import nearest_pose
+
+# Residuals beyond this many standard deviations count with their magnitude, not with its square.
+_HUBER = 3.0
+# An item is an outlier if noise alone makes one so large in a million.
+_RARE = 1e-6
+# With more outliers than this share of all items, the observations contradict each other.
+_MOST_OUTLIERS = 1 / 3
+# Unknowns with a smaller part in an undetermined combination are not named.
+_SMALL_PART = 0.05
+_MOST_NAMED = 8
+_PRIOR = 1e-3
+_MOST_PASSES = 5  # of leaving out items beyond their noise
+
+
+@dataclass(frozen=True)
+class Outlier:
+    """An observed item whose residual is larger than its noise explains.
+
+    Attributes:
+        observation: the number of the observation in the list given.
+        kind: "pixels", "poses" or "contacts".
+        item: the posture, and for pixels the point, as in "posture 3, point 2".
+        sigmas: length of the residual in standard deviations of its noise.
+    """
+
+    observation: int
+    kind: str
+    item: str
+    sigmas: float
+
+    def __str__(self) -> str:
+        return f"observation {self.observation} ({self.kind}), {self.item}: {self.sigmas:.1f} σ"
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Offsets of a robot found from observations, with their covariance.
+
+    Attributes:
+        robot: the robot as it was before.
+        joints: joint → offset, as `RobotModel.with_offsets` takes it [rad or m].
+        frames: frame → (dx, dy, dz, roll, pitch, yaw), likewise [m, rad].
+        poses: name → estimated pose of a board in its frame, of a body of markers in its frame, or of the reference
+            frame in a world of motion capture; shape (4, 4).
+        labels: the names of the offsets' numbers, as "HeadYaw offset" and "yaw of CameraTop's mounting".
+        units: their units, "rad" or "m", or "1" for a ratio.
+        values: these numbers, shape (n,).
+        covariance: their covariance for the stated noise, shape (n, n); zero for numbers held at zero.
+        held: the labels of numbers held at zero, because the data cannot tell them from others.
+        notes: one sentence for each of these, and for whatever else a person should know.
+        residuals: for each observation, residuals in standard deviations, shape (items seen, numbers).
+        initial_residuals: the same before the calibration.
+        outliers: items beyond their noise, the largest first.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> qs = nao.random(rng=1, n=8)
+        >>> hands = nao.with_offsets({"LElbowYaw": 0.05}).fk(qs, "LArm")
+        >>> seen = nk.calibration.Poses(qs, "LArm", hands, noise=(0.001, 0.01))
+        >>> found = nk.calibration.calibrate(nao, [seen], joints=["LElbowYaw"])
+        >>> round(found.joints["LElbowYaw"], 6), found.outliers
+        (0.05, ())
+        >>> found.standard_deviations["LElbowYaw offset"] < 0.01
+        True
+    """
+
+    robot: RobotModel
+    joints: Mapping[str, float]
+    frames: Mapping[str, tuple[float, ...]]
+    poses: Mapping[str, Floats]
+    labels: tuple[str, ...]
+    units: tuple[str, ...]
+    values: Floats
+    covariance: Floats
+    held: tuple[str, ...]
+    notes: tuple[str, ...]
+    residuals: tuple[Floats, ...]
+    initial_residuals: tuple[Floats, ...]
+    outliers: tuple[Outlier, ...]
+    _problem: Problem = field(repr=False)
+    # The offsets and the numbers of unknown poses, and the covariance of all.
+    _x: Floats = field(repr=False)
+    _covariance: Floats = field(repr=False)
+
+    @property
+    def standard_deviations(self) -> dict[str, float]:
+        """The standard deviation of each number by its label; zero if it was held at zero."""
+        return dict(zip(self.labels, np.sqrt(np.diag(self.covariance)).tolist(), strict=True))
+
+    @property
+    def offsets(self) -> dict[str, dict[str, Any]]:
+        """The offsets as `load_nao(offsets=…)` takes them; a joint that follows a calibrated one has its share."""
+        return {"joints": dict(self.joints), "frames": dict(self.frames)}
+
+    def calibrated(self) -> RobotModel:
+        """Return the robot with the offsets."""
+        return self.robot.with_offsets(**self.offsets)
+
+    def save(self, path: Path | str, *, overwrite: bool = False) -> Path:
+        """Write the offsets to a TOML file for `load_nao(offsets=…)` and `--offsets`, and return its path.
+
+        Raises:
+            BadArgument: the robot had offsets before, which the file would lack; or the file exists.
+        """
+        if self.robot.tree.offsets:
+            raise BadArgument(f"{self.robot.name} had offsets before the calibration, which the file would lack")
+        return write_offsets(path, self.offsets, overwrite=overwrite)
+
+
+def calibrate(
+    robot: RobotModel,
+    observations: Sequence[AnyObservation],
+    *,
+    joints: Iterable[str] = (),
+    frames: Mapping[str, Iterable[str]] | Iterable[str] = (),
+    start: Mapping[str, ArrayLike] | None = None,
+    indistinguishable: Literal["hold", "refuse"] = "hold",
+    loss: Literal["huber", "linear"] = "huber",
+) -> Calibration:
+    """Return the offsets of joints and frames that explain observations best.
+
+    Minimises Σ ρ(rᵢ) over the offsets and the unknown poses, where the residuals rᵢ are in units of their stated noise
+    and ρ is Huber's: r²/2 up to 3, then 3|r| − 9/2. Items that noise does not explain are then left out. The Jacobian J
+    of the residuals is analytic, and SciPy's `least_squares` searches. The covariance is (Jᵀ J)⁻¹ over the residuals up
+    to 3.
+
+    The data do not determine a combination of unknowns if the standard deviation along it, from the singular values of
+    J, is more than calibrations ever meet: 0.2 rad or 0.1 m. Of each such combination one offset is held at zero.
+
+    Args:
+        robot: the nominal robot.
+        observations: `Pixels`, `Poses` and `Contacts`, in any mix.
+        joints: the joints whose offsets are unknown. A joint that others follow is one motor: they share its offset.
+        frames: frames fixed to a link whose mountings are unknown, or frame → which of "x", "y", "z", "roll", "pitch"
+            and "yaw" are unknown, as in {"CameraTop": ["roll", "pitch", "yaw"]}.
+        start: name → first estimate of an unknown pose, shape (4, 4); by default from the observations themselves.
+        indistinguishable: "hold" numbers that the data cannot tell from others at zero, with a note; or "refuse".
+        loss: "huber", or "linear" for r²/2 of all items.
+
+    Returns:
+        The offsets, their covariance, and notes.
+
+    Raises:
+        BadArgument: too few observations; observations that contradict each other, by name; indistinguishable numbers
+            with "refuse", by name; a joint that follows another; a frame that a joint moves.
+        UnknownName: a joint or frame that does not exist.
+        MissingExtra: SciPy is not installed.
+
+    Examples:
+        >>> nao = nk.load_nao()
+        >>> q = nao.random(rng=0, n=20)
+        >>> hands = nk.calibration.Poses(q, "LArm", nao.fk(q, "LArm"))
+        >>> found = nk.calibration.calibrate(nao, [hands], joints=["LElbowYaw", "RElbowYaw"])
+        >>> found.notes
+        ('the data say nothing about RElbowYaw offset: RElbowYaw offset is held at 0',)
+    """
+    check_robot(robot)
+    need_extra("calibration", "calibration")
+    choice(indistinguishable, ("hold", "refuse"), "indistinguishable")
+    choice(loss, ("huber", "linear"), "loss")
+    problem = Problem(robot, observations, joints, frames, {} if start is None else start)
+    x, free, notes = np.zeros(problem.size), np.ones(problem.size, dtype=bool), list[str]()
+    initial = [seen.residuals for seen in problem.seen(x)]
+    if any((residuals == BEHIND).any() for residuals in initial):
+        raise BadArgument("at the start, points are behind the camera that saw them; check the points, or give start=…")
+    known: list[Outlier] = []
+    for _ in range(_MOST_PASSES):
+        while True:
+            x = problem.solved(x, free, loss)
+            groups, x_held = problem.undetermined(x, free)
+            if not groups:
+                break
+            told = [_told(problem.labels, held, members) for held, members in groups]
+            if indistinguishable == "refuse":
+                raise BadArgument(f"{'; '.join(told)}; observe more, or calibrate fewer")
+            for text, (held, _) in zip(told, groups, strict=True):
+                free[held] = False
+                notes.append(f"{text}: {problem.labels[held]} is held at 0")
+            x = x_held
+        seen = [part.residuals for part in problem.seen(x)]
+        outliers, items = problem.outliers(seen)
+        if len(outliers) > _MOST_OUTLIERS * items:
+            raise BadArgument(
+                f"the observations contradict each other: {len(outliers)} of {items} are beyond their noise: "
+                f"{'; '.join(map(str, outliers[:3]))}; is the stated noise too small, or a point or posture wrong?"
+            )
+        if loss == "linear" or {(o.observation, o.item) for o in outliers} == {(o.observation, o.item) for o in known}:
+            break
+        known = outliers
+        problem.leave_out(seen)
+    if outliers:
+        listed = "; ".join(map(str, outliers[:3]))
+        notes.append(f"{len(outliers)} of {items} observed items are beyond their noise: {listed}")
+    ratio = problem.noise_ratio(seen, int(free.sum()))
+    if ratio is not None:
+        notes.append(f"residuals are {ratio:.2g} times as large as the stated noise explains: so are the true errors")
+    unknowns = problem.unknowns
+    state, n, covariance = unknowns.at(x), unknowns.offsets, problem.covariance(x, free, loss)
+    offsets = {name: float(x[i]) for i, name in enumerate(unknowns.joints)}
+    followers = {name: m.multiplier * offsets[m.joint] for name, m in robot.mimics.items() if m.joint in offsets}
+    return Calibration(
+        robot=robot,
+        joints=offsets | followers,
+        frames={name: tuple(state.six(block).tolist()) for name, block in unknowns.frames.items()},
+        poses={name: state.pose(name).T for name in unknowns.poses},
+        labels=tuple(problem.labels[:n]),
+        units=tuple(unknowns.units[:n]),
+        values=x[:n],
+        covariance=covariance[:n, :n],
+        held=tuple(np.array(problem.labels)[~free].tolist()),
+        notes=tuple(notes),
+        residuals=tuple(seen),
+        initial_residuals=tuple(initial),
+        outliers=tuple(outliers),
+        _problem=problem,
+        _x=x,
+        _covariance=covariance,
+    )
+
+
+class Problem:
+    """Checked observations and the unknowns that explain them."""
+
+    def __init__(
+        self,
+        robot: RobotModel,
+        observations: Sequence[AnyObservation],
+        joints: Iterable[str],
+        frames: Mapping[str, Iterable[str]] | Iterable[str],
+        start: Mapping[str, ArrayLike],
+    ) -> None:
+        given = list(observations) if isinstance(observations, Iterable) else [observations]
+        if not isinstance(start, Mapping):
+            raise BadArgument(f"start must map names to poses, got {quoted(start)}")
+        for one in given:
+            if not isinstance(one, Pixels | Poses | Contacts):
+                raise BadArgument(f"expected observations: Pixels, Poses or Contacts, got {quoted(one)}")
+        self.observations: list[Checked] = [one._checked(robot) for one in given]
+        names = dict.fromkeys(name for one in self.observations for name in one.poses)
+        self.unknowns = Unknowns(robot, joints, frames, names)
+        self.labels, self.size = self.unknowns.labels, len(self.unknowns.labels)
+        self._scales = np.where(np.array(self.unknowns.units) == "m", LARGEST_SHIFT, LARGEST_ANGLE)
+        if not self.unknowns.offsets:
+            raise BadArgument("nothing to calibrate: name joints, or frames")
+        count = sum(int(one.mask.sum()) * one.measured.shape[-1] for one in self.observations)
+        if count < self.size:
+            raise BadArgument(f"too few observations: {count} numbers for {self.size} unknowns")
+        for name in start:
+            if name not in names:
+                raise UnknownName("board, marker or world", name, tuple(names))
+        starts = {name: nearest_pose(shaped(T, (4, 4), f"start of {name}")) for name, T in start.items()}
+        nominal = Unknowns(robot, (), (), ()).at(np.zeros(0))
+        # Observations that share a pose with a richer one are started by it.
+        for rich in sorted(self.observations, key=lambda one: -int(one.mask.sum())):
+            add_starts(nominal, rich, starts)
+        for name, block in self.unknowns.poses.items():
+            self.unknowns.poses[name] = replace(block, start=starts[name])
+        self._kept = [np.ones(int(one.mask.sum())) for one in self.observations]
+        self._last: tuple[bytes, list[Seen]] | None = None
+
+    def seen(self, x: Floats) -> list[Seen]:
+        """Return the residuals of each observation, and their derivatives."""
+        key = x.tobytes()  # residuals and derivatives are asked for one after the other
+        if self._last is None or self._last[0] != key:
+            state = self.unknowns.at(x)
+            self._last = key, [one.at(state) for one in self.observations]
+        return self._last[1]
+
+    def residuals(self, x: Floats) -> Floats:
+        """Return all residuals, shape (m,), zero for items left out."""
+        return np.concatenate(
+            [(part.residuals * kept[:, None]).ravel() for part, kept in zip(self.seen(x), self._kept, strict=True)]
+        )
+
+    def jacobian(self, x: Floats) -> Floats:
+        """Return the derivatives of all residuals, shape (m, unknowns)."""
+        parts = [part.J * kept[:, None, None] for part, kept in zip(self.seen(x), self._kept, strict=True)]
+        return np.asarray(np.concatenate([part.reshape(-1, self.size) for part in parts]))
+
+    def solved(self, x: Floats, free: NDArray[np.bool_], loss: str) -> Floats:
+        """Return the unknowns of least loss; those that are not free stay."""
+        from scipy.optimize import least_squares
+
+        scales = self._scales[free]
+
+        def whole(part: Floats) -> Floats:
+            found: Floats = x.copy()
+            found[free] = part
+            return found
+
+        # A prior a thousand times wider than the scales keeps numbers without any effect where they are.
+        prior = _PRIOR * np.eye(len(scales)) / scales
+        for stage in dict.fromkeys(("linear", loss)):  # squares first: they lead there from far away
+            x = whole(
+                least_squares(
+                    lambda part: np.concatenate((self.residuals(whole(part)), prior @ part)),
+                    x[free],
+                    lambda part: np.concatenate((self.jacobian(whole(part))[:, free], prior)),
+                    x_scale=scales,
+                    loss=stage,
+                    f_scale=_HUBER,
+                    xtol=1e-12,
+                    ftol=1e-12,
+                    gtol=1e-12,
+                ).x
+            )
+        return x
+
+    def _scaled(self, x: Floats, free: NDArray[np.bool_], loss: str) -> Floats:
+        """Return the derivatives by each free unknown in its scale, of residuals that count fully."""
+        J = self.jacobian(x)[:, free] * self._scales[free]
+        return J if loss == "linear" else J[np.abs(self.residuals(x)) <= _HUBER]
+
+    def covariance(self, x: Floats, free: NDArray[np.bool_], loss: str) -> Floats:
+        """Return the covariance of the unknowns, zero where they are not free."""
+        _, sizes, V = np.linalg.svd(self._scaled(x, free, loss), full_matrices=False)
+        root = V.T / sizes * self._scales[free, None]
+        found = np.zeros((self.size, self.size))
+        found[np.ix_(free, free)] = root @ root.T
+        return found
+
+    def undetermined(self, x: Floats, free: NDArray[np.bool_]) -> tuple[list[tuple[int, list[int]]], Floats]:
+        """Return for each combination that the data do not determine the number to hold at zero and all its members.
+
+        Also returned are the unknowns moved along the combinations until these numbers are zero.
+        """
+        from scipy.linalg import qr
+
+        places = np.flatnonzero(free)
+        _, sizes, V = np.linalg.svd(self._scaled(x, free, "linear"))
+        null = V[int((sizes >= 1.0).sum()) :].T
+        if not null.shape[1]:
+            return [], x
+        # Mountings are held before joints, and poses of boards only if no offset takes part.
+        weights = np.where(places < len(self.unknowns.joints), 0.7, np.where(places < self.unknowns.offsets, 1.0, 1e-4))
+        held = np.sort(qr(null.T * weights, pivoting=True, mode="r")[1][: null.shape[1]])
+        parts = null @ np.linalg.inv(null[held])
+        large = np.abs(parts) > _SMALL_PART * np.abs(parts).max(axis=0)
+        groups = [(int(places[k]), places[large[:, j]].tolist()) for j, k in enumerate(held)]
+        moved, scales = x.copy(), self._scales[free]
+        moved[places] -= scales * (parts @ (x[places][held] / scales[held]))
+        moved[places[held]] = 0.0
+        return groups, moved
+
+    def leave_out(self, seen: list[Floats]) -> None:
+        """Leave out the items that are beyond their noise at these residuals, and no others."""
+        self._kept = [(~_beyond(residuals)).astype(float) for residuals in seen]
+
+    def outliers(self, seen: list[Floats]) -> tuple[list[Outlier], int]:
+        """Return the items beyond their noise, the largest first, and the number of all items."""
+        found = []
+        for number, (one, residuals) in enumerate(zip(self.observations, seen, strict=True)):
+            sizes = np.linalg.norm(residuals, axis=1)
+            for row in np.flatnonzero(_beyond(residuals)):
+                found.append(Outlier(number, one.kind, one.describe(int(row)), float(sizes[row])))
+        return sorted(found, key=lambda outlier: -outlier.sigmas), sum(map(len, seen))
+
+    def noise_ratio(self, seen: list[Floats], unknowns: int) -> float | None:
+        """Return the ratio of residuals and stated noise; None if chance explains it."""
+        from scipy.stats import chi2
+
+        near = np.concatenate([part[~_beyond(part)].ravel() for part in seen])
+        freedom, total = near.size - unknowns, float(near @ near)
+        if freedom <= 0 or chi2.sf(total, freedom) > _RARE:
+            return None
+        return float(np.sqrt(total / freedom))
+
+
+def _beyond(residuals: Floats) -> NDArray[np.bool_]:
+    """Return which items, rows of residuals, noise alone does not explain."""
+    from scipy.stats import chi2
+
+    return np.asarray((residuals**2).sum(axis=1) > chi2.isf(_RARE, residuals.shape[1]))
+
+
+def _told(labels: Sequence[str], held: int, members: Sequence[int]) -> str:
+    if len(members) == 1:
+        return f"the data say nothing about {labels[held]}"
+    names = [labels[i] for i in members]
+    more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
+    return f"the data cannot tell apart {', '.join(names[:_MOST_NAMED])}{more}"

@@ -1,0 +1,75 @@
+"""Made-up observations of a NAO that looks at marks on its own hands and feet."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+
+import nao_kin as nk
+
+MARKS = np.array([[x, y, 0.01] for x in (0.0, 0.03, 0.06) for y in (-0.02, 0.0, 0.02)])
+LIMBS = ("LArm", "RArm", "LLeg", "RLeg")
+ANGLES = ("roll", "pitch", "yaw")
+
+
+def pixels_of(robot: nk.RobotModel, camera: nk.world.Camera, q: np.ndarray, T_root_points: np.ndarray) -> np.ndarray:
+    """The pixels (n, k, 2) of marks at poses; NaN for all of a posture in which one is outside of the image."""
+    T = nk.screws.inverse(robot.fk(q, camera.frame)) @ T_root_points
+    pixels = camera.project(nk.screws.transform_point(T[:, None], MARKS))
+    pixels[~camera.sees(pixels).all(axis=-1)] = np.nan
+    return pixels
+
+
+def seen(
+    true: nk.RobotModel,
+    camera: nk.world.Camera,
+    q: np.ndarray,
+    frame: str,
+    rng: np.random.Generator,
+    noise: float = 0.5,
+) -> nk.calibration.Pixels:
+    """What a camera of the true robot sees of the marks on a frame."""
+    pixels = pixels_of(true, camera, q, true.fk(q, frame))
+    return nk.calibration.Pixels(q, camera, pixels + rng.normal(0.0, noise, pixels.shape), MARKS, frame, noise=noise)
+
+
+def looking(
+    robot: nk.RobotModel, rng: np.random.Generator, count: int, limbs: Iterable[str] = LIMBS, camera: str = "CameraTop"
+) -> np.ndarray:
+    """Postures in which a camera sees the marks on some limb, each limb in turn; shape (count, nq)."""
+    limbs, found = list(limbs), list[np.ndarray]()
+    lens = nk.world.camera(robot, camera)
+    while len(found) < count:
+        limb = limbs[len(found) % len(limbs)]
+        q = robot.random(rng, 500)
+        found += list(q[np.isfinite(pixels_of(robot, lens, q, robot.fk(q, limb))[:, 0, 0])][:1])
+    return np.array(found)
+
+
+def planted(
+    robot: nk.RobotModel, rng: np.random.Generator, joints: Sequence[str], cameras: Sequence[str] = ()
+) -> tuple[nk.RobotModel, np.ndarray]:
+    """A robot with joints wrong by up to 3° and cameras turned by up to 2° about each axis, and these numbers."""
+    numbers = [np.radians(rng.uniform(-3.0, 3.0, len(joints)))]
+    frames: Mapping[str, np.ndarray] = {name: np.radians(rng.uniform(-2.0, 2.0, 3)) for name in cameras}
+    offsets = dict(zip(joints, numbers[0].tolist(), strict=True))
+    followers = {name: m.multiplier * offsets[m.joint] for name, m in robot.mimics.items() if m.joint in offsets}
+    true = robot.with_offsets(offsets | followers, {name: (0, 0, 0, *six) for name, six in frames.items()})
+    return true, np.concatenate([*numbers, *frames.values()])
+
+
+def whole_body(nao: nk.RobotModel, seed: int, postures: int = 30) -> tuple[nk.calibration.Calibration, np.ndarray]:
+    """A NAO calibrated by what both cameras see of its limbs: 23 joints and both cameras; and the true numbers."""
+    rng = np.random.default_rng(seed)
+    joints = [name for name in nao.joint_names if name not in ("LHand", "RHand")]
+    cameras = ("CameraTop", "CameraBottom")
+    true, numbers = planted(nao, rng, joints, cameras)
+    arms, bottom = LIMBS[:2], "CameraBottom"  # the top camera never sees the feet
+    q = np.concatenate(
+        (looking(true, rng, postures // 3, arms), looking(true, rng, postures - postures // 3, camera=bottom))
+    )
+    pairs = [("CameraTop", limb) for limb in arms] + [(bottom, limb) for limb in LIMBS]
+    observations = [seen(true, nk.world.camera(nao, name), q, limb, rng) for name, limb in pairs]
+    found = nk.calibration.calibrate(nao, observations, joints=joints, frames=dict.fromkeys(cameras, ANGLES))
+    return found, numbers

@@ -1,0 +1,362 @@
+"""Planted offsets are found within the stated covariance, and what cannot be found is said by name."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from calibration_samples import ANGLES, MARKS, looking, pixels_of, planted, seen, whole_body
+from hypothesis import given, strategies as st
+from scipy.optimize import least_squares
+from scipy.stats import chi2, kstest
+
+import nao_kin as nk
+from nao_kin.calibration import Calibration, Contacts, Pixels, Poses, calibrate
+from nao_kin.calibration.starts import _pose_of_points
+from nao_kin.errors import BadArgument, UnknownName
+
+HEAD_AND_ARM = ["HeadYaw", "HeadPitch", "LShoulderPitch", "LShoulderRoll", "LElbowYaw", "LElbowRoll"]
+SEEDS = 100
+
+
+def squared_error(found: Calibration, numbers: np.ndarray) -> float:
+    """eᵀ Σ⁻¹ e of the offsets: χ² with as many degrees of freedom as there are offsets."""
+    n = len(numbers)
+    e = found.values[:n] - numbers
+    return float(e @ np.linalg.solve(found.covariance[:n, :n], e))
+
+
+def head_and_arm(nao: nk.NaoModel, seed: int, postures: int = 30, **more: Any) -> tuple[Calibration, np.ndarray]:
+    rng = np.random.default_rng(seed)
+    true, numbers = planted(nao, rng, HEAD_AND_ARM, ["CameraTop"])
+    q = looking(true, rng, postures, ["LArm"])
+    pixels = seen(true, nk.world.camera(nao, "CameraTop"), q, "LArm", rng)
+    return calibrate(nao, [pixels], joints=HEAD_AND_ARM, frames={"CameraTop": ANGLES}, **more), numbers
+
+
+def test_planted_offsets_of_head_arm_and_camera_are_found(nao: nk.NaoModel) -> None:
+    errors = []
+    for seed in range(6):
+        found, numbers = head_and_arm(nao, seed)
+        assert not found.held
+        assert not found.outliers
+        errors.append(squared_error(found, numbers))
+        assert np.abs(found.values - numbers).max() < 0.005 < np.abs(numbers).max()
+    low, high = chi2.ppf([1e-4, 1 - 1e-4], 6 * len(numbers))
+    assert low < sum(errors) < high
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("case", ["head and arm", "whole body"])
+def test_the_squared_errors_of_a_hundred_robots_are_chi_squared(nao: nk.NaoModel, case: str) -> None:
+    method = head_and_arm if case == "head and arm" else whole_body
+    errors, freedom, deviations = [], 0, []
+    for seed in range(SEEDS):
+        found, numbers = method(nao, 1000 + seed)
+        assert not found.held, found.notes
+        freedom = len(numbers)
+        errors.append(squared_error(found, numbers))
+        deviations.append((found.values - numbers) / np.sqrt(np.diag(found.covariance)))
+    assert kstest(errors, chi2(freedom).cdf).pvalue > 1e-3
+    low, high = chi2.ppf([1e-3, 1 - 1e-3], SEEDS * freedom)
+    assert low < sum(errors) < high
+    # Each number alone, too: no one is biased or overrated.
+    assert np.abs(np.mean(deviations, axis=0)).max() < 4.0 / np.sqrt(SEEDS)
+    spread = np.std(deviations, axis=0)
+    assert spread.min() > 0.7
+    assert spread.max() < 1.35
+
+
+@pytest.mark.parametrize("named", ["both", "world", "marker"])
+def test_motion_capture_finds_offsets_mounting_and_world(nao: nk.NaoModel, named: str) -> None:
+    rng, joints = np.random.default_rng(2), ["RHipRoll", "RHipPitch", "RKneePitch", "RAnklePitch"]
+    true, numbers = planted(nao, rng, joints)
+    q = nao.random(rng, 40)
+    world = np.eye(4) if named == "marker" else nk.screws.pose(nk.rotations.random_rotation(rng=3), (3.0, -2.0, 1.0))
+    marker = np.eye(4) if named == "world" else nk.screws.pose(nk.rotations.random_rotation(rng=4), (0.1, 0.0, 0.05))
+    noise = np.concatenate((rng.normal(0, 1e-3, (40, 3)), rng.normal(0, 5e-3, (40, 3))), axis=1)
+    wrong = nk.screws.pose(nk.rotations.exp(noise[:, 3:]), noise[:, :3])
+    measured = Poses(
+        q, "r_ankle", world @ true.fk(q, "r_ankle") @ marker @ wrong,
+        world=None if named == "marker" else "room", marker=None if named == "world" else "cluster", noise=(1e-3, 5e-3),
+    )  # fmt: skip
+    found = calibrate(nao, [measured], joints=joints, indistinguishable="hold")
+    assert not found.held
+    assert squared_error(found, numbers) < chi2.ppf(1 - 1e-4, len(numbers))
+    predicted = (
+        found.poses.get("room", np.eye(4)) @ found.calibrated().fk(q, "r_ankle") @ found.poses.get("cluster", np.eye(4))
+    )
+    assert np.abs(predicted - world @ true.fk(q, "r_ankle") @ marker)[:, :3, 3].max() < 3e-3
+    assert found.initial_residuals[0].std() > 1.5 > 1.1 > found.residuals[0].std() > 0.9
+
+
+def test_a_board_in_an_unknown_place_is_found_from_any_side(nao: nk.NaoModel) -> None:
+    camera, rng = nk.world.camera(nao, "CameraTop"), np.random.default_rng(5)
+    true = nao.with_offsets({"HeadPitch": 0.04}, {"CameraTop": (0, 0, 0, 0.02, 0, 0)})
+    q = nao.posture("StandInit", HeadYaw=rng.uniform(-0.2, 0.2, 12), HeadPitch=rng.uniform(-0.2, 0.2, 12))
+    cube = np.concatenate((MARKS - (0.03, 0, 0), [[0.0, 0.0, 0.06], [0.03, 0.02, 0.05]]))
+    for points in (MARKS, cube):
+        for turn in nk.rotations.random_rotation(rng=6, shape=5):
+            T_board = nk.screws.pose(turn, (0.5, 0.02, 0.15))
+            T = nk.screws.inverse(true.fk(q, "CameraTop")) @ T_board
+            in_camera = np.einsum("nij,kj->nki", T[:, :3, :3], points) + T[:, None, :3, 3]
+            pixels = camera.project(in_camera) + rng.normal(0, 0.1, (12, len(points), 2))
+            one = Pixels(q, camera, pixels, points, board="cube", noise=0.1)
+            found = calibrate(nao, [one], joints=["HeadPitch"], frames={"CameraTop": ["roll"]})
+            assert not found.outliers
+            six = np.linalg.norm(found.poses["cube"] - T_board)
+            assert six < 0.02, f"{six}"
+
+
+def test_soles_on_one_floor_find_offsets_of_the_legs(nao: nk.NaoModel) -> None:
+    true = nao.with_offsets({"RAnkleRoll": 0.03, "LKneePitch": -0.04})
+    rng = np.random.default_rng(1)
+    moved = [nao.joint_names.index(name) for name in nao.chains["RLeg"][1:]]
+    q = nao.posture("StandInit") + rng.uniform(-0.08, 0.08, (20, nao.nq))
+    for row in q:
+
+        def off(values: np.ndarray, row: np.ndarray = row) -> np.ndarray:
+            row[moved] = values
+            T = true.fk(row, "RLeg", reference="LLeg")
+            return np.array((T[2, 3], T[0, 2], T[1, 2]))
+
+        off(least_squares(off, row[moved], xtol=1e-15, ftol=1e-15, gtol=1e-15).x)
+    q = q[np.abs(true.fk(q, "RLeg", reference="LLeg")[:, 2] - (0, 0, 1, 0)).max(axis=-1) < 1e-12]
+    assert len(q) > 10  # the others' legs are too short
+    found = calibrate(nao, [Contacts(q, "RLeg", "LLeg")], joints=["RAnkleRoll", "LKneePitch"])
+    assert found.joints == pytest.approx({"RAnkleRoll": 0.03, "LKneePitch": -0.04}, abs=1e-5)
+
+
+def test_numbers_that_the_data_cannot_tell_apart_are_named_and_held(nao: nk.NaoModel) -> None:
+    rng = np.random.default_rng(8)
+    true = nao.with_offsets({"HeadYaw": 0.04})
+    camera = nk.world.camera(nao, "CameraTop")
+    q = nao.posture("StandInit", HeadYaw=rng.uniform(-0.3, 0.3, 15))
+    T_board = nk.screws.pose(nk.rotations.matrix_from_rpy((1.5, 0.2, -1.4)), (0.6, 0.0, 0.2))
+    pixels = pixels_of(true, camera, q, np.repeat(T_board[None], 15, axis=0))
+    one = Pixels(q, camera, pixels, MARKS, board="board")
+    with pytest.raises(BadArgument, match=r"cannot tell apart HeadYaw offset, x of board, y of board,.* yaw of board"):
+        calibrate(nao, [one], joints=["HeadYaw"], indistinguishable="refuse")
+    found = calibrate(nao, [one], joints=["HeadYaw"])
+    assert found.held == ("HeadYaw offset",)
+    assert found.joints == {"HeadYaw": 0.0}
+    assert found.standard_deviations["HeadYaw offset"] == 0.0
+    assert np.abs(found.residuals[0]).max() < 1e-6  # the board takes the place of the offset
+
+    # A camera that turns about the head's axis: known points tell the sum of both apart from everything else.
+    upright = replace(one, board=None, points=(T_board[:3, :3] @ MARKS.T).T + T_board[:3, 3])
+    found = calibrate(nao, [upright], joints=["HeadYaw", "LKneePitch"], frames={"CameraTop": ANGLES})
+    assert found.held == ("LKneePitch offset",)
+    assert found.notes == ("the data say nothing about LKneePitch offset: LKneePitch offset is held at 0",)
+    assert found.joints["HeadYaw"] == pytest.approx(0.04, abs=1e-6)
+
+
+def test_a_whole_mounting_takes_the_place_of_the_joint_below_it(nao: nk.NaoModel) -> None:
+    rng = np.random.default_rng(9)
+    true = nao.with_offsets({"HeadPitch": 0.04, "HeadYaw": 0.02})
+    q = looking(true, rng, 12, ["LArm"])
+    one = seen(true, nk.world.camera(nao, "CameraTop"), q, "LArm", rng)
+    found = calibrate(nao, [one], joints=["HeadYaw", "HeadPitch"], frames=["CameraTop"])
+    assert len(found.held) == 1
+    assert "cannot tell apart HeadPitch offset, " in found.notes[0]
+    assert "pitch of CameraTop's mounting" in found.notes[0]
+    fewer = calibrate(nao, [one], joints=["HeadYaw", "HeadPitch"], frames={"CameraTop": ["roll", "pitch", "yaw"]})
+    assert not fewer.held
+
+
+def test_outliers_are_named_and_do_not_bend_the_result(nao: nk.NaoModel) -> None:
+    rng = np.random.default_rng(3)
+    true, numbers = planted(nao, rng, HEAD_AND_ARM, ["CameraTop"])
+    q = looking(true, rng, 20, ["LArm"])
+    one = seen(true, nk.world.camera(nao, "CameraTop"), q, "LArm", rng)
+    pixels = np.array(one.pixels)
+    pixels[3, 2] += (80.0, -40.0)
+    pixels[11] += 25.0
+    found = calibrate(nao, [replace(one, pixels=pixels)], joints=HEAD_AND_ARM, frames={"CameraTop": ANGLES})
+    assert {outlier.item for outlier in found.outliers} == {
+        "posture 3, point 2",
+        *(f"posture 11, point {k}" for k in range(9)),
+    }
+    assert found.outliers[0].item == "posture 3, point 2"
+    assert found.outliers[0].sigmas == pytest.approx(np.hypot(160, 80), rel=0.05)
+    assert (
+        "10 of 180 observed items are beyond their noise: observation 0 (pixels), posture 3, point 2" in found.notes[0]
+    )
+    assert np.abs((found.values - numbers) / np.sqrt(np.diag(found.covariance))).max() < 5.0
+    with pytest.raises(BadArgument, match="contradict each other"):  # squares bend everything towards the outliers
+        calibrate(nao, [replace(one, pixels=pixels)], joints=HEAD_AND_ARM, frames={"CameraTop": ANGLES}, loss="linear")
+
+
+def test_observations_that_contradict_each_other_are_refused_by_name(nao: nk.NaoModel) -> None:
+    q = nao.random(0, 10)
+    poses = nao.fk(q, "LArm")
+    poses[::2, :3, 3] += (0.05, 0.0, 0.0)
+    with pytest.raises(BadArgument, match=r"contradict each other: \d+ of 10 .*observation 0 \(poses\), posture \d"):
+        calibrate(nao, [Poses(q, "LArm", poses)], joints=["LElbowRoll"])
+
+
+def test_noise_stated_too_small_is_noted(nao: nk.NaoModel) -> None:
+    rng = np.random.default_rng(3)
+    q = looking(nao, rng, 20, ["LArm"])
+    one = seen(nao, nk.world.camera(nao, "CameraTop"), q, "LArm", rng, noise=0.8)
+    (note,) = [
+        n
+        for n in calibrate(nao, [replace(one, noise=0.5)], joints=["HeadYaw"], loss="linear").notes
+        if "stated noise" in n
+    ]
+    assert "residuals are 1." in note
+
+
+def test_points_that_are_not_seen_count_nothing(nao: nk.NaoModel) -> None:
+    rng = np.random.default_rng(3)
+    q = looking(nao, rng, 12, ["LArm"])
+    one = seen(nao, nk.world.camera(nao, "CameraTop"), q, "LArm", rng)
+    pixels = np.array(one.pixels)
+    pixels[:, 4:] = np.nan
+    pixels[5] = np.nan
+    kept = [i for i in range(12) if i != 5]
+    some = replace(one, pixels=pixels)
+    same = replace(one, q=q[kept], pixels=pixels[kept][:, :4], points=MARKS[:4])
+    assert np.allclose(
+        calibrate(nao, [some], joints=["HeadYaw"]).values, calibrate(nao, [same], joints=["HeadYaw"]).values, atol=1e-12
+    )
+    # The last residual belongs to the last posture.
+    pixels[11, 3] += 100.0
+    (outlier,) = calibrate(nao, [replace(one, pixels=pixels)], joints=["HeadYaw"]).outliers
+    assert outlier.item == "posture 11, point 3"
+
+
+@pytest.mark.parametrize(
+    ("wrong", "error", "message"),
+    [
+        ({"joints": ["RHipYawPitch"]}, BadArgument, "RHipYawPitch follows LHipYawPitch .* calibrate LHipYawPitch"),
+        ({"joints": ["HeadYa"]}, UnknownName, r"unknown joint 'HeadYa' \(nearest: HeadYaw"),
+        ({"frames": ["CameraTpo"]}, UnknownName, r"unknown frame 'CameraTpo' \(nearest: CameraTop"),
+        ({"frames": ["Head"]}, BadArgument, "frame 'Head' is moved by HeadPitch"),
+        ({"frames": ["torso"]}, BadArgument, "frame 'torso' carries the joint HeadYaw"),
+        ({"frames": {"CameraTop": ["rol"]}}, UnknownName, r"'rol' \(nearest: roll"),
+        ({}, BadArgument, "nothing to calibrate: name joints, or frames"),
+        ({"joints": ["HeadYaw"], "start": {"bord": np.eye(4)}}, UnknownName, "unknown board, marker or world 'bord'"),
+        ({"joints": ["HeadYaw"], "loss": "hubber"}, UnknownName, "hubber"),
+        ({"joints": ["HeadYaw"], "indistinguishable": "drop"}, UnknownName, "drop"),
+        ({"joints": ["HeadYaw"], "observations": ["x"]}, BadArgument, "expected observations: .* got 'x'"),
+        ({"frames": ["LArm", "RArm"], "few": True}, BadArgument, "too few observations: 6 numbers for 12 unknowns"),
+    ],
+)  # fmt: skip
+def test_wrong_questions_are_refused_by_name(
+    nao: nk.NaoModel, wrong: dict[str, Any], error: type[Exception], message: str
+) -> None:
+    q = nao.random(0, 1 if wrong.pop("few", False) else 5)
+    arguments = {"observations": [Poses(q, "LArm", nao.fk(q, "LArm"))], **wrong}
+    with pytest.raises(error, match=message):
+        calibrate(nao, **arguments)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"camera": "CameraTop"}, "camera must be a Camera"),
+        ({"pixels": np.zeros((3, 8, 2))}, "pixels must have shape"),
+        ({"pixels": np.zeros((9, 3, 2))}, r"pixels must have shape \(3, 9, 2\), got \(9, 3, 2\)"),
+        ({"points": np.zeros((3, 9, 3))}, r"points must have shape \(k, 3\)"),
+        ({"frame": "LHnd"}, "unknown frame 'LHnd'"),
+        ({"noise": 0.0}, "noise of pixels must be 1 positive number"),
+        ({"points": MARKS * np.nan}, "points must be finite"),
+        ({"q": np.zeros((3, 7))}, "q must have shape"),
+        ({"frame": None, "points": MARKS - (1.0, 0.0, 0.0)}, "points are behind the camera"),
+        ({"board": "b", "pixels": np.full((3, 9, 2), [[50.0, 50.0]] * 3 + [[np.nan] * 2] * 6)}, "four of its points"),
+    ],
+)
+def test_wrong_pixels_are_refused(nao: nk.NaoModel, change: dict[str, Any], message: str) -> None:
+    q = np.repeat(nao.posture("StandInit")[None], 3, axis=0)
+    one = Pixels(q, nk.world.camera(nao, "CameraTop"), np.full((3, 9, 2), 50.0), MARKS)
+    with pytest.raises(nk.NaoKinError, match=message):
+        calibrate(nao, [replace(one, **change)], joints=["HeadYaw"])
+
+
+def test_the_offsets_are_written_as_load_nao_takes_them(nao: nk.NaoModel, tmp_path: Path) -> None:
+    rng, q = np.random.default_rng(0), nao.random(0, 30)
+    joints = {"LHipYawPitch": 0.05, "RHipYawPitch": 0.05, "RKneePitch": -0.03}
+    true = nao.with_offsets(joints, {"LFoot/FSR/FrontLeft": (0.001, 0, 0, 0, 0.02, 0)})
+    observations = [Poses(q, name, true.fk(q, name)) for name in ("RLeg", "LFoot/FSR/FrontLeft")]
+    found = calibrate(
+        nao, observations, joints=["LHipYawPitch", "RKneePitch"], frames={"LFoot/FSR/FrontLeft": ["x", "pitch"]}
+    )
+    path = found.save(tmp_path / "offsets.toml")
+    again = nk.load_nao(offsets=path)
+    for frame in ("RLeg", "LFoot/FSR/FrontLeft", "LFoot/FSR/FrontRight"):
+        assert np.abs(again.fk(q, frame) - true.fk(q, frame)).max() < 1e-9
+        assert np.array_equal(again.fk(q, frame), found.calibrated().fk(q, frame))
+    with pytest.raises(BadArgument, match="already exists"):
+        found.save(path)
+    found.save(path, overwrite=True)
+    onto = calibrate(true, [replace(observations[0], q=q + 0 * rng.normal())], joints=["RKneePitch"])
+    with pytest.raises(BadArgument, match="had offsets before"):
+        onto.save(tmp_path / "more.toml")
+
+
+def test_the_next_posture_is_that_whose_observation_shrinks_the_uncertainty_most(nao: nk.NaoModel) -> None:
+    rng = np.random.default_rng(6)
+    q = looking(nao, rng, 6, ["LArm"])
+    camera = nk.world.camera(nao, "CameraTop")
+    one = seen(nao, camera, q, "LArm", rng)
+    arguments: dict[str, Any] = {"joints": HEAD_AND_ARM, "frames": {"CameraTop": ANGLES}, "loss": "linear"}
+    found = calibrate(nao, [one], **arguments)
+    candidates = np.concatenate((looking(nao, rng, 6, ["LArm"]), nao.posture("StandInit")[None]))
+    best = nk.calibration.next_posture(found, candidates)
+    assert best.gain[-1] == pytest.approx(0.0, abs=1e-9)  # no mark in sight
+    assert best.index == best.gain.argmax()
+    now = np.linalg.slogdet(found.covariance)[1]
+    for k in range(6):
+        # The calibrated robot sees the candidate without noise: the covariance of a calibration with it in.
+        extra = seen(found.calibrated(), camera, candidates[k : k + 1], "LArm", rng, noise=0.0)
+        then = calibrate(nao, [one, replace(extra, noise=0.5)], **arguments)
+        assert 0.5 * (now - np.linalg.slogdet(then.covariance)[1]) == pytest.approx(best.gain[k], rel=1e-3)
+    assert list(best.standard_deviations) == list(found.labels)
+    assert all(after <= found.standard_deviations[name] for name, after in best.standard_deviations.items())
+    random = nk.calibration.next_posture(found, rng=0, count=300)
+    assert nao.within_limits(random.q)
+    assert np.array_equal(random.q, nk.calibration.next_posture(found, rng=0, count=300).q)
+
+
+def test_the_next_posture_refuses_what_it_cannot_answer(nao: nk.NaoModel) -> None:
+    q = nao.posture("StandInit", HeadYaw=[0.0, 0.1])
+    soles = calibrate(nao, [Contacts(q, "RLeg", "LLeg")], joints=["RAnkleRoll"])
+    with pytest.raises(BadArgument, match="give candidates"):
+        nk.calibration.next_posture(soles)
+    assert nk.calibration.next_posture(soles, q).gain.shape == (2,)
+    hand = calibrate(nao, [Poses(q[[0, 0]], "LArm", nao.fk(q[[0, 0]], "LArm"))], joints=["LElbowRoll"])
+    with pytest.raises(BadArgument, match="no joint differed"):
+        nk.calibration.next_posture(hand)
+    with pytest.raises(UnknownName, match="LElbowRol"):
+        nk.calibration.next_posture(hand, joints=["LElbowRol"])
+    moved = nk.calibration.next_posture(hand, joints=["LElbowRoll"], rng=1)
+    assert np.flatnonzero(moved.q != q[0]).tolist() == [nao.joint_names.index("LElbowRoll")]
+
+
+def test_any_batch_shape_is_the_same_calibration(nao: nk.NaoModel) -> None:
+    rng = np.random.default_rng(3)
+    q = looking(nao, rng, 6, ["LArm"])
+    one = seen(nao, nk.world.camera(nao, "CameraTop"), q, "LArm", rng)
+    hand = Poses(q, "LArm", nao.fk(q, "LArm"))
+    flat = calibrate(nao, [one, hand], joints=["HeadYaw", "LElbowYaw"])
+    batch = [replace(one, q=q.reshape(2, 3, 25), pixels=np.reshape(one.pixels, (2, 3, 9, 2)))]
+    batch += [replace(hand, q=row, poses=nao.fk(row, "LArm")) for row in q]
+    assert np.allclose(calibrate(nao, batch, joints=["HeadYaw", "LElbowYaw"]).values, flat.values, atol=1e-9)
+
+
+@given(seed=st.integers(0, 10**6), rank=st.sampled_from([2, 3]), size=st.sampled_from([1e-2, 0.1, 1.0]))
+def test_the_pose_of_points_is_found_from_their_rays(seed: int, rank: int, size: float) -> None:
+    rng = np.random.default_rng(seed)
+    points = size * rng.uniform(-1.0, 1.0, (8, 3)) * (1.0, 1.0, rank == 3) @ nk.rotations.random_rotation(rng)
+    T = nk.screws.pose(nk.rotations.random_rotation(rng), size * rng.uniform((4, -1, -1), (9, 1, 1)))
+    places = nk.screws.transform_point(T, points + size)
+    found = _pose_of_points(points + size, places / np.linalg.norm(places, axis=1)[:, None])
+    assert found is not None
+    assert np.abs(found - T)[:3, :3].max() < 1e-6
+    assert np.abs(found - T)[:3, 3].max() < 1e-5 * size
+    assert _pose_of_points(points[:3], places[:3]) is None
+    assert _pose_of_points(np.outer(np.arange(8.0), (1.0, 2.0, 3.0)), places) is None  # on one line

@@ -1,0 +1,158 @@
+"""Files of observations, and the command that reads them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from calibration_samples import MARKS, looking, seen
+
+import nao_kin as nk
+from nao_kin.calibration import calibrate, read_observations
+from nao_kin.cli.app import run
+from nao_kin.errors import BadInputFile
+
+TRUE = {"HeadYaw": 0.03, "LElbowYaw": -0.04}
+
+
+@pytest.fixture(scope="module")
+def document(nao: nk.NaoModel) -> dict[str, Any]:
+    true, rng = nao.with_offsets(TRUE), np.random.default_rng(0)
+    q = looking(true, rng, 12, ["LArm"])
+    pixels: Any = np.array(seen(true, nk.world.camera(nao, "CameraTop"), q, "LArm", rng).pixels).tolist()
+    pixels[2][4] = None
+    joints = [dict(zip(nao.joint_names, row.tolist(), strict=True)) for row in q]
+    yaws = (-0.1, 0.1, 0.3)
+    stand = true.fk(nao.posture("StandInit", HeadYaw=yaws), "Gaze")
+    gaze = [{"joints": {"HeadYaw": yaw}, "pose": T.tolist()} for yaw, T in zip(yaws, stand, strict=True)]
+    gaze[1]["pose"] = [*stand[1, :3, 3], *nk.rotations.rpy_from_matrix(stand[1, :3, :3])]
+    hand = [{"joints": j, "pixels": p} for j, p in zip(joints, pixels, strict=True)]
+    camera = {"camera": "CameraTop", "resolution": [640, 480], "noise": 0.5}
+    return {
+        "joints": ["HeadYaw", "LElbowYaw"],
+        "frames": {"CameraTop": ["roll"]},
+        "observations": [
+            {"type": "pixels", **camera, "frame": "LArm", "points": MARKS.tolist(), "seen": hand},
+            {"type": "poses", "posture": "StandInit", "frame": "Gaze", "noise": [0.01, 0.01], "seen": gaze},
+        ],
+    }
+
+
+@pytest.fixture
+def path(tmp_path: Path, document: dict[str, Any]) -> Iterator[Path]:
+    path = tmp_path / "observations.json"
+    path.write_text(json.dumps(document), encoding="utf-8")
+    return path
+
+
+def test_a_file_says_what_calibrate_takes(nao: nk.NaoModel, path: Path, document: dict[str, Any]) -> None:
+    arguments = read_observations(nao, path)
+    pixels, poses = arguments["observations"]
+    assert np.isnan(np.array(pixels.pixels)[2, 4]).all()
+    assert np.isfinite(np.array(pixels.pixels)).sum() == 12 * 9 * 2 - 2
+    assert np.array_equal(poses.q, nao.posture("StandInit", HeadYaw=[-0.1, 0.1, 0.3]))
+    assert np.allclose(poses.poses[1], nao.with_offsets(TRUE).fk(poses.q[1], "Gaze"), atol=1e-12)
+    found = calibrate(nao, **arguments)
+    assert found.joints == pytest.approx(TRUE, abs=0.003)
+    lens = json.loads(json.dumps(document))
+    lens["observations"][0] |= {"intrinsics": [560, 561, 320, 240], "distortion": [0.1, 0.2, 0, 0, 0]}
+    path.write_text(json.dumps(lens))
+    camera = read_observations(nao, path)["observations"][0].camera
+    assert (camera.fx, camera.cy, camera.distortion, camera.width) == (560, 240, (0.1, 0.2, 0, 0, 0), 640)
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "message"),
+    [
+        (("observation",), [], "unknown member 'observation' (nearest: observations"),
+        (("observations",), [], "observations must be a list that is not empty"),
+        (("joints",), "HeadYaw", "joints must be a list of names"),
+        (("observations", 0, "type"), "pixel", "observation 0: unknown type of observation 'pixel' (nearest: pixels"),
+        (("observations", 0, "camera"), "CameraTip", "observation 0: unknown camera of nao_v6 'CameraTip'"),
+        (("observations", 0, "camera"), None, "observation 0: camera must be given"),
+        (("observations", 0, "pixel"), [], "observation 0: unknown member 'pixel'"),
+        (("observations", 0, "points"), [[1, 2]], "points must have shape"),
+        (("observations", 0, "points"), [[1, 2, "x"]], "points must be real numbers"),
+        (("observations", 0, "seen", 3, "pixels"), [[1, 2]], "pixels of seen 3 must be [u, v] or null for each of 9"),
+        (("observations", 0, "seen", 3, "pixels"), [[1, "x"]] * 9, "pixels of seen 3 must be [u, v]"),
+        (("observations", 0, "seen", 3, "joints"), {"HeadYa": 0}, "unknown joint 'HeadYa'"),
+        (("observations", 0, "seen", 3, "joint"), {}, "seen 3: member 'joint'"),
+        (("observations", 1, "posture"), "Sitt", "observation 1: unknown posture 'Sitt'"),
+        (("observations", 1, "seen", 0, "pose"), [1, 2], "pose of seen 0 must be (x, y, z, roll, pitch, yaw)"),
+        (("observations", 1, "frame"), 3, "observation 1: frame must be given"),
+        (("observations", 1, "noise"), -1, "noise of poses"),
+        (("start",), {"board": 3}, "start of board must be a list"),
+    ],
+)
+def test_what_a_file_says_wrongly_is_named(
+    path: Path,
+    document: dict[str, Any],
+    place: tuple[Any, ...],
+    value: Any,
+    message: str,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    wrong = json.loads(json.dumps(document))
+    part = wrong
+    for step in place[:-1]:
+        part = part[step]
+    part[place[-1]] = value
+    path.write_text(json.dumps(wrong))
+    assert run(["calibrate", str(path)]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.count("\n") == 1
+    assert message in err
+
+
+def test_a_file_that_is_not_json_is_named(nao: nk.NaoModel, path: Path) -> None:
+    path.write_text("{")
+    with pytest.raises(BadInputFile, match=r"observations\.json, line 1"):
+        read_observations(nao, path)
+
+
+def test_the_command_prints_and_writes_the_offsets(
+    path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    output = tmp_path / "nao_7.toml"
+    assert run(["calibrate", str(path), "-o", str(output), "--deg", "--next"]) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert "HeadYaw offset" in out
+    assert "roll of CameraTop's mounting" in out
+    assert "σ after" in out
+    assert "next posture, gain" in out
+    assert out.endswith(f"{output}\n")
+    assert nk.load_nao(offsets=output).tree.offsets.keys() >= {"HeadYaw", "LElbowYaw"}
+    assert run(["fk", "--frame", "Head", "--offsets", str(output)]) == 0
+    capsys.readouterr()
+    before = output.read_bytes()
+    assert run(["calibrate", str(path), "-o", str(output)]) == 2
+    assert "already exists" in capsys.readouterr().err
+    assert output.read_bytes() == before
+    assert run(["calibrate", str(path), "-o", str(output), "--force"]) == 0
+
+
+def test_the_command_prints_json(path: Path, document: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["calibrate", str(path), "--json", "--next"]) == 0
+    out, err = capsys.readouterr()
+    found = json.loads(out)
+    assert err == ""
+    assert found["joints"] == pytest.approx(TRUE, abs=0.003)
+    assert set(found["standard_deviations"]) == {"HeadYaw offset", "LElbowYaw offset", "roll of CameraTop's mounting"}
+    assert found["rms_before"] > 5.0 > 1.2 > found["rms_after"]
+    assert found["next"]["joints"].keys() >= {"HeadYaw"}
+    held = json.loads(json.dumps(document))
+    held["joints"].append("RKneePitch")
+    path.write_text(json.dumps(held))
+    assert run(["calibrate", str(path), "--json"]) == 0
+    out, err = capsys.readouterr()
+    assert json.loads(out)["held"] == ["RKneePitch offset"]
+    assert err == "nao-kin: the data say nothing about RKneePitch offset: RKneePitch offset is held at 0\n"
+    assert run(["calibrate", str(path), "--refuse"]) == 2
+    assert "say nothing about RKneePitch offset" in capsys.readouterr().err
+    assert run(["calibrate", str(path), "--json", "-o", "/dev/stdout"]) == 2
