@@ -12,7 +12,6 @@ export class ViewMenu {
   summary = element("summary", {}, "View");
   menu: HTMLDetailsElement;
 
-  /** @param top the bars over the picture */
   constructor(
     readonly page: App,
     top: HTMLElement,

@@ -89,7 +89,6 @@ export class Drag {
     return this.page.pick.viewport.camera;
   }
 
-  /** @param on whether the handles are there */
   show(on: boolean) {
     this.marks.show(on);
     this.page.targets.showGrips(on);
@@ -107,7 +106,6 @@ export class Drag {
     return null;
   }
 
-  /** @param grip the one that is drawn as under the pointer */
   light(grip: Grip | null) {
     if (grip === this.lit) return;
     this.lit?.light(false);

@@ -149,7 +149,6 @@ export class Targets {
     this.group.updateWorldMatrix(true, true);
   }
 
-  /** @param on whether there is something to take hold of */
   showGrips(on: boolean) {
     this.gripsShown = on;
     for (const { drawn } of this.list.flatMap(({ grips }) => grips)) drawn.visible = on;

@@ -31,10 +31,6 @@ class LegTriangle {
   longest: number;
   shortest: number;
 
-  /**
-   * @param thigh [m]
-   * @param tibia [m]
-   */
   constructor(
     public thigh: number,
     public tibia: number,
@@ -44,9 +40,7 @@ class LegTriangle {
     this.shortest = Math.abs(thigh - tibia);
   }
 
-  /**
-   * A distance of hip and ankle, or the one nearest to it that the leg can have, where it is off by up to `STRETCHED`.
-   */
+  /** A distance of hip and ankle, or the one nearest to it that the leg can have, where it is off by up to `STRETCHED`. */
   reached(far: number) {
     const reached = Math.min(Math.max(far, this.shortest), this.longest);
     const short = Math.abs(far - reached);
@@ -88,7 +82,6 @@ class LegTriangle {
  * far the foot is turned about that normal comes with each as `yaw`.
  *
  * @param T of its frame in the torso
- * @param hipYawPitch [rad]
  */
 function standWith(leg: Leg, T: Pose, hipYawPitch: number, reference: number[]) {
   const answer = new Answer(leg, reference, true);
@@ -190,8 +183,6 @@ export class Leg extends Limb<LegNumbers> {
   /**
    * All branches for a given HipYawPitch that keep the ankle's place and the normal of the sole: of two legs on one hip
    * motor one says how the hip is, and this is what is left to the other.
-   *
-   * @param hipYawPitch [rad]
    */
   stand(T: Pose, hipYawPitch: number, reference: number[]) {
     return standWith(this, T, hipYawPitch, reference);

@@ -35,9 +35,7 @@ export function isOneLimb(about: About, link: number, other: number) {
   return one !== null && one === two;
 }
 
-/**
- * The name of a frame that is the link's own: the link's if it has one, else that of the nearest link which carries it.
- */
+/** The name of a frame that is the link's own: the link's if it has one, else that of the nearest link which carries it. */
 export function frameOf(about: About, link: number) {
   const { path } = about.links[link];
   const names = new Set(about.frames.map(({ name }) => name));

@@ -23,8 +23,6 @@ export const flatMaterial = (colour: string, order: number) =>
 /**
  * A rod along z with a head at its end.
  *
- * @param length [m]
- * @param radius of the rod [m]
  * @param order of drawing, as in `flatMaterial`
  */
 export function makeArrow(length: number, radius: number, colour: string, order: number) {
@@ -62,11 +60,7 @@ export function makeTriad(size: number) {
   return triad;
 }
 
-/**
- * The axis of a joint, along z: turning about it, or sliding along it.
- *
- * @param size [m]
- */
+/** The axis of a joint, along z: turning about it, or sliding along it. */
 export function makeScrew(slides: boolean, colour: string, size: number) {
   const screw = new THREE.Group();
   const radius = 0.028 * size;
@@ -128,7 +122,6 @@ function makePoints({
   return points;
 }
 
-/** @param message geometries as three.js's loader takes them */
 function makeMesh({ parts }: { parts: { geometry: object; colour: Vector; opacity: number }[] }) {
   const group = new THREE.Group();
   for (const { geometry, colour, opacity } of parts) {
@@ -206,11 +199,7 @@ export class Extras {
 
   constructor(readonly page: Page) {}
 
-  /**
-   * Draw a shape, instead of the one of the same name.
-   *
-   * @param message and what belongs to its shape
-   */
+  /** Draw a shape, instead of the one of the same name. */
   add(message: Received["extra"]) {
     const { name, shape, frame } = message;
     if (!Object.hasOwn(MAKERS, shape)) return;

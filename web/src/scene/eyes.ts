@@ -118,7 +118,6 @@ export class Eyes {
   sheet = new THREE.Mesh(new THREE.PlaneGeometry(2, 2), new THREE.MeshBasicMaterial({ toneMapped: false }));
   flat = new THREE.OrthographicCamera(-1, 1, 1, -1, -1, 1);
 
-  /** @param sight where in the page the picture goes */
   constructor(
     readonly robot: Robot,
     readonly studio: Studio,
@@ -133,11 +132,7 @@ export class Eyes {
     return this.robot.about.eyes;
   }
 
-  /**
-   * Look through a camera of the robot.
-   *
-   * @param name null for none
-   */
+  /** Look through a camera of the robot. */
   show(name: string | null) {
     this.eye = this.eyes.find((eye) => eye.name === name) ?? null;
     this.sight.box.hidden = !this.eye;
@@ -287,11 +282,7 @@ export class Eyes {
     renderer.setClearColor(this.cleared, alpha);
   }
 
-  /**
-   * Draw all of an image, with space beside it where its shape is another one.
-   *
-   * @param aspect of the space for it
-   */
+  /** Draw all of an image, with space beside it where its shape is another one. */
   drawImage(texture: THREE.Texture, aspect: number) {
     const share = texture.image.width / texture.image.height / aspect;
     this.sheet.scale.set(Math.min(1, share), Math.min(1, 1 / share), 1);

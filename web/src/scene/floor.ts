@@ -1,9 +1,7 @@
 import { THREE } from "../three.ts";
 import type { Studio } from "./studio.ts";
 
-/**
- * Give the floor of the scene the colours that the styles have for it: in light or dark, with more contrast or less.
- */
+/** Give the floor of the scene the colours that the styles have for it: in light or dark, with more contrast or less. */
 export function paintFloor({ floor, viewer }: Studio) {
   const styles = getComputedStyle(document.documentElement);
   const { ink, shade, strength } = floor.uniforms;
@@ -95,12 +93,7 @@ export class Contact {
     return this.targets[0].texture;
   }
 
-  /**
-   * Draw it anew.
-   *
-   * @param centre of the robot, in the world of three.js, where y is up
-   * @param radius of the robot
-   */
+  /** Draw it anew. */
   draw(scene: THREE.Scene, centre: THREE.Vector3, radius: number) {
     const { camera, renderer } = this;
     Object.assign(camera, { left: -radius, right: radius, top: radius, bottom: -radius });
@@ -255,7 +248,6 @@ export class Floor {
   /** Drawn for the cameras of the robot only. */
   ground;
 
-  /** @param contact where something touches */
   constructor(contact: { matrix: THREE.Matrix4; texture: THREE.Texture }) {
     const uniforms: Record<string, THREE.IUniform> = {
       ...THREE.UniformsUtils.clone(THREE.UniformsLib.lights),

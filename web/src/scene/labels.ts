@@ -126,10 +126,6 @@ export class Labels {
   }
 }
 
-/**
- * @param text colour
- * @param paper colour
- */
 function paintLabel(
   ink: CanvasRenderingContext2D,
   label: Label,

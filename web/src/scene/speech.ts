@@ -13,7 +13,6 @@ export class Speech {
   node;
   corners: THREE.Vector3[];
 
-  /** @param bar over the picture */
   constructor(
     readonly viewer: MeshcatViewer,
     robot: Robot,

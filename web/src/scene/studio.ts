@@ -131,7 +131,6 @@ export class Studio {
     this.moved();
   }
 
-  /** @param robot that is drawn no more */
   release(robot: Robot) {
     this.robots = this.robots.filter((other) => other !== robot);
     this.fastLook.release(robot.meshes);
