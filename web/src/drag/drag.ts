@@ -9,7 +9,7 @@ import { AXES, Handles, nearest, turnsOf, type Axis, type Pointed } from "./hand
 import { JointDrag, type motionOf } from "./joint_drag.ts";
 import { LimbDrag, TurnDrag } from "./limb_drag.ts";
 import { Pointer } from "./pointer.ts";
-import { TargetMove, TargetTurn } from "./target_drag.ts";
+import { TargetMove, TargetTurn } from "./targets.ts";
 
 /**
  * Taking hold of the robot: of a handle on a hand, a foot or the gaze, which the limb follows, of a ring that turns a hand

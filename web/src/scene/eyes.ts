@@ -31,25 +31,16 @@ function setField(camera: THREE.PerspectiveCamera, { horizontal, vertical }: Eye
 }
 
 /** The frame in the page around what a camera sees. */
-interface Sight {
-  box: HTMLElement;
-  picture: HTMLElement;
-  select: HTMLSelectElement;
-  field: HTMLElement;
-  pane: HTMLElement;
-}
-
-export function makeSight(page: Page): Sight {
-  const select = document.createElement("select");
-  select.ariaLabel = "Camera of the robot";
-  select.append(...page.robot.about.eyes.map(({ name }) => new Option(name, name)));
-  select.onchange = () => {
+export function makeSight(page: Page) {
+  const onchange = () => {
     page.eyes.show(select.value);
     page.viewer.set_dirty();
   };
+  const names = page.robot.about.eyes.map(({ name }) => new Option(name, name));
+  const select = element("select", { ariaLabel: "Camera of the robot", onchange }, ...names);
   const picture = element("div", { className: "sight" });
   const field = element("span", { title: "Horizontal and vertical field of view" });
-  const caption = element("div", { className: "caption" }, select as Node, field);
+  const caption = element("div", { className: "caption" }, select, field);
   const box = element("div", { id: "eye", hidden: true }, picture, caption);
   page.pane.after(box);
   return { box, picture, select, field, pane: page.pane };
@@ -121,7 +112,7 @@ export class Eyes {
   constructor(
     readonly robot: Robot,
     readonly studio: Studio,
-    public sight: Sight,
+    public sight: ReturnType<typeof makeSight>,
   ) {
     lookAhead(this.camera);
     asMark(this.camera);

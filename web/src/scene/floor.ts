@@ -1,4 +1,4 @@
-import { THREE } from "../three.ts";
+import { THREE, makeScreen } from "../three.ts";
 import type { Studio } from "./studio.ts";
 
 /** Give the floor of the scene the colours that the styles have for it: in light or dark, with more contrast or less. */
@@ -75,18 +75,7 @@ export class Contact {
     const target = () => new THREE.WebGLRenderTarget(SIZE, SIZE, { depthBuffer: true });
     this.targets = [target(), target()];
     this.camera.layers.set(ROBOT_LAYER);
-    this.blur = new THREE.Mesh(
-      new THREE.PlaneGeometry(2, 2),
-      new THREE.ShaderMaterial({
-        uniforms: { picture: { value: null }, step: { value: this.step } },
-        vertexShader: "varying vec2 vUv; void main() { vUv = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }",
-        fragmentShader: BLURRED,
-        blending: THREE.NoBlending,
-        depthTest: false,
-        depthWrite: false,
-      }),
-    );
-    this.blur.frustumCulled = false;
+    this.blur = makeScreen(BLURRED, { picture: { value: null }, step: { value: this.step } });
   }
 
   get texture() {
