@@ -28,9 +28,9 @@ export class Smoothing {
 
   constructor(readonly renderer: THREE.WebGLRenderer) {
     this.target.texture.encoding = THREE.sRGBEncoding;
-    const { gl2, samples } = limits(renderer);
-    this.possible = gl2;
-    this.target.samples = Math.min(8, samples);
+    const gl = renderer.getContext() as WebGL2RenderingContext;
+    this.possible = renderer.capabilities.isWebGL2;
+    this.target.samples = this.possible ? Math.min(8, gl.getParameter(gl.MAX_SAMPLES)) : 0;
     this.copy = makeScreen(
       "uniform sampler2D picture; varying vec2 vUv; void main() { gl_FragColor = texture2D(picture, vUv); }",
       { picture: { value: this.target.texture } },
@@ -47,12 +47,6 @@ export class Smoothing {
     renderer.setRenderTarget(null);
     renderer.render(this.copy as any, this.camera);
   }
-}
-
-function limits(renderer: THREE.WebGLRenderer) {
-  const gl = renderer.getContext() as WebGL2RenderingContext;
-  const gl2 = renderer.capabilities.isWebGL2;
-  return { gl2, samples: gl2 ? gl.getParameter(gl.MAX_SAMPLES) : 0 };
 }
 
 /**

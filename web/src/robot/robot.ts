@@ -133,14 +133,14 @@ export class Robot extends Skeleton {
   }
 
   /** Visit the vertices of the meshes that may reach under a height, over the floor. */
-  eachVertex(visit: (vertex: THREE.Vector3) => void, height: () => number) {
+  eachVertex(visit: (vertex: THREE.Vector3) => void, height: number) {
     const fromWorld = this.fromWorld();
     const matrix = new THREE.Matrix4();
     const vertex = new THREE.Vector3();
     for (const { mesh } of this.meshes) {
       matrix.multiplyMatrices(fromWorld, mesh.matrixWorld);
       const { center, radius } = sphereOf(mesh);
-      if (vertex.copy(center).applyMatrix4(matrix).z - radius > height()) continue;
+      if (vertex.copy(center).applyMatrix4(matrix).z - radius > height) continue;
       const { position } = mesh.geometry.attributes;
       for (let i = 0; i < position.count; i++) visit(vertex.fromBufferAttribute(position, i).applyMatrix4(matrix));
     }

@@ -86,6 +86,9 @@ export function makeScrew(slides: boolean, colour: string, size: number) {
   return screw;
 }
 
+/** What belongs to the shapes, to each a part of it. */
+type Shape = Required<Received["extra"]>;
+
 /** @param colour as on screens, from 0 to 1 */
 const screenColour = (colour: Vector) => new THREE.Color(...colour).convertSRGBToLinear();
 
@@ -94,17 +97,7 @@ const screenColour = (colour: Vector) => new THREE.Color(...colour).convertSRGBT
  *
  * @param message colours as on screens
  */
-function makePoints({
-  positions,
-  colour,
-  colours,
-  size,
-}: {
-  positions: Float32Array;
-  colour: Vector;
-  colours: Uint8Array | null;
-  size: number;
-}) {
+function makePoints({ positions, colour, colours, size }: Shape) {
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute("position", new THREE.BufferAttribute(positions, 3));
   if (colours) geometry.setAttribute("color", new THREE.BufferAttribute(linear(colours), 3, true));
@@ -122,7 +115,7 @@ function makePoints({
   return points;
 }
 
-function makeMesh({ parts }: { parts: { geometry: object; colour: Vector; opacity: number }[] }) {
+function makeMesh({ parts }: Shape) {
   const group = new THREE.Group();
   for (const { geometry, colour, opacity } of parts) {
     const material = shiny(colour, opacity);
@@ -135,7 +128,7 @@ function makeMesh({ parts }: { parts: { geometry: object; colour: Vector; opacit
 }
 
 /** A round line: a cylinder for each of its pieces, a ball at each of its points. */
-function makeLine({ positions, colour, width }: { positions: Float32Array; colour: Vector; width: number }) {
+function makeLine({ positions, colour, width }: Shape) {
   const { Vector3 } = THREE;
   const count = positions.length / 3;
   const points = Array.from({ length: count }, (_, i) => new Vector3().fromArray(positions, 3 * i));
@@ -191,7 +184,11 @@ function disc() {
   return new THREE.CanvasTexture(ink.canvas);
 }
 
-const MAKERS: Record<string, (message: any) => THREE.Object3D> = { points: makePoints, mesh: makeMesh, line: makeLine };
+const MAKERS: Record<string, (message: Shape) => THREE.Object3D> = {
+  points: makePoints,
+  mesh: makeMesh,
+  line: makeLine,
+};
 
 /** Shapes that are no part of a robot, by name: in the world, or carried by a frame of the page's own robot. */
 export class Extras {
@@ -204,7 +201,7 @@ export class Extras {
     const { name, shape, frame } = message;
     if (!Object.hasOwn(MAKERS, shape)) return;
     this.remove(name);
-    const made = asMark(MAKERS[shape](message));
+    const made = asMark(MAKERS[shape](message as Shape));
     (frame === null ? this.page.viewer.scene : this.page.robot.frameNode(frame)).add(made);
     this.shapes.set(name, made);
     this.page.studio.moved();
