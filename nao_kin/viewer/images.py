@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from nao_kin._core.arrays import choice
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.viewer.messages import RetainedMessages, named_key, panel_message, typed_array
+from nao_kin.viewer.messages import NamedMessages, RetainedMessages, panel_message, typed_array
 
 Image = NDArray[np.uint8] | bytes
 
@@ -30,24 +30,19 @@ class Images:
     """The images of a viewer, one for each camera of the robot at most."""
 
     def __init__(self, messages: RetainedMessages, lock: RLock, cameras: Sequence[str]) -> None:
-        self._messages, self._lock, self._cameras = messages, lock, cameras
-        self._shown: dict[str, None] = {}
+        self._lock, self._cameras = lock, cameras
+        self._shown = NamedMessages(messages, "image", "images", "cameras")
 
     def show(self, camera: str, image: Image | None) -> bool:
         """Show an image instead of what a camera sees, None for none; return whether it is the camera's first one."""
         name = choice(camera, self._cameras, "camera")
         message = None if image is None else _message(name, image)
         with self._lock:
-            is_new = message is not None and name not in self._shown
-            if message is not None:
-                self._shown[name] = None
-                self._messages.put(named_key("image", name), message)
+            is_new = message is not None and name not in self._shown.names
+            if message is None:
+                self._shown.drop(name)
             else:
-                self._shown.pop(name, None)
-                self._messages.drop(named_key("image", name))
-            # A page removes all others, even if it has missed messages.
-            if is_new or message is None:
-                self._messages.put("images", panel_message("images", {"cameras": list(self._shown)}))
+                self._shown.put(name, message)
         return is_new
 
 

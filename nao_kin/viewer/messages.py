@@ -125,6 +125,34 @@ def named_key(kind: str, name: str) -> str:
     return f"{kind} {len(name)} {name}"
 
 
+class NamedMessages:
+    """One message for each name, and the list of the names: a page removes all others, even if it has missed messages.
+
+    `kind` is the kind of the messages, `listing` the kind of the list's message, with the names under `field`.
+    """
+
+    def __init__(self, messages: RetainedMessages, kind: str, listing: str, field: str = "names") -> None:
+        self._messages, self._kind, self._listing, self._field = messages, kind, listing, field
+        self.names: dict[str, None] = {}
+
+    def put(self, name: str, message: bytes) -> None:
+        """Put a message, instead of the one of the same name."""
+        is_new = name not in self.names
+        self.names[name] = None
+        self._messages.put(named_key(self._kind, name), message)
+        if is_new:
+            self._list()
+
+    def drop(self, name: str) -> None:
+        """Drop the messages of a name, if there are any."""
+        self.names.pop(name, None)
+        self._messages.drop(named_key(self._kind, name))
+        self._list()
+
+    def _list(self) -> None:
+        self._messages.put(self._listing, panel_message(self._listing, {self._field: list(self.names)}))
+
+
 def panel_message(kind: str, content: Mapping[str, Any]) -> bytes:
     """Return a message for the panel, of one of `KINDS`."""
     return packed({"type": "nao_kin", "kind": kind, **content})

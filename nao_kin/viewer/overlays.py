@@ -32,7 +32,14 @@ from nao_kin.reach import ReachMap
 from nao_kin.robot import RobotModel
 from nao_kin.robot.urdf import UnreadableShape
 from nao_kin.viewer.meshes import Mesh, load_meshes, mesh_of
-from nao_kin.viewer.messages import RetainedMessages, geometry_document, named_key, packed, panel_message, typed_array
+from nao_kin.viewer.messages import (
+    NamedMessages,
+    RetainedMessages,
+    geometry_document,
+    packed,
+    panel_message,
+    typed_array,
+)
 
 # Quantity of a voxel → its name in the legend.
 REACH_LABELS = {
@@ -364,25 +371,18 @@ class Extras:
     """Shapes that are not part of a robot, by name."""
 
     def __init__(self, messages: RetainedMessages, lock: RLock) -> None:
-        self._messages, self._lock = messages, lock
-        self._names: dict[str, None] = {}
+        self._lock = lock
+        self._shapes = NamedMessages(messages, "extra", "extras")
 
     def add(self, name: str, message: bytes) -> None:
         """Put the message that draws a shape, instead of the one of the same name."""
         with self._lock:
-            if name not in self._names and len(self._names) >= _MAX_SHAPES:
+            names = self._shapes.names
+            if name not in names and len(names) >= _MAX_SHAPES:
                 raise BadArgument(f"at most {_MAX_SHAPES} shapes are drawn; remove some before {abbreviated(name)}")
-            self._names[name] = None
-            self._messages.put(named_key("extra", name), message)
-            self._list()
+            self._shapes.put(name, message)
 
     def remove(self, name: str) -> None:
         """Remove a shape."""
         with self._lock:
-            del self._names[choice(name, self._names, "shape")]
-            self._messages.drop(named_key("extra", name))
-            self._list()
-
-    def _list(self) -> None:
-        """Send the list of shapes: a page removes all others, even if it has missed messages."""
-        self._messages.put("extras", panel_message("extras", {"names": list(self._names)}))
+            self._shapes.drop(choice(name, self._shapes.names, "shape"))

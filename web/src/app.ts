@@ -27,9 +27,8 @@ import { Speech } from "./scene/speech.ts";
 import { Studio } from "./scene/studio.ts";
 import { Stance } from "./stance.ts";
 import { Player } from "./timeline/player.ts";
-import { Toggles } from "./toggles.ts";
+import { Toggles, ViewMenu } from "./view_menu.ts";
 import type { About, Camera, MeshcatViewer, Message } from "./types.ts";
-import { ViewMenu } from "./view_menu.ts";
 
 const byId = (id: string) => document.getElementById(id) as HTMLElement;
 

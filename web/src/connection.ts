@@ -137,7 +137,6 @@ export class Connection {
     });
   }
 
-  /** @param answer for the program behind the page, if there is one */
   send(answer: object) {
     if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(answer));
     this.port?.postMessage(answer);

@@ -1,6 +1,6 @@
 import type { App } from "./app.ts";
 import { resize } from "./scene/studio.ts";
-import { THREE } from "./three.ts";
+import { THREE, makeScreen } from "./three.ts";
 
 /**
  * The renderer that meshcat draws with. Its canvas has no smoothing of its own, which would cost as much in each frame of a
@@ -28,22 +28,13 @@ export class Smoothing {
 
   constructor(readonly renderer: THREE.WebGLRenderer) {
     this.target.texture.encoding = THREE.sRGBEncoding;
-    const { gl2, samples } = limits(renderer);
-    this.possible = gl2;
-    this.target.samples = Math.min(8, samples);
-    this.copy = new THREE.Mesh(
-      new THREE.PlaneGeometry(2, 2),
-      new THREE.ShaderMaterial({
-        uniforms: { picture: { value: this.target.texture } },
-        vertexShader: "varying vec2 vUv; void main() { vUv = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }",
-        fragmentShader:
-          "uniform sampler2D picture; varying vec2 vUv; void main() { gl_FragColor = texture2D(picture, vUv); }",
-        blending: THREE.NoBlending,
-        depthTest: false,
-        depthWrite: false,
-      }),
+    const gl = renderer.getContext() as WebGL2RenderingContext;
+    this.possible = renderer.capabilities.isWebGL2;
+    this.target.samples = this.possible ? Math.min(8, gl.getParameter(gl.MAX_SAMPLES)) : 0;
+    this.copy = makeScreen(
+      "uniform sampler2D picture; varying vec2 vUv; void main() { gl_FragColor = texture2D(picture, vUv); }",
+      { picture: { value: this.target.texture } },
     );
-    this.copy.frustumCulled = false;
   }
 
   draw(scene: THREE.Scene, camera: THREE.Camera) {
@@ -56,12 +47,6 @@ export class Smoothing {
     renderer.setRenderTarget(null);
     renderer.render(this.copy as any, this.camera);
   }
-}
-
-function limits(renderer: THREE.WebGLRenderer) {
-  const gl = renderer.getContext() as WebGL2RenderingContext;
-  const gl2 = renderer.capabilities.isWebGL2;
-  return { gl2, samples: gl2 ? gl.getParameter(gl.MAX_SAMPLES) : 0 };
 }
 
 /**

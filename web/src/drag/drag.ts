@@ -9,7 +9,7 @@ import { AXES, Handles, nearest, turnsOf, type Axis, type Pointed } from "./hand
 import { JointDrag, type motionOf } from "./joint_drag.ts";
 import { LimbDrag, TurnDrag } from "./limb_drag.ts";
 import { Pointer } from "./pointer.ts";
-import { TargetMove, TargetTurn } from "./target_drag.ts";
+import { TargetMove, TargetTurn } from "./targets.ts";
 
 /**
  * Taking hold of the robot: of a handle on a hand, a foot or the gaze, which the limb follows, of a ring that turns a hand
@@ -89,7 +89,6 @@ export class Drag {
     return this.page.pick.viewport.camera;
   }
 
-  /** @param on whether the handles are there */
   show(on: boolean) {
     this.marks.show(on);
     this.page.targets.showGrips(on);
@@ -107,7 +106,6 @@ export class Drag {
     return null;
   }
 
-  /** @param grip the one that is drawn as under the pointer */
   light(grip: Grip | null) {
     if (grip === this.lit) return;
     this.lit?.light(false);

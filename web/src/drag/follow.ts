@@ -149,11 +149,7 @@ function boxAround(robot: Robot, limb: Limb) {
   return box;
 }
 
-/**
- * Whether a foot is where that of another leg is: their outlines from above, and their heights.
- *
- * @param limb the leg of the foot
- */
+/** Whether a foot is where that of another leg is: their outlines from above, and their heights. */
 export function feetCross(robot: Robot, limb: Limb, limbs: Limb[]) {
   if (limb.kind !== "leg") return false;
   // The outlines take a millisecond, and most feet are apart by their boxes.

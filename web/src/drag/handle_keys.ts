@@ -115,10 +115,6 @@ export class HandleKeys {
     event.preventDefault();
   }
 
-  /**
-   * @param direction right and up on the screen
-   * @param length [m]
-   */
   move(button: HTMLButtonElement, held: Holdable, [right, up]: [number, number], length: number) {
     const { drag } = this;
     this.takeToMove(button, held);
@@ -128,10 +124,6 @@ export class HandleKeys {
     drag.say(`${says || held.name}, at ${place} mm in ${held.base}`);
   }
 
-  /**
-   * @param name of the axis
-   * @param angle [rad]
-   */
   turn(button: HTMLButtonElement, held: Holdable, name: string, angle: number) {
     const { drag } = this;
     const { name: frame, turns } = held;

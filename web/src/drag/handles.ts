@@ -64,9 +64,7 @@ export interface Pointed {
   pointerType: string;
 }
 
-/**
- * What is under the pointer, and its point there: the nearest by what a mouse or a finger covers of it.
- */
+/** What is under the pointer, and its point there: the nearest by what a mouse or a finger covers of it. */
 export function nearest(viewport: Viewport, { clientX, clientY, pointerType }: Pointed, grips: Grip[]) {
   const [knob, line] = pointerType === "touch" ? [FINGER, LINE_FINGER] : [POINT, LINE_POINT];
   let found: { grip: Grip; point: THREE.Vector3 } | null = null;

@@ -51,9 +51,7 @@ export function motionOf(robot: Robot, link: number, point: THREE.Vector3) {
     : null;
 }
 
-/**
- * A link that is held: the joint that carries it follows the pointer, inside its limits; the trunk and all else stay.
- */
+/** A link that is held: the joint that carries it follows the pointer, inside its limits; the trunk and all else stay. */
 export class JointDrag implements Gesture {
   /** What the pointer asks for, which limits may keep the joint from. */
   wanted: number;

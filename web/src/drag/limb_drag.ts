@@ -37,7 +37,6 @@ export class LimbDrag implements Gesture {
   place: Vector;
   says: string | undefined;
 
-  /** @param hold of the pointer that takes it, if one does */
   constructor(
     readonly page: Page,
     readonly limbs: Limb[],
@@ -79,9 +78,7 @@ export class LimbDrag implements Gesture {
     this.ghosts.clear();
   }
 
-  /**
-   * Take the limb to a target in the torso's frame, or to the reachable one nearest to it in the plane of the drag.
-   */
+  /** Take the limb to a target in the torso's frame, or to the reachable one nearest to it in the plane of the drag. */
   follow(target: Vector, notice: string) {
     const { page, follower, handle } = this;
     const near = this.approach(target);

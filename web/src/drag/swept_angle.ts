@@ -50,11 +50,7 @@ export class SweptAngle {
   sign = 1;
   fromTheSide: boolean;
 
-  /**
-   * @param point where it is grabbed
-   * @param eye where the camera is
-   * @param least distance from the axis [m] within which a pointer says no angle
-   */
+  /** @param least distance from the axis [m] within which a pointer says no angle */
   constructor(
     readonly axis: Line,
     readonly point: Vector,
@@ -110,7 +106,6 @@ export class SweptAngle {
  * the two rays. Seen end on, an axis says nothing.
  *
  * @param direction of the axis, a unit vector
- * @param point where it is grabbed
  * @returns [m]
  */
 export function sweptDistance(direction: Vector, point: Vector, before: Ray, now: Ray): number {

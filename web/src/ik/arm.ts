@@ -67,11 +67,7 @@ class ElbowCircle {
     return [Math.hypot(along, across - radius), Math.hypot(along, across + radius)];
   }
 
-  /**
-   * The pose of the hand with which the elbow is at an angle on the circle, from the side of the shoulder.
-   *
-   * @param angle [rad]
-   */
+  /** The pose of the hand with which the elbow is at an angle on the circle, from the side of the shoulder. */
   handAt(angle: number): HandPose {
     const { n, v, place } = this;
     const k = plus(times(Math.cos(angle), v), times(Math.sin(angle), cross(n, v)));

@@ -104,7 +104,6 @@ export class ArmPlace {
     return best;
   }
 
-  /** @param turn of the directions */
   #betterAround({ cost, yaw, wrist }: Member, step: number, turn: number) {
     for (let i = 0; i < 8; i++) {
       const angle = 0.25 * Math.PI * i + turn;

@@ -18,14 +18,11 @@ import type { Family, GazeNumbers, HeadNumbers, Nearest } from "./limbs.ts";
 const STEPS = 120;
 const FINER = 48;
 
-/**
- * HeadYaw and HeadPitch, R = Rz(yaw) Ry(pitch), and the search for the values of both that come nearest to a target.
- */
+/** HeadYaw and HeadPitch, R = Rz(yaw) Ry(pitch), and the search for the values of both that come nearest to a target. */
 class Neck<Numbers extends HeadNumbers | GazeNumbers> extends Limb<Numbers> {
   /**
    * The joint values with the smallest error: by search along the yaw, with the best pitch of each.
    *
-   * @param errorOf [rad]
    * @param bestPitch at the cosine and sine of a yaw, whatever the limits
    * @param near a yaw to try beside the even steps
    */
@@ -235,7 +232,6 @@ export class Gaze extends Neck<GazeNumbers> {
 /**
  * In steps to nearer looks, until they are tiny.
  *
- * @param firstStep [rad]
  * @param look inside the limits
  */
 function lookDown(start: Nearest, firstStep: number, look: (yaw: number, pitch: number) => Nearest) {

@@ -31,10 +31,6 @@ class LegTriangle {
   longest: number;
   shortest: number;
 
-  /**
-   * @param thigh [m]
-   * @param tibia [m]
-   */
   constructor(
     public thigh: number,
     public tibia: number,
@@ -44,9 +40,7 @@ class LegTriangle {
     this.shortest = Math.abs(thigh - tibia);
   }
 
-  /**
-   * A distance of hip and ankle, or the one nearest to it that the leg can have, where it is off by up to `STRETCHED`.
-   */
+  /** A distance of hip and ankle, or the one nearest to it that the leg can have, where it is off by up to `STRETCHED`. */
   reached(far: number) {
     const reached = Math.min(Math.max(far, this.shortest), this.longest);
     const short = Math.abs(far - reached);
@@ -81,40 +75,6 @@ class LegTriangle {
   hipFromAnkle(knee: number) {
     return [-this.thigh * Math.sin(knee), this.tibia + this.thigh * Math.cos(knee)];
   }
-}
-
-/**
- * Five joints for a given HipYawPitch: all branches that keep the ankle's place and the normal of the sole of a pose. How
- * far the foot is turned about that normal comes with each as `yaw`.
- *
- * @param T of its frame in the torso
- * @param hipYawPitch [rad]
- */
-function standWith(leg: Leg, T: Pose, hipYawPitch: number, reference: number[]) {
-  const answer = new Answer(leg, reference, true);
-  const foot = leg.footPose(T);
-  if (!foot) return answer.blame("NOT_RIGID");
-  if (leg.isTooFar(foot, answer)) return answer;
-  answer.short = foot.short;
-  // The ankle from the hip, and the sole's normal, in the axes that HipYawPitch turns.
-  const back = rotY(-hipYawPitch);
-  const [x, y, z] = turned(back, foot.place);
-  const normal = turned(back, normalOf(foot.F));
-  for (const knee of leg.triangle.knees(norm(foot.place))) {
-    const [lx, lz] = leg.triangle.ankleFromHip(knee);
-    for (const side of [-1, 1]) {
-      const height = side * Math.hypot(y, z);
-      const rho = Math.atan2(-side * y, side * z);
-      const pitch = Math.atan2(lz * x - lx * height, lx * x + lz * height);
-      const [mx, my, mz] = turned(transposed(product(rotX(rho), rotY(pitch + knee))), normal);
-      for (const way of [1, -1]) {
-        const ankle = [Math.atan2(way * mx, way * mz), Math.atan2(-my, way * Math.hypot(mx, mz))];
-        const q = [hipYawPitch, wrapped(leg.geometry.kappa + rho), pitch, knee, ...ankle];
-        if (answer.admits(q)) enter(foot, leg.forward(q), q, answer);
-      }
-    }
-  }
-  return answer.concluded();
 }
 
 /**
@@ -189,12 +149,34 @@ export class Leg extends Limb<LegNumbers> {
 
   /**
    * All branches for a given HipYawPitch that keep the ankle's place and the normal of the sole: of two legs on one hip
-   * motor one says how the hip is, and this is what is left to the other.
-   *
-   * @param hipYawPitch [rad]
+   * motor one says how the hip is, and this is what is left to the other. How far the foot is turned about that normal
+   * comes with each as `yaw`.
    */
   stand(T: Pose, hipYawPitch: number, reference: number[]) {
-    return standWith(this, T, hipYawPitch, reference);
+    const answer = new Answer(this, reference, true);
+    const foot = this.footPose(T);
+    if (!foot) return answer.blame("NOT_RIGID");
+    if (this.isTooFar(foot, answer)) return answer;
+    answer.short = foot.short;
+    // The ankle from the hip, and the sole's normal, in the axes that HipYawPitch turns.
+    const back = rotY(-hipYawPitch);
+    const [x, y, z] = turned(back, foot.place);
+    const normal = turned(back, normalOf(foot.F));
+    for (const knee of this.triangle.knees(norm(foot.place))) {
+      const [lx, lz] = this.triangle.ankleFromHip(knee);
+      for (const side of [-1, 1]) {
+        const height = side * Math.hypot(y, z);
+        const rho = Math.atan2(-side * y, side * z);
+        const pitch = Math.atan2(lz * x - lx * height, lx * x + lz * height);
+        const [mx, my, mz] = turned(transposed(product(rotX(rho), rotY(pitch + knee))), normal);
+        for (const way of [1, -1]) {
+          const ankle = [Math.atan2(way * mx, way * mz), Math.atan2(-my, way * Math.hypot(mx, mz))];
+          const q = [hipYawPitch, wrapped(this.geometry.kappa + rho), pitch, knee, ...ankle];
+          if (answer.admits(q)) enter(foot, this.forward(q), q, answer);
+        }
+      }
+    }
+    return answer.concluded();
   }
 
   /** The pose of the foot whose frame is in a pose in the torso; null if that is no rigid transform. */

@@ -38,8 +38,6 @@ const HALVINGS = 48;
 /**
  * Of a family with one parameter in [low, high] the value with the smallest cost: on a grid, then by halving; null if all
  * are infinite. The reference's own value is tried too: what is met within rounding does not change a member that fits.
- *
- * @param own the reference's value
  */
 export function leastCost(low: number, high: number, own: number, cost: (value: number) => number) {
   const step = (high - low) / STEPS;
@@ -82,10 +80,6 @@ export class Answer {
   /** How far the branch that is blamed is outside the limits [rad]. */
   #excess = Infinity;
 
-  /**
-   * @param reference values of its joints
-   * @param enforce whether limits are enforced
-   */
   constructor(
     readonly limb: Limb<LimbNumbers>,
     readonly reference: number[],
@@ -226,9 +220,6 @@ export class Limb<Numbers extends LimbNumbers> {
   /**
    * Two joints about one line, of which only first + sign · third = total is determined: the pair nearest to the
    * reference, inside the ranges if there is one, is written into the values.
-   *
-   * @param total [rad]
-   * @param answer what is asked
    */
   lockPair([i, j]: [number, number], total: number, sign: 1 | -1, { reference, enforce }: Answer, values: number[]) {
     if (!enforce) {
@@ -256,11 +247,7 @@ export class Limb<Numbers extends LimbNumbers> {
     }
   }
 
-  /**
-   * What a member of a family is away from the reference; far more where it is outside the limits.
-   *
-   * @param answer what is asked
-   */
+  /** What a member of a family is away from the reference; far more where it is outside the limits. */
   familyCost(values: number[], { reference, enforce }: Answer) {
     const outside = enforce ? this.excess(values) : 0;
     const near = enforce ? values : allTurnedTowards(values, reference);

@@ -39,30 +39,17 @@ export function squaredDistance(a: readonly number[], b: readonly number[]) {
   return a.reduce((sum, value, i) => sum + (b[i] - value) ** 2, 0);
 }
 
-/**
- * An angle from within (−3π, 3π] taken into (−π, π].
- *
- * @param angle [rad]
- */
+/** An angle from within (−3π, 3π] taken into (−π, π]. */
 export function wrapped(angle: number) {
   if (angle > Math.PI) return angle - 2 * Math.PI;
   return angle <= -Math.PI ? angle + 2 * Math.PI : angle;
 }
 
-/**
- * The same angle with the whole turns that bring it within half a turn of another, into (near − π, near + π].
- *
- * @param angle [rad]
- * @param near [rad]
- */
+/** The same angle with the whole turns that bring it within half a turn of another, into (near − π, near + π]. */
 export function turnedTowards(angle: number, near: number) {
   return angle + 2 * Math.PI * Math.floor((near - angle) / (2 * Math.PI) + 0.5);
 }
 
-/**
- * @param angles [rad]
- * @param near [rad]
- */
 export function allTurnedTowards(angles: readonly number[], near: readonly number[]) {
   return angles.map((angle, i) => turnedTowards(angle, near[i]));
 }

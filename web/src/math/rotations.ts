@@ -1,6 +1,6 @@
 import { squaredDistance } from "./numbers.ts";
 
-// What the pure modules call their numbers. Matrices are flat and go row by row, as NumPy ravels them.
+// What the pure modules call their numbers. Angles are in radians. Matrices are flat and go row by row, as NumPy ravels them.
 
 export type Vector = [number, number, number];
 
@@ -67,19 +67,16 @@ export function turned([a, b, c, d, e, f, g, h, i]: Matrix3, [x, y, z]: Vector):
   return [a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z];
 }
 
-/** @param angle [rad] */
 export function rotX(angle: number): Rotation {
   const [c, s] = [Math.cos(angle), Math.sin(angle)];
   return [1, 0, 0, 0, c, -s, 0, s, c];
 }
 
-/** @param angle [rad] */
 export function rotY(angle: number): Rotation {
   const [c, s] = [Math.cos(angle), Math.sin(angle)];
   return [c, 0, s, 0, 1, 0, -s, 0, c];
 }
 
-/** @param angle [rad] */
 export function rotZ(angle: number): Rotation {
   const [c, s] = [Math.cos(angle), Math.sin(angle)];
   return [c, -s, 0, s, c, 0, 0, 0, 1];

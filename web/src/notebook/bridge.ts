@@ -19,7 +19,6 @@ class Bridge {
   reload: () => null;
   timer: number;
 
-  /** @param page around the frame */
   constructor(
     readonly model: Model,
     readonly page: Document,

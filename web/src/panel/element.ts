@@ -64,7 +64,6 @@ export function iconButton(name: IconName, label: string, onclick: () => void, k
 /**
  * Put a text on the clipboard. Where the browser does not allow it, the text is shown, selected, to be copied by hand.
  *
- * @param what it is
  * @returns whether it is on the clipboard
  */
 export async function copyText(text: string, what: string): Promise<boolean> {
@@ -120,11 +119,7 @@ export function makeInk(width: number, height: number) {
   return canvas.getContext("2d") as CanvasRenderingContext2D;
 }
 
-/**
- * Put buttons into a bar that is one Tab stop: arrows, Home and End lead from one to the next.
- *
- * @param label of the bar
- */
+/** Put buttons into a bar that is one Tab stop: arrows, Home and End lead from one to the next. */
 export function toolbar(bar: HTMLElement, label: string, ...children: HTMLElement[]) {
   bar.replaceChildren(...children);
   Object.assign(bar, { role: "toolbar", ariaLabel: label });
@@ -146,11 +141,7 @@ export function toolbar(bar: HTMLElement, label: string, ...children: HTMLElemen
 
 let count = 0;
 
-/**
- * A button that opens what hangs under it. Escape and a press beside it close it.
- *
- * @param label of what opens
- */
+/** A button that opens what hangs under it. Escape and a press beside it close it. */
 export function menu(button: HTMLButtonElement, label: string, ...children: Node[]) {
   const named = { className: "menu", id: `menu-${count++}`, popover: "auto", role: "group", ariaLabel: label };
   const sheet = element("div", named, ...children);

@@ -25,7 +25,6 @@ export class Exchange {
     return this.copy(write(robot.about, stance.q, robot.outside(stance.q).size === 0), title);
   }
 
-  /** @param what it is, for the message */
   async copy(text: string, what: string) {
     if (await copyText(text, what)) this.messages.say(`${what} copied`);
   }
@@ -66,7 +65,6 @@ export class Exchange {
     field.focus();
   }
 
-  /** @param text from the clipboard */
   take(text: string) {
     const reason = this.show(text);
     if (reason !== null) this.messages.say(`Not pasted: ${reason}`, { bad: true });

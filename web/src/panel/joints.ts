@@ -22,10 +22,7 @@ class JointRow {
   sign = element("span", { className: "unit" });
   element: HTMLDivElement;
 
-  /**
-   * @param partner the joint that shares its motor, if there is one
-   * @param index of the row in the panel
-   */
+  /** @param partner the joint that shares its motor, if there is one */
   constructor(
     readonly panel: Panel,
     readonly joint: Driven,
@@ -93,7 +90,6 @@ class JointRow {
     return a <= b ? [a, b] : [b, a];
   }
 
-  /** @param value of the joint */
   set(value: number) {
     const { multiplier, offset, column } = this.joint;
     if (multiplier !== 0) this.panel.page.stance.move(column, (value - offset) / multiplier);

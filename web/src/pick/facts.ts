@@ -35,9 +35,7 @@ export function isOneLimb(about: About, link: number, other: number) {
   return one !== null && one === two;
 }
 
-/**
- * The name of a frame that is the link's own: the link's if it has one, else that of the nearest link which carries it.
- */
+/** The name of a frame that is the link's own: the link's if it has one, else that of the nearest link which carries it. */
 export function frameOf(about: About, link: number) {
   const { path } = about.links[link];
   const names = new Set(about.frames.map(({ name }) => name));
@@ -56,18 +54,10 @@ export function pairOf({ pair, slides }: JointAbout) {
 /**
  * A pose in numbers, in metres and radians. Quaternions are scalar first, with r0 > 0, or r0 = 0 and the first other
  * number that is not zero above it: what `nao_kin.rotations.quat_from_matrix` gives.
+ *
+ * @param matrix by columns
  */
-interface PoseNumbers {
-  position: number[];
-  rpy: number[];
-  quaternion: number[];
-  axis: number[];
-  angle: number;
-  rows: number[][];
-}
-
-/** @param matrix a pose, by columns */
-export function poseNumbers(matrix: { elements: ArrayLike<number> }): PoseNumbers {
+export function poseNumbers(matrix: { elements: ArrayLike<number> }) {
   const { elements: m } = matrix;
   const rows = [0, 1, 2, 3].map((row) => [0, 1, 2, 3].map((column) => m[row + 4 * column] + 0));
   const quaternion = quaternionOf(matrix);
@@ -110,7 +100,7 @@ const list = (values: number[]) => `[${values.map((value) => String(value + 0)).
 /**
  * What is copied of a pose: the name of a button, and the text for the clipboard, in metres and radians with every digit.
  */
-export const COPIES: { name: string; title: string; text(pose: PoseNumbers): string }[] = [
+export const COPIES: { name: string; title: string; text(pose: ReturnType<typeof poseNumbers>): string }[] = [
   {
     name: "4×4 matrix",
     title: "NumPy array, in m",

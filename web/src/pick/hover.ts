@@ -31,7 +31,6 @@ class Tip {
     view.append(this.card);
   }
 
-  /** @param place of the pointer */
   show(link: number | null, place: { clientX: number; clientY: number }) {
     this.link = link;
     this.card.hidden = link === null;
@@ -64,7 +63,7 @@ class Tip {
   }
 }
 
-/** A tint over the shapes of a link. It is a second coat, so that it needs to know nothing of colours, limits and lights. */
+/** A tint over the shapes of a link: a second coat, so that it needs to know nothing of colours, limits and lights. */
 class Highlight {
   link: number | null = null;
   coats: THREE.Mesh[] = [];

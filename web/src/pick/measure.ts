@@ -1,4 +1,5 @@
 import type { PageWith } from "../app.ts";
+import { flatMaterial } from "../scene/extras.ts";
 import { asMark } from "../scene/marks.ts";
 import { THREE } from "../three.ts";
 import { unitOf, withUnit } from "../values/units.ts";
@@ -9,7 +10,7 @@ type Page = PageWith<"labels" | "panel" | "robot" | "studio" | "viewer">;
 type End = { kind: "frame"; name: string } | { kind: "point"; link: number; local: THREE.Vector3 };
 
 const [SPOT, THREAD] = [0.006, 0.0014];
-const COLOUR = 0xc2255c;
+const COLOUR = "#c2255c";
 
 /** Distance between two frames or points of the surface, drawn as a line. Event of the page: "measured". */
 export class Measure {
@@ -24,12 +25,7 @@ export class Measure {
   constructor(readonly page: Page) {
     page.robot.root.add(this.group);
     const scale = page.studio.markScale;
-    const material = new THREE.MeshBasicMaterial({
-      color: new THREE.Color(COLOUR).convertSRGBToLinear(),
-      transparent: true,
-      depthTest: false,
-      toneMapped: false,
-    });
+    const material = flatMaterial(COLOUR, 20);
     const sphere = new THREE.SphereGeometry(SPOT * scale, 20, 14);
     this.spots = [0, 1].map(() => new THREE.Mesh(sphere, material));
     this.thread = new THREE.Mesh(new THREE.CylinderGeometry(THREAD * scale, THREAD * scale, 1, 10), material);

@@ -14,7 +14,7 @@ const SIZE = 0.062;
 
 /** The frame that is looked at: drawn as a triad with its name. Event of the page: "selected", of any click. */
 class Selection {
-  /** The one that the panel reads: selected last. It begins with a hand: the poses of a head and of a torso change little. */
+  /** The one that the panel reads: selected last, at first a hand: poses of a head and of a torso change little. */
   read: string;
   frame: string | null = null;
   triad: THREE.Group | null = null;
@@ -39,7 +39,6 @@ class Selection {
     this.page.dispatchEvent(new Event("selected"));
   }
 
-  /** @param frame null for none */
   select(frame: string | null) {
     if (frame !== this.frame) this.draw(frame);
     this.follow(frame ?? this.read);

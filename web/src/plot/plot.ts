@@ -63,10 +63,7 @@ export class Plot {
   outputs: HTMLOutputElement[] | undefined;
   plot: uPlot | undefined;
 
-  /**
-   * @param chooser what is drawn
-   * @param grows whether new points come to the same lines
-   */
+  /** @param grows whether new points come to the same lines */
   constructor(
     readonly title: string,
     chooser: HTMLElement,

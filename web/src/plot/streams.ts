@@ -68,7 +68,6 @@ export class Streams extends EventTarget {
     this.recording = { time, from: new Map(), plots: new Map() };
   }
 
-  /** @param motion that was recorded, if one was */
   end(motion: Motion | null | undefined) {
     if (motion && this.recording?.plots.size) this.recorded.set(motion, this.recording.plots);
     this.recording = null;

@@ -44,7 +44,6 @@ function paintCanvas(ink: CanvasRenderingContext2D, canvas: HTMLCanvasElement, w
 /**
  * A picture of the scene on the page's background, at its best.
  *
- * @param width in pixels
  * @param preset where to look from; as the page does if none is given
  * @param over draws what stands over the scene
  */

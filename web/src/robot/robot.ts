@@ -41,10 +41,7 @@ export class Robot extends Skeleton {
   /** The vertical in the root's frame that a clip gives with them, of any length; zeros where it gives none. */
   clipUp = [0, 0, 0];
 
-  /**
-   * @param parts that have its geometries
-   * @param share of the opacity of its shapes
-   */
+  /** @param share of the opacity of its shapes */
   constructor(root: THREE.Object3D, about: About, parts: Parts, share: number) {
     super(root, about);
     /** Name of every frame → number of its link. */
@@ -60,7 +57,6 @@ export class Robot extends Skeleton {
     Object.assign(root, { joint_values: this.q, up_values: this.clipUp });
   }
 
-  /** @param name of a frame */
   frameNode(name: string) {
     return this.nodes[this.linkOf(name)];
   }
@@ -137,14 +133,14 @@ export class Robot extends Skeleton {
   }
 
   /** Visit the vertices of the meshes that may reach under a height, over the floor. */
-  eachVertex(visit: (vertex: THREE.Vector3) => void, height: () => number) {
+  eachVertex(visit: (vertex: THREE.Vector3) => void, height: number) {
     const fromWorld = this.fromWorld();
     const matrix = new THREE.Matrix4();
     const vertex = new THREE.Vector3();
     for (const { mesh } of this.meshes) {
       matrix.multiplyMatrices(fromWorld, mesh.matrixWorld);
       const { center, radius } = sphereOf(mesh);
-      if (vertex.copy(center).applyMatrix4(matrix).z - radius > height()) continue;
+      if (vertex.copy(center).applyMatrix4(matrix).z - radius > height) continue;
       const { position } = mesh.geometry.attributes;
       for (let i = 0; i < position.count; i++) visit(vertex.fromBufferAttribute(position, i).applyMatrix4(matrix));
     }
@@ -152,8 +148,6 @@ export class Robot extends Skeleton {
 
   /**
    * A sphere around all shapes, in the world of three.js; from their own spheres, so that it may be asked for in every frame.
-   *
-   * @param sphere is given it
    */
   sphere(sphere: THREE.Sphere) {
     const own = new THREE.Sphere();

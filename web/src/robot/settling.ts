@@ -1,5 +1,5 @@
 import { clamp } from "../math/numbers.ts";
-import { convexHull, inside } from "../math/surfaces.ts";
+import { convexHull, inside, type Point } from "../math/surfaces.ts";
 
 /** Directions spread evenly over the sphere, one after another, by the golden angle. */
 export function directions(count: number) {
@@ -30,11 +30,6 @@ export function extremes(points: Float64Array, towards: Float64Array) {
     found.add(best);
   }
   return Float64Array.from([...found].flatMap((i) => [points[i], points[i + 1], points[i + 2]]));
-}
-
-interface Point {
-  x: number;
-  y: number;
 }
 
 // Points so near the lowest one [m] touch the floor with it.

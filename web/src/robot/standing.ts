@@ -45,7 +45,6 @@ export class Standing {
   /**
    * Put the robot onto the floor in the configuration that its nodes are in.
    *
-   * @param q that configuration
    * @param up direction in the root's frame; null for the one found by itself
    */
   place(q: number[], up: ArrayLike<number> | null) {

@@ -94,10 +94,7 @@ export class Balance {
   /** The convex hull, on the floor, of all vertices that touch it; counterclockwise. */
   hull() {
     const points: THREE.Vector2[] = [];
-    this.robot.eachVertex(
-      ({ x, y, z }) => z < TOUCHING && points.push(new THREE.Vector2(x, y)),
-      () => TOUCHING,
-    );
+    this.robot.eachVertex(({ x, y, z }) => z < TOUCHING && points.push(new THREE.Vector2(x, y)), TOUCHING);
     return convexHull(points);
   }
 }

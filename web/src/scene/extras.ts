@@ -23,8 +23,6 @@ export const flatMaterial = (colour: string, order: number) =>
 /**
  * A rod along z with a head at its end.
  *
- * @param length [m]
- * @param radius of the rod [m]
  * @param order of drawing, as in `flatMaterial`
  */
 export function makeArrow(length: number, radius: number, colour: string, order: number) {
@@ -62,11 +60,7 @@ export function makeTriad(size: number) {
   return triad;
 }
 
-/**
- * The axis of a joint, along z: turning about it, or sliding along it.
- *
- * @param size [m]
- */
+/** The axis of a joint, along z: turning about it, or sliding along it. */
 export function makeScrew(slides: boolean, colour: string, size: number) {
   const screw = new THREE.Group();
   const radius = 0.028 * size;
@@ -92,6 +86,9 @@ export function makeScrew(slides: boolean, colour: string, size: number) {
   return screw;
 }
 
+/** What belongs to the shapes, to each a part of it. */
+type Shape = Required<Received["extra"]>;
+
 /** @param colour as on screens, from 0 to 1 */
 const screenColour = (colour: Vector) => new THREE.Color(...colour).convertSRGBToLinear();
 
@@ -100,17 +97,7 @@ const screenColour = (colour: Vector) => new THREE.Color(...colour).convertSRGBT
  *
  * @param message colours as on screens
  */
-function makePoints({
-  positions,
-  colour,
-  colours,
-  size,
-}: {
-  positions: Float32Array;
-  colour: Vector;
-  colours: Uint8Array | null;
-  size: number;
-}) {
+function makePoints({ positions, colour, colours, size }: Shape) {
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute("position", new THREE.BufferAttribute(positions, 3));
   if (colours) geometry.setAttribute("color", new THREE.BufferAttribute(linear(colours), 3, true));
@@ -128,8 +115,7 @@ function makePoints({
   return points;
 }
 
-/** @param message geometries as three.js's loader takes them */
-function makeMesh({ parts }: { parts: { geometry: object; colour: Vector; opacity: number }[] }) {
+function makeMesh({ parts }: Shape) {
   const group = new THREE.Group();
   for (const { geometry, colour, opacity } of parts) {
     const material = shiny(colour, opacity);
@@ -142,7 +128,7 @@ function makeMesh({ parts }: { parts: { geometry: object; colour: Vector; opacit
 }
 
 /** A round line: a cylinder for each of its pieces, a ball at each of its points. */
-function makeLine({ positions, colour, width }: { positions: Float32Array; colour: Vector; width: number }) {
+function makeLine({ positions, colour, width }: Shape) {
   const { Vector3 } = THREE;
   const count = positions.length / 3;
   const points = Array.from({ length: count }, (_, i) => new Vector3().fromArray(positions, 3 * i));
@@ -198,7 +184,11 @@ function disc() {
   return new THREE.CanvasTexture(ink.canvas);
 }
 
-const MAKERS: Record<string, (message: any) => THREE.Object3D> = { points: makePoints, mesh: makeMesh, line: makeLine };
+const MAKERS: Record<string, (message: Shape) => THREE.Object3D> = {
+  points: makePoints,
+  mesh: makeMesh,
+  line: makeLine,
+};
 
 /** Shapes that are no part of a robot, by name: in the world, or carried by a frame of the page's own robot. */
 export class Extras {
@@ -206,16 +196,12 @@ export class Extras {
 
   constructor(readonly page: Page) {}
 
-  /**
-   * Draw a shape, instead of the one of the same name.
-   *
-   * @param message and what belongs to its shape
-   */
+  /** Draw a shape, instead of the one of the same name. */
   add(message: Received["extra"]) {
     const { name, shape, frame } = message;
     if (!Object.hasOwn(MAKERS, shape)) return;
     this.remove(name);
-    const made = asMark(MAKERS[shape](message));
+    const made = asMark(MAKERS[shape](message as Shape));
     (frame === null ? this.page.viewer.scene : this.page.robot.frameNode(frame)).add(made);
     this.shapes.set(name, made);
     this.page.studio.moved();

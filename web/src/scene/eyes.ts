@@ -31,25 +31,16 @@ function setField(camera: THREE.PerspectiveCamera, { horizontal, vertical }: Eye
 }
 
 /** The frame in the page around what a camera sees. */
-interface Sight {
-  box: HTMLElement;
-  picture: HTMLElement;
-  select: HTMLSelectElement;
-  field: HTMLElement;
-  pane: HTMLElement;
-}
-
-export function makeSight(page: Page): Sight {
-  const select = document.createElement("select");
-  select.ariaLabel = "Camera of the robot";
-  select.append(...page.robot.about.eyes.map(({ name }) => new Option(name, name)));
-  select.onchange = () => {
+export function makeSight(page: Page) {
+  const onchange = () => {
     page.eyes.show(select.value);
     page.viewer.set_dirty();
   };
+  const names = page.robot.about.eyes.map(({ name }) => new Option(name, name));
+  const select = element("select", { ariaLabel: "Camera of the robot", onchange }, ...names);
   const picture = element("div", { className: "sight" });
   const field = element("span", { title: "Horizontal and vertical field of view" });
-  const caption = element("div", { className: "caption" }, select as Node, field);
+  const caption = element("div", { className: "caption" }, select, field);
   const box = element("div", { id: "eye", hidden: true }, picture, caption);
   page.pane.after(box);
   return { box, picture, select, field, pane: page.pane };
@@ -118,11 +109,10 @@ export class Eyes {
   sheet = new THREE.Mesh(new THREE.PlaneGeometry(2, 2), new THREE.MeshBasicMaterial({ toneMapped: false }));
   flat = new THREE.OrthographicCamera(-1, 1, 1, -1, -1, 1);
 
-  /** @param sight where in the page the picture goes */
   constructor(
     readonly robot: Robot,
     readonly studio: Studio,
-    public sight: Sight,
+    public sight: ReturnType<typeof makeSight>,
   ) {
     lookAhead(this.camera);
     asMark(this.camera);
@@ -133,11 +123,7 @@ export class Eyes {
     return this.robot.about.eyes;
   }
 
-  /**
-   * Look through a camera of the robot.
-   *
-   * @param name null for none
-   */
+  /** Look through a camera of the robot. */
   show(name: string | null) {
     this.eye = this.eyes.find((eye) => eye.name === name) ?? null;
     this.sight.box.hidden = !this.eye;
@@ -287,11 +273,7 @@ export class Eyes {
     renderer.setClearColor(this.cleared, alpha);
   }
 
-  /**
-   * Draw all of an image, with space beside it where its shape is another one.
-   *
-   * @param aspect of the space for it
-   */
+  /** Draw all of an image, with space beside it where its shape is another one. */
   drawImage(texture: THREE.Texture, aspect: number) {
     const share = texture.image.width / texture.image.height / aspect;
     this.sheet.scale.set(Math.min(1, share), Math.min(1, 1 / share), 1);

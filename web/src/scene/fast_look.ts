@@ -87,10 +87,6 @@ export class FastLook {
   seen = new THREE.Quaternion(0, 0, 0, 0);
   materials: Map<THREE.Mesh, THREE.ShaderMaterial> = new Map();
 
-  /**
-   * @param world with the environment and the lights
-   * @param key the light that casts shadows
-   */
   constructor(
     readonly renderer: THREE.WebGLRenderer,
     readonly world: THREE.Scene,
@@ -159,7 +155,6 @@ export class FastLook {
     renderer.shadowMap.needsUpdate = needsUpdate;
   }
 
-  /** @param shapes that are drawn no more */
   release(shapes: Shape[]) {
     for (const { mesh } of shapes) {
       this.materials.get(mesh)?.dispose();

@@ -1,9 +1,7 @@
-import { THREE } from "../three.ts";
+import { THREE, makeScreen } from "../three.ts";
 import type { Studio } from "./studio.ts";
 
-/**
- * Give the floor of the scene the colours that the styles have for it: in light or dark, with more contrast or less.
- */
+/** Give the floor of the scene the colours that the styles have for it: in light or dark, with more contrast or less. */
 export function paintFloor({ floor, viewer }: Studio) {
   const styles = getComputedStyle(document.documentElement);
   const { ink, shade, strength } = floor.uniforms;
@@ -77,30 +75,14 @@ export class Contact {
     const target = () => new THREE.WebGLRenderTarget(SIZE, SIZE, { depthBuffer: true });
     this.targets = [target(), target()];
     this.camera.layers.set(ROBOT_LAYER);
-    this.blur = new THREE.Mesh(
-      new THREE.PlaneGeometry(2, 2),
-      new THREE.ShaderMaterial({
-        uniforms: { picture: { value: null }, step: { value: this.step } },
-        vertexShader: "varying vec2 vUv; void main() { vUv = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }",
-        fragmentShader: BLURRED,
-        blending: THREE.NoBlending,
-        depthTest: false,
-        depthWrite: false,
-      }),
-    );
-    this.blur.frustumCulled = false;
+    this.blur = makeScreen(BLURRED, { picture: { value: null }, step: { value: this.step } });
   }
 
   get texture() {
     return this.targets[0].texture;
   }
 
-  /**
-   * Draw it anew.
-   *
-   * @param centre of the robot, in the world of three.js, where y is up
-   * @param radius of the robot
-   */
+  /** Draw it anew. */
   draw(scene: THREE.Scene, centre: THREE.Vector3, radius: number) {
     const { camera, renderer } = this;
     Object.assign(camera, { left: -radius, right: radius, top: radius, bottom: -radius });
@@ -255,7 +237,6 @@ export class Floor {
   /** Drawn for the cameras of the robot only. */
   ground;
 
-  /** @param contact where something touches */
   constructor(contact: { matrix: THREE.Matrix4; texture: THREE.Texture }) {
     const uniforms: Record<string, THREE.IUniform> = {
       ...THREE.UniformsUtils.clone(THREE.UniformsLib.lights),

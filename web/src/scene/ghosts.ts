@@ -96,7 +96,6 @@ export class Ghosts {
   }
 }
 
-/** @param place among the ghosts */
 function makeMaterial(place: number) {
   return new THREE.MeshPhongMaterial({
     transparent: true,

@@ -126,10 +126,6 @@ export class Labels {
   }
 }
 
-/**
- * @param text colour
- * @param paper colour
- */
 function paintLabel(
   ink: CanvasRenderingContext2D,
   label: Label,
@@ -167,11 +163,7 @@ export interface Rectangle {
  * What wants a label: the point that it belongs to and its size, in pixels. `place` is the number of the place it was given
  * before, and is written.
  */
-export interface Anchor {
-  x: number;
-  y: number;
-  width: number;
-  height: number;
+export interface Anchor extends Rectangle {
   place: number;
 }
 

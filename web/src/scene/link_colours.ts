@@ -83,7 +83,6 @@ export class LinkColours {
     this.paintAll();
   }
 
-  /** @param links those whose joint is outside its limits */
   setOutside(links: Set<number>) {
     if (links.size === this.outside.size && [...links].every((link) => this.outside.has(link))) return;
     this.outside = links;
@@ -160,9 +159,6 @@ export class Lights {
 /**
  * A soft disc around a light, that faces the camera and fades where the light looks away from it. The light looks away from
  * the middle of its link.
- *
- * @param box around its link
- * @param node of its link
  */
 function makeGlow(mesh: RobotMesh, box: THREE.Box3, node: THREE.Object3D) {
   const { Sprite, SpriteMaterial, Vector3 } = THREE;

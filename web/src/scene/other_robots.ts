@@ -13,7 +13,10 @@ export interface Other {
   visible: boolean;
 }
 
-/** The robots beside the page's own, each on a ground of its own, by the numbers that Python gives them. Event of the page: "robots", when they are others. */
+/**
+ * The robots beside the page's own, each on a ground of its own, by the numbers that Python gives them. Event of the page:
+ * "robots", when they are others.
+ */
 export class OtherRobots {
   robots: Map<number, Other> = new Map();
 
@@ -28,7 +31,6 @@ export class OtherRobots {
     this.page.dispatchEvent(new Event("robots"));
   }
 
-  /** @param on whether it is to be seen */
   show(other: Other, on: boolean) {
     other.visible = other.shown.robot.root.visible = on;
     this.page.studio.moved();

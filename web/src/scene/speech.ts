@@ -1,5 +1,5 @@
 import { isInside, type Robot } from "../robot/robot.ts";
-import { THREE } from "../three.ts";
+import { THREE, cornersOf } from "../three.ts";
 import type { MeshcatViewer } from "../types.ts";
 
 // Letters, and sizes in pixels; `across` is the shorter side of a picture in which they are pixels.
@@ -13,7 +13,6 @@ export class Speech {
   node;
   corners: THREE.Vector3[];
 
-  /** @param bar over the picture */
   constructor(
     readonly viewer: MeshcatViewer,
     robot: Robot,
@@ -22,14 +21,11 @@ export class Speech {
   ) {
     const link = robot.about.head ?? 0;
     this.node = robot.nodes[link];
-    const { min, max } = robot.boxIn(
+    const box = robot.boxIn(
       link,
       robot.meshes.filter(({ mesh }) => isInside(mesh, this.node)),
     );
-    this.corners = Array.from(
-      { length: 8 },
-      (_, i) => new THREE.Vector3(i & 1 ? max.x : min.x, i & 2 ? max.y : min.y, i & 4 ? max.z : min.z),
-    );
+    this.corners = cornersOf(box);
   }
 
   say(text: string) {
@@ -94,22 +90,7 @@ export class Speech {
     ink.scale(scale, scale);
     ink.translate(x, y);
     ink.beginPath();
-    for (const [i, [a, b]] of [
-      [w, 0],
-      [w, h],
-      [0, h],
-      [0, 0],
-    ].entries()) {
-      const next = [
-        [w, h],
-        [0, h],
-        [0, 0],
-        [w, 0],
-      ][i];
-      if (i === 0) ink.moveTo(r, 0);
-      ink.arcTo(a, b, next[0], next[1], r);
-    }
-    ink.closePath();
+    ink.roundRect(0, 0, w, h, r);
     const [before, after] = [tail - size, tail + size / 2];
     const corners = {
       right: [

@@ -1,7 +1,7 @@
 import { clamp } from "../math/numbers.ts";
 import { Smoothing } from "../meshcat_viewer.ts";
 import type { Robot } from "../robot/robot.ts";
-import { THREE } from "../three.ts";
+import { THREE, cornersOf } from "../three.ts";
 import type { Camera, MeshcatViewer, Shape } from "../types.ts";
 import type { Eyes } from "./eyes.ts";
 import { FastLook } from "./fast_look.ts";
@@ -31,12 +31,8 @@ function lookAt({ camera, controls }: MeshcatViewer, preset: Camera, box: THREE.
   const tall = half * (0.9 - hidden / 2);
   const wide = 0.9 * half * camera.aspect;
   let distance = preset.links.length ? 0 : size;
-  for (let i = 0; i < 8; i++) {
-    const corner = new Vector3(
-      i & 1 ? box.max.x : box.min.x,
-      i & 2 ? box.max.y : box.min.y,
-      i & 4 ? box.max.z : box.min.z,
-    ).sub(centre);
+  for (const corner of cornersOf(box)) {
+    corner.sub(centre);
     const reach = Math.max(Math.abs(corner.dot(right)) / wide, Math.abs(corner.dot(up)) / tall);
     distance = Math.max(distance, reach + corner.dot(back));
   }
@@ -131,7 +127,6 @@ export class Studio {
     this.moved();
   }
 
-  /** @param robot that is drawn no more */
   release(robot: Robot) {
     this.robots = this.robots.filter((other) => other !== robot);
     this.fastLook.release(robot.meshes);

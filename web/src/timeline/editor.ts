@@ -122,10 +122,6 @@ export class Editor {
     else player.change(on ? player.keys : (player.clip ?? player.keys));
   }
 
-  /**
-   * @param frames instead of those before
-   * @param time on show
-   */
   take(frames: KeyFrames, time: number = 0) {
     this.player.pause();
     this.open(true);
@@ -171,7 +167,6 @@ export class Editor {
     this.draw();
   }
 
-  /** @param event anywhere */
   addKey(event: KeyboardEvent) {
     if (!this.isOpen || event.key.toLowerCase() !== "k" || event.defaultPrevented) return;
     if (event.ctrlKey || event.metaKey || event.altKey || !this.player.page.panel.settings.keys) return;

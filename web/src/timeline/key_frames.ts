@@ -109,11 +109,7 @@ export class KeyFrames {
     return this.keys.findIndex((key) => Math.abs(key.time - time) < GAP / 2);
   }
 
-  /**
-   * When a key that is added now is to be: now, or behind the last key where one is here already.
-   *
-   * @param time now
-   */
+  /** When a key that is added now is to be: now, or behind the last key where one is here already. */
   nextTime(time: number) {
     if (this.count === 0 || this.at(time) < 0) return time;
     return this.keys[this.count - 1].time + STEP;

@@ -21,8 +21,6 @@ export const TIME_UNITS: Record<string, number> = { s: 1, ms: 1e-3 };
  * Source: F. N. Fritsch and J. Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300–304.
  *
  * @param times strictly ascending
- * @param value at a key
- * @returns one for each key
  */
 function smoothSlopes(times: ArrayLike<number>, value: (key: number) => number): Float64Array {
   const slopes = new Float64Array(times.length);
@@ -84,7 +82,6 @@ export class Motion {
     return this.times[this.times.length - 1];
   }
 
-  /** @param index of a time */
   row(index: number) {
     return Array.from({ length: this.width }, (_, column) => this.values[index * this.width + column]);
   }
@@ -95,11 +92,7 @@ export class Motion {
     return clamp(next - 1, 0, Math.max(this.count - 2, 0));
   }
 
-  /**
-   * The configuration at a time.
-   *
-   * @param time [s]
-   */
+  /** The configuration at a time. */
   at(time: number) {
     if (!(time > this.start)) return this.row(0);
     if (time >= this.end) return this.row(this.count - 1);

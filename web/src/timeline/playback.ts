@@ -75,7 +75,6 @@ export class ClipPlayback {
     for (const action of this.animator.actions) action.setLoop(THREE.LoopRepeat, on ? Infinity : 1);
   }
 
-  /** @param speed 1 for its own */
   setSpeed(speed: number) {
     this.animator.mixer.timeScale = speed;
   }
@@ -117,7 +116,6 @@ export class MotionPlayback {
     cancelAnimationFrame(this.request);
   }
 
-  /** @param seconds that have passed */
   step(seconds: number) {
     let time = this.time + seconds * this.speed;
     if (time >= this.duration) {

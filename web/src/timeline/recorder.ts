@@ -5,8 +5,6 @@ import type { Player } from "./player.ts";
 /**
  * The samples of a motion that suffice: straight lines between them stay within a tolerance of all others (Ramer,
  * Douglas and Peucker, each number for itself). Null where that takes more than some number of them.
- *
- * @param tolerance of every number
  */
 export function thinned(motion: Motion, tolerance: number, most: number) {
   const { times, values, width, count } = motion;
@@ -135,7 +133,6 @@ export class Recorder {
   /**
    * Take a sample, unless the last one is too young.
    *
-   * @param time [s]
    * @param whatever take it all the same: the last one of a recording
    */
   add(time: number, q: ArrayLike<number>, whatever: boolean = false) {

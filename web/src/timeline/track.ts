@@ -70,7 +70,6 @@ export class Track {
     };
   }
 
-  /** @param tooFast stretches of time */
   draw({ keys }: KeyFrames, selected: number, tooFast: { from: number; to: number; text: string }[]) {
     if (!this.dragging) this.setSpan(Math.max(SHORTEST, ROOM * (keys.at(-1)?.time ?? 0)));
     const focused = this.row.contains(document.activeElement);

@@ -159,7 +159,6 @@ export function writeLink(about: About, { q, up, camera, shown, units, frame, ke
  * What a link says; what it leaves out is not in the answer.
  *
  * @param toggles that a link may name
- * @param text what stands after the #
  * @throws {Refused}
  */
 export function readLink(about: About, toggles: readonly string[], text: string): Partial<State> {
