@@ -19,7 +19,6 @@ import math
 import sys
 from collections.abc import Iterator
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -55,7 +54,7 @@ def surfaces() -> dict[tuple[str, str], Floats]:
         for visual in nao.tree.visuals:
             path = mesh_path(visual.geometry, nao.tree.packages)  # type: ignore[arg-type]
             mesh = read_mesh(path, lambda scene: scene.to_geometry())
-            corners, faces = trimesh.remesh.subdivide_to_size(mesh.vertices, mesh.faces, _FINE, max_iter=30)
+            corners, faces = trimesh.remesh.subdivide_to_size(mesh.vertices, mesh.faces, _FINE, max_iter=30)  # type: ignore[no-untyped-call]
             if visual.link in joints:
                 found.setdefault((joints[visual.link], ""), []).append(corners[faces])
             elif visual.link.startswith("L"):
@@ -108,13 +107,13 @@ def _capsule(name: str, joint: str, points: Floats) -> ShapeRow:
     """Return a capsule of least volume; that of the head is symmetric, along y."""
     guess = covering_capsule(points)
     start = np.concatenate([guess.centre + sign * (guess.half[2] + 1e-3) * guess.axes[:, 2] for sign in (-1.0, 1.0)])
-    ends = partial(np.reshape, shape=(2, 3))
-    if joint.startswith("Head"):
+    symmetric = joint.startswith("Head")
+    if symmetric:
         middle = points.mean(axis=0)
         start = np.array([middle[0], middle[2], 1e-2])
 
-        def ends(x: Floats) -> Floats:
-            return np.array([[x[0], -x[2], x[1]], [x[0], x[2], x[1]]])
+    def ends(x: Floats) -> Floats:
+        return np.array([[x[0], -x[2], x[1]], [x[0], x[2], x[1]]]) if symmetric else x.reshape(2, 3)
 
     for _ in range(3):  # restarted, because the simplex may collapse
         simplex = np.vstack([start, start + 0.01 * np.eye(len(start))])

@@ -42,7 +42,7 @@ SECTIONS = {
         first_pose posture_and_joints hand_path workspace million_configurations hand_velocity coupled_limits versions
     """.split(),
     "The robot in its world": """
-        balance camera_sees_ball calibrated_camera calibrate
+        balance self_collision camera_sees_ball calibrated_camera calibrate
     """.split(),
     "Rotations, screws and joints": """
         two_turns gimbal_lock mean_rotation screw_of_a_displacement lower_pairs spherical_hip

@@ -10,11 +10,13 @@ from __future__ import annotations
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats
 from nao_kin._kernels.cache import CachedKernel, Floats1, Floats2, Floats3, Floats4, Ints1, Ints2, both_ways
 
 Components: TypeAlias = tuple[Any, Any, Any]
+Indices: TypeAlias = NDArray[np.signedinteger[Any]]
 
 # Squared lengths below this are zero [m⁴]: 0.1 nm each.
 _TINY = 1e-40
@@ -222,10 +224,10 @@ def _clearances(poses: Floats4, shapes: ShapeTable, pairs: Ints2, below: float, 
         gaps[sample], which[sample] = best, found
 
 
-clearances = CachedKernel(_clearances, "the kernel of self-collisions", "collision kernel", seconds=15.0)
+clearances = CachedKernel(_clearances, "the kernel of self-collisions", "collision kernel, clearances", seconds=3.0)
 
 
-def pair_gaps(centres: Floats, axes: Floats, shapes: ShapeTable, pairs: Any, at: Any) -> Floats:
+def pair_gaps(centres: Floats, axes: Floats, shapes: ShapeTable, pairs: Indices, at: Indices) -> Floats:
     """Return the distances of pairs (k, 2) of shapes in configurations `at` (k,), in NumPy, shape (k,).
 
     `centres` (n, s, 3) and `axes` (n, s, 3, 3) are those of the shapes in each configuration.
@@ -235,7 +237,7 @@ def pair_gaps(centres: Floats, axes: Floats, shapes: ShapeTable, pairs: Any, at:
         rows = np.flatnonzero((shapes.kind[pairs] == kinds).all(axis=1))
         if not len(rows):
             continue
-        a, b, n = *pairs[rows].T, at[rows]
+        a, b, n = pairs[rows, 0], pairs[rows, 1], at[rows]
         r = _components(centres[n, b] - centres[n, a])
         h, g = _components(shapes.half[a]), _components(shapes.half[b])
         X, Y, Z = (_components(axes[n, b, :, k]) for k in range(3))
@@ -250,8 +252,10 @@ def pair_gaps(centres: Floats, axes: Floats, shapes: ShapeTable, pairs: Any, at:
                 core = _apart(segment_box_overlap(p, d, h), segment_box_squared(p, d, h))
             else:
                 back = _components(-np.einsum("nik,ni->nk", axes[n, b], np.transpose(r)))
-                rows_of = ((X[i], Y[i], Z[i]) for i in range(3))
-                squared = np.minimum(edges_box_squared(p, X, Y, Z, h, g), edges_box_squared(back, *rows_of, g, h))
+                first, second, third = ((X[i], Y[i], Z[i]) for i in range(3))
+                squared = np.minimum(
+                    edges_box_squared(p, X, Y, Z, h, g), edges_box_squared(back, first, second, third, g, h)
+                )
                 core = _apart(boxes_overlap(p, X, Y, Z, h, g), squared)
         gaps[rows] = core - shapes.radius[a] - shapes.radius[b]
     return gaps

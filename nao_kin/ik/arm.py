@@ -143,7 +143,7 @@ def arm(
         options = as_options(robot, limb.rest, reference, T.shape[:-2], limits, threads)
         nearest = partial(_nearest, robot, _POSE, limb)
         result = solve_or_nearest(_POSE, limb, rows, options, nearest, lambda: refuse_not_rigid(T, "target"))
-        return without_collisions(robot, result) if collisions else result
+        return without_collisions(robot, result, collisions)
     if numbers.shape[-1:] != (3,):
         raise WrongShape("target", "(..., 4, 4) for poses or (..., 3) for positions", numbers.shape)
     places = as_vectors(numbers, "target")
@@ -157,7 +157,7 @@ def arm(
         rows[..., :3], rows[..., 3:] = places, unit(towards, "direction")[0]
     options = as_options(robot, limb.rest, reference, rows.shape[:-1], limits, threads)
     result = solve_or_nearest(form, limb, rows, options, partial(_nearest, robot, form, limb))
-    return without_collisions(robot, result) if collisions else result
+    return without_collisions(robot, result, collisions)
 
 
 def _nearest(robot: RobotModel, form: ClosedForm, limb: Limb, rows: Floats, options: Options) -> tuple[Floats, Floats]:

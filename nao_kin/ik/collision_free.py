@@ -7,17 +7,20 @@ from typing import TypeVar
 
 import numpy as np
 
+from nao_kin._core.arrays import flag
 from nao_kin.ik.results import IKResult, Reason
 from nao_kin.robot import RobotModel
 
 _Result = TypeVar("_Result", bound=IKResult)
 
 
-def without_collisions(robot: RobotModel, result: _Result) -> _Result:
-    """Return a result without the solutions in which links overlap, and with a note on their number.
+def without_collisions(robot: RobotModel, result: _Result, wanted: bool = True) -> _Result:
+    """Return a result, if wanted without the solutions in which links overlap, and with a note on their number.
 
     A target that loses all of them keeps the one with the largest clearance as `best`.
     """
+    if not flag(wanted, "collisions"):
+        return result
     q = result.solutions
     exists = np.arange(q.shape[-2]) < result.count[..., None]
     found = robot.clearance(np.where(exists[..., None], q, robot.neutral()))

@@ -92,7 +92,7 @@ def head(
     T = np.zeros((*batch, 4, 4))
     T[..., :3, :3], T[..., 3, 3] = R, 1.0
     result = solve(_HEAD, limb, T.reshape(*batch, 16), options, lambda: refuse_not_rotation(R, "R_torso_head"))
-    return without_collisions(robot, result) if collisions else result
+    return without_collisions(robot, result, collisions)
 
 
 def look_at(
@@ -139,7 +139,7 @@ def look_at(
     points = as_vectors(point, "point")
     options = as_options(robot, limb.rest, reference, points.shape[:-1], limits, threads)
     result = solve(_GAZE, limb, points, options)
-    return without_collisions(robot, result) if collisions else result
+    return without_collisions(robot, result, collisions)
 
 
 # --- The geometry of a head, read from a robot.

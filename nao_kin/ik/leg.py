@@ -113,7 +113,7 @@ def leg(
     options = as_options(robot, limb.rest, reference, batch, limits, threads)
     nearest, refuse = partial(nearest_foot, robot, limb), partial(refuse_not_rigid, T, "T_torso_foot")
     result = solve_or_nearest(_LEG, limb, T.reshape(*batch, 16), options, nearest, refuse)
-    return without_collisions(robot, result) if collisions else result
+    return without_collisions(robot, result, collisions)
 
 
 # --- The geometry of a leg, read from a robot.

@@ -237,7 +237,7 @@ def legs(
     output = solve_targets(_LEGS, limb, rows, options, lambda: _refuse(poses))
     result = _as_result(robot, limb, rows, base == "floating", output, options)
     if output.is_complete:
-        return without_collisions(robot, result) if collisions else result
+        return without_collisions(robot, result, collisions)
     missed, options = missed_targets(result, options)
     if missed.any():
         T = np.stack([np.broadcast_to(pose, (*batch, 4, 4))[missed] for pose in poses], axis=1)
@@ -245,7 +245,7 @@ def legs(
             T = rigid_inverse(result.torso[missed])[:, None] @ T
         result.best[missed], errors = _nearest(robot, limb, (left, right), T, options)
         result.foot_residuals[missed], result.residual[missed] = errors, errors.max(axis=1)
-    return without_collisions(robot, result) if collisions else result
+    return without_collisions(robot, result, collisions)
 
 
 def _as_frames(frames: Sequence[str] | None) -> tuple[str, str]:

@@ -340,7 +340,7 @@ def numeric(
     parts = [slice(begin, begin + _BLOCK) for begin in range(0, max(1, len(T_rows)), _BLOCK)]
     found = [search.solve(T_rows[part], reference_rows[part]) for part in parts]
     result = _result(search, reference_rows, found, batch, notes)
-    return without_collisions(robot, result) if collisions else result
+    return without_collisions(robot, result, collisions)
 
 
 def _result(

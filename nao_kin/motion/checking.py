@@ -11,7 +11,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, finite_or_none
+from nao_kin._core.arrays import Floats, finite_or_none, flag
 from nao_kin.motion.configurations import HOLD, checked_rate, interval
 from nao_kin.motion.curves import Excesses, JointCurves, Quantity, combination, excesses, pieces_of
 from nao_kin.motion.interpolation import Segments
@@ -242,7 +242,7 @@ def check(
             for first, *others in joints_by_motor(robot, motion.joint_names).values()
             for joint in others
         ),
-        *([_collisions(robot, motion, fill, rate)] if collisions else []),
+        *([_collisions(robot, motion, fill, rate)] if flag(collisions, "collisions") else []),
     ]
     return MotionReport(
         robot=robot.name,
@@ -265,8 +265,9 @@ def _collisions(robot: RobotModel, motion: Motion, fill: str | ArrayLike, rate: 
     for part in np.split(overlap, np.flatnonzero(np.diff(overlap) > 1) + 1) if len(overlap) else ():
         worst = part[np.argmin(found.distance[part])]
         one, other = found.pairs[int(found.pair_index[worst])]
-        at = (float(times[k]) for k in (part[0], part[-1], worst))
-        rows.append(MotionViolation("collision", one, *at, float(found.distance[worst]), 0.0, math.inf, "m", other))
+        start, end, at = (float(times[k]) for k in (part[0], part[-1], worst))
+        value = float(found.distance[worst])
+        rows.append(MotionViolation("collision", one, start, end, at, value, 0.0, math.inf, "m", other))
     kept = sorted(sorted(rows, key=lambda row: row.value)[:_MOST_COLLISIONS], key=lambda row: row.start)
     return kept, len(rows) - len(kept)
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import coal
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats, finite_or_none
 from nao_kin._core.text import abbreviated
@@ -25,7 +25,7 @@ from nao_kin.errors import BadArgument, MissingShapeWarning, UnknownName
 from nao_kin.robot.answers import CROSSOVER
 from nao_kin.robot.contacts import LinkPair, disabled_collisions
 from nao_kin.robot.geometry import capsules, mesh_path, read_mesh
-from nao_kin.robot.urdf import Box, Cylinder, MeshFile, Sphere, UnreadableShape, UrdfTree
+from nao_kin.robot.urdf import Box, Collision, Cylinder, MeshFile, Sphere, UnreadableShape, UrdfTree, Visual
 
 if TYPE_CHECKING:
     from nao_kin.robot.model import RobotModel
@@ -130,7 +130,7 @@ def shapes_of(tree: UrdfTree) -> Iterator[Shape]:
     capsule, exactly, and alone a little more. A mesh is the capsule that contains it.
     """
     notes = [] if tree.collisions else list(tree.visual_notes)
-    rows = tree.collisions or tree.visuals
+    rows: tuple[Visual | Collision, ...] = tree.collisions or tree.visuals
     caps = {cap for both in capsules(rows).values() for cap in both}
     for row in (row for index, row in enumerate(rows) if index not in caps):
         T, shape = row.origin.matrix, row.geometry
@@ -342,11 +342,3 @@ def random_free(
         rows[filled : filled + len(q)] = q
         filled += len(q)
     return rows.reshape(wanted.shape)
-
-
-def checked_margin(margin: ArrayLike) -> float:
-    """Return a margin as a finite number."""
-    value = np.asarray(margin, dtype=np.float64) if not isinstance(margin, str) else np.array(np.nan)
-    if value.shape != () or not np.isfinite(value):
-        raise BadArgument(f"margin must be a finite number of metres, got {margin}")
-    return float(value)

@@ -11,12 +11,12 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from nao_kin._core.arrays import Floats, choice, whole_number
+from nao_kin._core.arrays import Floats, choice, flag, shaped, whole_number
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.robot.answers import Answers, Output
 from nao_kin.robot.build import Base, build_model, numbers_of, restore_numbers
-from nao_kin.robot.collisions import Clearance, Contact, LinkShapes, checked_margin, random_free
+from nao_kin.robot.collisions import Clearance, Contact, LinkShapes, random_free
 from nao_kin.robot.configurations import ConfigurationSpace, Coordinates
 from nao_kin.robot.geometry import GeometryKind, geometry_model
 from nao_kin.robot.ground import TOUCHING, OutlineKind, SetDown, set_down, sole_outline
@@ -422,7 +422,7 @@ class RobotModel:
             >>> q.shape, bool(nao.within_limits(q).all())
             ((2, 3, 25), True)
         """
-        if collision_free:
+        if flag(collision_free, "collision_free"):
             return random_free(self, self.link_shapes, rng, n)
         return self._configurations.random(rng, n)
 
@@ -958,9 +958,9 @@ class RobotModel:
 
         Examples:
             >>> nao = nk.load_nao()
-            >>> found = nao.clearance(nao.posture("StandInit", LShoulderRoll=0.0))
+            >>> found = nao.clearance(nao.posture("StandInit", LShoulderRoll=-0.2, LElbowRoll=-1.2))
             >>> found.distance.round(4).tolist(), found.pair
-            (0.0068, ('Head', 'RShoulder'))
+            (-0.0154, ('LForeArm', 'torso'))
             >>> nao.clearance(nao.random(rng=0, n=1000)).is_free.sum().tolist()
             423
         """
@@ -980,7 +980,8 @@ class RobotModel:
             By configuration, and then by distance.
 
         Raises:
-            BadArgument: the robot has no shapes, or the margin is not a finite number.
+            BadArgument: the robot has no shapes.
+            NotFinite: the margin is not a finite number.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -988,7 +989,7 @@ class RobotModel:
             >>> [contact.links for contact in nao.collisions(q)]
             [('RBicep', 'l_wrist'), ('l_wrist', 'torso')]
         """
-        return self.link_shapes.contacts(self.checked(q), checked_margin(margin))
+        return self.link_shapes.contacts(self.checked(q), float(shaped(margin, (), "margin")))
 
     # --- internal -------------------------------------------------------------------------------------------------
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 import nao_kin as nk
 from explanations.drawing import INK, ORANGE, Drawing, Floats
@@ -12,12 +13,13 @@ from explanations.limits import FREE, Chart
 from nao_kin.robot import LinkContacts, LinkPair, LinkShapes
 from nao_kin.robot.urdf import Collision
 
+Mask = NDArray[np.bool_]
 OVERLAP, TOUCH = ORANGE, "#b91c1c"
 # Cells along both axes.
 CELLS = 64, 48
 
 
-def cells(nao: nk.NaoModel, joint: str, pairs: set[LinkPair]) -> tuple[Floats, Floats, Floats, Floats]:
+def cells(nao: nk.NaoModel, joint: str, pairs: set[LinkPair]) -> tuple[Floats, Mask, Mask, Mask]:
     """Return corners of cells (k, 2, 2) [°], and whether shapes overlap, meshes touch, and the table allows them."""
     table = next(limit for limit in nao.coupled_limits if limit.joint == joint)
     columns = [nao.joint_names.index(name) for name in (table.of, joint)]
@@ -66,7 +68,7 @@ def tables() -> Drawing:
     return drawing
 
 
-def _fill(drawing: Drawing, chart: Chart, corners: Floats, chosen: Floats, colour: str, opacity: float) -> None:
+def _fill(drawing: Drawing, chart: Chart, corners: Floats, chosen: Mask, colour: str, opacity: float) -> None:
     """Fill cells, those above one another in one piece."""
     places = np.flatnonzero(chosen)
     if not len(places):

@@ -60,7 +60,7 @@ def test_a_log_and_a_motion_name_rows_and_times(tmp_path: Path, capsys: pytest.C
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--margin", "nan"], "margin must be a finite number of metres, got nan"),
+        (["--margin", "nan"], "margin must be finite, got nan"),
         (["--posture", "Stnd"], "nearest: Stand"),
         (["--rate", "5"], "--rate is for a motion"),
         (["missing.csv"], "missing.csv"),
