@@ -102,7 +102,7 @@ export function sendPicture(page: App, { id, width, height, camera }: Received["
 }
 
 /** Paint the picture that was drawn last, with what the page writes over it. */
-export function paintPicture(page: App, ink: CanvasRenderingContext2D, width: number, height: number) {
+function paintPicture(page: App, ink: CanvasRenderingContext2D, width: number, height: number) {
   paintCanvas(ink, page.viewer.renderer.domElement, width, height);
   paintOver(page, ink, width, height);
 }

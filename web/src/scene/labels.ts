@@ -152,7 +152,7 @@ function paintLabel(
 }
 
 /** top left corner and size */
-export interface Rectangle {
+interface Rectangle {
   x: number;
   y: number;
   width: number;
@@ -163,7 +163,7 @@ export interface Rectangle {
  * What wants a label: the point that it belongs to and its size, in pixels. `place` is the number of the place it was given
  * before, and is written.
  */
-export interface Anchor extends Rectangle {
+interface Anchor extends Rectangle {
   place: number;
 }
 

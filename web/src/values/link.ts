@@ -184,7 +184,7 @@ export function readLink(about: About, toggles: readonly string[], text: string)
 }
 
 /** key frames, and the time that is on show [s] */
-export interface KeysShown {
+interface KeysShown {
   frames: KeyFrames;
   time: number;
 }
