@@ -103,8 +103,8 @@ def test_an_example_whose_extra_is_missing_says_so_in_one_line(path: Path, tmp_p
     assert list(tmp_path.iterdir()) == []
 
 
-def test_there_are_thirty_three_examples_and_the_gallery_is_in_step_with_them() -> None:
-    assert len(EXAMPLES) == 33
+def test_there_are_thirty_four_examples_and_the_gallery_is_in_step_with_them() -> None:
+    assert len(EXAMPLES) == 34
     assert generate_gallery.faults() == []
     assert generate_gallery.main(["--check"]) == 0
 
