@@ -31,7 +31,10 @@ pixels = look_at_the_hand(real, q)[0] + rng.normal(0.0, 0.5, (20, 6, 2))
 
 seen = nk.calibration.Pixels(q, camera, pixels, marks, frame="LArm", noise=0.5)
 angles = ["roll", "pitch", "yaw"]
-found = nk.calibration.calibrate(nao, [seen], joints=["HeadYaw", "LElbowYaw"], frames={"CameraTop": angles})
+try:
+    found = nk.calibration.calibrate(nao, [seen], joints=["HeadYaw", "LElbowYaw"], frames={"CameraTop": angles})
+except nk.errors.MissingExtra as error:
+    raise SystemExit(str(error)) from None
 for (label, deviation), value in zip(found.standard_deviations.items(), found.values):
     print(f"{label}: {np.degrees(value):.2f}° ± {np.degrees(deviation):.3f}°")
 print(found.save("nao_7.toml", overwrite=True))

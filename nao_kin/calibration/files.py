@@ -4,28 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, as_floats, join_poses
+from nao_kin._core.arrays import Floats, as_floats
 from nao_kin._core.files import described, read_json, read_text
 from nao_kin._core.text import quoted
 from nao_kin.calibration.observations import AnyObservation, Contacts, Pixels, Poses
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, UnknownName
-from nao_kin.robot import RobotModel, check_robot
-from nao_kin.rotations import matrix_from_rpy
+from nao_kin.robot import RobotModel, check_robot, pose_of
 from nao_kin.world import camera
 
 _HEAD = {"joints", "frames", "start", "observations"}
-# The members of an observation of each type, and of each thing it has seen; those of every type.
+# Of each type of observation: the members that must be names, all others, and those of each posture.
 _MEMBERS = {
-    "pixels": ({"camera", "resolution", "intrinsics", "distortion", "points", "frame", "board"}, {"pixels"}),
-    "poses": ({"frame", "world", "marker", "reference"}, {"pose"}),
-    "contacts": ({"frame", "reference", "height"}, set[str]()),
+    "pixels": (("camera",), {"resolution", "intrinsics", "distortion", "points", "frame", "board"}, {"pixels"}),
+    "poses": (("frame",), {"world", "marker", "reference"}, {"pose"}),
+    "contacts": (("frame", "reference"), {"height"}, set[str]()),
 }
-_COMMON, _COMMON_SEEN = {"type", "noise", "posture", "seen"}, {"joints"}
+_COMMON = {"type", "noise", "posture", "seen"}
+# Members that are the attributes of the same names.
+_PASSED_ON = ("frame", "board", "world", "marker", "reference", "height", "noise")
 
 
 def read_observations(robot: RobotModel, path: Path | str) -> dict[str, Any]:
@@ -61,7 +63,7 @@ def read_observations(robot: RobotModel, path: Path | str) -> dict[str, Any]:
         if not isinstance(joints, list) or not isinstance(frames, list | dict):
             raise BadArgument("joints must be a list of names, and frames too, or an object of lists")
         start = {
-            board: _pose(T, f"start of {board}") for board, T in _object(document.get("start", {}), "start").items()
+            board: pose_of(T, f"start of {board}") for board, T in _object(document.get("start", {}), "start").items()
         }
     except NaoKinError as error:
         raise BadInputFile(name, str(error)) from None
@@ -78,25 +80,22 @@ def _observation(robot: RobotModel, given: Any) -> AnyObservation:
     kind = _object(given, "an observation").get("type")
     if not isinstance(kind, str) or kind not in _MEMBERS:
         raise UnknownName("type of observation", kind, tuple(_MEMBERS))
-    members, of_seen = _MEMBERS[kind]
-    _check_members(given, _COMMON | members)
-    seen = _list(given.get("seen"), "seen")
-    for number, one in enumerate(seen):
-        _check_members(one, _COMMON_SEEN | of_seen, f"seen {number}: ")
-    posture = given.get("posture")
-    base = robot.neutral() if posture is None else robot.posture(posture)
-    rows = [_configuration(robot, base, one.get("joints", {}), f"seen {number}") for number, one in enumerate(seen)]
-    own = {key: value for key, value in given.items() if key in {"frame", "board", "world", "marker", "reference"}}
-    own |= {key: given[key] for key in ("noise", "height") if key in given}
-    for key in (
-        ("frame", "camera", "reference") if kind == "contacts" else ("camera",) if kind == "pixels" else ("frame",)
-    ):
-        if not isinstance(given.get(key, "" if key == "camera" and kind != "pixels" else None), str):
+    names, others, of_seen = _MEMBERS[kind]
+    _check_members(given, _COMMON | set(names) | others)
+    for key in names:
+        if not isinstance(given.get(key), str):
             raise BadArgument(f"{key} must be given: the name of a frame")
+    seen, posture, rows = _list(given.get("seen"), "seen"), given.get("posture"), list[Floats]()
+    for number, one in enumerate(seen):
+        _check_members(one, {"joints"} | of_seen, f"seen {number}: ")
+        joints = _object(one.get("joints", {}), f"joints of seen {number}")
+        with_posture = robot.configuration if posture is None else partial(robot.posture, posture)
+        rows.append(with_posture(joints, limits="ignore"))
+    own = {key: given[key] for key in _PASSED_ON if key in given}
     if kind == "contacts":
         return Contacts(np.array(rows), **own)
     if kind == "poses":
-        poses = [_pose(one.get("pose"), f"pose of seen {number}") for number, one in enumerate(seen)]
+        poses = [pose_of(one.get("pose"), f"pose of seen {number}") for number, one in enumerate(seen)]
         return Poses(np.array(rows), poses=np.array(poses), **own)
     points = as_floats(_list(given.get("points"), "points"), (3,), "points")
     pixels = [_pixels(one.get("pixels"), len(points), f"pixels of seen {number}") for number, one in enumerate(seen)]
@@ -114,21 +113,6 @@ def _camera(robot: RobotModel, given: Mapping[str, Any]) -> Any:
     return found
 
 
-def _configuration(robot: RobotModel, base: Floats, joints: Any, what: str) -> Floats:
-    """Return a configuration with the named joints, others as in the base posture."""
-    values = _object(joints, f"joints of {what}")
-    named = robot.configuration(values, limits="ignore")
-    q = np.array(base)
-    for name in values:
-        place = (
-            robot.nq
-            - len(robot.joint_names)
-            + robot.joint_names.index(robot.mimics[name].joint if name in robot.mimics else name)
-        )
-        q[place] = named[place]
-    return q
-
-
 def _pixels(given: Any, count: int, what: str) -> Floats:
     rows = [[np.nan, np.nan] if row is None else row for row in _list(given, what)]
     try:
@@ -138,15 +122,6 @@ def _pixels(given: Any, count: int, what: str) -> Floats:
     if found.shape != (count, 2):
         raise BadArgument(f"{what} must be [u, v] or null for each of {count} points, got {len(rows)}")
     return found
-
-
-def _pose(given: Any, what: str) -> Floats:
-    array = as_floats(_list(given, what), (), what)
-    if array.shape == (6,):
-        return join_poses(matrix_from_rpy(array[3:]), array[:3])
-    if array.shape != (4, 4):
-        raise BadArgument(f"{what} must be (x, y, z, roll, pitch, yaw), or four rows of four")
-    return array
 
 
 def _list(value: Any, what: str) -> list[Any]:

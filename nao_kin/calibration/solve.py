@@ -183,7 +183,9 @@ def calibrate(
     x, free, notes = np.zeros(problem.size), np.ones(problem.size, dtype=bool), list[str]()
     initial = [seen.residuals for seen in problem.seen(x)]
     if any((residuals == BEHIND).any() for residuals in initial):
-        raise BadArgument("at the start, points are behind the camera that saw them; check the points, or give start=…")
+        raise BadArgument(
+            "at the start, points seen are behind the camera or beyond its lens; check them, or give start=…"
+        )
     known: list[Outlier] = []
     for _ in range(_MOST_PASSES):
         while True:
@@ -303,6 +305,8 @@ class Problem:
         from scipy.optimize import least_squares
 
         scales = self._scales[free]
+        if not len(scales):
+            return x
 
         def whole(part: Floats) -> Floats:
             found: Floats = x.copy()

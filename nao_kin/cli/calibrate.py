@@ -14,9 +14,7 @@ if TYPE_CHECKING:
     from nao_kin.calibration import Calibration, NextPosture
 
 
-@command(
-    "calibrate", "Example: nao-kin calibrate observations.json -o nao_7.toml --deg", without=("offsets",)
-)  # the file holds offsets of the nominal robot
+@command("calibrate", "Example: nao-kin calibrate observations.json -o nao_7.toml --deg")
 def calibrate(
     *,
     file: str = argument("FILE", "A JSON file of observations, - for standard input."),

@@ -45,7 +45,7 @@ def with_offsets(tree: UrdfTree, joints: Mapping[str, ArrayLike], frames: Mappin
             raise BadArgument(f"frame {quoted(name)} is moved by the joint {joint}; give joints={{{joint!r}: …}}")
         if link not in fixed:
             raise UnknownName("frame", name, tuple(fixed))
-        row, T_nominal_true = fixed[link], _pose(value, f"the offset of {name}")
+        row, T_nominal_true = fixed[link], pose_of(value, f"the offset of {name}")
         origins[row.name] = _after(row.origin, T_nominal_true)
         x, y, z = np.round(1000.0 * T_nominal_true[:3, 3], _DIGITS) + 0.0  # no −0
         turned = np.round(np.degrees(angle_between(np.eye(3), T_nominal_true[:3, :3])), _DIGITS)
@@ -93,7 +93,7 @@ def _entries(offsets: Mapping[str, ArrayLike], what: str) -> list[tuple[str, Arr
     return list(offsets.items())
 
 
-def _pose(value: ArrayLike, what: str) -> Floats:
+def pose_of(value: ArrayLike, what: str) -> Floats:
     """Return a pose (4, 4) given as a matrix, or as (dx, dy, dz, roll, pitch, yaw)."""
     array = as_floats(value, (), what)
     if array.shape == (6,):

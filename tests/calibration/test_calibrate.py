@@ -266,7 +266,7 @@ def test_wrong_questions_are_refused_by_name(
         ({"noise": 0.0}, "noise of pixels must be 1 positive number"),
         ({"points": MARKS * np.nan}, "points must be finite"),
         ({"q": np.zeros((3, 7))}, "q must have shape"),
-        ({"frame": None, "points": MARKS - (1.0, 0.0, 0.0)}, "points are behind the camera"),
+        ({"frame": None, "points": MARKS - (1.0, 0.0, 0.0)}, "points seen are behind the camera"),
         ({"board": "b", "pixels": np.full((3, 9, 2), [[50.0, 50.0]] * 3 + [[np.nan] * 2] * 6)}, "four of its points"),
     ],
 )
@@ -333,6 +333,14 @@ def test_the_next_posture_refuses_what_it_cannot_answer(nao: nk.NaoModel) -> Non
         nk.calibration.next_posture(hand)
     with pytest.raises(UnknownName, match="LElbowRol"):
         nk.calibration.next_posture(hand, joints=["LElbowRol"])
+    nothing = calibrate(nao, [Poses(q, "LArm", nao.fk(q, "LArm"))], joints=["RKneePitch"])
+    assert nothing.held == ("RKneePitch offset",)
+    with pytest.raises(BadArgument, match="no candidate shows any"):
+        nk.calibration.next_posture(nothing, rng=0)
+    unseen = calibrate(nao, [Poses(q, "LArm", nao.fk(q, "LArm"), world="room")], joints=["LShoulderPitch"])
+    assert unseen.held == ("LShoulderPitch offset",)
+    with pytest.raises(BadArgument, match="all offsets are held at zero"):
+        nk.calibration.next_posture(unseen, rng=0)
     moved = nk.calibration.next_posture(hand, joints=["LElbowRoll"], rng=1)
     assert np.flatnonzero(moved.q != q[0]).tolist() == [nao.joint_names.index("LElbowRoll")]
 

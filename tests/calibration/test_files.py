@@ -82,10 +82,10 @@ def test_a_file_says_what_calibrate_takes(nao: nk.NaoModel, path: Path, document
         (("observations", 0, "seen", 3, "joints"), {"HeadYa": 0}, "unknown joint 'HeadYa'"),
         (("observations", 0, "seen", 3, "joint"), {}, "seen 3: member 'joint'"),
         (("observations", 1, "posture"), "Sitt", "observation 1: unknown posture 'Sitt'"),
-        (("observations", 1, "seen", 0, "pose"), [1, 2], "pose of seen 0 must be (x, y, z, roll, pitch, yaw)"),
+        (("observations", 1, "seen", 0, "pose"), [1, 2], "pose of seen 0 must have shape (6,) or (4, 4)"),
         (("observations", 1, "frame"), 3, "observation 1: frame must be given"),
         (("observations", 1, "noise"), -1, "noise of poses"),
-        (("start",), {"board": 3}, "start of board must be a list"),
+        (("start",), {"board": 3}, "start of board must have shape (6,) or (4, 4)"),
     ],
 )
 def test_what_a_file_says_wrongly_is_named(
@@ -135,6 +135,10 @@ def test_the_command_prints_and_writes_the_offsets(
     assert "already exists" in capsys.readouterr().err
     assert output.read_bytes() == before
     assert run(["calibrate", str(path), "-o", str(output), "--force"]) == 0
+    capsys.readouterr()
+    assert run(["calibrate", str(path), "-o", str(tmp_path / "more.toml"), "--offsets", str(output)]) == 2
+    assert "had offsets before" in capsys.readouterr().err
+    assert not (tmp_path / "more.toml").exists()
 
 
 def test_the_command_prints_json(path: Path, document: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
