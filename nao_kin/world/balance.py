@@ -112,7 +112,9 @@ def balance(
     corners = _placed(T_world_soles, feet)
     points = np.where((corners[..., 2] <= tolerance)[..., None], corners[..., :2], np.nan)
     if soles is None:
-        others = np.delete(down.links.reshape(len(rows), -1), feet.carried(robot, robot.link_names), axis=1)
+        others = np.delete(
+            down.links.reshape(len(rows), len(robot.link_names)), feet.carried(robot, robot.link_names), axis=1
+        )
         for k in np.flatnonzero(others.any(axis=1)).tolist():
             points = _with_hull(points, k, points_on_floor(robot, rows[k], T_world_base[k], tolerance))
     vertices, margins, nearest = _hulls(points, com[:, :2])

@@ -235,3 +235,15 @@ def test_what_cannot_be_set_down_is_refused(nao: nk.NaoModel, tmp_path: Path) ->
     path.write_text('<robot name="bare"><link name="a"/></robot>')
     with pytest.raises(BadArgument, match="neither soles nor shapes"):
         nk.RobotModel.from_urdf(path).set_down(np.zeros(0))
+
+
+def test_a_robot_without_soles_is_on_its_lowest_shapes() -> None:
+    try:
+        panda = nk.load_robot("panda")
+    except nk.errors.MissingExtra:
+        pytest.skip("no example-robot-data")
+    down = panda.set_down(panda.neutral())
+    assert down.touching.shape == (0,)
+    assert [name for name, on in zip(panda.link_names, down.links, strict=True) if on] == ["panda_link0"]
+    assert down.T_world_base == pytest.approx(np.eye(4), abs=1e-4)
+    assert nk.world.balance(panda, panda.neutral()).margin > 0.04
