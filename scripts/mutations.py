@@ -800,8 +800,8 @@ _ANALYTIC = (
         ("member-of-a-family-not-the-nearest", "share > 1e-3", "share > 2.0"),
         (
             "branches-not-sorted",
-            "inside.where(np.lexsort((away, inside.owner)))",
-            "inside.where(np.argsort(inside.owner))",
+            "answers.where(np.lexsort((away, answers.owner)))",
+            "answers.where(np.argsort(answers.owner))",
         ),
     ),
 )

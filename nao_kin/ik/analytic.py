@@ -297,7 +297,7 @@ def _jacobians(links: Floats, values: Floats) -> Floats:
     """Return the frame's Jacobians for joint values (n, c), with lengths in units of `ANGLE_WEIGHT`, (n, 6, c)."""
     axes, points, poses = _axes(links, values)
     lever = np.cross(axes, poses[:, None, :3, 3] - points) / ANGLE_WEIGHT
-    return np.concatenate([lever, axes], axis=-1).swapaxes(-1, -2)
+    return np.asarray(np.concatenate([lever, axes], axis=-1).swapaxes(-1, -2))
 
 
 # --- Solutions of a block of targets.
