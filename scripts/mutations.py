@@ -794,14 +794,14 @@ _ANALYTIC = (
         ("least-squares-answers-taken-for-solutions", "(answers.errors <= self.tolerance)", "(answers.errors <= 1.0)"),
         ("one-whole-turn-inside-the-limits", "count = np.maximum(count, 1.0)", "count = np.clip(count, 1.0, 1.0)"),
         ("mimic-joint-without-its-offset", "(values[finite] - limb.offset)", "(values[finite] - 0.0 * limb.offset)"),
-        ("locked-joint-at-zero", "held.get(driver.joint, 0.0) + driver.offset, slides", "0.0 + driver.offset, slides"),
+        ("locked-joint-at-zero", "held.get(driver.joint, 0.0) + driver.offset", "0.0 + driver.offset"),
         ("branch-nearby-taken-for-a-family", "0.4, 1e-13, 1e-10", "0.4, 1e-8, 1e-10"),
         ("solutions-of-the-search-inside-the-limits-dropped", "_together(inside, met)", "inside"),
         ("member-of-a-family-not-the-nearest", "share > 1e-3", "share > 2.0"),
         (
             "branches-not-sorted",
-            "inside.where(np.lexsort((away, inside.owner)))",
-            "inside.where(np.argsort(inside.owner))",
+            "answers.where(np.lexsort((away, answers.owner)))",
+            "answers.where(np.argsort(answers.owner))",
         ),
     ),
 )

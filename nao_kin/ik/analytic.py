@@ -19,7 +19,7 @@ from typing import Any, Literal, NamedTuple, SupportsIndex
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, check_tolerance
+from nao_kin._core.arrays import Floats, check_tolerance, join_poses
 from nao_kin._core.text import quoted
 from nao_kin._core.warn import need_extra
 from nao_kin._kernels.chains import Chain, chain_of
@@ -32,6 +32,7 @@ from nao_kin.ik.results import Codes, Family, IKResult, Integers, Obstacles, Rea
 from nao_kin.ik.targets import Limits, as_options, rigid_poses
 from nao_kin.robot import LIMIT_TOLERANCE, RobotModel, SerialChain, check_robot, serial_chain
 from nao_kin.robot.semantics import Mimic
+from nao_kin.rotations import rot_z
 
 Rows = NDArray[np.intp]
 
@@ -202,9 +203,11 @@ def _limb_of(robot: RobotModel, frame: str, base: str, locked: Mapping[str, floa
 
     links, drivers, fixed = list[Floats](), list[Mimic](), np.eye(4)
     for placement, slides, driver in zip(whole.placements, whole.slides, whole.drivers, strict=False):
-        fixed = fixed @ _homogeneous(placement)
+        fixed = fixed @ join_poses(placement[:, :3], placement[:, 3])
         if driver.joint in held or driver.multiplier == 0.0:
-            fixed = fixed @ _moved(driver.multiplier * held.get(driver.joint, 0.0) + driver.offset, slides)
+            value = driver.multiplier * held.get(driver.joint, 0.0) + driver.offset
+            along, about = (value, 0.0) if slides else (0.0, value)
+            fixed = fixed @ join_poses(rot_z(about), np.array([0.0, 0.0, along]))
             continue
         if slides:
             raise error(f"{driver.joint} slides; lock it with locked={{{driver.joint!r}: …}}")
@@ -213,33 +216,34 @@ def _limb_of(robot: RobotModel, frame: str, base: str, locked: Mapping[str, floa
         links.append(fixed)
         drivers.append(driver)
         fixed = np.eye(4)
-    links.append(fixed @ _homogeneous(whole.placements[-1]))
+    links.append(fixed @ join_poses(whole.placements[-1][:, :3], whole.placements[-1][:, 3]))
     names = tuple(driver.joint for driver in drivers)
     if not names:
         raise BadArgument(f"no joint moves {quoted(frame)} in {quoted(base)}")
     if len(names) > _MOST_JOINTS:
         lock = f"lock {len(names) - _MOST_JOINTS} of {', '.join(names)} with locked={{…}}"
         raise error(f"{len(names)} joints, and EAIK solves {_MOST_JOINTS}; {lock}")
-    axes, points, ends = _axes(np.array(links), np.zeros((1, len(names))))
+    placed = np.array(links)
+    axes, points, ends = _axes(placed, np.zeros((1, len(names))))
     steps = np.diff(np.concatenate([np.zeros((1, 3)), points[0], ends[:, :3, 3] + _TIP]), axis=0)
     solver, turn = HPRobot(axes[0], steps), ends[0, :3, :3].T
     if not solver.hasKnownDecomposition() or "Unknown" in solver.getKinematicFamily():
         raise error(f"EAIK knows no decomposition for the axes of {', '.join(names)}")
     # Four poses tell whether the axes are dependent everywhere, and whether EAIK solves this chain.
     probes = np.random.default_rng(0).uniform(-1.5, 1.5, (_PROBES, len(names)))
-    _, sizes, right = np.linalg.svd(_jacobians(np.array(links), probes))
+    _, sizes, right = np.linalg.svd(_jacobians(placed, probes))
     if (sizes[:, -1] < _SINGULAR).all():
         moving = [name for name, share in zip(names, right[0, -1], strict=True) if abs(share) > _SINGULAR]
         raise error(
             f"{', '.join(moving)} always move together without moving {quoted(frame)}; lock one with locked={{…}}"
         )
-    poses = _axes(np.array(links), probes)[2]
+    poses = _axes(placed, probes)[2]
     for pose, given in zip(poses, _for_eaik(poses, turn), strict=True):
-        found = _axes(np.array(links), np.reshape(solver.IK(given).Q, (-1, len(names))))[2]
+        found = _axes(placed, np.reshape(solver.IK(given).Q, (-1, len(names))))[2]
         if not (np.abs(found - pose).max(axis=(-1, -2)) < _REFINED).any():
             raise error(f"EAIK's decomposition, {solver.getKinematicFamily()}, misses solutions for {', '.join(names)}")
     joints = np.array([robot.joint_names.index(name) for name in names], dtype=np.intp)
-    reduced = SerialChain(np.ascontiguousarray(np.array(links)[:, :3]), (False,) * len(names), tuple(drivers))
+    reduced = SerialChain(np.ascontiguousarray(placed[:, :3]), (False,) * len(names), tuple(drivers))
     return _Limb(
         base,
         frame,
@@ -250,7 +254,7 @@ def _limb_of(robot: RobotModel, frame: str, base: str, locked: Mapping[str, floa
         np.array([driver.offset for driver in drivers]),
         chain_of([reduced], names),
         reduced.length(robot),
-        np.array(links),
+        placed,
         solver,
         turn,
         LimitRegion(robot, joints),
@@ -264,21 +268,6 @@ def _for_eaik(poses: Floats, turn: Floats) -> Floats:
     moved[:, :3, :3] = poses[:, :3, :3] @ turn
     moved[:, :3, 3] += moved[:, :3, :3] @ _TIP
     return moved
-
-
-def _homogeneous(placement: Floats) -> Floats:
-    return np.concatenate([placement, [[0.0, 0.0, 0.0, 1.0]]])
-
-
-def _moved(value: float, slides: bool) -> Floats:
-    """Return the motion of a joint along or about z, shape (4, 4)."""
-    T = np.eye(4)
-    if slides:
-        T[2, 3] = value
-    else:
-        c, s = math.cos(value), math.sin(value)
-        T[:2, :2] = (c, -s), (s, c)
-    return T
 
 
 def _axes(links: Floats, values: Floats) -> tuple[Floats, Floats, Floats]:
@@ -297,7 +286,7 @@ def _jacobians(links: Floats, values: Floats) -> Floats:
     """Return the frame's Jacobians for joint values (n, c), with lengths in units of `ANGLE_WEIGHT`, (n, 6, c)."""
     axes, points, poses = _axes(links, values)
     lever = np.cross(axes, poses[:, None, :3, 3] - points) / ANGLE_WEIGHT
-    return np.concatenate([lever, axes], axis=-1).swapaxes(-1, -2)
+    return np.asarray(np.concatenate([lever, axes], axis=-1).swapaxes(-1, -2))
 
 
 # --- Solutions of a block of targets.
@@ -410,8 +399,7 @@ class _Problem:
         order = order[(_places(turned.owner) == 0) & ~reached[turned.owner[order]]]
         rows = turned.owner[order]
         reasons[rows] = np.where(outside.coupled[order], Reason.COUPLED_LIMIT, Reason.JOINT_LIMIT)
-        joint[rows] = np.searchsorted(limb.limited.moving, outside.joint[order], sorter=np.argsort(limb.limited.moving))
-        joint[rows] = np.argsort(limb.limited.moving)[joint[rows]]
+        joint[rows] = np.argmax(limb.limited.moving == outside.joint[order, None], axis=-1)
         needed[rows], limit[rows] = outside.value[order], outside.limit[order]
         never = ~solutions.of(n) & ~reached
         beyond = np.linalg.norm(self.targets[:, :3, 3] - limb.links[0, :3, 3], axis=-1) - limb.length
