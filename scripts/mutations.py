@@ -1077,6 +1077,51 @@ _NAOQI = (
     ),
 )
 
+_COLLISIONS = (
+    *_faults(
+        "_kernels/capsules.py",
+        "test_collisions.py::test_distances_are_those_of_coal_parallel_crossing_or_degenerate "
+        "test_collisions.py::test_clearances_are_those_of_a_loop_over_coal "
+        "test_collisions.py::test_without_compiled_code_clearances_are_the_same",
+        ("segment-not-clamped-again", "    s = within((t * b - c) / np.maximum(a, _TINY), 1.0)\n", ""),
+        (
+            "cross-products-left-out-of-the-overlap",
+            "away / np.maximum(np.sqrt(d[j] * d[j]",
+            "0.0 * away / np.maximum(np.sqrt(d[j] * d[j]",
+        ),
+        ("parallel-edges-taken-for-an-axis", "_PARALLEL = 1e-13", "_PARALLEL = 0.0"),
+        ("corners-of-the-first-box-forgotten", "return np.sqrt(np.minimum(least, back))", "return np.sqrt(least)"),
+        ("near-pairs-skipped", "bound = best + shapes.reach[a] + shapes.reach[b]", "bound = best + shapes.reach[a]"),
+    ),
+    *_faults(
+        "robot/collisions.py",
+        "test_collisions.py::test_without_compiled_code_clearances_are_the_same "
+        "test_collisions.py::test_contacts_have_points_on_both_shapes_at_their_distance "
+        "test_collisions.py::test_random_configurations_can_be_free_of_collisions",
+        ("points-in-the-order-of-the-shapes", "            a, b = b, a\n", "            pass\n"),
+        ("near-shapes-left-out-by-numpy", "(between - radius).min(axis=1)", "(between - 2.0 * radius).min(axis=1)"),
+        (
+            "random-configurations-that-overlap",
+            "q[shapes.clearance(q, 0.0).is_free]",
+            "q[shapes.clearance(q, -0.01).is_free]",
+        ),
+    ),
+    *_faults(
+        "ik/collision_free.py",
+        "test_collision_free.py",
+        (
+            "lost-target-with-the-first-solution",
+            "np.argmax(np.where(exists, found.distance, -np.inf)",
+            "np.argmax(exists",
+        ),
+        (
+            "solutions-that-are-not-there-counted",
+            "np.count_nonzero(exists & ~keep)",
+            "np.count_nonzero(~keep)",
+        ),
+    ),
+)
+
 _WORLD = (
     *_faults(
         "robot/ground.py",
@@ -1171,6 +1216,7 @@ MUTATIONS: tuple[Mutation, ...] = (
     *SCREWS,
     *_MULTIDOF,
     *_BATCH,
+    *_COLLISIONS,
     *_THIN,
     *_WHOLE_BODY,
     *_IK,
