@@ -19,7 +19,7 @@ from explanations.drawing import Drawing
 from nao_kin._core.files import write_text
 
 IMAGES = Path(__file__).resolve().parent.parent / "docs" / "images"
-MODULES = ("frames", "turns", "poses", "cameras", "pairs", "couplings", "limits")
+MODULES = ("frames", "turns", "poses", "cameras", "pairs", "couplings", "limits", "balance")
 
 
 def figures() -> dict[str, Callable[[], Drawing]]:

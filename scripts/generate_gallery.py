@@ -40,7 +40,7 @@ PICTURES = DOCS / "images" / "examples"
 SECTIONS = {
     "Poses": """
         first_pose posture_and_joints hand_path camera_sees_ball calibrated_camera workspace million_configurations
-        hand_velocity coupled_limits versions
+        hand_velocity coupled_limits balance versions
     """.split(),
     "Rotations, screws and joints": """
         two_turns gimbal_lock mean_rotation screw_of_a_displacement lower_pairs spherical_hip
@@ -54,7 +54,7 @@ SECTIONS = {
 INTRODUCTION = """\
 # Gallery
 
-Thirty-three short scripts of one idea each, with their output; they are in the folder `examples` of the repository.
+Thirty-four short scripts of one idea each, with their output; they are in the folder `examples` of the repository.
 Each runs alone, and writes its picture or page into the current folder, or into the folder you name:
 
 ```text

@@ -976,20 +976,6 @@ _MOTION = (
 
 _NAOQI = (
     *_faults(
-        "naoqi/spaces.py",
-        "test_language.py",
-        (
-            "robot-frame-turned-half-a-turn-where-the-feet-are-on-both-sides-of-pi",
-            "turn = turn - 2.0 * np.pi * np.round(turn / (2.0 * np.pi))",
-            "turn = turn + 0.0",
-        ),
-        (
-            "robot-frame-at-the-height-of-the-upper-foot",
-            "places[..., 2:].min(axis=-2)",
-            "places[..., 2:].max(axis=-2)",
-        ),
-    ),
-    *_faults(
         "naoqi/virtual/body.py",
         "test_virtual_engine.py",
         (
@@ -1032,8 +1018,8 @@ _NAOQI = (
         ),
         (
             "the-standing-foot-slides-under-a-lifted-one",
-            "@ T_torso_other)[2, 3] <= _LOWER)",
-            "@ T_torso_other)[2, 3] <= 9.0)",
+            "[own, 1 - own] <= LOWER)",
+            "[own, 1 - own] <= 9.0)",
         ),
     ),
     *_faults(
@@ -1066,6 +1052,51 @@ _NAOQI = (
     ),
 )
 
+_WORLD = (
+    *_faults(
+        "robot/ground.py",
+        "test_ground.py",
+        ("robot-set-down-on-the-first-sole-under-it", "(-own[:, 2] > best)", "(best == -np.inf)"),
+        ("body-rolls-back-from-its-centre-of-mass", "side = -(nearest @ across)", "side = (nearest @ across)"),
+        (
+            "height-from-the-outermost-points-alone",
+            "without: Sequence[int] = (), exact: bool = True",
+            "without: Sequence[int] = (), exact: bool = False",
+        ),
+        (
+            "straight-down-turned-about-x",
+            "rotation_between(-down, _UPRIGHT, axis=[0.0, 1.0, 0.0])",
+            "rotation_between(-down, _UPRIGHT, axis=[1.0, 0.0, 0.0])",
+        ),
+        ("named-soles-lifted-by-other-links", "own if given else floor.lowest(", "floor.lowest("),
+    ),
+    *_faults(
+        "world/balance.py",
+        "test_balance.py",
+        ("margin-outside-by-the-edge-line", "inside if inside >= 0.0 else -np.sqrt(away)", "inside"),
+        ("collinear-corners-in-the-polygon", "if turn > 0.0:", "if turn >= 0.0:"),
+        ("other-links-do-not-carry", "for k in np.flatnonzero(others.any(axis=1)).tolist():", "for k in ():"),
+        (
+            "robot-frame-turned-half-a-turn-where-the-feet-are-on-both-sides-of-pi",
+            "np.arctan2(np.sin(turns).sum(axis=-1), np.cos(turns).sum(axis=-1))",
+            "turns.mean(axis=-1)",
+        ),
+        ("feet-frame-as-high-as-their-mean", "places[..., 2].min(axis=-1)", "places[..., 2].mean(axis=-1)"),
+    ),
+    *_faults(
+        "world/odometry.py",
+        "test_odometry.py",
+        ("support-changes-at-half-the-force", "_SHARE = 0.6", "_SHARE = 0.5"),
+        (
+            "support-changes-to-any-lower-sole",
+            "-lower) & (heights[:, before] > -lower)",
+            "0.0) & (heights[:, before] > -9.0)",
+        ),
+        ("gyrometer-and-leg-added", "* steps - by_leg", "* steps + by_leg"),
+        ("times-may-stand-still", "(steps <= 0.0,", "(steps < 0.0,"),
+    ),
+)
+
 MUTATIONS: tuple[Mutation, ...] = (
     *_COMMON,
     *_URDF,
@@ -1084,4 +1115,5 @@ MUTATIONS: tuple[Mutation, ...] = (
     *_FOLLOWING,
     *_MOTION,
     *_NAOQI,
+    *_WORLD,
 )

@@ -192,16 +192,6 @@ def swinging_arms(nao: nk.NaoModel, plan: Plan) -> Floats:
     return q
 
 
-def margin_on_sole(nao: nk.NaoModel, q: Floats, side: str) -> Floats:
-    """Return the distance of the centre of mass inside the four force sensors of a sole, seen from above [m]."""
-    corners = ("FrontLeft", "RearLeft", "RearRight", "FrontRight")
-    points = nao.position(q, [f"{side}Foot/FSR/{corner}" for corner in corners])[..., :2]
-    along = np.roll(points, -1, axis=1) - points
-    inwards = np.stack([-along[..., 1], along[..., 0]], axis=-1) / np.linalg.norm(along, axis=-1)[..., None]
-    away = nao.com(q)[:, None, :2] - points
-    return np.asarray((inwards * away).sum(axis=-1).min(axis=1))
-
-
 def largest(values: Floats) -> float:
     """Return the largest magnitude, 0 for none."""
     return float(np.abs(values).max(initial=0.0))
@@ -218,8 +208,8 @@ def report(nao: nk.NaoModel, plan: Plan, found: nk.ik.FollowedPath, path: dict[s
         off = largest((nao.fk(found.q, f"{side}Leg") - at(plan.places(side)))[stands])
         checks.append((f"the {name} sole stays where it stands", off < 1e-9, f"off by {off:.1e}"))
         alone = stands & ~plan.standing("R" if side == "L" else "L")
-        margin = float(margin_on_sole(nao, found.q[alone], side).min()) if alone.any() else np.inf
         if alone.any():
+            margin = float(nk.world.margin(nao, found.q[alone], soles=f"{side}Leg", outline="sensors").min())
             said = f"{1e3 * margin:.1f} mm inside its sensors in {alone.sum()} frames"
             checks.append((f"the centre of mass is above the {name} sole on one leg", margin > MARGIN, said))
     if "RArm" in path:

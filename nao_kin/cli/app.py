@@ -17,7 +17,7 @@ import nao_kin
 from nao_kin._core.extras import with_remedy
 from nao_kin._core.process import before_ending
 from nao_kin._core.text import MAX_ECHOED, abbreviated
-from nao_kin.cli import doctor, export, fk, ik, motion, naoqi, reach, robots, view  # noqa: F401
+from nao_kin.cli import balance, doctor, export, fk, ik, motion, naoqi, reach, robots, view  # noqa: F401
 from nao_kin.cli.options import COMMANDS, Command
 from nao_kin.cli.output import print_note
 from nao_kin.errors import NaoKinError, NaoKinWarning
@@ -34,7 +34,22 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-_ORDER = ("info", "joints", "fk", "ik", "check", "reach", "view", "export", "serve", "run", "live", "warmup", "doctor")
+_ORDER = (
+    "info",
+    "joints",
+    "fk",
+    "ik",
+    "check",
+    "balance",
+    "reach",
+    "view",
+    "export",
+    "serve",
+    "run",
+    "live",
+    "warmup",
+    "doctor",
+)
 _OF_MOTIONS = ("motion convert", "motion check", "motion info", "motion plot")
 for _name in (*_ORDER, *_OF_MOTIONS):
     _function, _example = COMMANDS[_name]

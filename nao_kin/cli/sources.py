@@ -12,6 +12,7 @@ from nao_kin._core.arrays import Floats, finite_decimal
 from nao_kin._core.files import read_bounded
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.cli.options import argument, flag, option
+from nao_kin.cli.output import print_note
 from nao_kin.errors import BadArgument, CouplingViolated, OutsideLimits
 
 if TYPE_CHECKING:
@@ -136,6 +137,29 @@ class FileOptions:
         return read_log(
             model, file, limits=limits, degrees=deg, columns=self.renamed, ignore_other=self.ignore_other, hips=rule
         )
+
+    def configurations(
+        self, model: RobotModel, file: str | None, joints: JointOptions, *, deg: bool, limits: LimitPolicy
+    ) -> tuple[Floats, Floats | None, bool]:
+        """Return configurations (n, nq), their times if they have any, and whether they are a list.
+
+        They are those of a file or of a motion; without a file, the one of the options.
+        """
+        moves = file is not None and is_motion(file)
+        self.check(file, joints.posture, moves=moves)
+        if file is None:
+            refuse_for_motions(None, hips=self.hips)
+            return joints.configuration(model, deg=deg, limits=limits)[None], None, False
+        as_motion = joints.posture is not None or self.rate is not None or self.timeline is not None
+        log = None if as_motion else self.log_columns(model, file)
+        if moves and log is None:
+            path = self.trajectory(model, file, deg=deg, posture=joints.posture, rate=self.rate)
+            return model.clamp(path.q) if limits == "clamp" else path.q, path.times, True
+        if not (log is not None and log.timed):
+            refuse_for_motions(file, hips=self.hips)
+        found = self.log(model, file, deg=deg, limits=limits, hips=self.hips)
+        print_note(*found.notes)
+        return found.q, found.times, found.many
 
     def log_columns(self, model: RobotModel, file: str) -> TableColumns | None:
         """Return the columns of a file of whole configurations; None for other files, and unread standard input."""

@@ -38,8 +38,8 @@ _MOST_ROLLS = 300
 _ELSEWHERE = 0.5
 # So many directions find the points of a rounded link that can touch the floor to a small part of a millimetre.
 _DIRECTIONS = 800
-# Configurations that are set down at a time: their points fit into the cache of the processor.
-_AT_ONCE = 1024
+# Configurations that are set down at a time: larger products of matrices are split among threads, which costs more.
+_AT_ONCE = 256
 _UPRIGHT = np.array([0.0, 0.0, 1.0])
 
 OutlineKind = Literal["sole", "sensors"]
@@ -249,7 +249,7 @@ class Floor(NamedTuple):
 
     def placed(self, T: Floats) -> Floats:
         """Return all points, shape (p, 3), for links at T (L, 4, 4)."""
-        return np.einsum("pij,pj->pi", T[self.owner, :3, :3], self.points) + T[self.owner, :3, 3]
+        return np.asarray(np.einsum("pij,pj->pi", T[self.owner, :3, :3], self.points) + T[self.owner, :3, 3])
 
 
 _FLOORS: weakref.WeakKeyDictionary[Any, Floor] = weakref.WeakKeyDictionary()
@@ -323,7 +323,7 @@ def _directions() -> Floats:
 
 def _extremes(points: Floats) -> Floats:
     """Return the points that are farthest in some direction."""
-    return points[np.unique((points @ _directions().T).argmax(axis=0))]
+    return np.asarray(points[np.unique((points @ _directions().T).argmax(axis=0))])
 
 
 # --- The direction up.
@@ -387,18 +387,21 @@ def _down_of(
 ) -> tuple[Floats, NDArray[np.bool_], NDArray[np.bool_]]:
     """Return the direction down of each row, the soles that it stands on, shape (n, S), and whether it stands."""
     down, used = _on_soles(floor, T_links, T_soles)
-    stands = used.any(axis=1)
+    stands: NDArray[np.bool_] = np.asarray(used.any(axis=1))
     ups = [robot.semantics.postures[name].up for name in robot.posture_names]
-    if not any(up is not None for up in ups) or not len(floor.points):
+    if not any(ups) or not len(floor.points) or robot.mass == 0.0:
         return down, used, stands
     joints = slice(robot.nq - len(robot.joint_names), None)
     known = np.stack([robot.posture(name)[joints] for name in robot.posture_names])
     away = np.minimum(np.abs(known - rows[:, None, joints]), _ELSEWHERE).sum(axis=-1).argmin(axis=1)
-    centres = robot.com(rows, reference=robot.tree.root) if robot.mass > 0.0 else None
-    for k in np.flatnonzero([ups[i] is not None for i in away]) if centres is not None else ():
+    centres = robot.com(rows, reference=robot.tree.root)
+    for k, posture in enumerate(away.tolist()):
+        up = ups[posture]
+        if up is None:
+            continue
         points = floor.placed(T_links[k])
         if not (stands[k] and _is_balanced(points, centres[k], down[k])):
-            begin = np.array(ups[away[k]], dtype=np.float64)
+            begin = np.array(up, dtype=np.float64)
             down[k], stands[k], used[k] = _settled(points, centres[k], -begin / np.linalg.norm(begin)), False, False
     return down, used, stands
 

@@ -106,8 +106,9 @@ def _half_hull(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
 def sole_corners(robot: RobotModel, sole: str) -> NDArray[np.float64]:
     """Return points of a sole in its own frame, shape (k, 3) [m]: all frames on the foot in the plane of the sole.
 
-    On a NAO these are the four pressure sensors, which carry the robot: a rectangle of 100 × 53 mm, well inside the
-    rubber of 152 × 84 mm. A sole with fewer than three such frames raises `BadArgument`.
+    On a NAO these are the four pressure sensors, which carry the robot: a rectangle of 100 × 53 mm, inside the area of
+    142 × 81 mm that touches the floor (`RobotModel.sole_outline`). A sole with fewer than three such frames raises
+    `BadArgument`.
     """
     model, table = robot.model, robot.frame_table
     own = model.frames[robot.frame_ids([sole])[0]]

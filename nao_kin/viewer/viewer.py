@@ -399,6 +399,9 @@ class Viewer:
     def show_support_polygon(self, on: bool = True) -> None:
         """Draw the convex hull of the contacts with the floor: green if the centre of mass is above it, red otherwise.
 
+        Dots are its corners, and a line is the margin: from the centre of mass to the nearest edge. `world.balance` has
+        its length, with the outlines of the soles in place of all vertices at most 5 mm above the floor.
+
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
             >>> viewer.show_support_polygon()

@@ -1,4 +1,4 @@
-"""The robot in its world: balance on the floor, and what its cameras see."""
+"""The robot in its world: its balance on the floor, where it has walked, and what its cameras see."""
 
 from nao_kin.world.balance import Balance, balance, feet_frame, margin
 from nao_kin.world.camera_ground import (
@@ -13,6 +13,13 @@ from nao_kin.world.camera_ground import (
     visible_ground,
 )
 from nao_kin.world.cameras import Camera, camera
+from nao_kin.world.odometry import (
+    LOWER as LOWER,
+    Odometry,
+    odometry,
+    sole_heights as sole_heights,
+    standing_sole as standing_sole,
+)
 
 __all__ = [
     "Balance",
@@ -20,6 +27,7 @@ __all__ = [
     "GroundPoints",
     "Horizon",
     "ImagePoints",
+    "Odometry",
     "balance",
     "camera",
     "camera_pose",
@@ -27,6 +35,7 @@ __all__ = [
     "ground_covariance",
     "horizon",
     "margin",
+    "odometry",
     "pixel_to_ground",
     "project",
     "visible_ground",

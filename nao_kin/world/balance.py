@@ -26,11 +26,10 @@ from nao_kin.robot import (
     named_soles,
     points_on_floor,
 )
-from nao_kin.rotations import rot_z, rotation_between, rpy_from_matrix
+from nao_kin.rotations import rot_z, rpy_from_matrix
 
-_UPRIGHT = np.array([0.0, 0.0, 1.0])
-# Configurations whose margins are computed at a time.
-_AT_ONCE = 4096
+# Configurations whose margins are computed at a time: larger products of matrices are split among threads.
+_AT_ONCE = 2048
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,8 +112,10 @@ def balance(
     corners = _placed(T_world_soles, feet)
     points = np.where((corners[..., 2] <= tolerance)[..., None], corners[..., :2], np.nan)
     if soles is None:
-        others = np.delete(down.links.reshape(len(rows), -1), feet.carried(robot, robot.link_names), axis=1)
-        for k in np.flatnonzero(others.any(axis=1)):
+        others = np.delete(
+            down.links.reshape(len(rows), len(robot.link_names)), feet.carried(robot, robot.link_names), axis=1
+        )
+        for k in np.flatnonzero(others.any(axis=1)).tolist():
             points = _with_hull(points, k, points_on_floor(robot, rows[k], T_world_base[k], tolerance))
     vertices, margins, nearest = _hulls(points, com[:, :2])
     if not batch and nearest[0] < 0:
@@ -130,8 +131,8 @@ def balance(
     T_robot_base = np.full((len(rows), 4, 4), np.nan)
     if names:
         T_robot_base = rigid_inverse(feet_frame(T_world_soles)) @ T_world_base
-    results = com, vertices, distances, np.arctan2(distances, com[:, None, 2]), margins, nearest
-    results += rigid_inverse(T_base_soles), T_robot_base
+    tilts = np.arctan2(distances, com[:, None, 2])
+    results = com, vertices, distances, tilts, margins, nearest, rigid_inverse(T_base_soles), T_robot_base
     return Balance(down, *(part.reshape((*batch, *part.shape[1:])) for part in results))
 
 
@@ -176,15 +177,14 @@ def margin(
     for start in range(0, len(rows), _AT_ONCE):
         part = slice(start, start + _AT_ONCE)
         T = np.asarray(robot.fk(rows[part], names, reference=robot.tree.root))
-        down = common_down(T) if given is None else given[part]
-        across = rotation_between(-down, _UPRIGHT, axis=[0.0, 1.0, 0.0])[:, :2]
-        com = across @ robot.com(rows[part], reference=robot.tree.root)[..., None]
-        placed = np.empty((len(T), len(feet.points), 2))
+        across = _level(-common_down(T) if given is None else -given[part])
+        com = np.einsum("nai,ni->na", across, robot.com(rows[part], reference=robot.tree.root))
+        placed = np.empty((len(T), 2, len(feet.points)))
         for k in range(len(names)):
             own = feet.owner == k
-            A = across @ T[:, k, :3]
-            placed[:, own] = feet.points[own] @ A[..., :3].swapaxes(-1, -2) + A[:, None, :, 3]
-        found[part] = _hulls(placed, com[..., 0])[1]
+            turned = (T[:, k, :3, :3].reshape(-1, 3) @ feet.points[own].T).reshape(len(T), 3, -1)
+            placed[:, :, own] = np.einsum("nai,nim->nam", across, turned + T[:, k, :3, 3:])
+        found[part] = _hulls(placed.swapaxes(1, 2), com)[1]
     return found.reshape(batch)
 
 
@@ -222,10 +222,23 @@ def feet_frame(T_world_feet: ArrayLike) -> Floats:
     return frame
 
 
+def _level(up: Floats) -> Floats:
+    """Return two horizontal directions for each direction up (n, 3), counter-clockwise seen from above, (n, 2, 3).
+
+    Source: Duff et al., Building an orthonormal basis, revisited, 2017.
+    """
+    x, y, z = up.T
+    sign = np.copysign(1.0, z)
+    a = -1.0 / (sign + z)
+    b = x * y * a
+    first = np.stack([1.0 + sign * x * x * a, sign * b, -sign * x], axis=-1)
+    return np.stack([first, np.stack([b, sign + y * y * a, -y], axis=-1)], axis=1)
+
+
 def _placed(T: Floats, feet: Feet) -> Floats:
     """Return the corners of soles at T (n, S, 4, 4), shape (n, k, 3)."""
     own = T[:, feet.owner]
-    return np.einsum("nkij,kj->nki", own[..., :3, :3], feet.points) + own[..., :3, 3]
+    return np.asarray(np.einsum("nkij,kj->nki", own[..., :3, :3], feet.points) + own[..., :3, 3])
 
 
 def _with_hull(points: Floats, k: int, more: Floats) -> Floats:

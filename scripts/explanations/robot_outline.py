@@ -30,16 +30,24 @@ def nao_shapes() -> tuple[nk.NaoModel, tuple[tuple[int, Floats], ...]]:
     return nao, tuple(found)
 
 
-def coarse(outline: Floats) -> list[Floats]:
-    """Return an outline without corners that are too close to the previous corner."""
+def coarse(outline: Floats, detail: float = 2.5) -> list[Floats]:
+    """Return an outline without corners that are closer than `detail` [pixels] to the previous corner."""
     kept = [outline[0]]
     for point in outline[1:]:
-        if np.linalg.norm(point - kept[-1]) > 2.5:
+        if np.linalg.norm(point - kept[-1]) > detail:
             kept.append(point)
     return kept
 
 
-def draw_robot(drawing: Drawing, view: View, q: Floats, only: str = "", fill: str = SHADE, stroke: str = LINE) -> None:
+def draw_robot(
+    drawing: Drawing,
+    view: View,
+    q: Floats,
+    only: str = "",
+    fill: str = SHADE,
+    stroke: str = LINE,
+    detail: float = 2.5,
+) -> None:
     """Draw the outlines of all links, back to front.
 
     Args:
@@ -49,6 +57,7 @@ def draw_robot(drawing: Drawing, view: View, q: Floats, only: str = "", fill: st
         only: a joint, to draw only its links and all that they carry; empty for all.
         fill: the colour of the shapes.
         stroke: the colour of their edges.
+        detail: the smallest distance of two corners of an outline [pixels].
     """
     nao, shapes = nao_shapes()
     data = nao.model.createData()
@@ -61,6 +70,6 @@ def draw_robot(drawing: Drawing, view: View, q: Floats, only: str = "", fill: st
         points = view.flat(placed)
         outline = points[ConvexHull(points).vertices]
         outline = np.roll(outline, -int(np.lexsort(outline.T)[0]), axis=0)
-        drawn.append((float(np.mean(placed @ view.towards)), coarse(outline)))
+        drawn.append((float(np.mean(placed @ view.towards)), coarse(outline, detail)))
     for _, outline in sorted(drawn, key=lambda item: item[0]):
         drawing.path(outline, fill=fill, stroke=stroke, width=0.8, closed=True)

@@ -104,7 +104,7 @@ def test_an_example_whose_extra_is_missing_says_so_in_one_line(path: Path, tmp_p
 
 
 def test_there_are_thirty_three_examples_and_the_gallery_is_in_step_with_them() -> None:
-    assert len(EXAMPLES) == 33
+    assert len(EXAMPLES) == 34
     assert generate_gallery.faults() == []
     assert generate_gallery.main(["--check"]) == 0
 

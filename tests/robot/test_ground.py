@@ -108,6 +108,14 @@ def test_one_sole_is_enough_and_may_be_named(nao: nk.NaoModel) -> None:
     assert (T[2, 2], T[2, 3]) == pytest.approx((1.0, 0.0), abs=1e-12)
 
 
+@for_all("left, right, standing", [(0.35, -0.2, "RLeg"), (0.2, -0.35, "LLeg")])
+def test_of_two_soles_under_it_the_one_that_turns_it_less_carries(
+    nao: nk.NaoModel, left: float, right: float, standing: str
+) -> None:
+    q = nao.configuration({"LAnkleRoll": left, "RAnkleRoll": right})
+    assert (nao.set_down(q).T_world_base @ nao.fk(q, standing))[2, 2] == pytest.approx(1.0, abs=1e-12)
+
+
 def test_soles_that_disagree_share_the_tilt_and_the_lowest_corner_carries(nao: nk.NaoModel) -> None:
     q = nao.configuration({"LAnkleRoll": 0.03, "RAnkleRoll": 0.03})
     down = nao.set_down(q, soles=["LLeg", "RLeg"])
@@ -227,3 +235,15 @@ def test_what_cannot_be_set_down_is_refused(nao: nk.NaoModel, tmp_path: Path) ->
     path.write_text('<robot name="bare"><link name="a"/></robot>')
     with pytest.raises(BadArgument, match="neither soles nor shapes"):
         nk.RobotModel.from_urdf(path).set_down(np.zeros(0))
+
+
+def test_a_robot_without_soles_is_on_its_lowest_shapes() -> None:
+    try:
+        panda = nk.load_robot("panda")
+    except nk.errors.MissingExtra:
+        pytest.skip("no example-robot-data")
+    down = panda.set_down(panda.neutral())
+    assert down.touching.shape == (0,)
+    assert [name for name, on in zip(panda.link_names, down.links, strict=True) if on] == ["panda_link0"]
+    assert down.T_world_base == pytest.approx(np.eye(4), abs=1e-4)
+    assert nk.world.balance(panda, panda.neutral()).margin > 0.04

@@ -105,7 +105,10 @@ def test_a_frame_between_feet_on_both_sides_of_half_a_turn() -> None:
     feet = np.stack([np.eye(4), np.eye(4)])
     for k, yaw in enumerate((np.pi - 0.1, -np.pi + 0.3)):
         feet[k, :3, :3] = nk.rotations.rot_z(yaw)
-    assert np.allclose(nk.world.feet_frame(feet)[:3, :3], nk.rotations.rot_z(np.pi + 0.1), atol=1e-12)
+    feet[1, :3, 3] = [0.2, 0.4, 0.1]
+    frame = nk.world.feet_frame(feet)
+    assert np.allclose(frame[:3, :3], nk.rotations.rot_z(np.pi + 0.1), atol=1e-12)
+    assert frame[:3, 3] == pytest.approx([0.1, 0.2, 0.0])
 
 
 def test_batches_are_the_configurations_one_by_one(nao: nk.NaoModel) -> None:

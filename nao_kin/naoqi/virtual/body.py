@@ -15,6 +15,7 @@ from nao_kin.naoqi.spaces import LEGS, TORSO, robot_frame
 from nao_kin.naoqi.virtual.engine import TICK, Notes
 from nao_kin.robot import NaoModel
 from nao_kin.rotations import rot_z, rotation_between
+from nao_kin.world import LOWER, sole_heights, standing_sole
 
 LEFT_HIP, RIGHT_HIP = "LHipYawPitch", "RHipYawPitch"
 # The difference below which a clipped command or a late joint counts as rounding.
@@ -190,9 +191,6 @@ class Joints:
 
 # --- The torso in the world while the joints move: one sole stays on the floor, or the robot rests on it.
 
-# The height difference of the soles above which the lower foot becomes the standing one [m].
-_LOWER = 1e-3
-
 
 class Base:
     """The torso's pose in the world: kinematics only, without weight or balance.
@@ -284,16 +282,12 @@ class Base:
     def _both_down(self, q: Floats) -> bool:
         """Return whether the other sole is on the floor too."""
         assert self.support is not None
-        T_torso_sole, T_torso_other = self._robot.fk(q, [self.support, LEGS[1 - LEGS.index(self.support)]])
-        return bool((rigid_inverse(T_torso_sole) @ T_torso_other)[2, 3] <= _LOWER)
+        own = LEGS.index(self.support)
+        return bool(sole_heights(self._robot.fk(q, LEGS))[own, 1 - own] <= LOWER)
 
     def standing_foot(self, q: Floats, before: str = LEGS[0]) -> str:
         """Return the standing foot: `before`, unless the other is lower, also relative to its own sole."""
-        other = LEGS[1 - LEGS.index(before)]
-        T_torso_before, T_torso_other = self._robot.fk(q, [before, other])
-        T_before_other = rigid_inverse(T_torso_before) @ T_torso_other
-        lower = T_before_other[2, 3] < -_LOWER and rigid_inverse(T_before_other)[2, 3] > -_LOWER
-        return other if lower else before
+        return LEGS[standing_sole(sole_heights(self._robot.fk(q, LEGS)), LEGS.index(before))]
 
 
 def _flat(T: Floats) -> Floats:

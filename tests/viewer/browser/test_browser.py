@@ -153,6 +153,11 @@ def test_every_posture_rests_on_the_floor_without_falling_over(page: Page, nao: 
         turns = edges[:, 0] * (centre[1] - hull[:, 1]) - edges[:, 1] * (centre[0] - hull[:, 0])
         assert (turns > 0.0).all(), name
         assert len(hull) > 4
+        line = page.run("() => [...naoKin.balance.margin.geometry.attributes.position.array]")
+        margin = nk.robot.SupportPolygon.around(hull).signed_distance(centre[:2])
+        assert np.linalg.norm(line[3:5]) == pytest.approx(float(margin), abs=1e-6), name
+        # The page counts the rim of the feet, 3 mm above the floor, which is not part of the soles.
+        assert margin == pytest.approx(float(nk.world.balance(nao, nao.posture(name)).margin), abs=9e-3), name
     page.run("() => naoKin.show({com: false, support: false})")
 
 
@@ -217,7 +222,7 @@ def test_switches_draw_frames_axes_mass_and_support(page: Page, nao: nk.NaoModel
     assert page.run(drawn) == [0, 0, 0]
     for name in ("Frames", "Joint axes", "Centre of mass", "Support"):
         page.switch(name)
-    assert page.run(drawn) == [7, 26, 5]
+    assert page.run(drawn) == [7, 26, 7]
     legend = page.tab.locator("#legend").inner_text()
     assert sorted(legend.split()) == ["revolute", "spherical", "universal"]
     for name in ("Frames", "Joint axes", "Centre of mass", "Support"):

@@ -92,8 +92,9 @@ def test_the_page_sets_a_robot_down_as_the_library_does(page: Page, nao: nk.NaoM
     for k, (q, T) in enumerate(zip(qs, down.T_world_base, strict=True)):
         shown = _set_down(page, q)
         assert np.abs(shown[:3, :3] - T[:3, :3]).max() < 1e-5, k
-        # A robot that stands has the plane of its sole on the floor in the library, its lowest vertex in the page.
-        assert shown[2, 3] == pytest.approx(T[2, 3], abs=3e-3 if down.stands[k] else 1e-6), k
+        # A robot that stands has the plane of its sole on the floor in the library, its lowest vertex in the page:
+        # 0.01 mm above the plane, and more at the rounded edges of a tilted sole.
+        assert shown[2, 3] == pytest.approx(T[2, 3], abs=1e-3 if down.stands[k] else 2e-5), k
 
 
 @pytest.mark.full

@@ -127,7 +127,11 @@ function roomToRoll(points: Float64Array, floor: number, down: number[], side: n
 function nearestToOrigin(points: Point[]): Point {
   const hull = convexHull(points);
   if (hull.length > 2 && inside(hull, { x: 0, y: 0 })) return { x: 0, y: 0 };
-  const corners = hull.length > 0 ? hull : points;
+  return nearestOnRim(hull.length > 0 ? hull : points);
+}
+
+/** The point nearest to the origin of the edges of an outline, inside or outside of it. */
+export function nearestOnRim(corners: Point[]): Point {
   return corners
     .map((corner, i) => nearestOnEdge(corner, corners[(i + 1) % corners.length]))
     .reduce((best, point) => (Math.hypot(point.x, point.y) < Math.hypot(best.x, best.y) ? point : best));

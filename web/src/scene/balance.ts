@@ -1,5 +1,6 @@
 import { convexHull, inside } from "../math/surfaces.ts";
 import type { Robot } from "../robot/robot.ts";
+import { nearestOnRim } from "../robot/settling.ts";
 import { THREE } from "../three.ts";
 import type { Studio } from "./studio.ts";
 
@@ -9,7 +10,10 @@ const INK = 0x20242c;
 const [STANDS, FALLS] = [0x2f9e64, 0xd6453d];
 const OVER = { depthTest: false, transparent: true };
 
-/** The centre of mass over its projection, and the hull of what touches the floor: green while the one is in the other. */
+/**
+ * The centre of mass over its projection, and the hull of what touches the floor, with its corners: green while the one
+ * is in the other. A line to the nearest edge is the margin.
+ */
 export class Balance {
   shown = { com: false, support: false };
   ball;
@@ -23,6 +27,11 @@ export class Balance {
     new THREE.MeshBasicMaterial({ transparent: true, opacity: 0.22, depthWrite: false }),
   );
   rim = new THREE.LineLoop(new THREE.BufferGeometry(), new THREE.LineBasicMaterial(OVER));
+  corners = new THREE.Points(
+    new THREE.BufferGeometry(),
+    new THREE.PointsMaterial({ size: 6, sizeAttenuation: false, ...OVER }),
+  );
+  margin = new THREE.Line(new THREE.BufferGeometry(), new THREE.LineBasicMaterial(OVER));
   group = new THREE.Group();
 
   constructor(
@@ -44,8 +53,8 @@ export class Balance {
     this.foot.renderOrder = 18;
     this.area.position.z = 0.0006;
     this.area.renderOrder = 15;
-    this.rim.renderOrder = 16;
-    this.group.add(this.ball, this.down, this.foot, this.area, this.rim);
+    for (const mark of [this.rim, this.corners, this.margin]) mark.renderOrder = 16;
+    this.group.add(this.ball, this.down, this.foot, this.area, this.rim, this.corners, this.margin);
     scene.add(this.group);
     this.draw();
   }
@@ -67,15 +76,21 @@ export class Balance {
   drawSupport(centre: THREE.Vector3 | null) {
     const hull = this.hull();
     if (hull.length < 3) return;
-    const { area, rim } = this;
+    const { area, rim, corners, margin } = this;
     const color = centre && inside(hull, centre) ? STANDS : FALLS;
-    for (const mark of [area, rim]) {
+    for (const mark of centre ? [area, rim, corners, margin] : [area, rim, corners]) {
       mark.visible = true;
       mark.material.color.setHex(color);
       mark.geometry.dispose();
     }
     area.geometry = new THREE.ShapeGeometry(new THREE.Shape(hull));
-    rim.geometry = new THREE.BufferGeometry().setFromPoints(hull.map(({ x, y }) => new THREE.Vector3(x, y, 0.001)));
+    const outline = hull.map(({ x, y }) => new THREE.Vector3(x, y, 0.001));
+    for (const mark of [rim, corners]) mark.geometry = new THREE.BufferGeometry().setFromPoints(outline);
+    if (!centre) return;
+    const nearest = nearestOnRim(hull.map(({ x, y }) => ({ x: x - centre.x, y: y - centre.y })));
+    const ends = [new THREE.Vector3(), new THREE.Vector3(nearest.x, nearest.y, 0)];
+    margin.geometry = new THREE.BufferGeometry().setFromPoints(ends);
+    margin.position.set(centre.x, centre.y, 0.001);
   }
 
   drawCentre(centre: THREE.Vector3) {

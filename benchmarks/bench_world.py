@@ -1,0 +1,81 @@
+"""Balance of many configurations beside a loop over SciPy's hulls, and how long setting down and odometry take.
+
+Example:
+    python benchmarks/bench_world.py
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Callable
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+import nao_kin as nk
+
+# For the margin of one configuration in a batch [µs].
+LIMIT = 3.0
+
+
+def best(call: Callable[[], object], rounds: int) -> float:
+    """The best time of the processor, of all threads together, in a call [s]: other programs count little."""
+    times = []
+    for _ in range(rounds):
+        start = time.process_time()
+        call()
+        times.append(time.process_time() - start)
+    return min(times)
+
+
+def by_scipy(nao: nk.NaoModel, q: np.ndarray) -> list[float]:
+    """The margins that a user would compute himself, one configuration after another."""
+    outlines = [nao.sole_outline(sole) for sole in nao.semantics.soles]
+    margins = []
+    for one in q:
+        T = nao.fk(one, nao.semantics.soles)
+        up = T[:, :3, 2].sum(axis=0)
+        R = nk.rotations.rotation_between(up, [0.0, 0.0, 1.0])
+        points = np.concatenate(
+            [points @ pose[:3, :3].T + pose[:3, 3] for pose, points in zip(T, outlines, strict=True)]
+        )
+        hull = ConvexHull((points @ R.T)[:, :2])
+        margins.append(-float((hull.equations @ [*(R @ nao.com(one))[:2], 1.0]).max()))
+    return margins
+
+
+def main() -> int:
+    """Print the figures as JSON; 1 when the limit is exceeded."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--count", type=int, default=100_000, help="configurations (default 100000)")
+    parser.add_argument("--rounds", type=int, default=5, help="rounds of each, of which the best counts (default 5)")
+    arguments = parser.parse_args()
+    count, rounds = arguments.count, arguments.rounds
+    nao, rng = nk.load_nao(), np.random.default_rng(0)
+    q = np.tile(nao.posture("Stand"), (count, 1)) + rng.normal(0.0, 0.01, (count, nao.nq))
+    few, lying = q[: max(1, count // 100)], nao.random(rng, max(1, count // 1000))
+    agree = float(np.abs(nk.world.margin(nao, few) - by_scipy(nao, few)).max())  # compiles
+    times = 0.01 * np.arange(count)
+    us = {
+        "margin": best(lambda: nk.world.margin(nao, q), rounds) / count,
+        "margin_by_scipy": best(lambda: by_scipy(nao, few), rounds) / len(few),
+        "balance": best(lambda: nk.world.balance(nao, q[: len(few) * 10]), rounds) / len(few) / 10,
+        "set_down_standing": best(lambda: nao.set_down(q[: len(few) * 10]), rounds) / len(few) / 10,
+        "set_down_anyhow": best(lambda: nao.set_down(lying), rounds) / len(lying),
+        "odometry": best(lambda: nk.world.odometry(nao, times, q), rounds) / count,
+    }
+    figures = {f"{name}_us": round(1e6 * value, 2) for name, value in us.items()}
+    figures |= {
+        "times_faster_than_scipy": round(us["margin_by_scipy"] / us["margin"], 1),
+        "largest_difference": agree,
+        "met": 1e6 * us["margin"] <= LIMIT and agree < 1e-9,
+    }
+    print(json.dumps(figures, indent=2))
+    return 0 if figures["met"] else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,86 @@
+"""`nao-kin balance`, as people use it: postures, files, and wrong words."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import nao_kin as nk
+from nao_kin.cli.app import run
+
+
+def said(capsys: pytest.CaptureFixture, *arguments: str) -> str:
+    assert run(["balance", *arguments]) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    return out
+
+
+def refused(capsys: pytest.CaptureFixture, *arguments: str) -> str:
+    assert run(["balance", *arguments]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("nao-kin: ")
+    assert err.count("\n") == 1
+    return err
+
+
+def test_help_gives_an_example(capsys: pytest.CaptureFixture) -> None:
+    out = " ".join(said(capsys, "--help").split())
+    assert "Example: nao-kin balance --posture Crouch" in out
+    for option in ("--sole", "--gravity", "--outline", "--json", "--posture"):
+        assert option in out
+
+
+def test_it_prints_what_touches_and_the_margin(capsys: pytest.CaptureFixture, nao: nk.NaoModel) -> None:
+    out = said(capsys, "--posture", "Sit")
+    found = nk.world.balance(nao, nao.posture("Sit"))
+    assert f"{1000 * found.margin:.1f} mm" in out
+    assert "LHip" in out
+    assert out.count("nearest") == 1
+    assert "it falls" in said(capsys, "--posture", "StandInit", "--sole", "LLeg")
+
+
+def test_json_of_one_posture(capsys: pytest.CaptureFixture, nao: nk.NaoModel) -> None:
+    options = ("--posture", "StandInit", "--outline", "sensors", "--gravity", "0.1,0,-9.8", "--json")
+    document = json.loads(said(capsys, *options, "--deg"))
+    found = nk.world.balance(nao, nao.posture("StandInit"), outline="sensors", gravity=[0.1, 0.0, -9.8])
+    assert document["margin"] == float(found.margin)
+    assert document["units"] == {"length": "m", "angle": "deg"}
+    assert [edge["tilt"] for edge in document["edges"]] == pytest.approx(np.degrees(found.tilts).tolist())
+    radians = json.loads(said(capsys, *options))
+    assert radians["edges"][0]["tilt"] == pytest.approx(float(found.tilts[0]))
+    assert np.array_equal(document["T_robot_base"], found.T_robot_base)
+    assert document["soles"] == [name for name, on in zip(("LLeg", "RLeg"), found.down.touching, strict=True) if on]
+
+
+def test_a_file_gives_a_row_each(capsys: pytest.CaptureFixture, nao: nk.NaoModel, tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    postures = [nao.posture(name) for name in ("Stand", "LyingBack", "Crouch")]
+    rows = [",".join(map(repr, [k / 10, *q.tolist()])) for k, q in enumerate(postures)]
+    path.write_text("\n".join([",".join(("time", *nao.joint_names)), *rows]))
+    document = json.loads(said(capsys, str(path), "--json", "--ignore-limits"))
+    margins = nk.world.balance(nao, postures).margin
+    assert [row["margin"] for row in document["configurations"]] == pytest.approx(margins.tolist(), abs=1e-12)
+    assert [row["time"] for row in document["configurations"]] == [0.0, 0.1, 0.2]
+    lines = said(capsys, str(path), "--ignore-limits").splitlines()
+    assert len(lines) == 4
+    assert f"{1000 * margins[2]:.1f}" in lines[3]
+    # On the tip of one sole no row has a margin, and no row is left out.
+    tip = ("--sole", "LLeg", "--gravity=-0.5,-0.3,-1", "--ignore-limits")
+    document = json.loads(said(capsys, str(path), *tip, "--json"))
+    assert document["configurations"][0]["margin"] is None
+    assert len(said(capsys, str(path), *tip).splitlines()) == 4
+
+
+def test_wrong_words_are_refused_in_one_line(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
+    assert "expected three numbers" in refused(capsys, "--gravity", "0,0")
+    assert "gravity" in refused(capsys, "--gravity", "0,0,0")
+    assert "LFot" in refused(capsys, "--sole", "LFot")
+    assert "no support polygon" in refused(capsys, "--posture", "Stand", "--sole", "LLeg", "--gravity=-.5,-.3,-1")
+    assert "whole configurations" in refused(capsys, "x.csv", "--joint", "HeadYaw=1")
+    assert "--rate is for a motion" in refused(capsys, "--rate", "3")
+    assert "absent.csv" in refused(capsys, str(tmp_path / "absent.csv"))
