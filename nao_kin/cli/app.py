@@ -17,7 +17,7 @@ import nao_kin
 from nao_kin._core.extras import with_remedy
 from nao_kin._core.process import before_ending
 from nao_kin._core.text import MAX_ECHOED, abbreviated
-from nao_kin.cli import balance, doctor, export, fk, ik, motion, naoqi, reach, robots, view  # noqa: F401
+from nao_kin.cli import balance, camera, doctor, export, fk, ik, motion, naoqi, reach, robots, view  # noqa: F401
 from nao_kin.cli.options import COMMANDS, Command
 from nao_kin.cli.output import print_note
 from nao_kin.errors import NaoKinError, NaoKinWarning
@@ -41,6 +41,7 @@ _ORDER = (
     "ik",
     "check",
     "balance",
+    "camera",
     "reach",
     "view",
     "export",
