@@ -20,6 +20,7 @@ from nao_kin._core.text import MAX_ECHOED, abbreviated
 from nao_kin.cli import (  # noqa: F401
     balance,
     calibrate,
+    camera,
     collisions,
     doctor,
     export,
@@ -48,7 +49,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 _ORDER = ("info", "joints", "fk", "ik", "check", "reach", "view", "export")
-_WORLD = ("balance", "collisions", "calibrate")
+_WORLD = ("balance", "collisions", "camera", "calibrate")
 _SERVICES = ("serve", "run", "live", "warmup", "doctor")
 _OF_MOTIONS = ("motion convert", "motion check", "motion info", "motion plot")
 for _name in (*_ORDER, *_WORLD, *_SERVICES, *_OF_MOTIONS):

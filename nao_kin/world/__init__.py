@@ -1,6 +1,17 @@
 """The robot in its world: its balance on the floor, where it has walked, and what its cameras see."""
 
 from nao_kin.world.balance import Balance, balance, feet_frame, margin
+from nao_kin.world.camera_ground import (
+    GroundPoints,
+    Horizon,
+    ImagePoints,
+    camera_pose,
+    ground_covariance,
+    horizon,
+    pixel_to_ground,
+    project,
+    visible_ground,
+)
 from nao_kin.world.cameras import Camera, camera
 from nao_kin.world.odometry import (
     LOWER as LOWER,
@@ -10,4 +21,22 @@ from nao_kin.world.odometry import (
     standing_sole as standing_sole,
 )
 
-__all__ = ["Balance", "Camera", "Odometry", "balance", "camera", "feet_frame", "margin", "odometry"]
+__all__ = [
+    "Balance",
+    "Camera",
+    "GroundPoints",
+    "Horizon",
+    "ImagePoints",
+    "Odometry",
+    "balance",
+    "camera",
+    "camera_pose",
+    "feet_frame",
+    "ground_covariance",
+    "horizon",
+    "margin",
+    "odometry",
+    "pixel_to_ground",
+    "project",
+    "visible_ground",
+]

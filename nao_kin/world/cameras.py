@@ -186,7 +186,7 @@ class Camera:
             return ab
         found = self._undistorted(ab.reshape(-1, 2)).reshape(ab.shape)
         if uv.ndim == 1 and np.isnan(found).any() and np.isfinite(uv).all():
-            raise BadArgument(f"the distortion of {self.name} cannot be inverted at the pixel {_named(uv)}")
+            raise BadArgument(f"the distortion of {self.name} cannot be inverted at the pixel {pixel_name(uv)}")
         return found
 
     def pixel_jacobian(self, points: ArrayLike) -> Floats:
@@ -378,5 +378,6 @@ def _pixels(pixels: ArrayLike) -> Floats:
     return uv
 
 
-def _named(pixel: Floats) -> str:
+def pixel_name(pixel: Floats) -> str:
+    """Return a pixel for a message."""
     return f"({pixel[0]:.6g}, {pixel[1]:.6g})"

@@ -1,0 +1,194 @@
+"""`nao-kin camera`: points to pixels, pixels to the ground, the horizon, and the numbers of a camera."""
+
+from __future__ import annotations
+
+import csv as csv_module
+import io
+import math
+import sys
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nao_kin._core.arrays import Floats, finite_decimal
+from nao_kin._core.csv_numbers import delimiter_of
+from nao_kin._core.files import read_table_text
+from nao_kin._core.text import quoted
+from nao_kin.cli.options import DEG, JSON, RobotOptions, argument, command, flag, option
+from nao_kin.cli.output import fixed, print_json, print_table
+from nao_kin.cli.sources import IGNORE_LIMITS, JointOptions
+from nao_kin.cli.targets import numbers_of
+from nao_kin.errors import BadArgument, BadInputFile
+
+if TYPE_CHECKING:
+    from nao_kin.robot import RobotModel
+    from nao_kin.world import Camera
+
+# Headings of the two kinds of rows.
+_PIXEL, _POINT = ("u", "v"), ("x", "y", "z")
+
+
+@command(
+    "camera",
+    "Example: nao-kin camera --posture StandInit; "
+    'nao-kin camera CameraBottom --posture StandInit --pixel "320 240" --json',
+)
+def camera(
+    *,
+    name: str = argument("CAMERA", "CameraTop, CameraBottom, or a camera of another robot.", "CameraTop"),
+    file: str | None = argument("FILE", "CSV file of pixels (u, v) or points (x, y, z); - for standard input.", None),
+    joints: JointOptions,
+    pixel: str | None = option('"U V"', "Print the point of the ground at a pixel."),
+    point: str | None = option('"X Y Z"', "Print the pixel of a point [m]; z is its height above the floor."),
+    resolution: str = option("NAME", "VGA, another name, or width and height as in 640x480.", default="VGA"),
+    height: float = option("M", "Height above the floor of the points at pixels [m].", default=0.0),
+    deg: bool = DEG,
+    ignore_limits: bool = IGNORE_LIMITS,
+    csv: bool = flag("Print CSV."),
+    json: bool = JSON,
+    robot: RobotOptions,
+) -> None:
+    """Print what a camera of a robot that stands on the floor sees.
+
+    With pixels, the points of the ground that they show; with points, their pixels; without either, the numbers of the
+    camera, its horizon and the part of the ground that it sees. In the world x and y are zero below the root link, x is
+    forward, and the floor is z = 0. The lens has no distortion. A row without answer has empty numbers.
+    """
+    if (pixel is not None) + (point is not None) + (file is not None) > 1:
+        raise BadArgument("--pixel, --point and FILE are three inputs; give one")
+    if not math.isfinite(height):
+        raise BadArgument(f"--height must be a finite number, got {height}")
+    headings, rows, many = _PIXEL, None, file is not None
+    if file is not None:
+        headings, rows = _read(file)
+    elif pixel is not None or point is not None:
+        headings = _PIXEL if pixel is not None else _POINT
+        option_name, text = ("--pixel", str(pixel)) if pixel is not None else ("--point", str(point))
+        numbers = numbers_of(text, option_name)
+        if len(numbers) != len(headings):
+            raise BadArgument(f"{option_name} {quoted(text)}: {len(numbers)} numbers, expected {len(headings)}")
+        rows = np.array(numbers)
+    elif csv:
+        raise BadArgument("--csv is for pixels and points; give a FILE, --pixel or --point")
+    model = robot.load()
+    q = joints.configuration(model, deg=deg, limits="ignore" if ignore_limits else "raise")
+    from nao_kin import world
+
+    size = resolution.lower().split("x")
+    sized = len(size) == 2 and all(part.isdecimal() for part in size)
+    found = world.camera(model, name, (int(size[0]), int(size[1])) if sized else resolution)
+    if rows is None:
+        _print_numbers(model, q, found, deg, json)
+        return
+    if headings == _PIXEL:
+        ground = world.pixel_to_ground(model, q, rows, found, height=height)
+        answers, names, good = ground.points, _POINT, {"valid": ground.valid}
+    else:
+        image = world.project(model, q, rows, found)
+        answers, names, good = image.pixels, _PIXEL, {"visible": image.visible}
+    _print_rows(model, found, (headings, rows), (names, answers, good), many=many, csv=csv, json=json)
+
+
+def _read(file: str) -> tuple[tuple[str, ...], Floats]:
+    """Return the headings and the numbers (n, 2) or (n, 3) of a CSV file of pixels or points."""
+    text, is_json = read_table_text(file, "pixels or points")
+    if is_json:
+        raise BadInputFile(file, "is JSON, expected CSV with the columns u, v or x, y, z")
+    records = csv_module.reader(io.StringIO(text), delimiter=delimiter_of(text.split("\n", 1)[0]))
+    head = [heading.strip() for heading in next(records, [])]
+    headings = next((kind for kind in (_PIXEL, _POINT) if set(kind) <= set(head)), None)
+    if headings is None:
+        raise BadInputFile(file, f"has the columns {', '.join(head)[:80] or 'none'}; expected u, v or x, y, z", 1)
+    places, rows = [head.index(heading) for heading in headings], []
+    for record in records:
+        if not any(record):
+            continue
+        cells = [record[place] if place < len(record) else "" for place in places]
+        numbers = [finite_decimal(cell) for cell in cells]
+        if None in numbers:
+            wrong = cells[numbers.index(None)]
+            raise BadInputFile(file, f"{quoted(wrong)} is not a finite number", records.line_num)
+        rows.append(numbers)
+    return headings, np.array(rows, dtype=np.float64).reshape(-1, len(headings))
+
+
+def _print_rows(
+    model: RobotModel,
+    found: Camera,
+    given: tuple[tuple[str, ...], Floats],
+    answered: tuple[tuple[str, ...], Floats, dict[str, Any]],
+    *,
+    many: bool,
+    csv: bool,
+    json: bool,
+) -> None:
+    """Print each row with its answer."""
+    (headings, rows), (names, answers, good) = given, answered
+    (flag_name, mask), *_ = good.items()
+    lines = [
+        (*row, *(None if math.isnan(number) else number for number in answer), bool(fine))
+        for row, answer, fine in zip(
+            np.atleast_2d(rows).tolist(), np.atleast_2d(answers).tolist(), np.atleast_1d(mask), strict=True
+        )
+    ]
+    columns = (*headings, *names, flag_name)
+    if json:
+        documents = [dict(zip(columns, line, strict=True)) for line in lines]
+        head = {"robot": model.name, "camera": found.name, "size": [found.width, found.height]}
+        print_json({**head, "rows": documents} if many else {**head, **documents[0]})
+    elif csv:
+        sys.stdout.write(",".join(columns) + "\n")
+        for line in lines:
+            cells = (
+                "" if cell is None else str(cell).lower() if isinstance(cell, bool) else repr(cell) for cell in line
+            )
+            sys.stdout.write(",".join(cells) + "\n")
+    else:
+        units = {name: f"{name}\n[{'px' if name in _PIXEL else 'm'}]" for name in columns[:-1]}
+        cells_of = (
+            ["–" if cell is None else fixed(cell) for cell in line[:-1]] + ["yes" if line[-1] else "no"]
+            for line in lines
+        )
+        print_table([*units.values(), flag_name], cells_of, numbers=list(units.values()))
+
+
+def _print_numbers(model: RobotModel, q: Floats, found: Camera, deg: bool, json: bool) -> None:
+    """Print size, lens, pose, horizon and visible ground."""
+    from nao_kin import world
+    from nao_kin.rotations import rpy_from_matrix
+
+    T, line = world.camera_pose(model, q, found), world.horizon(model, q, found)
+    polygon = world.visible_ground(model, q, found)[:, :2]
+    across, high = model.semantics.fields_of_view[found.name]
+    rpy = rpy_from_matrix(T[:3, :3])
+    if json:
+        unit = math.degrees(1.0) if deg else 1.0
+        document = {
+            "robot": model.name,
+            "camera": found.name,
+            "size": [found.width, found.height],
+            "focal_lengths": [found.fx, found.fy],
+            "centre": [found.cx, found.cy],
+            "field_of_view": [unit * across, unit * high],
+            "T_world_camera": T.tolist(),
+            "horizon": {"line": line.line.tolist(), "visible": bool(line.visible)},
+            "visible_ground": polygon.tolist(),
+            "units": {"length": "m", "angle": "deg" if deg else "rad"},
+        }
+        print_json(document)
+        return
+    ends = line.pixels[[0, -1]].round(0) + 0.0 if line.visible else None
+    lines = {
+        "image": f"{found.width} × {found.height} pixels",
+        "field of view": f"{math.degrees(across):.1f}° × {math.degrees(high):.1f}°",
+        "focal lengths": f"{found.fx:.1f}, {found.fy:.1f} pixels",
+        "position": ", ".join(f"{value + 0.0:.3f}" for value in T[:3, 3]) + " m above the floor",
+        "tilt": f"{math.degrees(rpy[1]):.1f}° down",
+        "horizon": "not in the image"
+        if ends is None
+        else f"from ({ends[0, 0]:.0f}, {ends[0, 1]:.0f}) to ({ends[1, 0]:.0f}, {ends[1, 1]:.0f})",
+        "sees the ground": f"from {polygon[:, 0].min():.2f} m to {polygon[:, 0].max():.2f} m ahead"
+        if len(polygon)
+        else "not at all",
+    }
+    print_table([found.name, model.name], lines.items())

@@ -1,0 +1,83 @@
+"""`nao-kin camera`, as people use it: a posture, pixels, points, files, and wrong words."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import nao_kin as nk
+from nao_kin.cli.app import run
+
+_STAND = ("--posture", "StandInit")
+
+
+def said(capsys: pytest.CaptureFixture, *arguments: str) -> str:
+    assert run(["camera", *arguments]) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    return out
+
+
+def refused(capsys: pytest.CaptureFixture, *arguments: str) -> str:
+    assert run(["camera", *arguments]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.count("\n") == 1
+    return err
+
+
+def test_it_prints_the_numbers_of_a_camera(capsys: pytest.CaptureFixture, nao: nk.NaoModel) -> None:
+    out = said(capsys, *_STAND)
+    assert "56.3° × 43.7°" in out
+    assert "from (0, 167) to (640, 167)" in out
+    assert "not in the image" in said(capsys, "CameraBottom", *_STAND)
+    document = json.loads(said(capsys, "CameraBottom", *_STAND, "--json", "--deg", "--resolution", "320x240"))
+    camera = nk.world.camera(nao, "CameraBottom", "QVGA")
+    q = nao.posture("StandInit")
+    assert document["focal_lengths"] == [camera.fx, camera.fy]
+    assert document["field_of_view"] == pytest.approx([56.3, 43.7])
+    assert np.array_equal(document["visible_ground"], nk.world.visible_ground(nao, q, camera)[:, :2])
+    assert not document["horizon"]["visible"]
+
+
+def test_a_pixel_leads_to_the_ground_and_back(capsys: pytest.CaptureFixture) -> None:
+    found = json.loads(said(capsys, "CameraBottom", *_STAND, "--pixel", "300 200", "--height", "0.05", "--json"))
+    assert found["valid"]
+    assert found["z"] == pytest.approx(0.05)
+    back = ("--point", f"{found['x']} {found['y']} {found['z']}")
+    again = json.loads(said(capsys, "CameraBottom", *_STAND, *back, "--json"))
+    assert [again["u"], again["v"], again["visible"]] == [pytest.approx(300.0), pytest.approx(200.0), True]
+    assert "300.00000" in said(capsys, "CameraBottom", *_STAND, *back)
+
+
+def test_files_have_one_answer_per_row(capsys: pytest.CaptureFixture, tmp_path: Path, nao: nk.NaoModel) -> None:
+    file = tmp_path / "pixels.csv"
+    file.write_text("v,name,u\n400,ball,320\n\n10,sky,320\n")
+    lines = said(capsys, "CameraTop", str(file), *_STAND, "--csv").splitlines()
+    assert lines[0] == "u,v,x,y,z,valid"
+    point = nk.world.pixel_to_ground(nao, nao.posture("StandInit"), [320.0, 400.0], nk.world.camera(nao, "CameraTop"))
+    assert [float(cell) for cell in lines[1].split(",")[2:5]] == point.points.tolist()
+    assert lines[2] == "320.0,10.0,,,,false"
+    rows = json.loads(said(capsys, "CameraTop", str(file), *_STAND, "--json"))["rows"]
+    assert rows[1] == {"u": 320.0, "v": 10.0, "x": None, "y": None, "z": None, "valid": False}
+    file.write_text("x;y;z\n1;0;0\n-1;0;0\n")
+    assert "–" in said(capsys, "CameraTop", str(file), *_STAND)
+
+
+def test_wrong_words_are_one_line(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
+    assert "CameraTop" in refused(capsys, "CameraTopp")
+    assert "QVGA" in refused(capsys, "CameraTop", "--resolution", "QVG")
+    assert "above the horizon" in refused(capsys, "CameraTop", *_STAND, "--pixel", "320 0")
+    assert "not in front of" in refused(capsys, "CameraTop", *_STAND, "--point", "-1 0 0")
+    assert "expected 2" in refused(capsys, "CameraTop", "--pixel", "320 0 1")
+    assert "give one" in refused(capsys, "CameraTop", "--pixel", "320 0", "--point", "1 0 0")
+    assert "--csv is for" in refused(capsys, "CameraTop", "--csv")
+    file = tmp_path / "a.csv"
+    for text, words in (("a,b\n1,2\n", "expected u, v or x, y, z"), ("u,v\n1,x\n", "is not a finite number")):
+        file.write_text(text)
+        assert words in refused(capsys, "CameraTop", str(file))
+    assert "cannot" in refused(capsys, "CameraTop", str(tmp_path / "none.csv"))
+    assert "Example: nao-kin camera" in said(capsys, "--help")

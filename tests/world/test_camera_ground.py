@@ -1,0 +1,274 @@
+"""What cameras see of the ground, beside OpenCV, intersections found by search, finite differences and Monte Carlo."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+
+import nao_kin as nk
+from nao_kin.errors import BadArgument, UnknownName, WrongShape
+from nao_kin.world import Camera
+
+_LENS = (-0.25, 0.1, 0.002, -0.001, -0.02)
+_POSTURES = ("StandInit", "Crouch", "Stand", "StandZero")
+
+
+def _lensed(camera: Camera) -> Camera:
+    return Camera("lens", camera.frame, 640, 480, 558.0, 561.0, 317.0, 243.0, _LENS)
+
+
+def _pose(rng: np.random.Generator, spread: float = 0.3) -> np.ndarray:
+    R = nk.rotations.matrix_from_rpy(rng.normal(scale=spread, size=3))
+    return nk.screws.pose(R, [*rng.normal(size=2), 0.5 + rng.uniform(0.0, 0.2)])
+
+
+@pytest.fixture(scope="module")
+def nao() -> nk.NaoModel:
+    return nk.load_nao()
+
+
+def test_pixels_of_points_in_the_world_are_those_of_opencv(nao: nk.NaoModel) -> None:
+    rng = np.random.default_rng(5)
+    for name in ("CameraTop", "CameraBottom"):
+        camera = _lensed(nk.world.camera(nao, name))
+        q, T_world_base = nao.random(rng), _pose(rng)
+        T_world_optical = T_world_base @ nao.fk(q, f"{name}_optical_frame")
+        T = np.linalg.inv(T_world_optical)
+        seen = np.column_stack([rng.uniform(-0.5, 0.5, (200, 2)), np.ones(200)]) * rng.uniform(0.3, 5.0, (200, 1))
+        points = seen @ T_world_optical[:3, :3].T + T_world_optical[:3, 3]
+        expected, _ = cv2.projectPoints(points, cv2.Rodrigues(T[:3, :3])[0], T[:3, 3], camera.matrix, np.array(_LENS))
+        found = nk.world.project(nao, q, points, camera, T_world_base=T_world_base)
+        assert np.abs(found.pixels - expected[:, 0]).max() < 1e-6
+        assert (found.visible == camera.sees(expected[:, 0])).all()
+        assert found.visible.any()
+        assert not found.visible.all()
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 2**31), st.booleans(), st.sampled_from([-0.1, 0.0, 0.05, 3.0]))
+def test_the_ground_at_a_pixel_is_projected_to_that_pixel(seed: int, lens: bool, height: float) -> None:
+    nao, rng = nk.load_nao(), np.random.default_rng(seed)
+    camera = nk.world.camera(nao, ("CameraTop", "CameraBottom")[seed % 2])
+    camera = _lensed(camera) if lens else camera
+    q, T_world_base = nao.random(rng, n=4), _pose(rng, 0.6)
+    pixels = rng.uniform([0, 0], [640, 480], (5, 4, 2))
+    found = nk.world.pixel_to_ground(nao, q, pixels, camera, T_world_base=T_world_base, height=height)
+    assert found.points.shape == (5, 4, 3)
+    assert (np.isfinite(found.points).all(axis=-1) == found.valid).all()
+    assert np.abs(found.points[found.valid, 2] - height).max(initial=0.0) < 1e-6 * (
+        1 + np.nanmax(np.abs(found.points), initial=0)
+    )
+    again = nk.world.project(nao, q, np.nan_to_num(found.points), camera, T_world_base=T_world_base)
+    assert np.abs(again.pixels - pixels)[found.valid].max(initial=0.0) < 1e-6
+    # The other rays lead away from the plane: each of their points is on the eye's side of it.
+    T = nk.world.camera_pose(nao, q, camera, T_world_base=T_world_base)
+    towards = np.einsum("qj,pqj->pq", T[:, 2, :3], camera.ray(pixels)) * np.sign(height - T[:, 2, 3])
+    assert (found.valid == (towards > 0.0)).all()
+
+
+def test_without_a_pose_the_robot_stands_on_the_floor(nao: nk.NaoModel) -> None:
+    for posture in _POSTURES:
+        q = nao.posture(posture)
+        bottom = nk.world.camera(nao, "CameraBottom")
+        point = nk.world.pixel_to_ground(nao, q, [320.0, 400.0], bottom).points
+        T_sole_base = nk.screws.inverse(nao.fk(q, "LLeg"))
+        T_world_sole = nao.set_down(q).T_world_base @ nao.fk(q, "LLeg")
+        in_sole = nk.screws.transform_point(nk.screws.inverse(T_world_sole), point)
+        assert abs(in_sole[2]) < 0.006  # the floor is the plane of a sole that is flat on it
+        given_base = nk.world.pixel_to_ground(nao, q, [320.0, 400.0], bottom, T_world_base=T_sole_base)
+        assert np.linalg.norm(given_base.points - in_sole) < 0.03
+
+
+def test_a_floating_base_sees_the_same_ground(nao: nk.NaoModel) -> None:
+    floating, q = nk.load_nao(base="floating"), nao.posture("StandInit", HeadYaw=0.3)
+    q_floating = floating.posture("StandInit", HeadYaw=0.3)
+    q_floating[:7] = [
+        0.3,
+        -0.2,
+        0.9,
+        *nk.rotations.quat_to_xyzw(nk.rotations.quat_from_matrix(nk.rotations.matrix_from_rpy([0.3, 0.2, 0.5]))),
+    ]
+    camera, pixels = nk.world.camera(nao, "CameraBottom"), np.array([[100.0, 200.0], [500.0, 400.0]])
+    results = [nk.world.pixel_to_ground(robot, at, pixels, camera) for robot, at in ((nao, q), (floating, q_floating))]
+    assert np.abs(results[0].points - results[1].points).max() < 1e-9
+    covariances = [
+        nk.world.ground_covariance(robot, at, pixels, camera, joint_noise=0.01)
+        for robot, at in ((nao, q), (floating, q_floating))
+    ]
+    assert np.abs(covariances[0] - covariances[1]).max() < 1e-12
+
+
+def test_a_pixel_above_the_horizon_is_nan_in_a_batch_and_an_error_alone(nao: nk.NaoModel) -> None:
+    q, camera = nao.posture("StandInit"), nk.world.camera(nao, "CameraTop")
+    rows = nk.world.horizon(nao, q, camera).pixels[16, 1] + np.array([-1.0, 1.0])
+    pixels = np.column_stack([np.full(2, 320.0), rows])
+    found = nk.world.pixel_to_ground(nao, q, pixels, camera)
+    assert found.valid.tolist() == [False, True]
+    assert np.isnan(found.points[0]).all()
+    with pytest.raises(BadArgument, match=r"pixel \(320, 165\.\d+\) of CameraTop shows no point .* above the horizon"):
+        nk.world.pixel_to_ground(nao, q, pixels[0], camera)
+    covariance = nk.world.ground_covariance(nao, q, pixels, camera, joint_noise=0.01)
+    assert np.isnan(covariance[0]).all()
+    assert np.isfinite(covariance[1]).all()
+    with pytest.raises(BadArgument, match="above the horizon"):
+        nk.world.ground_covariance(nao, q, pixels[0], camera, joint_noise=0.01)
+    with pytest.raises(BadArgument, match="not in front of CameraTop"):
+        nk.world.project(nao, q, [-1.0, 0.0, 0.0], camera)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 2**31), st.booleans())
+def test_the_horizon_divides_rays_that_go_up_from_those_that_go_down(seed: int, lens: bool) -> None:
+    nao, rng = nk.load_nao(), np.random.default_rng(seed)
+    plain = nk.world.camera(nao, "CameraTop")
+    camera = _lensed(plain) if lens else plain
+    q, T_world_base = nao.random(rng, n=6), _pose(rng)
+    found = nk.world.horizon(nao, q, camera, T_world_base=T_world_base)
+    assert found.line.shape == (6, 3)
+    assert np.linalg.norm(found.line[:, :2], axis=-1) == pytest.approx(1.0)
+    T = nk.world.camera_pose(nao, q, camera, T_world_base=T_world_base)
+    pixels = rng.uniform([0, 0], [640, 480], (6, 50, 2))
+    straight = camera.normalised(pixels) * (camera.fx, camera.fy) + (camera.cx, camera.cy)
+    side = np.einsum("nk,npk->np", found.line[:, :2], straight) + found.line[:, 2:]
+    heights = np.einsum("nk,npk->np", T[:, 2, :3], camera.ray(pixels))
+    assert ((side > 0.0) == (heights < 0.0)).all()
+    # On the horizon rays are level; it is visible if the image has both kinds of rays.
+    level = np.einsum("nk,npk->np", T[:, 2, :3], camera.ray(found.pixels))
+    assert np.abs(level[found.visible]).max(initial=0.0) < 1e-9
+    assert np.isnan(found.pixels[~found.visible]).all()
+    both = (heights > 0.0).any(axis=-1) & (heights < 0.0).any(axis=-1)
+    assert (found.visible | ~both).all()
+    inside = camera.sees(found.pixels[:, 1:-1])
+    assert (inside == found.visible[:, None]).mean() > 0.95
+    assert (found.pixels[found.visible][:, 0, 0] <= found.pixels[found.visible][:, -1, 0]).all()
+
+
+def test_a_camera_that_looks_straight_down_has_its_horizon_at_infinity(nao: nk.NaoModel) -> None:
+    camera = nk.world.camera(nao, "CameraTop")
+    q = nao.neutral()
+    for angle, sign in ((np.pi / 2, 1.0), (-np.pi / 2, -1.0)):
+        T_world_camera = nk.screws.pose(nk.rotations.rot_y(angle), [0.0, 0.0, 1.0])
+        T_world_base = T_world_camera @ nk.screws.inverse(nao.fk(q, "CameraTop"))
+        found = nk.world.horizon(nao, q, camera, T_world_base=T_world_base)
+        assert found.line.tolist() == pytest.approx([0.0, 0.0, sign])
+        assert not found.visible
+        polygon = nk.world.visible_ground(nao, q, camera, T_world_base=T_world_base)
+        across, high = (2.0 * np.tan(angle / 2) for angle in nao.semantics.fields_of_view["CameraTop"])
+        assert len(polygon) == (4 if sign > 0 else 0)
+        if sign > 0:
+            assert np.ptp(polygon, axis=0).tolist() == pytest.approx([high, across, 0.0], abs=1e-9)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 2**31), st.booleans())
+def test_a_point_is_in_the_visible_polygon_if_and_only_if_its_pixel_is_in_the_image(seed: int, lens: bool) -> None:
+    from matplotlib.path import Path as Outline
+
+    nao, rng = nk.load_nao(), np.random.default_rng(seed)
+    plain = nk.world.camera(nao, ("CameraTop", "CameraBottom")[seed % 2])
+    camera = _lensed(plain) if lens else plain
+    q, T_world_base = nao.random(rng), _pose(rng)
+    polygon = nk.world.visible_ground(nao, q, camera, T_world_base=T_world_base, max_distance=4.0)
+    batch = nk.world.visible_ground(nao, np.stack([q, q]), camera, T_world_base=T_world_base, max_distance=4.0)
+    assert np.array_equal(batch[1][np.isfinite(batch[1, :, 0])], polygon)
+    T = nk.world.camera_pose(nao, q, camera, T_world_base=T_world_base)
+    points = np.column_stack([T[:2, 3] + rng.uniform(-5.0, 5.0, (400, 2)), np.zeros(400)])
+    forward = T[:2, 0] / np.linalg.norm(T[:2, 0])
+    near = (points[:, :2] - T[:2, 3]) @ forward < 4.0
+    visible = nk.world.project(nao, q, points, camera, T_world_base=T_world_base).visible & near
+    contained = Outline(polygon[:, :2]).contains_points(points[:, :2]) if len(polygon) > 2 else np.zeros(400, bool)
+    wrong = visible != contained
+    assert not wrong.any() if not lens else wrong.mean() < 0.01  # a curved edge is drawn with corners
+
+
+@pytest.mark.parametrize("lens", [False, True])
+@pytest.mark.parametrize("support", [None, "RLeg", "torso", "LArm"])
+def test_derivatives_behind_the_covariance_are_differences(nao: nk.NaoModel, lens: bool, support: str | None) -> None:
+    q, pixel, step = nao.posture("StandInit", HeadYaw=0.4, HeadPitch=0.2), np.array([400.0, 300.0]), 1e-6
+    camera = nk.world.camera(nao, "CameraTop")
+    camera = _lensed(camera) if lens else camera
+    down = nao.set_down(q)
+    still = support or down.soles[int(down.touching.argmax())]
+    T_world_still = down.T_world_base @ nao.fk(q, still)
+
+    def point(q: np.ndarray, pixel: np.ndarray) -> np.ndarray:
+        """The ground at a pixel, while the support stays where it is."""
+        T_world_base = T_world_still @ nk.screws.inverse(nao.fk(q, still))
+        return nk.world.pixel_to_ground(nao, q, pixel, camera, T_world_base=T_world_base).points[:2]
+
+    G = [(point(q + step * e, pixel) - point(q - step * e, pixel)) / (2 * step) for e in np.eye(nao.nq)]
+    H = [(point(q, pixel + step * e) - point(q, pixel - step * e)) / (2 * step) for e in np.eye(2)]
+    sigma = np.linspace(0.001, 0.02, nao.nv)
+    expected = np.einsum("ki,k,kj->ij", G, sigma**2, G) + 0.25 * np.einsum("ki,kj->ij", H, H)
+    found = nk.world.ground_covariance(nao, q, pixel, camera, joint_noise=sigma, pixel_noise=0.5, support=support)
+    assert found == pytest.approx(expected, rel=1e-5, abs=1e-9)
+    full = nk.world.ground_covariance(
+        nao, q, pixel, camera, joint_noise=np.diag(sigma**2), pixel_noise=0.5, support=support
+    )
+    assert full == pytest.approx(found)
+
+
+def test_the_covariance_is_the_spread_of_noisy_measurements(nao: nk.NaoModel) -> None:
+    rng, n = np.random.default_rng(2), 20_000
+    q, pixel, camera = nao.posture("StandInit"), np.array([250.0, 400.0]), nk.world.camera(nao, "CameraTop")
+    T_world_base = nao.set_down(q).T_world_base
+    head = (
+        [nao.velocity_names.index(name) for name in ("HeadYaw", "HeadPitch")]
+        if hasattr(nao, "velocity_names")
+        else [0, 1]
+    )
+    sigma = np.zeros(nao.nv)
+    sigma[head] = np.radians(0.3)
+    noisy = q + sigma * rng.normal(size=(n, nao.nq))
+    pixels = pixel + 0.7 * rng.normal(size=(n, 2))
+    points = nk.world.pixel_to_ground(nao, noisy, pixels, camera, T_world_base=T_world_base).points[:, :2]
+    expected = np.cov(points.T)
+    found = nk.world.ground_covariance(
+        nao, q, pixel, camera, joint_noise=sigma, pixel_noise=0.7, T_world_base=T_world_base
+    )
+    scale = np.sqrt(np.diag(expected))
+    assert np.abs((found - expected) / np.outer(scale, scale)).max() < 0.05
+
+
+def test_batches_of_configurations_and_pixels_are_those_one_by_one(nao: nk.NaoModel) -> None:
+    q = np.stack([nao.posture(name) for name in _POSTURES])
+    camera = _lensed(nk.world.camera(nao, "CameraBottom"))
+    pixels = np.array([[[100.0, 300.0]], [[320.0, 240.0]], [[500.0, 450.0]]])
+    points = nk.world.pixel_to_ground(nao, q, pixels, camera).points
+    covariance = nk.world.ground_covariance(nao, q, pixels, camera, joint_noise=0.01)
+    lines = nk.world.horizon(nao, q, camera).line
+    assert points.shape == (3, 4, 3)
+    for i, j in np.ndindex(3, 4):
+        one = nk.world.pixel_to_ground(nao, q[j], pixels[i, 0], camera)
+        assert points[i, j] == pytest.approx(one.points, abs=1e-12)
+        own = nk.world.ground_covariance(nao, q[j], pixels[i, 0], camera, joint_noise=0.01)
+        assert covariance[i, j] == pytest.approx(own)
+    assert lines[2] == pytest.approx(nk.world.horizon(nao, q[2], camera).line)
+    assert nk.world.pixel_to_ground(nao, q[:0], np.empty((0, 2)), camera).points.shape == (0, 3)
+
+
+def test_wrong_arguments_are_named(nao: nk.NaoModel) -> None:
+    q, camera = nao.posture("StandInit"), nk.world.camera(nao, "CameraBottom")
+    pixel = [320.0, 240.0]
+    elsewhere = Camera("c", "CameraBotom", 640, 480, 500.0, 500.0, 320.0, 240.0)
+    with pytest.raises(UnknownName, match="CameraBottom"):
+        nk.world.pixel_to_ground(nao, q, pixel, elsewhere)
+    with pytest.raises(BadArgument, match="camera must be a Camera"):
+        nk.world.pixel_to_ground(nao, q, pixel, "CameraBottom")  # type: ignore[arg-type]
+    with pytest.raises(WrongShape):
+        nk.world.pixel_to_ground(nao, np.stack([q, q]), np.zeros((3, 2)), camera)
+    for noise in (-0.1, np.ones(3), -np.eye(nao.nv), np.triu(np.ones((nao.nv, nao.nv)))):
+        with pytest.raises(nk.NaoKinError, match="joint_noise"):
+            nk.world.ground_covariance(nao, q, pixel, camera, joint_noise=noise)
+    with pytest.raises(BadArgument, match="pixel_noise"):
+        nk.world.ground_covariance(nao, q, pixel, camera, joint_noise=0.1, pixel_noise=-1.0)
+    lying = nao.posture("LyingBelly")
+    with pytest.raises(BadArgument, match="no sole touches the floor; name the support that does"):
+        nk.world.ground_covariance(nao, lying, [[320.0, 470.0]], camera, joint_noise=0.1)
+    with pytest.raises(BadArgument, match="max_distance"):
+        nk.world.visible_ground(nao, q, camera, max_distance=0.0)
+    folded = Camera("folded", "CameraTop", 640, 480, 400.0, 400.0, 320.0, 240.0, (-0.5, 0.0, 0.0, 0.0))
+    with pytest.raises(BadArgument, match="folded cannot be inverted at the edge of the image, at"):
+        nk.world.horizon(nao, q, folded)
