@@ -532,10 +532,11 @@ class _Problem:
         ways /= np.linalg.norm(ways, axis=-1, keepdims=True)
         leads = np.ones(len(rows), dtype=np.bool_)
         for step in _STEPS:  # both ways, for a branch that is near is only on one
-            ahead = answers.where(rows)
-            ahead = self._descended(self.limb.free, ahead._replace(u=ahead.u + step * ways), _ON_FAMILY)
-            along = np.sum(self._apart(ahead.u, answers.u[rows]) * ways, axis=-1) / step
-            leads &= (ahead.errors.max(axis=-1, initial=0.0) <= 2.0 * _ON_FAMILY) & (along > _STAYED)
+            on = np.flatnonzero(leads)
+            ahead = answers.where(rows[on])
+            ahead = self._descended(self.limb.free, ahead._replace(u=ahead.u + step * ways[on]), _ON_FAMILY)
+            along = np.sum(self._apart(ahead.u, answers.u[rows[on]]) * ways[on], axis=-1) / step
+            leads[on] = (ahead.errors.max(axis=-1, initial=0.0) <= 2.0 * _ON_FAMILY) & (along > _STAYED)
         if not leads.any():
             return answers
         members, firsts = np.unique(rows[leads], return_index=True)
