@@ -16,7 +16,9 @@ CROSSED = {"LShoulderRoll": -0.3, "LElbowRoll": -1.5, "RElbowRoll": 0.04}
 def _solved(nao: nk.NaoModel, solver: str, q: np.ndarray, **more: Any) -> IKResult:
     if solver in ("leg", "arm"):
         frame = {"leg": "LLeg", "arm": "LArm"}[solver]
-        return getattr(nk.ik, solver)(nao, "L", nao.fk(q, frame), reference=q, limits="ignore", **more)
+        # The limits leave some targets with fewer solutions than others.
+        limits = {"leg": "enforce", "arm": "ignore"}[solver]
+        return getattr(nk.ik, solver)(nao, "L", nao.fk(q, frame), reference=q, limits=limits, **more)
     if solver == "legs":
         return nk.ik.legs(nao, nao.fk(q, "LLeg"), nao.fk(q, "RLeg"), reference=q, limits="ignore", **more)
     if solver == "head":
