@@ -172,16 +172,24 @@ def test_undo_puts_a_target_back_in_a_live_page_and_in_a_saved_one(
     start = nao.position(live.q, "LArm")
     ball = live.add_target("ball", start, on_move=lambda T: live.display(nk.ik.arm(nao, "L", T, reference=live.q).q))
     page.tab.wait_for_function("() => naoKin.targets.list.length === 1")
+
+    def follows(place: np.ndarray) -> bool:
+        """Whether the program and the page have the hand there, and agree."""
+        is_there = np.linalg.norm(nao.position(live.q, "LArm") - place) < 1e-3
+        return bool(is_there and np.abs(page.q - live.q).max() < 1e-9)
+
     page.drag(page.place("ball"), (20.0, -60.0))
     page.tab.mouse.up()
-    assert until(lambda: np.linalg.norm(nao.position(live.q, "LArm") - ball.T) < 1e-3)
+    assert until(lambda: np.array_equal(ball.T, page.matrix("ball")[:3, 3]))
     moved = ball.T
+    assert until(lambda: follows(moved))
     assert np.linalg.norm(moved - start) > 0.03
     page.tab.keyboard.press("Control+z")
     assert until(lambda: np.allclose(ball.T, start, atol=1e-12))
-    assert until(lambda: np.linalg.norm(nao.position(live.q, "LArm") - start) < 1e-3)
+    assert until(lambda: follows(start))
     page.tab.keyboard.press("Control+Shift+Z")
     assert until(lambda: np.allclose(ball.T, moved, atol=1e-12))
+    assert until(lambda: follows(moved))
     # What the program has done to it since another step stays.
     page.tab.get_by_role("slider", name="HeadYaw").press("ArrowUp")
     assert until(lambda: abs(page.q[nao.joint_names.index("HeadYaw")] - np.radians(1.0)) < 1e-6)
