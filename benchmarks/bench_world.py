@@ -1,4 +1,4 @@
-"""Balance of many configurations beside a loop over SciPy's hulls, and how long setting down and odometry take.
+"""Balance beside a loop over SciPy's hulls, pixels to the ground, and how long setting down and odometry take.
 
 Example:
     python benchmarks/bench_world.py
@@ -17,8 +17,8 @@ from scipy.spatial import ConvexHull
 
 import nao_kin as nk
 
-# For the margin of one configuration in a batch [µs].
-LIMIT = 3.0
+# For the margin of one configuration in a batch, and for one pixel without distortion to the ground [µs].
+LIMIT, PIXEL_LIMIT = 3.0, 1.0
 
 
 def best(call: Callable[[], object], rounds: int) -> float:
@@ -59,19 +59,25 @@ def main() -> int:
     few, lying = q[: max(1, count // 100)], nao.random(rng, max(1, count // 1000))
     agree = float(np.abs(nk.world.margin(nao, few) - by_scipy(nao, few)).max())  # compiles
     times = 0.01 * np.arange(count)
+    stand, top = nao.posture("StandInit"), nk.world.camera(nao, "CameraTop")
+    lens = nk.world.Camera.from_matrix(top.matrix, (-0.25, 0.1, 0.002, -0.001, -0.02), frame=top.frame, size=(640, 480))
+    pixels = rng.uniform([0.0, 0.0], [640.0, 480.0], (1_000_000, 2))
     us = {
         "margin": best(lambda: nk.world.margin(nao, q), rounds) / count,
         "margin_by_scipy": best(lambda: by_scipy(nao, few), rounds) / len(few),
         "balance": best(lambda: nk.world.balance(nao, q[: len(few) * 10]), rounds) / len(few) / 10,
         "set_down_standing": best(lambda: nao.set_down(q[: len(few) * 10]), rounds) / len(few) / 10,
         "set_down_anyhow": best(lambda: nao.set_down(lying), rounds) / len(lying),
+        "pixel_to_ground": best(lambda: nk.world.pixel_to_ground(nao, stand, pixels, top), rounds) / len(pixels),
+        "pixel_to_ground_with_distortion": best(lambda: nk.world.pixel_to_ground(nao, stand, pixels, lens), 1)
+        / len(pixels),
         "odometry": best(lambda: nk.world.odometry(nao, times, q), rounds) / count,
     }
     figures = {f"{name}_us": round(1e6 * value, 2) for name, value in us.items()}
     figures |= {
         "times_faster_than_scipy": round(us["margin_by_scipy"] / us["margin"], 1),
         "largest_difference": agree,
-        "met": 1e6 * us["margin"] <= LIMIT and agree < 1e-9,
+        "met": 1e6 * us["margin"] <= LIMIT and 1e6 * us["pixel_to_ground"] <= PIXEL_LIMIT and agree < 1e-9,
     }
     print(json.dumps(figures, indent=2))
     return 0 if figures["met"] else 1

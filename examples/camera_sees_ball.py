@@ -1,6 +1,6 @@
 """Where is the ball in the picture?
 
-Learn how to transform a point on the floor from the foot's frame to the camera's, and project it to a pixel.
+Learn how to project a point on the floor to a pixel of a camera, and how to get from the pixel back to the floor.
 """
 
 import sys
@@ -10,33 +10,31 @@ import numpy as np
 
 import nao_kin as nk
 
-WIDTH, HEIGHT = 640, 480
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
 nao = nk.load_nao()
 q = nao.posture("Stand", HeadYaw=0.2, HeadPitch=0.1)
+camera = nk.world.camera(nao, "CameraBottom", "VGA")
 
-# In the optical frame, z points ahead, x to the right and y down.
-T_camera_torso = nao.fk(q, "torso", reference="CameraBottom_optical_frame")
-T_torso_foot = nao.fk(q, "LLeg")
-ball_in_foot = [0.32, 0.1, 0.05]
-ball_in_torso = nk.screws.transform_point(T_torso_foot, ball_in_foot)
-x, y, z = nk.screws.transform_point(T_camera_torso, ball_in_torso)
+# The world has the floor at z = 0; the robot stands on it.
+T_world_torso = nao.set_down(q).T_world_base
+T_world_foot = T_world_torso @ nao.fk(q, "LLeg")
+ball = nk.screws.transform_point(T_world_foot, [0.32, 0.1, 0.05])  # its centre
+pixel = nk.world.project(nao, q, ball, camera).pixels
+print(f"in the picture of {camera.width} × {camera.height} the ball is at column {pixel[0]:.0f}, row {pixel[1]:.0f}")
 
-# A pinhole camera: from the centre to the edge is the tangent of half the field of view.
-half_width, half_height = np.tan(np.array(nao.semantics.fields_of_view["CameraBottom"]) / 2)
-column = WIDTH / 2 * (1 + x / z / half_width)
-row = HEIGHT / 2 * (1 + y / z / half_height)
-print(f"the ball is {z:.3f} m ahead of the camera")
-print(f"in the picture of {WIDTH} × {HEIGHT} it is at column {column:.0f}, row {row:.0f}")
+# Back to the floor: the centre of the ball is on the plane at the height of its radius.
+radius = ball[2]
+seen = nk.world.pixel_to_ground(nao, q, pixel, camera, height=radius).points
+covariance = nk.world.ground_covariance(nao, q, pixel, camera, height=radius, joint_noise=np.radians(0.5))
+ahead, aside = np.sqrt(np.diag(covariance))
+print(f"it is {seen[0]:.3f} m ahead and {seen[1]:.3f} m to the left, ± {ahead:.3f} m and ± {aside:.3f} m")
 
-edge = [[-half_width, -half_height, 1], [half_width, -half_height, 1], [half_width, half_height, 1]]
-edge = 0.3 * np.array([*edge, [-half_width, half_height, 1]])  # the corners of the picture, held 30 cm away
-eye = np.zeros(3)
-sides = [eye, edge[0], edge[1], eye, edge[2], edge[3], eye]
+eye = nk.world.camera_pose(nao, q, camera)[:3, 3]
+corners = nk.world.visible_ground(nao, q, camera)
 viewer = nk.Viewer(nao)
 viewer.display(q)
-viewer.show_targets({"ball": ball_in_torso})
-viewer.add_line("picture", [*edge, edge[0]], frame="CameraBottom_optical_frame", color=(0.1, 0.4, 0.8))
-viewer.add_line("sides", sides, frame="CameraBottom_optical_frame", width=0.002)
-viewer.add_line("ray", [eye, [x, y, z]], frame="CameraBottom_optical_frame", color=(0.9, 0.3, 0.1))
+viewer.show_targets({"ball": nk.screws.transform_point(nk.screws.inverse(T_world_torso), seen)})  # in the torso
+viewer.add_line("seen ground", [*corners, corners[0]], color=(0.1, 0.4, 0.8))
+viewer.add_line("sides", [point for corner in corners for point in (eye, corner)], width=0.002)
+viewer.add_line("ray", [eye, seen], color=(0.9, 0.3, 0.1))
 print("see", viewer.save_html(folder / "camera_sees_ball.html", overwrite=True))

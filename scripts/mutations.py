@@ -1154,6 +1154,31 @@ _WORLD = (
         ("feet-frame-as-high-as-their-mean", "places[..., 2].min(axis=-1)", "places[..., 2].mean(axis=-1)"),
     ),
     *_faults(
+        "world/cameras.py",
+        "test_cameras.py",
+        ("tangential-distortion-exchanged", "p1 * ab2 + p2 * (s + 2.0 * a * a)", "p2 * ab2 + p1 * (s + 2.0 * a * a)"),
+        ("rational-terms-left-out-of-the-derivative", "- radial * (k4 + s", "- 0.0 * (k4 + s"),
+        ("any-root-of-the-distortion-is-taken", "if end > 0.0), default=math.inf", "if end > 1e9), default=math.inf"),
+        ("image-begins-at-the-first-centre", "(uv >= -0.5)", "(uv >= 0.0)"),
+    ),
+    *_faults(
+        "world/camera_ground.py",
+        "test_camera_ground.py",
+        ("ground-behind-the-camera", "valid = (t > 0.0) & (t < np.inf)", "valid = np.abs(t) < np.inf"),
+        (
+            "support-turns-without-moving-the-camera",
+            "own[..., :3, :] -= np.swapaxes",
+            "own[..., :3, :] -= 0.0 * np.swapaxes",
+        ),
+        ("noise-of-the-pixel-not-squared", "np.square(pixel_noise)", "np.asarray(pixel_noise)"),
+        (
+            "visible-ground-cut-at-the-horizon-alone",
+            "-max_distance * d[..., 2] - above",
+            "-max_distance * d[..., 2] - 0.0",
+        ),
+        ("horizon-with-the-ground-above", "-up[..., 0]], axis=-1)", "up[..., 0]], axis=-1)"),
+    ),
+    *_faults(
         "world/odometry.py",
         "test_odometry.py",
         ("support-changes-at-half-the-force", "_SHARE = 0.6", "_SHARE = 0.5"),

@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     from nao_kin.world import Camera
 
 # Headings of the two kinds of rows.
-_PIXEL, _POINT = ("u", "v"), ("x", "y", "z")
+_PIXEL: tuple[str, ...] = ("u", "v")
+_POINT: tuple[str, ...] = ("x", "y", "z")
 
 
 @command(
@@ -58,7 +59,8 @@ def camera(
         raise BadArgument("--pixel, --point and FILE are three inputs; give one")
     if not math.isfinite(height):
         raise BadArgument(f"--height must be a finite number, got {height}")
-    headings, rows, many = _PIXEL, None, file is not None
+    headings, many = _PIXEL, file is not None
+    rows: Floats | None = None
     if file is not None:
         headings, rows = _read(file)
     elif pixel is not None or point is not None:

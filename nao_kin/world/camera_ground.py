@@ -269,7 +269,7 @@ def horizon(
             ends.append((rays[i] * there - rays[j] * here) / (there - here))
     share = np.linspace(0.0, 1.0, max(2, n))[:, None]
     with np.errstate(invalid="ignore"):
-        pixels = camera.project(np.where(visible[..., None, None], _between(*ends, share), (-1.0, 0.0, 0.0)))
+        pixels = camera.project(np.where(visible[..., None, None], _between(ends[0], ends[1], share), (-1.0, 0.0, 0.0)))
         backwards = pixels[..., :1, 0] > pixels[..., -1:, 0]
     return Horizon(line, visible, np.where(backwards[..., None], pixels[..., ::-1, :], pixels))
 
@@ -418,11 +418,11 @@ def _relative_jacobian(
 ) -> Floats:
     """Return Jacobians of the camera at its eye with respect to the support, in the axes of the world."""
     root, q = robot.tree.root, robot.checked(q)
-    names = (support,) if support is not None else (root,)
+    names: tuple[str, ...] = (support,) if support is not None else (root,)
     index = np.zeros(q.shape[:-1], dtype=np.intp)
     if support is None and down is not None:
         names, index = down.soles, down.touching.argmax(axis=-1) if down.soles else index
-        without = ~down.touching.any(axis=-1)
+        without = np.asarray(~down.touching.any(axis=-1))
         if without.any():
             raise BadArgument(f"no sole touches the floor{at_index(first_index(without))}; name the support that does")
     base = down.T_world_base if down is not None else np.asarray(T_world_base, dtype=np.float64)

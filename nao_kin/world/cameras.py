@@ -320,9 +320,9 @@ class Camera:
             moved, J = self._distorted(found)
             determinant = J[:, 0, 0] * J[:, 1, 1] - J[:, 0, 1] * J[:, 1, 0]
             fine = np.abs(moved - wanted).max(axis=-1) < 1e3 * _SOLVED * (1.0 + np.abs(wanted).max(axis=-1))
-            fine &= (determinant > 0.0) & ((found * found).sum(axis=-1) < self._fold)
+            fine = fine & (determinant > 0.0) & ((found * found).sum(axis=-1) < self._fold)
         found[~fine] = np.nan
-        return found
+        return np.asarray(found)
 
 
 def camera(robot: RobotModel, name: str, resolution: str | tuple[int, int] = "VGA") -> Camera:

@@ -12,6 +12,7 @@ from explanations.solids import box, draw_solid
 TOP, BOTTOM = "#0f766e", ORANGE
 COLOURS = {"CameraTop": TOP, "CameraBottom": BOTTOM}
 SIGHT, GROUND = 2.1, 1.75  # length of a drawn field of view, in the air and on the ground [m]
+FARTHEST, TURN = 2.6, np.linspace(0.0, 2.0 * np.pi, 49)  # points drawn [m], and directions of an ellipse
 SCALE, LEFT, SOLE = 240.0, 78.0, 350.0  # pixels per metre, position of the torso, and height of the ground
 
 
@@ -24,12 +25,10 @@ def eye_of(camera: str) -> tuple[Floats, float, float]:
     return eye, float(eye[2] - nao.position(q, "LLeg")[2]), float(pitch)
 
 
-def rays(camera: str, u: Floats, v: Floats) -> Floats:
-    """Return directions in the torso of points in the picture, each from −1 to 1, to the right and down."""
+def on_sole() -> Floats:
+    """Return the pose of the torso above the ground with all joints at zero."""
     nao, _ = nao_shapes()
-    across, down = (np.tan(angle / 2) for angle in nao.semantics.fields_of_view[camera])
-    directions = np.stack([np.ones(np.shape(u)), -u * across, -v * down], axis=-1)
-    return np.asarray(directions @ nao.rotation(nao.neutral(), camera).T)
+    return nk.screws.pose(np.eye(3), [0.0, 0.0, -nao.position(nao.neutral(), "LLeg")[2]])
 
 
 def fields_of_view() -> Drawing:
@@ -81,16 +80,44 @@ def ground_view(drawing: Drawing) -> None:
     view = View((LEFT, 655.0), SCALE, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
     drawing.text((24, 420), "the ground from above", 16, weight="600")
     for camera, colour in COLOURS.items():
-        eye, height, pitch = eye_of(camera)
-        # The row of the picture in which the ground is GROUND ahead, if it is none above the first.
-        half = nao.semantics.fields_of_view[camera][1] / 2
-        last = max(-1.0, np.tan(np.arctan2(height, GROUND - eye[0]) - pitch) / np.tan(half))
-        directions = rays(camera, np.array([-1.0, 1.0, 1.0, -1.0]), np.array([1.0, 1.0, last, last]))
-        corners = eye - directions * (height / directions[:, 2])[:, None]
+        seen, ahead = nk.world.camera(nao, camera), GROUND - nao.position(nao.neutral(), camera)[0]
+        corners = nk.world.visible_ground(nao, nao.neutral(), seen, T_world_base=on_sole(), max_distance=ahead)
         drawing.path(view.flat(corners), fill=colour, opacity=0.14, stroke=colour, width=1.2, closed=True)
     draw_robot(drawing, view, nao.neutral(), fill="#f3f4f6")
     drawing.text(view.flat([0.55, 0.0, 0.0]), "CameraBottom", 14, BOTTOM, weight="600", halo=True)
     drawing.text(view.flat([1.85, 0.0, 0.0]), "CameraTop, and on", 14, TOP, weight="600", halo=True)
+
+
+def uncertainty() -> Drawing:
+    """Draw points of the ground at a grid of pixels from above, each with the ellipse of two standard deviations."""
+    nao, _ = nao_shapes()
+    q = nao.posture("StandInit")
+    drawing = Drawing(760, 500, "Points of the ground at a grid of pixels of both cameras, with their uncertainty")
+    view = View((60.0, 250.0), 210.0, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    circle = np.stack([np.cos(TURN), np.sin(TURN)])
+    u, v = np.meshgrid(np.linspace(40.0, 600.0, 5), np.linspace(30.0, 450.0, 7))
+    pixels = np.stack([u, v], axis=-1).reshape(-1, 2)
+    for name, colour in COLOURS.items():
+        camera = nk.world.camera(nao, name)
+        points = nk.world.pixel_to_ground(nao, q, pixels, camera).points[:, :2]
+        covariances = nk.world.ground_covariance(nao, q, pixels, camera, joint_noise=np.radians(0.5))
+        for point, covariance in zip(points, covariances, strict=True):
+            if not point[0] < FARTHEST:
+                continue
+            ellipse = point + 2.0 * (np.linalg.cholesky(covariance) @ circle).T
+            outline = view.flat(np.pad(ellipse, ((0, 0), (0, 1))))
+            drawing.path(outline, fill=colour, opacity=0.22, stroke=colour, width=1.0, closed=True)
+            x, y = view.flat([*point, 0.0])
+            drawing.line((x - 2.0, y), (x + 2.0, y), colour, 2.0)
+    draw_robot(drawing, view, q, fill="#f3f4f6")
+    for x in (1.0, 2.0, 3.0):
+        at = view.flat([x, 0.0, 0.0])
+        drawing.line((at[0], 462.0), (at[0], 470.0), LINE, 1.6)
+        drawing.text((at[0], 488.0), f"{x:.0f} m", 13, PALE, anchor="middle")
+    drawing.text((24, 32), "0.5° in each joint, 1 pixel; two standard deviations", 14, PALE)
+    drawing.text((24, 60), "CameraTop", 14, TOP, weight="600")
+    drawing.text((124, 60), "CameraBottom", 14, BOTTOM, weight="600")
+    return drawing
 
 
 def camera_frames() -> Drawing:
@@ -135,4 +162,8 @@ def camera_frames() -> Drawing:
     return drawing
 
 
-FIGURES = {"cameras_fields_of_view": fields_of_view, "cameras_frames": camera_frames}
+FIGURES = {
+    "cameras_fields_of_view": fields_of_view,
+    "cameras_frames": camera_frames,
+    "cameras_uncertainty": uncertainty,
+}

@@ -157,8 +157,8 @@ def _semantics(version: Version) -> Semantics:
         soles=("LLeg", "RLeg"),
         cameras=v6.CAMERAS,
         fields_of_view={
-            row.camera: tuple(map(math.radians, row.field_of_view_deg))
-            for row in parameters.cameras  # type: ignore[misc]
+            row.camera: (math.radians(row.field_of_view_deg[0]), math.radians(row.field_of_view_deg[1]))
+            for row in parameters.cameras
         },
         resolutions=parameters.resolutions,
         postures={
