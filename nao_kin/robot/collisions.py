@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
@@ -79,7 +79,7 @@ class Clearance:
 
     distance: Floats
     pair_index: NDArray[np.int64]
-    pairs: tuple[LinkPair, ...]
+    pairs: tuple[LinkPair, ...] = field(repr=False)
 
     @property
     def pair(self) -> LinkPair | NDArray[np.object_] | None:

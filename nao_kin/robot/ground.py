@@ -252,16 +252,19 @@ class Floor(NamedTuple):
         return np.asarray(np.einsum("pij,pj->pi", T[self.owner, :3, :3], self.points) + T[self.owner, :3, 3])
 
 
-_FLOORS: weakref.WeakKeyDictionary[Any, Floor] = weakref.WeakKeyDictionary()
+# By the identity of a tree, which all robots that are made from it share.
+_FLOORS: dict[int, Floor] = {}
 _LOCK = threading.Lock()
 
 
 def _floor_of(robot: RobotModel) -> Floor:
     """Return the cached points of a robot."""
+    tree = robot.tree
     with _LOCK:
-        found = _FLOORS.get(robot)
+        found = _FLOORS.get(id(tree))
         if found is None:
-            found = _FLOORS[robot] = _read_floor(robot)
+            found = _FLOORS[id(tree)] = _read_floor(robot)
+            weakref.finalize(tree, _FLOORS.pop, id(tree), None)
     return found
 
 
