@@ -27,7 +27,7 @@ from nao_kin.robot.geometry import (
 from nao_kin.robot.ground import (
     TOUCHING as TOUCHING,
     Feet as Feet,
-    OutlineKind,
+    OutlineKind as OutlineKind,
     SetDown,
     common_down as common_down,
     named_soles as named_soles,
@@ -66,7 +66,6 @@ __all__ = [
     "LimitPolicy",
     "LimitViolation",
     "NaoModel",
-    "OutlineKind",
     "PoseForm",
     "RobotModel",
     "SetDown",
