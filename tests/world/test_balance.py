@@ -29,7 +29,8 @@ def _signed_distance(points: np.ndarray, centre: np.ndarray) -> float:
 
 
 @settings(max_examples=60, deadline=None)
-@given(st.integers(0, 2**31), st.sampled_from([0.01, 0.2, 5.0]))
+# Powers of two: products of the rounded corners are exact, so collinear ones are.
+@given(st.integers(0, 2**31), st.sampled_from([2.0**-7, 0.25, 4.0]))
 def test_margins_are_distances_from_scipys_hull(seed: int, spread: float) -> None:
     rng = np.random.default_rng(seed)
     points = spread * rng.normal(size=(3, rng.integers(3, 20), 2))
