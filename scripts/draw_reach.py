@@ -30,7 +30,7 @@ def main() -> None:
         viewer.display(nao.posture("StandInit"))
         for name, (by, cut) in PICTURES.items():
             viewer.show_reach(reach, by=by, cut=cut)
-            picture = viewer.save_png(Path(temporary) / "picture.png", size=SIZE)
+            picture = viewer.save_png(Path(temporary) / "picture.png", size=SIZE, overwrite=True)
             Image.open(picture).convert("RGB").save(folder / f"reach_{name}.jpg", quality=85)
             print(folder / f"reach_{name}.jpg")
 

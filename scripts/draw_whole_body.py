@@ -49,7 +49,7 @@ def main() -> None:
         for found in (crouch, lean):
             print(found)
             viewer.display(found.q)
-            picture = viewer.save_png(Path(temporary) / "picture.png", size=SIZE)
+            picture = viewer.save_png(Path(temporary) / "picture.png", size=SIZE, overwrite=True)
             pictures.append(np.asarray(Image.open(picture).convert("RGB")))
     Image.fromarray(np.concatenate(pictures, axis=1)).save(folder / "whole_body.jpg", quality=85)
 
