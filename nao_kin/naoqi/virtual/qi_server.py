@@ -72,6 +72,7 @@ class QiServer:
             qi.logging.setLevel(qi.logging.FATAL)
         self._check_address(host, number)
         self._session = qi.Session()
+        self._looked_up: dict[str, Any] = {}
         try:
             self._session.listenStandalone(f"tcp://{f'[{host}]' if ':' in host else host}:{number}")
         except RuntimeError as error:
@@ -154,7 +155,11 @@ class QiServer:
             if not service.hasError():
                 service.value().call(function, key, value, message, _async=True)
 
-        session.service(module, _async=True).addCallback(call)
+        # Events that follow one another at once share one look-up: qi may fail one of several at the same time.
+        found = self._looked_up.get(module)
+        if found is None or not found.isRunning():
+            found = self._looked_up[module] = session.service(module, _async=True)
+        found.addCallback(call)
 
 
 def _forwarded(qi: Any, service: Service, name: str) -> Callable[..., Any]:
