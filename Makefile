@@ -57,7 +57,7 @@ test-all: $(STAMP) $(LOWEST)/.installed $(LIGHT)/.installed
 	$(MAKE) -j3 --output-sync=target test-full test-lowest test-light
 
 test-full: $(STAMP)
-	$(BIN)/pytest $(PARALLEL) -n $(shell expr $(WORKERS) + 1) -m full
+	$(BIN)/pytest $(PARALLEL) -m full
 
 quick: lint
 	$(BIN)/pytest $(if $(ROOM),$(PARALLEL) tests/$(ROOM),-n auto $(QUICK))
