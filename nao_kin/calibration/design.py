@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, texts, whole_number
+from nao_kin._core.arrays import Floats, choice, whole_number
 from nao_kin._core.text import quoted
 from nao_kin.calibration.observations import Pixels
 from nao_kin.calibration.solve import Calibration
-from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.calibration.unknowns import names_of
+from nao_kin.errors import BadArgument
 
 _MOST_RANDOM = 100_000
 
@@ -117,11 +118,8 @@ def _random(calibration: Calibration, joints: Iterable[str] | None, count: int, 
         if not places:
             raise BadArgument("no joint differed between the observed postures: name joints=…, or give candidates")
     else:
-        names = texts((joints,) if isinstance(joints, str) else joints, "joints")
-        for name in names:
-            if name not in robot.joint_names:
-                raise UnknownName("joint", name, robot.joint_names)
-        places = [first + robot.joint_names.index(name) for name in names]
+        chosen = (choice(name, robot.joint_names, "joint") for name in names_of(joints, "joints"))
+        places = [first + robot.joint_names.index(name) for name in chosen]
     q = np.repeat(observed[:1], count, axis=0)
     q[:, places] = robot.random(rng, count)[:, places]
     return q

@@ -16,7 +16,7 @@ from nao_kin._core.warn import need_extra
 from nao_kin.calibration.observations import BEHIND, AnyObservation, Checked, Contacts, Pixels, Poses, Seen
 from nao_kin.calibration.starts import add_starts
 from nao_kin.calibration.unknowns import LARGEST_ANGLE, LARGEST_SHIFT, Unknowns
-from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.errors import BadArgument
 from nao_kin.robot import RobotModel, check_robot, write_offsets
 from nao_kin.screws import nearest_pose
 
@@ -269,8 +269,7 @@ class Problem:
         if count < self.size:
             raise BadArgument(f"too few observations: {count} numbers for {self.size} unknowns")
         for name in start:
-            if name not in names:
-                raise UnknownName("board, marker or world", name, tuple(names))
+            choice(name, names, "board, marker or world")
         starts = {name: nearest_pose(shaped(T, (4, 4), f"start of {name}")) for name, T in start.items()}
         nominal = Unknowns(robot, (), (), ()).at(np.zeros(0))
         # Observations that share a pose with a richer one are started by it.

@@ -8,9 +8,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, join_poses, rigid_inverse, texts
+from nao_kin._core.arrays import Floats, choice, join_poses, rigid_inverse, texts
 from nao_kin._core.text import quoted
-from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.errors import BadArgument
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import euler_rate_jacobian, matrix_from_rpy
 from nao_kin.screws import adjoint
@@ -71,7 +71,7 @@ class Unknowns:
         choices = (
             frames.items()
             if isinstance(frames, Mapping)
-            else ((frame, COORDINATES) for frame in _names(frames, "frames"))
+            else ((frame, COORDINATES) for frame in names_of(frames, "frames"))
         )
         self.frames: dict[str, Block] = {}
         for frame, chosen in choices:
@@ -160,25 +160,24 @@ class State:
         return np.array([self.x[place] if place >= 0 else 0.0 for place in block.places])
 
 
-def _names(names: Iterable[str], what: str) -> tuple[str, ...]:
+def names_of(names: Iterable[str], what: str) -> tuple[str, ...]:
+    """Return names, of which a single one may be given as a string, each once."""
     return tuple(dict.fromkeys(texts((names,) if isinstance(names, str) else names, what)))
 
 
 def _joints(robot: RobotModel, joints: Iterable[str]) -> tuple[str, ...]:
     """Return the names of joints with an offset of their own."""
-    names = _names(joints, "joints")
+    names = names_of(joints, "joints")
     for name in names:
         if name in robot.mimics:
             driver = robot.mimics[name].joint
             raise BadArgument(f"joint {name} follows {driver} and has no offset of its own: calibrate {driver}")
-        if name not in robot.joint_names:
-            raise UnknownName("joint", name, robot.joint_names)
+        choice(name, robot.joint_names, "joint")
     return names
 
 
 def _coordinates(frame: str, chosen: Iterable[str]) -> tuple[str, ...]:
-    names = _names(chosen, f"coordinates of {frame}")
+    names = names_of(chosen, f"coordinates of {frame}")
     for name in names:
-        if name not in COORDINATES:
-            raise UnknownName(f"coordinate of frame {quoted(frame)}:", name, COORDINATES)
+        choice(name, COORDINATES, f"coordinate of frame {quoted(frame)}:")
     return tuple(name for name in COORDINATES if name in names)

@@ -9,8 +9,8 @@ import typer
 
 from nao_kin._core.arrays import Floats
 from nao_kin.cli.options import DEG, JSON, RobotOptions, argument, command, option
-from nao_kin.cli.output import print_json, print_note, print_table
-from nao_kin.cli.sources import IGNORE_LIMITS, FileOptions, JointOptions, is_motion, refuse_for_motions
+from nao_kin.cli.output import print_json, print_table
+from nao_kin.cli.sources import IGNORE_LIMITS, FileOptions, JointOptions
 
 if TYPE_CHECKING:
     from nao_kin.robot import Contact, LimitPolicy
@@ -35,22 +35,10 @@ def collisions(
     Input is as for nao-kin fk. Links that a joint connects, or that always or never touch, are not compared. A motion
     gives one row for each of its key times, or --rate rows per second. Exit code 1 if links overlap.
     """
-    moves = file is not None and is_motion(file)
-    given.check(file, joints.posture, moves=moves)
     model = robot.load()
     limits: LimitPolicy = "ignore" if ignore_limits else "raise"
-    times: Floats | None = None
-    if file is None:
-        q = joints.configuration(model, deg=deg, limits=limits)
-    elif moves and (joints.posture or given.rate or given.timeline or given.log_columns(model, file) is None):
-        path = given.trajectory(model, file, deg=deg, posture=joints.posture, rate=given.rate)
-        q, times = path.q, path.times
-    else:
-        log = given.log(model, file, deg=deg, limits=limits, hips=given.hips)
-        if log.times is None:
-            refuse_for_motions(file, hips=given.hips)
-        q, times = log.q, log.times
-        print_note(*log.notes)
+    q, times, _ = given.configurations(model, file, joints, deg=deg, limits=limits)
+    q = q[0] if file is None else q
     clearance = model.clearance(q)
     contacts = model.collisions(q, margin=margin or 0.0)
     free = clearance.distance >= 0.0

@@ -30,6 +30,7 @@ from nao_kin.robot.ground import (
     OutlineKind as OutlineKind,
     SetDown,
     common_down as common_down,
+    level_axes as level_axes,
     named_soles as named_soles,
     points_on_floor as points_on_floor,
 )

@@ -18,13 +18,12 @@ from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats, finite_or_none
 from nao_kin._core.text import abbreviated
-from nao_kin._core.warn import warn_caller
 from nao_kin._kernels.cache import may_compile
 from nao_kin._kernels.capsules import BOX, SEGMENT, ShapeTable, clearances, pair_gaps
-from nao_kin.errors import BadArgument, MissingShapeWarning, UnknownName
+from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.robot.answers import CROSSOVER
 from nao_kin.robot.contacts import LinkPair, disabled_collisions
-from nao_kin.robot.geometry import capsules, mesh_path, read_mesh
+from nao_kin.robot.geometry import capsules, mesh_path, read_mesh, warn_of_shapes
 from nao_kin.robot.urdf import Box, Collision, Cylinder, MeshFile, Sphere, UnreadableShape, UrdfTree, Visual
 
 if TYPE_CHECKING:
@@ -148,9 +147,7 @@ def shapes_of(tree: UrdfTree) -> Iterator[Shape]:
                 notes.append(f"a shape of {abbreviated(row.link)} is left out: {reason}")
             else:
                 yield covering_capsule(corners @ T[:3, :3].T + T[:3, 3], row.link)
-    if notes:
-        more = f" (and {len(notes) - 1} more)" if len(notes) > 1 else ""
-        warn_caller(f"{tree.name}: {notes[0]}{more}", MissingShapeWarning)
+    warn_of_shapes(tree, notes)
 
 
 def _corners(mesh: MeshFile, tree: UrdfTree) -> Floats:

@@ -138,7 +138,12 @@ def geometry_model(model: pin.Model, frames: FrameTable, tree: UrdfTree, kind: G
         colour = row.rgba if isinstance(row, Visual) else None
         placed.meshColor, placed.overrideMaterial = np.array(colour or _GREY), colour is not None
         geometry.addGeometryObject(placed)
+    warn_of_shapes(tree, notes)
+    return geometry
+
+
+def warn_of_shapes(tree: UrdfTree, notes: Sequence[str]) -> None:
+    """Warn of shapes that are left out, if there are notes on any."""
     if notes:
         more = f" (and {len(notes) - 1} more)" if len(notes) > 1 else ""
         warn_caller(f"{tree.name}: {notes[0]}{more}", MissingShapeWarning)
-    return geometry

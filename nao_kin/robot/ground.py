@@ -145,6 +145,11 @@ class Feet(NamedTuple):
         points = np.concatenate([*outlines, np.empty((0, 3))])
         return Feet(names, points, np.repeat(np.arange(len(names)), counts))
 
+    def placed(self, T_soles: Floats) -> Floats:
+        """Return the corners of soles at T_soles (n, S, 4, 4), shape (n, k, 3)."""
+        T = T_soles[:, self.owner]
+        return np.asarray(np.einsum("nkij,kj->nki", T[..., :3, :3], self.points) + T[..., :3, 3])
+
     def carried(self, robot: RobotModel, links: Sequence[str]) -> list[int]:
         """Return the indices of the links that move with a sole."""
         frames = robot.model.frames
@@ -345,8 +350,7 @@ def _rows_down(
     """Return T_world_base, the corners, which of them touch, which links touch, and which rows stand."""
     T = np.asarray(robot.fk(rows, (*floor.links, *feet.names), reference=robot.tree.root))
     T_links, T_soles = T[:, : len(floor.links)], T[:, len(floor.links) :]
-    placed = T_soles[:, feet.owner]
-    corners = np.einsum("nkij,kj->nki", placed[..., :3, :3], feet.points) + placed[..., :3, 3]
+    corners = feet.placed(T_soles)
     used = np.ones((len(rows), len(feet.names)), dtype=np.bool_)
     stands = np.full(len(rows), given)
     if gravity is not None:
@@ -436,7 +440,7 @@ def _on_soles(floor: Floor, T_links: Floats, T_soles: Floats) -> tuple[Floats, N
 def _is_balanced(points: Floats, centre: Floats, down: Floats) -> bool:
     """Return whether the centre of mass is above what touches the floor."""
     heights = points @ down
-    contacts = (points[heights >= heights.max() - TOUCHING] - centre) @ _tangents(down).T
+    contacts = (points[heights >= heights.max() - TOUCHING] - centre) @ level_axes(-down).T
     return not _nearest_to_origin(contacts).any()
 
 
@@ -447,7 +451,7 @@ def _settled(points: Floats, centre: Floats, down: Floats) -> Floats:
     to a local minimum of the height of the centre of mass.
     """
     for _ in range(_MOST_ROLLS):
-        across = _tangents(down)
+        across = level_axes(-down)
         depths = points @ down
         floor = depths.max()
         nearest = _nearest_to_origin((points[depths >= floor - _ROLLING] - centre) @ across.T)
@@ -481,8 +485,14 @@ def _nearest_to_origin(points: Floats) -> Floats:
     return np.asarray(candidates[np.square(candidates).sum(axis=-1).argmin()])
 
 
-def _tangents(n: Floats) -> Floats:
-    """Return two directions at right angles to another one and to each other, shape (2, 3)."""
-    flat = np.array([0.0, -n[2], n[1]]) if abs(n[0]) < 0.6 else np.array([n[2], 0.0, -n[0]])
-    first = flat / np.linalg.norm(flat)
-    return np.stack([first, np.cross(n, first)])
+def level_axes(up: Floats) -> Floats:
+    """Return two horizontal directions for directions up (..., 3), counter-clockwise seen from above, (..., 2, 3).
+
+    Source: Duff et al., Building an orthonormal basis, revisited, 2017.
+    """
+    x, y, z = np.moveaxis(up, -1, 0)
+    sign = np.copysign(1.0, z)
+    a = -1.0 / (sign + z)
+    b = x * y * a
+    first = np.stack([1.0 + sign * x * x * a, sign * b, -sign * x], axis=-1)
+    return np.stack([first, np.stack([b, sign + y * y * a, -y], axis=-1)], axis=-2)

@@ -17,6 +17,7 @@ from nao_kin.world.odometry import (
     LOWER as LOWER,
     Odometry,
     odometry,
+    on_floor as on_floor,
     sole_heights as sole_heights,
     standing_sole as standing_sole,
 )

@@ -23,6 +23,7 @@ from nao_kin.robot import (
     SupportPolygon,
     check_robot,
     common_down,
+    level_axes,
     named_soles,
     points_on_floor,
 )
@@ -109,7 +110,7 @@ def balance(
     T_world_soles = T_world_base[:, None] @ T_base_soles
     com = robot.com(rows, reference=robot.tree.root)
     com = np.einsum("nij,nj->ni", T_world_base[:, :3, :3], com) + T_world_base[:, :3, 3]
-    corners = _placed(T_world_soles, feet)
+    corners = feet.placed(T_world_soles)
     points = np.where((corners[..., 2] <= tolerance)[..., None], corners[..., :2], np.nan)
     if soles is None:
         others = np.delete(
@@ -177,7 +178,7 @@ def margin(
     for start in range(0, len(rows), _AT_ONCE):
         part = slice(start, start + _AT_ONCE)
         T = np.asarray(robot.fk(rows[part], names, reference=robot.tree.root))
-        across = _level(-common_down(T) if given is None else -given[part])
+        across = level_axes(-common_down(T) if given is None else -given[part])
         com = np.einsum("nai,ni->na", across, robot.com(rows[part], reference=robot.tree.root))
         placed = np.empty((len(T), 2, len(feet.points)))
         for k in range(len(names)):
@@ -220,25 +221,6 @@ def feet_frame(T_world_feet: ArrayLike) -> Floats:
     frame[..., 2, 3] = places[..., 2].min(axis=-1)
     frame[..., 3, 3] = 1.0
     return frame
-
-
-def _level(up: Floats) -> Floats:
-    """Return two horizontal directions for each direction up (n, 3), counter-clockwise seen from above, (n, 2, 3).
-
-    Source: Duff et al., Building an orthonormal basis, revisited, 2017.
-    """
-    x, y, z = up.T
-    sign = np.copysign(1.0, z)
-    a = -1.0 / (sign + z)
-    b = x * y * a
-    first = np.stack([1.0 + sign * x * x * a, sign * b, -sign * x], axis=-1)
-    return np.stack([first, np.stack([b, sign + y * y * a, -y], axis=-1)], axis=1)
-
-
-def _placed(T: Floats, feet: Feet) -> Floats:
-    """Return the corners of soles at T (n, S, 4, 4), shape (n, k, 3)."""
-    own = T[:, feet.owner]
-    return np.asarray(np.einsum("nkij,kj->nki", own[..., :3, :3], feet.points) + own[..., :3, 3])
 
 
 def _with_hull(points: Floats, k: int, more: Floats) -> Floats:

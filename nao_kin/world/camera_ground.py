@@ -146,12 +146,6 @@ def pixel_to_ground(
     """
     T, _ = _placed(robot, q, camera, T_world_base)
     sight = _Sight.of(T, pixels, camera, height)
-    if sight.t.ndim == 0 and not sight.valid:
-        wanted = f"z = {float(np.asarray(height)):g} m"
-        uv = pixel_name(np.asarray(pixels, dtype=np.float64))
-        raise BadArgument(
-            f"the pixel {uv} of {camera.name} shows no point of the plane {wanted}: it is above the horizon"
-        )
     return GroundPoints(T[..., :3, 3] + sight.t[..., None] * sight.d, sight.valid)
 
 
@@ -205,8 +199,6 @@ def ground_covariance(
     T, down = _placed(robot, q, camera, T_world_base)
     noise = _joint_covariance(robot, joint_noise)
     check_tolerance(float(np.asarray(pixel_noise)) if np.ndim(pixel_noise) == 0 else pixel_noise, "pixel_noise")
-    if np.ndim(pixels) == 1:
-        pixel_to_ground(robot, q, pixels, camera, T_world_base=T_world_base, height=height)  # raises its error
     sight = _Sight.of(T, pixels, camera, height)
     J = _relative_jacobian(robot, q, camera, T, down, T_world_base, support)
     d, t = sight.d, sight.t[..., None, None]
@@ -368,6 +360,12 @@ class _Sight:
         with np.errstate(all="ignore"):
             t = (plane - T[..., 2, 3]) / d[..., 2]
             valid = (t > 0.0) & (t < np.inf)
+        if not shape and not valid:
+            uv = pixel_name(np.asarray(pixels, dtype=np.float64))
+            raise BadArgument(
+                f"the pixel {uv} of {camera.name} shows no point of the plane z = {float(plane):g} m: "
+                "it is above the horizon"
+            )
         t = np.where(valid, t, np.nan)
         return _Sight(ab, d, np.broadcast_to(t, shape), np.broadcast_to(valid, shape))
 

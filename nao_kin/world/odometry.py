@@ -110,21 +110,20 @@ def odometry(
     turns = None if gyro is None else shaped(gyro, (len(rows), 3), "gyro")
 
     first = support[0]
-    T_world_sole = np.eye(4)
     if start is None:
         feet = T_soles_base[0, first] @ T_base_soles[0]
         frame = feet_frame(feet)
         frame[2, 3] = 0.0
         T_world_sole = rigid_inverse(frame)
     else:
-        T_world_sole = _flat(as_batch(start, (4, 4), "start") @ T_base_soles[0, first])
+        T_world_sole = on_floor(as_batch(start, (4, 4), "start") @ T_base_soles[0, first])
     T_world_base, T_world_support = np.empty((2, len(rows), 4, 4))
     changes = [0, *(np.flatnonzero(np.diff(support)) + 1).tolist(), len(rows)]
     for begin, end in itertools.pairwise(changes):
         sole = support[begin]
         if begin:
             # The row before still belongs to the former support: where both legs agree best.
-            T_world_sole = _flat(T_world_base[begin - 1] @ T_base_soles[begin - 1, sole])
+            T_world_sole = on_floor(T_world_base[begin - 1] @ T_base_soles[begin - 1, sole])
         back = max(begin - 1, 0)
         legs = T_world_sole @ T_soles_base[back:end, sole]
         placed = np.broadcast_to(T_world_sole, legs.shape)
@@ -230,6 +229,6 @@ def _slips(T_world_base: Floats, gyro: Floats, steps: Floats) -> Floats:
     return np.asarray((measured[1:] + measured[:-1]) * steps - by_leg)
 
 
-def _flat(T: Floats) -> Floats:
+def on_floor(T: Floats) -> Floats:
     """Return a pose on the floor below, with the same heading."""
     return join_poses(rot_z(np.arctan2(T[1, 0], T[0, 0])), T[:3, 3] * [1.0, 1.0, 0.0])

@@ -15,7 +15,7 @@ from nao_kin.naoqi.spaces import LEGS, TORSO, robot_frame
 from nao_kin.naoqi.virtual.engine import TICK, Notes
 from nao_kin.robot import NaoModel
 from nao_kin.rotations import rot_z, rotation_between
-from nao_kin.world import LOWER, sole_heights, standing_sole
+from nao_kin.world import LOWER, on_floor, sole_heights, standing_sole
 
 LEFT_HIP, RIGHT_HIP = "LHipYawPitch", "RHipYawPitch"
 # The difference below which a clipped command or a late joint counts as rounding.
@@ -259,7 +259,7 @@ class Base:
 
     def stand_on(self, foot: str, q: Floats) -> None:
         """Put a foot, "LLeg" or "RLeg", flat on the floor at its pose in a configuration, to stay there."""
-        self.plant(foot, _flat(self.torso(q) @ self._robot.fk(q, foot)))
+        self.plant(foot, on_floor(self.torso(q) @ self._robot.fk(q, foot)))
 
     def plant(self, foot: str, T_world_sole: Floats) -> None:
         """Put a foot down with its sole at a pose, where it stays: for each step of a walk."""
@@ -288,11 +288,6 @@ class Base:
     def standing_foot(self, q: Floats, before: str = LEGS[0]) -> str:
         """Return the standing foot: `before`, unless the other is lower, also relative to its own sole."""
         return LEGS[standing_sole(sole_heights(self._robot.fk(q, LEGS)), LEGS.index(before))]
-
-
-def _flat(T: Floats) -> Floats:
-    """Return the pose on the floor below, with the same yaw."""
-    return join_poses(rot_z(math.atan2(T[1, 0], T[0, 0])), T[:3, 3] * [1.0, 1.0, 0.0])
 
 
 def _upright(up: ArrayLike) -> Floats:
