@@ -12,7 +12,7 @@ import nao_kin as nk
 nao = nk.load_nao()
 
 # The left hand in front of the belly.
-q = nao.posture("StandInit", LShoulderRoll=-0.2, LElbowRoll=-1.2)
+q = nao.posture("StandInit", LShoulderRoll=-0.3, LElbowRoll=-1.2)
 for contact in nao.collisions(q):
     print(contact.describe())
 

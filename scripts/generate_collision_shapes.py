@@ -1,14 +1,16 @@
-"""Fit the collision shapes of the NAO to its meshes and sort their pairs, or check that the rows are up to date.
+"""Fit the collision shapes of the NAO to its meshes and sort their pairs, or check that the files are up to date.
 
-Each link has one capsule of least volume that contains its mesh, of every version; the hand has a second one for its
-fingers at all openings. The trunk and the feet, which are flat and wide, have boxes. Lengths are rounded to 0.1 mm,
-outwards. The right side is the mirror image of the left one.
+Two sets of shapes contain the meshes of every version, and the fingers at all openings. Convex hulls, the trunk of four
+pieces, are for `NaoModel.clearance`: each is cut out by planes that touch the mesh, and no corner is farther than 2 mm
+from the mesh's hull. Simple shapes are for the collision elements of the URDFs, which simulators read: a capsule of
+least volume for each link, and a second one for the fingers; the trunk and the feet, which are flat and wide, have
+boxes. Lengths are rounded outwards. The right side is the mirror image of the left one.
 
 Needs the packages of `pip install nao-kin[dev]`. The same versions give the same rows.
 
 Example:
-    python scripts/generate_collision_shapes.py            # writes nao_kin/robot/nao/collision_rows.py
-    python scripts/generate_collision_shapes.py --check    # exit 1 if the file differs
+    python scripts/generate_collision_shapes.py            # writes nao_kin/robot/nao/collision_rows.py and hulls
+    python scripts/generate_collision_shapes.py --check    # exit 1 if a file differs
 """
 
 from __future__ import annotations
@@ -17,36 +19,46 @@ import argparse
 import itertools
 import math
 import sys
+import tempfile
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import trimesh
-from generate_urdf import nao_tree
 from scipy.optimize import minimize
-from scipy.spatial import ConvexHull
+from scipy.spatial import ConvexHull, HalfspaceIntersection
 
 from nao_kin._core.arrays import Floats, Vector
 from nao_kin._core.files import write_text
-from nao_kin.robot import RobotModel, load_nao, mesh_path, read_mesh
-from nao_kin.robot.collisions import LinkShapes, covering_capsule
+from nao_kin.robot import load_nao, mesh_path, read_mesh
+from nao_kin.robot.collisions import LinkShapes, covering_capsule, read_hulls
 from nao_kin.robot.contacts import DEFAULT, disabled_collisions
-from nao_kin.robot.nao import VERSIONS, nao_parameters
+from nao_kin.robot.nao import VERSIONS
+from nao_kin.robot.nao.model import HULLS
 from nao_kin.robot.nao.rows import ShapeRow
+from nao_kin.robot.urdf import UrdfTree
 
-ROWS = Path(__file__).resolve().parent.parent / "nao_kin" / "robot" / "nao" / "collision_rows.py"
+_TOP = Path(__file__).resolve().parent.parent
+ROWS, HULLS_FILE = _TOP / "nao_kin" / "robot" / "nao" / "collision_rows.py", _TOP / "urdf" / HULLS
 # Edges of the triangles whose corners are inside the shapes, and the unit of lengths [m].
 _FINE, _UNIT = 0.006, 1e-4
+# How far a corner of a hull may be from the mesh's hull, and the unit of its corners [m].
+_GAP, _FINE_UNIT = 0.002, 1e-5
 # Heights between the boxes of the trunk [m]: of its pelvis, waist, chest and neck.
 _CUTS = (-math.inf, -0.046, 0.0, 0.1, math.inf)
-_OPENINGS = np.linspace(0.0, 1.0, 11)
+# So many that the hull of a finger at all of them contains it between them.
+_OPENINGS = np.linspace(0.0, 1.0, 81)
+_MIRROR = np.array([1.0, -1.0, 1.0])
 _SAMPLES = 100_000
 _UP: Vector = (0.0, 0.0, 1.0)
 
 
 def surfaces() -> dict[tuple[str, str], Floats]:
-    """Return joint and part → the triangles (n, 3, 3) of the torso and left links, of all versions [m]."""
+    """Return joint and part → the triangles (n, 3, 3) of the torso and left links, of all versions [m].
+
+    Of the fingers it is the corners of their hulls at all openings, shape (n, 1, 3).
+    """
     found: dict[tuple[str, str], list[Floats]] = {}
     for version in VERSIONS:
         nao = load_nao(version)
@@ -58,33 +70,88 @@ def surfaces() -> dict[tuple[str, str], Floats]:
             if visual.link in joints:
                 found.setdefault((joints[visual.link], ""), []).append(corners[faces])
             elif visual.link.startswith("L"):
-                for opening in _OPENINGS:
-                    q = nao.configuration({"LHand": opening}, limits="ignore")
-                    T = nao.fk(q, visual.link, reference="l_wrist")
-                    moved = corners @ T[:3, :3].T + T[:3, 3]
-                    found.setdefault(("LWristYaw", "Fingers"), []).append(moved[faces])
+                T = nao.fk(nao.configuration({"LHand": _OPENINGS}, limits="ignore"), visual.link, reference="l_wrist")
+                hull = corners[ConvexHull(corners).vertices]
+                moved = hull @ T[:, :3, :3].transpose(0, 2, 1) + T[:, None, :3, 3]
+                found.setdefault(("LWristYaw", "Fingers"), []).append(moved.reshape(-1, 1, 3))
     return {key: np.concatenate(parts) for key, parts in found.items() if not key[0].startswith("R")}
 
 
-def shapes() -> Iterator[ShapeRow]:
-    """Yield the shapes of all links."""
+def pieces() -> Iterator[tuple[str, str, Floats]]:
+    """Yield joint, name and points of the convex pieces of the torso and the left links, of all versions [m]."""
     for (joint, part), triangles in surfaces().items():
-        name = f"{joint}{part}Shape"
-        if joint == "torso":
-            heights = triangles[..., 2]
-            for number, (low, high) in enumerate(itertools.pairwise(_CUTS), 1):
-                inside = (heights.max(axis=1) >= low) & (heights.min(axis=1) <= high)
-                yield _box(f"{name}{number}", joint, triangles[inside])
+        if joint != "torso":
+            yield joint, f"{joint}{part}", _corners(triangles, symmetric=joint.startswith("Head"))
             continue
-        points = np.unique(triangles.reshape(-1, 3).round(6), axis=0)
-        points = points[ConvexHull(points).vertices]
-        row = _box(name, joint, points) if joint == "LAnkleRoll" else _capsule(name, joint, points)
+        heights = triangles[..., 2]
+        for number, (low, high) in enumerate(itertools.pairwise(_CUTS), 1):
+            inside = (heights.max(axis=1) >= low) & (heights.min(axis=1) <= high)
+            yield joint, f"torso{number}", _corners(triangles[inside], symmetric=True)
+
+
+def _corners(triangles: Floats, *, symmetric: bool) -> Floats:
+    points = triangles.reshape(-1, 3).round(6)
+    points = np.unique(np.concatenate([points, points * _MIRROR]) if symmetric else points, axis=0)
+    return np.asarray(points[ConvexHull(points).vertices])
+
+
+def shapes(found: list[tuple[str, str, Floats]]) -> Iterator[ShapeRow]:
+    """Yield the simple shapes of the pieces."""
+    for joint, name, points in found:
+        if joint in ("torso", "LAnkleRoll"):
+            row = _box(f"{name.replace(joint, f'{joint}Shape')}", joint, points)
+        else:
+            row = _capsule(f"{name}Shape", joint, points)
         yield row
         if joint.startswith("L"):
             x, y, z = row.center_m
             a, b, c = row.axis
-            mirrored = replace(row, name=f"R{name[1:]}", parent=f"R{joint[1:]}", center_m=(x, -y + 0.0, z))
+            mirrored = replace(row, name=f"R{row.name[1:]}", parent=f"R{joint[1:]}", center_m=(x, -y + 0.0, z))
             yield replace(mirrored, axis=(a, -b + 0.0, c))
+
+
+def hulls_text(found: list[tuple[str, str, Floats]]) -> str:
+    """Return the OBJ file of the convex hulls, an object for each, in the frames of their links."""
+    links = {joint.name: joint.link for joint in load_nao("v6").parameters.joints}
+    count, blocks = 0, ["# nao_kin: generated by scripts/generate_collision_shapes.py"]
+    for joint, name, points in found:
+        link, part = links.get(joint, joint), name.removeprefix(joint)
+        corners = _cover(points, symmetric=not joint.startswith("L"))
+        faces = [face if _outwards(corners, face) else face[::-1] for face in ConvexHull(corners).simplices.tolist()]
+        for side in (1.0, -1.0) if joint.startswith("L") else (1.0,):
+            owner = link if side > 0.0 else _mirrored(link)
+            blocks.append(f"o {owner}.{part}" if part else f"o {owner}")
+            blocks += [f"v {x:.5f} {side * y:.5f} {z:.5f}".replace("-0.00000", "0.00000") for x, y, z in corners]
+            turned = (face[:: int(side)] for face in faces)
+            blocks += ["f " + " ".join(str(corner + count + 1) for corner in face) for face in turned]
+            count += len(corners)
+    return "\n".join(blocks) + "\n"
+
+
+def _cover(points: Floats, *, symmetric: bool) -> Floats:
+    """Return the corners of a polytope that contains points, cut out by planes that touch them.
+
+    The plane of a face of their hull is added where a corner is farthest outside, until none is by more than the gap.
+    """
+    faces = ConvexHull(points).equations
+    normals = np.concatenate([np.eye(3), -np.eye(3)])
+    while True:
+        reach = (points @ normals.T).max(axis=0) + _FINE_UNIT
+        corners = HalfspaceIntersection(np.column_stack([normals, -reach]), points.mean(axis=0)).intersections
+        corners = np.unique(corners.round(5), axis=0)
+        if symmetric:
+            half = corners[corners[:, 1] >= 0.0]
+            corners = np.unique(np.concatenate([half, half * _MIRROR]) + 0.0, axis=0)
+        outside = corners @ faces[:, :3].T + faces[:, 3]
+        if outside.max() <= _GAP:
+            return np.asarray(corners[np.sort(ConvexHull(corners).vertices)])
+        normal = faces[np.unravel_index(outside.argmax(), outside.shape)[1], :3]
+        normals = np.vstack([normals, normal, *([normal * _MIRROR] if symmetric else [])])
+
+
+def _outwards(corners: Floats, face: list[int]) -> bool:
+    a, b, c = corners[face]
+    return float(np.cross(b - a, c - a) @ (a - corners.mean(axis=0))) > 0.0
 
 
 def _box(name: str, joint: str, points: Floats) -> ShapeRow:
@@ -105,8 +172,9 @@ def _rounded(values: Floats) -> Vector:
 
 def _capsule(name: str, joint: str, points: Floats) -> ShapeRow:
     """Return a capsule of least volume; that of the head is symmetric, along y."""
-    guess = covering_capsule(points)
-    start = np.concatenate([guess.centre + sign * (guess.half[2] + 1e-3) * guess.axes[:, 2] for sign in (-1.0, 1.0)])
+    (one, other), _ = covering_capsule(points)
+    ahead = (other - one) / np.linalg.norm(other - one) if (other != one).any() else np.array([0.0, 1.0, 0.0])
+    start = np.concatenate([one - 1e-3 * ahead, other + 1e-3 * ahead])
     symmetric = joint.startswith("Head")
     if symmetric:
         middle = points.mean(axis=0)
@@ -139,23 +207,32 @@ def _volume(points: Floats, ends: Floats) -> float:
     return math.pi * radius**2 * (float(np.linalg.norm(ends[1] - ends[0])) + 4.0 / 3.0 * radius)
 
 
-def pairs(rows: tuple[ShapeRow, ...]) -> Iterator[tuple[str, str, str]]:
-    """Yield pairs of links that are not checked, with the reason: by the rules of an SRDF, for V6.
+def pairs(hulls: str) -> Iterator[tuple[str, str, str]]:
+    """Yield pairs of links that are not checked, with the reason: by the rules of an SRDF, for V6 and its hulls.
 
-    "Default" are those that touch in a posture in which the robot stands.
+    "Default" are those that touch in a posture in which the robot stands, or, with two joints between them, in any.
     """
     nao = load_nao("v6")
-    parameters = replace(nao_parameters("v6"), collision_shapes=rows)
-    robot = RobotModel(nao_tree(parameters), replace(nao.semantics, disabled_collisions=()))
-    found = LinkShapes(robot, {})
-    standing = np.array([robot.posture(name) for name in robot.posture_names if name.startswith("Stand")])
-    disabled = disabled_collisions(robot, found, samples=_SAMPLES, seed=0)
-    touching = found.count(standing, set(found.pairs) - set(disabled))
-    disabled |= {pair: DEFAULT for pair, count in touching.items() if count}
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / HULLS
+        file.write_text(hulls, encoding="utf-8")
+        found = LinkShapes(nao, {}, read_hulls(file))
+    disabled = disabled_collisions(nao, found, samples=_SAMPLES, seed=0)
+    postures = np.array([nao.posture(name) for name in nao.posture_names])
+    standing = postures[[name.startswith("Stand") for name in nao.posture_names]]
+    for configurations, near in ((standing, set(found.pairs)), (postures, _two_joints_apart(nao.tree))):
+        touching = found.count(configurations, near & set(found.pairs) - set(disabled))
+        disabled |= {pair: DEFAULT for pair, count in touching.items() if count}
     for (one, other), reason in sorted(disabled.items()):
         mirrored = sorted((_mirrored(one), _mirrored(other)))
         if (mirrored[0], mirrored[1]) in disabled:  # else found on one side only, so it is rare but not impossible
             yield one, other, reason
+
+
+def _two_joints_apart(tree: UrdfTree) -> set[tuple[str, str]]:
+    above = {joint.child: joint.parent for joint in tree.joints}
+    far = {link: above.get(above.get(link, ""), "") for link in tree.links}
+    return {(min(link, other), max(link, other)) for link, other in far.items() if other}
 
 
 def _mirrored(link: str) -> str:
@@ -163,21 +240,25 @@ def _mirrored(link: str) -> str:
     return sides[link[0]] + link[1:] if link[0] in "LR" or link[1] == "_" else link
 
 
-def module_text() -> str:
-    """Return the text of the module of rows."""
-    rows = tuple(shapes())
+def texts() -> dict[Path, str]:
+    """Return file → text: the module of rows, and the hulls."""
+    found = list(pieces())
+    hulls = hulls_text(found)
     lines = "".join(
         f'    ShapeRow("{row.name}", "{row.parent}", "{row.kind}", {row.size_m}, {row.center_m}, {row.axis}, "FIT"),\n'
-        for row in rows
+        for row in shapes(found)
     )
-    disabled = "".join(f'    ("{one}", "{other}", "{reason}"),\n' for one, other, reason in pairs(rows))
-    return (
-        '"""The collision shapes of every NAO, and the pairs of links that are not checked.\n\n'
-        'Generated by scripts/generate_collision_shapes.py from the meshes: edit that.\n"""\n\n'
-        "from __future__ import annotations\n\nfrom nao_kin.robot.nao.rows import ShapeRow\n\n# fmt: off\n"
-        f"FITTED_SHAPES: tuple[ShapeRow, ...] = (\n{lines})\n"
-        f"DISABLED_COLLISIONS: tuple[tuple[str, str, str], ...] = (\n{disabled})\n# fmt: on\n"
-    )
+    disabled = "".join(f'    ("{one}", "{other}", "{reason}"),\n' for one, other, reason in pairs(hulls))
+    return {
+        HULLS_FILE: hulls,
+        ROWS: (
+            '"""The simple collision shapes of every NAO, and the pairs of links that are not checked.\n\n'
+            'Generated by scripts/generate_collision_shapes.py from the meshes: edit that.\n"""\n\n'
+            "from __future__ import annotations\n\nfrom nao_kin.robot.nao.rows import ShapeRow\n\n# fmt: off\n"
+            f"FITTED_SHAPES: tuple[ShapeRow, ...] = (\n{lines})\n"
+            f"DISABLED_COLLISIONS: tuple[tuple[str, str, str], ...] = (\n{disabled})\n# fmt: on\n"
+        ),
+    }
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -185,14 +266,15 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--check", action="store_true", help="write nothing; fail when the file is not in step")
     check = parser.parse_args(arguments).check
-    text = module_text()
-    if not check:
-        write_text(ROWS, text)
-        print(ROWS)
-    elif not ROWS.is_file() or ROWS.read_text(encoding="utf-8") != text:
-        print(f"not in step with the meshes: {ROWS} (run scripts/generate_collision_shapes.py)", file=sys.stderr)
-        return 1
-    return 0
+    stale = 0
+    for path, text in texts().items():
+        if not check:
+            write_text(path, text)
+            print(path)
+        elif not path.is_file() or path.read_text(encoding="utf-8") != text:
+            print(f"not in step with the meshes: {path} (run scripts/generate_collision_shapes.py)", file=sys.stderr)
+            stale = 1
+    return stale
 
 
 if __name__ == "__main__":

@@ -1079,27 +1079,30 @@ _NAOQI = (
 
 _COLLISIONS = (
     *_faults(
-        "_kernels/capsules.py",
+        "_kernels/hulls.py",
         "test_collisions.py::test_distances_are_those_of_coal_parallel_crossing_or_degenerate "
+        "test_collisions.py::test_the_nearest_point_of_four_corners_in_a_plane_is_that_of_its_nearest_triangle "
+        "test_collisions.py::test_an_expanding_polytope_is_opened_in_one_piece "
         "test_collisions.py::test_clearances_are_those_of_a_loop_over_coal "
         "test_collisions.py::test_without_compiled_code_clearances_are_the_same",
-        ("segment-not-clamped-again", "    s = within((t * b - c) / np.maximum(a, _TINY), 1.0)\n", ""),
-        (
-            "cross-products-left-out-of-the-overlap",
-            "away / np.maximum(np.sqrt(d[j] * d[j]",
-            "0.0 * away / np.maximum(np.sqrt(d[j] * d[j]",
-        ),
-        ("parallel-edges-taken-for-an-axis", "_PARALLEL = 1e-13", "_PARALLEL = 0.0"),
-        ("corners-of-the-first-box-forgotten", "return np.sqrt(np.minimum(least, back))", "return np.sqrt(least)"),
-        ("near-pairs-skipped", "bound = best + shapes.reach[a] + shapes.reach[b]", "bound = best + shapes.reach[a]"),
+        ("corner-that-is-not-needed-kept", "    if along <= 0.0:\n        return a, (i, -1, -1)\n", ""),
+        ("side-of-a-triangle-forgotten", "(_of_segment(W, j, k), _of_segment(W, k, i))", "(_of_segment(W, j, k),)"),
+        ("flat-simplex-taken-for-a-volume", "if flat or _dot(p, normal)", "if _dot(p, normal)"),
+        ("faces-that-go-in-two-pieces", "if _edge(E, edges, F[face, (side + 1) % 3], F[face, side]) >= 0:", "if True:"),
+        ("depth-of-the-first-face", "along - depth <= _EXACT or", "True or"),
+        ("near-pairs-skipped", "- hulls.width[a] - hulls.width[b]", "- hulls.width[a]"),
     ),
     *_faults(
         "robot/collisions.py",
         "test_collisions.py::test_without_compiled_code_clearances_are_the_same "
         "test_collisions.py::test_contacts_have_points_on_both_shapes_at_their_distance "
         "test_collisions.py::test_random_configurations_can_be_free_of_collisions",
-        ("points-in-the-order-of-the-shapes", "            a, b = b, a\n", "            pass\n"),
-        ("near-shapes-left-out-by-numpy", "(between - radius).min(axis=1)", "(between - 2.0 * radius).min(axis=1)"),
+        (
+            "points-in-the-other-order",
+            "[result.getNearestPoint1(), result.getNearestPoint2()]",
+            "[result.getNearestPoint2(), result.getNearestPoint1()]",
+        ),
+        ("near-shapes-left-out", "axis=-1) - self._reach[a] - self._reach[b]", "axis=-1) - self._reach[a]"),
         (
             "random-configurations-that-overlap",
             "q[shapes.clearance(q, 0.0).is_free]",

@@ -1,4 +1,4 @@
-"""Self-collision: the shapes of the links as segments and boxes grown by a radius, and distances between them.
+"""Self-collision: the shapes of the links as convex hulls, and distances between them.
 
 Distances are negative where shapes overlap: the least translation that separates them.
 """
@@ -6,10 +6,10 @@ Distances are negative where shapes overlap: the least translation that separate
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from functools import cached_property
-from itertools import combinations
+from itertools import combinations, product
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import coal
@@ -19,12 +19,12 @@ from numpy.typing import NDArray
 from nao_kin._core.arrays import Floats, finite_or_none
 from nao_kin._core.text import abbreviated
 from nao_kin._kernels.cache import may_compile
-from nao_kin._kernels.capsules import BOX, SEGMENT, ShapeTable, clearances, pair_gaps
+from nao_kin._kernels.hulls import HullTable, clearances
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.robot.answers import CROSSOVER
 from nao_kin.robot.contacts import LinkPair, disabled_collisions
 from nao_kin.robot.geometry import capsules, mesh_path, read_mesh, warn_of_shapes
-from nao_kin.robot.urdf import Box, Collision, Cylinder, MeshFile, Sphere, UnreadableShape, UrdfTree, Visual
+from nao_kin.robot.urdf import Box, Collision, Cylinder, Geometry, MeshFile, Sphere, UnreadableShape, UrdfTree, Visual
 
 if TYPE_CHECKING:
     from nao_kin.robot.model import RobotModel
@@ -55,7 +55,7 @@ class Contact:
             >>> nao = nk.load_nao()
             >>> q = nao.configuration({"LShoulderRoll": -0.3, "LElbowRoll": -1.5, "RElbowRoll": 0.04})
             >>> nao.collisions(q)[0].describe()
-            'RBicep and l_wrist overlap by 19.1 mm'
+            'RBicep and l_wrist overlap by 15.9 mm'
         """
         apart = "overlap by" if self.distance < 0.0 else "are apart by"
         where = f" (configuration {', '.join(map(str, self.index))})" if self.index else ""
@@ -107,65 +107,118 @@ class Clearance:
 # Samples that sort the pairs of a robot whose semantics do not.
 _SAMPLES = 1000
 _CHUNK = 4096
+# Configurations whose pairs are tested for nearness at once.
 _FEW = 64
+# Sides of the prism around a cylinder: it is by 0.5 % of the radius larger.
+_SIDES = 32
+# Hulls flatter than this have no volume [m].
+_THIN = 1e-6
+_SIGNED = coal.DistanceRequest()
+_SIGNED.enable_signed_distance = True
+_SIGNED.gjk_tolerance = _SIGNED.epa_tolerance = 1e-10
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Shape:
-    """A segment or a box in a link: centre, axes as columns, half lengths and radius [m]."""
+    """The convex hull of points, grown by a radius, as coal's geometry and its pose in the link [m].
 
-    kind: int
+    One point with a radius is a ball, and two a capsule; a hull of more has no radius.
+    """
+
     link: str
-    centre: Floats
-    axes: Floats
-    half: tuple[float, ...]
+    points: Floats
     radius: float
+    geometry: Any
+    T_link_geometry: Floats
+
+
+def round_shape(link: str, ends: Floats, radius: float) -> Shape:
+    """Return a ball, or a capsule: its ends in the link, shape (2, 3), and its radius [m]."""
+    T, along = np.eye(4), ends[1] - ends[0]
+    length = float(np.linalg.norm(along))
+    T[:3, 3] = 0.5 * (ends[0] + ends[1])
+    if length <= _THIN:
+        return Shape(link, T[None, :3, 3], radius + 0.5 * length, coal.Sphere(radius + 0.5 * length), T)
+    T[:3, :3] = np.linalg.svd(along[None])[2][[1, 2, 0]].T
+    return Shape(link, ends, radius, coal.Capsule(radius, length), T)
+
+
+def hull_shape(link: str, points: Floats) -> Shape:
+    """Return the convex hull of points in a link, shape (n, 3) [m]; what is flat gets a thickness of 2 µm."""
+    axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2]
+    if len(axes) < 3 or np.ptp(points @ axes[2]) < _THIN:
+        points = (points[:, None] + _THIN * np.concatenate([np.eye(3), -np.eye(3)])).reshape(-1, 3)
+    mesh = coal.BVHModelOBBRSS()
+    mesh.beginModel(0, 0)
+    mesh.addVertices(points)
+    mesh.endModel()
+    mesh.buildConvexHull(True, "Qt")
+    return Shape(link, np.array(mesh.convex.points()).reshape(-1, 3), 0.0, mesh.convex, np.eye(4))
 
 
 def shapes_of(tree: UrdfTree) -> Iterator[Shape]:
     """Yield the collision shapes of a tree, or the visual shapes if it has none; warn of those left out.
 
-    A cylinder is a capsule with hemispheres at its ends: with two spheres of its radius there, as a URDF writes a
-    capsule, exactly, and alone a little more. A mesh is the capsule that contains it.
+    A cylinder with two spheres of its radius at its ends, as a URDF writes a capsule, is a capsule.
     """
     notes = [] if tree.collisions else list(tree.visual_notes)
     rows: tuple[Visual | Collision, ...] = tree.collisions or tree.visuals
-    caps = {cap for both in capsules(rows).values() for cap in both}
-    for row in (row for index, row in enumerate(rows) if index not in caps):
+    round_ended = capsules(rows)
+    caps = {cap for both in round_ended.values() for cap in both}
+    for index, row in enumerate(rows):
         T, shape = row.origin.matrix, row.geometry
-        place = row.link, T[:3, 3], T[:3, :3]
-        if isinstance(shape, Box):
-            yield Shape(BOX, *place, tuple(0.5 * length for length in shape.size), 0.0)
-        elif isinstance(shape, Cylinder):
-            yield Shape(SEGMENT, *place, (0.0, 0.0, 0.5 * shape.length), shape.radius)
-        elif isinstance(shape, Sphere):
-            yield Shape(SEGMENT, *place, (0.0, 0.0, 0.0), shape.radius)
+        if index in caps:
+            continue
+        if isinstance(shape, Sphere) or index in round_ended:
+            half = 0.5 * shape.length * T[:3, 2] if isinstance(shape, Cylinder) else np.zeros(3)
+            yield round_shape(row.link, np.array([T[:3, 3] - half, T[:3, 3] + half]), shape.radius)  # type: ignore[union-attr]
+            continue
+        try:
+            points = _corners(shape, tree)
+        except UnreadableShape as reason:
+            notes.append(f"a shape of {abbreviated(row.link)} is left out: {reason}")
         else:
-            try:
-                corners = _corners(shape, tree)
-            except UnreadableShape as reason:
-                notes.append(f"a shape of {abbreviated(row.link)} is left out: {reason}")
-            else:
-                yield covering_capsule(corners @ T[:3, :3].T + T[:3, 3], row.link)
+            yield hull_shape(row.link, points @ T[:3, :3].T + T[:3, 3])
     warn_of_shapes(tree, notes)
 
 
-def _corners(mesh: MeshFile, tree: UrdfTree) -> Floats:
-    corners = read_mesh(mesh_path(mesh, tree.packages), lambda scene: np.array(scene.to_geometry().vertices))
-    return np.asarray(corners * np.array(mesh.scale))
+def _corners(shape: Geometry, tree: UrdfTree) -> Floats:
+    """Return points whose hull is a box or a mesh, or contains a cylinder."""
+    if isinstance(shape, MeshFile):
+        corners = read_mesh(mesh_path(shape, tree.packages), lambda scene: np.array(scene.to_geometry().vertices))
+        return np.asarray(corners * np.array(shape.scale))
+    if isinstance(shape, Box):
+        return np.array(list(product((-0.5, 0.5), repeat=3))) * shape.size
+    assert isinstance(shape, Cylinder)
+    angles = 2.0 * np.pi / _SIDES * np.arange(_SIDES)
+    x, y = shape.radius / np.cos(np.pi / _SIDES) * np.array([np.cos(angles), np.sin(angles)])
+    return np.concatenate(
+        [np.column_stack([x, y, np.full(_SIDES, z)]) for z in (-0.5 * shape.length, 0.5 * shape.length)]
+    )
 
 
-def covering_capsule(points: Floats, link: str = "") -> Shape:
-    """Return a capsule that contains points (n, 3): its segment is along the longest principal axis of the points."""
+def read_hulls(path: Path) -> Iterator[Shape]:
+    """Yield the shapes of an OBJ file: the hull of each object, in the link after which it is named ("torso.2")."""
+    for block in path.read_text(encoding="utf-8").split("\no ")[1:]:
+        name, *lines = block.splitlines()
+        points = [line.split()[1:] for line in lines if line.startswith("v ")]
+        yield hull_shape(name.split(".")[0], np.array(points, dtype=float))
+
+
+def covering_capsule(points: Floats) -> tuple[Floats, float]:
+    """Return ends (2, 3) and radius of a capsule that contains points (n, 3), along their longest principal axis."""
     middle = points.mean(axis=0)
     axes = np.linalg.svd(points - middle, full_matrices=False)[2].T[:, ::-1] if len(points) > 2 else np.eye(3)
+    if len(points) == 2:
+        return points, 0.0
     low, high = (points @ axes).min(axis=0), (points @ axes).max(axis=0)
     local = points @ axes - (low + high) / 2.0
     across = np.linalg.norm(local[:, :2], axis=1)
     radius = float(across.max())
     # Each point is within the radius of the segment if this reaches so far along the axis.
-    half = max(float((np.abs(local[:, 2]) - np.sqrt(radius**2 - across**2)).max()), 0.0)
-    return Shape(SEGMENT, link, axes @ (low + high) / 2.0, axes, (0.0, 0.0, half), radius)
+    half = max(float((np.abs(local[:, 2]) - np.sqrt(np.maximum(radius**2 - across**2, 0.0))).max()), 0.0)
+    centre = axes @ (low + high) / 2.0
+    return np.array([centre - half * axes[:, 2], centre + half * axes[:, 2]]), radius
 
 
 class LinkShapes:
@@ -173,23 +226,31 @@ class LinkShapes:
 
     Attributes:
         links: the links with shapes.
+        shapes: the shapes, in the order of the links.
         pairs: the pairs of links that are checked.
         disabled: the other pairs, and the reason.
     """
 
-    def __init__(self, robot: RobotModel, disabled: dict[LinkPair, str] | None = None) -> None:
+    def __init__(
+        self,
+        robot: RobotModel,
+        disabled: dict[LinkPair, str] | None = None,
+        shapes: Iterable[Shape] | None = None,
+    ) -> None:
         self._robot = robot
-        shapes = list(shapes_of(robot.tree))
+        shapes = list(robot._collision_shapes() if shapes is None else shapes)
         self.links = tuple(link for link in robot.link_names if any(shape.link == link for shape in shapes))
         if not shapes:
             raise BadArgument(f"{robot.name} has no shapes: its links have neither collisions nor visuals")
-        self.shapes = tuple(sorted(shapes, key=lambda shape: (self.links.index(shape.link), -shape.kind)))
-        numbers = ([getattr(shape, name) for shape in self.shapes] for name in ("kind", "centre", "half", "radius"))
-        kind, centre, half, radius = map(np.array, numbers)
+        self.shapes = tuple(sorted(shapes, key=lambda shape: self.links.index(shape.link)))
         link = np.array([self.links.index(shape.link) for shape in self.shapes])
-        axes = np.ascontiguousarray([shape.axes for shape in self.shapes])
-        reach = np.linalg.norm(half, axis=1) + radius
-        self._table = ShapeTable(link, kind, centre, axes, half, radius, reach)
+        first = np.cumsum([0, *(len(shape.points) for shape in self.shapes)])
+        radius = np.array([shape.radius for shape in self.shapes])
+        around = [covering_capsule(shape.points) for shape in self.shapes]
+        ends, width = np.array([ends for ends, _ in around]), radius + np.array([width for _, width in around])
+        points = np.concatenate([shape.points for shape in self.shapes])
+        self._table = HullTable(link, first, points, radius, ends.reshape(-1, 6), width)
+        self._centre, self._reach = ends.mean(axis=1), width + 0.5 * np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
         self.pairs: tuple[LinkPair, ...] = tuple(combinations(sorted(self.links), 2))
         self.disabled = self._disabled() if disabled is None else disabled
         self.pairs = tuple(pair for pair in self.pairs if pair not in self.disabled)
@@ -205,20 +266,13 @@ class LinkShapes:
         return disabled_collisions(self._robot, self, samples=_SAMPLES, seed=0)
 
     def _choose(self, pairs: tuple[LinkPair, ...]) -> None:
-        """Prepare the pairs of shapes of pairs of links, those with boxes last: a near pair leaves them out."""
+        """Prepare the pairs of shapes of pairs of links."""
         of_link = defaultdict(list)
         for place, shape in enumerate(self.shapes):
             of_link[shape.link].append(place)
-        kind = self._table.kind
-        rows = [
-            ((a, b) if kind[a] >= kind[b] else (b, a), owner)
-            for owner, pair in enumerate(pairs)
-            for a in of_link[pair[0]]
-            for b in of_link[pair[1]]
-        ]
-        rows.sort(key=lambda row: int(kind[row[0][0]] + kind[row[0][1]]))
-        self._places = np.array([row[0] for row in rows], dtype=np.int64).reshape(-1, 2)
-        self._owner = np.array([row[1] for row in rows], dtype=np.int64)
+        rows = [(a, b, owner) for owner, pair in enumerate(pairs) for a in of_link[pair[0]] for b in of_link[pair[1]]]
+        table = np.array(rows, dtype=np.int64).reshape(-1, 3)
+        self._places, self._owner = np.ascontiguousarray(table[:, :2]), table[:, 2]
 
     def clearance(self, q: Floats, below: float = np.inf) -> Clearance:
         """Return the clearance of configurations (..., nq); distances from `below` on are this number, of no pair."""
@@ -231,89 +285,70 @@ class LinkShapes:
                 poses = np.ascontiguousarray(self._robot.fk(rows[part], self.links))
                 clearances(poses, self._table, self._places, float(below), gaps[part], which[part])
             else:
-                self._by_numpy(rows[part], below, gaps[part], which[part])
+                self._by_coal(rows[part], gaps[part], which[part])
         which = np.where(which >= 0, self._owner[which], -1) if len(self._places) else which
         shape = q.shape[:-1]
         return Clearance(gaps.reshape(shape), which.reshape(shape), self.pairs)
 
-    def _by_numpy(self, q: Floats, below: float, gaps: Floats, which: NDArray[np.int64]) -> None:
-        for start in range(0, len(q), _FEW):
-            centres, axes = self._placed(q[start : start + _FEW])
-            between = self._between(centres)
-            radius = self._table.radius[self._places].sum(axis=1)
-            # Each centre is in its shape, with all that is within its radius: no clearance is more than this.
-            most = np.minimum((between - radius).min(axis=1), below)
-            near = between - self._table.reach[self._places].sum(axis=1) <= most[:, None]
-            at, pair = np.nonzero(near)
-            found = pair_gaps(centres, axes, self._table, self._places[pair], at)
-            order = np.lexsort((-found, -at))[::-1]  # the least of each configuration is the first of it
-            at, pair, found = at[order], pair[order], found[order]
-            first = np.flatnonzero(np.diff(at, prepend=-1))
-            first = first[found[first] < below]
-            gaps[start + at[first]], which[start + at[first]] = found[first], pair[first]
+    def _by_coal(self, q: Floats, gaps: Floats, which: NDArray[np.int64]) -> None:
+        for sample, T, least in self._bounds(q):
+            for pair in np.argsort(least):
+                if least[pair] >= gaps[sample]:
+                    break
+                gap = self._coals(T, pair).min_distance
+                if gap < gaps[sample]:
+                    gaps[sample], which[sample] = gap, pair
 
-    def _placed(self, q: Floats) -> tuple[Floats, Floats]:
-        T = self._robot.fk(q, self.links)[:, self._table.link]
-        R, centre = T[..., :3, :3], self._table.centre[..., None]
-        return (R @ centre)[..., 0] + T[..., :3, 3], R @ self._table.axes
-
-    def _between(self, centres: Floats) -> Floats:
+    def _bounds(self, q: Floats) -> Iterator[tuple[int, Floats, Floats]]:
+        """Yield index, poses of the links (links, 4, 4) and least possible distances of the pairs of shapes."""
         a, b = self._places.T
-        return np.asarray(np.linalg.norm(centres[:, a] - centres[:, b], axis=-1))
-
-    def near(self, q: Floats, margin: float) -> Iterator[tuple[int, int, int, float]]:
-        """Yield configuration, pair of links, pair of shapes and distance of those nearer than a margin; q (n, nq)."""
         for start in range(0, len(q), _FEW):
-            centres, axes = self._placed(q[start : start + _FEW])
-            at, pair = np.nonzero(self._between(centres) - self._table.reach[self._places].sum(axis=1) < margin)
-            gaps = pair_gaps(centres, axes, self._table, self._places[pair], at)
-            close = gaps < margin
-            columns = at[close] + start, self._owner[pair[close]], pair[close], gaps[close]
-            yield from zip(*(column.tolist() for column in columns), strict=True)
+            T = self._robot.fk(q[start : start + _FEW], self.links)
+            placed = T[:, self._table.link]
+            centres = (placed[..., :3, :3] @ self._centre[..., None])[..., 0] + placed[..., :3, 3]
+            between = np.linalg.norm(centres[:, a] - centres[:, b], axis=-1) - self._reach[a] - self._reach[b]
+            yield from zip(range(start, start + _FEW), T, between, strict=False)
+
+    def _coals(self, T: Floats, pair: int) -> Any:
+        """Return coal's distance of a pair of shapes and their nearest points, at poses of the links."""
+        placed = []
+        for s in self._places[pair]:
+            T_root_geometry = T[self._table.link[s]] @ self.shapes[s].T_link_geometry
+            placed += [self.shapes[s].geometry, coal.Transform3s(T_root_geometry[:3, :3], T_root_geometry[:3, 3])]
+        result = coal.DistanceResult()
+        coal.distance(*placed, _SIGNED, result)
+        return result
+
+    def near(self, q: Floats, margin: float) -> Iterator[tuple[int, int, Any]]:
+        """Yield configuration, pair of links and coal's distance of those nearer than a margin; q (n, nq)."""
+        for sample, T, least in self._bounds(q):
+            for pair in np.flatnonzero(least < margin).tolist():
+                result = self._coals(T, pair)
+                if result.min_distance < margin:
+                    yield sample, int(self._owner[pair]), result
 
     def count(self, q: Floats, pairs: set[LinkPair], *, limit: int | None = None) -> dict[LinkPair, int]:
         """Return the number of configurations (n, nq) in which the links of each pair overlap, at most `limit`."""
         chosen = tuple(sorted(pairs))
         self._choose(chosen)
-        seen = {(sample, owner) for sample, owner, *_ in self.near(q, 0.0)}
+        seen = {(sample, owner) for sample, owner, _ in self.near(q, 0.0)}
         counts = np.bincount([owner for _, owner in seen], minlength=len(chosen))
         return {pair: min(int(n), limit or len(q)) for pair, n in zip(chosen, counts, strict=True)}
 
     def contacts(self, q: Floats, margin: float) -> tuple[Contact, ...]:
-        """Return the pairs of links nearer than a margin, by configuration (..., nq) and distance; points by coal."""
+        """Return the pairs of links nearer than a margin, by configuration (..., nq) and distance."""
         rows = q.reshape(-1, q.shape[-1])
-        nearest: dict[tuple[int, int], tuple[float, int]] = {}
-        for sample, owner, pair, gap in self.near(rows, margin):
-            nearest[sample, owner] = min(nearest.get((sample, owner), (np.inf, -1)), (gap, pair))
+        nearest: dict[tuple[int, int], Any] = {}
+        for sample, owner, result in self.near(rows, margin):
+            known = nearest.get((sample, owner))
+            if known is None or result.min_distance < known.min_distance:
+                nearest[sample, owner] = result
         found = []
-        for (sample, owner), (gap, pair) in sorted(nearest.items(), key=lambda item: (item[0][0], item[1][0])):
+        for (sample, owner), result in sorted(nearest.items(), key=lambda item: (item[0][0], item[1].min_distance)):
             index = tuple(map(int, np.unravel_index(sample, q.shape[:-1])))
-            found.append(Contact(self.pairs[owner], gap, self._points(rows[sample], owner, pair), index))
+            points = np.array([result.getNearestPoint1(), result.getNearestPoint2()])
+            found.append(Contact(self.pairs[owner], float(result.min_distance), points, index))
         return tuple(found)
-
-    def _points(self, q: Floats, owner: int, pair: int) -> Floats:
-        """Return the nearest points of a pair of shapes, in the order of the links."""
-        a, b = self._places[pair].tolist()
-        if self.shapes[a].link != self.pairs[owner][0]:
-            a, b = b, a
-        centres, axes = self._placed(q[None])
-        places = [coal.Transform3s(axes[0, s], centres[0, s]) for s in (a, b)]
-        request, result = coal.DistanceRequest(), coal.DistanceResult()
-        request.enable_signed_distance = True
-        coal.distance(self.geometries[a], places[0], self.geometries[b], places[1], request, result)
-        return np.array([result.getNearestPoint1(), result.getNearestPoint2()])
-
-    @cached_property
-    def geometries(self) -> tuple[Any, ...]:
-        """The shapes as coal's."""
-        return tuple(
-            coal.Box(*(2.0 * half for half in shape.half))
-            if shape.kind == BOX
-            else coal.Capsule(shape.radius, 2.0 * shape.half[2])
-            if shape.half[2]
-            else coal.Sphere(shape.radius)
-            for shape in self.shapes
-        )
 
 
 # Random configurations drawn at once, and in vain before giving up.

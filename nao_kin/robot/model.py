@@ -16,7 +16,7 @@ from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.robot.answers import Answers, Output
 from nao_kin.robot.build import Base, build_model, numbers_of, restore_numbers
-from nao_kin.robot.collisions import Clearance, Contact, LinkShapes, random_free
+from nao_kin.robot.collisions import Clearance, Contact, LinkShapes, Shape, random_free, shapes_of
 from nao_kin.robot.configurations import ConfigurationSpace, Coordinates
 from nao_kin.robot.geometry import GeometryKind, geometry_model
 from nao_kin.robot.ground import TOUCHING, OutlineKind, SetDown, set_down, sole_outline
@@ -936,13 +936,18 @@ class RobotModel:
             self._link_shapes = LinkShapes(self)
         return self._link_shapes
 
+    def _collision_shapes(self) -> Iterable[Shape]:
+        """Return the shapes of `link_shapes`: those of the collision elements, or of the visuals if there are none."""
+        return shapes_of(self.tree)
+
     def clearance(self, q: ArrayLike) -> Clearance:
         """Return the least distance between links, and which two have it.
 
-        The shapes are those of the URDF's collision elements, or of its visuals if it has none: spheres, boxes and
-        capsules, each a cylinder with hemispheres; a mesh is replaced by a capsule that contains it. Links that a joint
-        connects, that always touch or that never do are not compared: the pairs in `semantics.disabled_collisions`
-        (of an SRDF), or, without these, those found in 1000 random configurations on the first call.
+        The shapes of a NAO are the convex hulls of its meshes. Those of another robot are its collision elements, or
+        its visuals if it has none: balls, capsules (a cylinder with a sphere at each end) and the convex hulls of
+        boxes, cylinders and meshes. Links that a joint connects, that always touch or that never do are not compared:
+        the pairs in `semantics.disabled_collisions` (of an SRDF), or, without these, those found in 1000 random
+        configurations on the first call.
 
         Args:
             q: configurations, shape (..., nq).
@@ -958,11 +963,11 @@ class RobotModel:
 
         Examples:
             >>> nao = nk.load_nao()
-            >>> found = nao.clearance(nao.posture("StandInit", LShoulderRoll=-0.2, LElbowRoll=-1.2))
+            >>> found = nao.clearance(nao.posture("StandInit", LShoulderRoll=-0.3, LElbowRoll=-1.2))
             >>> found.distance.round(4).tolist(), found.pair
-            (-0.0154, ('LForeArm', 'torso'))
+            (-0.0028, ('LForeArm', 'torso'))
             >>> nao.clearance(nao.random(rng=0, n=1000)).is_free.sum().tolist()
-            423
+            619
         """
         return self.link_shapes.clearance(self.checked(q))
 
@@ -987,7 +992,7 @@ class RobotModel:
             >>> nao = nk.load_nao()
             >>> q = nao.configuration({"LShoulderRoll": -0.3, "LElbowRoll": -1.5, "RElbowRoll": 0.04})
             >>> [contact.links for contact in nao.collisions(q)]
-            [('RBicep', 'l_wrist'), ('l_wrist', 'torso')]
+            [('RBicep', 'l_wrist')]
         """
         return self.link_shapes.contacts(self.checked(q), float(shaped(margin, (), "margin")))
 

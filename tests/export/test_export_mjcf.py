@@ -16,6 +16,7 @@ from made_up_robots import J, made_up
 import nao_kin as nk
 from nao_kin.cli.app import run
 from nao_kin.errors import BadArgument, BadModel, MissingExtra, UnknownName
+from nao_kin.robot.collisions import shapes_of
 from nao_kin.robot.semantics import Posture, Semantics
 from nao_kin.robot.urdf import Box, Collision, Cylinder, Inertial, MeshFile, Origin, Sphere, UrdfTree, Visual
 
@@ -141,7 +142,7 @@ def test_shapes_to_see_and_shapes_to_touch_are_two_groups(nao: nk.NaoModel, mode
     # A cylinder and two spheres of the URDF are one capsule here.
     kinds = Counter(mujoco.mjtGeom(kind).name for kind in model.geom_type[touching])
     assert kinds == {"mjGEOM_CAPSULE": 19, "mjGEOM_SPHERE": 5, "mjGEOM_BOX": 6}
-    assert len(touching) == len(nao.link_shapes.shapes)
+    assert len(touching) == len(list(shapes_of(nao.tree)))
     assert len(own) == len(seen) + len(touching)
     assert not model.geom_contype[seen].any()
     assert not model.geom_conaffinity[seen].any()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from nao_kin._core.arrays import Floats, as_floats, choice
 from nao_kin.errors import BadModel
 from nao_kin.robot.build import Base
+from nao_kin.robot.collisions import Shape, read_hulls
 from nao_kin.robot.limits import LimitPolicy
 from nao_kin.robot.model import RobotModel
 from nao_kin.robot.nao import v6
@@ -24,6 +25,8 @@ from nao_kin.robot.offsets import read_offsets
 from nao_kin.robot.semantics import Posture, Semantics, View
 from nao_kin.robot.urdf import UrdfTree, read_urdf
 
+# The file of the convex hulls of the meshes of all versions, beside the URDFs.
+HULLS = "collision_hulls.obj"
 # The package contains the files in a wheel; in a checkout they are beside it.
 _PACKAGE = Path(__file__).resolve().parents[2]
 
@@ -53,6 +56,10 @@ class NaoModel(RobotModel):
     def parameters(self) -> NaoParameters:
         """The numbers of this version, each with its unit and its source."""
         return nao_parameters(self.version)
+
+    def _collision_shapes(self) -> Iterable[Shape]:
+        """Return the convex hulls of the meshes; the shapes in the URDF, for simulators, are simple ones around them."""
+        return read_hulls(nao_urdf_path(self.version).with_name(HULLS))
 
     def to_body(self, q: ArrayLike) -> Floats:
         """Return joint values in NAOqi's Body order; RHipYawPitch repeats LHipYawPitch.

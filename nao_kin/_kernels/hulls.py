@@ -1,0 +1,424 @@
+"""Signed distances between convex hulls grown by a radius, and the least one of each configuration.
+
+A hull is given by its vertices: a ball is one vertex, a capsule two, a box eight, each with or without a radius.
+Distances are found by the algorithm of Gilbert, Johnson and Keerthi, depths by expanding polytopes.
+
+Source: Gilbert, Johnson, Keerthi, A fast procedure for computing the distance between complex objects in
+three-dimensional space, IEEE J. Robotics and Automation 4(2), 1988; van den Bergen, Collision Detection in Interactive
+3D Environments, 2004, chapter 4; Ericson, Real-Time Collision Detection, 2005, chapter 5.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+
+from nao_kin._kernels.cache import CachedKernel, Floats1, Floats2, Floats4, Ints1, Ints2, both_ways
+
+Components: TypeAlias = tuple[Any, Any, Any]
+
+# Distances are exact to about this, and hulls that are flatter have no depth [m].
+_EXACT = 1e-10
+# Errors of rounding [m].
+_ROUNDING = 1e-13
+# Steps until a search ends with what it has: far more than hulls of a few hundred vertices take.
+_STEPS = 100
+# Vertices and faces of an expanding polytope.
+_CORNERS, _FACES = 128, 512
+
+
+class HullTable(NamedTuple):
+    """The hulls of a robot.
+
+    `link`: the link of each (s,); `first`: its first vertex among `points`, and their number at the end (s + 1,);
+    `points`: vertices in the links (p, 3); `radius`: by which it is grown (s,); `ends`, `width`: the capsule that
+    contains it, its segment in the link (s, 6) and its radius (s,) [m].
+    """
+
+    link: Ints1
+    first: Ints1
+    points: Floats2
+    radius: Floats1
+    ends: Floats2
+    width: Floats1
+
+
+@both_ways
+def _dot(a: Components, b: Components) -> Any:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@both_ways
+def _minus(a: Components, b: Components) -> Components:
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+@both_ways
+def _plus(a: Components, s: Any, b: Components) -> Components:
+    """Return a + s b."""
+    return a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]
+
+
+@both_ways
+def _cross(a: Components, b: Components) -> Components:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@both_ways
+def _row(rows: Any, k: int) -> Components:
+    return rows[k, 0], rows[k, 1], rows[k, 2]
+
+
+@both_ways
+def _unit(axis: int) -> Components:
+    return 1.0 * (axis == 0), 1.0 * (axis == 1), 1.0 * (axis == 2)
+
+
+@both_ways
+def segments_squared(r: Components, u: Components, v: Components) -> Any:
+    """Return the least |r + s u − t v|² for s and t in [−1, 1]: two segments, r from the second centre to the first.
+
+    A segment may be a point, and the two may be parallel. Source: Ericson, Real-Time Collision Detection, 5.1.9.
+    """
+    a, e, b, c, f = _dot(u, u), _dot(v, v), _dot(u, v), _dot(u, r), _dot(v, r)
+    s = min(max((b * f - c * e) / max(a * e - b * b, 1e-40), -1.0), 1.0)
+    t = min(max((f + s * b) / max(e, 1e-40), -1.0), 1.0)
+    s = min(max((t * b - c) / max(a, 1e-40), -1.0), 1.0)
+    between = _plus(_plus(r, s, u), -t, v)
+    return _dot(between, between)
+
+
+@both_ways
+def _farthest(points: Any, first: int, last: int, d: Components) -> Components:
+    """Return the vertex of a hull that is farthest along d."""
+    best, found = -np.inf, first
+    for k in range(first, last):
+        along = points[k, 0] * d[0] + points[k, 1] * d[1] + points[k, 2] * d[2]
+        if along > best:
+            best, found = along, k
+    return points[found, 0], points[found, 1], points[found, 2]
+
+
+@both_ways
+def _support(points: Any, one: Any, other: Any, R: Any, t: Components, d: Components) -> Components:
+    """Return the point of the first hull minus the second that is farthest along d; R and t place the second."""
+    a = _farthest(points, one[0], one[1], d)
+    turned = (
+        -(R[0, 0] * d[0] + R[1, 0] * d[1] + R[2, 0] * d[2]),
+        -(R[0, 1] * d[0] + R[1, 1] * d[1] + R[2, 1] * d[2]),
+        -(R[0, 2] * d[0] + R[1, 2] * d[1] + R[2, 2] * d[2]),
+    )
+    b = _farthest(points, other[0], other[1], turned)
+    return (
+        a[0] - t[0] - R[0, 0] * b[0] - R[0, 1] * b[1] - R[0, 2] * b[2],
+        a[1] - t[1] - R[1, 0] * b[0] - R[1, 1] * b[1] - R[1, 2] * b[2],
+        a[2] - t[2] - R[2, 0] * b[0] - R[2, 1] * b[1] - R[2, 2] * b[2],
+    )
+
+
+# --- The point of a simplex that is nearest to the origin, and the corners that it is between, the first rows of W.
+
+
+@both_ways
+def _of_segment(W: Any, i: int, j: int) -> Any:
+    """Return the nearest point of two corners, and the two, −1 for one that is not needed."""
+    a, b = _row(W, i), _row(W, j)
+    ab = _minus(b, a)
+    along, length = -_dot(a, ab), _dot(ab, ab)
+    if along <= 0.0:
+        return a, (i, -1, -1)
+    if along >= length:
+        return b, (j, -1, -1)
+    return _plus(a, along / length, ab), (i, j, -1)
+
+
+@both_ways
+def _of_triangle(W: Any, i: int, j: int, k: int) -> Any:
+    """Return the nearest point of three corners, and the three, −1 for one that is not needed."""
+    a, b, c = _row(W, i), _row(W, j), _row(W, k)
+    ab, ac = _minus(b, a), _minus(c, a)
+    normal = _cross(ab, ac)
+    size = _dot(normal, normal)
+    # Twice the areas of the origin's projection with each edge, times the normal's length.
+    u, v, w = _dot(_cross(b, c), normal), _dot(_cross(c, a), normal), _dot(_cross(a, b), normal)
+    if size > 0.0 and u > 0.0 and v > 0.0 and w > 0.0:
+        share = _dot(a, normal) / size
+        return (share * normal[0], share * normal[1], share * normal[2]), (i, j, k)
+    best = _of_segment(W, i, j)
+    for found in (_of_segment(W, j, k), _of_segment(W, k, i)):
+        if _dot(found[0], found[0]) < _dot(best[0], best[0]):
+            best = found
+    return best
+
+
+@both_ways
+def _nearest(W: Any, count: int) -> Any:
+    """Return the point of `count` corners that is nearest to the origin, and how many corners it is between."""
+    if count == 1:
+        return _row(W, 0), 1
+    if count == 2:
+        v, corners = _of_segment(W, 0, 1)
+    elif count == 3:
+        v, corners = _of_triangle(W, 0, 1, 2)
+    else:
+        v, corners = (0.0, 0.0, 0.0), (-1, -1, -1)
+        best = np.inf
+        a = _row(W, 0)
+        ab, ac, ad = _minus(_row(W, 1), a), _minus(_row(W, 2), a), _minus(_row(W, 3), a)
+        volume = _dot(ab, _cross(ac, ad))
+        size = max(_dot(ab, ab), _dot(ac, ac), _dot(ad, ad))
+        flat = volume * volume <= 1e-24 * size * size * size
+        for i, j, k, other in ((0, 1, 2, 3), (0, 1, 3, 2), (0, 2, 3, 1), (1, 2, 3, 0)):
+            p = _row(W, i)
+            normal = _cross(_minus(_row(W, j), p), _minus(_row(W, k), p))
+            if flat or _dot(p, normal) * _dot(_minus(p, _row(W, other)), normal) <= 0.0:
+                found = _of_triangle(W, i, j, k)
+                squared = _dot(found[0], found[0])
+                if squared < best:
+                    best = squared
+                    v, corners = found
+        if corners[0] < 0:
+            return v, 4
+    kept = 0
+    moved = _row(W, corners[0]), _row(W, max(corners[1], 0)), _row(W, max(corners[2], 0))
+    for number in range(3):
+        if corners[number] >= 0:
+            for axis in range(3):
+                W[kept, axis] = moved[number][axis]
+            kept += 1
+    return v, kept
+
+
+# --- Distance and depth of two hulls.
+
+
+@both_ways
+def _distance(points: Any, one: Any, other: Any, R: Any, t: Components, most: float, W: Any) -> tuple[float, int]:
+    """Return the distance of two hulls: 0 if they overlap, and something from `most` on if it is not below `most`.
+
+    The second number is that of the corners in W of a simplex of their difference.
+    """
+    v = _support(points, one, other, R, t, (-t[0], -t[1], -t[2]))
+    W[0] = v
+    count, apart = 1, 0.0
+    squared = _dot(v, v)
+    for _ in range(_STEPS):
+        if squared <= _EXACT * _EXACT:
+            return 0.0, count
+        w = _support(points, one, other, R, t, (-v[0], -v[1], -v[2]))
+        along, length = _dot(v, w), np.sqrt(squared)
+        apart = max(apart, along / length)
+        if apart >= most or squared - along <= _EXACT * length:
+            return (apart if apart >= most else length), count
+        W[count] = w
+        v, count = _nearest(W, count + 1)
+        if count == 4:
+            return 0.0, 4
+        before, squared = squared, _dot(v, v)
+        if squared >= before:  # no nearer, because of rounding
+            return length, count
+    return np.sqrt(squared), count
+
+
+@both_ways
+def _first_corners(points: Any, one: Any, other: Any, R: Any, t: Components, V: Any, count: int) -> bool:
+    """Write four points of the difference of two hulls that span a volume; return False if it is flat."""
+    if count == 4:
+        ab, ac = _minus(_row(V, 1), _row(V, 0)), _minus(_row(V, 2), _row(V, 0))
+        normal = _cross(ab, ac)
+        if abs(_dot(normal, _minus(_row(V, 3), _row(V, 0)))) > 1e-6 * np.sqrt(_dot(normal, normal)):
+            return True
+    best, size = 0, 0.0
+    for axis in range(3):
+        d = _unit(axis)
+        V[0] = _support(points, one, other, R, t, d)
+        V[1] = _support(points, one, other, R, t, (-d[0], -d[1], -d[2]))
+        if V[0, axis] - V[1, axis] > size:
+            best, size = axis, V[0, axis] - V[1, axis]
+    if size <= _EXACT:
+        return False
+    d = _unit(best)
+    V[0] = _support(points, one, other, R, t, d)
+    V[1] = _support(points, one, other, R, t, (-d[0], -d[1], -d[2]))
+    a = _row(V, 0)
+    edge = _minus(_row(V, 1), a)
+    flattest = 0 if abs(edge[0]) <= min(abs(edge[1]), abs(edge[2])) else 1 if abs(edge[1]) <= abs(edge[2]) else 2
+    across = _cross(edge, _unit(flattest))
+    for turn in range(4):  # both ways along two directions across the edge
+        if turn == 2:
+            across = _cross(edge, across)
+        sign = 1.0 - 2.0 * (turn % 2)
+        V[2] = _support(points, one, other, R, t, (sign * across[0], sign * across[1], sign * across[2]))
+        normal = _cross(edge, _minus(_row(V, 2), a))
+        length = np.sqrt(_dot(normal, normal))
+        if length > _EXACT * np.sqrt(_dot(edge, edge)):
+            break
+    else:
+        return False
+    for sign in (1.0, -1.0):
+        V[3] = _support(points, one, other, R, t, (sign * normal[0], sign * normal[1], sign * normal[2]))
+        if abs(_dot(_minus(_row(V, 3), a), normal)) > _EXACT * length:
+            return True
+    return False
+
+
+@both_ways
+def _add_face(V: Any, i: int, j: int, k: int, face: int, F: Any, N: Any) -> None:
+    """Write a face whose normal points outwards if its corners are counter-clockwise seen from outside."""
+    a = _row(V, i)
+    normal = _cross(_minus(_row(V, j), a), _minus(_row(V, k), a))
+    length = np.sqrt(_dot(normal, normal))
+    F[face, 0], F[face, 1], F[face, 2], F[face, 3] = i, j, k, 0
+    if length <= 1e-30:  # no area: never the nearest
+        N[face, 0] = N[face, 1] = N[face, 2] = 0.0
+        N[face, 3] = np.inf
+        return
+    for axis in range(3):
+        N[face, axis] = normal[axis] / length
+    N[face, 3] = _dot(a, normal) / length
+
+
+@both_ways
+def _open_up(nearest: int, w: Components, faces: int, F: Any, N: Any, E: Any) -> int:
+    """Mark with 2 a face and those around it that a point sees; write the edges about them, and return their number.
+
+    One at a time, so that they are always in one piece, although rounding blurs which faces the point sees.
+    """
+    for face in range(faces):
+        F[face, 3] = _dot(_row(N, face), w) > N[face, 3] + _ROUNDING or N[face, 3] == np.inf
+    edges, going = 0, nearest
+    while going >= 0:
+        F[going, 3] = 2
+        for side in range(3):
+            i, j = F[going, side], F[going, (side + 1) % 3]
+            twin = _edge(E, edges, j, i)
+            if twin >= 0:  # between two faces that go
+                edges -= 1
+                E[twin, 0], E[twin, 1] = E[edges, 0], E[edges, 1]
+            else:
+                E[edges, 0], E[edges, 1] = i, j
+                edges += 1
+        going = -1
+        for face in range(faces):
+            if F[face, 3] == 1:
+                for side in range(3):
+                    if _edge(E, edges, F[face, (side + 1) % 3], F[face, side]) >= 0:
+                        going = face
+                if going >= 0:
+                    break
+    return edges
+
+
+@both_ways
+def _edge(E: Any, edges: int, i: int, j: int) -> int:
+    for edge in range(edges):
+        if E[edge, 0] == i and E[edge, 1] == j:
+            return edge
+    return -1
+
+
+@both_ways
+def _depth(points: Any, one: Any, other: Any, R: Any, t: Components, least: float, work: Any, count: int) -> Any:
+    """Return the least translation that separates two hulls that overlap, or something up to `least` if it is less.
+
+    A polytope inside the difference of the hulls grows at the face that is nearest to the origin, until this face is
+    one of the difference's.
+    """
+    V, N, F, E = work
+    if not _first_corners(points, one, other, R, t, V, count):
+        return 0.0
+    a = _row(V, 0)
+    flip = _dot(_cross(_minus(_row(V, 1), a), _minus(_row(V, 2), a)), _minus(_row(V, 3), a)) > 0.0
+    faces = corners = 4
+    for face in range(4):
+        i, j, k = (0, 1, 2) if face == 0 else (0, 3, 1) if face == 1 else (0, 2, 3) if face == 2 else (1, 3, 2)
+        if flip:
+            i, j = j, i
+        _add_face(V, i, j, k, face, F, N)
+    bound = np.inf
+    while True:
+        nearest = 0
+        for face in range(1, faces):
+            if N[face, 3] < N[nearest, 3]:
+                nearest = face
+        n, depth = _row(N, nearest), N[nearest, 3]
+        w = _support(points, one, other, R, t, n)
+        along = _dot(n, w)
+        bound = min(bound, along)
+        if bound <= least or along - depth <= _EXACT or corners == _CORNERS:
+            return max(bound, 0.0)
+        V[corners] = w
+        corners += 1
+        edges = _open_up(nearest, w, faces, F, N, E)
+        kept = 0
+        for face in range(faces):
+            if F[face, 3] != 2:
+                for column in range(4):
+                    F[kept, column], N[kept, column] = F[face, column], N[face, column]
+                kept += 1
+        if kept + edges > _FACES:
+            return max(bound, 0.0)
+        for edge in range(edges):
+            _add_face(V, E[edge, 0], E[edge, 1], corners - 1, kept + edge, F, N)
+        faces = kept + edges
+
+
+# --- The least distance of many pairs of hulls.
+
+
+def _clearances(poses: Floats4, hulls: HullTable, pairs: Ints2, below: float, gaps: Floats1, which: Ints1) -> None:
+    """Write the least distance of pairs (m, 2) of hulls at poses (n, links, 4, 4), and which pair has it.
+
+    Only distances below `below` are found: else this number, and −1.
+    """
+    count = len(hulls.link)
+    centre, half = np.empty((count, 3)), np.empty((count, 3))
+    least, R = np.empty(len(pairs)), np.empty((3, 3))
+    work = (
+        np.empty((_CORNERS, 3)),
+        np.empty((_FACES, 4)),
+        np.empty((_FACES, 4), np.int64),
+        np.empty((3 * _FACES, 2), np.int64),
+    )
+    for sample in range(len(poses)):
+        for s in range(count):
+            T = poses[sample, hulls.link[s]]
+            for i in range(3):
+                centre[s, i], half[s, i] = T[i, 3], 0.0
+                for k in range(3):
+                    centre[s, i] += 0.5 * T[i, k] * (hulls.ends[s, k] + hulls.ends[s, k + 3])
+                    half[s, i] += 0.5 * T[i, k] * (hulls.ends[s, k + 3] - hulls.ends[s, k])
+        best, found, first = below, -1, 0
+        for pair in range(len(pairs)):
+            a, b = pairs[pair, 0], pairs[pair, 1]
+            r = _minus(_row(centre, a), _row(centre, b))
+            least[pair] = np.sqrt(segments_squared(r, _row(half, a), _row(half, b))) - hulls.width[a] - hulls.width[b]
+            if least[pair] < least[first]:
+                first = pair
+        for number in range(-1, len(pairs)):  # the one that is likely to be nearest goes first
+            pair = number if number >= 0 else first
+            if least[pair] >= best or number == first:
+                continue
+            a, b = pairs[pair, 0], pairs[pair, 1]
+            A, B = poses[sample, hulls.link[a]], poses[sample, hulls.link[b]]
+            away = B[0, 3] - A[0, 3], B[1, 3] - A[1, 3], B[2, 3] - A[2, 3]
+            for i in range(3):
+                for k in range(3):
+                    R[i, k] = A[0, i] * B[0, k] + A[1, i] * B[1, k] + A[2, i] * B[2, k]
+            t = (
+                A[0, 0] * away[0] + A[1, 0] * away[1] + A[2, 0] * away[2],
+                A[0, 1] * away[0] + A[1, 1] * away[1] + A[2, 1] * away[2],
+                A[0, 2] * away[0] + A[1, 2] * away[1] + A[2, 2] * away[2],
+            )
+            one, other = (hulls.first[a], hulls.first[a + 1]), (hulls.first[b], hulls.first[b + 1])
+            grown = hulls.radius[a] + hulls.radius[b]
+            gap, corners = _distance(hulls.points, one, other, R, t, max(best + grown, _EXACT), work[0])
+            if gap == 0.0:
+                gap = -_depth(hulls.points, one, other, R, t, -(best + grown), work, corners)
+            if gap - grown < best:
+                best, found = gap - grown, pair
+        gaps[sample], which[sample] = best, found
+
+
+clearances = CachedKernel(_clearances, "the kernel of self-collisions", "collision kernel, clearances", seconds=8.0)
