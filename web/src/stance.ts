@@ -100,7 +100,7 @@ export class Stance {
 
   /** Bring the scene up to date with the joint values, whoever wrote them; on every frame that is drawn. */
   settle() {
-    const { robot, player, shown, drag, studio, ghosts, balance, panel, reports } = this.page;
+    const { robot, player, shown, drag, studio, ghosts, balance, eyes, panel, reports } = this.page;
     if (!robot) return;
     player.refresh();
     if (this.followsClip) this.up = Math.hypot(...robot.clipUp) > 1e-6 ? [...robot.clipUp] : null;
@@ -112,6 +112,7 @@ export class Stance {
     ghosts.refresh();
     studio.moved();
     balance.draw();
+    eyes.drawGround();
     panel.refresh();
     if (this.followsClip) reports.playing("clip", this.q);
     const own = this.unreported;

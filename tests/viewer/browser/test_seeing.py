@@ -365,6 +365,37 @@ def test_the_camera_sees_a_floor_and_a_football(browser: Any, document: Path) ->
         assert not page.run("() => naoKin.eyes.ball.visible")
 
 
+def test_the_ground_in_view_of_a_camera_is_outlined_as_the_head_turns(
+    browser: Any, document: Path, nao: nk.NaoModel
+) -> None:
+    with opened(browser, document) as page:
+        page.switch("Camera view")
+        counts = set()
+        for name in ("CameraTop", "CameraBottom"):
+            page.tab.get_by_label("Camera of the robot").select_option(name)
+            camera = nk.world.camera(nao, name)
+            for posture, yaw, pitch in (
+                ("StandInit", 0.0, 0.0),
+                ("StandInit", 1.2, 0.2),
+                ("StandInit", 0.0, -0.67),
+                ("Crouch", -2.0, -0.1),
+                ("Sit", 0.8, 0.0),
+            ):
+                q = nao.posture(posture, HeadYaw=yaw, HeadPitch=pitch)
+                page.set(q)
+                seen = page.run("() => naoKin.eyes.footprint.corners.map(({ x, y }) => [x, y])")
+                expected = nk.world.visible_ground(nao, q, camera)[:, :2]
+                counts.add(len(expected))
+                assert np.shape(seen) == expected.shape or not len(expected) + len(seen)
+                # The page follows a ring of corners from another one.
+                for corner in seen:
+                    assert np.linalg.norm(expected - corner, axis=1).min() < 2e-3 * max(1.0, np.linalg.norm(corner))
+                assert page.run("() => naoKin.eyes.footprint.rim.visible") == bool(len(expected))
+        assert counts == {0, 4, 5}
+        page.switch("Camera view")
+        assert not page.run("() => naoKin.eyes.footprint.rim.visible")
+
+
 # --- the robot's looks -------------------------------------------------------------------------------------------
 
 

@@ -4,6 +4,7 @@ import type { Robot } from "../robot/robot.ts";
 import { THREE } from "../three.ts";
 import type { Eye } from "../types.ts";
 import type { Received } from "../received.ts";
+import { Footprint, groundInView } from "./footprint.ts";
 import { asMark, dispose } from "./marks.ts";
 import type { Studio } from "./studio.ts";
 
@@ -95,7 +96,10 @@ async function decoded(file: Blob) {
   }
 }
 
-/** What the robot's own cameras see, or what the program shows for them, in a corner of the picture; and their frustums. */
+/**
+ * What the robot's own cameras see, or what the program shows for them, in a corner of the picture; their frustums, and the
+ * ground in view.
+ */
 export class Eyes {
   camera = new THREE.PerspectiveCamera();
   sky = new THREE.Color();
@@ -108,6 +112,7 @@ export class Eyes {
   /** An image, and the camera that looks at it. */
   sheet = new THREE.Mesh(new THREE.PlaneGeometry(2, 2), new THREE.MeshBasicMaterial({ toneMapped: false }));
   flat = new THREE.OrthographicCamera(-1, 1, 1, -1, -1, 1);
+  footprint: Footprint;
 
   constructor(
     readonly robot: Robot,
@@ -117,6 +122,7 @@ export class Eyes {
     lookAhead(this.camera);
     asMark(this.camera);
     studio.viewer.scene.add(this.ball);
+    this.footprint = new Footprint(studio.viewer.scene);
   }
 
   get eyes() {
@@ -181,10 +187,20 @@ export class Eyes {
       shape.updateWorldMatrix(true, true);
       return shape;
     });
+    this.drawGround();
     const shown = this.eye && this.images.get(this.eye.name)?.texture;
     this.sight.picture.setAttribute("role", "img");
     this.sight.picture.ariaLabel = shown ? "Image from the program" : "What the camera sees";
     this.studio.viewer.set_dirty();
+  }
+
+  /** Draw the ground that the camera sees that is looked through. */
+  drawGround() {
+    if (!this.eye) return this.footprint.draw([]);
+    const pose = this.robot.fromWorld().multiply(this.robot.nodes[this.eye.link].matrixWorld);
+    this.footprint.draw(
+      groundInView(pose, this.eye.horizontal ?? USUAL.horizontal, this.eye.vertical ?? USUAL.vertical),
+    );
   }
 
   /** Show an image for a camera, once it is decoded; its first one is looked at, unless that of another one is. */
