@@ -132,7 +132,7 @@ def structure_of_arrays(robot: nk.RobotModel, question: str, xp: Any) -> Callabl
     ids = robot.frame_ids(frames_of(robot, question))
     moving = {joint.name: joint for joint in robot.tree.moving_joints}
     needed = sorted({k for frame in ids for k in list(model.supports[model.frames[frame].parentJoint])[1:]})
-    column = {name: robot.nq - len(robot.joint_names) + k for k, name in enumerate(robot.joint_names)}
+    column = {name: k for k, name in enumerate(robot.joint_names, robot.nq_base)}
 
     def times(A: Sequence[Any], B: Sequence[Any]) -> list[Any]:
         """Poses as twelve entries, row by row; plain zeros and ones cost nothing."""

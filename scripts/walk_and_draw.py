@@ -186,7 +186,7 @@ def swinging_arms(nao: nk.NaoModel, plan: Plan) -> Floats:
     """Return configurations whose arms swing against the legs."""
     q = np.tile(nao.posture("StandInit"), (len(plan), 1))
     apart = np.array(plan.left)[:, 0] - np.array(plan.right)[:, 0]
-    first = nao.nq - len(nao.joint_names)
+    first = nao.nq_base
     for joint, sign in (("LShoulderPitch", 1.0), ("RShoulderPitch", -1.0)):
         q[:, first + nao.joint_names.index(joint)] += sign * 3.0 * apart
     return q

@@ -112,7 +112,7 @@ def next_posture(
 def _random(calibration: Calibration, joints: Iterable[str] | None, count: int, rng: Any) -> Floats:
     robot = calibration.robot
     observed = np.concatenate([one.q for one in calibration._problem.observations])
-    first = robot.nq - len(robot.joint_names)
+    first = robot.nq_base
     if joints is None:
         places = [first + i for i in np.flatnonzero(np.ptp(observed[:, first:], axis=0) > 0.0)]
         if not places:

@@ -248,8 +248,7 @@ class _Answers:
     @cached_property
     def names(self) -> list[str]:
         """The solved coordinates, by name: a mimic joint is represented by its driver."""
-        first = self.model.nq - len(self.model.joint_names)
-        return [self.model.joint_names[column - first] for column in self.found.columns]
+        return [self.model.joint_names[column - self.model.nq_base] for column in self.found.columns]
 
     @cached_property
     def scales(self) -> Floats:

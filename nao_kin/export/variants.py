@@ -216,7 +216,8 @@ def named_semantics(semantics: Semantics, names: str) -> Semantics:
     }
     views = {new.get(camera, camera): angles for camera, angles in semantics.fields_of_view.items()}
     outlines = {new.get(sole, sole): corners for sole, corners in semantics.outlines.items()}
-    return replace(semantics, **frames, fields_of_view=views, outlines=outlines)
+    pairs = tuple((new.get(a, a), new.get(b, b), why) for a, b, why in semantics.disabled_collisions)
+    return replace(semantics, **frames, fields_of_view=views, outlines=outlines, disabled_collisions=pairs)
 
 
 def _renamed(tree: UrdfTree, new: Mapping[str, str]) -> UrdfTree:

@@ -152,7 +152,7 @@ def _held(robot: RobotModel, locked: Mapping[str, float], limits: Literal["raise
 
 
 def _column(robot: RobotModel, joint: str) -> int:
-    return robot.nq - len(robot.joint_names) + robot.joint_names.index(joint)
+    return robot.nq_base + robot.joint_names.index(joint)
 
 
 # --- The geometry of a chain.
@@ -447,7 +447,7 @@ class _Problem:
 
     def _values(self, answers: _Answers) -> Floats:
         """Return the values of all joints, shape (N, joints)."""
-        return self._q(answers)[:, self.robot.nq - len(self.robot.joint_names) :]
+        return self._q(answers)[:, self.robot.nq_base :]
 
     def _verified(self, owner: Rows, u: Floats) -> _Answers:
         """Return answers with their errors by forward kinematics."""

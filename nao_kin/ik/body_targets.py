@@ -44,7 +44,7 @@ class BodyTables:
         T_torso_root = np.linalg.inv(self.torso_in_root)
         moves = np.array([unit == "rad" for unit in robot.joint_units])
         columns, moving = np.argsort(~moves, kind="stable"), int(np.count_nonzero(moves))
-        self.order = robot.nq - len(moves) + columns
+        self.order = robot.nq_base + columns
         variable = {robot.joint_names[int(column)]: k for k, column in enumerate(columns)}
         self._trunk = 1 if robot.base == "floating" else 0
         ids, of = range(self._trunk, model.njoints), joint_rows(robot)

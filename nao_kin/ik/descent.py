@@ -381,7 +381,7 @@ class FrameMotion:
         if not self.names:
             raise BadArgument(f"no joint moves {quoted(self.frame)}")
         self.joints = np.array([robot.joint_names.index(name) for name in self.names], dtype=np.intp)
-        self._offset = robot.nq - len(robot.joint_names)
+        self._offset = robot.nq_base
         self.columns = self._offset + self.joints
         self.velocity_columns = robot.nv - len(robot.joint_names) + self.joints
         self.chain = chain_of(chains, self.names)

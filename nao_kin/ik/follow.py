@@ -306,7 +306,7 @@ def follow(
         jumps.extend(jumps_of(limb, chosen, references, weights))
     if given.torso is not None and robot.base == "floating":
         q[:, :7] = _bases(robot, given.torso)
-    joints = np.nan_to_num(between_samples(q[:, robot.nq - len(robot.joint_names) :]))
+    joints = np.nan_to_num(between_samples(q[:, robot.nq_base :]))
     found, shares, stretched = scaled(robot, joints, given.times, share)
     return FollowedPath(
         joint_names=robot.joint_names,
@@ -356,7 +356,7 @@ def _weights(robot: RobotModel) -> Floats:
     v = robot.velocity_limits
     limited = np.isfinite(v) & (v > 0.0)
     weights = np.zeros(robot.nq)
-    weights[robot.nq - len(v) :] = np.where(limited, 1.0 / np.where(limited, v, 1.0), 1.0)
+    weights[robot.nq_base :] = np.where(limited, 1.0 / np.where(limited, v, 1.0), 1.0)
     return weights
 
 

@@ -327,4 +327,4 @@ def _cause(limb: LimbPath, q: Floats, i: int, columns: list[int]) -> str:
 
 
 def _joint_of(robot: RobotModel, column: int) -> str:
-    return robot.joint_names[column - (robot.nq - len(robot.joint_names))]
+    return robot.joint_names[column - robot.nq_base]

@@ -235,7 +235,7 @@ def limb_of(chain: ChainAtZero, frame: str, numbers: Any) -> Limb:
         bounds[:, :bends] = table.at, table.lower, table.upper
     at, low, high = (tuple(row) for row in bounds.tolist())
     ranges = Ranges(tuple(lower), tuple(upper), bends, at, low, high, *places)
-    index = np.array(columns, dtype=np.intp) + robot.nq - len(robot.joint_names)
+    index = np.array(columns, dtype=np.intp) + robot.nq_base
     in_q, rest = tuple(index.tolist()), robot.clamp(robot.neutral())
     is_scaled = bool(np.any(multiplier != 1.0) or offset.any())
     return Limb(joints, in_q, index, multiplier, offset, ranges, numbers, frame, torso_frame(robot), rest, is_scaled)

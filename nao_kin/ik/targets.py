@@ -132,8 +132,7 @@ def _projected(robot: RobotModel, reference: Floats, what: str) -> tuple[Floats,
 def with_unit_quaternion(robot: RobotModel, reference: ArrayLike, what: str = "reference") -> Floats:
     """Return a copy of configurations, shape (..., nq), with unit quaternions of a floating base."""
     q: Floats = np.array(_finite(robot, reference, what))
-    base = robot.nq - len(robot.joint_names)
-    q[..., :base] = robot.clamp(q)[..., :base]
+    q[..., : robot.nq_base] = robot.clamp(q)[..., : robot.nq_base]
     return q
 
 
@@ -142,7 +141,7 @@ def _finite(robot: RobotModel, reference: ArrayLike, what: str) -> Floats:
     try:
         return as_floats(reference, (robot.nq,), what)
     except NotFinite as error:
-        joint = error.index[-1] - (robot.nq - len(robot.joint_names))
+        joint = error.index[-1] - robot.nq_base
         name = robot.joint_names[joint] if joint >= 0 else "base"
         raise NotFinite(what, error.index, error.value, name) from None
 

@@ -411,7 +411,7 @@ def _result(
         margins = np.array([polygon.signed_distance(place) for polygon, place in below])
     for array in (q, torso, com, margins, *residuals.values()):
         array[~stands] = np.nan
-    names = [robot.joint_names[int(k) - (robot.nq - len(robot.joint_names))] for k in tables.order]
+    names = [robot.joint_names[int(k) - robot.nq_base] for k in tables.order]
     return WholeBodyResult(
         q=q.reshape(*batch, robot.nq),
         torso=torso.reshape(*batch, 4, 4),

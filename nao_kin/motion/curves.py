@@ -26,7 +26,7 @@ class JointCurves:
     def __init__(self, motion: Motion, fill: str | ArrayLike, robot: RobotModel, rate: float) -> None:
         """Prepare the curves; `fill` is that of `Motion.configurations`, `rate` in samples per second."""
         self._motion, self._robot, self._rate = motion, robot, rate
-        self._fill = filled(robot, fill)[robot.nq - len(robot.joint_names) :]
+        self._fill = filled(robot, fill)[robot.nq_base :]
         self._cache: dict[str, Segments] = {}
         self.sampled = False
 

@@ -174,7 +174,7 @@ def complete(robot: RobotModel, motion: Motion, fill: str | ArrayLike = HOLD) ->
         25
     """
     check_both(robot, motion)
-    angles = dict(zip(robot.joint_names, filled(robot, fill)[robot.nq - len(robot.joint_names) :], strict=True))
+    angles = dict(zip(robot.joint_names, filled(robot, fill)[robot.nq_base :], strict=True))
     driven = {robot.mimics[name].joint for name in motion.joint_names if name in robot.mimics}
     absent = [name for name in robot.joint_names if name not in motion.joint_names and name not in driven]
     handles = None if motion.handles is None else [*motion.handles, *[np.zeros((1, 2, 2))] * len(absent)]

@@ -415,9 +415,8 @@ class Motion:
         at = sampling_times(self, rate, times)
         q = np.tile(filled(robot, fill), (len(at), 1))
         values = dict(zip(self.joint_names, self.sample(at).T, strict=True))
-        offset = robot.nq - len(robot.joint_names)
         for joint, column in motor_values(robot, values, hips).items():
-            q[:, offset + robot.joint_names.index(joint)] = column
+            q[:, robot.nq_base + robot.joint_names.index(joint)] = column
         return Trajectory(at, q)
 
     def as_bezier(self) -> Motion:

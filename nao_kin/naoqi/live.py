@@ -466,7 +466,7 @@ def recorded(found: Iterable[JointReading], robot: RobotModel) -> Motion:
     if not rows:
         raise BadArgument("no readings, and so no motion")
     times = np.array([row.time for row in rows])
-    values = np.array([row.q[robot.nq - len(robot.joint_names) :] for row in rows])
+    values = np.array([row.q[robot.nq_base :] for row in rows])
     return Motion(times - times[0], robot.joint_names, values)
 
 

@@ -194,8 +194,7 @@ def from_order(
     start = as_floats(reference, (robot.nq,), "reference")
     batch = common_batch("values and reference", found.shape[:-1], start.shape[:-1])
     q = np.array(np.broadcast_to(start, (*batch, robot.nq)))
-    base = robot.nq - len(robot.joint_names)
-    columns = [base + column for column, joint in enumerate(robot.joint_names) if joint in by_name]
+    columns = [column for column, joint in enumerate(robot.joint_names, robot.nq_base) if joint in by_name]
     q[..., columns] = found[..., columns]
     return q
 

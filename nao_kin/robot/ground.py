@@ -398,7 +398,7 @@ def _down_of(
     ups = [robot.semantics.postures[name].up for name in robot.posture_names]
     if not any(ups) or not len(floor.points) or robot.mass == 0.0:
         return down, used, stands
-    joints = slice(robot.nq - len(robot.joint_names), None)
+    joints = slice(robot.nq_base, None)
     known = np.stack([robot.posture(name)[joints] for name in robot.posture_names])
     away = np.minimum(np.abs(known - rows[:, None, joints]), _ELSEWHERE).sum(axis=-1).argmin(axis=1)
     centres = robot.com(rows, reference=robot.tree.root)

@@ -255,6 +255,11 @@ class RobotModel:
         return int(self.model.nq)
 
     @property
+    def nq_base(self) -> int:
+        """Number of coordinates of the base, which are first in q: 7 of a floating base, 0 of a fixed one."""
+        return self.nq - len(self.joint_names)
+
+    @property
     def nv(self) -> int:
         """Number of velocity coordinates: the degrees of freedom."""
         return int(self.model.nv)

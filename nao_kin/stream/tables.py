@@ -382,7 +382,7 @@ class JointColumns:
     @property
     def base(self) -> int:
         """Number of columns of a floating base, before the joints."""
-        return self.robot.nq - len(self.robot.joint_names) if self.whole else 0
+        return self.robot.nq_base if self.whole else 0
 
     def configurations(self, values: Floats) -> tuple[Floats, NDArray[np.bool_], Clamped]:
         """Return configurations (m, nq) of the good rows of `values` (n, columns), which rows are good, and changes."""
@@ -446,7 +446,7 @@ class JointColumns:
         set_joints = robot.configuration({name: found[name] for name in first}, limits="ignore")
         q = np.array(np.broadcast_to(set_joints, (len(values), robot.nq)))
         q[:, : self.base] = values[:, : self.base]
-        joints = dict(zip(robot.joint_names, q.T[robot.nq - len(robot.joint_names) :], strict=True))
+        joints = dict(zip(robot.joint_names, q.T[robot.nq_base :], strict=True))
         agreeing = np.ones(len(q), dtype=np.bool_)
         for name in found.keys() & robot.mimics.keys():
             mimic = robot.mimics[name]

@@ -140,7 +140,7 @@ def check_size(robot: RobotModel, qs: Floats) -> None:
     """
     beyond = np.argwhere(np.abs(qs) > LARGEST)
     if len(beyond):
-        column = int(beyond[0][-1]) - (robot.nq - len(robot.joint_names))
+        column = int(beyond[0][-1]) - robot.nq_base
         name = robot.joint_names[column] if column >= 0 else "the base"
         value = float(qs[tuple(beyond[0])])
         raise BadArgument(f"{name} is {value:g}; values from {-LARGEST:g} to {LARGEST:g} rad or m are shown")

@@ -120,8 +120,7 @@ class Driver:
 
 def drivers_of(robot: RobotModel) -> dict[str, Driver]:
     """Return the driver of each joint of a robot, by name."""
-    first = robot.nq - len(robot.joint_names)
-    own = {name: Driver(first + index) for index, name in enumerate(robot.joint_names)}
+    own = {name: Driver(column) for column, name in enumerate(robot.joint_names, robot.nq_base)}
     return own | {
         name: Driver(own[mimic.joint].column, mimic.multiplier, mimic.offset, mimic.joint)
         for name, mimic in robot.mimics.items()

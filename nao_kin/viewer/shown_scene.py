@@ -174,7 +174,7 @@ def _first_outside(robot: RobotModel, qs: Floats) -> list[int]:
     A clip that is outside for minutes has a violation in every frame, of which the first is enough.
     """
     outside = ~robot.within_limits(qs, per_joint=True)
-    values = qs[:, robot.nq - len(robot.joint_names) :]
+    values = qs[:, robot.nq_base :]
     moved = outside & (values != 0.0)
     for table in robot.coupled_limits:
         joint, of = robot.joint_names.index(table.joint), robot.joint_names.index(table.of)

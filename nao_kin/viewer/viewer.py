@@ -947,7 +947,7 @@ class Viewer:
             else:
                 self._show_joints(q, up, source)
             if answer["kind"] == "joints" or not np.array_equal(before, q):
-                first = self.robot.nq - len(self.robot.joint_names)
+                first = self.robot.nq_base
                 moved = itertools.compress(self.robot.joint_names, before[first:] != q[first:])
                 self._changes.tell(q, tuple(moved))
 

@@ -262,6 +262,16 @@ def test_what_the_semantics_name_is_there_under_its_ros_name(version: str, frame
     assert (named <= set(tree.links)) == (frames != "none")
 
 
+@for_all("version", VERSIONS)
+def test_pairs_that_need_no_check_have_ros_names_too(version: str) -> None:
+    nao = nk.load_nao(version)
+    tree, _ = Variant(names="ros").tree_of(nao)
+    named = named_semantics(nao.semantics, "ros").disabled_collisions
+    assert {link for row in named for link in row[:2]} <= set(tree.links)
+    new = nao.semantics.ros_names
+    assert named == tuple((new.get(a, a), new.get(b, b), why) for a, b, why in nao.semantics.disabled_collisions)
+
+
 def test_a_robot_without_ros_names_has_none(tmp_path: Path) -> None:
     robot = made_up(tmp_path, J("a"))
     with pytest.raises(BadArgument, match="made_up: no ROS names are known of this robot"):

@@ -364,7 +364,7 @@ def test_a_floating_base_and_a_root_of_the_chain() -> None:
     np.testing.assert_allclose(back.q, q, atol=1e-9)
     assert back.count == found.count
     # From the head to the hand: seven joints, of which one of the head is locked.
-    pitch = float(q[nao.nq - len(nao.joint_names) + nao.joint_names.index("HeadPitch")])
+    pitch = float(q[nao.nq_base + nao.joint_names.index("HeadPitch")])
     locked = {"HeadPitch": pitch}
     hand = analytic(nao, "LArm", nao.fk(q, "LArm", reference="Head"), root="Head", locked=locked, reference=q)
     np.testing.assert_allclose(hand.q, q, atol=1e-8)

@@ -30,7 +30,7 @@ def typed_nao(version: str = "v6", rule: str = "coincident") -> TypedModel:
 def wide(robot: nk.RobotModel, n: int, seed: int = 1) -> np.ndarray:
     """Configurations, half inside the limits and half far outside, where every branch and lock is met."""
     q = robot.random(seed, n)
-    joints = slice(robot.nq - len(robot.joint_names), None)
+    joints = slice(robot.nq_base, None)
     q[n // 2 :, joints] = np.random.default_rng(seed).uniform(-3.1, 3.1, q[n // 2 :, joints].shape)
     if robot.base == "floating":
         rng = np.random.default_rng(seed + 1)

@@ -71,7 +71,7 @@ def configurations(typed: MultiDofModel, seed: int) -> np.ndarray:
     """Inside the limits: at random, at and beside every lock, at the ends of the limits."""
     robot, rng = typed.robot, np.random.default_rng(seed)
     q = robot.random(seed, (40,))
-    first = robot.nq - len(robot.joint_names)
+    first = robot.nq_base
     lower, upper = np.maximum(robot.lower, -30.0), np.minimum(robot.upper, 30.0)
     unlimited = np.isinf(robot.upper)
     q[:, first:][:, unlimited] = rng.uniform(-30.0, 30.0, (40, int(unlimited.sum())))
@@ -93,7 +93,7 @@ def known(typed: MultiDofModel) -> list[int]:
     """Columns of q whose whole turns a typed configuration holds: all but last angles of balls with room for more."""
     robot = typed.robot
     last = {joint.joints[-1] for joint in typed.pairs if joint.pair.name == "spherical"}
-    shift = robot.nq - len(robot.joint_names)
+    shift = robot.nq_base
     return [
         shift + i
         for i, name in enumerate(robot.joint_names)

@@ -30,7 +30,7 @@ def configurations(robot: nk.RobotModel, count: int, seed: int = 0) -> np.ndarra
     """Random configurations inside and outside of the limits, a floating base anywhere."""
     rng = np.random.default_rng(seed)
     q = robot.random(rng, count)
-    joints = q[:, robot.nq - len(robot.joint_names) :]
+    joints = q[:, robot.nq_base :]
     joints[::3] = rng.uniform(-6.2, 6.2, joints[::3].shape)
     if robot.base == "floating":
         q[:, :3] = rng.uniform(-2, 2, (count, 3))

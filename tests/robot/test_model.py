@@ -43,6 +43,7 @@ def _raw_pose(model: pin.Model, q: np.ndarray, frame: str) -> np.ndarray:
 
 def test_a_nao_has_exactly_25_degrees_of_freedom(each_nao: nk.NaoModel) -> None:
     assert each_nao.nq == each_nao.nv == len(each_nao.joint_names) == 25
+    assert each_nao.nq_base == 0
     assert "RHipYawPitch" not in each_nao.joint_names
     assert each_nao.mimics["RHipYawPitch"].joint == "LHipYawPitch"
 
@@ -403,7 +404,7 @@ def test_violations_of_a_large_batch_are_counted_and_not_all_told(nao: nk.NaoMod
 
 def test_a_floating_base_moves_everything(nao: nk.NaoModel) -> None:
     free = nk.load_nao("v6", base="floating")
-    assert (free.nq, free.nv) == (32, 31)
+    assert (free.nq, free.nv, free.nq_base) == (32, 31, 7)
     assert free.joint_names == nao.joint_names
     q = free.random(10)
     assert q.shape == (32,)
