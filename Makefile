@@ -28,6 +28,9 @@ unexport PYTHONDONTWRITEBYTECODE
 QUICK := -m "not slow and not full" --hypothesis-profile=quick
 PARALLEL := -n $(WORKERS) --dist loadfile --no-loadscope-reorder
 
+# There are as many workers as cores; further threads of each would wait for one another.
+unit test-full test-lowest quick coverage mutate: export OPENBLAS_NUM_THREADS := 1
+
 .PHONY: demo test test-all test-full quick kernels long-kernels other-kernels lint types web unit test-lowest test-light coverage mutate docs linkcheck generate check-generated tools-table check-tools-table bench clean
 
 $(STAMP): pyproject.toml
