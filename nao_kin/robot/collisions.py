@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats, finite_or_none
-from nao_kin._core.text import abbreviated
+from nao_kin._core.text import abbreviated, quoted
 from nao_kin._kernels.cache import may_compile
 from nao_kin._kernels.hulls import HullTable, clearances
 from nao_kin.errors import BadArgument, UnknownName
@@ -113,6 +113,8 @@ _FEW = 64
 _SIDES = 32
 # Hulls flatter than this have no volume [m].
 _THIN = 1e-6
+# Vertices of meshes that are farther away are mistakes [m].
+_LARGEST = 1e6
 _SIGNED = coal.DistanceRequest()
 _SIGNED.enable_signed_distance = True
 _SIGNED.gjk_tolerance = _SIGNED.epa_tolerance = 1e-10
@@ -139,7 +141,8 @@ def round_shape(link: str, ends: Floats, radius: float) -> Shape:
     T[:3, 3] = 0.5 * (ends[0] + ends[1])
     if length <= _THIN:
         return Shape(link, T[None, :3, 3], radius + 0.5 * length, coal.Sphere(radius + 0.5 * length), T)
-    T[:3, :3] = np.linalg.svd(along[None])[2][[1, 2, 0]].T
+    axes = np.linalg.svd(along[None])[2][[1, 2, 0]].T
+    T[:3, :3] = np.linalg.det(axes) * axes
     return Shape(link, ends, radius, coal.Capsule(radius, length), T)
 
 
@@ -186,7 +189,12 @@ def _corners(shape: Geometry, tree: UrdfTree) -> Floats:
     """Return points whose hull is a box or a mesh, or contains a cylinder."""
     if isinstance(shape, MeshFile):
         corners = read_mesh(mesh_path(shape, tree.packages), lambda scene: np.array(scene.to_geometry().vertices))
-        return np.asarray(corners * np.array(shape.scale))
+        corners = corners * np.array(shape.scale)
+        if not (np.abs(corners) < _LARGEST).all():
+            raise UnreadableShape(
+                f"its mesh {quoted(shape.filename)} has vertices that are not finite, or too far away"
+            )
+        return np.asarray(corners)
     if isinstance(shape, Box):
         return np.array(list(product((-0.5, 0.5), repeat=3))) * shape.size
     assert isinstance(shape, Cylinder)
@@ -207,10 +215,9 @@ def read_hulls(path: Path) -> Iterator[Shape]:
 
 def covering_capsule(points: Floats) -> tuple[Floats, float]:
     """Return ends (2, 3) and radius of a capsule that contains points (n, 3), along their longest principal axis."""
-    middle = points.mean(axis=0)
-    axes = np.linalg.svd(points - middle, full_matrices=False)[2].T[:, ::-1] if len(points) > 2 else np.eye(3)
-    if len(points) == 2:
-        return points, 0.0
+    if len(points) <= 2:
+        return points[[0, -1]], 0.0
+    axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2].T[:, ::-1]
     low, high = (points @ axes).min(axis=0), (points @ axes).max(axis=0)
     local = points @ axes - (low + high) / 2.0
     across = np.linalg.norm(local[:, :2], axis=1)

@@ -21,7 +21,7 @@ from nao_kin.errors import BadArgument, MissingShapeWarning, NaoKinError, Unknow
 from nao_kin.robot import LinkContacts, LinkShapes, mesh_path, read_mesh
 from nao_kin.robot.collisions import Shape, covering_capsule, hull_shape, round_shape, shapes_of
 from nao_kin.robot.semantics import Semantics
-from nao_kin.robot.urdf import Box, Collision, Cylinder, Origin, Sphere
+from nao_kin.robot.urdf import Box, Collision, Cylinder, MeshFile, Origin, Sphere
 from nao_kin.rotations import random_rotation
 
 SIGNED = coal.DistanceRequest()
@@ -378,6 +378,31 @@ def test_a_cylinder_with_two_spheres_is_a_capsule_and_alone_has_flat_ends(tmp_pa
     beside = _shaped(tmp_path, ("base", Cylinder(0.1, 0.2), (0.0, 0.0, 0.0)), ("b_l", Sphere(0.05), (0.3, 0.0, -1.0)))
     assert 0.15 - 0.0005 < LinkShapes(beside, {}).clearance(np.zeros(2)).distance <= 0.15
     assert len(_shaped(tmp_path, *capsule[:2], ("base", Sphere(0.1), (0.0, 0.0, 0.11)), ball).link_shapes.shapes) == 4
+
+
+@pytest.mark.parametrize(
+    ("vertices", "distance"),
+    [
+        ("0 0 0,0.1 0 0,0 0.1 0,0.1 0.1 0", 0.9),  # flat
+        ("0 0 0,0 0.1 0,0 0.2 0", 0.9),
+        ("0 0 0.2,0 0 0.2,0 0 0.2", 0.7),
+        ("0 0 0,nan 0 0,0 1 0,0 0 1", None),
+        ("0 0 0,1e300 0 0,0 1e300 0,0 0 1e300", None),
+    ],
+)
+def test_a_mesh_without_a_volume_counts_and_one_that_is_no_shape_is_left_out(
+    tmp_path: Path, vertices: str, distance: float | None
+) -> None:
+    lines = [f"v {vertex}" for vertex in vertices.split(",")]
+    faces = ["f 1 2 3"] + ["f 1 2 4"] * (len(lines) > 3)
+    (tmp_path / "a.obj").write_text("\n".join([*lines, *faces]) + "\n")
+    shapes = ("base", MeshFile("a.obj"), (0.0, 0.0, 0.0)), ("b_l", Sphere(0.1), (0.0, 0.0, 0.0))
+    robot = _shaped(tmp_path, *shapes)
+    if distance is None:
+        with pytest.warns(MissingShapeWarning, match="left out: its mesh 'a.obj' has vertices that are not finite"):
+            assert LinkShapes(robot, {}).pairs == ()
+    else:
+        assert LinkShapes(robot, {}).clearance(np.zeros(2)).distance == pytest.approx(distance, abs=3e-6)
 
 
 def test_pairs_are_those_of_the_semantics_or_else_found_by_sampling(tmp_path: Path) -> None:
