@@ -1102,7 +1102,7 @@ _COLLISIONS = (
             "[result.getNearestPoint1(), result.getNearestPoint2()]",
             "[result.getNearestPoint2(), result.getNearestPoint1()]",
         ),
-        ("near-shapes-left-out", "axis=-1) - self._reach[a] - self._reach[b]", "axis=-1) - self._reach[a]"),
+        ("near-shapes-left-out", "between - width[a] - width[b]", "between - width[a]"),
         (
             "random-configurations-that-overlap",
             "q[shapes.clearance(q, 0.0).is_free]",

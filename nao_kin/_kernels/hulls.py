@@ -76,15 +76,21 @@ def _unit(axis: int) -> Components:
 
 
 @both_ways
+def _clipped(x: Any) -> Any:
+    return np.minimum(np.maximum(x, -1.0), 1.0)
+
+
+@both_ways
 def segments_squared(r: Components, u: Components, v: Components) -> Any:
     """Return the least |r + s u − t v|² for s and t in [−1, 1]: two segments, r from the second centre to the first.
 
-    A segment may be a point, and the two may be parallel. Source: Ericson, Real-Time Collision Detection, 5.1.9.
+    A segment may be a point, and the two may be parallel. Numbers and arrays. Source: Ericson, Real-Time Collision
+    Detection, 5.1.9.
     """
     a, e, b, c, f = _dot(u, u), _dot(v, v), _dot(u, v), _dot(u, r), _dot(v, r)
-    s = min(max((b * f - c * e) / max(a * e - b * b, 1e-40), -1.0), 1.0)
-    t = min(max((f + s * b) / max(e, 1e-40), -1.0), 1.0)
-    s = min(max((t * b - c) / max(a, 1e-40), -1.0), 1.0)
+    s = _clipped((b * f - c * e) / np.maximum(a * e - b * b, 1e-40))
+    t = _clipped((f + s * b) / np.maximum(e, 1e-40))
+    s = _clipped((t * b - c) / np.maximum(a, 1e-40))
     between = _plus(_plus(r, s, u), -t, v)
     return _dot(between, between)
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from nao_kin._core.arrays import Floats, finite_or_none
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin._kernels.cache import may_compile
-from nao_kin._kernels.hulls import HullTable, clearances
+from nao_kin._kernels.hulls import HullTable, clearances, segments_squared
 from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.robot.answers import CROSSOVER
 from nao_kin.robot.contacts import LinkPair, disabled_collisions
@@ -257,7 +257,6 @@ class LinkShapes:
         ends, width = np.array([ends for ends, _ in around]), radius + np.array([width for _, width in around])
         points = np.concatenate([shape.points for shape in self.shapes])
         self._table = HullTable(link, first, points, radius, ends.reshape(-1, 6), width)
-        self._centre, self._reach = ends.mean(axis=1), width + 0.5 * np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
         self.pairs: tuple[LinkPair, ...] = tuple(combinations(sorted(self.links), 2))
         self.disabled = self._disabled() if disabled is None else disabled
         self.pairs = tuple(pair for pair in self.pairs if pair not in self.disabled)
@@ -308,13 +307,16 @@ class LinkShapes:
 
     def _bounds(self, q: Floats) -> Iterator[tuple[int, Floats, Floats]]:
         """Yield index, poses of the links (links, 4, 4) and least possible distances of the pairs of shapes."""
-        a, b = self._places.T
+        (a, b), width = self._places.T, self._table.width
         for start in range(0, len(q), _FEW):
             T = self._robot.fk(q[start : start + _FEW], self.links)
             placed = T[:, self._table.link]
-            centres = (placed[..., :3, :3] @ self._centre[..., None])[..., 0] + placed[..., :3, 3]
-            between = np.linalg.norm(centres[:, a] - centres[:, b], axis=-1) - self._reach[a] - self._reach[b]
-            yield from zip(range(start, start + _FEW), T, between, strict=False)
+            ends = placed[..., None, :3, :3] @ self._table.ends.reshape(-1, 2, 3, 1)
+            one, other = ends[..., 0].transpose(2, 3, 0, 1)
+            centre, half = 0.5 * (one + other) + np.moveaxis(placed[..., :3, 3], -1, 0), 0.5 * (other - one)
+            r = centre[..., a] - centre[..., b]
+            between = np.sqrt(segments_squared(tuple(r), tuple(half[..., a]), tuple(half[..., b])))
+            yield from zip(range(start, start + _FEW), T, between - width[a] - width[b], strict=False)
 
     def _coals(self, T: Floats, pair: int) -> Any:
         """Return coal's distance of a pair of shapes and their nearest points, at poses of the links."""
