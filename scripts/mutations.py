@@ -1123,6 +1123,31 @@ _COLLISIONS = (
             "np.count_nonzero(~keep)",
         ),
     ),
+    *_faults(
+        "ik/whole_body.py",
+        "test_collision_free.py",
+        (
+            "pose-apart-that-misses-its-targets-kept",
+            "(other.report[:, STATUS] == REACHED) & (distance >",
+            "(distance >",
+        ),
+        ("posture-pulls-back-to-the-overlap", "plan = plan._replace(posture=0.0)", "pass"),
+    ),
+    *_faults(
+        "ik/follow.py",
+        "test_collision_free.py",
+        ("limb-that-others-made-room-for-not-reached", "free & (limb.reasons == Reason.COLLISION)", "free & False"),
+        (
+            "branches-apart-from-the-reference-only",
+            "choose(limb, _complete(q, references), ",
+            "choose(limb, references, ",
+        ),
+    ),
+    *_faults(
+        "ik/follow_branches.py",
+        "test_collision_free.py",
+        ("overlapping-member-among-free-ones", "if not found.count.any():", "if not found.count[p]:"),
+    ),
 )
 
 _WORLD = (

@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, finite_decimal, finite_or_none
-from nao_kin._core.text import quoted
+from nao_kin._core.arrays import Floats, finite_or_none
 from nao_kin.cli.options import DEG, JSON, RobotOptions, argument, command, flag, option
 from nao_kin.cli.output import print_json, print_json_list, print_table
 from nao_kin.cli.sources import IGNORE_LIMITS, FileOptions, JointOptions
-from nao_kin.errors import BadArgument
+from nao_kin.cli.targets import numbers_of
 
 if TYPE_CHECKING:
     from nao_kin.robot import LimitPolicy, RobotModel
@@ -43,7 +42,7 @@ def balance(
     outside. The robot tips over an edge when it is tilted by more than the tilt angle. FILE is as for nao-kin fk; a row
     that touches the floor in less than an area has no margin.
     """
-    down = None if gravity is None else _direction(gravity)
+    down = None if gravity is None else numbers_of(gravity, "--gravity", 3)
     model = robot.load()
     limits: LimitPolicy = "clamp" if clamp else "ignore" if ignore_limits else "raise"
     q, times, many = given.configurations(model, file, joints, deg=deg, limits=limits)
@@ -75,13 +74,6 @@ def balance(
             tilt = row["tilt"] if deg else math.degrees(row["tilt"])
             numbers = f"{1000.0 * row['margin']:11.1f}  {tilt:8.1f}"
         print(f"{row['row']:>7}{time:>12}  {numbers:>21}  {', '.join(row['soles']) or '–'}")
-
-
-def _direction(text: str) -> Floats:
-    numbers = [finite_decimal(part) for part in text.split(",")]
-    if len(numbers) != 3 or None in numbers:
-        raise BadArgument(f"--gravity {quoted(text)}: expected three numbers, as in 0,0,-9.81")
-    return np.array(numbers, dtype=np.float64)
 
 
 def _document(model: RobotModel, found: Balance, deg: bool) -> dict[str, Any]:

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import csv as csv_module
-import io
 import math
 import sys
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, finite_decimal
-from nao_kin._core.csv_numbers import delimiter_of
+from nao_kin._core.arrays import Floats
+from nao_kin._core.csv_numbers import TableColumns
 from nao_kin._core.files import read_table_text
-from nao_kin._core.text import quoted
 from nao_kin.cli.options import DEG, JSON, RobotOptions, argument, command, flag, option
 from nao_kin.cli.output import fixed, print_json, print_table
 from nao_kin.cli.sources import IGNORE_LIMITS, JointOptions
-from nao_kin.cli.targets import numbers_of
+from nao_kin.cli.targets import csv_records, numbers_of
 from nao_kin.errors import BadArgument, BadInputFile
 
 if TYPE_CHECKING:
@@ -66,10 +63,7 @@ def camera(
     elif pixel is not None or point is not None:
         headings = _PIXEL if pixel is not None else _POINT
         option_name, text = ("--pixel", str(pixel)) if pixel is not None else ("--point", str(point))
-        numbers = numbers_of(text, option_name)
-        if len(numbers) != len(headings):
-            raise BadArgument(f"{option_name} {quoted(text)}: {len(numbers)} numbers, expected {len(headings)}")
-        rows = np.array(numbers)
+        rows = np.array(numbers_of(text, option_name, len(headings)))
     elif csv:
         raise BadArgument("--csv is for pixels and points; give a FILE, --pixel or --point")
     model = robot.load()
@@ -96,21 +90,12 @@ def _read(file: str) -> tuple[tuple[str, ...], Floats]:
     text, is_json = read_table_text(file, "pixels or points")
     if is_json:
         raise BadInputFile(file, "is JSON, expected CSV with the columns u, v or x, y, z")
-    records = csv_module.reader(io.StringIO(text), delimiter=delimiter_of(text.split("\n", 1)[0]))
-    head = [heading.strip() for heading in next(records, [])]
+    line, head, records = csv_records(file, text)
     headings = next((kind for kind in (_PIXEL, _POINT) if set(kind) <= set(head)), None)
     if headings is None:
-        raise BadInputFile(file, f"has the columns {', '.join(head)[:80] or 'none'}; expected u, v or x, y, z", 1)
-    places, rows = [head.index(heading) for heading in headings], []
-    for record in records:
-        if not any(record):
-            continue
-        cells = [record[place] if place < len(record) else "" for place in places]
-        numbers = [finite_decimal(cell) for cell in cells]
-        if None in numbers:
-            wrong = cells[numbers.index(None)]
-            raise BadInputFile(file, f"{quoted(wrong)} is not a finite number", records.line_num)
-        rows.append(numbers)
+        raise BadInputFile(file, f"has the columns {', '.join(head)[:80] or 'none'}; expected u, v or x, y, z", line)
+    table = TableColumns(headings, (), tuple(map(head.index, headings)))
+    rows = [table.numbers(file, fields, line) for line, fields in records]
     return headings, np.array(rows, dtype=np.float64).reshape(-1, len(headings))
 
 

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from nao_kin._core import files as atomic
 from nao_kin._core.arrays import Floats, join_poses
-from nao_kin._core.text import quoted
 from nao_kin.cli.options import DEG, FORCE, JSON, RobotOptions, argument, check_outputs, command, flag, option
 from nao_kin.cli.output import degrees_per, fixed, print_json, print_note, print_table
 from nao_kin.cli.sources import COLUMNS, IGNORE_LIMITS, IGNORE_OTHER, FileOptions, joint_values
@@ -87,12 +86,7 @@ class Request:
     @property
     def towards(self) -> list[float] | None:
         """The three numbers of --direction."""
-        if self.direction is None:
-            return None
-        numbers = numbers_of(self.direction, "--direction")
-        if len(numbers) != 3:
-            raise BadArgument(f"--direction {quoted(self.direction)}: {len(numbers)} numbers, expected 3")
-        return numbers
+        return None if self.direction is None else numbers_of(self.direction, "--direction", 3)
 
     def targets(self, model: RobotModel) -> Targets:
         """Return the one target, or those of the file."""

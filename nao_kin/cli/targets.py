@@ -11,7 +11,7 @@ import csv
 import io
 import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, get_args
@@ -68,8 +68,8 @@ def target_of(text: str, *, feet: bool, degrees: bool) -> Targets:
     return Targets(kind, values, False)
 
 
-def numbers_of(text: str, option: str) -> list[float]:
-    """Return the finite numbers of an option, separated by blanks or commas."""
+def numbers_of(text: str, option: str, count: int | None = None) -> list[float]:
+    """Return the finite numbers of an option, separated by blanks or commas, as many as `count` if it is given."""
     words = text.replace(",", " ").split()
     numbers = []
     for word in words:
@@ -77,7 +77,25 @@ def numbers_of(text: str, option: str) -> list[float]:
         if number is None:
             raise BadArgument(f"{option} {quoted(text)}: {quoted(word)} is not a finite number")
         numbers.append(number)
+    if count not in (None, len(numbers)):
+        raise BadArgument(f"{option} {quoted(text)}: {len(numbers)} numbers, expected {count}")
     return numbers
+
+
+def csv_records(name: str, text: str) -> tuple[int, list[str], Iterator[tuple[int, list[str]]]]:
+    """Return the line of the header of a CSV file, its headings, and line and fields of each record of this length."""
+    records = iter(Records(text.encode(), delimiter_of(text.lstrip("\r\n").split("\n", 1)[0])))
+    line, header, wrong = next(records, (1, list[str](), ""))
+    if wrong:
+        raise BadInputFile(name, wrong, line)
+
+    def rows() -> Iterator[tuple[int, list[str]]]:
+        for line, fields, wrong in records:
+            if wrong or len(fields) != len(header):
+                raise BadInputFile(name, wrong or f"{len(fields)} values, the header names {len(header)}", line)
+            yield line, fields
+
+    return line, [field.strip() for field in header], rows()
 
 
 def read_targets(path: str, frames: Sequence[str], *, degrees: bool, roots: Sequence[str] = ()) -> Targets:
@@ -147,12 +165,7 @@ def _from_npy(name: str, feet: bool, degrees: bool) -> Targets:
 def _from_csv(name: str, text: str, frames: Sequence[str], degrees: bool) -> Targets:
     from nao_kin.stream import PoseColumns, PoseStyle
 
-    delimiter = delimiter_of(text.lstrip("\r\n").split("\n", 1)[0])
-    records = iter(Records(text.encode(), delimiter))
-    line, header, wrong = next(records)
-    if wrong:
-        raise BadInputFile(name, wrong, line)
-    names = [field.strip() for field in header]
+    line, names, records = csv_records(name, text)
     places = {column: index for index, column in enumerate(names)}
     poses = [PoseColumns(style, unit).names for style in get_args(PoseStyle) for unit in (False, True)]
     headers = {*poses, ("x", "y", "z"), ("r0", "r1", "r2", "r3")}
@@ -166,9 +179,7 @@ def _from_csv(name: str, text: str, frames: Sequence[str], degrees: bool) -> Tar
         raise BadInputFile(name, f"no column frame; for both feet its rows name {' and '.join(frames)}", line)
     found: dict[str, list[list[float]]] = {frame: [] for frame in frames}
     lines: list[int] = []
-    for line, fields, wrong in records:
-        if wrong or len(fields) != len(names):
-            raise BadInputFile(name, wrong or f"{len(fields)} values, the header names {len(names)}", line)
+    for line, fields in records:
         frame = frames[0] if frame_column is None else fields[frame_column].strip()
         if frame in found:
             found[frame].append(table.numbers(name, fields, line))

@@ -8,11 +8,11 @@ from contextlib import closing
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from nao_kin._core.arrays import Floats, decimal
-from nao_kin._core.text import quoted
+from nao_kin._core.arrays import Floats
 from nao_kin.cli.options import DEG, FORCE, JSON, RobotOptions, argument, check_outputs, command, flag, option
 from nao_kin.cli.output import print_json, print_note, print_written
 from nao_kin.cli.sources import FileOptions, JointOptions, is_motion
+from nao_kin.cli.targets import numbers_of
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
@@ -192,10 +192,4 @@ def view(
 
 def _vertical(viewer: Viewer, text: str) -> tuple[float, ...] | None:
     """Return the vertical of --up: three numbers, or the name of a posture."""
-    if "," not in text:
-        return viewer.rest(text)
-    try:
-        x, y, z = (decimal(part) for part in text.split(","))
-    except ValueError:
-        raise BadArgument(f"--up must be three numbers, as in 0,0,1, or a posture, got {quoted(text)}") from None
-    return x, y, z
+    return tuple(numbers_of(text, "--up", 3)) if "," in text else viewer.rest(text)

@@ -24,6 +24,7 @@ from nao_kin._core.text import quoted
 from nao_kin._core.warn import need_extra
 from nao_kin._kernels.chains import Chain, chain_of
 from nao_kin.errors import BadArgument, UnknownName
+from nao_kin.ik.collision_free import without_collisions
 from nao_kin.ik.descent import ANGLE_WEIGHT, Goal, descended
 from nao_kin.ik.geometry import cached_limb, torso_frame
 from nao_kin.ik.limit_regions import LimitRegion
@@ -73,6 +74,7 @@ def analytic(
     limits: Limits = "enforce",
     tolerance: float = 1e-8,
     threads: SupportsIndex | None = None,
+    collisions: bool = False,
 ) -> IKResult:
     """Return all joint values that bring a frame to a pose, for any robot, by closed forms that EAIK finds.
 
@@ -100,6 +102,7 @@ def analytic(
             three turns); "ignore" returns all, with the whole turns nearest to the reference.
         tolerance: largest error of a solution in position [m] and rotation [rad].
         threads: how many threads may work on a batch; None for all cores if that is worthwhile.
+        collisions: leave out solutions in which links overlap, by `RobotModel.clearance`.
 
     Returns:
         All branches inside the limits. Where the axes are dependent, infinitely many solutions may form a family
@@ -138,7 +141,7 @@ def analytic(
     flat, near = targets.reshape(-1, 4, 4), rows.reshape(-1, robot.nq)
     blocks = [slice(k, k + _BLOCK) for k in range(0, max(1, len(flat)), _BLOCK)]
     solved = [_Problem(*given, flat[k], near[k]).solve() for k in blocks]
-    return _joined(limb, solved, rows, options.notes, batch)
+    return without_collisions(robot, _joined(limb, solved, rows, options.notes, batch), collisions)
 
 
 def _held(robot: RobotModel, locked: Mapping[str, float], limits: Literal["raise", "ignore"]) -> dict[str, float]:

@@ -11,13 +11,13 @@ from typing import Any, SupportsIndex, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats, choice
+from nao_kin._core.arrays import Floats, as_floats, choice, flag
 from nao_kin.errors import BadArgument
 from nao_kin.ik.follow_branches import Choice, FollowedLimb, Jump, choose, jumps_of
-from nao_kin.ik.follow_limbs import Path, checked_path, limb_paths
+from nao_kin.ik.follow_limbs import LimbPath, Path, checked_path, limb_paths
 from nao_kin.ik.geometry import base_coordinates
 from nao_kin.ik.legs import Free, Priority, legs
-from nao_kin.ik.results import Codes
+from nao_kin.ik.results import Codes, Reason
 from nao_kin.ik.targets import Limits, check_threads, inside_limits, is_enforced, with_unit_quaternion
 from nao_kin.robot import RobotModel, check_robot
 from nao_kin.rotations import quat_from_xyzw, quat_to_xyzw, quat_unwrap, slerp
@@ -241,6 +241,7 @@ def follow(
     priority: Priority = "balanced",
     free: Free | None = None,
     threads: SupportsIndex | None = None,
+    collisions: bool = False,
 ) -> FollowedPath:
     """Return a joint trajectory along a path of targets for any of feet, hands and head.
 
@@ -271,6 +272,9 @@ def follow(
             so that both legs agree: "height", "lean" or "yaw". The result's `torso` is the moved torso, from which all
             other targets are met.
         threads: number of threads; None for all cores if that is worthwhile.
+        collisions: leave out branches in which links overlap at a sample, by `RobotModel.clearance`, with the other
+            limbs where they follow the path without this. A sample without other branches is not reached: it has the
+            one with the largest clearance, and the message names the links.
 
     Raises:
         UnknownName: an effector or frame that does not exist.
@@ -297,13 +301,16 @@ def follow(
     limbs = limb_paths(robot, given, frames, options, priority)
     q, weights = np.array(references), _weights(robot)
     start = None if reference is None else references[0]
-    choices: list[Choice] = []
-    jumps: list[Jump] = []
-    for limb in limbs:
-        chosen = choose(limb, references, weights, start=start)
-        q[:, list(chosen.limb.columns)] = chosen.values
-        choices.append(chosen)
-        jumps.extend(jumps_of(limb, chosen, references, weights))
+    choices = [_chosen(limb, q, references, weights, start) for limb in limbs]
+    if flag(collisions, "collisions") and not np.all(robot.clearance(_complete(q, references)).is_free):
+        limbs = tuple(dataclasses.replace(limb, options={**limb.options, "collisions": True}) for limb in limbs)
+        choices = [_chosen(limb, q, references, weights, start) for limb in limbs]
+        apart = np.asarray(robot.clearance(_complete(q, references)).is_free)
+        choices = [found._replace(limb=_without_resolved(found.limb, apart)) for found in choices]
+    others = _complete(q, references)
+    jumps = [
+        jump for limb, found in zip(limbs, choices, strict=True) for jump in jumps_of(limb, found, others, weights)
+    ]
     if given.torso is not None and robot.base == "floating":
         q[:, :7] = _bases(robot, given.torso)
     joints = np.nan_to_num(between_samples(q[:, robot.nq_base :]))
@@ -320,6 +327,26 @@ def follow(
         motion=sum(chosen.cost for chosen in choices),
         notes=notes,
     )
+
+
+def _chosen(limb: LimbPath, q: Floats, references: Floats, weights: Floats, start: Floats | None) -> Choice:
+    """Return the branches of a limb, with the others as in q, and write their values into q."""
+    found = choose(limb, _complete(q, references), weights, start=start)
+    q[:, list(found.limb.columns)] = found.values
+    return found
+
+
+def _complete(q: Floats, references: Floats) -> Floats:
+    """Return configurations with the values of the references where they are nan."""
+    return np.where(np.isnan(q), references, q)
+
+
+def _without_resolved(limb: FollowedLimb, free: NDArray[np.bool_]) -> FollowedLimb:
+    """Return the limb as reached where another limb has moved out of its way: at samples that are free."""
+    resolved = free & (limb.reasons == Reason.COLLISION)
+    messages = {sample: text for sample, text in limb.messages.items() if not resolved[sample]}
+    reasons = np.where(resolved, np.int8(Reason.REACHED), limb.reasons)
+    return dataclasses.replace(limb, reasons=reasons, messages=messages)
 
 
 def _references(robot: RobotModel, path: Path, enforce: bool) -> tuple[Floats, tuple[str, ...]]:

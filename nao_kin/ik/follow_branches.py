@@ -156,7 +156,7 @@ def _followed(
     costs, backs, rows = [cost], [back], [np.zeros(len(single), dtype=np.int64)]
     for p in range(k):
         members = found.branches[p, : found.count[p]][found.families[p, : found.count[p]] != Family.NONE]
-        if not found.count[p]:
+        if not found.count.any():  # only then the nearest poses
             members = found.best[p : p + 1]
         if not len(members) or np.isnan(members).any():
             continue
@@ -309,7 +309,7 @@ def _cause(limb: LimbPath, q: Floats, i: int, columns: list[int]) -> str:
     """Return why the branch of sample i ends: it is continued without limits until it is outside them."""
     now = q[i]
     for sample in range(i + 1, len(q)):
-        found = limb.at(sample).solve(now[None], limits="ignore")
+        found = limb.at(sample).solve(now[None], limits="ignore", collisions=False)
         if not found.count[0]:
             return f"its branch ends at sample {sample}: {found.describe((0,))}"
         step = found.branches[0, 0] - now[columns]
@@ -323,6 +323,9 @@ def _cause(limb: LimbPath, q: Floats, i: int, columns: list[int]) -> str:
         outside = [row for row in limb.robot.limit_violations(now) if row.joint in moved]
         if outside and limb.options.get("limits") != "ignore":
             return f"its branch ends at sample {sample}, where {outside[0].describe()}"
+        overlapping = limb.robot.collisions(now) if limb.options.get("collisions") else ()
+        if overlapping:
+            return f"its branch ends at sample {sample}, where {overlapping[0].describe()}"
     return "its branch continues, but the jump reduces the total motion"
 
 

@@ -254,8 +254,7 @@ class IKResult(Outcome):
         if reason is Reason.HIPS_DISAGREE:
             return f"the hips disagree by {angle_in_words(needed, degrees)}{nearest}"
         if reason is Reason.COLLISION and self.obstacles.links is not None:
-            one, other = self.obstacles.pairs[int(self.obstacles.links[index])]
-            return f"every solution has links that overlap: {one} and {other} by {length_in_words(needed)} or more"
+            return overlap_in_words(self.obstacles.pairs[int(self.obstacles.links[index])], needed)
         if reason is Reason.NOT_CONVERGED:
             return f"no solution found{nearest}"
         place = int(self.obstacles.joint[index])
@@ -286,6 +285,11 @@ def errors_in_words(away: float, turned: float, degrees: bool) -> str:
     """Return errors in position and angle in words; a zero is left out if the other is not zero."""
     words = (away, length_in_words(away)), (turned, angle_in_words(turned, degrees))
     return " and ".join(text for error, text in words if error > 0.0) or length_in_words(0.0)
+
+
+def overlap_in_words(links: tuple[str, str], depth: float) -> str:
+    """Return that links overlap in every solution, in the best one by this depth [m]."""
+    return f"every solution has links that overlap: {' and '.join(links)} by {length_in_words(depth)} or more"
 
 
 def angle_in_words(radians: float, degrees: bool) -> str:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import SupportsIndex
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import MAX_SEARCHES, Floats, as_vectors, check_tolerance, common_batch, whole_number
+from nao_kin._core.arrays import MAX_SEARCHES, Floats, as_vectors, check_tolerance, common_batch, flag, whole_number
 from nao_kin._core.process import usable_cores
 from nao_kin.ik.body import SIDES
 from nao_kin.ik.body_errors import BOTH, DEFAULT_POSTURE, DEFAULT_WEIGHTS, Plan
@@ -49,9 +49,10 @@ from nao_kin.ik.results import (
     Reason,
     crossing_in_words,
     length_in_words,
+    overlap_in_words,
 )
 from nao_kin.ik.targets import Limits, check_threads, inside_limits, is_enforced, with_unit_quaternion
-from nao_kin.robot import RobotModel, SupportPolygon, polygon_below
+from nao_kin.robot import Clearance, RobotModel, SupportPolygon, polygon_below
 
 # --- The result: the pose, the residual of each target, and the target that gives way.
 
@@ -87,6 +88,7 @@ class WholeBodyResult(Outcome):
         starts: number of searches started, shape (...).
         standing: the standing feet.
         notes: notes on the call, one line each.
+        clearance: the clearance of `q`, of nan and no links if that is nan; None if collisions were not checked.
     """
 
     q: Floats
@@ -103,6 +105,7 @@ class WholeBodyResult(Outcome):
     starts: Integers
     standing: tuple[str, ...]
     notes: tuple[str, ...] = field(default=())
+    clearance: Clearance | None = None
 
     @property
     def gives_way(self) -> str | NDArray[np.object_]:
@@ -136,6 +139,9 @@ class WholeBodyResult(Outcome):
         where = f"centre of mass {length_in_words(abs(margin))} {side} the support polygon"
         if reason is Reason.REACHED:
             return f"reached; {where}"
+        if reason is Reason.COLLISION and self.clearance is not None:
+            pair = self.clearance.pairs[int(self.clearance.pair_index[index])]
+            return overlap_in_words(pair, -float(self.clearance.distance[index]))
         name = list(self.residuals)[int(self.worst[index])]
         distance, angle = (float(error) for error in self.residuals[name][index])
         errors = (length_in_words(distance), distance), (f"{angle:.3g} rad", angle)
@@ -182,6 +188,7 @@ def whole_body(
     iterations: SupportsIndex = 100,
     seed: SupportsIndex = 0,
     threads: SupportsIndex | None = None,
+    collisions: bool = False,
 ) -> WholeBodyResult:
     """Return a pose of the whole NAO that stands on one or both feet and meets targets in the world.
 
@@ -219,6 +226,9 @@ def whole_body(
         iterations: largest number of steps of one search.
         seed: the seed of the other starts.
         threads: number of threads for a batch; None for all cores.
+        collisions: leave out poses in which links overlap, by `RobotModel.clearance`: up to `restarts` more searches
+            start farther and farther from such a pose. If links overlap in all poses found, `q` is the one with the
+            largest clearance.
 
     Raises:
         UnknownName: a frame, camera, foot or weight that does not exist.
@@ -276,9 +286,12 @@ def whole_body(
     if again.size and searches:
         for all_rows, rows in zip(found, search.run(again), strict=True):
             all_rows[again] = rows
+    reference_rows, avoid = _rows(given, batch, 1), flag(collisions, "collisions")
+    if avoid:
+        _search_apart(search, found, reference_rows)
     if not enforce:
         found.x[:] = tables.unwound(found.x, near)
-    return _result(search, found, _rows(given, batch, 1), batch, notes + more)
+    return _result(search, found, reference_rows, batch, notes + more, avoid)
 
 
 def _problems(
@@ -337,22 +350,32 @@ class _Search:
     threads: int | None
 
     def run(
-        self, rows: Integers, *, targets: list[int] | None = None, as_is: bool = False, restarts: int | None = None
+        self,
+        rows: Integers,
+        *,
+        targets: list[int] | None = None,
+        as_is: bool = False,
+        restarts: int | None = None,
+        start: Floats | None = None,
     ) -> Solutions:
         """Search for the poses of some rows.
 
         `targets` selects targets, None for all, an empty list for the support polygon alone; `as_is` keeps a reference
-        that meets all targets.
+        that meets all targets; `start` (rows, variables) replaces the reference, and the posture does not pull.
         """
         plan, body, problems = self.plan._replace(as_is=as_is), self.tables.body, self.problems
+        if start is not None:
+            plan = plan._replace(posture=0.0)
         if targets is not None:
             parts = {name: getattr(plan, name)[targets] for name in ("kind", "row", "T_row_frame", "weights")}
             plan = plan._replace(support=0.0 if targets else plan.support, **parts)
             problems = problems._replace(targets=problems.targets[:, targets])
         count = self.restarts if restarts is None else restarts
         problems = Problems._make(np.ascontiguousarray(part[rows]) for part in problems)
+        if start is not None:
+            problems = problems._replace(starts=start[:, None])
         if count:
-            random = self.robot.random(np.random.default_rng(self.seed), count)[:, self.tables.order[: body.moving]]
+            random = self.random(count)
             starts = np.repeat(problems.starts, 1 + count, axis=1)
             starts[:, 1:, : body.moving] = random  # the hands as in the reference
             problems = problems._replace(starts=starts)
@@ -369,9 +392,46 @@ class _Search:
             run_rows(whole_bodies, solve, n, min(n, threads), each=(1 + count) * _PYTHON_SECONDS)
         return found
 
+    def random(self, count: int) -> Floats:
+        """Return random values of the moving variables, shape (count, moving)."""
+        q = self.robot.random(np.random.default_rng(self.seed), count)
+        return q[:, self.tables.order[: self.tables.body.moving]]
+
+
+def _search_apart(search: _Search, found: Solutions, reference: Floats) -> None:
+    """Search for poses in place of those whose links overlap, from starts farther and farther from them."""
+    moving = search.tables.body.moving
+
+    def distances(x: Floats, rows: Integers) -> Floats:
+        q = reference[rows]
+        q[:, search.tables.order] = x
+        return search.robot.clearance(q).distance
+
+    best = distances(found.x, np.arange(len(found.x)))
+    for number, random in enumerate(search.random(search.restarts), 1):
+        rows = np.flatnonzero((found.report[:, STATUS] == REACHED) & (best < 0.0))
+        if not rows.size:
+            return
+        start = found.x[rows]
+        start[:, :moving] += number / search.restarts * (random - start[:, :moving])
+        other = search.run(rows, restarts=0, start=start)
+        found.report[rows, STEPS] += other.report[:, STEPS]
+        found.report[rows, START] += 1.0
+        other.report[:, [STEPS, START]] = found.report[rows][:, [STEPS, START]]
+        distance = distances(other.x, rows)
+        better = (other.report[:, STATUS] == REACHED) & (distance > best[rows])
+        best[rows[better]] = distance[better]
+        for all_rows, own in zip(found, other, strict=True):
+            all_rows[rows[better]] = own[better]
+
 
 def _result(
-    search: _Search, found: Solutions, reference: Floats, batch: tuple[int, ...], notes: tuple[str, ...]
+    search: _Search,
+    found: Solutions,
+    reference: Floats,
+    batch: tuple[int, ...],
+    notes: tuple[str, ...],
+    collisions: bool,
 ) -> WholeBodyResult:
     robot, tables, body = search.robot, search.tables, search.tables.body
     status = found.report[:, STATUS]
@@ -409,6 +469,13 @@ def _result(
     else:
         below = zip(search.polygons, found.com, strict=True)
         margins = np.array([polygon.signed_distance(place) for polygon, place in below])
+    clearance = None
+    if collisions:
+        clearance = search.robot.clearance(q)
+        reasons[(status == REACHED) & (clearance.distance < 0.0)] = Reason.COLLISION
+        distance = np.where(stands, clearance.distance, np.nan).reshape(batch)
+        pair_index = np.where(stands, clearance.pair_index, -1).reshape(batch)
+        clearance = replace(clearance, distance=distance, pair_index=pair_index)
     for array in (q, torso, com, margins, *residuals.values()):
         array[~stands] = np.nan
     names = [robot.joint_names[int(k) - robot.nq_base] for k in tables.order]
@@ -427,6 +494,7 @@ def _result(
         starts=np.where(stands, found.report[:, START].astype(np.int64) + 1, 1 + search.restarts).reshape(batch),
         standing=search.standing,
         notes=notes + _crossing(search, found, stands.reshape(batch)),
+        clearance=clearance,
     )
 
 

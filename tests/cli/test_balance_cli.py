@@ -77,7 +77,7 @@ def test_a_file_gives_a_row_each(capsys: pytest.CaptureFixture, nao: nk.NaoModel
 
 
 def test_wrong_words_are_refused_in_one_line(capsys: pytest.CaptureFixture, tmp_path: Path) -> None:
-    assert "expected three numbers" in refused(capsys, "--gravity", "0,0")
+    assert "--gravity '0,0': 2 numbers, expected 3" in refused(capsys, "--gravity", "0,0")
     assert "gravity" in refused(capsys, "--gravity", "0,0,0")
     assert "LFot" in refused(capsys, "--sole", "LFot")
     assert "no support polygon" in refused(capsys, "--posture", "Stand", "--sole", "LLeg", "--gravity=-.5,-.3,-1")

@@ -76,7 +76,11 @@ def test_wrong_words_are_one_line(capsys: pytest.CaptureFixture, tmp_path: Path)
     assert "give one" in refused(capsys, "CameraTop", "--pixel", "320 0", "--point", "1 0 0")
     assert "--csv is for" in refused(capsys, "CameraTop", "--csv")
     file = tmp_path / "a.csv"
-    for text, words in (("a,b\n1,2\n", "expected u, v or x, y, z"), ("u,v\n1,x\n", "is not a finite number")):
+    for text, words in (
+        ("a,b\n1,2\n", "line 1: has the columns a, b; expected u, v or x, y, z"),
+        ("u,v\n1,x\n", "line 2, column 2: v is 'x', expected a finite number"),
+        ("u,v\n1,2\n1\n", "line 3: 1 values, the header names 2"),
+    ):
         file.write_text(text)
         assert words in refused(capsys, "CameraTop", str(file))
     assert "cannot" in refused(capsys, "CameraTop", str(tmp_path / "none.csv"))

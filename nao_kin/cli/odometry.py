@@ -1,0 +1,90 @@
+"""`nao-kin odometry`: where a robot has walked, from a log of its joints."""
+
+from __future__ import annotations
+
+import math
+import sys
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from nao_kin._core import files as atomic
+from nao_kin._core.arrays import Floats
+from nao_kin._core.csv_numbers import TableColumns
+from nao_kin._core.text import quoted
+from nao_kin.cli.options import DEG, FORCE, JSON, RobotOptions, argument, check_outputs, command, option
+from nao_kin.cli.output import print_json_list, print_written
+from nao_kin.cli.sources import FileOptions, JointOptions
+from nao_kin.cli.targets import csv_records
+from nao_kin.errors import BadArgument, BadInputFile, UnknownName
+
+_ANGLES = ("roll", "pitch", "yaw")
+_COLUMNS = ("time", "x", "y", "z", *_ANGLES, "support")
+
+
+@command("odometry", "Example: nao-kin odometry walk.csv; nao-kin odometry log.csv --forces LFsr,RFsr -o path.csv")
+def odometry(
+    *,
+    file: str = argument("LOG", "CSV or JSON file of configurations with times, or a motion; - for standard input."),
+    sole: list[str] | None = option("NAME", "A sole that may be in place; repeatable. Default: those of the robot."),
+    contacts: str | None = option("HEADINGS", "Columns of LOG, with commas: whether each sole touches the floor."),
+    forces: str | None = option("HEADINGS", "Columns of LOG, with commas: the force on each sole, or on each sensor."),
+    gyro: str | None = option("HEADINGS", "Columns of LOG, with commas: angular velocity about x, y and z [rad/s]."),
+    output: str | None = option("FILE", "Write the CSV here.", "--output", "-o"),
+    deg: bool = DEG,
+    given: FileOptions,
+    force: bool = FORCE,
+    json: bool = JSON,
+    robot: RobotOptions,
+) -> None:
+    """Print where the root link has been: one sole at a time is flat on the floor, and its leg carries the trunk.
+
+    The world has its origin on the floor between the feet in the first row, x ahead and z up. Each row of LOG gives one
+    row of CSV: time, position [m], roll, pitch, yaw, and the sole in place.
+    """
+    check_outputs({"--output": output}, force=force, printed="--json" if json else None)
+    named = (("contacts", contacts), ("forces", forces), ("gyro", gyro))
+    headings = {what: [name.strip() for name in text.split(",")] for what, text in named if text is not None}
+    if headings and file == "-":
+        raise BadArgument(f"--{next(iter(headings))} reads LOG twice; name a file instead of -")
+    model = robot.load()
+    from nao_kin.rotations import rpy_from_matrix
+    from nao_kin.world import odometry as walked
+
+    measured: Any = {what: _measured(file, columns) for what, columns in headings.items()}
+    skipped = dict.fromkeys(f"{name}=" for columns in headings.values() for name in columns)
+    read = replace(given, columns=[*(given.columns or ()), *skipped]) if skipped else given
+    q, times, _ = read.configurations(model, file, JointOptions(None, None), deg=deg, limits="ignore")
+    if times is None:
+        raise BadInputFile(file, "no column of times, which odometry needs")
+    path = walked(model, times, q, soles=sole, **measured)
+    T = path.T_world_base
+    angles = rpy_from_matrix(T[:, :3, :3]) * (math.degrees(1.0) if deg else 1.0)
+    numbers = np.column_stack([path.times, T[:, :3, 3], angles]).tolist()
+    rows = [[*row, path.soles[k]] for row, k in zip(numbers, path.support.tolist(), strict=True)]
+    if output is not None or not json:
+        names = [f"{name}_deg" if deg and name in _ANGLES else name for name in _COLUMNS]
+        text = "".join(",".join(map(str, row)) + "\n" for row in (names, *rows))
+        if output is None:
+            sys.stdout.write(text)
+        else:
+            atomic.write_text(output, text)
+    if json:
+        head = {"robot": model.name, "units": {"length": "m", "angle": "deg" if deg else "rad"}}
+        print_json_list(head, "rows", (dict(zip(_COLUMNS, row, strict=True)) for row in rows))
+    elif output is not None:
+        print_written(output)
+
+
+def _measured(file: str, columns: list[str]) -> Floats:
+    """Return the numbers in columns of a CSV file, shape (n, columns)."""
+    text, is_json = atomic.read_table_text(file, "measured values")
+    if is_json:
+        raise BadInputFile(file, f"is JSON, expected CSV with the column {quoted(columns[0])}")
+    _, names, records = csv_records(file, text)
+    for name in columns:
+        if name not in names:
+            raise UnknownName("column", name, names)
+    table = TableColumns(tuple(columns), (), tuple(map(names.index, columns)))
+    return np.array([table.numbers(file, fields, line) for line, fields in records]).reshape(-1, len(columns))
