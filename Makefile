@@ -52,7 +52,7 @@ demo: $(PLAIN)
 	@echo "Written: $(CURDIR)/nao.html, the robot as a page: open it in a browser, for example with $(OPEN) nao.html"
 
 test: $(STAMP)
-	$(MAKE) -j3 lint types check-generated docs kernels web
+	$(MAKE) -j3 lint kernels docs types check-generated web
 	$(MAKE) unit
 
 # At the same time, for the full tests mostly wait for processes and browsers.

@@ -33,6 +33,8 @@ def _compiled_kernels() -> None:
     """What is compiled once on a machine is there before a test looks at what a command says."""
     nk.warm_up([])
     nk.warm_up([name for name in nk._kernels.KERNELS if not name.startswith("ik")])
+    for name in ("ik kernel, bodies", "ik kernel, both legs"):
+        nk._kernels.KERNELS[name]._started = True  # half a minute in the background, of no use to a test that is short
 
 
 @pytest.fixture(scope="module")

@@ -54,7 +54,7 @@ from nao_kin.robot.motors import (
     motor_values as motor_values,
     other_side as other_side,
 )
-from nao_kin.robot.nao.model import NaoModel, load_nao
+from nao_kin.robot.nao.model import NaoModel, load_nao, nao_urdf_path as nao_urdf_path
 from nao_kin.robot.offsets import pose_of as pose_of, read_offsets as read_offsets, write_offsets as write_offsets
 from nao_kin.robot.support_polygon import SupportPolygon, polygon_below as polygon_below, sole_corners as sole_corners
 

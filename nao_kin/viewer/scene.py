@@ -8,14 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path, PurePosixPath
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from nao_kin._core.arrays import Floats
 from nao_kin._core.text import abbreviated
-from nao_kin.robot import RobotModel
+from nao_kin.robot import RobotModel, nao_urdf_path
 from nao_kin.robot.urdf import MeshFile, Rgba, UnreadableShape, UrdfJoint, UrdfTree
 from nao_kin.viewer.meshes import Mesh, Shape, lights_of, load_meshes
 from nao_kin.viewer.messages import content_name, geometry_document, node_name, panel_message
@@ -43,9 +44,28 @@ class Drawable:
     @cached_property
     def geometry(self) -> tuple[str, bytes]:
         """Name, the same for equal shapes, and message of the shape without colour and pose."""
-        document = geometry_document(self.shape)
-        name = content_name(document)
-        return name, panel_message("geometry", {"name": name, "geometry": document})
+        if not isinstance(self.shape, Mesh):
+            return _geometry(self.shape)
+        if self.shape not in _geometries:
+            _geometries[self.shape] = _geometry(self.shape)
+        return _geometries[self.shape]
+
+
+def _geometry(shape: Shape) -> tuple[str, bytes]:
+    document = geometry_document(shape)
+    name = content_name(document)
+    return name, panel_message("geometry", {"name": name, "geometry": document})
+
+
+_geometries: WeakKeyDictionary[Mesh, tuple[str, bytes]] = WeakKeyDictionary()
+
+
+def _meshes(path: Path, scale: tuple[float, float, float]) -> tuple[Mesh, ...]:
+    return load_meshes(path, np.array(scale))
+
+
+_own_meshes = cache(_meshes)
+"""`_meshes` of files of our NAO, read once per process: the files of the package do not change."""
 
 
 def robot_drawables(tree: UrdfTree) -> tuple[tuple[Drawable, ...], tuple[str, ...]]:
@@ -54,7 +74,7 @@ def robot_drawables(tree: UrdfTree) -> tuple[tuple[Drawable, ...], tuple[str, ..
     missing: list[str] = []
     notes: list[str] = []
     loaded: dict[tuple[Path, tuple[float, ...]], tuple[Mesh, ...]] = {}
-    packages = tree.packages
+    packages, own = tree.packages, nao_urdf_path("v6").parent
     for visual in tree.visuals:
         T_link_shape, geometry = visual.origin.matrix, visual.geometry
         if not isinstance(geometry, MeshFile):
@@ -66,7 +86,8 @@ def robot_drawables(tree: UrdfTree) -> tuple[tuple[Drawable, ...], tuple[str, ..
             continue
         try:
             if (path, geometry.scale) not in loaded:
-                loaded[path, geometry.scale] = load_meshes(path, np.array(geometry.scale))
+                read = _own_meshes if own in path.parents else _meshes
+                loaded[path, geometry.scale] = read(path, geometry.scale)
         except UnreadableShape as reason:
             notes.append(f"a visual of {abbreviated(visual.link)} is not shown: {path.name}: {reason}")
             continue

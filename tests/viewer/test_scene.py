@@ -284,6 +284,15 @@ def test_a_file_without_triangles_is_no_mesh(tmp_path: Path) -> None:
         load_meshes(path, np.ones(3))
 
 
+def test_the_meshes_of_the_nao_are_read_once(nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch) -> None:
+    first, _ = robot_drawables(nao.tree)
+    monkeypatch.setattr("nao_kin.robot.geometry.read_mesh", None)
+    monkeypatch.setattr("nao_kin.viewer.meshes.read_mesh", None)
+    again, notes = robot_drawables(nao.with_offsets({"HeadYaw": 0.01}).tree)
+    assert notes == ()
+    assert [one.geometry for one in again] == [one.geometry for one in first]
+
+
 def test_the_nao_is_shown_whole(viewer: Viewer, nao: nk.NaoModel) -> None:
     drawables, notes = robot_drawables(nao.tree)
     assert notes == viewer.notes == ()

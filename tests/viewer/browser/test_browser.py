@@ -518,11 +518,12 @@ def test_a_killed_page_does_no_harm(browser: Any, nao: nk.NaoModel) -> None:
             assert np.array_equal(page.q, q)
 
 
+@pytest.mark.full
 def test_one_browser_draws_all_pictures_of_a_program_as_a_new_one_would(
     browser: Any, nao: nk.NaoModel, tmp_path: Path
 ) -> None:
     def drawn(viewer: Viewer) -> Any:
-        return read_png(viewer.save_png(tmp_path / "x.png", size=(320, 240), overwrite=True).read_bytes())
+        return read_png(viewer.save_png(tmp_path / "x.png", size=(160, 120), overwrite=True).read_bytes())
 
     one, two = Viewer(nao), Viewer(nao)
     one.display(nao.posture("Sit"))

@@ -173,6 +173,7 @@ def test_a_robot_comes_moves_and_goes_in_an_open_page_and_leaves_nothing_behind(
         other.display(q)
 
 
+@pytest.mark.full
 def test_what_one_robot_looks_like_leaves_its_equal_alone(browser: Any, nao: nk.NaoModel) -> None:
     boxes = """() => {
         const { Vector3 } = MeshCat.THREE;

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from loops import first_now
 from viewer_pages import OPTIONS, Page, opened, until, visitor
 
 import nao_kin as nk
@@ -955,14 +956,16 @@ PHONE = {"has_touch": True, "is_mobile": True}
 
 @pytest.mark.parametrize(
     ("size", "options"),
-    [
-        ((844, 390), PHONE),
-        ((1400, 300), {}),
-        ((390, 844), PHONE),
-        ((320, 568), PHONE),
-        ((760, 420), {}),
-        ((3840, 2160), {}),
-    ],
+    first_now(
+        [
+            ((320, 568), PHONE),
+            ((844, 390), PHONE),
+            ((1400, 300), {}),
+            ((390, 844), PHONE),
+            ((760, 420), {}),
+            ((3840, 2160), {}),
+        ]
+    ),
 )
 def test_every_joint_can_be_reached_in_every_window(
     browser: Any, document: Path, size: tuple[int, int], options: dict[str, bool]
@@ -993,7 +996,7 @@ def test_every_joint_can_be_reached_in_every_window(
         assert tab.locator("#panel").is_visible()
 
 
-@pytest.mark.parametrize(("size", "options"), [((1400, 900), {}), ((390, 844), PHONE)])
+@pytest.mark.parametrize(("size", "options"), first_now([((1400, 900), {}), ((390, 844), PHONE)]))
 def test_what_has_the_focus_or_is_read_is_in_sight(
     browser: Any, document: Path, size: tuple[int, int], options: dict[str, bool]
 ) -> None:
@@ -1091,7 +1094,9 @@ def test_what_can_be_done_is_said_once_until_something_is(browser: Any, document
         tab.reload()
         tab.wait_for_selector("body[data-ready]")
         assert hint.is_hidden()
-    # Where nothing may be stored it is said each time, and nothing complains.
+
+
+def test_what_can_be_done_is_said_each_time_where_nothing_may_be_stored(browser: Any, document: Path) -> None:
     shut = "Object.defineProperty(window, 'localStorage', { get() { throw new DOMException('', 'SecurityError'); } })"
     with visitor(browser) as context:
         tab = context.new_page()

@@ -90,6 +90,7 @@ IN_TWO_SECONDS = """() => new Promise((done) => {
 })"""
 
 
+@pytest.mark.full
 def test_a_page_in_which_nothing_changes_sleeps_and_a_change_wakes_it(browser: Any, nao: nk.NaoModel) -> None:
     with Viewer(nao) as viewer, opened(browser, viewer.url) as page:
 
@@ -342,6 +343,7 @@ def test_a_field_of_view_is_two_angles_below_half_a_turn(angles: Any) -> None:
         Semantics(cameras=("camera",), fields_of_view={"camera": angles})
 
 
+@pytest.mark.full
 def test_the_camera_sees_a_floor_and_a_football(browser: Any, document: Path) -> None:
     with opened(browser, document, (1000, 700), draws=True) as page:
         page.switch("Camera view")

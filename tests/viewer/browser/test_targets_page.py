@@ -166,6 +166,7 @@ def test_a_pose_is_turned_by_its_rings_and_two_pages_agree(page: Visit, live: nk
         assert until(lambda: np.allclose(page.matrix("grasp"), phone.matrix("grasp"), atol=1e-12))
 
 
+@pytest.mark.full
 def test_undo_puts_a_target_back_in_a_live_page_and_in_a_saved_one(
     page: Visit, live: nk.Viewer, nao: nk.NaoModel, browser: Any, tmp_path: Path
 ) -> None:
@@ -243,7 +244,7 @@ def test_an_image_is_in_the_camera_view_and_on_the_frustum(browser: Any, nao: nk
     with nk.Viewer(nao) as viewer:
         viewer.show_image("CameraBottom", image)
         path = viewer.save_html(tmp_path / "image.html")
-        with opened(browser, path, (1400, 900), draws=True) as page:
+        with opened(browser, path, (800, 500), draws=True) as page:
             page.run("() => naoKin.eyes.complete()")
             assert page.run("() => naoKin.eyes.eye.name") == "CameraBottom"
             assert page.tab.locator("#eye select").input_value() == "CameraBottom"
@@ -274,6 +275,7 @@ def test_an_image_is_in_the_camera_view_and_on_the_frustum(browser: Any, nao: nk
             page.tab.wait_for_function("() => naoKin.eyes.images.size === 0")
 
 
+@pytest.mark.full
 def test_plots_grow_live_go_with_a_clip_and_are_in_a_saved_page(
     browser: Any, nao: nk.NaoModel, live: nk.Viewer, page: Visit, tmp_path: Path
 ) -> None:
