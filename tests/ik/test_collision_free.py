@@ -155,11 +155,11 @@ def test_a_path_takes_the_branches_without_overlap_and_names_the_samples_that_ha
     nao = nk.load_nao()
     start = nao.posture("StandInit")
     avoided = lost = 0
-    for seed in (5, 6, 12, 30, 39):
-        ends = _with_random(nao, LEGS if seed < 20 else ARMS, seed, 2)
+    for words, seed in ((LEGS, 4), (LEGS, 6), (LEGS, 13), (LEGS, 14), (ARMS, 3), (ARMS, 18), (ARMS, 25)):
+        ends = _with_random(nao, words, seed, 2)
         q = nao.clamp(ends[0] + np.linspace(0.0, 1.0, 15)[:, None] * (ends[1] - ends[0]))
         path, directions = _hands(nao, q, "LArm")
-        if seed < 20:
+        if words is LEGS:
             path, directions = {"LLeg": nao.fk(q, "LLeg"), "RLeg": nao.fk(q, "RLeg")}, {}
         options: dict[str, Any] = {"directions": directions, "reference": start, "limits": "ignore"}
         every, free = (nk.ik.follow(nao, path, collisions=collisions, **options) for collisions in (False, True))
@@ -181,21 +181,21 @@ def test_a_path_takes_the_branches_without_overlap_and_names_the_samples_that_ha
 @pytest.mark.filterwarnings("ignore::nao_kin.errors.DegreesWarning")
 def test_a_jump_to_a_branch_without_overlap_says_which_links_overlap_on_the_other() -> None:
     nao = nk.load_nao()
-    ends = _with_random(nao, ARMS, 39, 2)
+    ends = _with_random(nao, ARMS, 25, 2)
     q = nao.clamp(ends[0] + np.linspace(0.0, 1.0, 15)[:, None] * (ends[1] - ends[0]))
     path, directions = _hands(nao, q, "LArm")
     options: dict[str, Any] = {"directions": directions, "reference": nao.posture("StandInit"), "limits": "ignore"}
     found = nk.ik.follow(nao, path, collisions=True, **options)
-    assert [jump.index for jump in found.jumps] == [10, 11, 13]
-    assert found.jumps[0].cause == "its branch ends at sample 11, where LThigh and l_wrist overlap by 42.7 mm"
+    assert [jump.index for jump in found.jumps] == [7]
+    assert found.jumps[0].cause == "its branch ends at sample 13, where LForeArm and torso overlap by 2.8 mm"
     assert nk.ik.follow(nao, path, **options).jumps == ()
 
 
 @pytest.mark.slow
 def test_a_limb_is_reached_when_another_one_has_made_room() -> None:
     nao = nk.load_nao()
-    angles = {"ShoulderPitch": (0.5, -0.09), "ShoulderRoll": (-0.154, -0.123), "ElbowYaw": (-1.41, 0.185)}
-    angles |= {"ElbowRoll": (-1.243, 1.069), "WristYaw": (0.905, 0.375)}
+    angles = {"ShoulderPitch": (-0.606, -0.385), "ShoulderRoll": (-0.133, 0.239), "ElbowYaw": (0.721, -0.237)}
+    angles |= {"ElbowRoll": (-0.218, 0.715), "WristYaw": (-1.537, -0.933)}
     start = nao.posture("StandInit")
     angle_of = {f"{side}{name}": pair[k] for name, pair in angles.items() for k, side in enumerate("LR")}
     q = nao.posture("StandInit", angle_of)
