@@ -93,10 +93,10 @@ unit: $(STAMP)
 	@command -v chromium chromium-browser google-chrome >/dev/null || echo "no Chromium; the browser tests are skipped"
 	$(BIN)/pytest $(PARALLEL) -m "not full"
 
-$(LOWEST)/.installed: pyproject.toml scripts/lowest_requirements.py | $(STAMP)
+$(LOWEST)/.installed: pyproject.toml scripts/lowest_requirements.py
 	$(PYTHON) -m venv $(LOWEST)
-	$(BIN)/python scripts/lowest_requirements.py > $(LOWEST)/constraints.txt
-	$(LOWEST)/bin/$(PIP_INSTALL) --upgrade pip
+	$(LOWEST)/bin/$(PIP_INSTALL) --upgrade pip packaging tomli
+	$(LOWEST)/bin/python scripts/lowest_requirements.py > $(LOWEST)/constraints.txt
 	$(LOWEST)/bin/$(PIP_INSTALL) --constraint $(LOWEST)/constraints.txt --editable ".[robots,test]"
 	touch $@
 

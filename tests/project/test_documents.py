@@ -55,8 +55,12 @@ COMMANDS = _commands()
 def _write_inputs(folder: Path, nao: nk.NaoModel) -> None:
     shutil.copy(nao.urdf_path, folder / "nao.urdf")
     names = ",".join(nao.joint_names)
-    rows = "\n".join(",".join(map(str, row)) for row in nao.random(0, 3, collision_free=True))
-    (folder / "walk.csv").write_text(f"{names}\n{rows}\n")
+    rows = [f"{0.1 * k},{','.join(map(str, row))}" for k, row in enumerate(nao.random(0, 3, collision_free=True))]
+    (folder / "walk.csv").write_text("\n".join([f"time,{names}", *rows]) + "\n")
+    measured = "LFsr,RFsr,GyroX,GyroY,GyroZ"
+    (folder / "log.csv").write_text(
+        "\n".join([f"time,{names},{measured}", *(f"{row},20,30,0,0,0" for row in rows)]) + "\n"
+    )
     (folder / "walk.json").write_text(json.dumps([nao.angles(row) for row in nao.random(0, 3)]))
     wave = nk.Motion([[0.0, 1.0, 2.0], [0.5, 1.5]], ["LShoulderRoll", "LHand"], [[0.2, 1.0, 0.2], [0.0, 1.0]], "smooth")
     nk.motion.write_motion(wave, folder / "wave.xar")

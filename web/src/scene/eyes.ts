@@ -196,7 +196,10 @@ export class Eyes {
 
   /** Draw the ground that the camera sees that is looked through. */
   drawGround() {
-    if (!this.eye) return this.footprint.draw([]);
+    if (!this.eye) {
+      if (this.footprint.corners.length > 0) this.footprint.draw([]);
+      return;
+    }
     const pose = this.robot.fromWorld().multiply(this.robot.nodes[this.eye.link].matrixWorld);
     this.footprint.draw(
       groundInView(pose, this.eye.horizontal ?? USUAL.horizontal, this.eye.vertical ?? USUAL.vertical),
