@@ -513,6 +513,7 @@ _PROGRAM = (
     *_faults(
         "_core/supervisor.py",
         "test_supervisor.py::test_a_folder_is_in_use_by_one_supervisor_at_a_time "
+        "test_supervisor.py::test_what_a_program_has_started_is_killed_with_it "
         "test_supervisor.py::test_sigkill_leaves_neither_browser_nor_folder",
         (
             "only-the-program-itself-is-killed",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fcntl
 import os
+import select
 import signal
 import stat
 import subprocess
@@ -93,6 +94,17 @@ def test_sigkill_leaves_neither_browser_nor_folder(short_folder: Path, before: s
     finally:
         with suppress(ProcessLookupError):
             os.killpg(process.pid, signal.SIGKILL)
+
+
+def test_what_a_program_has_started_is_killed_with_it() -> None:
+    command = ["sh", "-c", "sleep 1000 & echo started; wait"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, start_new_session=True) as program:
+        assert program.stdout is not None
+        assert program.stdout.readline() == "started\n"
+        supervisor.kill_group(program)
+        # The pipe ends with the last of those that hold it.
+        assert select.select([program.stdout], [], [], 10.0)[0]
+        assert program.stdout.read() == ""
 
 
 @pytest.mark.full

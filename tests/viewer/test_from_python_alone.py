@@ -95,6 +95,26 @@ def test_a_recording_stands_still_where_the_robot_did_and_keeps_both_ends_when_i
     assert taken.q[-1, 0] == pytest.approx(0.699)
 
 
+def test_a_recording_that_is_halved_keeps_where_the_robot_then_stays(
+    nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    clock = [0.0]
+    monkeypatch.setattr(handles, "time", SimpleNamespace(monotonic=lambda: clock[0]))
+    monkeypatch.setattr(handles, "_MAX_ROWS", 20)
+    viewer = Viewer(nao)
+    with viewer.record(fps=10.0) as taken:
+        rows = 0
+        while len(taken) > rows:
+            rows = len(taken)
+            clock[0] += 0.11
+            viewer.display(nao.configuration({"HeadYaw": 0.02 * clock[0]}))
+        assert rows == 19
+        last = clock[0]
+        clock[0] += 50.0
+        viewer.display(nao.configuration({"HeadYaw": 1.0}))
+    assert taken.motion.sample(last + 25.0)[0] == pytest.approx(0.02 * last, abs=1e-9)
+
+
 def test_a_callback_that_is_busy_hears_of_every_joint_later_and_gets_a_configuration_of_its_own() -> None:
     changes, busy, done = Changes(), threading.Event(), threading.Event()
     heard: list[tuple[np.ndarray, tuple[str, ...]]] = []
