@@ -71,6 +71,11 @@ def _row(rows: Any, k: int) -> Components:
 
 
 @both_ways
+def _column(rows: Any, k: int) -> Components:
+    return rows[0, k], rows[1, k], rows[2, k]
+
+
+@both_ways
 def _unit(axis: int) -> Components:
     return 1.0 * (axis == 0), 1.0 * (axis == 1), 1.0 * (axis == 2)
 
@@ -100,27 +105,19 @@ def _farthest(points: Any, first: int, last: int, d: Components) -> Components:
     """Return the vertex of a hull that is farthest along d."""
     best, found = -np.inf, first
     for k in range(first, last):
-        along = points[k, 0] * d[0] + points[k, 1] * d[1] + points[k, 2] * d[2]
+        along = _dot(_row(points, k), d)
         if along > best:
             best, found = along, k
-    return points[found, 0], points[found, 1], points[found, 2]
+    return _row(points, found)
 
 
 @both_ways
 def _support(points: Any, one: Any, other: Any, R: Any, t: Components, d: Components) -> Components:
     """Return the point of the first hull minus the second that is farthest along d; R and t place the second."""
     a = _farthest(points, one[0], one[1], d)
-    turned = (
-        -(R[0, 0] * d[0] + R[1, 0] * d[1] + R[2, 0] * d[2]),
-        -(R[0, 1] * d[0] + R[1, 1] * d[1] + R[2, 1] * d[2]),
-        -(R[0, 2] * d[0] + R[1, 2] * d[1] + R[2, 2] * d[2]),
-    )
+    turned = -_dot(_column(R, 0), d), -_dot(_column(R, 1), d), -_dot(_column(R, 2), d)
     b = _farthest(points, other[0], other[1], turned)
-    return (
-        a[0] - t[0] - R[0, 0] * b[0] - R[0, 1] * b[1] - R[0, 2] * b[2],
-        a[1] - t[1] - R[1, 0] * b[0] - R[1, 1] * b[1] - R[1, 2] * b[2],
-        a[2] - t[2] - R[2, 0] * b[0] - R[2, 1] * b[1] - R[2, 2] * b[2],
-    )
+    return _minus(_minus(a, t), (_dot(_row(R, 0), b), _dot(_row(R, 1), b), _dot(_row(R, 2), b)))
 
 
 # --- The point of a simplex that is nearest to the origin, and the corners that it is between, the first rows of W.
@@ -160,9 +157,7 @@ def _of_triangle(W: Any, i: int, j: int, k: int) -> Any:
 
 @both_ways
 def _nearest(W: Any, count: int) -> Any:
-    """Return the point of `count` corners that is nearest to the origin, and how many corners it is between."""
-    if count == 1:
-        return _row(W, 0), 1
+    """Return the point of 2 to 4 corners that is nearest to the origin, and how many corners it is between."""
     if count == 2:
         v, corners = _of_segment(W, 0, 1)
     elif count == 3:
@@ -235,18 +230,15 @@ def _first_corners(points: Any, one: Any, other: Any, R: Any, t: Components, V: 
         normal = _cross(ab, ac)
         if abs(_dot(normal, _minus(_row(V, 3), _row(V, 0)))) > 1e-6 * np.sqrt(_dot(normal, normal)):
             return True
-    best, size = 0, 0.0
+    size = 0.0
     for axis in range(3):
         d = _unit(axis)
-        V[0] = _support(points, one, other, R, t, d)
-        V[1] = _support(points, one, other, R, t, (-d[0], -d[1], -d[2]))
-        if V[0, axis] - V[1, axis] > size:
-            best, size = axis, V[0, axis] - V[1, axis]
+        high = _support(points, one, other, R, t, d)
+        low = _support(points, one, other, R, t, (-d[0], -d[1], -d[2]))
+        if high[axis] - low[axis] > size:
+            V[0], V[1], size = high, low, high[axis] - low[axis]
     if size <= _EXACT:
         return False
-    d = _unit(best)
-    V[0] = _support(points, one, other, R, t, d)
-    V[1] = _support(points, one, other, R, t, (-d[0], -d[1], -d[2]))
     a = _row(V, 0)
     edge = _minus(_row(V, 1), a)
     flattest = 0 if abs(edge[0]) <= min(abs(edge[1]), abs(edge[2])) else 1 if abs(edge[1]) <= abs(edge[2]) else 2
@@ -408,15 +400,11 @@ def _clearances(poses: Floats4, hulls: HullTable, pairs: Ints2, below: float, ga
                 continue
             a, b = pairs[pair, 0], pairs[pair, 1]
             A, B = poses[sample, hulls.link[a]], poses[sample, hulls.link[b]]
-            away = B[0, 3] - A[0, 3], B[1, 3] - A[1, 3], B[2, 3] - A[2, 3]
+            away = _minus(_column(B, 3), _column(A, 3))
             for i in range(3):
                 for k in range(3):
-                    R[i, k] = A[0, i] * B[0, k] + A[1, i] * B[1, k] + A[2, i] * B[2, k]
-            t = (
-                A[0, 0] * away[0] + A[1, 0] * away[1] + A[2, 0] * away[2],
-                A[0, 1] * away[0] + A[1, 1] * away[1] + A[2, 1] * away[2],
-                A[0, 2] * away[0] + A[1, 2] * away[1] + A[2, 2] * away[2],
-            )
+                    R[i, k] = _dot(_column(A, i), _column(B, k))
+            t = _dot(_column(A, 0), away), _dot(_column(A, 1), away), _dot(_column(A, 2), away)
             one, other = (hulls.first[a], hulls.first[a + 1]), (hulls.first[b], hulls.first[b + 1])
             grown = hulls.radius[a] + hulls.radius[b]
             gap, corners = _distance(hulls.points, one, other, R, t, max(best + grown, _EXACT), work[0])

@@ -69,12 +69,18 @@ def test_a_robot_whose_links_are_elsewhere_shares_the_shapes_alone(nao: nk.NaoMo
     assert [key.split()[0] for key in sent][:2] == ["model", "robot"]
 
 
-def test_a_recording_stands_still_where_the_robot_did_and_keeps_both_ends_when_it_is_halved(
-    nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    clock = [0.0]
-    monkeypatch.setattr(handles, "time", SimpleNamespace(monotonic=lambda: clock[0]))
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """The time of recordings, which have 20 rows at most."""
+    now = [0.0]
+    monkeypatch.setattr(handles, "time", SimpleNamespace(monotonic=lambda: now[0]))
     monkeypatch.setattr(handles, "_MAX_ROWS", 20)
+    return now
+
+
+def test_a_recording_stands_still_where_the_robot_did_and_keeps_both_ends_when_it_is_halved(
+    nao: nk.NaoModel, clock: list[float]
+) -> None:
     viewer = Viewer(nao)
     begin = viewer.q
     with viewer.record(fps=10.0) as taken:
@@ -95,12 +101,7 @@ def test_a_recording_stands_still_where_the_robot_did_and_keeps_both_ends_when_i
     assert taken.q[-1, 0] == pytest.approx(0.699)
 
 
-def test_a_recording_that_is_halved_keeps_where_the_robot_then_stays(
-    nao: nk.NaoModel, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    clock = [0.0]
-    monkeypatch.setattr(handles, "time", SimpleNamespace(monotonic=lambda: clock[0]))
-    monkeypatch.setattr(handles, "_MAX_ROWS", 20)
+def test_a_recording_that_is_halved_keeps_where_the_robot_then_stays(nao: nk.NaoModel, clock: list[float]) -> None:
     viewer = Viewer(nao)
     with viewer.record(fps=10.0) as taken:
         rows = 0

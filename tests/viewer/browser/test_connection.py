@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import time
-from collections.abc import Callable
 from contextlib import ExitStack
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from threading import Thread
@@ -27,17 +26,8 @@ def _live(page: Page, state: str) -> None:
     page.tab.wait_for_selector(f'body[data-live="{state}"]', timeout=15_000)
 
 
-def wait(page: Page, condition: Callable[[], bool], seconds: float = 10.0) -> bool:
-    end = time.monotonic() + seconds
-    while not condition():
-        if time.monotonic() > end:
-            return False
-        page.tab.wait_for_timeout(20)
-    return True
-
-
 def _shows(page: Page, q: np.ndarray) -> bool:
-    return wait(page, lambda: bool(np.abs(page.q - q).max() <= 1e-9))
+    return until(lambda: bool(np.abs(page.q - q).max() <= 1e-9), 10.0)
 
 
 def _grip(page: Page, joint: str) -> tuple[float, float, float]:
@@ -203,7 +193,7 @@ def test_two_pages_whose_sliders_are_dragged_at_once_end_with_one_configuration(
             for page in pages:
                 page.animation_frames(5)
             # What a page has reported may be on its way to the program, and from there to the other page.
-            assert wait(one, lambda: all(np.abs(page.q - viewer.q).max() <= 1e-9 for page in pages))
+            assert until(lambda: all(np.abs(page.q - viewer.q).max() <= 1e-9 for page in pages), 10.0)
             # Nothing goes round and round.
             received = [page.run("() => naoKin.received") for page in pages]
             reports = [page.run("() => naoKin.reports.count") for page in pages]
