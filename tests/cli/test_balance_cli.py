@@ -3,29 +3,17 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from pathlib import Path
 
+import command_line
 import numpy as np
 import pytest
 
 import nao_kin as nk
-from nao_kin.cli.app import run
 
-
-def said(capsys: pytest.CaptureFixture, *arguments: str) -> str:
-    assert run(["balance", *arguments]) == 0
-    out, err = capsys.readouterr()
-    assert err == ""
-    return out
-
-
-def refused(capsys: pytest.CaptureFixture, *arguments: str) -> str:
-    assert run(["balance", *arguments]) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert err.startswith("nao-kin: ")
-    assert err.count("\n") == 1
-    return err
+said = partial(command_line.said, "balance")
+refused = partial(command_line.refused, "balance")
 
 
 def test_help_gives_an_example(capsys: pytest.CaptureFixture) -> None:

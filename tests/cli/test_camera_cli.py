@@ -3,30 +3,20 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from pathlib import Path
 
+import command_line
 import numpy as np
 import pytest
 
 import nao_kin as nk
-from nao_kin.cli.app import run
 
 _STAND = ("--posture", "StandInit")
 
 
-def said(capsys: pytest.CaptureFixture, *arguments: str) -> str:
-    assert run(["camera", *arguments]) == 0
-    out, err = capsys.readouterr()
-    assert err == ""
-    return out
-
-
-def refused(capsys: pytest.CaptureFixture, *arguments: str) -> str:
-    assert run(["camera", *arguments]) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert err.count("\n") == 1
-    return err
+said = partial(command_line.said, "camera")
+refused = partial(command_line.refused, "camera")
 
 
 def test_it_prints_the_numbers_of_a_camera(capsys: pytest.CaptureFixture, nao: nk.NaoModel) -> None:

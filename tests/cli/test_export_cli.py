@@ -6,8 +6,10 @@ import dataclasses
 import inspect
 import json
 import os
+from functools import partial
 from pathlib import Path
 
+import command_line
 import pytest
 
 import nao_kin as nk
@@ -23,13 +25,7 @@ def said(capsys: pytest.CaptureFixture, *arguments: str) -> tuple[str, list[str]
     return out, [line.removeprefix("nao-kin: ") for line in err.splitlines()]
 
 
-def refused(capsys: pytest.CaptureFixture, *arguments: str) -> str:
-    assert run(["export", *arguments]) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert err.startswith("nao-kin: ")
-    assert err.count("\n") == 1
-    return str(err)
+refused = partial(command_line.refused, "export")
 
 
 @pytest.fixture(autouse=True)

@@ -5,8 +5,10 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
+import command_line
 import numpy as np
 import pytest
 from viewer_pages import messages_of
@@ -26,13 +28,7 @@ def said(capsys: pytest.CaptureFixture, *arguments: str, code: int = 0) -> str:
     return str(capsys.readouterr().out)
 
 
-def refused(capsys: pytest.CaptureFixture, *arguments: str) -> str:
-    assert run(["ik", *arguments]) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert err.startswith("nao-kin: ")
-    assert err.count("\n") == 1
-    return str(err)
+refused = partial(command_line.refused, "ik")
 
 
 def words(numbers: object) -> str:

@@ -4,32 +4,21 @@ from __future__ import annotations
 
 import io
 import json
+from functools import partial
 from pathlib import Path
 
+import command_line
 import numpy as np
 import pytest
 
 import nao_kin as nk
-from nao_kin.cli.app import run
 from nao_kin.rotations import rpy_from_matrix
 
 MEASURED = ("left", "right", "gx", "gy", "gz")
 
 
-def said(capsys: pytest.CaptureFixture, *arguments: str) -> str:
-    assert run(["odometry", *arguments]) == 0
-    out, err = capsys.readouterr()
-    assert err == ""
-    return out
-
-
-def refused(capsys: pytest.CaptureFixture, *arguments: str) -> str:
-    assert run(["odometry", *arguments]) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert err.startswith("nao-kin: ")
-    assert err.count("\n") == 1
-    return err
+said = partial(command_line.said, "odometry")
+refused = partial(command_line.refused, "odometry")
 
 
 def walk(nao: nk.NaoModel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -10,8 +10,10 @@ import subprocess
 import sys
 import time
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from pathlib import Path
 
+import command_line
 import numpy as np
 import pytest
 import trimesh
@@ -26,20 +28,8 @@ ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(nk.__file__).parent.parent)}
 FEW = ("--samples", "3000", "--voxel", "0.03")
 
 
-def said(capsys: pytest.CaptureFixture, *arguments: str) -> str:
-    assert run(["reach", *arguments]) == 0
-    out, err = capsys.readouterr()
-    assert err == ""
-    return out
-
-
-def refused(capsys: pytest.CaptureFixture, *arguments: str) -> str:
-    assert run(["reach", *arguments]) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert err.startswith("nao-kin: ")
-    assert err.count("\n") == 1
-    return err
+said = partial(command_line.said, "reach")
+refused = partial(command_line.refused, "reach")
 
 
 def test_help_gives_an_example(capsys: pytest.CaptureFixture) -> None:

@@ -11,8 +11,10 @@ import subprocess
 import sys
 import threading
 import urllib.request
+from functools import partial
 from pathlib import Path
 
+import command_line
 import numpy as np
 import pytest
 from loops import first_now
@@ -33,13 +35,7 @@ def _shown(path: Path) -> tuple[np.ndarray, dict]:
     return np.frombuffer(message["q"].data, dtype=np.float64), message
 
 
-def _refused(capsys: pytest.CaptureFixture, *arguments: str) -> str:
-    assert run(["view", *arguments]) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert err.startswith("nao-kin: ")
-    assert err.count("\n") == 1
-    return err
+_refused = partial(command_line.refused, "view")
 
 
 def _write(path: Path, names: tuple[str, ...], rows: np.ndarray) -> Path:
