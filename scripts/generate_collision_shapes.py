@@ -19,7 +19,6 @@ import argparse
 import itertools
 import math
 import sys
-import tempfile
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -32,7 +31,7 @@ from scipy.spatial import ConvexHull, HalfspaceIntersection
 from nao_kin._core.arrays import Floats, Vector
 from nao_kin._core.files import write_text
 from nao_kin.robot import load_nao, mesh_path, read_mesh
-from nao_kin.robot.collisions import LinkShapes, covering_capsule, read_hulls
+from nao_kin.robot.collisions import LinkShapes, covering_capsule, hulls_in
 from nao_kin.robot.contacts import DEFAULT, disabled_collisions
 from nao_kin.robot.nao import VERSIONS
 from nao_kin.robot.nao.model import HULLS
@@ -213,10 +212,7 @@ def pairs(hulls: str) -> Iterator[tuple[str, str, str]]:
     "Default" are those that touch in a posture in which the robot stands, or, with two joints between them, in any.
     """
     nao = load_nao("v6")
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / HULLS
-        file.write_text(hulls, encoding="utf-8")
-        found = LinkShapes(nao, {}, read_hulls(file))
+    found = LinkShapes(nao, {}, hulls_in(hulls))
     disabled = disabled_collisions(nao, found, samples=_SAMPLES, seed=0)
     postures = np.array([nao.posture(name) for name in nao.posture_names])
     standing = postures[[name.startswith("Stand") for name in nao.posture_names]]

@@ -9,7 +9,6 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from itertools import combinations, product
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import coal
@@ -205,9 +204,9 @@ def _corners(shape: Geometry, tree: UrdfTree) -> Floats:
     )
 
 
-def read_hulls(path: Path) -> Iterator[Shape]:
+def hulls_in(text: str) -> Iterator[Shape]:
     """Yield the shapes of an OBJ file: the hull of each object, in the link after which it is named ("torso.2")."""
-    for block in path.read_text(encoding="utf-8").split("\no ")[1:]:
+    for block in text.split("\no ")[1:]:
         name, *lines = block.splitlines()
         points = [line.split()[1:] for line in lines if line.startswith("v ")]
         yield hull_shape(name.split(".")[0], np.array(points, dtype=float))

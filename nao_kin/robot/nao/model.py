@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from nao_kin._core.arrays import Floats, as_floats, choice
 from nao_kin.errors import BadModel
 from nao_kin.robot.build import Base
-from nao_kin.robot.collisions import Shape, read_hulls
+from nao_kin.robot.collisions import Shape, hulls_in
 from nao_kin.robot.limits import LimitPolicy
 from nao_kin.robot.model import RobotModel
 from nao_kin.robot.nao import v6
@@ -59,7 +59,7 @@ class NaoModel(RobotModel):
 
     def _collision_shapes(self) -> Iterable[Shape]:
         """Return the convex hulls of the meshes; the shapes in the URDF, for simulators, are simple ones around them."""
-        return read_hulls(nao_urdf_path(self.version).with_name(HULLS))
+        return hulls_in(nao_urdf_path(self.version).with_name(HULLS).read_text(encoding="utf-8"))
 
     def to_body(self, q: ArrayLike) -> Floats:
         """Return joint values in NAOqi's Body order; RHipYawPitch repeats LHipYawPitch.
