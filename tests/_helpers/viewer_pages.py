@@ -22,7 +22,13 @@ from nao_kin.viewer.browser import find_browser
 
 OPTIONS = (
     "--no-sandbox --disable-gpu --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader --disable-quic "
-    "--disable-background-networking --disable-component-update --disable-sync --no-first-run --disable-dev-shm-usage"
+    "--disable-background-networking --disable-component-update --disable-sync --no-first-run --disable-dev-shm-usage "
+    # A list replaces Playwright's own, which is therefore here too. The first three make two more renderers for the
+    # address bar of each new page, which take as long as the page itself.
+    "--disable-features=WebUIOmniboxPopup,WebUIOmniboxAimPopup,WebUIOmniboxFullPopup,"
+    "AimEnabled,AvoidCorsURLLoaderRestartOnRedirect,AvoidUnnecessaryBeforeUnloadCheckSync,DestroyProfileOnBrowserClose,"
+    "HttpsFirstBalancedModeAutoEnable,HttpsUpgrades,LensOverlay,MediaRouter,NetworkTimeServiceQuerying,OptimizationHints,"
+    "PaintHolding,PreconnectToSearch,TcpPortRandomizationWin,ThirdPartyStoragePartitioning"
 ).split()
 
 # Without a graphics card drawing takes most of the time of a test; all else goes on without it.

@@ -22,10 +22,15 @@ export function directions(count: number) {
 export function extremes(points: Float64Array, towards: Float64Array) {
   const found: Set<number> = new Set();
   for (let k = 0; k < towards.length && points.length > 0; k += 3) {
-    let [best, most] = [0, -Infinity];
+    const [x, y, z] = [towards[k], towards[k + 1], towards[k + 2]];
+    let best = 0;
+    let most = -Infinity;
     for (let i = 0; i < points.length; i += 3) {
-      const height = towards[k] * points[i] + towards[k + 1] * points[i + 1] + towards[k + 2] * points[i + 2];
-      if (height > most) [best, most] = [i, height];
+      const height = x * points[i] + y * points[i + 1] + z * points[i + 2];
+      if (height > most) {
+        best = i;
+        most = height;
+      }
     }
     found.add(best);
   }

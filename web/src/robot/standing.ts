@@ -134,16 +134,16 @@ function outlinesOf(robot: Robot): Outline[] {
   if (known) return known;
   const vertex = new THREE.Vector3();
   const outlines = robot.nodes.map((node, link) => {
-    const vertices = robot.meshes
-      .filter((shape) => shape.link === link)
-      .flatMap(({ mesh }) => {
-        const T_link_mesh = between(mesh, node);
-        const { position } = mesh.geometry.attributes;
-        return Array.from({ length: position.count }, (_, i) =>
-          vertex.fromBufferAttribute(position, i).applyMatrix4(T_link_mesh).toArray(),
-        );
-      });
-    return { link, points: extremes(Float64Array.from(vertices.flat()), TOWARDS) };
+    const vertices: number[] = [];
+    for (const { mesh } of robot.meshes.filter((shape) => shape.link === link)) {
+      const T_link_mesh = between(mesh, node);
+      const { position } = mesh.geometry.attributes;
+      for (let i = 0; i < position.count; i++) {
+        const { x, y, z } = vertex.fromBufferAttribute(position, i).applyMatrix4(T_link_mesh);
+        vertices.push(x, y, z);
+      }
+    }
+    return { link, points: extremes(Float64Array.from(vertices), TOWARDS) };
   });
   OUTLINES.set(robot.about, outlines);
   return outlines;

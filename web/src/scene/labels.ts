@@ -42,7 +42,8 @@ export class Labels {
    * @param labels at the origins of nodes
    */
   set(owner: object, labels: { text: string; node: THREE.Object3D; colour?: string }[]) {
-    this.ink.font = FONT;
+    // Only then: a canvas takes long to find its first font.
+    if (labels.length > 0) this.ink.font = FONT;
     const made = labels.map(({ text, node, colour = null }) => {
       const letters = [...text];
       const short = letters.length > LONGEST ? `${letters.slice(0, LONGEST).join("")}…` : text;
