@@ -14,10 +14,12 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from types import FrameType
+from typing import NoReturn
 
 _SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")
 # Cleanup takes milliseconds; if a disk or a lock delays it, the program exits without it.
 _MAX_SECONDS = 0.8
+_LOOK_SECONDS = 0.1
 
 _registered: dict[object, Callable[[], object]] = {}
 _uninterrupted: set[object] = set()
@@ -60,6 +62,16 @@ def uninterrupted() -> Iterator[Callable[[], bool]]:
         _uninterrupted.discard(key)
         if _postponed and not _uninterrupted:
             _end(_postponed[0])
+
+
+def wait_for_signal() -> NoReturn:
+    """Wait until a signal ends the program.
+
+    A signal that another thread receives, or that arrives just before a wait begins, does not end that wait; therefore
+    each is short.
+    """
+    while True:
+        time.sleep(_LOOK_SECONDS)
 
 
 def _answer(number: int, frame: FrameType | None) -> None:

@@ -14,7 +14,7 @@ import typer
 
 from nao_kin._core import files as atomic
 from nao_kin._core.arrays import whole_number
-from nao_kin._core.process import uninterrupted
+from nao_kin._core.process import uninterrupted, wait_for_signal
 from nao_kin._core.text import abbreviated
 from nao_kin.cli.options import FORCE, JSON, OTHER_ROBOTS, RobotOptions, argument, command, flag, option
 from nao_kin.cli.output import print_json, print_note
@@ -66,7 +66,7 @@ def serve(
             for where in done.values():
                 print(f"{where}  (Ctrl-C ends)")
         sys.stdout.flush()
-        threading.Event().wait()
+        wait_for_signal()
 
 
 @contextmanager

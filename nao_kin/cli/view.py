@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import sys
-import threading
 from contextlib import closing
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from nao_kin._core.arrays import Floats
+from nao_kin._core.process import wait_for_signal
 from nao_kin.cli.options import DEG, FORCE, JSON, RobotOptions, argument, check_outputs, command, flag, option
 from nao_kin.cli.output import print_json, print_note, print_written
 from nao_kin.cli.sources import FileOptions, JointOptions, is_motion
@@ -185,7 +185,7 @@ def view(
         if open_:
             viewer.open()
         if serving:
-            threading.Event().wait()
+            wait_for_signal()
         elif open_:
             viewer.wait(_BROWSER_SECONDS)
 

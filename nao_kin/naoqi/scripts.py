@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from nao_kin._core.process import before_ending
@@ -15,6 +16,7 @@ from nao_kin.errors import BadArgument
 from nao_kin.naoqi.compat import FOLDER
 
 ENDPOINT_VARIABLE = "NAO_KIN_ENDPOINT"
+_LOOK_SECONDS = 0.1
 
 
 def run_script(script: Path | str, arguments: Sequence[str] = (), *, endpoint: str | None = None) -> int:
@@ -45,7 +47,10 @@ def run_script(script: Path | str, arguments: Sequence[str] = (), *, endpoint: s
     environment = {**os.environ, ENDPOINT_VARIABLE: endpoint or ""}
     command = [sys.executable, str(FOLDER), str(path), *arguments]
     with subprocess.Popen(command, env=environment) as process, before_ending(process.terminate):
-        code = process.wait()
+        # In short waits, because a signal that arrives just before a wait begins does not end it.
+        while (code := process.poll()) is None:
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(_LOOK_SECONDS)
     return 128 - code if code < 0 else code
 
 

@@ -206,6 +206,27 @@ os.kill(os.getpid(), signal.SIGTERM)
     assert seconds < 5.0
 
 
+# A signal that comes just before a wait begins, or to another thread, wakes nobody up.
+_TO_ANOTHER_THREAD = """
+import threading
+def send():
+    time.sleep(0.5)
+    signal.pthread_kill(threading.get_ident(), signal.SIGTERM)
+threading.Thread(target=send, daemon=True).start()
+"""
+
+
+@pytest.mark.parametrize("waiting", ["process.wait_for_signal()", "run_script('sleep.py')"])
+def test_a_signal_that_wakes_nobody_ends_a_wait_all_the_same(tmp_path: Path, waiting: str) -> None:
+    (tmp_path / "sleep.py").write_text("import time\ntime.sleep(30)\n", encoding="utf-8")
+    body = (
+        f"os.chdir({str(tmp_path)!r})\nfrom nao_kin._core import process\nfrom nao_kin.naoqi import run_script"
+        f"{_TO_ANOTHER_THREAD}{waiting}"
+    )
+    code, out, _ = _stubborn(body)
+    assert (code, out) == (143, "")
+
+
 def test_what_nohup_ignores_stays_ignored() -> None:
     def ignore() -> None:
         signal.signal(signal.SIGHUP, signal.SIG_IGN)

@@ -203,7 +203,10 @@ def test_what_was_read_until_ctrl_c_is_kept(short_folder: Path) -> None:
             assert robot.stdout is not None
             assert robot.stdout.readline() == "sent a hundred\n"
             process.send_signal(signal.SIGINT)
-            assert process.wait(PATIENCE) == 130
+            try:
+                assert process.wait(PATIENCE) == 130
+            finally:
+                process.kill()
             document = json.loads(process.stdout.read())
     assert document["record"] == str(file)
     assert document["readings"] > 3
@@ -221,7 +224,10 @@ def test_a_robot_that_does_not_answer_is_asked_again_until_ctrl_c(short_folder: 
         assert "connected" in process.stderr.readline()
         assert "sends nothing for 3 s; trying again" in process.stderr.readline()
         process.send_signal(signal.SIGINT)
-        assert process.wait(PATIENCE) == 130
+        try:
+            assert process.wait(PATIENCE) == 130
+        finally:
+            process.kill()
     silent.close()
 
 
