@@ -606,7 +606,8 @@ def _print_once(message: str) -> None:
     """Print to standard error, once in a process, the reason of a delay."""
     if message not in _printed and sys.stderr is not None:
         with suppress(OSError, ValueError):
-            print(f"nao_kin: {message}", file=sys.stderr)  # noqa: T201
+            # In one write, because another thread may print at the same time.
+            print(f"nao_kin: {message}\n", end="", file=sys.stderr)  # noqa: T201
     _printed.add(message)
 
 

@@ -19,9 +19,12 @@ from nao_kin._core.files import leads_to_standard_output
 
 
 def print_note(*messages: str) -> None:
-    """Print each message as one line on standard error, without its line breaks."""
+    """Print each message as one line on standard error, without its line breaks.
+
+    In one write, because another thread may print at the same time.
+    """
     for message in messages:
-        print(f"nao-kin: {' '.join(message.split())}", file=sys.stderr)
+        print(f"nao-kin: {' '.join(message.split())}\n", end="", file=sys.stderr)
 
 
 def print_json(document: Any) -> None:

@@ -22,6 +22,7 @@ import nao_kin as nk
 from nao_kin.cli import options
 from nao_kin.cli.app import run
 from nao_kin.cli.options import RobotOptions
+from nao_kin.cli.output import print_note
 from nao_kin.errors import NaoKinWarning
 
 COMMANDS = ("info", "joints", "fk", "check", "view", "doctor")
@@ -560,3 +561,15 @@ def test_an_interrupt_ends_without_a_traceback() -> None:
 def test_numbers_in_json_are_exact(capsys: pytest.CaptureFixture) -> None:
     pose = _json(capsys, "fk", "--joint", "HeadYaw=0.3", "--frame", "Head", "--json")["poses"]["Head"]
     assert math.isclose(pose["yaw"], 0.3, rel_tol=1e-15)
+
+
+def test_notes_of_two_threads_do_not_share_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Recorder(io.StringIO):
+        def write(self, text: str, /) -> int:
+            written.append(text)
+            return len(text)
+
+    written: list[str] = []
+    monkeypatch.setattr(sys, "stderr", Recorder())
+    print_note("the first\nof two", "the second")
+    assert [text for text in written if text] == ["nao-kin: the first of two\n", "nao-kin: the second\n"]
