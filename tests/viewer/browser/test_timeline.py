@@ -119,7 +119,14 @@ def test_a_key_is_dragged_retimed_duplicated_replaced_and_deleted(page: Page, na
     page.tab.keyboard.press("Control+z")
     page.tab.keyboard.press("Control+z")
     assert times(page) == [0.0, 1.0, 2.0]  # a drag is one step
-    assert page.tab.get_by_role("slider", name="Key 2 of 3").get_attribute("aria-valuetext") == "1.00 s, selected"
+    key = page.tab.get_by_role("slider", name="Key 2 of 3")
+    assert key.get_attribute("aria-valuetext") == "1.00 s, selected"
+    page.tab.get_by_role("slider", name="Key 3 of 3").press("Enter")
+    page.animation_frames(2)
+    page.run("() => { const { editor } = naoKin.player; editor.grab(1); editor.drag(1.5); }")  # before the next picture
+    page.tab.keyboard.press("Control+z")
+    assert times(page) == [0.0, 1.0, 2.0]
+    assert key.get_attribute("aria-valuetext") == "1.00 s, selected"
     press(page, "Duplicate the key")
     assert times(page) == [0.0, 1.0, 2.0, 3.0]
     assert np.abs(page.q - nao.posture("Crouch")).max() < 1e-12

@@ -27,6 +27,8 @@ export class Past extends EventTarget {
     page.addEventListener("settled", (event) => this.settled((event as CustomEvent).detail.own));
     page.addEventListener("placed", (event) => this.settled((event as CustomEvent).detail.own));
     page.player.addEventListener("edited", () => this.settled(true));
+    // Undo of a drag that begins before the next picture gives the selection back, too.
+    page.player.addEventListener("selected", () => this.settled(false));
     const begin = (what: string) => {
       this.finish();
       this.held.add(what);

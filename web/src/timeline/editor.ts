@@ -239,6 +239,7 @@ export class Editor {
   select(place: number) {
     this.selected = place;
     this.player.seek(this.frames.keys[place].time);
+    this.player.dispatchEvent(new Event("selected"));
     this.draw();
     this.track.diamonds[place].focus();
   }

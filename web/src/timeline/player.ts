@@ -49,8 +49,8 @@ const SPEEDS = [0.1, 0.25, 0.5, 0.75, 1, 1.5, 2, 3, 4];
 /**
  * The bar under the view: it plays the clip from Python, a recording or key frames, one at a time.
  *
- * Events: "motion" when another one is played, or it was changed; "time" when the time shown is another one; "edited" when
- * the key frames were changed.
+ * Events: "motion" when another one is played, or it was changed; "time" when the time shown is another one; "selected" when
+ * a key frame is; "edited" when the key frames were changed.
  */
 export class Player extends EventTarget {
   // What comes with the robot, in `start`.
