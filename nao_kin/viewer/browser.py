@@ -35,10 +35,12 @@ _PREFIX = "nao_kin_browser_"
 _RANDOM = 8  # characters that a temporary folder's name ends in
 # A socket's path has at most 107 bytes, and the browser's adds /org.chromium.Chromium.XXXXXX/SingletonSocket.
 _LONGEST_PATH = 60
+# The disabled features would make renderers for the address bar, which take as long as the page itself.
 _OPTIONS = """
     --headless=new --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader --disable-gpu
     --disable-dev-shm-usage --disable-background-networking --disable-breakpad --disable-component-update
     --disable-crash-reporter --disable-default-apps --disable-extensions --disable-quic --disable-sync
+    --disable-features=WebUIOmniboxPopup,WebUIOmniboxAimPopup,WebUIOmniboxFullPopup
     --hide-scrollbars --mute-audio --no-default-browser-check --no-first-run --password-store=basic
 """.split()
 _SUPERVISOR = str(Path(__file__).resolve().parents[1] / "_core" / "supervisor.py")

@@ -70,7 +70,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     done = subprocess.run(
         [sys.executable, "-c", RUN, *map(str, NOTEBOOKS)],
         cwd=folder,
-        env={**os.environ, **own, "PYTHONPATH": package, "PYTHONDONTWRITEBYTECODE": "1"},
+        env={**os.environ, **own, "PYTHONPATH": package},
         capture_output=True,
         text=True,
         check=False,
