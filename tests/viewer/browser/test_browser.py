@@ -235,7 +235,9 @@ def test_the_clip_scrubs_between_the_configurations(page: Page, nao: nk.NaoModel
     assert page.tab.locator("#player").is_visible()
     assert page.run("() => naoKin.viewer.animator.duration") == pytest.approx(1.0)
     scrubber = page.tab.get_by_label("Time")
-    for seconds, expected in ((0.0, clip[0]), (0.5, clip[10]), (0.525, (clip[10] + clip[11]) / 2), (1.0, clip[20])):
+    middle = (clip[10] + clip[11]) / 2
+    for seconds, expected in ((0.0, clip[0]), (0.5, clip[10]), (0.5, clip[10]), (0.525, middle), (1.0, clip[20])):
+        page.set(nao.posture("Sit"))  # the robot is moved between two looks at the clip, even at the same time of it
         scrubber.evaluate("(bar, t) => { bar.value = t; bar.dispatchEvent(new Event('input')); }", seconds)
         q = page.q
         assert np.allclose(q, expected, atol=1e-6)

@@ -49,8 +49,7 @@ export class ClipPlayback {
   }
 
   play() {
-    if (this.time >= this.duration) this.seek(0);
-    this.begin();
+    this.seek(this.time >= this.duration ? 0 : this.time);
     this.animator.play();
     this.viewer.set_dirty();
   }
@@ -62,10 +61,8 @@ export class ClipPlayback {
   seek(time: number) {
     this.pause();
     this.begin();
-    for (const action of this.animator.actions) {
-      action.paused = false;
-      action.play();
-    }
+    // The mixer writes what differs from what it wrote last, though the robot may have been moved since; stopped, it forgets it.
+    for (const action of this.animator.actions) action.stop().play();
     this.animator.seek(time);
     this.animator.display_progress(time);
   }
