@@ -6,7 +6,7 @@ from the mesh's hull. Simple shapes are for the collision elements of the URDFs,
 least volume for each link, and a second one for the fingers; the trunk and the feet, which are flat and wide, have
 boxes. Lengths are rounded outwards. The right side is the mirror image of the left one.
 
-Needs the packages of `pip install nao-kin[dev]`. The same versions give the same rows.
+Needs the packages of `pip install nao-kin[dev]`. The same versions give the same rows, on any processor.
 
 Example:
     python scripts/generate_collision_shapes.py            # writes nao_kin/robot/nao/collision_rows.py and hulls
@@ -31,7 +31,7 @@ from scipy.spatial import ConvexHull, HalfspaceIntersection
 from nao_kin._core.arrays import Floats, Vector
 from nao_kin._core.files import write_text
 from nao_kin.robot import load_nao, mesh_path, read_mesh
-from nao_kin.robot.collisions import LinkShapes, covering_capsule, hulls_in
+from nao_kin.robot.collisions import LinkShapes, hulls_in
 from nao_kin.robot.contacts import DEFAULT, disabled_collisions
 from nao_kin.robot.nao import VERSIONS
 from nao_kin.robot.nao.model import HULLS
@@ -71,7 +71,7 @@ def surfaces() -> dict[tuple[str, str], Floats]:
             elif visual.link.startswith("L"):
                 T = nao.fk(nao.configuration({"LHand": _OPENINGS}, limits="ignore"), visual.link, reference="l_wrist")
                 hull = corners[ConvexHull(corners).vertices]
-                moved = hull @ T[:, :3, :3].transpose(0, 2, 1) + T[:, None, :3, 3]
+                moved = _products(hull, T[:, None, :3, :3]) + T[:, None, :3, 3]
                 found.setdefault(("LWristYaw", "Fingers"), []).append(moved.reshape(-1, 1, 3))
     return {key: np.concatenate(parts) for key, parts in found.items() if not key[0].startswith("R")}
 
@@ -86,6 +86,14 @@ def pieces() -> Iterator[tuple[str, str, Floats]]:
         for number, (low, high) in enumerate(itertools.pairwise(_CUTS), 1):
             inside = (heights.max(axis=1) >= low) & (heights.min(axis=1) <= high)
             yield joint, f"torso{number}", _corners(triangles[inside], symmetric=True)
+
+
+def _products(vectors: Floats, rows: Floats) -> Floats:
+    """Return the products of vectors (n, 3) and rows (..., m, 3), shape (..., n, m).
+
+    A matrix product rounds differently on other processors, and a search that follows it would end elsewhere.
+    """
+    return np.asarray((vectors[:, None] * rows).sum(axis=-1))
 
 
 def _corners(triangles: Floats, *, symmetric: bool) -> Floats:
@@ -135,13 +143,13 @@ def _cover(points: Floats, *, symmetric: bool) -> Floats:
     faces = ConvexHull(points).equations
     normals = np.concatenate([np.eye(3), -np.eye(3)])
     while True:
-        reach = (points @ normals.T).max(axis=0) + _FINE_UNIT
+        reach = _products(points, normals).max(axis=0) + _FINE_UNIT
         corners = HalfspaceIntersection(np.column_stack([normals, -reach]), points.mean(axis=0)).intersections
         corners = np.unique(corners.round(5), axis=0)
         if symmetric:
             half = corners[corners[:, 1] >= 0.0]
             corners = np.unique(np.concatenate([half, half * _MIRROR]) + 0.0, axis=0)
-        outside = corners @ faces[:, :3].T + faces[:, 3]
+        outside = _products(corners, faces[:, :3]) + faces[:, 3]
         if outside.max() <= _GAP:
             return np.asarray(corners[np.sort(ConvexHull(corners).vertices)])
         normal = faces[np.unravel_index(outside.argmax(), outside.shape)[1], :3]
@@ -171,24 +179,25 @@ def _rounded(values: Floats) -> Vector:
 
 def _capsule(name: str, joint: str, points: Floats) -> ShapeRow:
     """Return a capsule of least volume; that of the head is symmetric, along y."""
-    (one, other), _ = covering_capsule(points)
-    ahead = (other - one) / np.linalg.norm(other - one) if (other != one).any() else np.array([0.0, 1.0, 0.0])
-    start = np.concatenate([one - 1e-3 * ahead, other + 1e-3 * ahead])
     symmetric = joint.startswith("Head")
-    if symmetric:
-        middle = points.mean(axis=0)
-        start = np.array([middle[0], middle[2], 1e-2])
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
 
     def ends(x: Floats) -> Floats:
         return np.array([[x[0], -x[2], x[1]], [x[0], x[2], x[1]]]) if symmetric else x.reshape(2, 3)
 
-    for _ in range(3):  # restarted, because the simplex may collapse
-        simplex = np.vstack([start, start + 0.01 * np.eye(len(start))])
-        options = {"initial_simplex": simplex, "xatol": 1e-7, "fatol": 1e-12, "maxiter": 4000, "maxfev": 8000}
-        start = minimize(lambda x: _volume(points, ends(x)), start, method="Nelder-Mead", options=options).x
-    one, other = np.round(ends(start) / _UNIT) * _UNIT
+    starts = [np.concatenate([middle - step, middle + step]) for step in np.diag(half)]
+    found = []
+    for start in [np.array([middle[0], middle[2], half[1]])] if symmetric else starts:
+        for _ in range(3):  # restarted, because the simplex may collapse
+            simplex = np.vstack([start, start + 0.01 * np.eye(len(start))])
+            options = {"initial_simplex": simplex, "xatol": 1e-7, "fatol": 1e-12, "maxiter": 4000, "maxfev": 8000}
+            result = minimize(lambda x: _volume(points, ends(x)), start, method="Nelder-Mead", options=options)
+            start = result.x
+        found.append((result.fun, start))
+    one, other = np.round(ends(min(found, key=lambda each: each[0])[1]) / _UNIT) * _UNIT
     centre, along = _rounded(0.5 * (one + other)), _rounded(other - one)
-    length = round(float(np.linalg.norm(along)), 9)
+    length = round(math.hypot(*along), 9)
     radius = math.ceil(_radius(points, np.array([one, other])) / _UNIT + 0.02) * _UNIT
     if not length:
         return ShapeRow(name, joint, "sphere", (round(radius, 9),), centre, _UP, "FIT")
@@ -197,13 +206,14 @@ def _capsule(name: str, joint: str, points: Floats) -> ShapeRow:
 
 def _radius(points: Floats, ends: Floats) -> float:
     along = ends[1] - ends[0]
-    share = np.clip((points - ends[0]) @ along / max(float(along @ along), 1e-18), 0.0, 1.0)
-    return float(np.linalg.norm(points - ends[0] - share[:, None] * along, axis=1).max())
+    offset = points - ends[0]
+    share = np.clip(_products(offset, along[None])[:, 0] / max(math.hypot(*along) ** 2, 1e-18), 0.0, 1.0)
+    return math.sqrt(float(np.square(offset - share[:, None] * along).sum(axis=1).max()))
 
 
 def _volume(points: Floats, ends: Floats) -> float:
     radius = _radius(points, ends)
-    return math.pi * radius**2 * (float(np.linalg.norm(ends[1] - ends[0])) + 4.0 / 3.0 * radius)
+    return math.pi * radius**2 * (math.hypot(*(ends[1] - ends[0])) + 4.0 / 3.0 * radius)
 
 
 def pairs(hulls: str) -> Iterator[tuple[str, str, str]]:

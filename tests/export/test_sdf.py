@@ -155,12 +155,12 @@ def test_shapes_have_names_of_their_own_colours_and_files_that_are_there(tmp_pat
         uris |= {uri.text for uri in link.iter("uri")}
     assert {done.path.parent / str(uri) for uri in uris} < set(done.files)
     assert len(list(model.iter("visual"))) == len(robot.tree.visuals)
-    assert len(list(model.iter("collision"))) == len(robot.tree.collisions) == 68
+    assert len(list(model.iter("collision"))) == len(robot.tree.collisions) == 72
     led = next(visual for visual in model.iter("visual") if visual.get("name") == "torso_led")
     assert led.findtext("material/diffuse") == "0.7 0.89 1 1"
     assert {tag: sum(1 for _ in model.iter(tag)) for tag in ("sphere", "cylinder", "box")} == {
-        "sphere": 43,
-        "cylinder": 19,
+        "sphere": 45,
+        "cylinder": 21,
         "box": 6,
     }
 

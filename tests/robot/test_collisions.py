@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import pickle
+import subprocess
+import sys
 from dataclasses import replace
 from itertools import combinations, combinations_with_replacement, product
 from pathlib import Path
@@ -464,3 +467,10 @@ def test_one_link_alone_is_at_no_distance_from_any(tmp_path: Path) -> None:
     assert np.isinf(found.distance).all()
     assert found.pair.tolist() == [None] * 3
     assert robot.clearance(np.zeros(2)).as_dict() == {"distance": None, "pair": None}
+
+
+@pytest.mark.full
+def test_the_fitted_shapes_do_not_depend_on_the_processor() -> None:
+    script = Path(__file__).parents[2] / "scripts" / "generate_collision_shapes.py"
+    oldest = os.environ | {"OPENBLAS_CORETYPE": "Nehalem"}  # its matrix products round in another order
+    subprocess.run([sys.executable, script, "--check"], env=oldest, check=True, timeout=300)
