@@ -103,7 +103,7 @@ def test_pinocchio_reads_the_shapes(version: str, capfd: pytest.CaptureFixture) 
     model = pin.buildModelFromUrdf(str(path), mimic=True)
     collision = pin.buildGeomFromUrdf(model, str(path), pin.GeometryType.COLLISION)
     visual = pin.buildGeomFromUrdf(model, str(path), pin.GeometryType.VISUAL, package_dirs=[str(path.parent)])
-    assert collision.ngeoms == 68
+    assert collision.ngeoms == 72
     assert visual.ngeoms > 25
     assert capfd.readouterr() == ("", "")
 
