@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import gc
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -26,6 +27,11 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         return module is None or not any(mark.name in ("slow", "full") for mark in module.own_markers)
 
     items.sort(key=is_quick)
+
+
+def pytest_collection_finish() -> None:
+    """Leave what has been imported and collected out of the garbage collector: a tenth of the time went into it."""
+    gc.freeze()
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -15,7 +15,7 @@ import pinocchio as pin
 import pytest
 import trimesh
 import yourdfpy
-from loops import for_all
+from loops import first_now, for_all
 from manifold3d import Manifold, Mesh
 from scipy.spatial import ConvexHull
 
@@ -360,7 +360,7 @@ def distance_to(shape: ShapeRow, points: np.ndarray) -> np.ndarray:
 # --- in the hands of URDF readers ---------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("version", VERSIONS)
+@pytest.mark.parametrize("version", first_now(reversed(VERSIONS)))
 def test_pinocchio_loads_every_mesh_in_its_colour(
     version: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:

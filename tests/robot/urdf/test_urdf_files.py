@@ -12,6 +12,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 import yourdfpy
+from loops import first_now
 
 import nao_kin as nk
 from nao_kin.robot.nao import VERSIONS, nao_parameters
@@ -39,7 +40,7 @@ NAOQI_NAMES = (
 ).split()
 
 
-@pytest.fixture(params=VERSIONS)
+@pytest.fixture(params=first_now(reversed(VERSIONS)))
 def version(request: pytest.FixtureRequest) -> str:
     return request.param
 
