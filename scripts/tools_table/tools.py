@@ -110,7 +110,7 @@ pybullet.connect(pybullet.DIRECT)
 robot = pybullet.loadURDF("nao.urdf")
 """,
         "Link states have single precision. PyBullet ignores couplings, and the file has none: set both hips, and "
-        "the fingers. With more than 128 links it returns no states; `effectors` leaves fewer.",
+        "the fingers. With more than 128 links it returns no states; `--frames effectors` exports fewer.",
         {"frames": "effectors", "coupling": "independent", "inertia": "physical"},
         more=("numpy",),
     ),
@@ -140,7 +140,7 @@ floating = pinocchio.JointModelFreeFlyer()
 robot = pinocchio.RobotWrapper.BuildFromURDF("nao.urdf", ["."], floating, mimic=True)
 configuration = pink.Configuration(robot.model, robot.data, robot.q0)
 """,
-        "The same as Pinocchio.",
+        "pink uses a Pinocchio model: without `mimic=True` the joints are uncoupled.",
         more=("daqp",),
     ),
     Tool(
@@ -232,7 +232,8 @@ links = ["LShoulder", "LBicep", "LElbow", "LForeArm", "l_wrist"]
 path = ["torso", *(name for pair in zip(joints, links) for name in pair)]
 arm = Chain.from_urdf_file("nao.urdf", base_elements=[*path, "LArm_fixed", "LArm"])
 """,
-        "One chain at a time. ikpy ignores couplings, and the file has none: give both legs the same `HipYawPitch`.",
+        "ikpy loads one chain at a time. It ignores couplings, and the file has none: give both legs the same "
+        "`HipYawPitch`.",
         {"coupling": "independent", "meshes": "none"},
     ),
     Tool(
@@ -247,7 +248,7 @@ from roboticstoolbox.models.URDF.URDFRobot import URDFRobot
 
 robot = URDFRobot(Path("nao.urdf").resolve())
 """,
-        "It rotates the frame of a joint with an oblique axis by a wrong angle, and the legs with it; with "
+        "It rotates the frame of a joint with an oblique axis, and with it the legs, by a wrong angle; with "
         "`--axes aligned` there is no such joint. It ignores couplings, and the file has none: set both values.",
         {"coupling": "independent", "axes": "aligned"},
     ),
