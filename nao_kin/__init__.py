@@ -90,7 +90,7 @@ __all__ = [
     "world",
 ]
 
-# Rooms that lie inside others, and the room of each name.
+# Subpackages that lie inside another one, and the subpackage of each other name.
 _INSIDE = {
     "distributed": "nao_kin.stream.distributed",
     "lines": "nao_kin.screws.lines",

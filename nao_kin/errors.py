@@ -87,7 +87,7 @@ class NaoKinError(Exception):
         super().__init__(" ".join(message.split()))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # Errors are built from several values and must still come back from another process.
+        # The constructors take other values than the message; this lets an error be pickled to another process.
         return copyreg.__newobj__, (type(self), *self.args), self.__dict__  # type: ignore[attr-defined]
 
 
@@ -298,9 +298,9 @@ class BadInputFile(NaoKinError):
 
     Attributes:
         path: the file, "-" for standard input.
-        reason: why.
-        line: 1-based line, 0 if no line is to blame.
-        column: 1-based column, 0 if no column is to blame.
+        reason: why it cannot be read.
+        line: the line of the error, from 1; 0 if the error is not in a single line.
+        column: the column of the error, from 1; 0 if the error is not in a single column.
     """
 
     def __init__(self, path: str, reason: str, line: int = 0, column: int = 0) -> None:
