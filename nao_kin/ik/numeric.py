@@ -191,7 +191,7 @@ _CONVERGED = 1e-9
 
 
 def minimise_with_pink(search: PoseSearch, region: LimitRegion, targets: Floats, q: Floats) -> Minimum:
-    """Do the same by quadratic programs within boxes, with projection onto coupled limits after each step."""
+    """Minimise like `minimise`, by quadratic programs within boxes, and project onto coupled limits after each step."""
     import pink
     import pinocchio as pin
     from pink.limits import ConfigurationLimit

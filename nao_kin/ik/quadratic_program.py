@@ -1,6 +1,6 @@
 """Strictly convex quadratic programs of some twenty variables, by the dual active-set method of Goldfarb and Idnani.
 
-    min ½ xᵀ H x + gᵀ x  such that  aᵢ·x = bᵢ for the first rows and aᵢ·x ≥ bᵢ for all others
+    min ½ xᵀ H x + gᵀ x  subject to  aᵢ·x = bᵢ for the first rows and aᵢ·x ≥ bᵢ for all others
 
 It starts at the minimum without constraints, adds the most violated constraint and drops those with a wrong sign, until
 none is violated. It needs no feasible start, and handles linearly dependent rows.
@@ -20,7 +20,7 @@ from nao_kin._kernels.cache import both_ways
 
 # A smaller violation of a row counts as none [rad].
 _VIOLATED = 1e-12
-# A row depends on the active ones if its share perpendicular to them is smaller.
+# A row depends linearly on the active ones if its share perpendicular to them is smaller.
 _DEPENDENT = 1e-11
 # A smaller violation of a dependent row counts as none [rad].
 _ROUNDING = 1e-9

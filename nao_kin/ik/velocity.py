@@ -67,7 +67,7 @@ class TwistMap:
         """Return the number of independent possible twists, shape (...).
 
         Args:
-            singular: share of the largest singular value below which one counts as zero.
+            singular: share of the largest singular value below which a singular value counts as zero.
         """
         check_tolerance(singular, "singular")
         sigma = self.singular_values
@@ -218,10 +218,10 @@ def velocity(
         damping: λ of every singular value, so that v = Jᵀ (J Jᵀ + λ² 1)⁻¹ t. With None, only singular values below ε,
             0.02 of the largest, are damped, by λ² = ε² − σ²: velocities stay below ‖t‖/ε and go to zero along lost
             directions, and other twists are not affected.
-        limits: what to do if a joint would exceed its speed limit, or within `dt` its range or coupled limit.
+        limits: what to do if a joint would exceed its speed limit, or would leave its range or coupled limit in `dt`.
             "redistribute": a quadratic program finds the velocities inside the limits with the nearest twist, which may
             have another direction. "scale": all joints slow down by the same factor, so that the twist keeps its
-            direction; a joint at its limit may stop all. "ignore": nothing.
+            direction; a joint at its limit may stop all joints. "ignore": limits are not applied.
         dt: the time [s] within which ranges hold.
         length: the unit of translation for damping and all measures [m]; with the characteristic length of the robot,
             singular values have one unit. It does not affect the velocities of a possible twist.
@@ -318,7 +318,7 @@ class _Bounds:
         slowest = np.max(np.abs(moved) / self._fastest, axis=-1, keepdims=True, initial=1.0)
         alike = np.where(fine[:, None], allowed, moved / slowest)
         ahead[:, self._motion.joints] = values[:, self._motion.joints] + alike * self._dt
-        # The excess of a joint over a steep edge is larger than its distance, hence a tenth of the tolerance.
+        # The excess of a joint over a steep edge is larger than the distance to it, hence a tenth of the tolerance.
         cornered = ~fine & (np.abs(self._region.project(ahead) - ahead).max(axis=-1) > 0.1 * LIMIT_TOLERANCE)
         return np.asarray(np.where(cornered[:, None], 0.0, alike))
 
@@ -348,7 +348,7 @@ class _Bounds:
 def _redistributed(
     J: Floats, wanted: Floats, unlimited: Floats, sigma: Floats, Vt: Floats, dampings: Floats, bounds: _Bounds
 ) -> Floats:
-    """Return the velocities inside the bounds with the least ‖J v − t‖² + ‖Λ Vᵀ v‖², which `unlimited` has without."""
+    """Return the v inside the bounds with the least ‖J v − t‖² + ‖Λ Vᵀ v‖²; `unlimited` is the least without bounds."""
     speeds: Floats = unlimited.copy()
     allowed = bounds.allowed(unlimited, np.arange(len(unlimited)))
     rows = np.flatnonzero(np.abs(allowed - unlimited).max(axis=-1, initial=0.0) > _ROUNDING)

@@ -88,7 +88,7 @@ class WholeBodyResult(Outcome):
         starts: number of searches started, shape (...).
         standing: the standing feet.
         notes: notes on the call, one line each.
-        clearance: the clearance of `q`, of nan and no links if that is nan; None if collisions were not checked.
+        clearance: the clearance of `q`, nan and without links where `q` is nan; None if collisions were not checked.
     """
 
     q: Floats
@@ -361,7 +361,7 @@ class _Search:
         """Search for the poses of some rows.
 
         `targets` selects targets, None for all, an empty list for the support polygon alone; `as_is` keeps a reference
-        that meets all targets; `start` (rows, variables) replaces the reference, and the posture does not pull.
+        that meets all targets. With a `start` (rows, variables) in place of the reference, the posture does not pull.
         """
         plan, body, problems = self.plan._replace(as_is=as_is), self.tables.body, self.problems
         if start is not None:
@@ -399,7 +399,7 @@ class _Search:
 
 
 def _search_apart(search: _Search, found: Solutions, reference: Floats) -> None:
-    """Search for poses in place of those whose links overlap, from starts farther and farther from them."""
+    """Replace poses in which links overlap, by searches from starts farther and farther from these poses."""
     moving = search.tables.body.moving
 
     def distances(x: Floats, rows: Integers) -> Floats:
