@@ -4,7 +4,7 @@ Only `QiServer` and `NaoqiSource` need qi, NAOqi's Python binding. `nao_kin.naoq
 other names are pure functions of robots, configurations and poses, with leading batch axes.
 """
 
-from nao_kin.naoqi import _qi  # noqa: F401  (qi is loaded before Pinocchio, which the others import)
+from nao_kin.naoqi import _qi  # noqa: F401  (loads qi before the other modules load Pinocchio)
 from nao_kin.naoqi.live import (
     LOLA_ENTRIES,
     JointReading,

@@ -290,7 +290,7 @@ def test_python_2_runs_translated_and_its_exit_code_is_kept(
     out, err = capfd.readouterr()
     assert "at 0.125 3" in out
     assert "nao-kin: old.py is Python 2, and runs translated" in err
-    assert f"naoqi: {robot[1]} answers for tcp://192.168.1.7:9559" in err
+    assert f"naoqi: {robot[1]} answers in place of tcp://192.168.1.7:9559" in err
 
 
 LISTENER = """
