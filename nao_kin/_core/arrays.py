@@ -206,7 +206,7 @@ def decimal(text: str) -> float:
 def finite_decimal(text: str) -> float | None:
     """Return the finite number that `text` writes in decimal digits, or None if it does not write one."""
     try:
-        # `float` accepts only decimal digits in ASCII text without underscores, and ignores blanks of any script around it.
+        # In ASCII text `float` accepts only decimal digits and underscores; blanks of any script around it are allowed.
         number = float(text) if text.strip().isascii() and "_" not in text else math.nan
     except ValueError:
         return None

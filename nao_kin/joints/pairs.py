@@ -32,7 +32,7 @@ class KinematicPair:
         symbol: its letter in mechanism theory.
         rotations: independent rotations that it allows.
         translations: independent translations that it allows. A helical joint turns and slides, but not independently:
-            it counts as one rotation.
+            it counts as one rotation and no translation.
         axes: number of directions that define it: the axis, the two axes of a universal joint, the normal of a plane.
         pinocchio: the Pinocchio joint that moves this way.
         lower: True for Reuleaux's six lower pairs, whose bodies touch on a surface. A universal joint is two revolute

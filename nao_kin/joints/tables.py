@@ -195,7 +195,7 @@ _SIDES = (
 
 
 def anatomical_kind(joints: tuple[str, ...], pair: KinematicPair) -> str:
-    """Return the anatomical joint that a joint of these URDF joints moves like; "" when the body has none like it.
+    """Return the anatomical joint that moves like a joint made of these URDF joints; "" if the human body has none.
 
     A revolute joint among `NAO_TWISTS` turns a limb about its own length: it is a pivot, any other a hinge.
     """

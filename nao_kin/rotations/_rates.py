@@ -86,7 +86,7 @@ def euler_rate_jacobian_inverse(
 
 def is_moving(expressed_in: Side) -> bool:
     if expressed_in is None:
-        raise BadArgument("expressed_in= must be given: the 'fixed' frame or the 'moving' one, which the turns carry")
+        raise BadArgument("expressed_in= must be given: 'fixed' or 'moving', the frame of the vector's components")
     return choice(expressed_in, ("fixed", "moving"), "expressed_in") == "moving"
 
 
