@@ -75,7 +75,8 @@ class MovedChain:
     def manipulability_step(self) -> float:
         """The smallest power of two such that every manipulability of this chain is at most 2³⁰ times it.
 
-        With r = min(3, moving), w² ≤ (mean of the eigenvalues of J_v J_vᵀ)ʳ, whose sum is that of the squared columns.
+        With r = min(3, moving), w² ≤ (mean of the eigenvalues of J_v J_vᵀ)ʳ; the sum of these is that of the squared
+        columns.
         """
         chain, moving = self.tables.chain, self.tables.moving
         longest = np.zeros(moving)

@@ -118,7 +118,7 @@ def read_npz(path: Path | str) -> tuple[dict[str, Any], tuple[SampleRange, ...],
     except OSError as error:
         raise BadInputFile(abbreviated(path), error.strerror or "cannot be read") from None
     except (ValueError, TypeError, KeyError, AttributeError, EOFError, zipfile.BadZipFile, zlib.error):
-        raise BadInputFile(abbreviated(path), "no reach map of nao-kin (.npz), or not all of one") from None
+        raise BadInputFile(abbreviated(path), "no reach map of nao-kin (.npz), or an incomplete one") from None
     return settings, ranges, found
 
 
