@@ -132,7 +132,7 @@ class Segments:
         return np.asarray(self.start[segment] + self.width[segment] * _cubic(u, a, 1.0 - b, 1.0))
 
     def value(self, segment: NDArray[Any], u: Floats) -> Floats:
-        """Return values at parameters u; at 0 and 1 exactly those of the keys, if these are equal."""
+        """Return values at parameters u; between equal keys, exactly the value of the keys at 0 and 1."""
         return np.asarray(self.first[segment] + _cubic(u, *self.controls[segment].T))
 
     def speed(self, segment: NDArray[Any], u: Floats) -> Floats:
