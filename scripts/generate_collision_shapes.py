@@ -1,10 +1,10 @@
 """Fit the collision shapes of the NAO to its meshes and sort their pairs, or check that the files are up to date.
 
-Two sets of shapes contain the meshes of every version, and the fingers at all openings. Convex hulls, the trunk of four
-pieces, are for `NaoModel.clearance`: each is cut out by planes that touch the mesh, and no corner is farther than 2 mm
-from the mesh's hull. Simple shapes are for the collision elements of the URDFs, which simulators read: a capsule of
-least volume for each link, and a second one for the fingers; the trunk and the feet, which are flat and wide, have
-boxes. Lengths are rounded outwards. The right side is the mirror image of the left one.
+Two sets of shapes contain the meshes of every version, and the fingers at all openings. Convex hulls, four of them for
+the trunk, are used by `NaoModel.clearance`: each is bounded by planes that touch the mesh, and no corner is farther
+than 2 mm from the mesh's hull. Simple shapes are used in the collision elements of the URDFs, which simulators read: a
+capsule of least volume for each link, and a second one for the fingers; the trunk and the feet, which are flat and
+wide, have boxes. Lengths are rounded outwards. The right side is the mirror image of the left one.
 
 Needs the packages of `pip install nao-kin[dev]`. The same versions give the same rows.
 
@@ -46,7 +46,7 @@ _FINE, _UNIT = 0.006, 1e-4
 _GAP, _FINE_UNIT = 0.002, 1e-5
 # Heights between the boxes of the trunk [m]: of its pelvis, waist, chest and neck.
 _CUTS = (-math.inf, -0.046, 0.0, 0.1, math.inf)
-# So many that the hull of a finger at all of them contains it between them.
+# Enough openings that the hull of a finger at all of them also contains the finger between them.
 _OPENINGS = np.linspace(0.0, 1.0, 81)
 _MIRROR = np.array([1.0, -1.0, 1.0])
 _SAMPLES = 100_000
@@ -56,7 +56,7 @@ _UP: Vector = (0.0, 0.0, 1.0)
 def surfaces() -> dict[tuple[str, str], Floats]:
     """Return joint and part → the triangles (n, 3, 3) of the torso and left links, of all versions [m].
 
-    Of the fingers it is the corners of their hulls at all openings, shape (n, 1, 3).
+    For the fingers these are the corners of their hulls at all openings, shape (n, 1, 3).
     """
     found: dict[tuple[str, str], list[Floats]] = {}
     for version in VERSIONS:
@@ -130,7 +130,8 @@ def hulls_text(found: list[tuple[str, str, Floats]]) -> str:
 def _cover(points: Floats, *, symmetric: bool) -> Floats:
     """Return the corners of a polytope that contains points, cut out by planes that touch them.
 
-    The plane of a face of their hull is added where a corner is farthest outside, until none is by more than the gap.
+    Where a corner is farthest outside the points' hull, the plane parallel to that face of the hull is added, until no
+    corner is farther outside than the gap.
     """
     faces = ConvexHull(points).equations
     normals = np.concatenate([np.eye(3), -np.eye(3)])
@@ -209,7 +210,8 @@ def _volume(points: Floats, ends: Floats) -> float:
 def pairs(hulls: str) -> Iterator[tuple[str, str, str]]:
     """Yield pairs of links that are not checked, with the reason: by the rules of an SRDF, for V6 and its hulls.
 
-    "Default" are those that touch in a posture in which the robot stands, or, with two joints between them, in any.
+    The pairs with the reason "Default" touch in a posture in which the robot stands or, if two joints separate them, in
+    any posture.
     """
     nao = load_nao("v6")
     found = LinkShapes(nao, {}, hulls_in(hulls))
@@ -221,7 +223,7 @@ def pairs(hulls: str) -> Iterator[tuple[str, str, str]]:
         disabled |= {pair: DEFAULT for pair, count in touching.items() if count}
     for (one, other), reason in sorted(disabled.items()):
         mirrored = sorted((_mirrored(one), _mirrored(other)))
-        if (mirrored[0], mirrored[1]) in disabled:  # else found on one side only, so it is rare but not impossible
+        if (mirrored[0], mirrored[1]) in disabled:  # otherwise they touch on one side only: rarely, but not never
             yield one, other, reason
 
 
@@ -260,7 +262,7 @@ def texts() -> dict[Path, str]:
 def main(arguments: list[str] | None = None) -> int:
     """Write or check; return 1 if --check finds a difference, otherwise 0."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--check", action="store_true", help="write nothing; fail when the file is not in step")
+    parser.add_argument("--check", action="store_true", help="write nothing; fail if a file is out of date")
     check = parser.parse_args(arguments).check
     stale = 0
     for path, text in texts().items():

@@ -18,7 +18,7 @@ _TABLES = {
 
 
 def problem_3() -> Problem:
-    """Tables I and II, and the NAO's own joints by the pairs they make."""
+    """Solve problem 3: tables I and II, and the NAO's own joints as kinematic pairs."""
     rows = []
     for joint in ANATOMY:
         printed = _TABLES.get(joint.name, {})
