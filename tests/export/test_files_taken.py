@@ -86,7 +86,7 @@ def test_a_file_that_is_no_mesh_is_not_taken_for_one(given: Path, format: str, m
     (given / "a.stl").symlink_to(given.parent / "secret")
     mesh = mesh.format(given.parent)
     if format == "gltf":  # which shows what it can
-        assert _exported(given, mesh, format).changes[0].startswith("a look of a is left out: its mesh")
+        assert _exported(given, mesh, format).changes[0].startswith("a visual shape of a is left out: its mesh")
     else:
         with pytest.raises(BadArgument, match="cannot read the mesh .*/secret"):
             _exported(given, mesh, format)

@@ -301,8 +301,8 @@ def test_what_cannot_be_read_is_said_and_the_rest_is_written(tmp_path: Path) -> 
         robot, mesh.format("gone.stl"), mesh.format("broken.obj"), '<geometry><sphere radius="1"/></geometry>'
     )
     done = nk.export.gltf(robot, tmp_path / "m.glb")
-    assert done.changes[0] == "a look of base is left out: its mesh 'gone.stl' is not there"
-    assert done.changes[1].startswith("a look of base is left out: its mesh 'broken.obj'")
+    assert done.changes[0] == "a visual shape of base is left out: its mesh 'gone.stl' is not there"
+    assert done.changes[1].startswith("a visual shape of base is left out: its mesh 'broken.obj'")
     assert len(_Scene(done.path).tree["meshes"]) == 1
 
 
