@@ -102,7 +102,7 @@ class Mimic:
         return np.asarray((value - self.offset) / self.multiplier)
 
     def through(self, driver: Mimic) -> Mimic:
-        """Return the mimic of the last driver, if the driving joint mimics it: a = m b + o and b = driver(c)."""
+        """Return how the joint follows the last joint of a chain, if its driving joint itself follows by `driver`."""
         return Mimic(driver.joint, self.multiplier * driver.multiplier, self.offset + self.multiplier * driver.offset)
 
     def inverted(self, follower: str) -> Mimic:
@@ -230,7 +230,7 @@ class Semantics:
         outlines: sole → x and y of the corners of the area that touches the floor, in the frame of the sole [m]; the
             corners of a convex polygon.
         ros_names: link, joint or robot → its name in the robot's published ROS description, if it differs; links with
-            the same name there are one link there.
+            the same name in that description are one link in it.
         disabled_collisions: pairs of links that need no check for collisions, each with the reason, as in an SRDF:
             (link, link, reason); empty if this is not known.
 

@@ -50,7 +50,7 @@ class Origin:
 
     @staticmethod
     def of(T: Floats) -> Origin:
-        """Return a pose, given as a matrix (4, 4), without −0."""
+        """Return the origin of a pose given as a matrix (4, 4), with 0 in place of −0."""
         (x, y, z), (roll, pitch, yaw) = ((part + 0.0).tolist() for part in (T[:3, 3], rpy_from_matrix(T[:3, :3])))
         return Origin((x, y, z), (roll, pitch, yaw))
 
@@ -311,7 +311,7 @@ class UrdfTree:
     offsets: Mapping[str, Origin] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
-        # All robots made from a tree share it.
+        # Read-only, because all robots made from a tree share the tree.
         for name in ("inertials", "shared_names", "offsets"):
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
 

@@ -113,7 +113,7 @@ class _MjcfReader:
         # Body → its coordinates, and its pose in the frame of the last coordinate.
         self.chains = {body: joint_coordinates(self.model, body) for body in self.bodies if body != self.root}
         self.taken = set[str]()
-        # Site with an unchanged name → its body, and its pose there.
+        # Site with an unchanged name → its body, and its pose in the frame of that body.
         self.placed: dict[str, tuple[int, Floats]] = {}
 
     def read(self) -> tuple[UrdfTree, Semantics]:
@@ -216,7 +216,7 @@ class _MjcfReader:
                 T[:3, :3] = T[:3, :3] @ _R_CAMERA_FRAME
             placed = self.placed.get(name)
             if placed is not None and placed[0] == body and np.allclose(placed[1], T, rtol=0.0, atol=1e-9):
-                found[index] = name  # a camera at a site of the same name: one frame
+                found[index] = name  # a camera at a site of the same name shares one frame with it
                 continue
             if name in self.taken:
                 renamed.append(name)
@@ -287,7 +287,7 @@ class _MjcfReader:
 # --- Cameras, keyframes and sensors as semantics.
 
 _R_CAMERA_FRAME = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [-1.0, 0.0, 0.0]])
-"""Axes of our cameras in those of MuJoCo's: ours look along x with z up, MuJoCo's along −z with y up."""
+"""Axes of our camera frames in MuJoCo's: our cameras look along x with z up, MuJoCo's along −z with y up."""
 
 # Sensors at a site, by their names in `mujoco.mjtSensor`.
 _SENSORS = {"mjSENS_ACCELEROMETER": "accelerometers", "mjSENS_GYRO": "gyrometers", "mjSENS_TOUCH": "force_sensors"}
