@@ -18,7 +18,7 @@ from nao_kin.robot import RobotModel, check_robot
 
 # Configurations compared in one step, few enough to limit memory and to update a progress bar.
 _CHUNK = 100
-# More would take most of an hour without new results.
+# More configurations would take most of an hour without new results.
 _MOST_SAMPLES = 100_000
 _LARGEST_SEED = 2**128 - 1
 

@@ -153,7 +153,7 @@ def _without_warnings() -> Iterator[None]:
 
 
 def _with_offsets(source: io.BytesIO | str, offsets: Mapping[str, Origin]) -> io.BytesIO:
-    """Return the URDF with the origins of its calibrated joints in place of its own."""
+    """Return the URDF with the calibrated origins of joints in place of the original ones."""
     document = ET.parse(source).getroot()
     for joint in document.findall("joint"):
         place = offsets.get(joint.get("name", ""))

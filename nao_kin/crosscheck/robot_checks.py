@@ -26,7 +26,7 @@ _EXPRESSIONS: tuple[Literal["frame", "root", "mixed"], ...] = ("frame", "root", 
 
 
 class PoseChecks:
-    """Poses from elementary rotations, by the robot's methods, the batch kernels, Pinocchio and a second reader.
+    """Poses computed from elementary rotations, and by the robot's methods, batch kernels, Pinocchio, a second reader.
 
     `frames` are the frames that the steps and the robot have in common.
     """
@@ -116,7 +116,7 @@ class _StepChecks:
 
     A wrong step moves everything behind it; only the rows of the step itself identify it. The motion of a joint is
     measured as M, the pose of its frame relative to the pose at zero. A rotation by v about e has vect M = sin v e and
-    (tr M − 1)/2 = cos v; a translation has the displacement v e. The amount and the axis of the motion are two rows.
+    (tr M − 1)/2 = cos v; a translation has the displacement v e. The amount and the axis of the motion have a row each.
     """
 
     def __init__(self, robot: RobotModel, by_hand: StepKinematics, frames: Sequence[str]) -> None:
@@ -241,7 +241,7 @@ def _vect(M: Floats) -> Floats:
     )
 
 
-# --- Limits and mimics: the robot's against two other readings of its URDF, and its checks against a scalar formula.
+# --- Limits and mimics against two other readings of the robot's URDF, and its checks against a scalar formula.
 #
 # The limits of a driving joint contain the values at which it, and all joints that mimic it, are inside their own
 # limits. They are computed here again, from the results of the other parsers.

@@ -194,7 +194,7 @@ def _lock_difference(h: Floats, angles: Floats, locked: Any) -> Floats:
 
 # --- Invariants, quaternions, exponential and logarithm against Pinocchio.
 
-# Closer to π, rounding of sin φ e turns the axis by more than 1e-16/1e-3.
+# Closer to π than this, rounding of sin φ e turns the axis by more than 1e-16/1e-3.
 _SINE = 1e-3
 _RIGHT_ANGLE = 1e-9
 

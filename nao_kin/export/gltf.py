@@ -249,7 +249,7 @@ def gltf(
         robot: any robot.
         path: the file; its name ends in .glb.
         posture: a posture of the robot; None for its start posture, or for the first configuration of the motion.
-        motion: a motion, or a file of one: the animation.
+        motion: a motion, or a motion file, which becomes the animation.
         fps: poses per second in the animation; between them, glTF interpolates linearly.
         frames: as in `urdf`; frames are empty nodes.
         names: as in `urdf`.

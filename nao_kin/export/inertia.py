@@ -114,7 +114,7 @@ def with_moments(mass: float, centre: Floats, moments: Floats) -> Inertial:
 
 # The least ratio of a body's second moments; simulators treat thinner bodies as flat.
 _THINNEST = 1e-6
-# Smaller second moments per mass, of mass within a micrometre of its centre, are rounding [m²].
+# Second moments per mass below this are rounding [m²]: the mass would be within a micrometre of its centre.
 _SMALLEST = 1e-12
 # The share of a link's mass that all massless links on it get together.
 _GIVEN_SHARE = 0.01

@@ -1,4 +1,4 @@
-"""Variants of a robot's tree: functions from a tree to another one and to one line for each change."""
+"""Variants of a robot's tree: functions that return another tree, and one line for each change."""
 
 from __future__ import annotations
 

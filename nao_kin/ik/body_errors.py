@@ -266,7 +266,7 @@ def torso_over_foot(
 
 @both_ways
 def foot_in_torso(body: Body, side: int, x: Floats, R: Floats, p: Floats, T: Floats) -> None:
-    """Write T_torso_foot by the joints of a leg into T, and their poses into R and p."""
+    """Write T_torso_foot for the joints of a leg into T, and the poses of these joints into R and p."""
     for i in range(3):
         p[0, i] = 0.0
         for j in range(3):

@@ -45,7 +45,7 @@ from nao_kin.ik.quadratic_program import quadratic_program
 # subject to three conditions: a second foot stays fixed to first order, all joints stay inside their limits, and no
 # joint moves by more than half a radian.
 
-# A smaller excess over the limits counts as inside [rad].
+# A smaller excess over the limits than this counts as inside [rad].
 INSIDE = 2e-10
 _MAX_STEP = 0.5
 # Indices in the sums of a state.

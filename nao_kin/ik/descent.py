@@ -39,7 +39,7 @@ from nao_kin.rotations import matrix_from_quat, nearest_rotation, quat_from_xyzw
 # Initial damping as a share of the squared error; it grows after a rejected step, and shrinks after an accepted one.
 FIRST_DAMPING = 0.1
 MIN_DAMPING, MAX_DAMPING = 1e-6, 1e12
-# A step is rejected if it decreases the error by a smaller share of the decrease predicted by the linear model.
+# A step is rejected if it decreases the error by a smaller share than this of the decrease in the linear model.
 MIN_GAIN = 1e-3
 # Largest change of a joint in one step [rad or m]: the linear model does not hold beyond.
 MAX_STEP = 1.0

@@ -24,7 +24,7 @@ from nao_kin.robot import RobotModel
 
 # In a family, every branch of the previous sample adds its own member; only this many, the cheapest, are kept.
 _MAX_CANDIDATES = 16
-# Members that differ by less are the same [rad].
+# Members that differ by less than this are the same [rad].
 _SAME = 1e-9
 
 
@@ -215,7 +215,7 @@ def _squares(displacements: Floats) -> Floats:
 # divided again, and so on, three times in all. On a continuous path the largest step shrinks each time to a fifteenth;
 # at a singularity, where joints move like a square root, to a quarter. A jump keeps its size.
 
-# Smaller steps, below the resolution of NAO's joint sensors (0.1°), are not jumps [rad].
+# Steps smaller than this, the resolution of NAO's joint sensors (0.1°), are not jumps [rad].
 _SMALLEST = 1.75e-3
 # A step follows the path if the limb halfway deviates by less than this share of the distance.
 _MAX_DEVIATION = 0.25

@@ -280,5 +280,5 @@ def _common_length(counts: dict[str, int]) -> int:
     first, n = next(iter(sampled.items()))
     for what, count in sampled.items():
         if count != n:
-            raise BadArgument(f"all of a path must have one length: {first} has {n} samples and {what} has {count}")
+            raise BadArgument(f"a path's arrays must have one length: {first} has {n} samples and {what} has {count}")
     return n

@@ -105,7 +105,7 @@ def look_at(
     threads: SupportsIndex | None = None,
     collisions: bool = False,
 ) -> IKResult:
-    """Compute the joint values with which a camera has a point on its optical axis, in front of it.
+    """Compute the joint values with which a camera has a point on its optical axis, in front of the camera.
 
     There are two solutions, the second with the head turned backwards and looking over the crown. For a point on the
     axis of HeadYaw any yaw is possible (`YAW_AXIS`). If the limits exclude the solutions, or the point is too near to
@@ -278,7 +278,7 @@ def _add_look(head: Head, point: Vector, family: float, selection: Selection, wo
 
 @both_ways
 def _free_yaw(selection: Selection, pitch: float) -> float:
-    """Return the yaw nearest to the reference at which the pitch is allowed; that of the reference if there is none."""
+    """Return the yaw nearest to the reference's at which the pitch is allowed; the reference's if there is none."""
     ranges: Ranges = selection.ranges
     wanted: float = selection.reference[0]
     if not selection.enforce:
@@ -306,7 +306,7 @@ def _free_yaw(selection: Selection, pitch: float) -> float:
 
 @both_ways
 def _report_nearest(wanted: Rotation, selection: Selection, work: Workspace) -> None:
-    """Report the joint values with the nearest orientation: the yaw by search, for each the best pitch."""
+    """Report the joint values with the nearest orientation, by a search over the yaw with the best pitch for each."""
     low, high = _joint_bounds(selection, 0)
     given = wanted, selection, work.q
     yaw = least(_error_at_yaw, given, low, high, math.atan2(-wanted[1], wanted[4]), _STEPS)

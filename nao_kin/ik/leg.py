@@ -181,7 +181,7 @@ _ALONE, _HIP_LOCK, _ANKLE_AXIS = float(Family.NONE), float(Family.HIP_LOCK), flo
 _ROUNDING = 1e-12
 # A straight leg solves targets out of its reach by up to this [m]: poses rounded to float32, for instance.
 _STRETCHED = 1e-6
-# Below this the knee is stretched or folded: its angle is a square root with half the digits.
+# Within this angle [rad] the knee counts as stretched or folded: its angle is a square root with half the digits.
 _STRAIGHT = 1e-7
 # Sine of the angle between the axes of HipYawPitch and HipPitch up to which they are parallel.
 _PARALLEL = 1e-12

@@ -66,7 +66,7 @@ SCRATCH = IN_TORSO + PRIORITY + 1
 # Steps between the bounds, and halvings of a bracket.
 _STEPS, _HALVINGS = 96, 60
 _MAX_LEAN = 0.5 * math.pi
-# Hips that disagree by less [rad] for every s agree everywhere.
+# Hips that disagree by less than this [rad] for every s agree everywhere.
 _AGREEMENT = 1e-10
 
 _SIDES = "left", "right"
@@ -378,7 +378,7 @@ def _legs_of(robot: RobotModel, left: str, right: str) -> Limb:
 #     G(s) = Y_cos,L Y_sin,R − Y_sin,L Y_cos,R
 #
 # is zero: a polynomial of second degree in the height, and of fourth in cosine and sine of a lean or a yaw. So even
-# steps of s bracket all roots but double ones, which are searched at the minima of |G|.
+# steps of s bracket all roots except double roots, which are searched for at the minima of |G|.
 
 
 @both_ways
@@ -528,7 +528,7 @@ def _bounds(legs: Legs, target: Row) -> tuple[float, float]:
 
 @both_ways
 def _tangents(legs: Legs, target: Row, moved: float, q: Row) -> tuple[float, float]:
-    """Return G, proportional to the sine of the difference of the roots of both feet, and the same for the cosine."""
+    """Return numbers proportional to sine (G) and cosine of the difference of the roots of both feet."""
     move_torso(legs, target, moved, q)
     left = foot_yaw(foot_of(legs.left, q[IN_TORSO + LEFT : IN_TORSO + RIGHT])[1])
     right = foot_yaw(foot_of(legs.right, q[IN_TORSO + RIGHT : IN_TORSO + PRIORITY])[1])

@@ -74,7 +74,7 @@ from nao_kin.ik.searches import add_roots, crossing, least
 # its limit at the roots of a linear or quadratic form in (cos q₁, sin q₁), found to full precision; only the roots
 # where AnkleRoll is at its coupled limit are bracketed.
 
-# Largest number of pieces of all branches of a leg, and of ends of one branch's pieces, before and after the table.
+# Space for the pieces of all branches of a leg, and for the ends of one branch's pieces, without and with the table's.
 MAX_PIECES, _MAX_ENDS = 128, 384
 # Numbers of a piece: its ends, the sign of ψ's branch, the knee, the signs of hip and ankle (0 for any).
 FROM, TO, SIGN, KNEE, HIP_SIGN, ANKLE_SIGN, PIECE = range(7)
@@ -179,7 +179,7 @@ def _add_angles(times: int, cosine: float, sine: float, value: float, ends: Floa
 
 @both_ways
 def _add_ends_of_table(task: LegTask, ranges: Ranges, branch: Branch, ends: Floats, boxes: int) -> int:
-    """After the ends from boxes, write all ends, with the roots of the coupled limit, sorted; return their number."""
+    """After the ends from boxes, write these again with the coupled limit's roots, sorted; return the total number."""
     count = 2 * boxes
     ends[boxes:count] = ends[:boxes]
     if ranges.bends == 0:
@@ -207,14 +207,15 @@ def _table_excess(given: tuple[LegTask, Ranges, Branch, int], hip: float) -> flo
 # --- The least turns ψ of both feet about their normals, between two values of HipYawPitch.
 #
 # They are at an end, at a root of ψ, or at a root of the sum of ψ ψ' over both feet. Roots of this sum are bracketed
-# between neighbouring values of q₁, in even steps of q₁ and of ψ of either foot: no function is steep between these.
+# between values of q₁ in even steps of q₁ and in even steps of ψ of either foot: no function is steep between two of
+# these values.
 
 # The turns of both feet, each with the sign of its branch.
 FootYaws: TypeAlias = tuple[FootYaw, FootYaw]
 
 # Codes of the priorities in a target.
 BALANCED, LEFT_FIRST, RIGHT_FIRST = 0.0, 1.0, 2.0
-# Turns of the feet [rad] that differ by less are equal.
+# Turns of the feet that differ by less than this [rad] are equal.
 EQUAL = 1e-11
 # Even steps between two ends, in q₁ and in ψ of each foot, and the most values of HipYawPitch that they give.
 _EVEN_STEPS = 24
@@ -320,11 +321,11 @@ def _add_half_turns(hip: float, low: float, high: float, hips: Floats, count: in
 
 _HIPS_DISAGREE = float(Reason.HIPS_DISAGREE)
 _ALONE, _HIP_LOCK, _ANKLE_AXIS = float(Family.NONE), float(Family.HIP_LOCK), float(Family.ANKLE_AXIS)
-# Pieces with a smaller gap [rad] touch.
+# Pieces with a smaller gap than this [rad] touch.
 _TOUCHING = 1e-10
 # Turns of the feet [rad] up to which a pose may be met; its errors are verified.
 _YAW_TOLERANCE = 1e-9
-# Solutions with a smaller difference [rad] are equal.
+# Solutions with a smaller difference than this [rad] are equal.
 _SAME = 1e-7
 # Steps of the search in a family of HipYawPitch.
 _STEPS = 120
@@ -364,7 +365,7 @@ def solve_separately(legs: Legs, target: Row, selection: Selection, work: Worksp
         near[j] = reference[j]
     left = solve_leg(legs.left, target[LEFT:RIGHT], Selection(ranges.left, near, enforce), own)
     left_why = reason_of(report)
-    # A foot is exact at two values of HipYawPitch, or in a family at more.
+    # A foot is met exactly at two values of HipYawPitch, or in a family at more.
     one, other = found[0], found[0]
     for k in range(1, left):
         other = found[k * row] if abs(found[k * row] - one) > abs(other - one) else other

@@ -63,7 +63,7 @@ _YAW_TOLERANCE = 1e-9
 FLAT = 1e-11
 # Rounding of Y [m].
 _ROUNDING = 1e-15
-# Nearer to the axis of HipRoll [m], the ankle determines the roll less precisely than the foot.
+# If the ankle is nearer than this to the axis of HipRoll [m], it determines the roll less precisely than the foot does.
 _ALONG = 1e-4
 
 

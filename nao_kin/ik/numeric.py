@@ -130,7 +130,7 @@ class PoseSearch:
         return starts
 
     def _features(self, poses: Floats) -> Floats:
-        """Return twelve numbers per pose whose distances are those of the weighted errors, as ‖R − R_t‖² ≈ 2 φ²."""
+        """Return twelve numbers per pose, with distances equal to weighted errors, because ‖R − R_t‖² ≈ 2 φ²."""
         position, turn = self.weights[:3].mean(), self.weights[3:].mean() / np.sqrt(2.0)
         return np.concatenate([position * poses[:, :3, 3], turn * poses[:, :3, :3].reshape(-1, 9)], axis=-1)
 
@@ -186,7 +186,7 @@ def minimise(search: PoseSearch, region: LimitRegion, targets: Floats, q: Floats
 
 # Damping of pink's task in proportion to the squared error, and of every joint.
 _TASK_DAMPING, _JOINT_DAMPING = 1e-2, 1e-9
-# A search has converged after a smaller step [rad or m].
+# A search has converged after a smaller step than this [rad or m].
 _CONVERGED = 1e-9
 
 

@@ -31,7 +31,7 @@ EXTRAS = 4
 VERIFIED = 1e-10
 # Largest defect of a rotation, as everywhere in the library.
 RIGID = 1e-6
-# Rotations with a smaller defect are not corrected.
+# Rotations with a smaller defect than this are not corrected.
 ROUNDING = 1e-14
 # A search exceeds a limit by at most this [rad].
 LIMIT_ROUNDING = 1e-9
@@ -225,7 +225,7 @@ def locked_pair(pair: tuple[int, int], total: float, sign: float, selection: Sel
     ranges, reference, enforce = selection
     i, j = pair
     if not enforce:
-        # Both joints share the excess of the reference, up to whole turns.
+        # Take half of the reference's excess over the total, up to whole turns, from each joint.
         half = 0.5 * turned_towards(reference[i] + sign * reference[j] - total, 0.0)
         q[i], q[j] = reference[i] - half, reference[j] - sign * half
         return

@@ -20,14 +20,14 @@ from nao_kin._core.arrays import Floats, first_index
 Integers = NDArray[np.int64]
 Codes = NDArray[np.int8]
 
-# Farther than this beyond the reach of a limb, a target was likely written in millimetres.
+# A target that is out of reach by more than this was likely written in millimetres.
 MILLIMETRES_FROM = 10.0
 
 
 class Reason(enum.IntEnum):
     """Why a target is or is not reached; arrays of a batch hold its number.
 
-    A closed form proves its reason; a search reports what none of its starts disproved.
+    A closed form proves its reason; a search reports a reason that none of its starts has disproved.
 
     Attributes:
         REACHED: the pose is met, inside the limits if they are enforced.

@@ -77,8 +77,8 @@ class WholeBodyResult(Outcome):
         reasons: a `Reason` for each pose as a number, shape (...).
         residuals: name of a target → errors of its position and rotation, shape (..., 2) [m, rad], 0 for a component
             that was not given; for "com" the horizontal distance, or the missing margin.
-        beyond: a lower bound on the distance by which the target that gives way is farther away than the stretched
-            robot reaches, or the feet are too far apart, shape (...) [m]; 0 if that is not the reason.
+        beyond: a lower bound on how far the target that gives way is out of reach of the stretched robot, or on how
+            much too far apart the feet are, shape (...) [m]; 0 if the reason is another one.
         worst: index in `residuals` of the target that gives way, shape (...); −1 for none.
         com: the centre of mass in the world, shape (..., 3) [m].
         margin: its distance inside the support polygon of the standing feet, negative outside, shape (...) [m].
@@ -166,7 +166,7 @@ class WholeBodyResult(Outcome):
 
 # Duration of a search from one start as Python, before the kernel has been compiled [s].
 _PYTHON_SECONDS = 0.25
-# A joint is at its limit if it is nearer [rad].
+# A joint is at its limit if it is nearer to it than this [rad].
 _AT_LIMIT = 1e-6
 
 
@@ -202,8 +202,8 @@ def whole_body(
 
     Args:
         robot: a NAO of any version, or another robot with legs of its geometry.
-        targets: name of a frame → its pose T_world_frame, shape (..., 4, 4), or its position, shape (..., 3) [m]. May
-            be empty: the robot stands.
+        targets: name of a frame → its pose T_world_frame, shape (..., 4, 4), or its position, shape (..., 3) [m]. If
+            empty, the robot only stands.
         feet: the standing feet, "L", "R" or both, with T_world_foot of the frames "LLeg" and "RLeg", (..., 4, 4). None
             for both feet as in the reference.
         com: position (x, y) of the centre of mass, shape (..., 2) [m]; "support" for any point above the support

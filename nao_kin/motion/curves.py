@@ -79,7 +79,7 @@ class JointCurves:
 
 
 def held(curve: Segments, times: Floats, keys: Floats, start: float, end: float) -> Segments:
-    """Return at least one segment: those between keys, and one before and after in which the joint stands still."""
+    """Return the segments between keys, and one before and after them with the joint at rest, at least one in all."""
     before, after = times[0] - start, end - times[-1]
     first = before > 0.0 or (len(keys) == 1 and after <= 0.0)
     if not first and after <= 0.0:
@@ -122,7 +122,7 @@ def _speed_within(curve: Segments, middle: Floats, end: Floats) -> Floats:
 # Halvings of a piece, which locate a crossing up to rounding.
 _HALVINGS = 54
 
-# Longer lists would not be read.
+# A longer list of intervals helps no reader.
 _MAX_INTERVALS = 1000
 
 Quantity = Literal["value", "speed"]

@@ -78,7 +78,7 @@ COLUMNS = ("best", "mean", "count", "coverage")
 _FORMAT = "nao_kin reach map 1"
 # During counting, every voxel of the box around the reach takes 32 bytes.
 MAX_VOXELS = 50_000_000
-# The parts that do not grow with the voxels, and the largest size of each in bytes.
+# The parts of a file that do not grow with the number of voxels, and the largest size of each in bytes.
 _SMALL_PARTS, _MAX_BYTES = ("format.npy", "settings.npy", "ranges.npy"), 1 << 24
 _HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
 

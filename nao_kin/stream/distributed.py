@@ -339,7 +339,7 @@ def _mapped(
     tail = _chunk(robot, none, method, arguments, result_dtype).shape[1:]
     batch = q.ndim - 1
     pickled = PickledRobot.of(robot)
-    # Several names as a tuple, which cannot change before use.
+    # Keep several names as a tuple, which cannot change before its use.
     settled = tuple(
         (name, value if isinstance(value, str) or not isinstance(value, Sequence) else tuple(value))
         for name, value in sorted(arguments.items())

@@ -90,7 +90,7 @@ class StreamResult:
 
     Attributes:
         sink: the file that was written.
-        frames: the frames with poses in it.
+        frames: the frames whose poses are in the file.
         columns: names of the numbers of a pose.
         rows_read: rows of the source, bad ones included.
         rows_written: rows of the output, each with one pose per frame.

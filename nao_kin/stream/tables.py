@@ -257,7 +257,7 @@ def log_columns(
     columns: Mapping[str, str | None] | None = None,
     data: bytes | None = None,
 ) -> TableColumns | None:
-    """Return the columns of a CSV table if its beginning has whole configurations of a robot, otherwise None.
+    """Return the columns of a CSV table if its beginning has complete configurations of a robot, otherwise None.
 
     The result is also None for a motion (a table of times and some joints, or with empty cells), an unreadable file and
     a pipe. `data` is the content, if it has been read; `columns` are those of `read_log`.
@@ -364,7 +364,7 @@ class JointColumns:
 
     Attributes:
         robot: the robot.
-        table: joint and unit of every column; with `whole`, of those after the seven of a floating base.
+        table: joint and unit of every column; with `whole`, of every column after the seven of a floating base.
         limits: joints outside their limits: "raise" makes the row a bad row; "clamp"; "ignore".
         hips: value of a motor whose two joints differ; None makes the row a bad row.
         whole: whether the columns are those of q.
@@ -455,7 +455,7 @@ class JointColumns:
 
 
 def _narrow(good: NDArray[np.bool_], still: NDArray[np.bool_], rows: Floats) -> Floats:
-    """Clear `good` for rows that are not `still` good, and return the remaining rows."""
+    """Set `good` to False for rows with `still` False, and return the remaining rows."""
     if still.all():
         return rows
     good[np.flatnonzero(good)[~still]] = False

@@ -10,10 +10,10 @@
       </ActuatorList>
     </Timeline></Box></ChoregrapheProject>
 
-Source: Aldebaran's qicore, timeline.cpp, actuatorcurvemodel.cpp and tangentmodel.cpp: a key is played at (frame −
-start_frame) / fps; values are degrees for unit 0, ratios from 0 to 1 for unit 1 (percent), and without a unit ratios
-for hands and degrees for all other joints; tangents are offsets in frames and in the unit of the value, automatic if
-absent; muted curves are not played.
+Source: Aldebaran's qicore, timeline.cpp, actuatorcurvemodel.cpp and tangentmodel.cpp. A key is played at (frame −
+start_frame) / fps. Values are degrees for unit 0, and ratios from 0 to 1 for unit 1 (percent); without a unit they are
+ratios for hands and degrees for all other joints. Tangents are offsets in frames and in the unit of the value; a
+missing tangent is automatic. Muted curves are not played.
 
 The file is untrusted XML, read by expat: a document type, and with it every entity, is refused, and nothing outside the
 file is opened.

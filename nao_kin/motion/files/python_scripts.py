@@ -122,7 +122,7 @@ _MENTION = re.compile(r"^[ \t]*(?:self\.)?names[ \t]*(?:=[^=]|\.append\()", re.M
 # Numbers and lists that mean the same in JSON, which is read a hundred times faster than Python.
 _PLAIN = re.compile(r"[\s\d.,\[\]eE+-]*", re.ASCII)
 _CUT = re.compile(r"[,\[\]()]")
-# Longer statements and numbers would need much memory or deep recursion in ast [characters].
+# Statements and numbers longer than this would need much memory or deep recursion in ast [characters].
 _MAX_STATEMENT = 1 << 20
 _MAX_NUMBER = 200
 _CONSTANTS = {"almath.TO_RAD": math.pi / 180.0, "math.pi": math.pi}
