@@ -43,7 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     if words and words[0] in _WITH_QI:
         with suppress(ImportError):
             importlib.import_module("qi")  # before Pinocchio, see nao_kin.naoqi._qi
-    from nao_kin.cli.app import run  # takes a while, during which signals are already handled
+    from nao_kin.cli.app import run  # this import takes a while; signals are already handled
 
     codes.append(run(arguments))
     sys.exit(codes[0])

@@ -289,7 +289,7 @@ def test_limits_can_be_clamped_or_ignored(capsys: pytest.CaptureFixture, nao: nk
         (("fk", "--as", "euler"), "'euler' is not one of"),
         (("fk", "--bogus"), "No such option"),
         (("bogus",), "No such command 'bogus'"),
-        (("fk", "a.csv", "b.csv"), "2 files; several go into one --output"),
+        (("fk", "a.csv", "b.csv"), "2 files; several files need --output"),
         (("ik", "LLeg", "a.csv", "b.csv"), "nexpected extra argument"),
     ],
 )
