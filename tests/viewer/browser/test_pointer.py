@@ -489,7 +489,7 @@ def read(page: Page) -> str:
 
 
 def all_of_the_pose(page: Page) -> None:
-    more = page.tab.get_by_role("button", name="Quaternion, axis and angle, copies")
+    more = page.tab.get_by_role("button", name="Quaternion, axis and angle, copying")
     if more.get_attribute("aria-expanded") == "false":
         more.click()
 

@@ -68,7 +68,7 @@ def rows(points: np.ndarray) -> list[tuple[float, ...]]:
 
 
 def slider(page: Page) -> Any:
-    return page.tab.get_by_label("Place of the cut")
+    return page.tab.get_by_label("Position of the cut")
 
 
 def put(page: Page, place: float) -> None:
