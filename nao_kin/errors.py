@@ -53,7 +53,7 @@ class DegreesWarning(NaoKinWarning):
 
 
 class RenamedFrameWarning(NaoKinWarning):
-    """A frame name that a link of the URDF and a joint share; the joint's frame is used."""
+    """A frame name that a link of the URDF and a joint share; the link's frame is used."""
 
 
 class MissingShapeWarning(NaoKinWarning):
@@ -225,8 +225,8 @@ class OutsideLimits(NaoKinError):
     """A configuration outside the joint limits.
 
     Attributes:
-        violations: `LimitViolation` rows by configuration, the worst joint of each first; only the first of a large
-            batch.
+        violations: `LimitViolation` rows by configuration, the worst joint of each first; only those of the first
+            configurations of a large batch.
         count: the number of all violations.
 
     Examples:

@@ -70,7 +70,7 @@ def csv_head(name: str, block: bytes, expected: str, *, at_end: bool = True) -> 
     Args:
         name: the file, for messages.
         block: the beginning of the file, without a byte order mark.
-        expected: what the message of an empty file expects.
+        expected: the expected content, for the message about an empty file.
         at_end: whether `block` is the whole file.
     """
     lines = block.splitlines(keepends=True)
@@ -146,7 +146,7 @@ class Records:
     """
 
     def __init__(self, block: bytes, delimiter: str, *, at_end: bool = True) -> None:
-        """Prepare to read; unless `at_end`, a quote that is still open is closed in the next block."""
+        """Prepare to read; unless `at_end`, a quote that is still open at the end continues in the next block."""
         self.consumed = len(block)
         self.block, self._delimiter, self._at_end = block, delimiter, at_end
 
@@ -337,7 +337,7 @@ def read_csv(
         name: the file, for messages.
         data: the content of the file, without a byte order mark.
         understood: returns the columns to read, given the head.
-        expected: what the message of an empty file expects.
+        expected: the expected content, for the message about an empty file.
     """
     head = csv_head(name, data, expected)
     body = data[head.size :]

@@ -293,7 +293,7 @@ def _folder_target(path: Path | str, overwrite: bool) -> Path:
     elif os.path.exists(path):
         raise BadArgument(f"cannot write {abbreviated(path)}: it is a file, and a folder is needed")
     else:
-        os.stat(f"{target.parent}{os.sep}")  # with a separator at its end, a file is an error
+        os.stat(f"{target.parent}{os.sep}")  # the separator at the end makes a file raise an error
     return target
 
 

@@ -1,4 +1,4 @@
-"""One formula for one rotation and for a million.
+"""Formulas that are written once, and evaluated for one rotation or for a million.
 
 A kernel is a formula over single components, `kernel(f, m00, m01, …) -> (c0, c1, …)`. Its components are Python floats
 (then `f` is `FLOATS`, the functions of `math`: one rotation takes a few microseconds) or contiguous arrays (then `f` is

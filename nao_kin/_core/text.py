@@ -53,7 +53,7 @@ def _html_row(tag: str, cells: Iterable[str]) -> str:
 
 
 def fresh_name(name: str, taken: Container[str], *endings: str) -> str:
-    """Return the name with the first ending that makes a name not taken; after the endings, number the last one.
+    """Return the name with the first ending that makes it a name not taken, or else with a numbered last ending.
 
     Without endings, return the name itself if it is not taken, otherwise with the first free number from 2 on.
     """

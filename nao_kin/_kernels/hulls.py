@@ -1,7 +1,7 @@
 """Signed distances between convex hulls grown by a radius, and the smallest distance in each configuration.
 
 A hull is given by its vertices and a radius, which may be zero: a ball has one vertex, a capsule two, a box eight.
-The algorithm of Gilbert, Johnson and Keerthi finds distances, expanding polytopes find penetration depths.
+The algorithm of Gilbert, Johnson and Keerthi finds distances; expanding polytopes find penetration depths.
 
 Source: Gilbert, Johnson, Keerthi, A fast procedure for computing the distance between complex objects in
 three-dimensional space, IEEE J. Robotics and Automation 4(2), 1988; van den Bergen, Collision Detection in Interactive
@@ -161,7 +161,7 @@ def _of_triangle(W: Any, i: int, j: int, k: int) -> Any:
 
 @both_ways
 def _nearest(W: Any, count: int) -> Any:
-    """Return the point nearest to the origin of the simplex of 2 to 4 corners, and the number of corners that span it.
+    """Return the point of a simplex of 2 to 4 corners nearest to the origin, and the number of corners that span it.
 
     Moves these corners to the first rows of W; the number is 4 if the origin is inside.
     """

@@ -82,7 +82,7 @@ class Assembly:
                 self._add_carrier(group, node)
                 tasks += [("joint", child) for child in reversed(node.children) if self._merged.get(child) is not group]
             elif group.pair.name == "universal":
-                # The carrier mimics the joint, so it comes after it.
+                # The carrier mimics the joint, so the joint comes first.
                 self._add_merged(group, members)
                 tasks += carriers + outer
             elif task == "joint":

@@ -173,7 +173,7 @@ def nearest_turn(angles: Floats, target: Floats) -> Floats:
 
 
 def move_angle(ball: Ball, angles: Floats, place: int, by: Floats) -> Floats:
-    """Return the triples (3, n) with one angle moved; if it is an outer angle, the other compensates the rotation.
+    """Return the triples (3, n) with one angle moved; if it is an outer angle, the other one moves to compensate.
 
     Close to lock the two outer axes nearly coincide, and a turn about one nearly cancels a turn about the other.
     """

@@ -5,7 +5,7 @@ difference of the outer angles. Joints of one motor move together, so spherical 
 together:
 
 1. The candidates for a ball are both triples. Near a lock, rounding leaves the outer angles undetermined: they are
-chosen near the reference, or without one inside the limits, and a copy of each triple is chosen near the hints.
+chosen near the reference or, without a reference, inside the limits; a copy of each triple is chosen near the hints.
 2. For every combination of candidates, every motor takes its value from the joint where the value is most accurate. The
 number of whole turns is the best by these criteria, the most important first: fewest violated couplings; inside the
 limits, or near the reference; near the hints; near the middle of the limits.

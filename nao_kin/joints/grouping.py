@@ -107,7 +107,7 @@ _Item = TypeVar("_Item")
 Rule = Literal["coincident", "concurrent"]
 RULES: tuple[Rule, ...] = ("coincident", "concurrent")
 
-# Smallest and largest tolerance [m]: below it rounding dominates; an offset above it is intended.
+# The smallest tolerance, below which rounding dominates, and the largest one; a larger offset is intended [m].
 _TOLERANCES = (1e-15, 1e-2)
 # Three turns reach every rotation only if consecutive axes are perpendicular: a1·a2 up to rounding, and less than the
 # 1e-9 that `davenport_angles` allows, so that every quaternion of a ball has angles.

@@ -176,9 +176,10 @@ class MultiDofModel:
         lock, where a ball determines only the sum or the difference of its outer angles, more accurate values of joints
         of the same motor decide first, and then the same order.
 
-        Revolute followers agree with their drivers up to whole turns, which do not change any pose. Sixteen turns of a
-        driver in both directions are considered, and those nearest to the values of carriers and followers. A joint
-        without limits has the value of its carrier, a last angle a value in [−π, π], unless a coupling requires more.
+        Revolute followers agree with their drivers up to whole turns, which do not change any pose. The whole turns
+        considered are up to sixteen of a driver in each direction, and those nearest to the values of carriers and
+        followers. Without limits, a joint has the value of its carrier, and the last angle of a ball is in [−π, π],
+        unless a coupling requires more turns.
 
         Args:
             q_typed: typed configurations, shape (..., nq). The values of carriers only resolve what is otherwise

@@ -18,7 +18,7 @@ from nao_kin.robot.nao import JOINTS
 # --- The NAO's joints and the human joints in the same places.
 
 NAO_TWISTS = frozenset(row.name for row in JOINTS if row.motion == "twist")
-"""The NAO's joints that turn a limb about its own length."""
+"""The NAO's joints that turn a limb about its long axis."""
 
 
 @dataclass(frozen=True)
@@ -197,7 +197,8 @@ _SIDES = (
 def anatomical_kind(joints: tuple[str, ...], pair: KinematicPair) -> str:
     """Return the anatomical joint that moves like a joint made of these URDF joints; "" if the human body has none.
 
-    A revolute joint among `NAO_TWISTS` turns a limb about its own length: it is a pivot, any other a hinge.
+    A revolute joint among `NAO_TWISTS` turns a limb about its long axis and is a pivot; any other revolute joint is a
+    hinge.
     """
     if pair.name == "revolute" and joints[0] in NAO_TWISTS:
         return "pivot"
@@ -223,7 +224,7 @@ class JointTableRow:
     """One joint; lengths and directions in the root's frame with all joints at zero.
 
     Attributes:
-        chain: its chain: the robot's own name for it, or the name of its first joint.
+        chain: name of its chain: the robot's own name, or else the name of the chain's first joint.
         joint: its name; for a merged joint the names of its parts, joined by "+".
         parts: the joints of the URDF it is made of.
         pair: "revolute", "universal" …

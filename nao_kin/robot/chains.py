@@ -133,7 +133,7 @@ def topology(robot: RobotModel) -> Topology:
         {'RHipYawPitch': 'LHipYawPitch'}
     """
     rows = joint_rows(robot)
-    # Joint → the joints from the root to it, and the joint itself last.
+    # Joint → the joints from the root to this one, which is the last.
     paths = {row.name: [rows[k].name for k in robot.model.supports[i] if k in rows] for i, row in rows.items()}
     couplings = {name: robot.mimics[name] for name in paths if name in robot.mimics}
     between_limbs = {name: mimic for name, mimic in couplings.items() if paths[name][0] != paths[mimic.joint][0]}

@@ -240,7 +240,7 @@ def _rows(q: Floats, results: Floats, axes: int) -> Iterable[tuple[Floats, Float
 
 @functools.lru_cache(_MAX_SELECTIONS)
 def _selection_of(frame_ids: FrameIds) -> NDArray[np.intp]:
-    """Return the indices in the block of the entries of the poses of these frames, shape (n, 4, 4)."""
+    """Return the indices, in the block of placements, of the entries of these frames' poses, shape (n, 4, 4)."""
     selection = np.full((len(frame_ids), 4, 4), _ZERO, dtype=np.intp)
     row, column = np.indices((3, 4))
     selection[:, :3] = _DOUBLES * np.asarray(frame_ids, dtype=np.intp)[:, None, None] + 3 * column + row
@@ -339,7 +339,7 @@ class FrameTable:
         return self._ids[name]
 
     def reference_id(self, name: object) -> int | None:
-        """Return the id of a frame; None for the root, which is None or, unless a frame has this name, "world"."""
+        """Return the id of a frame, or None for the root: for None and, unless a frame has this name, for "world"."""
         if name is None or (isinstance(name, str) and name == WORLD and name not in self._ids):
             return None
         return self.id(name)

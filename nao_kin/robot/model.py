@@ -219,14 +219,14 @@ class RobotModel:
 
         Bodies become links; hinges and slides become joints, with MuJoCo's values; a ball joint becomes three joints
         about x, y and z; linear equality constraints between joints become couplings; sites and cameras become frames;
-        named keyframes become postures. What a tree of joints cannot express is listed in `load_notes`: closed loops,
-        bodies that are not part of the robot, nonlinear couplings.
+        named keyframes become postures. `load_notes` lists the parts that a tree of joints cannot express:
+        closed loops, bodies that are not part of the robot, nonlinear couplings.
 
         Args:
             path: the MJCF file.
             base: "fixed", or "floating" for a free base; a free joint of the file is the joint of the base.
-            semantics: as for `from_urdf`; a file takes precedence over the MJCF part by part, a `Semantics`
-                replaces all.
+            semantics: as for `from_urdf`; a TOML or SRDF file takes precedence over the MJCF part by part, a
+                `Semantics` replaces all parts.
             package_dirs: folders to search for meshes that are not where the file says.
 
         Raises:
@@ -316,7 +316,7 @@ class RobotModel:
                 R = Rz(yaw) Ry(pitch) Rx(roll), in the axes of the old frame [m, rad]. Frames fixed to it move with it.
 
         Raises:
-            BadArgument: a frame that a joint moves, or no pose.
+            BadArgument: a frame that a joint moves, or a value that is not a pose.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -358,7 +358,8 @@ class RobotModel:
     def neutral(self) -> Floats:
         """Return the configuration with all joints at zero and a floating base at the world's origin; shape (nq,).
 
-        Frames are defined in it. It need not be inside the limits: the NAO's elbows stop 2° before zero.
+        The robot's frames are defined in this configuration. It need not be inside the limits: the NAO's elbows stop 2°
+        before zero.
 
         Examples:
             >>> nk.load_nao().neutral().shape
@@ -596,8 +597,8 @@ class RobotModel:
             threads: how many threads may work on it.
 
         Returns:
-            With one name homogeneous matrices of shape (..., 4, 4), (..., 7) or (..., 6); with n names
-            (..., n, 4, 4), (..., n, 7) or (..., n, 6) [m, rad].
+            With one name, shape (..., 4, 4), (..., 7) or (..., 6); with n names, (..., n, 4, 4), (..., n, 7) or
+            (..., n, 6) [m, rad].
 
         Raises:
             OutsideLimits: with limits="raise", a joint is outside its limits.
@@ -818,7 +819,7 @@ class RobotModel:
         out: NDArray[Any] | None = None,
         threads: SupportsIndex | None = None,
     ) -> NDArray[Any]:
-        """Return Jacobians of the centre of mass in the root's axes: J(q) · velocity = its velocity.
+        """Return Jacobians of the centre of mass in the root's axes: J(q) · v is the velocity of that point.
 
         Args:
             q: configurations, shape (..., nq).
@@ -991,7 +992,7 @@ class RobotModel:
             margin: distance below which links are listed [m].
 
         Returns:
-            By configuration, and then by distance.
+            The contacts, by configuration and then by distance.
 
         Raises:
             BadArgument: the robot has no shapes.

@@ -102,7 +102,7 @@ class Mimic:
         return np.asarray((value - self.offset) / self.multiplier)
 
     def through(self, driver: Mimic) -> Mimic:
-        """Return how the joint follows the last joint of a chain, if its driving joint itself follows by `driver`."""
+        """Return how this joint follows the driver of its driving joint; `driver` is the mimic of the driving joint."""
         return Mimic(driver.joint, self.multiplier * driver.multiplier, self.offset + self.multiplier * driver.offset)
 
     def inverted(self, follower: str) -> Mimic:
@@ -130,8 +130,8 @@ class CoupledLimit:
         joint: the joint whose range this is.
         of: the joint it depends on.
         at: values of `of` where the range bends, ascending [rad].
-        lower: smallest value of `joint` there [rad].
-        upper: largest value of `joint` there [rad].
+        lower: smallest value of `joint` at each of these values [rad].
+        upper: largest value of `joint` at each of these values [rad].
 
     Raises:
         BadArgument: columns of different lengths or without numbers, `at` not ascending, a lower bound above its upper
@@ -294,7 +294,7 @@ class Semantics:
                 raise BadArgument(f"unit of {joint} must be one of {', '.join(UNITS)}, got {quoted(unit)}")
 
     def joints(self) -> dict[str, tuple[str, str]]:
-        """Return every joint named here, with the kind and the name of the part that names it first."""
+        """Return every joint named in the semantics, with the kind and the name of the part that names it first."""
         parts: list[tuple[Iterable[str], tuple[str, str]]] = []
         parts += [(joints, ("chain", name)) for name, joints in self.chains.items()]
         parts += [(posture.angles, ("posture", name)) for name, posture in self.postures.items()]
@@ -304,7 +304,7 @@ class Semantics:
         return _named_first(parts)
 
     def frames(self) -> dict[str, tuple[str, str]]:
-        """Return every frame named here, with the field that names it first."""
+        """Return every frame named in the semantics, with the field that names it first."""
         return _named_first(
             (getattr(self, field), (field, "")) for field in (*FRAME_FIELDS, "fields_of_view", "outlines")
         )

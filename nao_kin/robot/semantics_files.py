@@ -38,7 +38,7 @@ def find_semantics(
             try:
                 semantics = checked_semantics(_filled(_read(path, tree, notes), implied), tree)
             except NaoKinError as error:
-                # The caller did not name this file, and still gets the robot.
+                # The caller did not name this file, so an error in it does not keep the robot from loading.
                 notes.append(f"{path.name} beside the {kind} is not used: {error}")
             else:
                 notes.append(f"chains, effectors and postures from {path.name} beside the {kind}")

@@ -61,7 +61,7 @@ def mean_rotation(R: ArrayLike, weights: ArrayLike | None = None, *, method: Mea
     are less than 90° from some rotation. Otherwise there may be several local minima; the result is the one reached
     from the chordal mean.
     chordal: the R̄ with least Σ wᵢ ‖Rᵢ − R̄‖², the rotation nearest to Σ wᵢ Rᵢ, which is also the eigenvector mean of
-    unit quaternions. It is faster, is the global minimum if it exists, and is less sensitive to outliers.
+    unit quaternions. It is faster, is the global minimum if the mean exists, and is less sensitive to outliers.
     Both give the midpoint of two rotations of equal weight, and nearly the same for rotations close together.
 
     Args:
@@ -268,9 +268,9 @@ class DirectionFit:
 def rotation_between(a: ArrayLike, b: ArrayLike, *, axis: ArrayLike | None = None) -> Floats:
     """The rotation by the least angle that maps the direction of a to the direction of b, about a × b.
 
-    For opposite directions every axis normal to a is possible. Then the axis is the part of `axis` normal to a; without
-    `axis`, the part normal to a of the coordinate axis along which a is smallest (x before y before z): −z is reached
-    from z by a half turn about x, −x from x about y. Directions are opposite if ‖a/‖a‖ + b/‖b‖‖ ≤ 4 × 2⁻⁵².
+    For opposite directions every axis normal to a is possible. The function then uses the part of `axis` normal to a.
+    Without `axis`, it uses the part normal to a of the coordinate axis along which a is smallest (x before y before z):
+    a half turn about x maps z to −z, one about y maps x to −x. Directions are opposite if ‖a/‖a‖ + b/‖b‖‖ ≤ 4 × 2⁻⁵².
 
     Args:
         a: directions before, shape (..., 3), of any length but zero.
@@ -406,9 +406,9 @@ def nearest_euler(R: ArrayLike, sequence: str, *, axes: Axes = REQUIRED) -> Near
     rotation. For three axes use `euler_from_matrix`.
 
     For "i", α = 2 atan2(rᵢ, r0) with the unit quaternion (r0, r): the twist about the axis. For moving axes "ij" the
-    products of half angles in the quaternion form a matrix of rank one, whose nearest is found in closed form: α and β
-    are the sum and the difference of atan2(rᵢ + rⱼ, r0 − s rₖ) and atan2(rᵢ − rⱼ, r0 + s rₖ), with k the third axis and
-    s = ±1 such that eᵢ × eⱼ = s eₖ.
+    products of half angles in the quaternion form a matrix of rank one. The nearest such matrix is found in closed
+    form: α and β are the sum and the difference of atan2(rᵢ + rⱼ, r0 − s rₖ) and atan2(rᵢ − rⱼ, r0 + s rₖ), with k the
+    third axis and s = ±1 such that eᵢ × eⱼ = s eₖ.
 
     Args:
         R: rotation matrices, shape (..., 3, 3).

@@ -253,7 +253,7 @@ def _end(value: ArrayLike | None, mean: Floats, what: str) -> Floats:
     try:
         return np.broadcast_to(velocity, mean.shape)
     except ValueError:
-        raise WrongShape(what, f"that broadcasts to {mean.shape}", velocity.shape) from None
+        raise WrongShape(what, f"broadcastable to {mean.shape}", velocity.shape) from None
 
 
 def _times(M: Floats, v: Floats) -> Floats:

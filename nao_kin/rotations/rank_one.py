@@ -160,7 +160,7 @@ def _matrix(u: Floats, v: Floats) -> Floats:
 
 
 def _is_minus_one(product: Floats, u: Floats, v: Floats) -> NDArray[np.bool_]:
-    """Return whether u·v is −1 up to its rounding error, which does not count if it is so large that u·v may be 0."""
+    """Return whether u·v is −1 up to its rounding error, and nearer to −1 than to 0."""
     blur = _ROUNDING * (1.0 + dot(np.abs(u), np.abs(v)))
     return np.asarray((np.abs(1.0 + product) <= blur) & (product < -0.5))
 

@@ -72,7 +72,7 @@ _HAND = (HAND_OFFSET_X, 0.0, -HAND_OFFSET_Z)
 _KNEE = (0.0, 0.0, -THIGH_LENGTH)
 _ANKLE = (0.0, 0.0, -TIBIA_LENGTH)
 
-# In NAOqi's Body order. Roll turns about x, pitch about y, yaw about z, except in the arm, whose names follow
+# The joints are in NAOqi's Body order. Roll turns about x, pitch about y, yaw about z, except in the arm, whose names follow
 # the arm hanging down: ShoulderRoll and ElbowRoll turn about z, ElbowYaw and WristYaw about x.
 JOINTS: tuple[JointRow, ...] = (
     JointRow("HeadYaw", "Head", "torso", "Neck", (0.0, 0.0, NECK_OFFSET_Z), _Z, "twist", "J6"),

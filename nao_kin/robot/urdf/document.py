@@ -128,7 +128,7 @@ class _Xacro:
         is_unexpanded: whether the document is still a source: it defines macros, has ${…} or $(find …) as a value, has
             links or joints inside an element of xacro, includes files and calls their macros, or has no link at all.
 
-    With `includes`, as in a file that is named .xacro, an included file counts as missing.
+    With `includes`, as for a file that is named .xacro, every include counts as unexpanded too.
     """
 
     def __init__(self, document: ET.Element, *, includes: bool = False) -> None:
@@ -140,7 +140,7 @@ class _Xacro:
             if name.startswith("xmlns:") and "xacro" in value
         }
         self._found = [name for element in document.iter() if (name := self._name(element)) is not None]
-        # Without a definition here or in an included file, a call is a leftover that cannot be expanded.
+        # Without a definition in this file or an included one, a call is a leftover that cannot be expanded.
         called = [element for element in document if self._name(element) not in (None, *_DEFINITIONS)]
         called = called if "include" in self._found else []
         self.count = sum(

@@ -279,7 +279,7 @@ class UrdfTree:
         inertials: link → its mass and inertia, if it has them.
         joints: all joints in depth-first order, every driving joint before its mimic joints.
         visuals: the visual shapes of the links.
-        shared_names: name that the file gives to a link and to a joint → the name of the link here.
+        shared_names: name that the file gives to a link and to a joint → the name of the link in this tree.
         notes: repairs, one line each.
         visual_notes: visual shapes that cannot be read, one line each.
         collisions: the shapes of the links for contacts.

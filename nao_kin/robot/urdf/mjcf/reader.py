@@ -159,7 +159,7 @@ class _MjcfReader:
         return tree, semantics
 
     def _name_coordinates(self, bodies: dict[int, str]) -> None:
-        """Name the coordinates that have no name after their bodies, and rename balls that share a name."""
+        """Give coordinates without a name the names of their bodies, and rename balls that share a name."""
         every = [coordinate for chain, _ in self.chains.values() for coordinate in chain]
         self.taken |= {coordinate.joint.name for coordinate in every if coordinate.joint.name}
         single = {coordinate.joint.name for coordinate in every if not coordinate.is_ball}
@@ -258,7 +258,7 @@ class _MjcfReader:
                 )
 
     def _semantics(self, own: list[JointCoordinate], cameras: Mapping[int, str], sites: Mapping[int, str]) -> Semantics:
-        """Return cameras and sensors as frames, and named keyframes as postures; the first is shown first."""
+        """Return cameras and sensors as frames, and named keyframes as postures, of which the first is the start."""
         model, base, postures = self.model, self.base, dict[str, Posture]()
         for key in range(int(model.nkey)):
             name, q = str(model.key(key).name), model.key_qpos[key]
