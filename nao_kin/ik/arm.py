@@ -108,7 +108,7 @@ def arm(
     Returns:
         Solutions meet the target to within 1e-10 m and rad. Five joints cannot meet a pose that is rounded, for
         instance to float32: its reason is `NOT_ENOUGH_JOINTS`, and `q` are the nearest joint values, some 1e-8 m and
-        rad off. A family of solutions is listed once. There are three: the elbow on the axis of ShoulderPitch
+        rad off. A family of solutions is listed once. There are three families: the elbow on the axis of ShoulderPitch
         (`SHOULDER_AXIS`), the stretched arm (`ELBOW_LOCK`), and a position alone (`REDUNDANT`).
 
     Raises:

@@ -5,8 +5,8 @@ about x meet in the elbow, at e = (e_x, e_y, 0) in the upper arm. With h from el
 
     R = Ry(q₁) Rz(q₂) Rx(q₃) Rz(q₄) Rx(q₅),  p = shoulder + Ry(q₁) Rz(q₂) e + R h.
 
-The pose determines the elbow, p − R h, which must be at |e| from the shoulder. Its direction gives the shoulder joints
-(two solutions), and the rest of R the three others (two solutions).
+The pose determines the elbow, p − R h, which must be at |e| from the shoulder. The direction of the elbow from
+the shoulder gives the shoulder joints (two solutions), and the rest of R the three others (two solutions).
 """
 
 from __future__ import annotations

@@ -5,7 +5,8 @@ the least of all sequences of branches (Bellman 1957; for inverse kinematics Fer
 Squares favour continuity: continuous motion of length L costs L²/m in m steps, a jump of the same length always L².
 
 The joint values of a member of a family, or of a nearest pose, depend on the previous sample. Such a sample is solved
-once for each branch of the previous one, with that branch as the reference, and follows that branch only.
+once for each branch of the previous one, with that branch as the reference; the result then follows that branch
+only.
 """
 
 from __future__ import annotations

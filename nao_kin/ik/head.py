@@ -184,8 +184,8 @@ def _camera_of(robot: RobotModel, camera: str) -> Limb:
 
 # --- The head: HeadYaw about z and HeadPitch about y meet in the neck, R = Rz(yaw) Ry(pitch).
 #
-# An orientation is possible if the z of its second column is zero; then there is one solution. A camera in the head's
-# plane of symmetry, at o in the head with the optical axis n, has the point P on this axis where
+# An orientation is possible if the z of its second column is zero; then there is one solution. A camera is in the
+# head's plane of symmetry, at o with the optical axis n in the head. The point P is on this axis where
 #
 #     P = Rz(yaw) Ry(pitch) (o + λ n),  λ > 0:
 #

@@ -90,8 +90,8 @@ def leg(
         Solutions meet the nearest rigid pose to within 1e-10 m and rad, so that poses rounded to float32, for instance,
         have solutions. For the same reason a straight leg solves a target that is out of its reach by up to 1e-6 m;
         `residual` includes this distance. A family of solutions is listed once, by its member inside the limits that is
-        nearest to the reference. There are two: the hip at lock (`HIP_LOCK`), and the hip on the axis of AnkleRoll
-        (`ANKLE_AXIS`). A knee within 1e-7 rad of straight has one branch.
+        nearest to the reference. There are two families: the hip at lock (`HIP_LOCK`), and the hip on the axis of
+        AnkleRoll (`ANKLE_AXIS`). A knee within 1e-7 rad of straight has one branch.
 
     Raises:
         BadArgument: the robot has no such leg; the message says what is missing. Or the last row of a target is not

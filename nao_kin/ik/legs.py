@@ -167,7 +167,7 @@ def legs(
 
     - If some HipYawPitch meets both feet to 1e-10 m and rad, the result has all such joint values. With `base="fixed"`
       a foot may be out of reach of a straight leg by up to 1e-6 m, as in `leg`.
-    - Otherwise, which includes poses rounded to float32, the ankles and the normals of both soles stay exact, and
+    - Otherwise (also for poses rounded to float32) the ankles and the normals of both soles stay exact, and
       HipYawPitch is the value inside the limits that turns the feet least about these normals. `q` is this
       configuration, `yaw_errors` are the rotations, and the reason is `HIPS_DISAGREE`, or the obstacle to one leg
       alone. A frame that is not on the normal through the ankle also moves: see `foot_residuals`.

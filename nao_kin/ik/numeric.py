@@ -33,8 +33,9 @@ from nao_kin.rotations import log
 
 # --- The search for a pose: from a reference, then from random configurations; and the reason if it fails.
 
-# Random configurations of which a restart uses the one with the pose nearest to the target. Every second restart takes
-# the first one, because the nearest ones may all lead to the same local minimum, such as an elbow bent the wrong way.
+# Number of random configurations, of which a restart uses the one with the pose nearest to the target. Every second
+# restart uses the first one, because the nearest ones may all lead to the same local minimum, such as an elbow bent the
+# wrong way.
 _CANDIDATES = 256
 # Restarts that run together, because four cost little more than one.
 _TOGETHER = 4
@@ -297,7 +298,7 @@ def numeric(
 
     Raises:
         MissingExtra: pink is not installed.
-        NotARotation: a target has no rotation; carries its index and its defect.
+        NotARotation: the 3×3 part of a target is not a rotation; the error has its index and its defect.
         BadArgument: a frame that no joint moves, or T, or T times weights, beyond ±1e150.
 
     Examples:

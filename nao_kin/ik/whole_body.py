@@ -197,7 +197,7 @@ def whole_body(
     leg that does not stand. Redundancy is resolved by a pull to `posture` that ends before the last steps and so does
     not affect the targets. The same arguments give the same answer. The derivation is in docs/whole_body.md.
 
-    Every argument may be a batch of leading axes (...); they broadcast. If targets cannot be met, nothing is raised:
+    Every argument may have leading batch axes (...); they broadcast. If targets cannot be met, nothing is raised:
     the result has the pose with the least sum, and names the target that gives way.
 
     Args:
@@ -234,7 +234,7 @@ def whole_body(
         UnknownName: a frame, camera, foot or weight that does not exist.
         BadArgument: contradicting targets (a frame on a standing foot, the torso twice, no foot), numbers above 1e150,
             weights above 1e12, or a robot without the legs of a NAO.
-        NotARotation: a pose is not rigid; carries its index and its defect.
+        NotARotation: a pose is not rigid; the error has its index and its defect.
 
     Examples:
         >>> nao = nk.load_nao()

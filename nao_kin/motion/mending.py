@@ -130,9 +130,9 @@ def clamp(robot: RobotModel, motion: Motion, *, fill: str | ArrayLike = HOLD) ->
     """Return the motion with its keys moved into the limits, then into the coupled limits.
 
     A key outside the range of its joint is moved to the end of the range. The ends of the handles of a Bezier segment
-    that overshoots are moved too: a curve stays within the hull of its control points. Then, where a joint leaves the
-    range that depends on another joint, a linear motion gets more keys, and a smooth or Bezier motion becomes linear,
-    with 100 keys per second and one wherever a coupled limit bends; these keys are moved into the range.
+    that overshoots are moved too: a curve stays within the hull of its control points. If a joint then leaves the range
+    that depends on another joint, a linear motion gets more keys, and a smooth or Bezier motion becomes linear, with
+    100 keys per second and one wherever a coupled limit bends. These keys are moved into the range.
 
     Args:
         robot: has all the joints named.

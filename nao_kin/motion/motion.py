@@ -507,7 +507,7 @@ class Motion:
 
 
 def check_motion(motion: object) -> None:
-    """Raise `BadArgument` unless it is a motion."""
+    """Raise `BadArgument` unless the argument is a motion."""
     if not isinstance(motion, Motion):
         raise BadArgument(f"motion must be a Motion, got {type(motion).__name__}; read_motion reads one from a file")
 

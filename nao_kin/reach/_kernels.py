@@ -68,7 +68,7 @@ class MovedChain:
 
     @property
     def centre(self) -> Floats:
-        """Position of the first joint in the reference, shape (3,) [m]."""
+        """Position of the first joint in the reference frame, shape (3,) [m]."""
         return np.asarray(self.tables.chain.links[3:12:4])
 
     @property

@@ -376,7 +376,7 @@ def _write_parts(job: _PoseRun, folder: PartFolder, bar: ProgressBar) -> Progres
 
 
 class _PartWriter:
-    """A writer of blocks to one part after the other."""
+    """A writer that appends blocks to one part after the other."""
 
     def __init__(self, sink: Sink, folder: PartFolder) -> None:
         self._sink, self._folder = sink, folder
