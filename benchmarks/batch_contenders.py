@@ -21,7 +21,7 @@ import nao_kin as nk
 Answer = Callable[[NDArray[np.float64], NDArray[Any]], None]
 
 MIXED = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-# Up to this number of configurations, this library is called through its public functions.
+# Up to this number of configurations, this library chooses its number of threads itself.
 FEW = 1000
 # The quantities to compute, with their frames: "effectors", "joints" or "links".
 QUESTIONS = ("effectors", "joints", "links", "jacobian", "com")

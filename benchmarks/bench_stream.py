@@ -21,7 +21,7 @@ import numpy as np
 
 import nao_kin as nk
 
-# The limit for two feet of 200 000 rows of CSV, from the start to the complete CSV file [s].
+# The limit for the poses of two feet from 200 000 rows of CSV, from the start to the complete CSV file [s].
 ROWS, LIMIT_SECONDS = 200_000, 2.5
 # The limit of the peak memory for the longest file, divided by that for the shortest.
 LIMIT_GROWTH = 1.15

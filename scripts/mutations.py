@@ -1,6 +1,6 @@
 """Small faults of the kind that a review overlooks: where each is planted, and the tests that must detect it.
 
-Those of the viewer and its page are in `page_mutations.py`, those of rotations beyond conversions in
+Faults of the viewer and its page are in `page_mutations.py`, those of rotations beyond conversions in
 `rotation_mutations.py`, those of rigid motions in `screw_mutations.py`. Some faults that no test detected are not
 planted, because they change no result: `CHANGES_NOTHING` names them.
 """

@@ -1,4 +1,4 @@
-"""Fewer triangles on nearly flat surfaces: edges collapse in the order of the resulting error.
+"""Remove triangles from nearly flat surfaces: edges collapse in the order of the resulting error.
 
 Source: Garland and Heckbert, Surface simplification using quadric error metrics, SIGGRAPH 1997. A vertex only moves
 into a neighbour, so that the remaining vertices do not move, nor edges and the plane of symmetry.

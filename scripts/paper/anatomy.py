@@ -1,4 +1,4 @@
-"""Problem 3: which machine joint moves like which joint of the body."""
+"""Problem 3: the joints of the body and their mechanical equivalents."""
 
 from __future__ import annotations
 

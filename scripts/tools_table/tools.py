@@ -184,7 +184,8 @@ import urchin
 robot = urchin.URDF.load("nao.urdf")
 poses = robot.link_fk({"HeadYaw": 0.5})
 """,
-        "The successor of urdfpy. It assumes 1 kg for a link without a mass: 104 kg in total without `physical`.",
+        "urchin is the successor of urdfpy. It assumes 1 kg for a link without a mass: 104 kg in total without "
+        "`--inertia physical`.",
         {"frames": "effectors", "inertia": "physical"},
     ),
     Tool(
@@ -248,8 +249,8 @@ from roboticstoolbox.models.URDF.URDFRobot import URDFRobot
 
 robot = URDFRobot(Path("nao.urdf").resolve())
 """,
-        "It rotates the frame of a joint with an oblique axis, and with it the legs, by a wrong angle; with "
-        "`--axes aligned` there is no such joint. It ignores couplings, and the file has none: set both values.",
+        "The toolbox rotates the frame of a joint with an oblique axis, and with it the legs, by a wrong angle; with "
+        "`--axes aligned` there is no such joint. The toolbox ignores couplings, and the file has none: set both values.",
         {"coupling": "independent", "axes": "aligned"},
     ),
     Tool(
@@ -266,7 +267,7 @@ frames = UrdfTransformManager()
 frames.load_urdf(Path("nao.urdf").read_text(), mesh_path=".")
 T_torso_hand = frames.get_transform("LArm", "torso")
 """,
-        "It ignores couplings, and the file has none: set both values.",
+        "pytransform3d ignores couplings, and the file has none: set both values.",
         {"coupling": "independent"},
         more=("lxml", "trimesh"),
     ),
@@ -283,7 +284,7 @@ import kinpy
 chain = kinpy.build_chain_from_urdf(Path("nao.urdf").read_bytes())
 poses = chain.forward_kinematics({"HeadYaw": 0.5})
 """,
-        "Pass bytes: the parser rejects text with an encoding declaration. It ignores couplings, and the file has "
+        "Pass bytes: the parser rejects text with an encoding declaration. kinpy ignores couplings, and the file has "
         "none: set both values.",
         {"coupling": "independent"},
     ),
@@ -301,8 +302,8 @@ import torch
 chain = pytorch_kinematics.build_chain_from_urdf(Path("nao.urdf").read_bytes())
 poses = chain.forward_kinematics(torch.zeros(100, chain.n_joints))
 """,
-        "Origins are read in single precision, even if the chain is converted to double. It ignores couplings, and the "
-        "file has none: set both values.",
+        "Origins are read in single precision, even if the chain is converted to double. pytorch_kinematics ignores "
+        "couplings, and the file has none: set both values.",
         {"coupling": "independent"},
     ),
 )
