@@ -15,7 +15,7 @@ REASONS = ("Adjacent", "Default", "Always", "Never", "User")
 
 
 def violations(text: str, tree: UrdfTree) -> list[str]:
-    """Every rule that an SRDF breaks beside a URDF; none for a good one."""
+    """Return every rule that an SRDF breaks, given its URDF; an empty list for a valid one."""
     return _Checker(ET.fromstring(text), tree).violations()
 
 

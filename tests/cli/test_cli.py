@@ -530,7 +530,7 @@ def test_a_reader_that_stops_early_is_no_error(nao: nk.NaoModel, tmp_path: Path,
 
 
 def _wait_until_read(pipe: io.TextIOWrapper) -> None:
-    """Until all that was written into a pipe has been read out of it."""
+    """Wait until everything written into a pipe has been read."""
     import fcntl
     import termios
 

@@ -1,4 +1,4 @@
-"""An export takes along what belongs to the robot, and no other file of its reader, whatever the robot's files name."""
+"""An export copies the files that belong to the robot and no other file of the user, whatever paths its files name."""
 
 from __future__ import annotations
 

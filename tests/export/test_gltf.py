@@ -22,7 +22,7 @@ Y_UP = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, -1.0, 0.0, 0.
 
 
 class _Scene:
-    """A binary glTF, read by the words of the specification."""
+    """A binary glTF, read according to the specification."""
 
     def __init__(self, path: Path) -> None:
         content = path.read_bytes()
@@ -49,7 +49,7 @@ class _Scene:
         return rows[:, 0] if width == 1 else rows
 
     def at(self, time: float) -> dict[tuple[int, str], np.ndarray[Any, Any]]:
-        """What the animation sets at a time: node and path → value."""
+        """Return the values that the animation sets at a time, by node and path."""
         found = {}
         for animation in self.tree.get("animations", []):
             for channel in animation["channels"]:

@@ -1,4 +1,4 @@
-"""The ROS 2 package: it builds, its texts are what the tools take, and its names resolve."""
+"""The ROS 2 package: it builds, ROS tools accept its files, and its names resolve."""
 
 from __future__ import annotations
 

@@ -430,7 +430,7 @@ def test_names_without_a_side_stay(name: str) -> None:
     assert side_of(name) is None
 
 
-# What people give in the place of a motion, a robot, a file, a number or a name.
+# Wrong arguments in place of a motion, a robot, a file, a number or a name.
 KINDS: dict[str, Any] = {
     "nothing": None,
     "a number": 5,

@@ -55,7 +55,7 @@ class Script:
         return np.array(self("getRobotPosition", True))
 
     def watch(self, call: Call) -> tuple[float, int, float]:
-        """Let time pass until a call is over: time, steps, and how high the feet were.
+        """Let time pass until a call is over; return the time, the number of steps and the largest height of the feet.
 
         In every tick: no sole is below the floor, the foot that stands has not moved, joints are inside their limits
         and not faster than they can be, and where they are commanded to be.

@@ -1,4 +1,4 @@
-"""Rooms import downwards only, and are entered through their faces."""
+"""Packages import only from lower ones, and only through their `__init__` modules."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The kernels of the reach maps beside the robot's own answers, and beside formulas that do not share their way."""
+"""The kernels of the reach maps, compared with the robot's own answers and with independent formulas."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def configurations(robot: nk.RobotModel, chain: MovedChain, values: np.ndarray) 
 
 
 def singular_volume(jacobian: np.ndarray) -> np.ndarray:
-    """Product of the singular values that are not zero by the number of columns."""
+    """Return the product of the singular values that the number of columns allows to be nonzero."""
     return np.linalg.svd(jacobian, compute_uv=False).prod(axis=-1)
 
 
@@ -143,7 +143,7 @@ def test_romeo_too(kernels: Any) -> None:
 
 
 class _Given:
-    """A generator that gives one of the numbers that were drawn, where `JointLimits.random` asks for its own."""
+    """A random generator that gives `JointLimits.random` the numbers that were already drawn."""
 
     def __init__(self, uniform: np.ndarray) -> None:
         self.uniform = uniform

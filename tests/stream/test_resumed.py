@@ -1,4 +1,4 @@
-"""What is ended half-way leaves no corrupt file, and goes on where it was: real processes, signals and full disks."""
+"""An interrupted run leaves no corrupt file and resumes where it stopped: real processes, signals and full disks."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ parts.PartFolder.add = held
 
 @pytest.fixture(autouse=True, scope="module")
 def compiled(nao: nk.NaoModel) -> None:
-    """What is compiled for the first time on a machine says so on standard error."""
+    """Compile the kernels first, because compiling prints a note on standard error."""
     for dtype in (np.float64, np.float32):
         nao.fk(nao.random(0, 10), "Head", dtype=dtype, threads=1)
 

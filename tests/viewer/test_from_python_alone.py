@@ -1,4 +1,4 @@
-"""What a program does with the viewer beyond showing one robot, where no browser is needed to see it."""
+"""Uses of the viewer beyond showing one robot, tested without a browser."""
 
 from __future__ import annotations
 

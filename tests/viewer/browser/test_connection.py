@@ -206,7 +206,7 @@ def test_two_pages_whose_sliders_are_dragged_at_once_end_with_one_configuration(
 
 @pytest.mark.full
 def test_a_report_that_another_page_overtakes_is_kept_where_it_came_last(browser: Any, nao: nk.NaoModel) -> None:
-    """The other page's report arrives between this page's own and its echo."""
+    """The other page's report arrives between this page's own report and its echo from the program."""
     with Viewer(nao) as viewer, opened(browser, viewer.url) as page:
         page.type_number("HeadYaw", "25")
         assert _until_here(viewer, nao, "HeadYaw", np.radians(25.0))

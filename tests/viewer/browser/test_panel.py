@@ -349,7 +349,7 @@ def test_one_drag_is_one_step_back_and_forth(page: Page, nao: nk.NaoModel) -> No
     tool(page, "Undo").click()
     assert np.array_equal(page.q, one)
     pull(page, "LHand", 10)
-    # What had been taken back is gone.
+    # Undone steps can no longer be redone.
     assert tool(page, "Redo").get_attribute("aria-disabled") == "true"
     press(page, "Control+y")
     assert page.q[1] == one[1]

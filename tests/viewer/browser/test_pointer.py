@@ -1,4 +1,4 @@
-"""Links under a real pointer: told, dragged, selected, measured; and handles moved by real keys."""
+"""Links under a real pointer: their tips, dragging, selecting and measuring; and handles moved by real keys."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ pytestmark = pytest.mark.slow
 
 SIZE = (1100, 640)
 
-# A place on the screen [px] at which a link is seen: as far inside its picture as a coarse grid tells.
+# A place on the screen [px] at which a link is visible, as far inside its picture as a coarse grid can find.
 SEEN = """(link) => {
     naoKin.settle();
     const { picker } = naoKin.pick;
@@ -708,7 +708,7 @@ def test_letters_turn_a_handle_about_the_axes_of_its_frame(
         assert np.abs(after[:3, :3] - wanted).max() < 1e-6
     assert said(page).endswith(f"turned by 4.0° about {key}")
     assert page.run("() => naoKin.drag.rings.length") == (2 if frame == "LArm" else 3)
-    # Moved in the same hold, it keeps how it is turned; Escape gives back all of it.
+    # Moved in the same hold, it keeps its orientation; Escape undoes both.
     page.tab.keyboard.press("Shift+ArrowUp")
     assert said(page).endswith("mm in torso")
     moved = nao.fk(page.q, frame)
