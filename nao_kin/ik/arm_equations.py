@@ -228,7 +228,7 @@ def _add_for_hand(arm: Arm, hand: Pose, selection: Selection, work: Workspace, b
 
 @both_ways
 def _branches(arm: Arm, hand: Pose, selection: Selection, prune: bool, work: Workspace, count: int) -> int:
-    """Add all branches; with `prune`, stop a branch, unreported, as soon as a joint is outside its limits."""
+    """Add all branches; with `prune`, drop a branch, and report nothing, as soon as a joint is outside its limits."""
     ranges, q = selection.ranges, work.q
     wx, wy, wz = elbow_of(arm, hand)
     aside = math.sqrt(wx * wx + wz * wz)

@@ -219,7 +219,7 @@ _MIN_BEND, _FIRST_BEND = 0.02, 0.3
 # The search with the posture ends when a step decreases the sum by a smaller share than this.
 _ENOUGH = 0.02
 _MAX_WITH_POSTURE = 20
-# The search ends when the predicted decrease of the sum is a smaller share of it than this.
+# The search ends when a step is predicted to decrease the sum by a smaller share than this.
 _FLAT = 1e-6
 _FOOT_TOLERANCE = 1e-6
 # How much `_stand` may change a configuration that already stands [rad].

@@ -269,7 +269,7 @@ def solve_leg(leg: Leg, target: Row, selection: Selection, work: Workspace) -> i
 def _branches(leg: Leg, foot: Pose, knee: tuple[float, int], selection: Selection, prune: bool, work: Workspace) -> int:
     """Add all branches, given the angle of the knee and its number of signs.
 
-    With `prune`, stop a branch, unreported, as soon as a joint is outside its limits.
+    With `prune`, drop a branch, and report nothing, as soon as a joint is outside its limits.
     """
     ranges, q = selection.ranges, work.q
     # The hip in the axes of the foot.

@@ -269,7 +269,7 @@ def _refuse(poses: tuple[Floats, Floats]) -> None:
 def _nearest(
     robot: RobotModel, limb: Limb, frames: tuple[str, str], T: Floats, options: Options
 ) -> tuple[Floats, Floats]:
-    """Return the coordinates nearest to n pairs of feet, and the errors (n, 2, 2); start with each foot alone."""
+    """Return the coordinates nearest to n pairs of feet, by a search from those for each foot, and errors (n, 2, 2)."""
     left = nearest_foot(robot, leg_limb(robot, "L", frames[0]), T[:, 0], options)[0]
     right = nearest_foot(robot, leg_limb(robot, "R", frames[1]), T[:, 1], options)[0]
     hips = left[:, :1], right[:, :1], 0.5 * (left[:, :1] + right[:, :1])

@@ -81,7 +81,7 @@ class WholeBodyResult(Outcome):
             much too far apart the feet are, shape (...) [m]; 0 if the reason is another one.
         worst: index in `residuals` of the target that gives way, shape (...); −1 for none.
         com: the centre of mass in the world, shape (..., 3) [m].
-        margin: its distance inside the support polygon of the standing feet, negative outside, shape (...) [m].
+        margin: the distance of the centre of mass inside the support polygon, negative outside, shape (...) [m].
         at_limits: which joints are at a limit, in the order of `joints`, shape (..., joints).
         joints: names of the joints.
         iterations: steps of all searches together, shape (...).

@@ -99,10 +99,10 @@ def time_warp(motion: Motion, warp: float | Callable[[Floats], ArrayLike]) -> Mo
 def concatenate(motions: Sequence[Motion], *, gap: float = 0.0, blend: float = 0.0) -> Motion:
     """Return motions one after another, the first at its own times.
 
-    Each keeps its curves. In a gap every joint moves from its last value to its next one: straight between linear
-    motions, otherwise from rest to rest. A joint that a motion does not name stands still during it, at its last value
-    before, or else at its first value later. Motions of different interpolations, and smooth ones, become a Bezier
-    motion.
+    Each motion keeps its curves. In a gap every joint moves from its last value to its next one: straight between
+    linear motions, otherwise from rest to rest. A joint that a motion does not name stands still during it, at its last
+    value before, or else at its first value later. Motions of different interpolations, and smooth ones, become a
+    Bezier motion.
 
     Args:
         motions: at least one.

@@ -48,7 +48,7 @@ def read(source: MotionSource) -> Motion:
     count = next((row for row, line in enumerate(lines) if row and not line.strip()), len(lines))
     for row in range(count, len(lines)):
         if lines[row].strip():
-            raise source.error("a line after an empty one, at which Webots stops reading", Place(row + 1))
+            raise source.error("a line after an empty line, where Webots stops reading", Place(row + 1))
     times, rows = [], []
     for number, line in enumerate(lines[1:count], start=2):
         fields = line.split(",")
