@@ -156,8 +156,8 @@ solver = placo.KinematicsSolver(robot)
 solver.add_gear_task().set_gear("RHipYawPitch", "LHipYawPitch", 1.0)
 """,
         "placo ignores the couplings of a file, and this file has none: add a gear task for the hips to the solver. If "
-        "you set joints directly, set both. Meshes are found only with the `./`. placo requires another version of "
-        "Pinocchio than this library: install it in an environment of its own.",
+        "you set joints directly, set both. placo finds meshes only if the path begins with `./`. It requires "
+        "another version of Pinocchio than this library: install it in an environment of its own.",
         {"coupling": "independent"},
     ),
     Tool(
@@ -250,7 +250,8 @@ from roboticstoolbox.models.URDF.URDFRobot import URDFRobot
 robot = URDFRobot(Path("nao.urdf").resolve())
 """,
         "The toolbox rotates the frame of a joint with an oblique axis, and with it the legs, by a wrong angle; with "
-        "`--axes aligned` there is no such joint. The toolbox ignores couplings, and the file has none: set both values.",
+        "`--axes aligned` there is no such joint. The toolbox ignores couplings, and the file has none: set both "
+        "values.",
         {"coupling": "independent", "axes": "aligned"},
     ),
     Tool(
