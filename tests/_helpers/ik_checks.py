@@ -1,4 +1,4 @@
-"""What the tests of inverse kinematics share."""
+"""Checks shared by the tests of inverse kinematics."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ def scanned(nao: nk.NaoModel, side: str, T: Floats, hips: Floats, *, enforce: bo
 def least_turns(
     nao: nk.NaoModel, T_left: Floats, T_right: Floats, priority: str, steps: int, *, enforce: bool
 ) -> tuple[float, float]:
-    """The least turns of both feet over HipYawPitch, as `priority` compares them; infinite where there are none."""
+    """Return the least turns of both feet over HipYawPitch, as `priority` compares them; infinite without solutions."""
     column = nao.joint_names.index("LHipYawPitch")
     ends = (nao.lower[column], nao.upper[column]) if enforce else (-np.pi, np.pi)
     hips = np.linspace(*ends, steps)

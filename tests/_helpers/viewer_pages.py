@@ -45,7 +45,7 @@ _DRAW_NOTHING = """
 
 @contextmanager
 def chromium() -> Iterator[Any]:
-    """A browser, closed whatever happens; the test is skipped where there is none."""
+    """Open a browser and close it at the end; the test is skipped if no browser is installed."""
     playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     try:
         program = find_browser()

@@ -48,7 +48,7 @@ def _turn(a: Floats, b: Floats, p: Floats) -> Floats:
 
 
 def sensors(nao: nk.RobotModel, torso: Floats, q: Floats, sides: str) -> Floats:
-    """Where the pressure sensors of feet are in the world, shape (n, 4 feet, 3)."""
+    """Return the positions of the feet's pressure sensors in the world, shape (n, 4 feet, 3)."""
     names = [f"{side}Foot/FSR/{name}" for side in sides for name in SENSORS]
     return np.asarray((torso[:, None] @ nao.fk(q, names))[:, :, :3, 3])
 

@@ -169,7 +169,7 @@ def other_first(found: EulerAngles) -> EulerAngles:
 
 
 def middle_negated_in_the_other(found: EulerAngles) -> EulerAngles:
-    """Only where eigenpy, whose first angle is never negative, gives the principal triple."""
+    """Only for rotations of which eigenpy, whose first angle is never negative, gives the principal triple."""
     signs = np.where(found.angles[:, :1] >= 0.0, [[1.0, -1.0, 1.0]], 1.0)
     return replace(found, other=found.other * signs)
 

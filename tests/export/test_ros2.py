@@ -126,14 +126,14 @@ def test_cmake_installs_every_folder(package: nk.export.Exported, tmp_path: Path
 
 
 class _Call:
-    """What a name of launch was called with."""
+    """The arguments of a call of the launch library."""
 
     def __init__(self, *given: Any, **named: Any) -> None:
         self.given, self.named = given, named
 
 
 def _launched(package: nk.export.Exported, monkeypatch: pytest.MonkeyPatch) -> list[_Call]:
-    """What the launch file describes, with stand-ins for the packages of ROS."""
+    """Return the description in the launch file, made with stand-ins for the packages of ROS."""
     names = {
         "ament_index_python.packages": {"get_package_share_directory": lambda name: str(package.path)},
         "launch": {"LaunchDescription": list},

@@ -50,7 +50,7 @@ def crouching(nao: nk.RobotModel) -> tuple[Floats, dict[str, Floats]]:
 
 
 def assert_stands(nao: nk.RobotModel, found: WholeBodyResult, feet: dict[str, Floats]) -> None:
-    """The feet are where they should be to 1e-10, and every joint is inside its limits."""
+    """Check that the feet have their poses to 1e-10, and that every joint is inside its limits."""
     for side, T in feet.items():
         errors = pose_errors(found.torso @ nao.fk(found.q, f"{side}Leg"), T)
         assert errors.max() < 1e-10, errors.max(axis=tuple(range(errors.ndim - 1)))

@@ -1,4 +1,4 @@
-"""The batch kernels give what Pinocchio gives, for every robot, frame and question, and the same bits in any batch."""
+"""The batch kernels agree with Pinocchio for every robot, frame and query, and give the same bits in any batch."""
 
 from __future__ import annotations
 

@@ -167,7 +167,7 @@ def script() -> ModuleType:
 
 @pytest.fixture(scope="module")
 def report() -> dict[str, Any]:
-    """What --json prints, run as a person runs it."""
+    """Return the output of --json, run as a user runs it."""
     command = [sys.executable, str(SCRIPTS / "reproduce_paper.py"), "--json"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
     return json.loads(done.stdout)

@@ -154,7 +154,7 @@ class _Given:
 
 
 def check_values(kernels: Any, robot: nk.RobotModel, chain: MovedChain) -> np.ndarray:
-    """The values drawn are those that `random` makes of the same uniform numbers."""
+    """Check that the drawn values equal those that `random` makes from the same uniform numbers."""
     words = _draws(5, (0, SAMPLES), len(chain.joints))
     uniform = np.random.Generator(np.random.Philox(5)).random((SAMPLES, len(chain.joints)))
     assert np.array_equal((words >> np.uint64(11)) * 2.0**-53, uniform)

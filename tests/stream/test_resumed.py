@@ -123,7 +123,7 @@ def _wait_for(path: Path) -> None:
 
 
 def _whole(nao: nk.NaoModel, source: Path, path: Path) -> bytes:
-    """What a run without any interruption writes."""
+    """Return the output of a run without interruption."""
     nk.stream.fk(nao, source, ["LLeg", "RLeg"], path, as_="rpy", overwrite=True)
     content = path.read_bytes()
     path.unlink()

@@ -1,4 +1,4 @@
-"""A robot in somebody else's meshcat: what a real server sends to a real browser, read back from its scene."""
+"""A robot in a meshcat of another program: a real server and browser, and poses read back from the scene."""
 
 from __future__ import annotations
 

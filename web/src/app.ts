@@ -186,7 +186,7 @@ export class App extends EventTarget {
     return this.stance.com();
   }
 
-  // --- what is shown -------------------------------------------------------------------------------------------
+  // --- overlays and cameras ------------------------------------------------------------------------------------
 
   show(changes: Record<string, boolean>) {
     this.toggles.set(changes);

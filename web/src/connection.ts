@@ -39,7 +39,7 @@ export class Connection {
   constructor(readonly page: Page) {}
 
   /**
-   * Read a scene that the page carries.
+   * Read the scene that a saved page contains.
    *
    * @param lines messages in base64
    */

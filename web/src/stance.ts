@@ -16,7 +16,7 @@ export class Stance {
   unreported = false;
   /** Whether the robot was last moved by a user, in this page or another. */
   movedByHand = false;
-  /** Whether the clip gives the vertical, which ends when something else moves the robot. */
+  /** Whether the clip gives the vertical; false as soon as something else moves the robot. */
   followsClip = false;
 
   constructor(readonly page: App) {}

@@ -1,4 +1,4 @@
-"""What a URDF says once it is read: each number, name and default of the tree, without a model made of it."""
+"""The tree read from a URDF: its numbers, names and defaults, without a model made of it."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ def _shows(page: Page, q: np.ndarray) -> bool:
 
 
 def _grip(page: Page, joint: str) -> tuple[float, float, float]:
-    """Press the mouse on the thumb of a slider; where that is, and how far it may go to the right."""
+    """Press the mouse on the thumb of a slider; return its position, and how far it can move to the right."""
     page.slider(joint).scroll_into_view_if_needed()
     box = page.slider(joint).bounding_box()
     share = page.slider(joint).evaluate("(s) => (s.value - s.min) / (s.max - s.min)")

@@ -539,7 +539,7 @@ def ghosts_of(page: Page) -> list[tuple[str, list[float], bool]]:
 
 
 def assert_drawn_where_they_differ(page: Page, nao: nk.NaoModel, configurations: np.ndarray) -> set[tuple[int, str]]:
-    """Every copy is where forward kinematics has it, and drawn if the robot's own is elsewhere; gives those drawn."""
+    """Check that every ghost link has its pose and is drawn only if it differs from the robot's; return those drawn."""
     copies, drawn, q = ghosts_of(page), set(), page.q
     per_ghost = len(copies) // len(configurations)
     for i, (link, T, visible) in enumerate(copies):

@@ -1048,7 +1048,7 @@ def test_a_finger_moves_a_slider_by_its_thumb_alone_and_scrolls_anywhere_else(br
         thumb = "(s) => (s.value - s.min) / (s.max - s.min) * (s.clientWidth - 22) + 11"
 
         def swipe(x: float, way: tuple[float, float]) -> tuple[float, float]:
-            """Swipe from a place on the slider; gives how far HeadYaw went [rad], and the panel [px]."""
+            """Swipe from a place on the slider; return how far HeadYaw moved [rad] and the panel scrolled [px]."""
             box, before = slider.bounding_box(), state_of(tab)["q"]
             start = (box["x"] + x, box["y"] + box["height"] / 2)
             for kind, shares in (("touchStart", [0.0]), ("touchMove", np.linspace(0.1, 1.0, 8)), ("touchEnd", [None])):

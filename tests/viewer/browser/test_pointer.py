@@ -123,7 +123,7 @@ def tip(page: Page) -> str:
 
 
 def _plain(text: str) -> str:
-    """With signs and spaces as they are typed."""
+    """Replace typographic signs and spaces by those of a keyboard."""
     return text.replace("\u00a0", " ").replace("−", "-")
 
 
@@ -232,7 +232,7 @@ LINKS = [
 
 
 def on_screen(page: Page, pose: np.ndarray, local: list[float]) -> np.ndarray:
-    """Where on the screen a point of a link would be with the link at a pose in the root."""
+    """Return the place on the screen of a point of a link, if the link had a given pose in the root."""
     to_screen = """(point) => {
         const at = new MeshCat.THREE.Vector3(...point).applyMatrix4(naoKin.robot.root.matrixWorld);
         const { clientX, clientY } = naoKin.pick.viewport.place(at);
@@ -476,14 +476,14 @@ def test_a_finger_turns_the_camera_until_the_limb_is_selected_by_a_tap(page: Pag
 
 
 def numbers(page: Page, *names: str) -> list[float]:
-    """What the read-out shows under these names, in m and rad."""
+    """Return the numbers of the read-out with these names, in m and rad."""
     shown = "(all) => Object.fromEntries(all.map((o) => [o.ariaLabel, Number(o.dataset.value)]))"
     values = page.tab.locator(".readout output:visible").evaluate_all(shown)
     return [values[name] for name in names]
 
 
 def read(page: Page) -> str:
-    """Whose pose the read-out shows."""
+    """Return the frame whose pose the read-out shows."""
     frame = page.tab.get_by_label("Frame", exact=True)
     return str(frame.evaluate("(select) => select.selectedOptions[0].text"))
 

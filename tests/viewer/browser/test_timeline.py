@@ -54,7 +54,7 @@ def times(page: Page) -> list[float]:
 
 
 def across(page: Page, time: float) -> tuple[float, float]:
-    """Where a time is on the track, in the lower part of it, where the keys are."""
+    """Return the place of a time on the track, in the lower part of the track, where the keys are."""
     box = page.tab.locator(".lane").bounding_box()
     return box["x"] + box["width"] * time / page.run("() => naoKin.player.editor.track.span"), (
         box["y"] + box["height"] - 18

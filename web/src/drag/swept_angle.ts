@@ -4,7 +4,7 @@ import type { Hold } from "./follow.ts";
 import { cross, direction as unit, dot, minus, plus, times, type Vector } from "../math/rotations.ts";
 
 // How a pointer turns something about an axis. Points and directions are three numbers each, in one frame; a ray is the
-// position of the camera and a unit direction. The angles need neither the page nor three.js.
+// position of the camera and a unit direction. `SweptAngle` needs neither the page nor three.js.
 
 interface Ray {
   origin: Vector;

@@ -36,7 +36,7 @@ const STEPS = 180;
 const HALVINGS = 48;
 
 /**
- * Minimize the cost of a family of solutions over its parameter in [low, high], on a grid and then by halving. Null if all
+ * Minimise the cost of a family of solutions over its parameter in [low, high], on a grid and then by halving. Null if all
  * costs are infinite. The reference's own value is tried first, so that a solution that fits exactly is not changed by
  * rounding.
  */

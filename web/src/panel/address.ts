@@ -6,7 +6,7 @@ import type { Panel } from "./panel.ts";
 
 // How often [ms] the address is updated; browsers refuse more than a few hundred changes in half a minute.
 const PAUSE = 500;
-// How far the camera may be from its preset and still count as there, as a share of its distance from what it looks at.
+// Up to this distance from its preset the camera counts as at the preset, as a share of its distance from its target.
 const SAME_PLACE = 1e-4;
 
 // How far the camera of a link and the point that it looks at may be from the robot, in sizes of the robot.

@@ -70,7 +70,7 @@ class JointRow {
     this.relabel();
   }
 
-  /** Whether the user is typing the number. Then the page does not overwrite it, and undo is the browser's. */
+  /** Whether the user is typing the number. Then the page does not overwrite it, and Ctrl+Z undoes the typing. */
   get isTyped() {
     return "typed" in this.number.dataset;
   }
@@ -186,7 +186,7 @@ class JointRow {
     else this.number.removeAttribute("aria-invalid");
   }
 
-  // --- what it shows -------------------------------------------------------------------------------------------
+  // --- display -------------------------------------------------------------------------------------------------
 
   // Write the row again, after the unit has changed.
   relabel() {

@@ -52,7 +52,7 @@ export class Robot extends Skeleton {
       this.nodes[link].add(mesh);
       this.meshes.push({ mesh, link, light, accent });
     }
-    /** The configuration. There is only this one array: meshcat's clips write into it, and so does everything else. */
+    /** The configuration. There is only this one array, into which meshcat's clips and all other parts write. */
     this.q = [...about.neutral];
     Object.assign(root, { joint_values: this.q, up_values: this.clipUp });
   }

@@ -117,7 +117,7 @@ const CALLS: Record<
     const { names, angles, line } = namesAndAngles(about, call);
     const absolute = call.named.get("isAbsolute") ?? call.given[3];
     if (absolute !== undefined && isName(absolute) && absolute.name === "False") {
-      throw new Refused(`line ${line}: angleInterpolation by relative angles, expected absolute ones`);
+      throw new Refused(`line ${line}: angleInterpolation with relative angles, expected absolute ones`);
     }
     // Each joint has a list of keys; a single key may stand without one.
     const keys = names.length === 1 && !Array.isArray(angles[0]) ? [angles] : angles;
