@@ -50,7 +50,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
 
 
 def _leave_qi(codes: list[int]) -> None:
-    """Exit without the rest of Python's shutdown if qi is loaded: its threads would abort the program there."""
+    """Exit without the rest of Python's shutdown if qi is loaded: qi's threads would abort the program during it."""
     if codes and "qi" in sys.modules:
         for stream in (sys.stdout, sys.stderr):
             with suppress(OSError, ValueError):

@@ -36,7 +36,9 @@ def reach(
         "FILE", "Write the map: .npz, which a later run continues, .vtk or .ply.", "--output", "-o"
     ),
     html: str | None = option("FILE", "Write a page with the robot and its map."),
-    by: str = option("NAME", "Colours of --html and .ply: best, mean, count or coverage.", default="best"),
+    by: str = option(
+        "NAME", "Quantity of the colours in --html and .ply: best, mean, count or coverage.", default="best"
+    ),
     threads: int | None = option("N", "Number of threads. Default: one per core."),
     force: bool = FORCE,
     json: bool = JSON,

@@ -112,7 +112,7 @@ class FileOptions:
     timeline: str | None = option(*TIMELINE)
 
     def check(self, file: str | None, posture: str | None, *, moves: bool, hips: str | None = None) -> None:
-        """Refuse options of motions without a motion, and options of files without a file."""
+        """Refuse the options of a motion if there is no motion, and those of a file if there is no file."""
         if not moves:
             posture = None if file is None else posture
             refuse_for_motions(file, posture=posture, rate=self.rate, hips=hips, timeline=self.timeline)

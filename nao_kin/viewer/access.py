@@ -10,7 +10,7 @@ answers to every numeric address, which cannot be rebound.
 *Origin.* A browser sends the name and port of the page that opens a socket as `Origin`. This must be the page served
 here, under the same name and port, or under an allowed name if a proxy has changed `Host`.
 
-*Token.* Text that only the page's address carries. It is required on the page and on the socket if others could reach
+*Token.* A secret text that only the page's address contains. The page and the socket require it if others could reach
 them: if the address listened on, or an allowed name, is not loopback. It stays in the address, because a cookie would
 also be sent to every other port of the same machine. With the right token a socket needs no origin, for programs that
 are not browsers. Without a token, a socket needs an origin: a program that sends none looks like a browser whose origin

@@ -28,7 +28,7 @@ from nao_kin.viewer.messages import (
 )
 from nao_kin.viewer.scene import Drawable, Driver, carriers, drivers_of, holder, link_paths, robot_drawables
 
-# Whole-body cameras: the direction from the robot to the camera.
+# Views of the whole robot: the direction from the robot to the camera.
 _BODY_CAMERAS: Mapping[str, Vector] = {
     "front": (1.0, 0.0, 0.12),
     "side": (0.0, 1.0, 0.12),
@@ -249,7 +249,7 @@ class SceneRobot:
         }
 
     def _postures(self) -> list[dict[str, Any]]:
-        """Return the robot's postures; without any, all joints at zero or at the limit nearest to it."""
+        """Return the robot's postures; if it has none, one with all joints at zero or at the nearest limit to it."""
         robot = self.robot
         postures = {name: robot.posture(name) for name in robot.posture_names} or {"Zero": robot.clamp(robot.neutral())}
         return [{"name": name, "q": q.tolist(), "up": self.rest.get(name)} for name, q in postures.items()]

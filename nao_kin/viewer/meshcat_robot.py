@@ -86,7 +86,7 @@ class MeshcatRobot:
         """Show a configuration; ends a clip of `animate`.
 
         Args:
-            q: one configuration, shape (nq,). Joints outside their limits are shown in their positions.
+            q: one configuration, shape (nq,). Joints outside their limits are shown at their values.
 
         Raises:
             BadArgument: a value is beyond ±1e6; or the robot was deleted.

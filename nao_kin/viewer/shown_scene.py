@@ -26,7 +26,7 @@ class Lead:
     """The page whose playback is followed if several play at once.
 
     It is the page in which a user last began to play or moved the time, or else the first page that reported.
-    Other changes of the robot take the lead too, so that outdated reports of a page are ignored.
+    A change of the robot by other means also takes the lead, so that outdated reports of a page are ignored.
     Callers hold the viewer's lock.
     """
 
@@ -157,7 +157,7 @@ class OutsideLimitsWarning(NaoKinWarning):
 
 
 def warn_outside(robot: RobotModel, qs: Floats, warned: set[str]) -> None:
-    """Warn of joints outside in configurations, (nq,) or (n, nq), that are not yet in `warned`, and add them there."""
+    """Warn of joints outside their limits in (nq,) or (n, nq), unless they are in `warned`, and add them to it."""
     if qs.ndim > 1:
         qs = qs[_first_outside(robot, qs)]
     violations = robot.limit_violations(qs)
@@ -171,7 +171,7 @@ def warn_outside(robot: RobotModel, qs: Floats, warned: set[str]) -> None:
 def _first_outside(robot: RobotModel, qs: Floats) -> list[int]:
     """Return, for each joint, the first configuration of a clip in which it is outside its limits, except at zero.
 
-    A clip that is outside for minutes has a violation in every frame; the first one is enough.
+    A joint that is outside for minutes violates its limits in every frame; the first one is enough.
     """
     outside = ~robot.within_limits(qs, per_joint=True)
     values = qs[:, robot.nq_base :]

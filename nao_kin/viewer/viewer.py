@@ -617,8 +617,8 @@ class Viewer:
         """Set the colours of the robot's lights; lights that are not named get the appearance of their mesh.
 
         A NAO has Chest, LeftFoot, RightFoot, and LeftEye0 … LeftEye7 and RightEye0 … RightEye7, counted from the top of
-        each eye towards the nose; LeftEye and RightEye are all eight. Black means that the light is off. Lights are the
-        LEDs of this library's own meshes: other robots have none.
+        each eye towards the nose; LeftEye and RightEye mean all eight. Black means that the light is off. Lights are
+        the LEDs of this library's own meshes: other robots have none.
 
         Args:
             colours: one of `light_names` → red, green and blue, shape (3,), each from 0 to 1; may be empty.
@@ -741,7 +741,7 @@ class Viewer:
         self._add(name, "line", frame, overlays.line(points, color, width))
 
     def remove(self, name: str) -> None:
-        """Remove the points, the mesh or the line of a name.
+        """Remove the points, the mesh or the line with this name.
 
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())

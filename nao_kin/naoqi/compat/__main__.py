@@ -73,7 +73,7 @@ def _leave_qi(codes: list[int]) -> None:
 
 
 def compiled(script: Path) -> Any:
-    """Return the script's code; end the program with one line if there is none."""
+    """Return the script's code; end the program with a one-line error if it has none."""
     python2 = importlib.import_module("_python2")
     try:
         content = script.read_bytes()

@@ -66,7 +66,7 @@ def find_modules_in(folder: Path) -> None:
 
 
 class _Loader(machinery.SourceFileLoader):
-    """Loads modules, and translates Python 2."""
+    """Loads modules, and translates those in Python 2."""
 
     def path_stats(self, path: Any) -> Any:
         """Prevent bytecode files of translated modules, which another Python would take for the original's."""

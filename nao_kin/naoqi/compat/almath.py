@@ -202,7 +202,9 @@ def clipData(low: float, high: float, value: float) -> float:
 
 
 def getDubinsSolutions(pTargetPose: Pose2D, pCircleRadius: float) -> list[Pose2D]:
-    """Return the shortest path from the origin, along x, to a pose: the ends of an arc, a line and another arc.
+    """Return the shortest path of an arc, a line and an arc from the origin, heading along x, to a pose.
+
+    The three poses returned are the ends of these parts.
 
     The target is at least four radii away; at this distance no path of three arcs is shorter.
 

@@ -88,7 +88,8 @@ def _path(path: Any, read: ToPoses, effector: str) -> Floats:
 def _times(times: Any, effectors: Sequence[str], rows: Sequence[Floats]) -> list[Floats]:
     count, depth = len(effectors), _depth(times)
     if depth < 2:
-        # One list of times for all effectors; but one time for each if the list has as many and each has one pose.
+        # A list of times is for all effectors; but if every effector has one pose, and the list has one time for each
+        # effector, each gets its own time.
         one_each = depth == 1 and len(times) == count > 1 and all(len(row) == 1 for row in rows)
         lists: list[Any] = [[time] for time in times] if one_each else [times if depth else [times]] * count
     elif depth == 2 and len(times) == count:
@@ -163,7 +164,8 @@ class CartesianState:
     def path(self, request: EffectorRequest) -> Floats:
         """Return the effector's current pose and all poses of a request, shape (k + 1, 4, 4).
 
-        Changes are added to the current pose. The poses are in the world; for a request in FRAME_TORSO, in the torso.
+        Changes are added to the current pose. The poses are in the world; for a request in FRAME_TORSO, in the torso's
+        frame.
         """
         now = frames.pose_in(self.robot, self.q, request.effector, request.space, torso_in_world=self.T_world_torso)
         poses = request.poses

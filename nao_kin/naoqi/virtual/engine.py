@@ -28,7 +28,7 @@ class NaoqiError(NaoKinError):
     """A refusal by a method of a service, in NAOqi's two lines.
 
     The text is `ALMotion::setAngles`, a line break, a tab and the reason, as NAOqi sends it and scripts parse it. It is
-    the only error of the library that is not a single line.
+    the only error of the library with more than one line.
 
     Attributes:
         service: "ALMotion" …
@@ -74,7 +74,7 @@ class Call(Future[Any]):
 
 
 class Monitor:
-    """The lock for all state; callbacks run when it is free again.
+    """The lock for all state; callbacks run when the lock is free again.
 
     A callback may wait for another thread, which may wait for the lock. Therefore no external function is called with
     the lock held: `later` stores such calls until the thread leaves the outermost `with`.
@@ -157,7 +157,7 @@ class Clock:
         return timer
 
     def due(self, wall: float) -> int:
-        """Return the number of ticks by which robot time is behind the wall clock, whose origin may be any [s]."""
+        """Return by how many ticks robot time is behind the wall clock; `wall` [s] may count from any origin."""
         if self._wall_start is None:
             self._wall_start = wall
         rate = self.speed * TICKS_PER_SECOND
@@ -266,7 +266,7 @@ class MotionTask(ABC):
         call: the call, which gets the result at the end.
         value: the result of the call.
         notes: for remarks that are made once.
-        started: robot time of the start, when its resources were free [s]; before, None, and `begin` is not set.
+        started: robot time at which the task started [s]; None before, when `begin` is not set either.
     """
 
     reactive = False

@@ -124,7 +124,7 @@ def anywhere(robot: NaoModel, target: LimbTarget, q: Floats) -> LimbSolution:
     starts = np.tile(q, (_STARTS, 1))
     starts[:, columns] = robot.random(np.random.default_rng(0), _STARTS)[:, columns]
     closed = _closed_form(robot, target, q)
-    if closed is not None and np.isfinite(closed).all():  # it is a solution for the torso's current pose
+    if closed is not None and np.isfinite(closed).all():  # a solution for the torso's current pose only
         starts[0] = closed
     if closed is not None and target.reference == TORSO:
         starts = starts[: int(np.isfinite(closed).all())]

@@ -198,8 +198,8 @@ class Setting:
         note: the help of the method that sets the value.
         default: the initial value.
         takes: the parameters of that method, the value last; the first of two is the owner of the value.
-        check: returns the value for an argument and the argument's name in errors.
-        what: that name in errors; the parameter's name if empty.
+        check: called with an argument and the argument's name in errors; returns the value.
+        what: the argument's name in errors; if empty, the parameter's name.
         of: the kind and the valid names of the first of two parameters; None for any text.
         log: the name of the setting in the log, if setting it is logged.
         answer: the answer of the method that sets the value.
@@ -246,7 +246,7 @@ def settings(kind: type[Service], /, *rows: Setting) -> None:
 
 
 @_decorator
-def former_names(kind: type[Service], /, note: str = "As {}.", **names: str) -> None:
+def former_names(kind: type[Service], /, note: str = "The same as {}.", **names: str) -> None:
     """Offer methods of a service also under former names: former name → name; `note` is the help."""
     for former, name in names.items():
         _offer(kind, former, _taken(kind, name), note.format(name), _call, name)

@@ -88,8 +88,8 @@ class WholeBodyTask(MotionTask):
         """Command joint values for targets that can be reached in this tick, and return them.
 
         Near the limit of the robot's reach, the solution may be far from the current joint values. The distance of the
-        targets from the effectors is then halved until no joint is too fast: joints that come late would let the feet
-        slip. Targets, com and the answer None are those of `solve`; `missed` is the message for the log.
+        targets from the effectors is then halved, repeatedly, until no joint is too fast: joints that come late would
+        let the feet slip. Targets, com and the answer None are those of `solve`; `missed` is the message for the log.
         """
         q = nao.joints.q(sensor=False)
         T_world_torso = nao.base.torso(q)

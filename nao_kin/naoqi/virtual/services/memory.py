@@ -202,7 +202,7 @@ class ALMemory(Service):
     # --- events ---------------------------------------------------------------------------------------------------
 
     def declareEvent(self, eventName: Any, extractorName: Any = "") -> None:
-        """List an event before it is raised."""
+        """Add an event to the list of events before it is raised."""
         self._events.add(_key(eventName))
 
     def getEventList(self) -> list[str]:

@@ -242,7 +242,7 @@ _COLLIDES = 'Stored for "Arms", "LArm" or "RArm"; nothing collides here.'
 _OUTSIDE = "ExternalCollisionProtection", "external collision protection"
 
 
-@former_names("The same under its name before NAOqi 1.14.", getJointNames="getBodyNames")
+@former_names("The same as {}, under its name before NAOqi 1.14.", getJointNames="getBodyNames")
 @settings(
     _switch("FallManager", "fall manager", "Stored; nothing falls here."),
     _switch("SmartStiffness", "smart stiffness", "Stored; stiffness is not adapted here. Always True.", answer=True),

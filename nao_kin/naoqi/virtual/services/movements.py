@@ -69,7 +69,7 @@ class GoToPosture(AtSpeed):
         return done
 
     def end(self, nao: VirtualNao, *, killed: bool) -> None:
-        """Set the result, whether the posture was reached; for a posture on the feet, stand on a foot."""
+        """Set the result to whether the posture was reached; if it is a posture on the feet, stand on a foot."""
         if killed or self.started is None:
             return
         # The last command is applied at the end of this tick; check whether the joints could follow.
@@ -259,7 +259,7 @@ class Playing(Interpolation):
 
 
 @former_names(
-    "The same under its name before NAOqi 1.22.",
+    "The same as {}, under its name before NAOqi 1.22.",
     getBehaviorNames="getInstalledBehaviors",
     isBehaviorPresent="isBehaviorInstalled",
 )
