@@ -321,7 +321,7 @@ class TableColumns:
 
 
 def _finite(field: str, mark: str) -> float:
-    """Return the finite number of a field; the error message continues the name of the column."""
+    """Return the finite number of a field; raise ValueError with a message that follows the column's name."""
     value = finite_decimal(field if mark == "." else field.replace(mark, ".", "." not in field))
     if value is None:
         raise ValueError(f"is {quoted(field.strip(), MAX_SHOWN)}, expected a finite number")

@@ -110,8 +110,8 @@ class IsoTimes:
     def seconds(self, text: str) -> float:
         """Return a time in seconds since the first time.
 
-        Raises ValueError for an invalid time, or if only one of this time and the first has a time zone. Its message
-        continues the name of the column.
+        Raises ValueError for an invalid time, or if only one of this time and the first has a time zone. Callers put
+        the name of the column before its message.
         """
         found = _iso_time(text)
         shown = quoted(text.strip(), MAX_SHOWN)

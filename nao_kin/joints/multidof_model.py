@@ -249,10 +249,10 @@ class MultiDofModel:
     def velocity_matrix(self, q: ArrayLike) -> Floats:
         """Return E(q), shape (..., nv, robot.nv), with v_typed = E(q) v: typed velocities from the robot's.
 
-        For revolute, prismatic and universal joints, and for carriers, the rates are the same: rows of ones (or of a
-        follower's multiplier). For a ball with axes a1, a2, a3 it gives the angular velocity in the moved frame, ω =
-        Rot(a3, −γ) Rot(a2, −β) a1 α' + Rot(a3, −γ) a2 β' + a3 γ'. The Jacobians are then J(q) = J_typed E(q), and the
-        mass matrices M(q) = Eᵀ M_typed E.
+        For revolute, prismatic and universal joints, and for carriers, the rates are the same: their rows of E contain
+        a single 1 (or a follower's multiplier). For a ball with axes a1, a2, a3 E gives the angular velocity in the
+        moved frame, ω = Rot(a3, −γ) Rot(a2, −β) a1 α' + Rot(a3, −γ) a2 β' + a3 γ'. The Jacobians are then J(q) =
+        J_typed E(q), and the mass matrices M(q) = Eᵀ M_typed E.
 
         Args:
             q: configurations of the robot, shape (..., robot.nq).

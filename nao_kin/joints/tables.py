@@ -23,13 +23,13 @@ NAO_TWISTS = frozenset(row.name for row in JOINTS if row.motion == "twist")
 
 @dataclass(frozen=True)
 class BodyPart:
-    """A part of the NAO's body, its joints, and the joints of a human there.
+    """A part of the NAO's body, its joints, and the human joints in the same place.
 
     Attributes:
         name: part of the body.
-        joints: the NAO's joints there, from the trunk outwards, without the side.
+        joints: the NAO's joints in this part, from the trunk outwards, without the side.
         anatomical: the anatomical joint that moves like them.
-        human: the anatomical joints of the human there.
+        human: the human anatomical joints in the same place.
         difference: how the NAO differs from the human.
     """
 

@@ -138,8 +138,8 @@ class Answers:
     ) -> NDArray[Any]:
         """Return the answer to a question.
 
-        The inputs are q, or q and v, or q, v and a, with leading batch axes that broadcast. With `one`, the axis of the
-        frames, of which there is one, is dropped.
+        The inputs are q, or q and v, or q, v and a, with leading batch axes that broadcast. With `one`, the
+        axis of the frames, which has length 1, is dropped.
         """
         kind = output.precision()
         threads = None if output.threads is None else whole_number(output.threads, "threads", 1, MAX_THREADS)

@@ -57,9 +57,9 @@ class MeanRotation:
 def mean_rotation(R: ArrayLike, weights: ArrayLike | None = None, *, method: MeanMethod = "geodesic") -> MeanRotation:
     """The weighted mean of rotations, with its spread.
 
-    geodesic: the R̄ with least Σ wᵢ φᵢ², φᵢ the angle from R̄ to Rᵢ (the Karcher mean). It is unique if all rotations
-    are less than 90° from some rotation. Otherwise there may be several local minima; the result is the one reached
-    from the chordal mean.
+    geodesic: the R̄ with least Σ wᵢ φᵢ², with φᵢ the angle from R̄ to Rᵢ (the Karcher mean). It is unique if all
+    rotations are less than 90° from some rotation. Otherwise there may be several local minima; the result is the one
+    reached from the chordal mean.
     chordal: the R̄ with least Σ wᵢ ‖Rᵢ − R̄‖², the rotation nearest to Σ wᵢ Rᵢ, which is also the eigenvector mean of
     unit quaternions. It is faster, is the global minimum if the mean exists, and is less sensitive to outliers.
     Both give the midpoint of two rotations of equal weight, and nearly the same for rotations close together.
@@ -104,7 +104,7 @@ def _chordal(rotations: Floats, shares: Floats) -> Floats:
     try:
         return nearest_rotation(np.einsum("...n,...nij->...ij", shares, rotations))
     except BadArgument as error:
-        raise BadArgument(f"the rotations have no single mean: of their sum, {error}") from None
+        raise BadArgument(f"the rotations have no single mean: for their weighted sum, {error}") from None
 
 
 def _geodesic(mean: Floats, rotations: Floats, shares: Floats) -> Floats:

@@ -396,7 +396,7 @@ def slerp(p: ArrayLike, q: ArrayLike, t: ArrayLike, *, arc: Arc = "shorter") -> 
     found, sine = evaluate(_longer, inputs, (4,), ())
     if (sine <= _SAME).any():
         where = at_index(first_index(np.asarray(sine <= _SAME)))
-        raise BadArgument(f"the longer arc between two equal rotations{where} is a whole turn about no axis")
+        raise BadArgument(f"the longer arc between two equal rotations{where} is a whole turn without a definite axis")
     return found
 
 

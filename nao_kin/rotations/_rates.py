@@ -102,7 +102,7 @@ def _sines(f: Functions, convention: Convention, body: bool, angles: tuple[Numbe
 
 
 def _order(convention: Convention, body: bool) -> tuple[int, int, int, float, bool]:
-    """The axes i, j, k and their sign in terms of the fixed frame, and whether the angles are in this order."""
+    """The axes i, j, k and their sign, as for J in the fixed frame, and whether the angles are in the same order."""
     i, k, sign = convention.i, convention.k, convention.sign
     if body and not convention.symmetric:
         i, k, sign = k, i, -sign

@@ -135,7 +135,7 @@ def _sharing(driver: UrdfJoint, followers: Sequence[UrdfJoint], notes: list[str]
         return replace(driver, velocity=velocity)
     if lower > upper:
         who, suits = (f"joint {names} follows", "both") if len(turning) == 1 else (f"joints {names} follow", "all")
-        raise Refused(f"{who} {quoted(driver.name)}, and no value suits {suits} their limits")
+        raise Refused(f"{who} {quoted(driver.name)}, and no value is inside the limits of {suits} of them")
     notes += confined
     return replace(driver, lower=lower, upper=upper, velocity=velocity)
 

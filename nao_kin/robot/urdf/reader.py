@@ -125,7 +125,7 @@ class _UrdfReader:
         if kind not in (*_MOVING, "fixed", _FLOATING):
             raise Refused(
                 f"joint {quoted(name)} has type {quoted(kind)}; supported: {', '.join(_MOVING)}, fixed, and floating "
-                "where it is all that the root link holds"
+                "if it is the only joint on the root link"
             )
         ends = []
         for tag in ("parent", "child"):
@@ -273,15 +273,15 @@ class _UrdfReader:
         return roots[0]
 
     def _base(self, root: str, links: dict[str, ET.Element], joints: dict[str, UrdfJoint]) -> str:
-        """Return the root; drop a root that holds only a floating joint, and return the link below it."""
+        """Return the root; drop a root whose only joint is floating, and return the link below it."""
         floating = [joint for joint in joints.values() if joint.kind == _FLOATING]
         if not floating:
             return root
         joint = floating[0]
         if len(floating) > 1 or [other for other in joints.values() if other.parent == root] != [joint]:
             raise Refused(
-                f"joint {quoted(joint.name)} is floating, which is read only where one floating joint is all that the "
-                f"root link {quoted(root)} holds"
+                f"joint {quoted(joint.name)} is floating, which is read only if it is the only floating joint, and the "
+                f"only joint on the root link {quoted(root)}"
             )
         del links[root], joints[joint.name]
         self.notes.append(

@@ -251,7 +251,7 @@ class _MjcfReader:
         for place, coordinate in enumerate(chain):
             if coordinate.part == 2:
                 three = ", ".join(quoted(turn.joint.name) for turn in chain[place - 2 : place + 1])
-                limit = "; its limit on the whole turn is one on each" if self.model.jnt_limited[coordinate.id] else ""
+                limit = "; its limit on the angle applies to each" if self.model.jnt_limited[coordinate.id] else ""
                 self.notes.append(
                     f"ball joint {quoted(str(self.model.joint(coordinate.id).name))} made of three about x, y and z: "
                     f"{three}{limit}"
