@@ -90,7 +90,7 @@ __all__ = [
     "world",
 ]
 
-# Subpackages that lie inside another one, and the subpackage of each other name.
+# Public modules that are not directly in `nao_kin`, and then the module of every other public name.
 _INSIDE = {
     "distributed": "nao_kin.stream.distributed",
     "lines": "nao_kin.screws.lines",

@@ -197,7 +197,7 @@ def _version(package: str) -> str:
 
 @cache
 def _processor() -> str:
-    """Return the kind of processor. Numba compares it more closely when it reads a kernel; asking LLVM takes 0.1 s."""
+    """Return the kind of processor. Numba compares it more closely when it reads a kernel; to ask LLVM takes 0.1 s."""
     try:
         first = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").split("\n\n")[0]
     except OSError:

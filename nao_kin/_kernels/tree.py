@@ -21,7 +21,7 @@ class TreeJoint:
         kind: "revolute", "prismatic" or "free", for a floating base.
         parent: index of the parent joint; −1 for the root.
         R: orientation of its frame at zero in the frame of the parent.
-        t: position of its frame there [m].
+        t: position of its frame at zero in the frame of the parent [m].
         axis: unit vector of the axis.
         coordinate: index in q, of the first of seven coordinates for a floating base.
         velocity: index in the velocity, of the first of six for a floating base.

@@ -182,8 +182,8 @@ class MultiDofModel:
         unless a coupling requires more turns.
 
         Args:
-            q_typed: typed configurations, shape (..., nq). The values of carriers only resolve what is otherwise
-                ambiguous.
+            q_typed: typed configurations, shape (..., nq). The values of carriers are used only to resolve
+                ambiguity.
             reference: configurations of the robot, shape (..., robot.nq).
             couplings: "raise" refuses joints of one motor that disagree by more than 1e-6 rad; "nearest" gives the
                 motor the value that is nearest to all of them, and does not change the other angles.
@@ -407,8 +407,8 @@ def _notes(robot: RobotModel, lumped: Mapping[int, int]) -> tuple[str, ...]:
     model = robot.model
     return tuple(
         f"{model.inertias[index].mass:.6g} kg carried by {model.names[index]} are fixed to the body "
-        f"{f'carried by {model.names[before]}' if before else 'of the root'} as with all joints at zero: "
-        "the centre of mass and the mass matrix are the robot's there only"
+        f"{f'carried by {model.names[before]}' if before else 'of the root'} as with all joints at zero; "
+        "only in that configuration are the centre of mass and the mass matrix those of the robot"
         for index, before in sorted(lumped.items())
         if model.inertias[index].mass > 0.0
     )

@@ -63,7 +63,7 @@ def tree_frame(model: pin.Model, frame_id: int) -> kernels.TreeFrame:
 
 # --- The dispatch.
 
-# From this number of configurations on, the kernels are used. Once loaded, they are as fast as Pinocchio for 3 to 8
+# From this number of configurations on, the kernels are used. When loaded, they are as fast as Pinocchio for 3 to 8
 # configurations, but loading them takes as long as tens of thousands of configurations, too long for a handful.
 CROSSOVER = 32
 

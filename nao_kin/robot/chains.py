@@ -24,7 +24,7 @@ def joint_rows(robot: RobotModel) -> dict[int, UrdfJoint]:
 class SerialChain:
     """The n joints that lead from a base to a frame; a floating base counts as fixed.
 
-    Placement k leads to joint k, whose axis is the z axis there; placement n leads from the last joint to the frame.
+    Placement k leads to a frame whose z axis is the axis of joint k; placement n leads from joint n − 1 to the frame.
 
     Attributes:
         placements: rotation and translation, shape (n + 1, 3, 4) [m].

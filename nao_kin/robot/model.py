@@ -48,7 +48,7 @@ class RobotModel:
     `joint_names`. With a floating base, the seven numbers of Pinocchio's free-flyer precede them: the position of the
     base in the world and its orientation as a unit quaternion (x, y, z, w).
 
-    All methods take any leading batch shape, return new arrays, and may be called from several threads at once.
+    All methods take any leading batch shape, return new arrays, and may be called from several threads concurrently.
 
     Pinocchio computes a few configurations; compiled kernels, which agree with it to 1e-12, compute many. The methods
     for poses, Jacobians, motions and centres of mass share three arguments:
@@ -304,7 +304,7 @@ class RobotModel:
 
         The offsets are in the tree of the new robot, and so in its Pinocchio model, batch kernels, inverse kinematics
         and exports. Closed forms whose geometry no longer holds are refused with the reason; `nk.ik.numeric` takes any
-        robot. Offsets add to those that this robot already has. Changes in `model` are not copied.
+        robot. New offsets add to the offsets that this robot already has. Changes in `model` are not copied.
 
         Args:
             joints: name → offset δ [rad; m for a sliding joint]. True value = reported value + δ, where q holds the

@@ -109,7 +109,7 @@ def _followers(joints: Iterable[UrdfJoint]) -> dict[str, list[UrdfJoint]]:
 
 
 def _sharing(driver: UrdfJoint, followers: Sequence[UrdfJoint], notes: list[str]) -> UrdfJoint:
-    """Return the driving joint with the limits that it shares with its mimic joints."""
+    """Return the driving joint, limited to values at which its mimic joints are inside their limits."""
     turning = [follower for follower in followers if follower.coupling.multiplier != 0.0]
     lower, upper, velocity = driver.lower, driver.upper, driver.velocity
     confined: list[str] = []

@@ -96,7 +96,7 @@ class MeshFiles:
 
 
 def _attached(path: Path, content: bytes | None = None) -> Iterator[tuple[str, Path, str]]:
-    """Yield prefix, folder and `meshdir` of the models that a file attaches, and of those that these attach."""
+    """Yield prefix, folder and `meshdir` of the models that a file attaches, and of the models that these attach."""
     elements = list(_elements(path, path.parent, content))
     models = {
         model.get("name") or _model_name(path.parent / model.get("file", "")): model
