@@ -69,8 +69,8 @@ def joints(
 ) -> None:
     """Print each joint's axis, centre, limits, lower pair and anatomical name, and its axis as Plücker coordinates.
 
-    These are the direction and the moment of the axis, in the root frame with all joints at zero. --json adds the
-    largest speed and torque, and the mimic joints of each joint.
+    The Plücker coordinates are the direction and the moment of the axis, in the root frame with all joints at zero.
+    --json adds the largest speed and torque, and the mimic joints of each joint.
     """
     from nao_kin.joints import joint_table
 

@@ -123,7 +123,7 @@ class LiveServer:
     def expected(self, role: str) -> Iterator[str]:
         """Expect one page in a random role, which needs no token and may send a picture; yield its address.
 
-        Other users can read the address on a browser's command line; therefore it opens only one socket.
+        Other users can read the address on a browser's command line; therefore the address opens only one socket.
         """
         self._access.expected.add(role)
         try:

@@ -65,7 +65,7 @@ class Streams:
         self._began = time.monotonic()
 
     def add(self, name: str, value: ArrayLike | Mapping[str, ArrayLike], at: ArrayLike | None) -> dict[str, float]:
-        """Add a point to each line of a plot; return their values, by line."""
+        """Add a point to each line of a plot; return the points' values, by line."""
         now = time.monotonic() - self._began if at is None else number(at, "time")
         name = checked_name(name)
         values = _values(name, value)

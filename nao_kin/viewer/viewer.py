@@ -777,7 +777,7 @@ class Viewer:
             timeout: seconds; None to wait forever.
 
         Raises:
-            NoBrowser: no browser showed it in time, or the viewer was closed.
+            NoBrowser: no browser showed the scene in time, or the viewer was closed.
 
         Examples:
             >>> with nk.Viewer(nk.load_nao()) as viewer:

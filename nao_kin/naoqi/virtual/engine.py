@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class NaoqiError(NaoKinError):
-    """A refusal by a method of a service, in NAOqi's two lines.
+    """An error of a service's method, with a text of two lines as in NAOqi.
 
     The text is `ALMotion::setAngles`, a line break, a tab and the reason, as NAOqi sends it and scripts parse it. It is
     the only error of the library with more than one line.

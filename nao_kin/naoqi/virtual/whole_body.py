@@ -393,7 +393,8 @@ class WholeBodyControl(CartesianControl):
     def wbSetEffectorControl(self, effectorName: Any, targetCoordinate: Any) -> None:
         """Send a held effector to a target in FRAME_ROBOT; returns immediately.
 
-        The target of an arm is the position of its hand [x, y, z] [m], of the head its rotation [wx, wy, wz] [rad].
+        The target of an arm is the position of its hand, [x, y, z] [m]; that of the head is its rotation, [wx, wy, wz]
+        [rad].
         """
         effector = arguments.choice(effectorName, "effector", HELD)
         target = arguments.three(targetCoordinate, "targetCoordinate")

@@ -35,7 +35,7 @@ _ABILITY = Setting(
 class ALAutonomousLife(Service):
     """The state of autonomous life, which is stored; the robot does nothing by itself.
 
-    As on the robot, "disabled" makes it rest, and "solitary" and "interactive" wake it up.
+    As on a real NAO, "disabled" makes the robot rest, and "solitary" and "interactive" wake it up.
     """
 
     name = "ALAutonomousLife"
