@@ -36,7 +36,7 @@ def pytest_collection_finish() -> None:
 
 @pytest.fixture(scope="session", autouse=True)
 def _compiled_kernels() -> None:
-    """What is compiled once on a machine is there before a test looks at what a command says."""
+    """Compile kernels before a test checks what a command prints, because compiling prints a note."""
     nk.warm_up([])
     nk.warm_up([name for name in nk._kernels.KERNELS if not name.startswith("ik")])
     for name in ("ik kernel, bodies", "ik kernel, both legs"):

@@ -62,7 +62,7 @@ def refuse_not_rigid(T: Floats, what: str) -> RotationDefects:
 
 
 def refuse_not_rotation(R: Floats, what: str) -> RotationDefects:
-    """Return the defects of matrices; raise NotARotation, with the argument's name, for the first not a rotation."""
+    """Return the defects of matrices; raise NotARotation, with the argument's name, for the first non-rotation."""
     try:
         return check_rotation(R)
     except NotARotation as error:
@@ -76,7 +76,7 @@ def is_enforced(limits: object) -> bool:
 
 
 def broadcast(what: str, one: Shape, other: Shape, wanted: str, shape: Shape) -> Shape:
-    """Return the common batch shape of two; raise that argument `what` has another shape than the wanted one."""
+    """Return the common batch shape of two, or raise WrongShape for argument `what` with its `wanted` shape."""
     try:
         return common_batch(what, one, other)
     except WrongShape:
@@ -119,7 +119,7 @@ def inside_limits(robot: RobotModel, reference: ArrayLike, what: str = "referenc
 
 
 def _projected(robot: RobotModel, reference: Floats, what: str) -> tuple[Floats, tuple[str, ...]]:
-    """Do the same for finite configurations."""
+    """Do as `inside_limits` for finite configurations."""
     try:
         return robot.check_limits(reference), ()
     except OutsideLimits as error:

@@ -23,7 +23,7 @@ from nao_kin.joints.tables import (
     joint_table,
 )
 
-# Their names in `nk.typed` and in the paper.
+# The names of the two classes in `nk.typed` and in the paper.
 TypedModel = MultiDofModel
 LowerPair = KinematicPair
 

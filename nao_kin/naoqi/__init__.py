@@ -1,10 +1,10 @@
 """NAOqi: its names, orders, poses, spaces and limits, and a virtual NAO that implements its protocol.
 
-Only `QiServer` and `NaoqiSource` need qi, NAOqi's Python binding. `nao_kin.naoqi.virtual` documents `VirtualNao`. All
-other names are pure functions of robots, configurations and poses, with leading batch axes.
+Only `QiServer` and `NaoqiSource` need qi, NAOqi's Python binding. `nao_kin.naoqi.virtual` documents `VirtualNao`. The
+functions of names, orders, poses, spaces and limits are pure; configurations and poses may have leading batch axes.
 """
 
-from nao_kin.naoqi import _qi  # noqa: F401  (qi is loaded before Pinocchio, which the others import)
+from nao_kin.naoqi import _qi  # noqa: F401  (loads qi before the other modules load Pinocchio)
 from nao_kin.naoqi.live import (
     LOLA_ENTRIES,
     JointReading,

@@ -426,7 +426,7 @@ def test_wrong_words_are_refused_in_one_line(
         ("a.json", "{}", "expected a list of targets"),
         ("a.json", "[]", "expected a list of targets"),
         ("a.json", '{"poses": {"RArm": [1, 2, 3]}}', "target 0: no pose of 'LArm'"),
-        ("a.npy", "text", "no .npy file"),
+        ("a.npy", "text", "not a .npy file"),
     ],
 )
 def test_what_is_wrong_with_a_file_is_said_with_its_place(

@@ -1,4 +1,4 @@
-"""`nao-kin reach`, as people use it: files that stand there already, signals, pipes, wrong words."""
+"""`nao-kin reach`, as people use it: files that exist already, signals, pipes, wrong words."""
 
 from __future__ import annotations
 
@@ -181,7 +181,7 @@ def program(folder: Path, *arguments: str) -> subprocess.Popen:
 
 
 def interrupted(folder: Path, number: signal.Signals, *arguments: str) -> tuple[int, str, str]:
-    """Let the program count for a while, then send the signal; exit code, output, and what it said."""
+    """Let the program count for a while, then send the signal; return its exit code, output and messages."""
     process = program(folder, *arguments)
     try:
         tasks = Path(f"/proc/{process.pid}/task")

@@ -1,4 +1,4 @@
-"""The SDFormat model: its poses, masses and couplings are those of the robot, in Drake and by its own words."""
+"""The SDFormat model has the robot's poses, masses and couplings, in Drake and according to the specification."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def _pose(element: ET.Element) -> tuple[np.ndarray[Any, Any], str]:
 
 
 def _poses(model: ET.Element, values: dict[str, float]) -> dict[str, np.ndarray[Any, Any]]:
-    """Poses of all links and frames in the root link, by the words of the specification."""
+    """Return the poses of all links and frames in the root link, according to the specification."""
     joints = {joint.findtext("child", ""): joint for joint in model.findall("joint")}
     found = {str(model.get("canonical_link")): np.eye(4)}
     for link in model.findall("link"):

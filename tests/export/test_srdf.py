@@ -1,4 +1,4 @@
-"""The SRDF export: MoveIt's rules hold, Pinocchio and this package read back what was meant."""
+"""The SRDF export follows MoveIt's rules, and Pinocchio and this package read it back unchanged."""
 
 from __future__ import annotations
 

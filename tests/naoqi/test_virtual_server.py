@@ -78,7 +78,7 @@ class Served:
         self.url: str = where.get("url", "")
 
     def end(self, number: int = signal.SIGTERM) -> tuple[int, str]:
-        """Exit code, and what stood on standard error, without the lines about compiled kernels."""
+        """Return the exit code, and standard error without the lines about compiled kernels."""
         self.process.send_signal(number)
         _, errors = self.process.communicate(timeout=SECONDS)
         self.about_kernels = [line for line in errors.splitlines() if "kernel" in line]

@@ -84,7 +84,7 @@ def _coals(shapes: tuple[Shape, Shape], T: np.ndarray) -> float:
 
 
 def _depth(shapes: tuple[Shape, Shape], T: np.ndarray) -> float | None:
-    """How far the origin is inside of the hull of all differences of corners, by Qhull; None if it is outside."""
+    """Return the depth of the origin in the hull of all differences of corners, by Qhull; None if it is outside."""
     one, other = (shape.points @ pose[:3, :3].T + pose[:3, 3] for shape, pose in zip(shapes, T, strict=True))
     # Faces that Qhull would merge stay apart.
     hull = ConvexHull((one[:, None] - other).reshape(-1, 3), qhull_options="Qt Q12 C-0")
@@ -180,7 +180,7 @@ def _corners(nao: nk.NaoModel, q: np.ndarray, wanted: str, reference: str) -> np
 
 
 def _outside(shape: Shape, points: np.ndarray) -> np.ndarray:
-    """How far points are outside of a shape, negative inside."""
+    """Return the distances of points from a shape, negative inside."""
     if len(shape.points) <= 2:
         one, along = shape.points[0], shape.points[-1] - shape.points[0]
         share = np.clip((points - one) @ along / max(float(along @ along), 1e-30), 0.0, 1.0)

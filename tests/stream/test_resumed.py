@@ -1,4 +1,4 @@
-"""What is ended half-way leaves no corrupt file, and goes on where it was: real processes, signals and full disks."""
+"""An interrupted run leaves no corrupt file and resumes where it stopped: real processes, signals and full disks."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ parts.PartFolder.add = held
 
 @pytest.fixture(autouse=True, scope="module")
 def compiled(nao: nk.NaoModel) -> None:
-    """What is compiled for the first time on a machine says so on standard error."""
+    """Compile the kernels first, because compiling prints a note on standard error."""
     for dtype in (np.float64, np.float32):
         nao.fk(nao.random(0, 10), "Head", dtype=dtype, threads=1)
 
@@ -140,7 +140,7 @@ def _wait_for(path: Path) -> None:
 
 
 def _whole(nao: nk.NaoModel, source: Path, path: Path) -> bytes:
-    """What a run without any interruption writes."""
+    """Return the output of a run without interruption."""
     nk.stream.fk(nao, source, ["LLeg", "RLeg"], path, as_="rpy", overwrite=True)
     content = path.read_bytes()
     path.unlink()
