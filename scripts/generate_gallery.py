@@ -56,7 +56,7 @@ SECTIONS = {
 INTRODUCTION = """\
 # Gallery
 
-Short scripts of one idea each, with their output; they are in the folder `examples` of the repository.
+Short scripts, each about one idea, with their output; they are in the folder `examples` of the repository.
 Each runs alone, and writes its picture or page into the current folder, or into the folder you name:
 
 ```text
