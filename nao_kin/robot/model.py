@@ -349,7 +349,7 @@ class RobotModel:
         Examples:
             >>> nao = nk.load_nao()
             >>> nao.geometry("collision").ngeoms
-            68
+            72
         """
         return geometry_model(self.model, self._frames, self.tree, kind)
 

@@ -103,7 +103,7 @@ def test_hands_cameras_head_and_other_robots_are_placed(capsys: pytest.CaptureFi
         head = json.loads(said(capsys, "Head", "--target", words(target), "--json"))
         assert head["joints"] == pytest.approx({"HeadYaw": 0.4, "HeadPitch": 0.1})
     assert run(["ik", "Head", "--target", words(turned), "--json"]) == 0
-    assert "orientations are used" in capsys.readouterr().err
+    assert "only the orientation of a pose is used" in capsys.readouterr().err
 
     numbers = json.loads(said(capsys, "LArm", "--target", "0.15 0.12 0.05", "--numeric", "--json"))
     q = nao.configuration(numbers["joints"])

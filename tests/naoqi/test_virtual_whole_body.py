@@ -180,7 +180,7 @@ def test_switching_off_forgets_all(script: Script) -> None:
     script("wbFootState", "Free", "Legs")
     script("wbEnable", False)
     assert script("getTaskList") == []
-    with pytest.raises(NaoqiError, match=r"Head is not held: wbEnableEffectorControl\('Head', True\) first"):
+    with pytest.raises(NaoqiError, match=r"Head is not held: call wbEnableEffectorControl\('Head', True\) first"):
         script("wbSetEffectorControl", "Head", [0.0, 0.0, 0.0])
     # Without it, an arm moves alone again.
     legs = script("getAngles", "Legs", True)

@@ -357,7 +357,7 @@ class Locomotion(Service):
         times = as_floats(timeList, (), "timeList")
         if times.shape != (len(legs),) or len(poses) != len(legs):
             counts = f"{len(poses)} and {times.size}"
-            raise BadArgument(f"footSteps and timeList must have {len(legs)} entries, as legName has, got {counts}")
+            raise BadArgument(f"footSteps and timeList must have as many entries as legName, {len(legs)}, got {counts}")
         durations = np.diff(times, prepend=0.0)
         if (durations <= 0.0).any():
             raise BadArgument("timeList must ascend, from a time above 0 s")
@@ -371,7 +371,7 @@ class Locomotion(Service):
         legs, poses = _legs(legName), _poses(footSteps)
         shares = arguments.one_each(fractionMaxSpeed, legs, "fractionMaxSpeed")
         if len(poses) != len(legs):
-            raise BadArgument(f"footSteps must have {len(legs)} entries, as legName has, got {len(poses)}")
+            raise BadArgument(f"footSteps must have as many entries as legName, {len(legs)}, got {len(poses)}")
         for share in shares:
             arguments.fraction(float(share), "fractionMaxSpeed", positive=True)
         durations = steps.Gait().left.period / shares
