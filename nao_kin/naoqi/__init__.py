@@ -19,7 +19,16 @@ from nao_kin.naoqi.live import (
     recorded,
     vertical,
 )
-from nao_kin.naoqi.names import BODY_ORDERS, Hips as Hips, angles, chain_names, from_order, joint_names, limits, to_order
+from nao_kin.naoqi.names import (
+    BODY_ORDERS,
+    Hips as Hips,
+    angles,
+    chain_names,
+    from_order,
+    joint_names,
+    limits,
+    to_order,
+)
 from nao_kin.naoqi.scripts import light_colours, run_script, spoken_words
 from nao_kin.naoqi.spaces import (
     FRAME_ROBOT,

@@ -431,7 +431,10 @@ REFUSED = [
     (("moveToward", 1.5, 0.0, 0.0), "x must be from -1 to 1, got 1.5"),
     (("getMoveConfig", "Large"), "unknown move configuration 'Large'"),
     (("setFootSteps", ["LFoot"], [[0, 0.1, 0]], [1.0], False), "unknown leg 'LFoot'"),
-    (("setFootSteps", ["LLeg"], [[0, 0.1, 0]], [1.0, 2.0], False), "footSteps and timeList must have as many entries as legName, 1, got 1 and 2"),
+    (
+        ("setFootSteps", ["LLeg"], [[0, 0.1, 0]], [1.0, 2.0], False),
+        "must have as many entries as legName, 1, got 1 and 2",
+    ),
     (("setFootSteps", ["LLeg", "RLeg"], [[0, 0.1, 0]] * 2, [1.0, 1.0], False), "timeList must ascend"),
     (
         ("setFootStepsWithSpeed", ["LLeg"], [[0, 0.1, 0]], [2.0], False),
