@@ -22,7 +22,7 @@ from nao_kin.cli.view import ExtraPage, LivePage
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
-    from nao_kin.naoqi import Change, JointReading, VirtualNao
+    from nao_kin.naoqi import Event, JointReading, VirtualNao
     from nao_kin.viewer import Viewer
 
 
@@ -94,7 +94,7 @@ def served(
     robot = load_nao(options.version, offsets=options.offsets)
     with ExitStack() as running:
 
-        def watcher(change: Change) -> None:
+        def watcher(change: Event) -> None:
             if change.kind in kinds:
                 print_note(f"{change.time:.2f} s: {change.value}")
 

@@ -15,7 +15,7 @@ from nao_kin._core.arrays import Floats
 from nao_kin._core.text import fresh_name, quoted, with_underscores
 from nao_kin.errors import BadArgument
 from nao_kin.export.meshes import GREY, left_out_note, resolver
-from nao_kin.export.pipeline import Exported, Target
+from nao_kin.export.pipeline import Destination, Exported
 from nao_kin.export.variants import Variant, joint_values
 from nao_kin.motion import Motion, Trajectory, read_motion
 from nao_kin.robot import RobotModel, mesh_path, read_mesh
@@ -268,7 +268,7 @@ def gltf(
     """
     if not str(path).lower().endswith((".glb", "/dev/stdout")):
         raise BadArgument(f"the file is a binary glTF; end its name in .glb, got {quoted(path)}")
-    target = Target(robot, path, overwrite=overwrite)
+    target = Destination(robot, path, overwrite=overwrite)
     tree, _ = Variant(frames, names).tree_of(robot)
     moving = _trajectory(robot, motion, fps, posture)
     values = joint_values(robot, moving.q, names)

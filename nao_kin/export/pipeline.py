@@ -30,7 +30,7 @@ class Exported:
     changes: tuple[str, ...] = ()
 
 
-class Target:
+class Destination:
     """The path of an export of a robot, checked before any work: a document with files next to it, or a folder."""
 
     def __init__(self, robot: RobotModel, path: Path | str, *, overwrite: bool, folder: bool = False) -> None:

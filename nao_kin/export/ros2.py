@@ -15,7 +15,7 @@ from nao_kin._core.arrays import choice
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, BadModel
 from nao_kin.export.meshes import MESH_FOLDER, coloured, taken_meshes
-from nao_kin.export.pipeline import Exported, Target, add_texts, filled, xml_text
+from nao_kin.export.pipeline import Destination, Exported, add_texts, filled, xml_text
 from nao_kin.export.srdf import srdf_document
 from nao_kin.export.urdf import urdf_document
 from nao_kin.export.variants import Variant, joint_values
@@ -136,7 +136,7 @@ def ros2(
         >>> sorted({file.parent.name for file in done.files})
         ['config', 'launch', 'meshes', 'nao_description', 'rviz', 'urdf']
     """
-    target = Target(robot, path, overwrite=overwrite, folder=True)
+    target = Destination(robot, path, overwrite=overwrite, folder=True)
     person = _checked_person(maintainer)
     if not isinstance(package_version, str) or not _VERSION.fullmatch(package_version):
         raise BadArgument(f"package_version must be three numbers, such as 1.0.0, got {quoted(package_version)}")

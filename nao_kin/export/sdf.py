@@ -12,7 +12,7 @@ from nao_kin._core.text import quoted, with_underscores
 from nao_kin.errors import BadArgument
 from nao_kin.export.inertia import IDENTITY, hosts
 from nao_kin.export.meshes import taken_meshes
-from nao_kin.export.pipeline import Exported, Target, add_texts, number_texts, numbers, primitive_texts, xml_text
+from nao_kin.export.pipeline import Destination, Exported, add_texts, number_texts, numbers, primitive_texts, xml_text
 from nao_kin.export.variants import Variant
 from nao_kin.robot import RobotModel
 from nao_kin.robot.urdf import TENSOR_LABELS, Collision, Inertial, MeshFile, Origin, UrdfJoint, UrdfTree, Visual
@@ -206,7 +206,7 @@ def sdf(
         >>> [file.name for file in done.files]
         ['model.config', 'model.sdf']
     """
-    target = Target(robot, path, overwrite=overwrite, folder=True)
+    target = Destination(robot, path, overwrite=overwrite, folder=True)
     choice(meshes, MESHES, "choice of meshes")
     choice(base, BASES, "base")
     whole, _ = Variant(frames, names, coupling).tree_of(robot)

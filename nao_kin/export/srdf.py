@@ -13,7 +13,7 @@ from xml.etree import ElementTree as ET
 from nao_kin._core.arrays import Floats, choice, whole_number
 from nao_kin._core.text import abbreviated, fresh_name, quoted
 from nao_kin.export.inertia import hosts
-from nao_kin.export.pipeline import UTF_8, Exported, Target, xml_text
+from nao_kin.export.pipeline import UTF_8, Destination, Exported, xml_text
 from nao_kin.export.variants import Variant, joint_values, link_of, name_frames, named_semantics, new_names
 from nao_kin.robot import LinkContacts, LinkPair, RobotModel, disabled_collisions
 from nao_kin.robot.semantics import Posture, Semantics
@@ -214,7 +214,7 @@ def srdf(
         >>> again.chains["LLeg"] == nao.chains["LLeg"], again.posture_names == nao.posture_names
         (True, True)
     """
-    target = Target(robot, path, overwrite=overwrite)
+    target = Destination(robot, path, overwrite=overwrite)
     chosen = Variant(frames, names, coupling)
     text, changes = srdf_document(robot, chosen, base=base, samples=samples, seed=seed)
     return target.write({"": text.encode()}, changes)

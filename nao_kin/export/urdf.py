@@ -10,7 +10,7 @@ from xml.etree import ElementTree as ET
 
 from nao_kin.errors import UnknownName
 from nao_kin.export.meshes import MESH_FOLDER, Paint, paint_names, shapes_of, taken_meshes
-from nao_kin.export.pipeline import UTF_8, Exported, Target, number_texts, numbers, primitive_texts, xml_text
+from nao_kin.export.pipeline import UTF_8, Destination, Exported, number_texts, numbers, primitive_texts, xml_text
 from nao_kin.export.variants import Variant
 from nao_kin.robot import RobotModel
 from nao_kin.robot.urdf import TENSOR_LABELS, Collision, Inertial, MeshFile, Origin, UrdfJoint, UrdfTree, Visual
@@ -185,7 +185,7 @@ def urdf(
         >>> nk.RobotModel.from_urdf("nao.urdf").link_names[0]
         'torso'
     """
-    target = Target(robot, path, overwrite=overwrite)
+    target = Destination(robot, path, overwrite=overwrite)
     tree, changes = Variant(frames, names, coupling, inertia, typed, axes).tree_of(robot)
     if inertia == "physical":
         nothing = Inertial(0.0, Origin(), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0))

@@ -133,7 +133,7 @@ _LARGEST_WEIGHT = 1e12
 
 
 @dataclass(frozen=True, eq=False)
-class Target:
+class BodyTarget:
     """One target of a whole-body pose.
 
     Attributes:
@@ -173,7 +173,7 @@ def all_targets(
     gaze: ArrayLike | tuple[ArrayLike, str] | None,
     torso: ArrayLike | None,
     weights: Mapping[str, float | tuple[float, float]],
-) -> list[Target]:
+) -> list[BodyTarget]:
     """Return all targets, checked, without the support polygon."""
     if not isinstance(targets, Mapping):
         raise BadArgument(f"targets must be a mapping of frames to poses or positions, got {type(targets).__name__}")
@@ -210,7 +210,7 @@ def all_targets(
         what, weight = (f"targets[{quoted(name)}]" if name not in _OWN_NAMES else name), _weights(name, weights)
         kind, values = _values(what, value, kind)
         as_vectors(weight[0] * values[..., :3, 3], f"{what} times its weight")
-        found.append(Target(name, kind, row, T_row_frame, values, weight))
+        found.append(BodyTarget(name, kind, row, T_row_frame, values, weight))
     names = [target.name for target in found] + ["com", "posture"]
     for name in weights:
         if name not in names:
@@ -270,7 +270,7 @@ def _values(what: str, value: ArrayLike, kind: int) -> tuple[int, Floats]:
 # the sum of the lengths between them, and no point is deeper inside a polygon than half its least width.
 
 
-def target_beyond(body: Body, target: Target, standing: tuple[str, ...], feet: Floats, places: Floats) -> Floats:
+def target_beyond(body: Body, target: BodyTarget, standing: tuple[str, ...], feet: Floats, places: Floats) -> Floats:
     """Return lower bounds on how far a target is out of reach of the standing feet, shape (n,) [m]; 0 for a gaze.
 
     `feet` (n, 2, 4, 4) are poses of the feet, `places` (n, 3) positions of the target.

@@ -28,8 +28,8 @@ from nao_kin.ik.body_search import (
 )
 from nao_kin.ik.body_targets import (
     BodyTables,
+    BodyTarget,
     PreparedRobot,
-    Target,
     all_targets,
     checked_weights,
     factor,
@@ -297,7 +297,7 @@ def whole_body(
 def _problems(
     ready: PreparedRobot,
     standing: Mapping[str, Floats],
-    requested: list[Target],
+    requested: list[BodyTarget],
     batch: tuple[int, ...],
     margin: float,
     posture: Floats,
@@ -338,7 +338,7 @@ class _Search:
     robot: RobotModel
     ready: PreparedRobot
     tables: BodyTables
-    targets: list[Target]
+    targets: list[BodyTarget]
     standing: tuple[str, ...]
     plan: Plan
     problems: Problems

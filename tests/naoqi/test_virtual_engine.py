@@ -11,7 +11,7 @@ import pytest
 import nao_kin as nk
 from nao_kin.errors import BadArgument, NotFinite, UnknownName
 from nao_kin.naoqi.spaces import robot_frame
-from nao_kin.naoqi.virtual import Call, Change, MotionTask, NaoqiError, VirtualNao
+from nao_kin.naoqi.virtual import Call, Event, MotionTask, NaoqiError, VirtualNao
 from nao_kin.naoqi.virtual.engine import Clock
 
 FAST_YAW = 8.26797  # rad/s, the maximum speed of HeadYaw in the published URDF
@@ -172,7 +172,7 @@ def test_without_stiffness_the_command_moves_and_the_joint_does_not(virtual: Vir
 def test_watchers_are_told_once_of_each_chain_that_a_command_does_not_move(nao: nk.NaoModel) -> None:
     told: list[str] = []
 
-    def watch(change: Change) -> None:
+    def watch(change: Event) -> None:
         if change.kind == "limp":
             told.append(change.value.partition(" without stiffness")[0].partition(": ")[2])
 
@@ -426,9 +426,9 @@ def test_a_broken_timer_does_not_stop_time(awake: VirtualNao) -> None:
 
 
 def test_whoever_watches_may_call_back_and_may_fail(nao: nk.NaoModel, caplog: pytest.LogCaptureFixture) -> None:
-    seen: list[Change] = []
+    seen: list[Event] = []
 
-    def watch(change: Change) -> None:
+    def watch(change: Event) -> None:
         assert not virtual.monitor._lock._is_owned()  # type: ignore[attr-defined]
         virtual.call("ALMotion", "getAngles", "Body", True)
         seen.append(change)

@@ -18,7 +18,7 @@ from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadModel
 from nao_kin.export.meshes import FOLDER, TakenMeshes, assets
 from nao_kin.export.mujoco.bodies import Bodies, bodies_of, give_the_root_mass
-from nao_kin.export.pipeline import Exported, Target, filled, numbers
+from nao_kin.export.pipeline import Destination, Exported, filled, numbers
 from nao_kin.export.variants import Variant
 from nao_kin.joints import group_joints
 from nao_kin.robot import RobotModel
@@ -159,7 +159,7 @@ def mjcf(
         >>> model.nu, model.key(0).name, round(float(model.body_mass.sum()), 2)
         (25, 'StandInit', 5.36)
     """
-    target = Target(robot, folder, overwrite=overwrite, folder=True)
+    target = Destination(robot, folder, overwrite=overwrite, folder=True)
     floating = choice(base, _BASES, "base") == "floating"
     choice(meshes, _MESHES, "choice of meshes")
     chosen = Variant(frames, coupling=coupling, inertia=inertia, typed=typed)

@@ -33,7 +33,7 @@ from nao_kin._core.arrays import Floats, finite_decimal
 from nao_kin._core.files import described
 from nao_kin._core.text import MAX_SHOWN, abbreviated, quoted
 from nao_kin._core.warn import warn_caller
-from nao_kin.motion.files.source import Format, MotionFileWarning, MotionSource, Place, PlaceOf, chosen
+from nao_kin.motion.files.source import FilePosition, FilePositionOf, Format, MotionFileWarning, MotionSource, chosen
 from nao_kin.motion.files.tracks import Track, is_hand, milliseconds, motion_of
 from nao_kin.motion.interpolation import handles_along
 from nao_kin.motion.motion import Motion
@@ -59,7 +59,7 @@ class Curve:
 
     joint: str
     unit: str | None
-    place: Place
+    place: FilePosition
     keys: list[float] = field(default_factory=list)
     tangents: list[float] = field(default_factory=list)
 
@@ -72,7 +72,7 @@ class Timeline:
     fps: float
     first: float
     last: float
-    place: Place
+    place: FilePosition
     curves: list[Curve] = field(default_factory=list)
 
 
@@ -96,12 +96,12 @@ class _TimelineReader:
             parser.Parse(source.data, True)
         except expat.ExpatError as error:
             reason = expat.ErrorString(error.code)
-            raise source.error(f"malformed XML: {reason}", Place(error.lineno, error.offset + 1)) from None
+            raise source.error(f"malformed XML: {reason}", FilePosition(error.lineno, error.offset + 1)) from None
         except (ValueError, LookupError) as error:  # an encoding that Python or expat does not know
             raise source.error(f"malformed XML: {abbreviated(error)}") from None
 
-    def _place(self) -> Place:
-        return Place(*self._position())
+    def _place(self) -> FilePosition:
+        return FilePosition(*self._position())
 
     def _position(self) -> tuple[int, int]:
         return self._parser.CurrentLineNumber, self._parser.CurrentColumnNumber + 1
@@ -191,7 +191,9 @@ def plain_keys(rows: list[Any]) -> bool:
     return not any(isinstance(row, list) for row in rows)
 
 
-def control_points(source: MotionSource, rows: list[Any], times: Floats, place: PlaceOf) -> tuple[Floats, Floats]:
+def control_points(
+    source: MotionSource, rows: list[Any], times: Floats, place: FilePositionOf
+) -> tuple[Floats, Floats]:
     """Return values (k,) and handles (k, 2, 2) of the control points of one joint."""
     for key, row in enumerate(rows):
         if not (
@@ -289,8 +291,8 @@ def _track(source: MotionSource, timeline: Timeline, curve: Curve) -> tuple[Trac
     played = (frames >= timeline.first) & ((frames <= timeline.last) | (timeline.last < 1.0))
     indices = np.flatnonzero(played)
 
-    def place_of(key: int) -> Place:
-        return Place(int(lines[key]), int(columns[key]))
+    def place_of(key: int) -> FilePosition:
+        return FilePosition(int(lines[key]), int(columns[key]))
 
     if not (np.diff(frames) > 0.0).all():
         key = int(np.argmin(np.diff(frames) > 0.0)) + 1
@@ -300,7 +302,7 @@ def _track(source: MotionSource, timeline: Timeline, curve: Curve) -> tuple[Trac
     make_straight(frames, values, handles, kinds == LINEAR)
     inner = np.concatenate([kinds[1:, 0], kinds[:-1, 1]])
 
-    def place(key: int) -> Place:
+    def place(key: int) -> FilePosition:
         return place_of(indices[key])
 
     times = (frames[played] - timeline.first) / timeline.fps

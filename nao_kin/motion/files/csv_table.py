@@ -29,7 +29,7 @@ from nao_kin._core.csv_numbers import CsvHead, TableColumns, csv_head, read_csv
 from nao_kin._core.headings import JOINT_UNITS, TIME_UNITS, in_si_units, read_heading, time_unit_of
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile
-from nao_kin.motion.files.source import Format, MotionSource, Place
+from nao_kin.motion.files.source import FilePosition, Format, MotionSource
 from nao_kin.motion.files.tracks import Track, check_times, is_hand, motion_of, warn_of_curves
 from nao_kin.motion.interpolation import INTERPOLATIONS
 from nao_kin.motion.motion import Motion
@@ -48,12 +48,12 @@ def _encoded(source: MotionSource) -> bytes:
 def _read_csv(source: MotionSource) -> Motion:
     """Read the motion in a CSV file."""
     tracks: list[Track] = []
-    first = Place()
+    first = FilePosition()
 
     def understood(head: CsvHead) -> TableColumns:
         """Return the columns to read, joints once each; omitted joints become tracks without keys."""
         nonlocal first
-        first = Place(head.line, 1)
+        first = FilePosition(head.line, 1)
 
         def units_of(_: str, joint: str, place: int) -> Sequence[str]:
             if source.check_joint(joint, first.field(place)) in source.joints:
@@ -67,17 +67,17 @@ def _read_csv(source: MotionSource) -> Motion:
         table, times = TableColumns.of(head.fields, source.joints, units_of, error, degrees=source.degrees)
         if len(times) != 1:
             reason = f"{len(times)} columns of times, expected one, headed time [s] or time [ms]"
-            raise source.error(reason, Place(head.line))
+            raise source.error(reason, FilePosition(head.line))
         return replace(table, blanks=True)
 
     table, rows, lines = read_csv(source.name, _encoded(source), understood, "a header with a time column")
     if not len(rows):
-        raise source.error("a header and no keys", Place(first.line))
+        raise source.error("a header and no keys", FilePosition(first.line))
     times, at = rows[:, -1], table.places[-1] + 1
     if np.isnan(times).any():
-        raise source.error("a row without a time", Place(lines[int(np.argmax(np.isnan(times)))], at))
+        raise source.error("a row without a time", FilePosition(lines[int(np.argmax(np.isnan(times)))], at))
     times = times / TIME_UNITS[table.time_unit or time_unit_of(times)]
-    check_times(source, times, lambda row: Place(lines[row], at), negative=True)
+    check_times(source, times, lambda row: FilePosition(lines[row], at), negative=True)
     for name, place, values in zip(table.names, table.places, in_si_units(rows[:, :-1], table.units).T, strict=False):
         given = np.flatnonzero(~np.isnan(values))
         # All joints that have a key in every row share one array.
@@ -163,10 +163,10 @@ def _read_npz(source: MotionSource) -> Motion:
         own = parts["handles"][row].copy() if "handles" in parts else None
         first = int(ends[row - 1]) if row else 0
 
-        def place(key: int, first: int = first) -> Place:
-            return Place(where=f"times[{first + key}]")
+        def place(key: int, first: int = first) -> FilePosition:
+            return FilePosition(where=f"times[{first + key}]")
 
-        where = Place(where=f"joint_names[{row}]")
+        where = FilePosition(where=f"joint_names[{row}]")
         tracks.append(Track(joint, parts["times"][row], parts["keys"][row], own, where, place))
     return motion_of(source, tracks, interpolation, negative=True)
 

@@ -25,7 +25,15 @@ from nao_kin._core.text import abbreviated
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument
 from nao_kin.motion.files.key_frames import COSINE_ERROR, eased, warn_of_sensors
-from nao_kin.motion.files.source import Format, JsonPath, MotionFileWarning, MotionSource, Place, has_field, in_json
+from nao_kin.motion.files.source import (
+    FilePosition,
+    Format,
+    JsonPath,
+    MotionFileWarning,
+    MotionSource,
+    has_field,
+    in_json,
+)
 from nao_kin.motion.files.tracks import Track, check_times, milliseconds, motion_of, nao_rows
 from nao_kin.motion.motion import Motion
 from nao_kin.robot.nao import BODY_ORDER
@@ -69,7 +77,7 @@ def _read_hulks(source: MotionSource) -> Motion:
     check_times(source, times, lambda key: in_json(*frames[key - 1], "duration"))
     names = list(first)
 
-    def place(at: int) -> Place:
+    def place(at: int) -> FilePosition:
         return in_json(*paths[at // len(names)], *_PLACES[BODY_ORDER.index(names[at % len(names)])])
 
     flat = source.floats([value for row in rows for value in row], "angle", place)
@@ -203,7 +211,7 @@ def _read_motion2(source: MotionSource) -> Motion:
     if not steps:
         raise source.error("no positions", in_json("position"))
 
-    def time_of(index: int) -> Place:
+    def time_of(index: int) -> FilePosition:
         return in_json("position", index, "time")
 
     shares = source.floats(steps, "time", time_of)

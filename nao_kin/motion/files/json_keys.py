@@ -22,7 +22,7 @@ import numpy as np
 from nao_kin._core.arrays import Floats
 from nao_kin._core.files import described
 from nao_kin._core.text import MAX_SHOWN, quoted
-from nao_kin.motion.files.source import Format, MotionSource, Place, in_json
+from nao_kin.motion.files.source import FilePosition, Format, MotionSource, in_json
 from nao_kin.motion.files.tracks import Track, is_hand, motion_of
 from nao_kin.motion.interpolation import INTERPOLATIONS, Interpolation
 from nao_kin.motion.motion import Motion
@@ -119,7 +119,7 @@ def _handles(source: MotionSource, columns: list[Floats]) -> list[Floats | None]
                 raise source.error(reason, place.entry(key))
         flat = [number for pair in own for side in pair for number in side]
 
-        def offset(at: int, place: Place = place) -> Place:
+        def offset(at: int, place: FilePosition = place) -> FilePosition:
             return place.entry(at // 4).entry(at // 2 % 2).entry(at % 2)
 
         result.append(source.floats(flat, "offset", offset).reshape(-1, 2, 2))

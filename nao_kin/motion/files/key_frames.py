@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from nao_kin._core.arrays import Floats, finite_decimal
 from nao_kin._core.text import MAX_SHOWN, abbreviated, quoted
 from nao_kin._core.warn import warn_caller
-from nao_kin.motion.files.source import MotionFileWarning, MotionSource, Place
+from nao_kin.motion.files.source import FilePosition, MotionFileWarning, MotionSource
 from nao_kin.motion.files.tracks import Track, check_times, motion_of
 from nao_kin.motion.motion import Motion
 from nao_kin.robot.nao import BODY_ORDER
@@ -43,7 +43,7 @@ class KeyFrame:
     duration: float
     ease: Ease
     values: Floats
-    place: Place
+    place: FilePosition
 
 
 def key_frame(
@@ -193,7 +193,7 @@ class ConfigStream:
         self._next = 0
         self.fields = self._fields("", 0)
 
-    def place(self, value: Word | Fields | Items) -> Place:
+    def place(self, value: Word | Fields | Items) -> FilePosition:
         """Return the place of a value."""
         return self._place(value.at)
 
@@ -229,9 +229,9 @@ class ConfigStream:
             raise self.error(f"{what} is {got}, expected a number{unit}", value)
         return number * units[match[2] or plain]
 
-    def _place(self, at: int) -> Place:
+    def _place(self, at: int) -> FilePosition:
         before = self._source.text[:at]
-        return Place(before.count("\n") + 1, at - before.rfind("\n"))
+        return FilePosition(before.count("\n") + 1, at - before.rfind("\n"))
 
     def _split(self, text: str) -> list[tuple[str, str, int]]:
         """Return marks and words, each with its index, and an empty mark at the end."""

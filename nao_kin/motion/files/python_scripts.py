@@ -17,7 +17,7 @@ from nao_kin._core.files import described
 from nao_kin._core.text import abbreviated
 from nao_kin.errors import BadInputFile
 from nao_kin.motion.files.choregraphe import control_points, plain_keys, points
-from nao_kin.motion.files.source import Format, MotionSource, Place, PlaceOf, chosen, has_line, in_json
+from nao_kin.motion.files.source import FilePosition, FilePositionOf, Format, MotionSource, chosen, has_line, in_json
 from nao_kin.motion.files.tracks import Track, is_hand, motion_of
 from nao_kin.motion.motion import Motion
 from nao_kin.robot.nao import BODY_ORDER, CHAINS
@@ -53,10 +53,10 @@ class Statement:
     column: int
     function: str
 
-    def place(self, offset: int, where: str = "") -> Place:
+    def place(self, offset: int, where: str = "") -> FilePosition:
         """Return the place of a character of the statement."""
         lines, last = self.text.count("\n", 0, offset), self.text.rfind("\n", 0, offset)
-        return Place(self.line + lines, offset - last if lines else self.column + offset, where)
+        return FilePosition(self.line + lines, offset - last if lines else self.column + offset, where)
 
 
 def statements(text: str) -> Iterator[Statement]:
@@ -128,7 +128,7 @@ _MAX_NUMBER = 200
 _CONSTANTS = {"almath.TO_RAD": math.pi / 180.0, "math.pi": math.pi}
 _RADIANS = ("math.radians", "radians")
 # The entries of a joint, and the position of each in the file.
-_Entries = tuple[list[Any], PlaceOf]
+_Entries = tuple[list[Any], FilePositionOf]
 _OPERATIONS: dict[type[ast.operator], Callable[[float, float], float]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
@@ -144,7 +144,7 @@ class _PythonExport:
     line: int
     function: str
     error: BadInputFile | None = None
-    lists: dict[str, list[tuple[Any, Place]]] = field(default_factory=lambda: {name: [] for name in _LISTS})
+    lists: dict[str, list[tuple[Any, FilePosition]]] = field(default_factory=lambda: {name: [] for name in _LISTS})
 
 
 def _read_python(source: MotionSource) -> Motion:
@@ -159,7 +159,7 @@ def _read_python(source: MotionSource) -> Motion:
     lengths = {name: len(export.lists[name]) for name in _LISTS}
     if len(set(lengths.values())) > 1:
         shown = ", ".join(f"{count} {name}" for name, count in lengths.items())
-        raise source.error(f"{shown}; expected as many of each", Place(export.line))
+        raise source.error(f"{shown}; expected as many of each", FilePosition(export.line))
     return _motion_of_export(source, export)
 
 
@@ -216,10 +216,10 @@ def _motion_of_export(source: MotionSource, export: _PythonExport) -> Motion:
 def _track(
     source: MotionSource,
     joint: str,
-    place: Place,
+    place: FilePosition,
     times: _Entries,
     keys: _Entries,
-    at_keys: Place,
+    at_keys: FilePosition,
     what: str,
     *,
     bezier: bool,
@@ -241,7 +241,7 @@ def _track(
     return Track(joint, stamps, numbers, handles, place, time_of, key_of)
 
 
-def _literal(source: MotionSource, text: str, place: Place) -> Any:
+def _literal(source: MotionSource, text: str, place: FilePosition) -> Any:
     """Return the list, text or number of an expression, without running it."""
     if _PLAIN.fullmatch(text):
         try:
@@ -261,7 +261,7 @@ def _literal(source: MotionSource, text: str, place: Place) -> Any:
         raise source.error(f"not a list of numbers: {abbreviated(error) or type(error).__name__}", place) from None
 
 
-def _value(source: MotionSource, node: ast.expr, place: Place) -> Any:
+def _value(source: MotionSource, node: ast.expr, place: FilePosition) -> Any:
     if isinstance(node, (ast.List, ast.Tuple)):
         return [_value(source, entry, place) for entry in node.elts]
     if isinstance(node, ast.Constant) and type(node.value) in (int, float, str):
@@ -281,11 +281,11 @@ def _value(source: MotionSource, node: ast.expr, place: Place) -> Any:
     line, column = place.line + node.lineno - 1, node.col_offset + (place.column - 1 if node.lineno == 1 else 0)
     shown = abbreviated(ast.unparse(node), 60)
     raise source.error(
-        f"{shown!r} is not a number written out; nothing in the file is run", Place(line, column, place.where)
+        f"{shown!r} is not a number written out; nothing in the file is run", FilePosition(line, column, place.where)
     )
 
 
-def _number(source: MotionSource, node: ast.expr, place: Place) -> float:
+def _number(source: MotionSource, node: ast.expr, place: FilePosition) -> float:
     value = _value(source, node, place)
     if type(value) not in (int, float):
         raise source.error(f"{described(value)} where a number was expected", place)
@@ -407,7 +407,7 @@ def _per_joint(source: MotionSource, at: str | int, names: list[str], *, single:
     return [_entries(entry, place.entry(row)) for row, entry in enumerate(given)]
 
 
-def _entries(value: Any, place: Place) -> _Entries:
+def _entries(value: Any, place: FilePosition) -> _Entries:
     """Return the entries of a list with their places; any other value is one entry."""
     return (value, place.entry) if isinstance(value, list) else ([value], lambda _: place)
 

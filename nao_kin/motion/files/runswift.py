@@ -18,7 +18,7 @@ import re
 import numpy as np
 
 from nao_kin._core.text import MAX_SHOWN, quoted
-from nao_kin.motion.files.source import Format, MotionSource, Place, has_line
+from nao_kin.motion.files.source import FilePosition, Format, MotionSource, has_line
 from nao_kin.motion.files.tracks import Track, check_times, milliseconds, motion_of, nao_rows
 from nao_kin.motion.motion import Motion
 from nao_kin.robot.nao import BODY_ORDER
@@ -44,7 +44,7 @@ def read(source: MotionSource) -> Motion:
             if duration < 0.0 or duration != math.floor(duration) or (duration == 0.0 and rows):
                 column = list(_WORD.finditer(line))[-1].start() + 1
                 raise source.error(
-                    f"{_DURATION} is {duration:g} ms, expected whole milliseconds > 0", Place(number, column)
+                    f"{_DURATION} is {duration:g} ms, expected whole milliseconds > 0", FilePosition(number, column)
                 )
             row = dict(zip(order, values, strict=True))
             rows.append([row[short] for short in SHORT_NAMES] + [duration])
@@ -52,14 +52,14 @@ def read(source: MotionSource) -> Motion:
         elif line.startswith("$"):
             for value in _numbers(source, line, number, order):
                 if not 0.0 <= value <= 1.0:
-                    raise source.error(f"stiffness {value:g}, expected 0 to 1", Place(number))
+                    raise source.error(f"stiffness {value:g}, expected 0 to 1", FilePosition(number))
         else:
             order = _order(source, line, number) or order
     if not rows:
         raise source.error("no pose: no line begins with !")
     table = np.array(rows)
     times = np.cumsum(table[:, -1]) / 1e3
-    check_times(source, times, lambda row: Place(lines[row]))
+    check_times(source, times, lambda row: FilePosition(lines[row]))
     angles = np.radians(table[:, :-1].T)
     tracks = [Track(joint, times, keys) for joint, keys in zip(_JOINTS, angles, strict=True)]
     return motion_of(source, tracks)
@@ -74,13 +74,13 @@ def _order(source: MotionSource, line: str, number: int) -> list[str] | None:
     for word in _WORD.finditer(line.replace("#", " ")):
         if word[0] not in SHORT_NAMES and word[0] != _DURATION:
             shown = quoted(word[0], MAX_SHOWN)
-            raise source.error(f"{shown} among the short names of joints", Place(number, word.start() + 1))
+            raise source.error(f"{shown} among the short names of joints", FilePosition(number, word.start() + 1))
     if len(set(names)) < len(names):
         twice = next(name for name in names if names.count(name) > 1)
-        raise source.error(f"joint {twice} is given twice", Place(number))
+        raise source.error(f"joint {twice} is given twice", FilePosition(number))
     missing = [short for short in SHORT_NAMES if short not in names]
     if missing:
-        raise source.error(f"the row of short names lacks {', '.join(missing)}", Place(number))
+        raise source.error(f"the row of short names lacks {', '.join(missing)}", FilePosition(number))
     return names
 
 
@@ -89,8 +89,8 @@ def _numbers(source: MotionSource, line: str, number: int, names: list[str]) -> 
     words = list(_WORD.finditer(line))
     if len(words) != len(names):
         what = "values and a duration" if names[-1] == _DURATION else "values"
-        raise source.error(f"{len(words)} numbers, expected {len(SHORT_NAMES)} {what}", Place(number))
-    return source.decimals([word[0] for word in words], names, lambda at: Place(number, words[at].start() + 1))
+        raise source.error(f"{len(words)} numbers, expected {len(SHORT_NAMES)} {what}", FilePosition(number))
+    return source.decimals([word[0] for word in words], names, lambda at: FilePosition(number, words[at].start() + 1))
 
 
 def write(motion: Motion, _: Motion) -> bytes:

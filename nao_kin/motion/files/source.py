@@ -35,7 +35,7 @@ class MotionFileWarning(NaoKinWarning):
 
 
 @dataclass(frozen=True)
-class Place:
+class FilePosition:
     """A position in a file.
 
     Attributes:
@@ -48,16 +48,16 @@ class Place:
     column: int = 0
     where: str = ""
 
-    def entry(self, index: int) -> Place:
+    def entry(self, index: int) -> FilePosition:
         """Return the place of an entry of the list at this place."""
-        return Place(self.line, self.column, f"{self.where}[{index}]")
+        return FilePosition(self.line, self.column, f"{self.where}[{index}]")
 
-    def field(self, index: int) -> Place:
+    def field(self, index: int) -> FilePosition:
         """Return the place of a field of the row that begins here."""
-        return Place(self.line, self.column + index)
+        return FilePosition(self.line, self.column + index)
 
 
-def in_json(*path: str | int) -> Place:
+def in_json(*path: str | int) -> FilePosition:
     """Return the place in JSON at the end of a path of names and indices, such as keys[3][2] or motion[0].keyframes."""
     words = ""
     for step in path:
@@ -67,14 +67,14 @@ def in_json(*path: str | int) -> Place:
             words += f".{step}" if words else step
         else:
             words += f"[{quoted(step, MAX_SHOWN)}]"
-    return Place(where=words)
+    return FilePosition(where=words)
 
 
 # Names and indices that lead to a value in JSON.
 JsonPath = list[str | int]
 # The place of the entry with an index.
-PlaceOf = Callable[[int], Place]
-NOWHERE = Place()
+FilePositionOf = Callable[[int], FilePosition]
+NOWHERE = FilePosition()
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ class MotionSource:
         try:
             return self.data.decode("utf-8-sig")
         except UnicodeDecodeError as error:
-            place = Place(self.data.count(b"\n", 0, error.start) + 1)
+            place = FilePosition(self.data.count(b"\n", 0, error.start) + 1)
             raise self.error(f"not UTF-8 text (byte {error.start})", place) from None
 
     @cached_property
@@ -149,11 +149,11 @@ class MotionSource:
                 raise self.error(f"unknown {what} (nearest: {near})", in_json(*path, name))
         return value
 
-    def error(self, reason: str, place: Place = NOWHERE) -> BadInputFile:
+    def error(self, reason: str, place: FilePosition = NOWHERE) -> BadInputFile:
         """Return the error for a reason and a place."""
         return BadInputFile(self.name, f"{place.where}: {reason}" if place.where else reason, place.line, place.column)
 
-    def floats(self, values: Sequence[Any], what: str, place: PlaceOf) -> Floats:
+    def floats(self, values: Sequence[Any], what: str, place: FilePositionOf) -> Floats:
         """Return the finite numbers (n,) in values of JSON or Python, which messages call `what`."""
         if set(map(type, values)) <= {int, float}:
             with suppress(OverflowError):
@@ -164,7 +164,7 @@ class MotionSource:
         raise self.error(f"{what} is {described(values[first])}, expected a finite number", place(first))
 
     def decimals(
-        self, fields: Sequence[str], names: Sequence[str], place: PlaceOf, hold: str | None = None
+        self, fields: Sequence[str], names: Sequence[str], place: FilePositionOf, hold: str | None = None
     ) -> list[float]:
         """Return the finite numbers in texts; the text `hold` gives NaN."""
         numbers = plain_floats(fields) if self._has_plain_digits else None
@@ -188,7 +188,7 @@ class MotionSource:
         """Return the numbers of a list in the JSON text, which messages call `what`."""
         return self.floats(self.list_at(*path), what, in_json(*path).entry)
 
-    def check_joint(self, joint: Any, place: Place = NOWHERE) -> str:
+    def check_joint(self, joint: Any, place: FilePosition = NOWHERE) -> str:
         """Return a known joint name, or one to leave out later; refuse other names, with the nearest ones."""
         if isinstance(joint, str) and (joint in self.joints or (joint and self.ignore_other)):
             return joint

@@ -11,7 +11,7 @@ from nao_kin._core.arrays import Floats
 from nao_kin._core.text import MAX_SHOWN, abbreviated
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, NaoKinError
-from nao_kin.motion.files.source import NOWHERE, MotionFileWarning, MotionSource, Place, PlaceOf
+from nao_kin.motion.files.source import NOWHERE, FilePosition, FilePositionOf, MotionFileWarning, MotionSource
 from nao_kin.motion.interpolation import Interpolation
 from nao_kin.motion.motion import Motion, out_of_order
 from nao_kin.robot.nao import BODY_ORDER
@@ -22,7 +22,7 @@ _MOTION_TOLERANCE = 1e-6
 _MAX_LISTED = 5
 
 
-def nowhere(key: int) -> Place:
+def nowhere(key: int) -> FilePosition:
     """Return no place, for any key."""
     return NOWHERE
 
@@ -45,9 +45,9 @@ class Track:
     times: Floats
     keys: Floats
     handles: Floats | None = None
-    place: Place = NOWHERE
-    time_of: PlaceOf = nowhere
-    key_of: PlaceOf = nowhere
+    place: FilePosition = NOWHERE
+    time_of: FilePositionOf = nowhere
+    key_of: FilePositionOf = nowhere
 
 
 def motion_of(
@@ -68,7 +68,7 @@ def motion_of(
         )
     if not tracks:
         raise source.error("no joint with keys")
-    seen = dict[str, Place]()
+    seen = dict[str, FilePosition]()
     checked: Floats | None = None
     for track in tracks:
         source.check_joint(track.joint, track.place)
@@ -96,7 +96,7 @@ def motion_of(
         raise source.error(str(error)) from None
 
 
-def check_times(source: MotionSource, times: Floats, place: PlaceOf, *, negative: bool = False) -> Floats:
+def check_times(source: MotionSource, times: Floats, place: FilePositionOf, *, negative: bool = False) -> Floats:
     """Return times that ascend, and are not negative unless that is allowed."""
     if len(times) and times[0] < 0.0 and not negative:
         raise source.error(f"time {times[0]:.9g} s is negative", place(0))

@@ -23,7 +23,7 @@ from nao_kin._core.text import MAX_SHOWN, quoted
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument
 from nao_kin.motion.files.key_frames import held_keys
-from nao_kin.motion.files.source import Format, MotionFileWarning, MotionSource, Place, has_line
+from nao_kin.motion.files.source import FilePosition, Format, MotionFileWarning, MotionSource, has_line
 from nao_kin.motion.files.tracks import Track, check_times, milliseconds, motion_of, straight_rows
 from nao_kin.motion.motion import Motion
 
@@ -48,7 +48,7 @@ def read(source: MotionSource) -> Motion:
     count = next((row for row, line in enumerate(lines) if row and not line.strip()), len(lines))
     for row in range(count, len(lines)):
         if lines[row].strip():
-            raise source.error("a line after an empty line, where Webots stops reading", Place(row + 1))
+            raise source.error("a line after an empty line, where Webots stops reading", FilePosition(row + 1))
     times, rows = [], []
     for number, line in enumerate(lines[1:count], start=2):
         fields = line.split(",")
@@ -56,12 +56,12 @@ def read(source: MotionSource) -> Motion:
             del fields[-1]
         if len(fields) != len(names) + 2:
             got = f"{len(fields)} fields"
-            raise source.error(f"{got}, expected a time, a pose name and {len(names)} values", Place(number))
+            raise source.error(f"{got}, expected a time, a pose name and {len(names)} values", FilePosition(number))
         times.append(_seconds(source, fields[0], number))
-        rows.append(source.decimals(fields[2:], names, Place(number, 3).field, _HOLD))
+        rows.append(source.decimals(fields[2:], names, FilePosition(number, 3).field, _HOLD))
     if not rows:
-        raise source.error("a header and no poses", Place(1))
-    stamps = check_times(source, np.array(times), lambda row: Place(row + 2, 1))
+        raise source.error("a header and no poses", FilePosition(1))
+    stamps = check_times(source, np.array(times), lambda row: FilePosition(row + 2, 1))
     table = np.array(rows)
     if np.isnan(table).all():
         raise source.error("no pose has a value")
@@ -80,13 +80,13 @@ def read(source: MotionSource) -> Motion:
     return motion_of(source, tracks)
 
 
-def _columns(source: MotionSource, names: list[str], table: Floats) -> Iterator[tuple[str, Place, Floats]]:
+def _columns(source: MotionSource, names: list[str], table: Floats) -> Iterator[tuple[str, FilePosition, Floats]]:
     """Yield each joint, its place and its values; the motors of a hand become one joint with their mean."""
     fingers: dict[str, list[int]] = {}
     for column, name in enumerate(names):
         hand = _hand_of(source, name)
         if hand is None or hand in names:
-            yield name, Place(1, column + 3), table[:, column]
+            yield name, FilePosition(1, column + 3), table[:, column]
         else:
             fingers.setdefault(hand, []).append(column)
     for hand, columns in fingers.items():
@@ -100,7 +100,7 @@ def _columns(source: MotionSource, names: list[str], table: Floats) -> Iterator[
                 f"{off:.3g} rad",
                 MotionFileWarning,
             )
-        yield hand, Place(1, columns[0] + 3), mean
+        yield hand, FilePosition(1, columns[0] + 3), mean
 
 
 def _hand_of(source: MotionSource, name: str) -> str | None:
@@ -113,18 +113,18 @@ def _hand_of(source: MotionSource, name: str) -> str | None:
 def _names(source: MotionSource, line: str) -> list[str]:
     fields = [field.strip() for field in line.split(",")]
     if fields[0] != _HEADER:
-        raise source.error(f"expected {_HEADER}, got {quoted(fields[0], MAX_SHOWN)}", Place(1, 1))
+        raise source.error(f"expected {_HEADER}, got {quoted(fields[0], MAX_SHOWN)}", FilePosition(1, 1))
     if len(fields) < 2 or fields[1] != _VERSION:
         got = quoted(fields[1], MAX_SHOWN) if len(fields) > 1 else "nothing"
-        raise source.error(f"expected version {_VERSION}, got {got}", Place(1, 2))
+        raise source.error(f"expected version {_VERSION}, got {got}", FilePosition(1, 2))
     names = fields[2:-1] if len(fields) > 3 and not fields[-1] else fields[2:]
     if not names:
-        raise source.error("the header names no joints", Place(1))
+        raise source.error("the header names no joints", FilePosition(1))
     for column, name in enumerate(names):
         if _hand_of(source, name) is None or f"{name[0]}Hand" in names:
-            source.check_joint(name, Place(1, column + 3))
+            source.check_joint(name, FilePosition(1, column + 3))
         if name in names[:column]:
-            raise source.error(f"joint {name} is given twice", Place(1, column + 3))
+            raise source.error(f"joint {name} is given twice", FilePosition(1, column + 3))
     return names
 
 
@@ -132,7 +132,7 @@ def _seconds(source: MotionSource, field: str, line: int) -> float:
     match = _TIME.fullmatch(field.strip())
     if match is None:
         shown = quoted(field.strip(), MAX_SHOWN)
-        raise source.error(f"time {shown}, expected minutes:seconds:milliseconds", Place(line, 1))
+        raise source.error(f"time {shown}, expected minutes:seconds:milliseconds", FilePosition(line, 1))
     minutes, seconds, thousandths = (int(group or 0) for group in match.groups())
     return (minutes * 60000 + seconds * 1000 + thousandths) / 1000
 

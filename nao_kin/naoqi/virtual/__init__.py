@@ -54,7 +54,7 @@ FRAME_ROBOT stays in place while both soles are down.
 """
 
 from nao_kin.naoqi.virtual.body import Base
-from nao_kin.naoqi.virtual.engine import Call, Change, MotionTask, NaoqiError
+from nao_kin.naoqi.virtual.engine import Call, Event, MotionTask, NaoqiError
 from nao_kin.naoqi.virtual.interpolation import Approach, Interpolation
 from nao_kin.naoqi.virtual.qi_server import OpenToOthersWarning, QiServer
 from nao_kin.naoqi.virtual.service import Service
@@ -64,7 +64,7 @@ __all__ = [
     "Approach",
     "Base",
     "Call",
-    "Change",
+    "Event",
     "Interpolation",
     "MotionTask",
     "NaoqiError",

@@ -185,7 +185,7 @@ class Clock:
 
 
 @dataclass(frozen=True)
-class Change:
+class Event:
     """An event that a watcher of the virtual NAO receives.
 
     Attributes:
@@ -201,9 +201,9 @@ class Change:
 
 
 class EventLog:
-    """The last thousand lines of the log; a watcher receives every line and every other `Change`."""
+    """The last thousand lines of the log; a watcher receives every line and every other `Event`."""
 
-    def __init__(self, clock: Clock, monitor: Monitor, watcher: Callable[[Change], object] | None) -> None:
+    def __init__(self, clock: Clock, monitor: Monitor, watcher: Callable[[Event], object] | None) -> None:
         self._clock, self._monitor, self._watcher = clock, monitor, watcher
         self._lines: deque[tuple[float, str]] = deque(maxlen=1000)
 
@@ -222,7 +222,7 @@ class EventLog:
         """Notify the watcher of a change, when the lock is free."""
         if self._watcher is not None:
             with self._monitor:
-                self._monitor.later(partial(self._watcher, Change(self._clock.now, kind, value)))
+                self._monitor.later(partial(self._watcher, Event(self._clock.now, kind, value)))
 
 
 class Notes:

@@ -315,7 +315,7 @@ def make_ready(kernels: Iterable[str]) -> None:
 
 
 def report(nao: VirtualNao, message: str) -> None:
-    """Log a message about compiled kernels, and publish it as a `Change` of the kind "kernels"."""
+    """Log a message about compiled kernels, and publish it as an `Event` of the kind "kernels"."""
     with nao.monitor:
         nao.log.write(message)
         nao.log.change("kernels", message)

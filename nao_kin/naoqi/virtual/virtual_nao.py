@@ -17,7 +17,7 @@ from nao_kin._core.arrays import Floats, choice, flag
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.naoqi.virtual.body import Base, Joints
-from nao_kin.naoqi.virtual.engine import TICK, Call, Change, Clock, EventLog, Monitor, MotionTask, NaoqiError, Tasks
+from nao_kin.naoqi.virtual.engine import TICK, Call, Clock, Event, EventLog, Monitor, MotionTask, NaoqiError, Tasks
 from nao_kin.naoqi.virtual.service import ABSENT, Service
 from nao_kin.naoqi.virtual.services import expression, life, memory, motion, movements
 from nao_kin.robot import NaoModel, load_nao
@@ -96,7 +96,7 @@ class VirtualNao:
         stepped: only `step` and `call` advance the time; no thread runs, and results are reproducible.
         posture: the initial posture.
         behaviors: a folder with Choregraphe's behaviours (.xar), which ALBehaviorManager plays; None for none.
-        on_change: called with every `Change`, on the thread that makes it; it must not wait.
+        on_change: called with every `Event`, on the thread that makes it; it must not wait.
 
     Attributes:
         robot, clock, joints, tasks, base, log: the parts of the virtual NAO; hold `monitor` while you read or change
@@ -124,7 +124,7 @@ class VirtualNao:
         stepped: bool = False,
         posture: str = "Crouch",
         behaviors: Path | str | None = None,
-        on_change: Callable[[Change], object] | None = None,
+        on_change: Callable[[Event], object] | None = None,
     ) -> None:
         self.robot = load_nao() if robot is None else robot
         if not isinstance(self.robot, NaoModel) or self.robot.base != "fixed":

@@ -51,7 +51,7 @@ MASKS: dict[int, tuple[float, float]] = {
 
 
 @dataclass
-class Balance:
+class BalanceControl:
     """The constraints of whole-body control.
 
     Attributes:
@@ -73,7 +73,7 @@ class WholeBodyTask(MotionTask):
 
     keeps_feet = True
 
-    def __init__(self, nao: VirtualNao, name: str, balance: Balance) -> None:
+    def __init__(self, nao: VirtualNao, name: str, balance: BalanceControl) -> None:
         super().__init__(name, joint_names(nao.robot, "Joints"))
         self._robot, self._balance = nao.robot, balance
 
@@ -184,7 +184,7 @@ class GoToBalance(WholeBodyTask):
     def __init__(
         self, nao: VirtualNao, name: str, support: Any, duration: float, fraction: float | None = None
     ) -> None:
-        super().__init__(nao, name, Balance(enabled=True))
+        super().__init__(nao, name, BalanceControl(enabled=True))
         self._support = arguments.choice(support, "support leg", SUPPORTS)
         self._duration, self._fraction = duration, fraction
         nao.base.check_stands()
@@ -222,7 +222,9 @@ class GoToBalance(WholeBodyTask):
 class WholeBodyPathTask(WholeBodyTask):
     """Effectors follow paths with the whole robot, with the masks of `MASKS`: positionInterpolations."""
 
-    def __init__(self, name: str, nao: VirtualNao, requests: Sequence[EffectorRequest], balance: Balance) -> None:
+    def __init__(
+        self, name: str, nao: VirtualNao, requests: Sequence[EffectorRequest], balance: BalanceControl
+    ) -> None:
         super().__init__(nao, name, balance)
         self._requests = tuple(requests)
 
@@ -258,7 +260,7 @@ class EffectorControl(WholeBodyTask):
 
     reactive = True
 
-    def __init__(self, nao: VirtualNao, balance: Balance) -> None:
+    def __init__(self, nao: VirtualNao, balance: BalanceControl) -> None:
         super().__init__(nao, "wbEnableEffectorControl", balance)
         self.goals: dict[str, Floats] = {}
         self._now: dict[str, Floats] = {}
@@ -330,7 +332,7 @@ class WholeBodyControl(CartesianControl):
 
     def __init__(self, nao: VirtualNao) -> None:
         super().__init__(nao)
-        self.balance = Balance()
+        self.balance = BalanceControl()
 
     def _path_task(self, name: str, found: Sequence[EffectorRequest]) -> MotionTask:
         """Return a task of the whole robot if whole-body control is on and supports the masks of the paths."""
@@ -343,7 +345,7 @@ class WholeBodyControl(CartesianControl):
         on = arguments.flag(isEnabled, "isEnabled")
         if not on:
             self.nao.tasks.kill(lambda task: isinstance(task, EffectorControl))
-            self.balance = Balance()
+            self.balance = BalanceControl()
         self.balance.enabled = on
 
     def wbFootState(self, stateName: Any, supportLeg: Any) -> None:

@@ -100,7 +100,7 @@ _MAX_FRAMES = 10_000
 
 
 class ALLeds(Service):
-    """The LEDs. The watcher gets a `Change` of kind "leds" (name → r, g, b from 0 to 1) for new colours.
+    """The LEDs. The watcher gets an `Event` of kind "leds" (name → r, g, b from 0 to 1) for new colours.
 
     Groups: AllLeds, FaceLeds, LeftFaceLeds, RightFaceLeds, EarLeds, LeftEarLeds, RightEarLeds, BrainLeds, ChestLeds,
     FeetLeds, LeftFootLeds, RightFootLeds, FaceLed0 to FaceLed7 for one LED of each eye, and every single LED. With
@@ -331,7 +331,7 @@ class ALTextToSpeech(Service):
     r"""Speaks texts one after the other, without sound: they go to the log and to the watcher.
 
     A text takes 0.3 s and 1/14 s for each character, scaled by the parameter "speed" (100 is normal), and its
-    `\pau=milliseconds\`; other tags take no time. The watcher gets a `Change` of kind "speech" with the text at its
+    `\pau=milliseconds\`; other tags take no time. The watcher gets an `Event` of kind "speech" with the text at its
     beginning, and with "" at its end. `saying` is the current text, "" for none.
     """
 
