@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_batch, rigid_inverse, unit
+from nao_kin._core.arrays import Floats, as_batch, rigid_inverse
 from nao_kin._kernels.cache import CachedKernel, Floats1, Floats2, Floats3, Ints1, first_rows
 from nao_kin.errors import BadArgument
 from nao_kin.robot import (
@@ -26,6 +26,7 @@ from nao_kin.robot import (
     level_axes,
     named_soles,
     points_on_floor,
+    rows_with_gravity,
 )
 from nao_kin.rotations import rot_z, rpy_from_matrix
 
@@ -164,16 +165,9 @@ def margin(
         [0.069, 0.067]
     """
     check_robot(robot)
-    names = named_soles(robot, soles)
-    if not names:
-        raise BadArgument(f"{robot.name} has no soles in its semantics; name the standing frames, as in soles=[…]")
-    feet, array = Feet.of(robot, names, outline), robot.checked(q)
-    batch, given = array.shape[:-1], None
-    if gravity is not None:
-        given = unit(as_batch(gravity, (3,), "gravity"), "gravity")[0]
-        batch = np.broadcast_shapes(batch, given.shape[:-1])
-        given = np.broadcast_to(given, (*batch, 3)).reshape(-1, 3)
-    rows = np.broadcast_to(array, (*batch, robot.nq)).reshape(-1, robot.nq)
+    names = named_soles(robot, soles, needed=True)
+    feet = Feet.of(robot, names, outline)
+    batch, rows, given = rows_with_gravity(robot, q, gravity)
     found = np.empty(len(rows))
     for start in range(0, len(rows), _AT_ONCE):
         part = slice(start, start + _AT_ONCE)

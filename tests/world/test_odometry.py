@@ -126,7 +126,9 @@ def test_without_a_start_it_begins_between_the_feet(nao: nk.NaoModel) -> None:
         ({"contacts": np.ones((3, 2)), "forces": np.ones((3, 2))}, BadArgument, "not both"),
         ({"forces": np.ones((3, 5))}, WrongShape, r"forces must have shape \(3, 2\) or \(3, 8\)"),
         ({"gyro": np.zeros((2, 3))}, WrongShape, "gyro"),
-        ({"soles": []}, BadArgument, "no soles"),
+        ({"soles": []}, BadArgument, "soles must name at least one frame"),
+        ({"start": np.zeros((4, 4))}, NaoKinError, "start: not a rotation matrix"),
+        ({"start": np.tile(np.eye(4), (2, 1, 1))}, WrongShape, "start"),
         ({"lower": -1.0}, BadArgument, "lower"),
     ],
 )
