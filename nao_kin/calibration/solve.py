@@ -259,7 +259,10 @@ class Problem:
             if not isinstance(one, Pixels | Poses | Contacts):
                 raise BadArgument(f"expected observations: Pixels, Poses or Contacts, got {quoted(one)}")
         self.observations: list[Checked] = [one._checked(robot) for one in given]
-        names = dict.fromkeys(name for one in self.observations for name in one.poses)
+        names = dict[str, str]()
+        for name, meaning in (pose for one in self.observations for pose in one.poses):
+            if names.setdefault(name, meaning) != meaning:
+                raise BadArgument(f"{quoted(name)} names a {names[name]} and a {meaning}: give them different names")
         self.unknowns = Unknowns(robot, joints, frames, names)
         self.labels, self.size = self.unknowns.labels, len(self.unknowns.labels)
         self._scales = np.where(np.array(self.unknowns.units) == "m", LARGEST_SHIFT, LARGEST_ANGLE)
