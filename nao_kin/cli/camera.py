@@ -49,8 +49,9 @@ def camera(
     """Print what a camera of a robot that stands on the floor sees.
 
     With pixels, the points of the ground that they show; with points, their pixels; without either, the numbers of the
-    camera, its horizon and the part of the ground that it sees. In the world x and y are zero below the root link, x is
-    forward, and the floor is z = 0. The lens has no distortion. A row without answer has empty numbers.
+    camera, its horizon and the part of the ground that it sees, with --json a polygon cut off at 10 m. In the world x
+    and y are zero below the root link, x is forward, and the floor is z = 0. The lens has no distortion. A row without
+    answer has empty numbers.
     """
     if (pixel is not None) + (point is not None) + (file is not None) > 1:
         raise BadArgument("--pixel, --point and FILE are three inputs; give one")
@@ -170,11 +171,12 @@ def _print_numbers(model: RobotModel, q: Floats, found: Camera, deg: bool, json:
         "field of view": f"{math.degrees(across):.1f}° × {math.degrees(high):.1f}°",
         "focal lengths": f"{found.fx:.1f}, {found.fy:.1f} pixels",
         "position": ", ".join(f"{value + 0.0:.3f}" for value in T[:3, 3]) + " m above the floor",
-        "tilt": f"{math.degrees(rpy[1]):.1f}° down",
+        "tilt": f"{abs(math.degrees(rpy[1])):.1f}° {'up' if rpy[1] < 0.0 else 'down'}",
         "horizon": "not in the image"
         if ends is None
         else f"from ({ends[0, 0]:.0f}, {ends[0, 1]:.0f}) to ({ends[1, 0]:.0f}, {ends[1, 1]:.0f})",
-        "sees the ground": f"from {polygon[:, 0].min():.2f} m to {polygon[:, 0].max():.2f} m ahead"
+        "sees the ground": f"from {polygon[:, 0].min():.2f} m ahead to "
+        + ("the horizon" if line.visible else f"{polygon[:, 0].max():.2f} m")
         if len(polygon)
         else "not at all",
     }
