@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin._core.arrays import Floats, as_floats, cross_matrix, rigid_inverse, shaped
 from nao_kin._core.text import quoted
 from nao_kin.calibration.unknowns import Moving, State
-from nao_kin.errors import BadArgument, WrongShape
+from nao_kin.errors import BadArgument, NaoKinError, WrongShape
 from nao_kin.robot import RobotModel, rigid_poses
 from nao_kin.rotations import log, right_jacobian_inverse
 from nao_kin.world import Camera, as_pixels
@@ -231,9 +232,23 @@ def _known(robot: RobotModel, *frames: str | None) -> None:
     robot.frame_ids([frame for frame in frames if frame is not None])
 
 
+@contextmanager
+def errors_of(where: str) -> Iterator[None]:
+    """Write before the message of an error where it is."""
+    try:
+        yield
+    except NaoKinError as error:
+        error.args = (f"{where}: {error}",)
+        raise
+
+
 def _named(*poses: tuple[str | None, str]) -> tuple[tuple[str, str], ...]:
     """Return names and meanings of those poses that have a name."""
-    return tuple((name, meaning) for name, meaning in poses if name is not None)
+    named = tuple((name, meaning) for name, meaning in poses if name is not None)
+    for name, meaning in named:
+        if not isinstance(name, str):
+            raise BadArgument(f"the name of a {meaning} must be a text, got {quoted(name)}")
+    return named
 
 
 def _noise(values: ArrayLike, shape: tuple[int, ...], what: str) -> Floats:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin._core.arrays import Floats, choice, shaped
 from nao_kin._core.text import quoted
 from nao_kin._core.warn import need_extra
-from nao_kin.calibration.observations import BEHIND, AnyObservation, Checked, Contacts, Pixels, Poses, Seen
+from nao_kin.calibration.observations import BEHIND, AnyObservation, Checked, Contacts, Pixels, Poses, Seen, errors_of
 from nao_kin.calibration.starts import add_starts
 from nao_kin.calibration.unknowns import LARGEST_ANGLE, LARGEST_SHIFT, Unknowns
 from nao_kin.errors import BadArgument
@@ -255,10 +255,12 @@ class Problem:
         given = list(observations) if isinstance(observations, Iterable) else [observations]
         if not isinstance(start, Mapping):
             raise BadArgument(f"start must map names to poses, got {quoted(start)}")
-        for one in given:
+        self.observations: list[Checked] = []
+        for number, one in enumerate(given):
             if not isinstance(one, Pixels | Poses | Contacts):
                 raise BadArgument(f"expected observations: Pixels, Poses or Contacts, got {quoted(one)}")
-        self.observations: list[Checked] = [one._checked(robot) for one in given]
+            with errors_of(f"observation {number}"):
+                self.observations.append(one._checked(robot))
         names = dict[str, str]()
         for name, meaning in (pose for one in self.observations for pose in one.poses):
             if names.setdefault(name, meaning) != meaning:
