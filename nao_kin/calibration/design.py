@@ -21,7 +21,7 @@ _MOST_RANDOM = 100_000
 
 @dataclass(frozen=True)
 class NextPosture:
-    """The posture whose observation would tell most about the offsets.
+    """The posture whose observation would shrink the uncertainty of the offsets most.
 
     Attributes:
         q: the configuration, shape (nq,).

@@ -44,10 +44,10 @@ def read_observations(robot: RobotModel, path: Path | str) -> dict[str, Any]:
         path: the file, "-" for standard input.
 
     Returns:
-        {"observations": […], "joints": …, "frames": …, "start": …}, of which calibrate takes all.
+        {"observations": […], "joints": …, "frames": …, "start": …}, all of them arguments of `calibrate`.
 
     Raises:
-        BadInputFile: the file cannot be read, or what it says is not understood; names the observation and posture.
+        BadInputFile: the file cannot be read or is not valid; the message names the observation and posture.
 
     Examples:
         >>> arguments = nk.calibration.read_observations(nk.load_nao(), "observations.json")  # doctest: +SKIP

@@ -18,7 +18,7 @@ from nao_kin.robot import RobotModel, rigid_poses
 from nao_kin.rotations import log, right_jacobian_inverse
 from nao_kin.world import Camera, as_pixels
 
-# Whitened residual of a point that is behind the camera while the search is on its way.
+# Residual, in units of its noise, of a point that is behind the camera during the search.
 BEHIND = 1e4
 
 
@@ -83,7 +83,7 @@ class Pixels:
 
 @dataclass(frozen=True)
 class Poses:
-    """Poses of a frame from outside, for example from motion capture.
+    """Poses of a frame measured from outside, for example by motion capture.
 
     T_world_marker = T_world_reference · T_reference_frame(q) · T_frame_marker, of which the first and the last are
     either known or unknown and estimated. Residuals are the translation and the rotation vector of
@@ -234,7 +234,7 @@ def _known(robot: RobotModel, *frames: str | None) -> None:
 
 @contextmanager
 def errors_of(where: str) -> Iterator[None]:
-    """Write before the message of an error where it is."""
+    """Name the place of an error at the beginning of its message."""
     try:
         yield
     except NaoKinError as error:

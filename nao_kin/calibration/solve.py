@@ -22,7 +22,7 @@ from nao_kin.screws import nearest_pose
 
 # Residuals beyond this many standard deviations count with their magnitude, not with its square.
 _HUBER = 3.0
-# An item is an outlier if noise alone makes one so large in a million.
+# An item is an outlier if noise alone makes its residual so large with a smaller probability than this.
 _RARE = 1e-6
 # With more outliers than this share of all items, the observations contradict each other.
 _MOST_OUTLIERS = 1 / 3
@@ -68,7 +68,7 @@ class Calibration:
         values: these numbers, shape (n,).
         covariance: their covariance for the stated noise, shape (n, n); zero for numbers held at zero.
         held: the labels of numbers held at zero, because the data cannot tell them from others.
-        notes: one sentence for each of these, and for whatever else a person should know.
+        notes: one sentence for each of these, and for outliers and residuals larger than the noise.
         residuals: for each observation, residuals in standard deviations, shape (items seen, numbers).
         initial_residuals: the same before the calibration.
         outliers: items beyond their noise, the largest first.
@@ -146,7 +146,7 @@ def calibrate(
     to 3.
 
     The data do not determine a combination of unknowns if the standard deviation along it, from the singular values of
-    J, is more than calibrations ever meet: 0.2 rad or 0.1 m. Of each such combination one offset is held at zero.
+    J, is larger than any offset in practice: 0.2 rad or 0.1 m. Of each such combination one offset is held at zero.
 
     Args:
         robot: the nominal robot.

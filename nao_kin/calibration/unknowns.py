@@ -16,8 +16,8 @@ from nao_kin.rotations import euler_rate_jacobian, matrix_from_rpy
 from nao_kin.screws import adjoint
 
 COORDINATES = ("x", "y", "z", "roll", "pitch", "yaw")
-# A change of an unknown that calibrations still meet [rad or a joint's unit; m]: numbers with a larger standard
-# deviation are not determined by the data.
+# Largest offsets in practice [rad or a joint's unit; m]: the data do not determine a number with a larger standard
+# deviation.
 LARGEST_ANGLE, LARGEST_SHIFT = 0.2, 0.1
 
 

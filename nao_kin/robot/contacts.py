@@ -1,4 +1,4 @@
-"""Which links of a robot touch in many configurations, and which pairs need no check: tested with the library coal."""
+"""Contact tests between links with the collision library coal, and the pairs of links that need no check."""
 
 from __future__ import annotations
 

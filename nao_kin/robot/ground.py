@@ -30,13 +30,14 @@ if TYPE_CHECKING:
 _BOTH, _ONE = 0.008, 0.003
 # How far above the floor a point may be and still touch it [m].
 TOUCHING = 0.005
-# Points so near the lowest one touch the floor with it, while the robot rolls over an edge [m].
+# While the robot rolls over an edge, points within this distance of the lowest one touch the floor [m].
 _ROLLING = 1e-5
-# A body rolls from one corner to the next; more rolls than any needs.
+# Most rolls from one edge to the next; no body needs so many.
 _MOST_ROLLS = 300
-# A joint that is farther away than this is in another posture, however far: one moved arm makes no other posture.
+# Largest difference that counts between a joint and that of a posture [rad]: one moved arm makes no other posture.
 _ELSEWHERE = 0.5
-# So many directions find the points of a rounded link that can touch the floor to a small part of a millimetre.
+# Directions in which the outermost points of a link are found: a rounded link is then placed on the floor to a small
+# fraction of a millimetre.
 _DIRECTIONS = 800
 # Configurations that are set down at a time: larger products of matrices are split among threads, which costs more.
 _AT_ONCE = 256
@@ -59,7 +60,7 @@ class SetDown:
         corner_soles: the index of each corner's sole, shape (k,).
         corners_touching: whether each corner touches the floor, shape (..., k).
         links: whether each link touches the floor with its shapes, in the order of `robot.link_names`.
-        stands: whether it was set down on soles; else on whatever is lowest, shape (...).
+        stands: whether it was set down on soles; otherwise it rests on its lowest points; shape (...).
     """
 
     T_world_base: Floats
@@ -314,7 +315,7 @@ def _outermost(shape: Any, packages: Any) -> Floats:
 
 @functools.cache
 def _directions() -> Floats:
-    """Return directions spread evenly over the sphere, one after another, by the golden angle."""
+    """Return directions spread evenly over the sphere, each turned by the golden angle from the one before."""
     index = np.arange(_DIRECTIONS)
     z = 1.0 - (2 * index + 1) / _DIRECTIONS
     turn = np.pi * (3.0 - np.sqrt(5.0)) * index
@@ -437,10 +438,10 @@ def _is_balanced(points: Floats, centre: Floats, down: Floats) -> bool:
 
 
 def _settled(points: Floats, centre: Floats, down: Floats) -> Floats:
-    """Return the direction down of a rigid body that has come to rest, begun from a direction down.
+    """Return the direction down of a rigid body after it has rolled to rest from a given direction down.
 
-    It rolls over the edge that is nearest to its centre of mass until that is above what it touches: the way downhill
-    to a local minimum of the height of the centre of mass.
+    It rolls over the edge nearest to its centre of mass until the centre is above the contacts: each roll lowers the
+    centre of mass, until its height has a local minimum.
     """
     for _ in range(_MOST_ROLLS):
         across = level_axes(-down)

@@ -38,8 +38,8 @@ _AT_ONCE = 2048
 class Balance:
     """Balance of one configuration or of a batch, in the world of `set_down`.
 
-    The support polygon has up to e vertices; where one of a batch has fewer, the last ones are NaN. A batch has NaN
-    throughout for a configuration that touches the floor in less than an area.
+    The support polygon has up to e vertices; where one of a batch has fewer, the last ones are NaN. In a batch, a
+    configuration whose contacts span no area has NaN throughout.
 
     Attributes:
         down: the robot set down: pose of the root link, and what touches.
@@ -90,8 +90,8 @@ def balance(
         tolerance: height up to which a point touches the floor [m].
 
     Raises:
-        BadArgument: one configuration that touches the floor in less than an area; a sole without outline; a robot
-            without mass; what `set_down` refuses.
+        BadArgument: a single configuration whose contacts span no area; a sole without outline; a robot without mass;
+            what `set_down` refuses.
         ZeroNorm: zero gravity.
 
     Examples:
@@ -121,7 +121,7 @@ def balance(
             points = _with_hull(points, k, points_on_floor(robot, rows[k], T_world_base[k], tolerance))
     vertices, margins, nearest = _hulls(points, com[:, :2])
     if not batch and nearest[0] < 0:
-        raise BadArgument(f"{robot.name} touches the floor in no area: there is no support polygon")
+        raise BadArgument(f"the contacts of {robot.name} with the floor span no area: there is no support polygon")
     vertices = vertices[:, : max(3, int(np.isfinite(vertices[..., 0]).sum(axis=1).max(initial=3)))]
     following = np.roll(vertices, -1, axis=1)
     last = np.isfinite(vertices[..., 0]) & ~np.isfinite(following[..., 0])
@@ -205,7 +205,7 @@ def feet_frame(T_world_feet: ArrayLike) -> Floats:
     if T.ndim < 3 or not T.shape[-3]:
         raise BadArgument("T_world_feet must have shape (..., n, 4, 4), with one foot at least")
     yaws = rpy_from_matrix(T[..., :3, :3])[..., 2]
-    # Relative to the first: to rounding, also where the yaws are on both sides of ±π.
+    # Differences from the first yaw: exact to rounding, even for yaws on both sides of ±π.
     turns = yaws - yaws[..., :1]
     mean = np.arctan2(np.sin(turns).sum(axis=-1), np.cos(turns).sum(axis=-1))
     places = T[..., :3, 3]

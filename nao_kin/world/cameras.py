@@ -264,7 +264,7 @@ class Camera:
 
     @functools.cached_property
     def _fold(self) -> float:
-        """The square of the radius up to which the radial part of the distortion increases; infinite without end."""
+        """The square of the radius up to which the radial distortion increases; infinite if it always does."""
         k1, k2, _, _, k3, k4, k5, k6 = self._coefficients
         N, D = np.polynomial.Polynomial([1, k1, k2, k3]), np.polynomial.Polynomial([1, k4, k5, k6])
         s = np.polynomial.Polynomial([0, 1])

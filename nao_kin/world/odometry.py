@@ -21,8 +21,8 @@ from nao_kin.world.balance import feet_frame
 
 # How much lower the other sole must be to become the support [m].
 LOWER = 1e-3
-# Share of the force from which the other sole becomes the support: more than half, so that the support does not change
-# to and fro while both carry the robot.
+# Share of the force from which the other sole becomes the support: more than half, so that the support does not switch
+# back and forth while both carry the robot.
 _SHARE = 0.6
 
 
@@ -60,7 +60,7 @@ def odometry(
 ) -> Odometry:
     """Return the trajectory of the root link from a log of joint values.
 
-    The support changes only on evidence, so that it does not change to and fro while both soles are down:
+    The support changes only on evidence, so that it does not switch back and forth while both soles are down:
 
     - with `contacts`, when the support loses contact and another sole has it;
     - with `forces`, when another sole carries more than 60 % of the total;

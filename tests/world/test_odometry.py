@@ -59,7 +59,7 @@ def test_from_the_joints_alone_it_drifts_by_a_thousandth(nao: nk.NaoModel, walk:
     assert np.count_nonzero(np.diff(found.support)) == steps > 6
 
 
-def test_noisy_encoders_do_not_make_the_support_change_to_and_fro(nao: nk.NaoModel, walk: Walk) -> None:
+def test_noisy_encoders_do_not_make_the_support_switch_back_and_forth(nao: nk.NaoModel, walk: Walk) -> None:
     noisy = walk.q + np.random.default_rng(3).normal(0.0, np.radians(0.1), walk.q.shape)
     found = nk.world.odometry(nao, walk.times, noisy, start=walk.T[0])
     assert np.count_nonzero(np.diff(found.support)) < 1.5 * np.count_nonzero(np.diff(walk.support))
