@@ -222,14 +222,18 @@ class Floor(NamedTuple):
         if not self.links or not len(T):
             return lowest
         # A link is looked at where its sphere reaches lower than all links before, the deepest ones first.
-        most = np.einsum("nk,nlkj,lj->nl", down, T[..., :3, :3], self.centres) + self.radii
-        most += np.einsum("nk,nlk->nl", down, T[..., :3, 3])
+        most = self._deepest(T, down)
         most[:, list(without)] = -np.inf
         for k in np.argsort(-most.max(axis=0), kind="stable"):
             rows = np.flatnonzero(most[:, k] > lowest)
             if len(rows):
                 lowest[rows] = np.maximum(lowest[rows], self._depth_of(k, T[rows], down[rows], exact))
         return lowest
+
+    def _deepest(self, T: Floats, down: Floats) -> Floats:
+        """Return how far down the spheres of the links reach, shape (n, L)."""
+        centres = np.einsum("nk,nlkj,lj->nl", down, T[..., :3, :3], self.centres)
+        return np.asarray(centres + np.einsum("nk,nlk->nl", down, T[..., :3, 3]) + self.radii)
 
     def _depth_of(self, k: int, T: Floats, down: Floats, exact: bool = False) -> Floats:
         points = self.vertices[k] if exact else self.points[self.starts[k] : self.starts[k + 1]]
@@ -238,8 +242,7 @@ class Floor(NamedTuple):
 
     def touching(self, T: Floats, down: Floats, least: Floats) -> NDArray[np.bool_]:
         """Return which links have a point at least so far down, shape (n, L)."""
-        most = np.einsum("nk,nlkj,lj->nl", down, T[..., :3, :3], self.centres) + self.radii
-        found: NDArray[np.bool_] = most + np.einsum("nk,nlk->nl", down, T[..., :3, 3]) >= least[:, None]
+        found: NDArray[np.bool_] = self._deepest(T, down) >= least[:, None]
         for k in range(len(self.links)):
             rows = np.flatnonzero(found[:, k])
             if len(rows):
