@@ -31,7 +31,7 @@ PARALLEL := -n $(WORKERS) --dist loadfile --no-loadscope-reorder
 # There are as many workers as cores; further threads of each would wait for one another.
 unit test-full test-lowest quick coverage mutate: export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: demo test test-all test-full quick kernels long-kernels other-kernels lint types web unit test-lowest test-light coverage mutate docs linkcheck generate check-generated tools-table check-tools-table bench clean
+.PHONY: demo test test-all test-full quick kernels long-kernels other-kernels lint types web web-packages unit test-lowest test-light coverage mutate docs linkcheck generate check-generated tools-table check-tools-table bench clean
 
 $(STAMP): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -51,9 +51,10 @@ demo: $(PLAIN)
 	$(BIN)/nao-kin view --posture StandInit --html nao.html --force
 	@echo "Written: $(CURDIR)/nao.html, the robot as a page: open it in a browser, for example with $(OPEN) nao.html"
 
+# At the same time, for none uses both cores all the while; the tests begin when the kernels are compiled.
 test: $(STAMP)
-	$(MAKE) -j3 lint kernels docs types check-generated web
-	$(MAKE) unit
+	$(MAKE) lint
+	$(MAKE) -j3 unit docs types check-generated web
 
 # At the same time, for the full tests mostly wait for processes and browsers.
 test-all: $(STAMP) $(LOWEST)/.installed $(LIGHT)/.installed
@@ -83,12 +84,15 @@ types: $(STAMP)
 	$(BIN)/mypy
 
 # The page: lint, format, types and tests of its modules, and whether the bundle in nao_kin/viewer/page is built from them.
-web:
-	@if command -v npm >/dev/null; then \
-	  cd web && npm ci --silent --no-audit --no-fund && npm run --silent check; \
+web: web-packages
+	@if command -v npm >/dev/null; then cd web && npm run --silent check; \
 	else echo "no npm; the page's modules are not checked"; fi
 
-unit: $(STAMP)
+web-packages:
+	@if command -v npm >/dev/null && ! test web/node_modules/.installed -nt web/package-lock.json; then \
+	  cd web && npm ci --silent --no-audit --no-fund && touch node_modules/.installed; fi
+
+unit: $(STAMP) kernels web-packages
 	@command -v check_urdf >/dev/null || echo "check_urdf is absent (Debian: liburdfdom-tools); its tests are skipped"
 	@command -v chromium chromium-browser google-chrome >/dev/null || echo "no Chromium; the browser tests are skipped"
 	$(BIN)/pytest $(PARALLEL) -m "not full"
@@ -129,9 +133,9 @@ docs: $(STAMP)
 linkcheck: $(STAMP)
 	$(BIN)/sphinx-build -q -b linkcheck docs docs/_build/linkcheck
 
-generate: $(STAMP)
+generate: $(STAMP) web-packages
 	$(BIN)/python scripts/generate_page_messages.py
-	cd web && npm ci --silent --no-audit --no-fund && npm run --silent build
+	cd web && npm run --silent build
 	$(BIN)/python scripts/generate_meshes.py
 	$(BIN)/python scripts/generate_collision_shapes.py
 	$(BIN)/python scripts/generate_urdf.py

@@ -1,7 +1,7 @@
-"""What `bench_batch.py` compares: the same question about the same configurations, answered in different ways.
+"""The contenders of `bench_batch.py`: different ways to compute the same results for the same configurations.
 
-Each contender is a function that writes its answers into an array that is there already, so that nobody is charged for
-memory that somebody else has warmed up.
+Each contender is a function that writes its results into an array that exists already, so that no contender is charged
+for allocating memory.
 """
 
 from __future__ import annotations
@@ -21,25 +21,25 @@ import nao_kin as nk
 Answer = Callable[[NDArray[np.float64], NDArray[Any]], None]
 
 MIXED = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-# Up to here, this library is asked as users ask it.
+# Up to this number of configurations, this library chooses its number of threads itself.
 FEW = 1000
-# Questions, with the frames they are about: "effectors", "joints" or "links".
+# The quantities to compute, with their frames: "effectors", "joints" or "links".
 QUESTIONS = ("effectors", "joints", "links", "jacobian", "com")
 
 
 def frames_of(robot: nk.RobotModel, question: str) -> list[str]:
-    """The frames that a question is about."""
+    """Return the frames of a quantity."""
     if question == "links":
         return list(robot.link_names)
     if question == "joints":
-        # NAO's 26 joints; the fingers, which follow the hands, are not among them.
+        # The NAO's 26 joints, without the fingers, which are mimic joints of the hands.
         return [*robot.joint_names, *(name for name in robot.mimics if name == "RHipYawPitch")]
     found = list(robot.semantics.end_effectors)
     return (found or list(robot.link_names[-5:]))[:5]
 
 
 def answer_shape(robot: nk.RobotModel, question: str) -> tuple[int, ...]:
-    """Shape of the answer for one configuration."""
+    """Return the shape of the result for one configuration."""
     if question == "com":
         return (3,)
     if question == "jacobian":
@@ -51,11 +51,11 @@ def answer_shape(robot: nk.RobotModel, question: str) -> tuple[int, ...]:
 
 
 def ours(robot: nk.RobotModel, question: str, threads: int | None) -> Answer:
-    """This library, in the precision of the answers; without a number of threads, as it decides itself."""
+    """This library, in the precision of the results; without a number of threads it chooses the number itself."""
     frames = frames_of(robot, question)
 
     def answer(q: NDArray[np.float64], out: NDArray[Any]) -> None:
-        # The library itself starts no second thread, and no kernel for a few configurations.
+        # For a few configurations the library itself uses neither a second thread nor a compiled kernel.
         workers = threads if len(q) > FEW else None
         if question == "com":
             robot.com(q, out=out, threads=workers)
@@ -71,7 +71,7 @@ def ours(robot: nk.RobotModel, question: str, threads: int | None) -> Answer:
 
 
 def pinocchio_loop(robot: nk.RobotModel, question: str) -> Answer:
-    """The loop that everybody writes: for poses, the property `homogeneous` of each placement."""
+    """The usual loop over configurations: for poses, it reads the property `homogeneous` of each placement."""
     model, data = robot.model, robot.model.createData()
     ids = robot.frame_ids(frames_of(robot, question))
 
@@ -87,7 +87,7 @@ def pinocchio_loop(robot: nk.RobotModel, question: str) -> Answer:
             answer[...] = pin.computeFrameJacobian(model, data, row, ids[0], MIXED)
 
     def com(q: NDArray[np.float64], out: NDArray[Any]) -> None:
-        # Pinocchio leaves the root link out of its centre of mass; it is put back in one step.
+        # Pinocchio leaves the root link out of its centre of mass; this step adds it for all configurations.
         held = model.inertias[0]
         share = pin.computeTotalMass(model) / robot.mass
         for row, answer in zip(q, out, strict=True):
@@ -99,10 +99,10 @@ def pinocchio_loop(robot: nk.RobotModel, question: str) -> Answer:
 
 
 def pinocchio_strided(robot: nk.RobotModel, question: str) -> Answer:
-    """The loop of someone who knows how Pinocchio stores placements, and takes what is wanted out at once."""
+    """The loop for experts: it knows how Pinocchio stores placements, and reads all wanted ones in one step."""
     model, data = robot.model, robot.model.createData()
     ids = robot.frame_ids(frames_of(robot, question))
-    # R by columns, then p; the universe's placement has the zeros and the one of the last row.
+    # R by columns, then p; the placement of the universe provides the zeros and the one of the last row.
     placements = np.lib.stride_tricks.as_strided(data.oMf[0].rotation, (12 * model.nframes,), (8,), writeable=False)
     places = np.full((len(ids), 4, 4), 1)
     row, column = np.indices((3, 4))
@@ -135,7 +135,7 @@ def structure_of_arrays(robot: nk.RobotModel, question: str, xp: Any) -> Callabl
     column = {name: k for k, name in enumerate(robot.joint_names, robot.nq_base)}
 
     def times(A: Sequence[Any], B: Sequence[Any]) -> list[Any]:
-        """Poses as twelve entries, row by row; plain zeros and ones cost nothing."""
+        """Multiply poses given as twelve entries, row by row; constant zeros and ones cost nothing."""
 
         def dot(x: Sequence[Any], y: Sequence[Any], start: Any) -> Any:
             total = start
@@ -188,7 +188,7 @@ def structure_of_arrays(robot: nk.RobotModel, question: str, xp: Any) -> Callabl
 
 
 def numpy_arrays(robot: nk.RobotModel, question: str) -> Answer:
-    """NumPy on pieces that stay in the processor's cache."""
+    """NumPy on parts of the batch that fit into the processor's cache."""
     answer = structure_of_arrays(robot, question, np)
 
     def run(q: NDArray[np.float64], out: NDArray[Any]) -> None:
@@ -211,13 +211,13 @@ def jax_arrays(robot: nk.RobotModel, question: str) -> Answer:
 
 
 def links_of(robot: nk.RobotModel, question: str) -> list[str]:
-    """The links that stand where the frames of a question do: other libraries know no frames of joints."""
+    """Return the links with the poses of a quantity's frames: other libraries have no frames of joints."""
     moved = {joint.name: joint.child for joint in robot.tree.moving_joints}
     return [name if name in robot.link_names else moved[name] for name in frames_of(robot, question)]
 
 
 def without_shapes(robot: nk.RobotModel) -> ElementTree.Element:
-    """The URDF without what it looks like."""
+    """Return the URDF without its visual elements."""
     root = ElementTree.parse(robot.urdf_path).getroot()
     for link in root.iter("link"):
         for shape in (*link.findall("visual"), *link.findall("collision")):
@@ -226,7 +226,7 @@ def without_shapes(robot: nk.RobotModel) -> ElementTree.Element:
 
 
 def mujoco_loop(robot: nk.RobotModel, question: str) -> Answer:
-    """MuJoCo, one configuration after another; the joints that follow others are set by hand."""
+    """MuJoCo, one configuration after another; the mimic joints are set by hand."""
     import mujoco
 
     root = without_shapes(robot)
@@ -256,7 +256,7 @@ def mujoco_loop(robot: nk.RobotModel, question: str) -> Answer:
 
 
 def frax_robot(robot: nk.RobotModel, question: str) -> Answer:
-    """frax, compiled by JAX in double precision; the joints that follow others are set by hand."""
+    """frax, compiled by JAX in double precision; the mimic joints are set by hand."""
     import frax
     import jax
 
@@ -277,7 +277,7 @@ def frax_robot(robot: nk.RobotModel, question: str) -> Answer:
     ratio = np.array([mimic.multiplier if mimic else 1.0 for mimic in mimics])
     offset = np.array([mimic.offset if mimic else 0.0 for mimic in mimics])
     rows = [robot.model.frames[frame] for frame in robot.frame_ids(frames_of(robot, question))]
-    # The root, which frax has no joint for, comes after all joints.
+    # The root, for which frax has no joint, comes after all joints.
     parents = np.array([names.index(robot.model.names[row.parentJoint]) if row.parentJoint else -1 for row in rows])
     placements = np.stack([row.placement.homogeneous for row in rows])
 
@@ -290,7 +290,7 @@ def frax_robot(robot: nk.RobotModel, question: str) -> Answer:
 
 
 def torch_chain(robot: nk.RobotModel, question: str) -> Answer:
-    """pytorch_kinematics; the joints that follow others are set by hand."""
+    """pytorch_kinematics; the mimic joints are set by hand."""
     import pytorch_kinematics
     import torch
 
@@ -322,5 +322,5 @@ OTHERS = {
 
 
 def installed_others() -> dict[str, Callable[[nk.RobotModel, str], Answer]]:
-    """The contenders among other libraries that are installed."""
+    """Return the contenders of those other libraries that are installed."""
     return {name: make for name, (module, make) in OTHERS.items() if importlib.util.find_spec(module)}

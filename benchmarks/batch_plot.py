@@ -1,4 +1,4 @@
-"""The picture of `bench_batch.py`: cost against count, against frames, and against threads."""
+"""Draw the picture of `bench_batch.py`: cost by number of configurations, of frames, and of threads."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ COLOURS = {
 
 
 def draw(robot: nk.RobotModel, timings: Sequence[Timing], path: str) -> None:
-    """Draw the timings of one robot, and measure what the other two panels show."""
+    """Draw the timings of one robot, and measure the values of the other two panels."""
     from bench_batch import best_call, empty_like_results
 
     style = {"font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "svg.hashsalt": "nao_kin"}

@@ -1,8 +1,8 @@
-"""Many configurations at once: this library beside loops over Pinocchio, NumPy, and others where they are installed.
+"""Compare batches of this library with loops over Pinocchio, with NumPy, and with other libraries that are installed.
 
-All contenders answer the same questions about the same configurations in one run, in turns, into warm arrays, and must
-agree. Loops are given 10 000 configurations at most, for they cost the same for each. Times are the best of several
-rounds, per configuration; what must be reached are ratios at 10 000 configurations and one thread.
+All contenders compute the same quantities for the same configurations in one run, in turns, into existing arrays, and
+must agree. Loops get at most 10 000 configurations, because their cost per configuration is constant. Times are per
+configuration, the best of several rounds; the targets are ratios at 10 000 configurations and one thread.
 
 Example:
     python benchmarks/bench_batch.py
@@ -41,7 +41,7 @@ import nao_kin as nk
 COUNTS = (1, 100, 10_000, 1_000_000)
 LOOPED = 10_000
 MAX_BYTES = 4 << 30
-JUDGED = 10_000  # the count at which ratios are judged
+JUDGED = 10_000  # the number of configurations at which ratios are compared with their targets
 
 LOOP, STRIDED, ONE, ALL, SINGLE = (
     "Pinocchio loop",
@@ -50,7 +50,7 @@ LOOP, STRIDED, ONE, ALL, SINGLE = (
     "nao_kin, all cores",
     "nao_kin float32",
 )
-# Question and contender → how many times as fast at least.
+# Quantity and contender → the least factor by which this library must be faster.
 FASTER = {
     ("effectors", LOOP): 80.0,
     ("effectors", STRIDED): 30.0,
@@ -63,12 +63,12 @@ BANDWIDTH, CORES, HALF, MEMORY = 0.6, 1.7, 1.5, 1.1
 
 @dataclass(frozen=True)
 class Timing:
-    """How long one contender takes.
+    """The time of one contender.
 
     Attributes:
-        robot, question, count, contender: what was measured.
+        robot, question, count, contender: the measured case.
         nanoseconds: for each configuration.
-        error: largest difference from Pinocchio's answers.
+        error: largest difference from Pinocchio's results.
     """
 
     robot: str
@@ -81,7 +81,7 @@ class Timing:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What must be reached, and what was."""
+    """A target, and the measured value."""
 
     what: str
     reached: float
@@ -90,7 +90,7 @@ class Verdict:
 
 
 def contenders(robot: nk.RobotModel, question: str) -> dict[str, Answer]:
-    """The ways to answer a question, by name."""
+    """Return the contenders for a quantity, by name."""
     cores = os.cpu_count() or 1
     found = {LOOP: pinocchio_loop(robot, question)}
     if question in ("effectors", "joints", "links"):
@@ -100,13 +100,13 @@ def contenders(robot: nk.RobotModel, question: str) -> dict[str, Answer]:
         for name, make in installed_others().items():
             try:
                 found[name] = make(robot, question)
-            except Exception as error:  # what another library does with a robot is its affair
+            except Exception as error:  # another library may fail in any way for a robot
                 print(f"{name} does not take {robot.name}: {error}".split("\n")[0], file=sys.stderr)
     return found | {ONE: ours(robot, question, 1), ALL: ours(robot, question, cores), SINGLE: ours(robot, question, 1)}
 
 
 def measure(robot: nk.RobotModel, question: str, count: int, rounds: int) -> list[Timing]:
-    """All contenders in turns."""
+    """Time all contenders in turns."""
     shape = answer_shape(robot, question)
     size = 8 * int(np.prod(shape))
     rows = min(count, MAX_BYTES // size)
@@ -127,7 +127,7 @@ def measure(robot: nk.RobotModel, question: str, count: int, rounds: int) -> lis
         if name == LOOP:
             expected[...] = out[: len(expected)]
         errors[name] = float(np.abs(out[: len(expected)] - expected).max())
-        # The others read the file themselves, and may keep its numbers in single precision.
+        # The other libraries read the file themselves, and may store its numbers in single precision.
         if errors[name] > (1e-12 if name in (LOOP, STRIDED, "NumPy", ONE, ALL) else 2e-6):
             raise SystemExit(f"{name} gives other {question} for {robot.name}: off by {errors[name]:.1e}")
         runs[name] = (answer, mine, out)
@@ -139,7 +139,7 @@ def measure(robot: nk.RobotModel, question: str, count: int, rounds: int) -> lis
 
 
 def best_call(call: Callable[[], None]) -> float:
-    """The quickest of the calls that fit into a twentieth of a second, or of two [s]."""
+    """Return the time of the quickest call [s], of those that fit into a twentieth of a second, but of at least two."""
     best, calls, started = np.inf, 0, time.perf_counter()
     before = started
     while calls < 2 or before - started < 0.05:
@@ -150,14 +150,14 @@ def best_call(call: Callable[[], None]) -> float:
 
 
 def empty_like_results(robot: nk.RobotModel, q: NDArray[np.float64], shape: tuple[int, ...]) -> NDArray[np.float64]:
-    """Memory as the library itself makes it for results: beginning where vectors can be written at once."""
+    """Allocate an array as the library does for its results: aligned for vector instructions."""
     room = nk._kernels.aligned_empty(len(q) * int(np.prod(shape)), np.dtype(np.float64))
     room.fill(0.0)
     return room.reshape(len(q), *shape)
 
 
 def bandwidth(robot: nk.RobotModel, rounds: int) -> tuple[float, float]:
-    """Bytes a second of all links, and of a copy into the same array."""
+    """Return bytes per second of writing the poses of all links, and of a copy into the same array."""
     q = robot.random(0, JUDGED)
     out = empty_like_results(robot, q, answer_shape(robot, "links"))
     source = np.ones_like(out)
@@ -174,7 +174,7 @@ def bandwidth(robot: nk.RobotModel, rounds: int) -> tuple[float, float]:
 
 
 def memory_ratio(robot: nk.RobotModel) -> float:
-    """Peak memory of a million configurations, effectors, over the size of the result."""
+    """Return the peak memory for the effectors of a million configurations, divided by the size of the result."""
     q = robot.random(0, 1_000_000)
     frames = frames_of(robot, "effectors")
     robot.fk(q[:100], frames, threads=1)
@@ -186,7 +186,7 @@ def memory_ratio(robot: nk.RobotModel) -> float:
 
 
 def verdicts(timings: Sequence[Timing], bytes_a_second: tuple[float, float] | None, memory: float) -> list[Verdict]:
-    """What was reached of what must be, for the NAO."""
+    """Return the targets and the measured values, for the NAO."""
     table: Mapping[tuple[str, int, str], float] = {
         (t.question, t.count, t.contender): t.nanoseconds for t in timings if t.robot.startswith("nao")
     }
@@ -212,7 +212,7 @@ def verdicts(timings: Sequence[Timing], bytes_a_second: tuple[float, float] | No
 
 
 def print_timings(timings: Sequence[Timing]) -> None:
-    """A table for each robot and question: contenders by counts, in nanoseconds a configuration."""
+    """Print a table for each robot and quantity: contenders by counts, in nanoseconds per configuration."""
     counts = sorted({t.count for t in timings})
     for robot in dict.fromkeys(t.robot for t in timings):
         for question in dict.fromkeys(t.question for t in timings):
@@ -227,7 +227,7 @@ def print_timings(timings: Sequence[Timing]) -> None:
 
 
 def main() -> int:
-    """Print the timings and verdicts; 1 when something is not reached."""
+    """Print the timings and verdicts; return 1 if a target is missed."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--counts", type=int, nargs="+", default=list(COUNTS), metavar="N")
     parser.add_argument("--questions", nargs="+", default=list(QUESTIONS), choices=QUESTIONS)

@@ -1,4 +1,4 @@
-"""Clearances against a Python loop over coal on the same shapes, and verdicts against coal on the meshes.
+"""Compare clearances with a Python loop over coal on the same shapes, and verdicts with coal on the meshes.
 
 A collision of the meshes that the shapes miss is an error; a false alarm is a configuration in which the shapes overlap
 and the meshes do not. Links that a joint connects, or that overlap in a standing posture, are not compared.
@@ -24,13 +24,13 @@ import nao_kin as nk
 from nao_kin.robot import LinkContacts
 from nao_kin.robot.urdf import Collision
 
-# Per configuration in a batch, and how many times as fast as the loop.
+# Limits: the time per configuration in a batch, and the factor by which it is faster than the loop.
 LIMIT_SECONDS, LIMIT_RATIO = 40e-6, 5.0
 _BLOCK = 1000
 
 
 def coal_seconds(nao: nk.NaoModel, q: np.ndarray) -> tuple[float, np.ndarray]:
-    """The time of a loop over coal with the poses given, per configuration [s], and the clearances."""
+    """Return the time of a loop over coal for given poses, per configuration [s], and the clearances."""
     shapes = nao.link_shapes
     of_link = {link: [k for k, s in enumerate(shapes.shapes) if s.link == link] for link in shapes.links}
     pairs = [(a, b) for one, other in shapes.pairs for a in of_link[one] for b in of_link[other]]
@@ -86,11 +86,11 @@ def verdicts(nao: nk.NaoModel, n: int) -> dict[str, object]:
 
 
 def main() -> int:
-    """Print the figures as JSON; 1 when a limit is exceeded or a collision missed."""
+    """Print the figures as JSON; return 1 if a limit is exceeded or a collision missed."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--configurations", type=int, default=20_000, help="in the batch that is timed")
     parser.add_argument("--verdicts", type=int, default=100_000, help="configurations compared with the meshes")
-    parser.add_argument("--rounds", type=int, default=5, help="of which the best counts (default 5)")
+    parser.add_argument("--rounds", type=int, default=5, help="number of rounds; the best one is used (default 5)")
     arguments = parser.parse_args()
     nao = nk.load_nao()
     q = nao.random(0, arguments.configurations)

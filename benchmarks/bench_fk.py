@@ -1,4 +1,4 @@
-"""Forward kinematics beside plain Pinocchio, as ratios measured side by side in one run.
+"""Compare forward kinematics with plain Pinocchio: ratios of times, measured in one run.
 
 Example:
     python benchmarks/bench_fk.py
@@ -21,15 +21,15 @@ import pinocchio as pin
 import nao_kin as nk
 
 LIMITS = {"fk_one_frame": 2.5, "fk_all_links": 2.0, "load_nao": 3.0, "first_load_nao": 5.0, "import_seconds": 0.1}
-# A small question may take this many times as long as plain Pinocchio, and this much on top [µs].
+# A small call may take this many times as long as plain Pinocchio, plus this time [µs].
 SMALL_TIMES, SMALL_EXTRA = 1.5, 3.0
-# And what Pinocchio has nothing beside [µs].
+# Limits for calls without a counterpart in Pinocchio [µs].
 MICROSECONDS = {"posture": 10.0, "configuration_of_two": 10.0, "configuration_of_all": 10.0}
 EFFECTORS = ["LArm", "RArm", "LLeg", "RLeg", "Head"]
 
 
 def ratio(ours: Callable[[], object], raw: Callable[[], object], number: int, rounds: int) -> dict[str, float]:
-    """Medians of paired timings [µs] and of their ratio; the two alternate, so that both meet the same machine."""
+    """Return medians of paired timings [µs] and of their ratio; the two calls alternate, so that load affects both."""
     pairs = []
     for _ in range(rounds):
         pairs.append((timeit.timeit(ours, number=number) / number, timeit.timeit(raw, number=number) / number))
@@ -41,18 +41,18 @@ def ratio(ours: Callable[[], object], raw: Callable[[], object], number: int, ro
 
 
 def strided_view(data: pin.Data, count: int) -> np.ndarray:
-    """All placements of Pinocchio's data as one (count, 3, 4) view, the fastest plain read-out there is."""
+    """Return all placements of Pinocchio's data as one view, shape (count, 3, 4): the fastest way to read them."""
     return np.lib.stride_tricks.as_strided(data.oMf[0].rotation, (count, 3, 4), (96, 8, 24), writeable=False)
 
 
 def seconds_to_import(statement: str) -> float:
-    """Time of an import in a fresh interpreter [s], measured inside it."""
+    """Return the time of an import in a new interpreter [s], measured inside it."""
     code = f"import time; t = time.perf_counter(); {statement}; print(time.perf_counter() - t)"
     return float(subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout)
 
 
 def measure(rounds: int) -> dict[str, dict[str, float]]:
-    """All figures."""
+    """Measure all figures."""
     nao = nk.load_nao()
     model, path = nao.model, str(nao.urdf_path)
     data = model.createData()
@@ -82,7 +82,7 @@ def measure(rounds: int) -> dict[str, dict[str, float]]:
         "fk_one_frame": ratio(lambda: nao.fk(q, "LFoot"), raw_one, 4000, rounds),
         "fk_all_links": ratio(lambda: nao.fk(q), raw_all, 4000, rounds),
         "load_nao": ratio(nk.load_nao, lambda: pin.buildModelFromUrdf(path, mimic=True), 10, rounds),
-        # The file of a version is read once in a process; a foreign file is read each time.
+        # The file of a NAO version is read only once in a process; other files are read each time.
         "first_load_nao": ratio(
             lambda: nk.RobotModel(read(path)), lambda: pin.buildModelFromUrdf(path, mimic=True), 10, rounds
         ),
@@ -91,7 +91,7 @@ def measure(rounds: int) -> dict[str, dict[str, float]]:
 
 
 def measure_small(rounds: int) -> dict[str, dict[str, float | bool]]:
-    """One configuration, asked the shortest questions: each beside the plain calls that answer it."""
+    """Measure the shortest calls for one configuration, each with the plain Pinocchio calls for the same result."""
     nao = nk.load_nao()
     model, q = nao.model, nao.posture("StandInit")
     data = model.createData()
@@ -138,7 +138,7 @@ def measure_small(rounds: int) -> dict[str, dict[str, float | bool]]:
 
 
 def main() -> int:
-    """Print the figures as JSON; 1 when one exceeds its limit."""
+    """Print the figures as JSON; return 1 if one exceeds its limit."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=15, help="paired timings of each figure (default 15)")
     rounds = parser.parse_args().rounds

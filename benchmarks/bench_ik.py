@@ -1,8 +1,8 @@
-"""Inverse kinematics: the closed forms beside damped least squares with Pinocchio, pink, TRAC-IK and EAIK, in one run.
+"""Compare the closed forms with damped least squares in Pinocchio, pink, TRAC-IK and EAIK, in one run.
 
-Targets are the poses of random configurations inside the limits, the same for all. What is not installed is left out.
-The aims: a leg of a batch, inside the limits and verified, in half a microsecond and a hundred times as fast as damped
-least squares; one call with all checks in 10 µs; every target solved.
+The targets are poses of random configurations inside the limits, the same for all contenders. Libraries that are not
+installed are left out. The aims: a leg in a batch, inside the limits and verified, in half a microsecond, and a hundred
+times as fast as damped least squares; one call with all checks in 10 µs; every target solved.
 
 Example:
     python benchmarks/bench_ik.py
@@ -25,16 +25,16 @@ from ik_contenders import CONTENDERS, success_rate
 import nao_kin as nk
 from nao_kin.ik import IKResult
 
-# A limb of a batch, inside the limits and verified, on all cores; and one call with all checks [µs].
+# Limits [µs]: a limb in a batch, inside the limits and verified, on all cores; and one call with all checks.
 LIMIT_BATCH, LIMIT_ONE = 0.5, 10.0
-# How many times as long damped least squares takes, at least.
+# The least ratio of the time of damped least squares to ours.
 LIMIT_RATIO = 100
-# Contenders take one target after the other; they are given so many.
+# The number of targets for contenders that solve one target after the other.
 _FEW = 300
 
 
 def best_seconds(run: Callable[[], Any], rounds: int) -> float:
-    """The best time of a call [s]."""
+    """Return the best time of a call [s]."""
     times = []
     for _ in range(rounds):
         start = time.perf_counter()
@@ -44,7 +44,7 @@ def best_seconds(run: Callable[[], Any], rounds: int) -> float:
 
 
 def figures(limb: str, solve: Callable[..., IKResult], targets: int, rounds: int) -> dict[str, Any]:
-    """Times per target [µs], and shares of targets solved."""
+    """Return times per target [µs], and the shares of solved targets."""
     nao = nk.load_nao("v6")
     side, frame = limb[0], limb
     T = nao.fk(nao.random(0, targets), frame)
@@ -84,7 +84,7 @@ def figures(limb: str, solve: Callable[..., IKResult], targets: int, rounds: int
 
 
 def figures_of_both_legs(pairs: int, rounds: int) -> dict[str, Any]:
-    """Times per pair of feet [µs] that one HipYawPitch meets, and the share solved."""
+    """Return times per pair of feet [µs] that one HipYawPitch can reach, and the share of solved pairs."""
     nao = nk.load_nao("v6")
     feet = nao.fk(nao.random(0, pairs), ["LLeg", "RLeg"])
     left, right = feet[:, 0], feet[:, 1]
@@ -103,10 +103,10 @@ def figures_of_both_legs(pairs: int, rounds: int) -> dict[str, Any]:
 
 
 def main() -> int:
-    """Print the figures as JSON; 1 when a limit is exceeded."""
+    """Print the figures as JSON; return 1 if a limit is exceeded."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--targets", type=int, default=100_000, help="targets of a batch (default 1e5)")
-    parser.add_argument("--rounds", type=int, default=7, help="rounds of each, of which the best counts (default 7)")
+    parser.add_argument("--rounds", type=int, default=7, help="rounds of each call; the best one is used (default 7)")
     arguments = parser.parse_args()
     results = {
         limb: figures(limb, nk.ik.leg if limb.endswith("Leg") else nk.ik.arm, arguments.targets, arguments.rounds)

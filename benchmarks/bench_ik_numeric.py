@@ -1,10 +1,10 @@
-"""Numerical inverse kinematics: this library beside Pinocchio's damped least squares, and pink where it is installed.
+"""Compare numerical inverse kinematics with Pinocchio's damped least squares, and with pink if it is installed.
 
-All contenders are given the same reachable poses of random configurations inside the limits, start from the same
-configuration, and must meet position and rotation to 1e-6 m and rad inside the limits, coupled ones included. A solve
-that ends outside does not count. Pinocchio's loop is that of its documentation, with steps of full length, clipped to
-the boxes; "restarts" begins again up to 30 times at random configurations. Times are the best of several rounds, per
-target and including failures; what says something are ratios.
+All contenders get the same reachable poses of random configurations inside the limits, start from the same
+configuration, and must reach position and rotation to 1e-6 m and rad inside the limits, including coupled ones. A
+solution outside the limits counts as a failure. Pinocchio's loop is that of its documentation, with steps of full
+length, clipped to the joint ranges; "restarts" starts again up to 30 times at random configurations. Times are per
+target, including failures, the best of several rounds; only their ratios are significant.
 
 Example:
     python benchmarks/bench_ik_numeric.py
@@ -33,20 +33,20 @@ Solver = Callable[[Floats, Floats], Floats]
 
 TOLERANCE = 1e-6
 STEPS, RESTARTS, DAMPING = 100, 30, 1e-3
-# Contenders that take one target at a time are given so many at most.
+# The largest number of targets for contenders that solve one target at a time.
 LOOPED = 200
 FRAMES = {"nao": ("Head", "LArm", "LLeg"), "romeo": ("l_wrist", "r_sole"), "panda": ("panda_link8",)}
 
 
 @dataclass(frozen=True)
 class Timing:
-    """What one contender did.
+    """The result of one contender.
 
     Attributes:
-        robot, frame, contender: what was measured.
-        success: share of the targets met inside the limits.
+        robot, frame, contender: the measured case.
+        success: share of the targets reached inside the limits.
         microseconds: for each target.
-        ratio: how many times as long as this library's batch.
+        ratio: time as a multiple of that of this library's batch.
     """
 
     robot: str
@@ -89,7 +89,7 @@ def damped_least_squares(robot: nk.RobotModel, frame: str, restarts: int) -> Sol
 
 
 def with_pink(robot: nk.RobotModel, frame: str) -> Solver:
-    """Quadratic programs of pink with configuration limits; raises ImportError where it is not installed."""
+    """Quadratic programs of pink with configuration limits; raises ImportError if pink is not installed."""
     import pink
     from pink.limits import ConfigurationLimit
     from pink.tasks import FrameTask
@@ -117,7 +117,7 @@ def with_pink(robot: nk.RobotModel, frame: str) -> Solver:
 
 
 def ours(robot: nk.RobotModel, frame: str, restarts: int = RESTARTS) -> Solver:
-    """This library, all targets at once."""
+    """This library, all targets in one call."""
     return lambda T, q: numeric(robot, frame, T, reference=q, restarts=restarts, tolerance=0.5 * TOLERANCE).q
 
 
@@ -128,7 +128,7 @@ def ours_one_by_one(robot: nk.RobotModel, frame: str) -> Solver:
 
 
 def success_rate(robot: nk.RobotModel, frame: str, q: Floats, T: Floats) -> float:
-    """Share of the targets that are met inside the limits."""
+    """Return the share of targets that are reached inside the limits."""
     poses = robot.fk(q, frame)
     near = np.linalg.norm(poses[:, :3, 3] - T[:, :3, 3], axis=-1) <= TOLERANCE
     turn = nk.rotations.log(poses[:, :3, :3].swapaxes(-1, -2) @ T[:, :3, :3])
@@ -136,7 +136,7 @@ def success_rate(robot: nk.RobotModel, frame: str, q: Floats, T: Floats) -> floa
 
 
 def measure(name: str, robot: nk.RobotModel, frame: str, targets: int, rounds: int) -> list[Timing]:
-    """All contenders in turns."""
+    """Time all contenders in turns."""
     T = robot.fk(robot.random(1, targets), frame)
     reference = robot.clamp(robot.neutral())
     contenders: dict[str, Solver] = {
@@ -166,7 +166,7 @@ def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--targets", type=int, default=2000, help="poses of each frame (default: 2000)")
-    parser.add_argument("--rounds", type=int, default=3, help="rounds, of which the best counts (default: 3)")
+    parser.add_argument("--rounds", type=int, default=3, help="rounds; the best one is used (default: 3)")
     parser.add_argument("--robots", nargs="+", choices=FRAMES, default=list(FRAMES), help="default: all")
     parser.add_argument("--json", action="store_true", help="one JSON object for each row")
     arguments = parser.parse_args()

@@ -1,8 +1,8 @@
-"""What a configuration costs in a batch wherever the library goes through many: limits, names, typed models, clips.
+"""Measure the time per configuration in batches: limits, conversion by names, typed models, clips of the viewer.
 
 Poses, Jacobians and centres of mass have a benchmark of their own. Every row is the best of several runs, in
-microseconds of processor time for each configuration, which others on the machine disturb less than the clock; it is
-met up to 5 µs at all counts.
+microseconds of processor time per configuration, which other programs disturb less than elapsed time. The limit of each
+row is 5 µs, at all counts.
 
 Example:
     python benchmarks/bench_loops.py
@@ -28,13 +28,13 @@ import nao_kin as nk
 from nao_kin.crosscheck.samples import sample_configurations
 from nao_kin.errors import NaoKinWarning
 
-LIMIT = 5.0  # µs for each configuration
+LIMIT = 5.0  # µs per configuration
 COUNTS = (10_000, 100_000)
 Call = Callable[[], object]
 
 
 def calls(nao: nk.NaoModel, count: int, folder: Path) -> dict[str, Call]:
-    """The calls that are timed, by name, on `count` configurations."""
+    """Return the timed calls by name, for `count` configurations."""
     rng = np.random.default_rng(0)
     inside = nao.random(rng, count)
     beyond = rng.uniform(-2.0, 2.0, inside.shape)
@@ -74,7 +74,7 @@ def calls(nao: nk.NaoModel, count: int, folder: Path) -> dict[str, Call]:
 
 
 def measure(counts: tuple[int, ...], rounds: int) -> dict[str, dict[str, Any]]:
-    """Processor time for each configuration at every count [µs], by name of the call, and whether all are met."""
+    """Return processor time per configuration [µs] by call and count, and whether each call is below the limit."""
     nao = nk.load_nao()
     times: dict[str, dict[str, float]] = {}
     for count in counts:
@@ -89,7 +89,7 @@ def measure(counts: tuple[int, ...], rounds: int) -> dict[str, dict[str, Any]]:
 
 
 def table(figures: dict[str, dict[str, Any]], counts: tuple[int, ...]) -> str:
-    """The figures as lines of text."""
+    """Return the figures as lines of text."""
     width = max(map(len, figures))
     lines = [f"{'µs per configuration, N =':{width}}" + "".join(f"{count:>10}" for count in counts)]
     for name, figure in figures.items():
@@ -99,15 +99,15 @@ def table(figures: dict[str, dict[str, Any]], counts: tuple[int, ...]) -> str:
 
 
 def main() -> int:
-    """Print the figures; 1 when one exceeds the limit."""
+    """Print the figures; return 1 if one exceeds the limit."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--counts", type=int, nargs="+", default=COUNTS, help="batch sizes (default 10000 100000)")
-    parser.add_argument("--rounds", type=int, default=5, help="runs of each call, the best of which counts (default 5)")
+    parser.add_argument("--rounds", type=int, default=5, help="runs of each call; the best one is used (default 5)")
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
     arguments = parser.parse_args()
     counts = tuple(arguments.counts)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", NaoKinWarning)  # what is outside the limits is meant to be
+        warnings.simplefilter("ignore", NaoKinWarning)  # configurations outside the limits are intended here
         figures = measure(counts, arguments.rounds)
     print(json.dumps(figures, indent=2) if arguments.json else table(figures, counts))
     return 0 if all(figure["met"] for figure in figures.values()) else 1

@@ -1,11 +1,11 @@
-"""Sampling motions side by side with scipy.interpolate: speed as a ratio, and the largest difference beside it.
+"""Compare the sampling of motions with scipy.interpolate: the ratio of speeds, and the largest difference.
 
-26 joints with keys at the same times, sampled at times in random order. Both libraries get what they need ready made:
-the motion, and scipy's interpolator of all columns at once; they take turns, and the best turn counts. scipy has no
-curve that is a cubic in time and value: the Bezier motion with handles of a third of their segment, which is a
-polynomial in time, stands beside BPoly, the one with handles of other lengths alone.
+26 joints with keys at the same times are sampled at times in random order. The motion, and scipy's interpolator of all
+columns, are constructed in advance. The two libraries take turns, and the best turn is used. scipy has no curve that is
+a cubic in both time and value. The Bezier motion whose handles are a third of their segment is a polynomial in time and
+is compared with BPoly; the motion with handles of other lengths has no counterpart.
 
-With --files, also how long a file of a million keys takes to be written and read in each format.
+--files also measures how long a file of a million keys takes to write and to read in each format.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ JOINTS = len(BODY_ORDER)
 
 
 def main() -> None:
-    """Print a table, or with --json the rows."""
+    """Print a table, or the rows as JSON with --json."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--keys", type=int, default=1000, help="keys of each joint")
     parser.add_argument("--times", type=int, default=100_000, help="times to sample at")
-    parser.add_argument("--turns", type=int, default=5, help="of which the best counts")
+    parser.add_argument("--turns", type=int, default=5, help="number of turns; the best one is used")
     parser.add_argument("--files", action="store_true", help="also files of a million keys in each format")
     parser.add_argument("--json", action="store_true", help="print JSON")
     chosen = parser.parse_args()
@@ -97,7 +97,7 @@ def _measured(row: Row, at: Array, turns: int) -> dict[str, Any]:
 
 
 def _checked(times: Array, keys: Array, turns: int) -> dict[str, Any]:
-    """A whole check of limits and speeds, which has no counterpart."""
+    """Time a complete check of limits and speeds, which has no counterpart in scipy."""
     nao = nk.load_nao()
     motion = nk.Motion(times, BODY_ORDER, 0.1 * np.tanh(keys), "smooth")
     best = min(_seconds(lambda _: check(nao, motion), times) for _ in range(turns))
@@ -105,7 +105,7 @@ def _checked(times: Array, keys: Array, turns: int) -> dict[str, Any]:
 
 
 def _files() -> list[dict[str, Any]]:
-    """A million keys, written and read."""
+    """Time writing and reading a million keys in each format."""
     count = 1_000_000 // JOINTS + 1
     keys = np.random.default_rng(0).uniform(-0.3, 0.0, (count, JOINTS)).round(4)
     keys[:, BODY_ORDER.index("RHipYawPitch")] = keys[:, BODY_ORDER.index("LHipYawPitch")]

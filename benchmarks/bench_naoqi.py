@@ -1,11 +1,11 @@
-"""The virtual NAO under load: latency of a call, memory, and answers that belong to their questions.
+"""Measure the virtual NAO under load: latency of a call, memory, and whether every call gets its own answer.
 
-Four scripts in processes of their own call one server 100 000 times: angles are read and set, and values of their own
-are written to the robot's memory and read back. Then sessions are opened and dropped by the hundred, some in the middle
-of a call. The bare server of qi, with a method that gives its arguments back, is measured in the same run; the figure
-is the ratio to it.
+Four scripts in separate processes call one server 100 000 times: they read and set angles, and write values to the
+robot's memory and read them back. Then hundreds of sessions are opened and dropped, some in the middle of a call. A
+plain qi server, with a method that returns its arguments, is measured in the same run, and latencies are given as
+ratios to it.
 
-Exit code 1 when an answer is lost or is another's, or when the server's memory grows.
+The exit code is 1 if an answer is lost or belongs to another call, or if the server's memory grows.
 
 Example:
     python benchmarks/bench_naoqi.py --calls 100000 --sessions 1000
@@ -99,7 +99,7 @@ SESSIONS = """
 
 @contextmanager
 def serving(command: list[str]) -> Iterator[tuple[str, int]]:
-    """A server's endpoint and process, ended in the end."""
+    """Start a server, yield its endpoint and its process, and end it afterwards."""
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         try:
             assert process.stdout is not None
@@ -112,12 +112,12 @@ def serving(command: list[str]) -> Iterator[tuple[str, int]]:
 
 
 def program(text: str, *arguments: object) -> list[str]:
-    """The command of a small program."""
+    """Return the command that runs a small program."""
     return [sys.executable, "-c", textwrap.dedent(text), *map(str, arguments)]
 
 
 def resident(process: int) -> float:
-    """Memory of a process [MiB]."""
+    """Return the resident memory of a process [MiB]."""
     for line in Path(f"/proc/{process}/status").read_text().splitlines():
         if line.startswith("VmRSS"):
             return int(line.split()[1]) / 1024.0
@@ -125,12 +125,12 @@ def resident(process: int) -> float:
 
 
 def quantile(values: list[float], share: float) -> float:
-    """The value that a share of all values does not pass."""
+    """Return the value that a given share of all values does not exceed."""
     return sorted(values)[min(len(values) - 1, int(share * len(values)))]
 
 
 def load(endpoint: str, calls: int) -> tuple[list[float], int]:
-    """Time of each call of all clients, and how many answers were wrong."""
+    """Return the time of each call of all clients, and the number of wrong answers."""
     running = [
         subprocess.Popen(program(CLIENT, endpoint, number, calls // CLIENTS), stdout=subprocess.PIPE, text=True)
         for number in range(CLIENTS)
@@ -140,7 +140,7 @@ def load(endpoint: str, calls: int) -> tuple[list[float], int]:
 
 
 def main() -> None:
-    """Measure, and print what was found."""
+    """Measure, and print the results."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--calls", type=int, default=100_000)
     parser.add_argument("--sessions", type=int, default=1000)
@@ -160,7 +160,7 @@ def main() -> None:
             f"one client, getAngles: median {1e6 * quantile(with_robot, 0.5):.0f} µs, bare qi "
             f"{1e6 * quantile(alone, 0.5):.0f} µs, ratio {ratio:.2f}"
         )
-        load(ours, max(4000, arguments.calls // 10))  # what is made once is made
+        load(ours, max(4000, arguments.calls // 10))  # objects that are created only once exist now
         before = resident(process)
         taken, wrong = load(ours, arguments.calls)
         after = resident(process)

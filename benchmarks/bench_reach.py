@@ -1,4 +1,4 @@
-"""Reach maps: how long ten million samples take, and what threads and finer voxels cost.
+"""Time reach maps: ten million samples, and the effect of threads and of finer voxels.
 
 Example:
     python benchmarks/bench_reach.py
@@ -16,14 +16,14 @@ import numpy as np
 
 import nao_kin as nk
 
-# For ten million samples of an arm, with manipulability, on all cores [s].
+# The limit for ten million samples of an arm, with manipulability, on all cores [s].
 LIMIT_SECONDS, LIMIT_SAMPLES = 15.0, 10_000_000
 
 
 def seconds(
     samples: int, rounds: int, *, frame: str = "LArm", voxel: float = 0.01, threads: int | None = None
 ) -> float:
-    """The best time of a map [s]."""
+    """Return the best time of a map [s]."""
     nao = nk.load_nao()
     times = []
     for _ in range(rounds):
@@ -34,7 +34,7 @@ def seconds(
 
 
 def arrays_seconds(samples: int) -> float:
-    """The time of what a user would write himself: positions, Jacobians and voxels from the robot's methods [s]."""
+    """Return the time of a user's own code: positions, Jacobians and voxels from the robot's methods [s]."""
     nao = nk.load_nao()
     start = time.perf_counter()
     q = nao.random(0, samples)
@@ -48,10 +48,10 @@ def arrays_seconds(samples: int) -> float:
 
 
 def main() -> int:
-    """Print the figures as JSON; 1 when the limit is exceeded."""
+    """Print the figures as JSON; return 1 if the limit is exceeded."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--samples", type=int, default=LIMIT_SAMPLES, help="samples of the large maps (default 1e7)")
-    parser.add_argument("--rounds", type=int, default=2, help="rounds of each, of which the best counts (default 2)")
+    parser.add_argument("--rounds", type=int, default=2, help="rounds of each map; the best one is used (default 2)")
     arguments = parser.parse_args()
     samples, rounds = arguments.samples, arguments.rounds
     nk.reach.workspace(nk.load_nao(), "LArm", 1)  # compiles

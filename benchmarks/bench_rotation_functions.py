@@ -1,8 +1,8 @@
-"""What rotations do, beyond conversions, side by side with scipy: speed as a ratio, and how far the two differ.
+"""Compare functions of rotations with scipy: the ratio of speeds, and the largest difference.
 
-Powers, means, turned vectors, interpolation, random rotations, fits to directions. Each row is one function at one
-count of rotations; both libraries get the same arrays and take turns, and the best turn counts. Differences are taken
-on random rotations, where both are right.
+Powers, means, rotated vectors, interpolation, random rotations, fits to directions. Each row is one function at one
+count of rotations; both libraries get the same arrays and take turns, and the best turn is used. Differences are
+measured on random rotations, for which both libraries are accurate.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ FUNCTIONS = (
         lambda i: (Rotation.from_matrix(i.matrices[::-1]).inv() * Rotation.from_matrix(i.matrices)).magnitude(),
     ),
     Function(
-        "vectors turned by quaternions",
+        "vectors rotated by quaternions",
         lambda i: rotations.quat_rotate(i.quaternions, i.vectors),
         lambda i: _rotations(i.quaternions).apply(i.vectors),
     ),
@@ -117,7 +117,7 @@ def main(arguments: list[str] | None = None) -> None:
     """Measure and print one JSON document."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--counts", type=int, nargs="+", default=[10, 1_000, 1_000_000], help="rotations per call")
-    parser.add_argument("--repeats", type=int, default=5, help="turns of each library; the best one counts")
+    parser.add_argument("--repeats", type=int, default=5, help="turns of each library; the best one is used")
     options = parser.parse_args(arguments)
     rows = []
     for count in options.counts:
@@ -158,12 +158,12 @@ def _keys() -> Array:
 
 
 def _near(inputs: Inputs) -> Array:
-    """Rotations not far from each to the next."""
+    """Return rotations about the same axes by 0.3 of the angles, which are near each other."""
     return rotations.power(inputs.matrices, 0.3)
 
 
 def _directions(inputs: Inputs) -> Array:
-    """The vectors before a turn, and not quite."""
+    """Return the vectors before the rotation, with small errors."""
     turned: Array = inputs.vectors @ rotations.rot_x(0.5) + 0.01 * inputs.vectors[..., ::-1]
     return turned
 

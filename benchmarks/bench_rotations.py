@@ -1,9 +1,9 @@
-"""Rotation conversions side by side with scipy.spatial.transform.Rotation: speed as a ratio, and accuracy beside it.
+"""Compare conversions of rotations with scipy.spatial.transform.Rotation: the ratio of speeds, and the accuracy.
 
 Each row is one conversion at one count of rotations. Both libraries get the same arrays and check them as they do by
-default; they take turns, so that a busy machine slows both, and the best turn counts. Accuracy is measured once for
-each conversion, on rotations near 0, near π and beside gimbal lock (1e-12 … 1e-3) and on random ones, against long
-double arithmetic.
+default; they take turns, so that a busy machine slows both, and the best turn is used. Accuracy is measured once for
+each conversion, on rotations near 0, near π and near gimbal lock (1e-12 … 1e-3) and on random ones, against long double
+arithmetic.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ MOVING = "zyx"
 
 @dataclass(frozen=True)
 class Conversion:
-    """One conversion in both libraries, with the least ratio of throughputs it should reach at N = 1 and at N = 1e6."""
+    """One conversion in both libraries, with the required ratio of throughputs at N = 1 and at N = 1e6."""
 
     name: str
     source: str
@@ -49,7 +49,7 @@ CONVERSIONS = (
         "matrix",
         lambda R: rotations.euler_from_matrix(R, MOVING, axes="moving").angles,
         lambda R: Rotation.from_matrix(R).as_euler(MOVING.upper()),
-        "largest entry of R(angles) − R, beside lock",
+        "largest entry of R(angles) − R, near lock",
         1.0,
         2.0,
     ),
@@ -104,7 +104,7 @@ def main(arguments: list[str] | None = None) -> None:
     """Measure and print one JSON document."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--counts", type=int, nargs="+", default=[1, 1_000, 1_000_000], help="rotations per call")
-    parser.add_argument("--repeats", type=int, default=7, help="turns of each library; the best one counts")
+    parser.add_argument("--repeats", type=int, default=7, help="turns of each library; the best one is used")
     options = parser.parse_args(arguments)
     errors = {conversion.name: _errors(conversion) for conversion in CONVERSIONS}
     rows = []
@@ -136,7 +136,7 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 def _inputs(count: int) -> dict[str, Array]:
-    """Random rotations in each of the forms; single ones without a batch axis."""
+    """Return random rotations in each representation; a single one has no batch axis."""
     random = Rotation.random(count, random_state=np.random.default_rng(0))
     forms = {
         "matrix": random.as_matrix(),
@@ -148,7 +148,7 @@ def _inputs(count: int) -> dict[str, Array]:
 
 
 def _errors(conversion: Conversion) -> tuple[float, float]:
-    """Worst error of each library over samples where it is hard."""
+    """Return the largest error of each library over difficult samples."""
     with warnings.catch_warnings():
         # scipy warns at gimbal lock.
         warnings.simplefilter("ignore", UserWarning)

@@ -1,7 +1,7 @@
-"""Rigid motions side by side with a Python loop over Pinocchio: speed as a ratio, and accuracy beside it.
+"""Compare functions of rigid motions with a Python loop over Pinocchio: the ratio of speeds, and the accuracy.
 
-Each row is one function at one count of motions. Both get the same numbers and give arrays; they take turns, so that a
-busy machine slows both, and the best turn counts. Accuracy is measured once for each function, on turns near 0
+Each row is one function at one count of motions. Both get the same numbers and return arrays; they take turns, so that
+a busy machine slows both, and the best turn is used. Accuracy is measured once for each function, on rotations near 0
 (1e-12 … 1e-3), near π and on random ones, against power series in long double arithmetic.
 """
 
@@ -26,7 +26,7 @@ Array = NDArray[Any]
 
 @dataclass(frozen=True)
 class Function:
-    """One function in both libraries, with the least ratio of throughputs it should reach at 1e5 motions."""
+    """One function in both libraries, with the required ratio of throughputs at 1e5 motions."""
 
     name: str
     source: str
@@ -53,14 +53,14 @@ def main(arguments: list[str] | None = None) -> None:
     """Measure and print one JSON document."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--counts", type=int, nargs="+", default=[1, 1_000, 100_000], help="motions per call")
-    parser.add_argument("--repeats", type=int, default=5, help="turns of each library; the best one counts")
+    parser.add_argument("--repeats", type=int, default=5, help="turns of each library; the best one is used")
     options = parser.parse_args(arguments)
     rows = []
     errors = {function.name: _errors(function) for function in FUNCTIONS}
     for count in options.counts:
         twists = _random_twists(count)
         poses = screws.exp(twists)
-        # Pinocchio's own objects are made beforehand: only the functions are measured.
+        # Pinocchio's own objects are constructed in advance: only the functions are measured.
         inputs = {"twist": (twists, list(twists)), "pose": (poses, [pin.SE3(T) for T in poses])}
         for function in FUNCTIONS:
             ours, theirs = _race(function, *inputs[function.source], options.repeats)
@@ -83,7 +83,7 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 def _race(function: Function, ours: Array, theirs: list[Any], repeats: int) -> tuple[float, float]:
-    """Seconds per call of each library for all motions, the best of its turns."""
+    """Return the seconds per call of each library for all motions, the best of its turns."""
     loops = max(1, 50 // len(theirs))
     single = ours[0] if len(theirs) == 1 else ours
     return race(
@@ -103,10 +103,10 @@ def _random_twists(count: int, angles: Array | None = None) -> Array:
 
 
 def _errors(function: Function) -> dict[str, float]:
-    """Largest entry of the difference to the exact result, of each library."""
+    """Return the largest entry of the difference from the exact result, for each library."""
     small = 10.0 ** np.linspace(-12, -3, 181)
     rng = np.random.default_rng(1)
-    # A hair beside π, for there the logarithm may as well be that of the opposite turn.
+    # Slightly less than π, because at π the logarithm may also be that of the opposite rotation.
     twists = _random_twists(1362, np.concatenate([small, np.pi - small, rng.uniform(0.0, np.pi, 1000)]))
     hat, ad = _matrices(twists)
     T = _series(hat, 0).astype(np.float64)
@@ -125,7 +125,7 @@ def _errors(function: Function) -> dict[str, float]:
 
 
 def _matrices(twists: Array) -> tuple[Array, Array]:
-    """[ξ], 4 × 4, and the matrix of the bracket with ξ, 6 × 6, in long double."""
+    """Return [ξ], 4 × 4, and the matrix of the bracket with ξ, 6 × 6, in long double."""
     v, omega = twists[:, :3].astype(np.longdouble), twists[:, 3:].astype(np.longdouble)
 
     def skew(w: Array) -> Array:
@@ -141,7 +141,7 @@ def _matrices(twists: Array) -> tuple[Array, Array]:
 
 
 def _series(A: Array, shift: int) -> Array:
-    """Σ Aⁿ/(n + shift)! of matrices; shift is 0 or 1."""
+    """Return Σ Aⁿ/(n + shift)! of matrices; shift is 0 or 1."""
     term = np.broadcast_to(np.eye(A.shape[-1], dtype=A.dtype), A.shape)
     total: Array = term.copy()
     for n in range(1, 50):
@@ -151,7 +151,7 @@ def _series(A: Array, shift: int) -> Array:
 
 
 def _inverses(J: Array) -> Array:
-    """Inverses in long double: those of NumPy, and two of Newton's steps."""
+    """Return inverses in long double: those of NumPy, improved by two Newton steps."""
     found: Array = np.linalg.inv(J.astype(np.float64)).astype(np.longdouble)
     for _ in range(2):
         found = 2 * found - np.einsum("nij,njk,nkl->nil", found, J, found)

@@ -1,6 +1,6 @@
-"""Files of configurations to files of poses: time from start to file, and memory that stays the same.
+"""Measure the conversion of files of configurations to files of poses: total time, and whether memory stays constant.
 
-The command runs as users run it, in a process of its own, with kernels that `nao-kin warmup` has compiled.
+The command runs in a process of its own, as users run it, with kernels that `nao-kin warmup` has compiled.
 
 Example:
     python benchmarks/bench_stream.py
@@ -21,14 +21,14 @@ import numpy as np
 
 import nao_kin as nk
 
-# Two hundred thousand rows of CSV, two feet, from start to the finished CSV file [s].
+# The limit for the poses of two feet from 200 000 rows of CSV, from the start to the complete CSV file [s].
 ROWS, LIMIT_SECONDS = 200_000, 2.5
-# Peak memory of the longest file over that of the shortest.
+# The limit of the peak memory for the longest file, divided by that for the shortest.
 LIMIT_GROWTH = 1.15
 
 
 def write_csv(path: Path, rows: int) -> None:
-    """Random configurations, as a log writes them."""
+    """Write random configurations as a log."""
     nao = nk.load_nao()
     with path.open("w", encoding="utf-8") as file:
         file.write(",".join(nao.joint_names) + "\n")
@@ -37,7 +37,7 @@ def write_csv(path: Path, rows: int) -> None:
 
 
 def run(*arguments: str) -> tuple[float, float]:
-    """Seconds and peak memory [MB] of a command."""
+    """Run a command, and return its seconds and peak memory [MB]."""
     started = time.perf_counter()
     process = os.posix_spawn(sys.executable, [sys.executable, "-m", "nao_kin", *arguments], dict(os.environ))
     _, status, usage = os.wait4(process, 0)
@@ -48,7 +48,7 @@ def run(*arguments: str) -> tuple[float, float]:
 
 
 def main() -> int:
-    """Print the figures as JSON; 1 when a limit is not met."""
+    """Print the figures as JSON; return 1 if a limit is exceeded."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rows", type=int, nargs="+", default=[ROWS, 1_000_000], help="lengths of files to compare")
     parser.add_argument("--rounds", type=int, default=5, help="runs of the timed command (default 5)")

@@ -1,10 +1,10 @@
-"""How fast the live view is: one `display` beside thirty transforms sent through meshcat's own client, as JSON.
+"""Measure the speed of the live page: one `display`, compared with thirty transforms through meshcat's own client.
 
-The two are timed in turns on the same machine, and both end when the server has them. With Playwright and a browser at
-hand the page is measured too: how soon it is ready, how many configurations it takes in a second, what it holds in
-memory before and after (--seconds 30 tells a leak), and how many pictures it draws in software while the robot moves
-and while the camera goes round it, at 1400 × 900. With --beside FILE, a page that another version of this library has
-saved of the same robot, the two are measured in turns and the ratio is given.
+The two are timed in turns on the same machine; each time ends when the server has received them. If Playwright and a
+browser are installed, the page is measured too: the time until it is ready, the configurations per second that it
+accepts, its memory before and after (--seconds 30 shows a leak), and the frames per second that it draws in software
+while the robot moves and while the camera moves around it, at 1400 × 900. With --beside FILE, a page of the same robot
+saved by another version of this library, both pages are measured in turns and the ratio is printed. The output is JSON.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from nao_kin.viewer import Viewer
 from nao_kin.viewer.browser import find_browser
 
 TRANSFORMS = 30
-# Moves the robot's joints, or the camera, in every frame for some seconds; gives the pictures drawn per second.
+# Moves the robot's joints, or the camera, in every frame for some seconds; returns the frames drawn per second.
 _MOVE = """([joints, seconds]) => new Promise((done) => {
     const { camera, controls } = naoKin.viewer;
     const [q, place, up] = [[...naoKin.q], camera.position.clone(), new MeshCat.THREE.Vector3(0, 1, 0)];
@@ -46,7 +46,7 @@ _MOVE = """([joints, seconds]) => new Promise((done) => {
     };
     requestAnimationFrame(step);
 })"""
-# What the page holds: its heap after a collection, and what it has given the graphics card.
+# The memory of the page: its heap after a garbage collection, and its objects on the graphics card.
 _HELD = """() => {
     gc();
     const { memory } = naoKin.viewer.renderer.info;
@@ -59,9 +59,9 @@ _OPTIONS = ("--no-sandbox", "--disable-gpu", "--use-gl=angle", "--use-angle=swif
 def main() -> None:
     """Run and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--rounds", type=int, default=30, help="how often each is timed (default 30)")
+    parser.add_argument("--rounds", type=int, default=30, help="number of timings of each (default 30)")
     parser.add_argument("--seconds", type=float, default=2.0, help="how long the page is watched (default 2)")
-    parser.add_argument("--beside", type=Path, help="a saved page of another version to draw beside this one's")
+    parser.add_argument("--beside", type=Path, help="a page saved by another version, to compare with this one's")
     arguments = parser.parse_args()
     nao = nk.load_nao()
     qs = nao.random(1, 100)
@@ -105,7 +105,7 @@ def _beside_meshcat(nao: nk.NaoModel, viewer: Viewer, qs: Floats, rounds: int) -
 
 
 def _bytes(viewer: Viewer) -> dict[str, int]:
-    """What the page takes on the wire: plain, as browsers ask for it, and when the browser has it already."""
+    """Return the bytes transferred for the page: uncompressed, as browsers request it, and with a browser cache."""
     address = urlsplit(viewer.url)
 
     def asked(**headers: str) -> tuple[int, str]:
@@ -166,7 +166,7 @@ def _watched(tab: Any, viewer: Viewer, qs: Floats, seconds: float, rate: float |
 
 
 def _drawn(browser: Any, viewer: Viewer, beside: Path | None, seconds: float) -> dict[str, Any]:
-    """Pictures per second in turns, the median of three: pages of this library and of another version of it."""
+    """Return frames per second, the median of three turns, for pages of this library and of another version of it."""
     with tempfile.TemporaryDirectory() as folder:
         pages = {"this": viewer.save_html(Path(folder) / "this.html")}
         if beside is not None:

@@ -1,11 +1,11 @@
-"""Whole-body poses: this library beside pink, where it is installed, on the same feasible targets.
+"""Compare whole-body poses with pink, if it is installed, on the same feasible targets.
 
-Poses are made from random configurations inside the limits that stand on flat feet with the centre of mass above them.
-Both contenders are asked for both hands and the feet, as full poses, from the same start: from neutral, and from a
-configuration 0.1 rad beside the one that the targets were made of. pink holds feet and hands as frame tasks, the feet a
-hundred times as heavy, and knows the boxes of the joints; the centre of mass, the coupled limits and the shared hip it
-takes from the model or not at all. A pose counts as found where hands and feet are met to 1e-6 m and rad inside all
-limits. Times are of single calls, the best of several rounds; medians and means over the poses, failures included.
+The targets come from random configurations inside the limits that stand on flat feet with the centre of mass above
+them. Both contenders get both hands and the feet as full poses, and the same starts: neutral, and a configuration
+0.1 rad from the one that defines the targets. In pink, feet and hands are frame tasks, the feet with a hundred times
+the weight; it respects the ranges of the joints, and the shared hip motor as far as its model does, but neither the
+centre of mass nor the coupled limits. A pose counts as found if hands and feet are reached to 1e-6 m and rad inside all
+limits. Times are of single calls, the best of several rounds; medians and means over the poses include failures.
 
 Example:
     python benchmarks/bench_whole_body.py
@@ -33,7 +33,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests"))
 from whole_body_samples import Standing, standing_poses  # type: ignore[import-not-found]
 
 Floats = NDArray[np.float64]
-# From pose i and a start, a configuration with a floating base; the first seven numbers are the base.
+# Maps pose i and a start to a configuration with a floating base; the first seven numbers are the base.
 Solver = Callable[[int, Floats], Floats]
 
 TOLERANCE = 1e-6
@@ -44,10 +44,10 @@ FEET = ("LLeg", "RLeg")
 
 @dataclass(frozen=True)
 class Timing:
-    """What one contender did.
+    """The result of one contender.
 
     Attributes:
-        feet, start, contender: what was measured.
+        feet, start, contender: the measured case.
         success: share of the poses found.
         median_ms: of a call.
         mean_ms: of a call.
@@ -64,7 +64,7 @@ class Timing:
 
 
 def ours(robot: nk.RobotModel, poses: Standing, both: bool, com: str | None, restarts: int) -> Solver:
-    """This library: the feet exact, hands as targets."""
+    """This library: the feet are satisfied exactly, the hands are targets."""
     hands = {hand: poses.pose(robot_fixed(), hand) for hand in HANDS}
 
     def solve(i: int, start: Floats) -> Floats:
@@ -76,12 +76,12 @@ def ours(robot: nk.RobotModel, poses: Standing, both: bool, com: str | None, res
 
 
 def robot_fixed() -> nk.NaoModel:
-    """The robot with its trunk held."""
+    """Return the robot with a fixed trunk."""
     return nk.load_nao()
 
 
 def with_pink(robot: nk.RobotModel, poses: Standing) -> Solver:
-    """Quadratic programs of pink; raises ImportError where it is not installed."""
+    """Quadratic programs of pink; raises ImportError if pink is not installed."""
     import pink
     import quadprog  # noqa: F401
     from pink.limits import ConfigurationLimit
@@ -113,7 +113,7 @@ def with_pink(robot: nk.RobotModel, poses: Standing) -> Solver:
 
 
 def is_found(robot: nk.RobotModel, poses: Standing, q: Floats) -> NDArray[np.bool_]:
-    """Whether hands and feet are met inside the limits, shape (n,)."""
+    """Return whether hands and feet are reached inside the limits, shape (n,)."""
     found: NDArray[np.bool_] = np.logical_not(np.isnan(q).any(axis=-1))
     q = np.where(found[:, None], q, robot.neutral())
     wanted = [poses.pose(robot_fixed(), hand) for hand in HANDS] + [poses.feet[:, k] for k in range(2)]
@@ -125,7 +125,7 @@ def is_found(robot: nk.RobotModel, poses: Standing, q: Floats) -> NDArray[np.boo
 
 
 def starts_of(robot: nk.RobotModel, poses: Standing) -> dict[str, Floats]:
-    """From neutral over the left foot, and near the solution; shape (n, nq)."""
+    """Return the starts: neutral above the left foot, and near the solution; shape (n, nq)."""
     rng, fixed = np.random.default_rng(1), robot_fixed()
     joints = {
         "neutral": np.repeat(fixed.clamp(fixed.neutral())[None], len(poses.q), axis=0),
@@ -140,7 +140,7 @@ def starts_of(robot: nk.RobotModel, poses: Standing) -> dict[str, Floats]:
 
 
 def measure(both: bool, count: int, rounds: int) -> list[Timing]:
-    """All contenders in turns."""
+    """Time all contenders in turns."""
     robot = nk.load_nao(base="floating")
     poses = standing_poses(robot_fixed(), count, both=both)
     feet = "both" if both else "one"
@@ -175,10 +175,10 @@ def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--poses", type=int, default=100, help="poses of each kind (default: 100)")
-    parser.add_argument("--rounds", type=int, default=3, help="rounds, of which the best counts (default: 3)")
+    parser.add_argument("--rounds", type=int, default=3, help="rounds; the best one is used (default: 3)")
     parser.add_argument("--json", action="store_true", help="one JSON object for each row")
     arguments = parser.parse_args()
-    nk.ik.whole_body(robot_fixed(), {})  # compiles, or reads what is compiled
+    nk.ik.whole_body(robot_fixed(), {})  # compiles the kernel, or loads it from the cache
     for both in (True, False):
         for row in measure(both, arguments.poses, arguments.rounds):
             if arguments.json:

@@ -1,4 +1,4 @@
-"""Balance beside a loop over SciPy's hulls, pixels to the ground, and how long setting down and odometry take.
+"""Compare balance with a loop over SciPy's hulls, and time pixels to the ground, `set_down` and odometry.
 
 Example:
     python benchmarks/bench_world.py
@@ -17,12 +17,12 @@ from scipy.spatial import ConvexHull
 
 import nao_kin as nk
 
-# For the margin of one configuration in a batch, and for one pixel without distortion to the ground [µs].
+# Limits [µs]: the margin of one configuration in a batch, and one pixel without distortion to the ground.
 LIMIT, PIXEL_LIMIT = 3.0, 1.0
 
 
 def best(call: Callable[[], object], rounds: int) -> float:
-    """The best time of the processor, of all threads together, in a call [s]: other programs count little."""
+    """Return the best processor time of a call, summed over threads [s]: other programs disturb it little."""
     times = []
     for _ in range(rounds):
         start = time.process_time()
@@ -32,7 +32,7 @@ def best(call: Callable[[], object], rounds: int) -> float:
 
 
 def by_scipy(nao: nk.NaoModel, q: np.ndarray) -> list[float]:
-    """The margins that a user would compute himself, one configuration after another."""
+    """Return the margins from a user's own loop, one configuration after another."""
     outlines = [nao.sole_outline(sole) for sole in nao.semantics.soles]
     margins = []
     for one in q:
@@ -48,10 +48,10 @@ def by_scipy(nao: nk.NaoModel, q: np.ndarray) -> list[float]:
 
 
 def main() -> int:
-    """Print the figures as JSON; 1 when the limit is exceeded."""
+    """Print the figures as JSON; return 1 if a limit is exceeded."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--count", type=int, default=100_000, help="configurations (default 100000)")
-    parser.add_argument("--rounds", type=int, default=5, help="rounds of each, of which the best counts (default 5)")
+    parser.add_argument("--rounds", type=int, default=5, help="rounds of each call; the best one is used (default 5)")
     arguments = parser.parse_args()
     count, rounds = arguments.count, arguments.rounds
     nao, rng = nk.load_nao(), np.random.default_rng(0)

@@ -1,7 +1,7 @@
-"""Other ways to the joint values of a limb, on the same targets: Pinocchio's damped least squares, pink, TRAC-IK, EAIK.
+"""Other solvers for the joint values of a limb: Pinocchio's damped least squares, pink, TRAC-IK, EAIK.
 
-Each is a function of poses (n, 4, 4) that answers with configurations (n, nq), nan where it found nothing, one target
-after the other, as these tools are called from Python. All begin in the middle of the limits.
+Each is a function of poses (n, 4, 4) that returns configurations (n, nq), NaN where it found no solution. It solves one
+target after the other, as these tools are called from Python. All start in the middle of the limits.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ STEPS, DAMPING = 100, 1e-3
 def damped_least_squares(robot: nk.RobotModel, frame: str, limb: nk.ik.IKResult, restarts: int = 0) -> Solver:
     """δ = −Jᵀ (J Jᵀ + λ²)⁻¹ log(T⁻¹ T_target), the loop of Pinocchio's documentation, on a model of the limb alone.
 
-    All other joints are locked, which makes the steps as short as they can be; joints are clipped to their boxes.
+    All other joints are locked, which minimises the time of a step; joints are clipped to their ranges.
     """
     rest, columns = robot.clamp(robot.neutral()), list(limb.columns)
     whole = pin.buildModelFromUrdf(str(robot.urdf_path))  # each hip with a coordinate of its own
@@ -62,7 +62,7 @@ def damped_least_squares(robot: nk.RobotModel, frame: str, limb: nk.ik.IKResult,
 
 
 def with_pink(robot: nk.RobotModel, frame: str, limb: nk.ik.IKResult) -> Solver:
-    """Quadratic programs of pink with configuration limits; raises ImportError where it is not installed."""
+    """Quadratic programs of pink with configuration limits; raises ImportError if pink is not installed."""
     import pink
     from pink.limits import ConfigurationLimit
     from pink.tasks import FrameTask
@@ -91,7 +91,7 @@ def with_pink(robot: nk.RobotModel, frame: str, limb: nk.ik.IKResult) -> Solver:
 
 
 def with_trac_ik(robot: nk.RobotModel, frame: str, limb: nk.ik.IKResult) -> Solver:
-    """TRAC-IK for at most 5 ms, its default; raises ImportError where it is not installed."""
+    """TRAC-IK for at most 5 ms, its default; raises ImportError if it is not installed."""
     from trac_ik import TracIK
 
     solver: Any = TracIK(robot.tree.root, frame, str(robot.urdf_path), epsilon=TOLERANCE)
@@ -111,7 +111,7 @@ def with_trac_ik(robot: nk.RobotModel, frame: str, limb: nk.ik.IKResult) -> Solv
 
 
 def with_eaik(robot: nk.RobotModel, frame: str, limb: nk.ik.IKResult) -> Solver:
-    """All branches by EAIK, as `nk.ik.analytic` verifies them; ImportError without it."""
+    """All branches from EAIK, verified by `nk.ik.analytic`; raises ImportError if EAIK is not installed."""
     nk.ik.analytic(robot, frame, robot.fk(robot.neutral(), frame))
     return lambda T: nk.ik.analytic(robot, frame, T).q
 
@@ -126,7 +126,7 @@ CONTENDERS: dict[str, Callable[[nk.RobotModel, str, nk.ik.IKResult], Solver]] = 
 
 
 def success_rate(robot: nk.RobotModel, frame: str, q: Floats, T: Floats) -> float:
-    """Share of targets that are met to 1e-6 m and rad inside all limits, the coupled ones too."""
+    """Return the share of targets reached to 1e-6 m and rad inside all limits, including coupled ones."""
     found = np.logical_not(np.isnan(q).any(axis=-1))
     q = np.where(found[:, None], q, robot.neutral())
     poses = robot.fk(q, frame)

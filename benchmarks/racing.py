@@ -1,4 +1,4 @@
-"""Two ways to the same result, timed in turns."""
+"""Time two functions with the same result in turns."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 
 def race(ours: Callable[[], Any], theirs: Callable[[], Any], loops: int, repeats: int) -> tuple[float, float]:
-    """Seconds per call of each, the best of its turns: a busy machine slows both alike."""
+    """Return the seconds per call of each function, the best of its turns: a busy machine slows both equally."""
     best = [float("inf"), float("inf")]
     for _ in range(repeats):
         for i, call in enumerate((ours, theirs)):

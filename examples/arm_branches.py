@@ -1,4 +1,4 @@
-"""All ways to hold a hand.
+"""All ways to reach a pose with a hand.
 
 Learn that inverse kinematics has several solutions: four for a pose of the hand, and a whole family for its position
 alone.
@@ -31,7 +31,9 @@ wishes = [nao.posture("StandInit", LShoulderPitch=pitch, LElbowYaw=yaw) for pitc
 family = np.array([nk.ik.arm(nao, "L", place, reference=wish).q for wish in wishes])
 for number, solution in enumerate(family, start=5):
     elbow = 1000 * nao.position(solution, "LElbowYaw")
-    print(f"{number}    the hand there, the elbow at ({elbow[0]:.0f}, {elbow[1]:.0f}, {elbow[2]:.0f}) mm")
+    print(
+        f"{number}    the same position of the hand, the elbow at ({elbow[0]:.0f}, {elbow[1]:.0f}, {elbow[2]:.0f}) mm"
+    )
 
 viewer = nk.Viewer(nao)
 viewer.display(q)

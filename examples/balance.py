@@ -1,6 +1,7 @@
 """How far a NAO is from tipping.
 
-Learn how to set a robot down on the floor, and how far its centre of mass is from the edge of what it stands on.
+Learn how to place a robot on the floor, and how to compute the distance of its centre of mass from the edge of its
+support polygon.
 """
 
 import sys

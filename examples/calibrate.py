@@ -12,7 +12,7 @@ import nao_kin as nk
 nao = nk.load_nao()
 rng = np.random.default_rng(0)
 
-# The robot as it really is, which nobody knows.
+# The real robot, with offsets that the calibration does not know.
 real = nao.with_offsets({"HeadYaw": 0.03, "LElbowYaw": -0.05}, {"CameraTop": (0, 0, 0, 0.02, -0.03, 0.01)})
 camera = nk.world.camera(nao, "CameraTop")
 marks = np.array([[x, y, 0.01] for x in (0.0, 0.03, 0.06) for y in (-0.02, 0.02)])  # in the frame LArm [m]

@@ -1,4 +1,4 @@
-"""A camera as it is mounted.
+"""A camera with its measured mounting.
 
 Learn how to give a robot the measured mounting of a camera and the zero of a joint, and see their effect.
 """

@@ -1,6 +1,6 @@
 """Limits that depend on another joint.
 
-Learn that a foot may roll less the more the ankle is bent, and how the library enforces this limit.
+Learn that the range of a foot's roll depends on the pitch of its ankle, and how the library enforces this limit.
 
 Needs nao-kin[plot].
 """

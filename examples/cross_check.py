@@ -1,4 +1,4 @@
-"""Do not believe, check.
+"""Check the conventions yourself.
 
 Learn how to compare every convention of this library with Pinocchio, eigenpy and yourdfpy, on your own machine and with
 your own robot.

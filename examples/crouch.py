@@ -26,7 +26,7 @@ for lower in (0.02, 0.04, 0.06, 0.08):
     )
 
 turned = T_left.copy()
-turned[:3, :3] = turned[:3, :3] @ nk.rotations.rot_z(0.2)  # the left toes outwards, the right ones not
+turned[:3, :3] = turned[:3, :3] @ nk.rotations.rot_z(0.2)  # the left toes outwards, the right foot unchanged
 print("one foot turned:", nk.ik.legs(nao, turned, T_right, reference=stand).message)
 
 viewer = nk.Viewer(nao)

@@ -24,7 +24,7 @@ def follow(p, time=None):
 
 
 ball = viewer.add_target("ball", [0.15, 0.15, 0.1], on_move=follow)
-for t in np.linspace(0.0, 4.0, 81):  # what a user does with the mouse
+for t in np.linspace(0.0, 4.0, 81):  # in place of a user who drags the ball
     ball.place([0.15, 0.15 + 0.2 * np.sin(1.5 * t), 0.1 + 0.1 * np.sin(t)])
     follow(ball.T, t)
 distance = np.linalg.norm(nao.position(viewer.q, "LArm") - ball.T)
@@ -34,4 +34,4 @@ rows, columns = np.mgrid[0:240, 0:320]
 image = np.stack([columns * 0.8, rows * 1.06, 0 * rows + 120], axis=-1).astype(np.uint8)  # take yours from the camera
 viewer.show_image("CameraTop", image)
 print("see", viewer.save_html(folder / "follow_ball.html", overwrite=True))
-# In a program that goes on running, viewer.open() shows the page, and the arm follows the ball that you drag.
+# In a program that keeps running, viewer.open() shows the page, and the arm follows the ball that you drag.

@@ -30,12 +30,12 @@ turns = {
 figure, (side, front) = plt.subplots(1, 2, figsize=(7, 4.0), sharey=True, layout="constrained")
 q = stand
 for joint, (start, end) in turns.items():
-    # One row for each step: the joints so far stay where they are.
+    # One row for each step; the joints that turned before keep their last values.
     path = np.repeat(q[None], 101, axis=0)
     path[:, nao.joint_names.index(joint)] = np.linspace(start, end, 101)
     hand = nao.position(path, "LArm")  # (101, 3)
     length = np.linalg.norm(np.diff(hand, axis=0), axis=1).sum()
-    print(f"{joint:14} {start:4.1f} to {end:4.1f} rad takes the hand along {1000 * length:5.1f} mm")
+    print(f"{joint:14} {start:4.1f} to {end:4.1f} rad moves the hand along {1000 * length:5.1f} mm")
     side.plot(hand[:, 0], hand[:, 2], linewidth=2.5, label=joint)
     front.plot(hand[:, 1], hand[:, 2], linewidth=2.5)
     q = path[-1]

@@ -1,6 +1,7 @@
 """How fast is the hand?
 
-Learn how a Jacobian maps joint velocities to the velocity of a hand, and how to go back.
+Learn how a Jacobian maps joint velocities to the velocity of a hand, and how to find joint velocities for a wanted
+velocity of the hand.
 """
 
 import numpy as np
@@ -18,12 +19,12 @@ twist = J @ v
 print("linear  ", np.round(twist[:3], 4), "m/s")
 print("angular ", np.round(twist[3:], 4), "rad/s")
 
-# The same by a small step, which needs no Jacobian.
+# The same from a finite difference, without the Jacobian.
 step = 1e-6
 moved = nao.position(q + step * v, "LArm") - nao.position(q - step * v, "LArm")
-print("a step agrees to 1e-8 m/s:", bool(np.allclose(moved / (2 * step), twist[:3], atol=1e-8)))
+print("a finite difference agrees to 1e-8 m/s:", bool(np.allclose(moved / (2 * step), twist[:3], atol=1e-8)))
 
-# Back: the smallest joint velocities that raise the hand by 10 cm/s, with any angular velocity.
+# The inverse: the smallest joint velocities that raise the hand by 10 cm/s, with any angular velocity.
 wanted = [0.0, 0.0, 0.1]
 v = np.linalg.pinv(J[:3]) @ wanted
 for joint in nao.chains["LArm"][:4]:

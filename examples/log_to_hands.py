@@ -21,7 +21,7 @@ with tempfile.TemporaryDirectory() as temporary:
     log, hands = Path(temporary) / "log.csv", Path(temporary) / "hands.csv"
     np.savetxt(log, rows, delimiter=",", header=",".join(nao.joint_names), comments="")
     with log.open("a") as end:
-        end.write("0.1,0.2\n")  # a robot that was switched off
+        end.write("0.1,0.2\n")  # an incomplete row, as if the robot was switched off
 
     try:
         done = nk.stream.fk(nao, log, ["LArm", "RArm"], hands, as_="position6d", on_error="skip")

@@ -1,6 +1,6 @@
 """A NAO in your own meshcat scene.
 
-Learn how to draw the robot into any meshcat scene, beside the objects of other programs, and how Pinocchio's own
+Learn how to draw the robot into any meshcat scene, next to the objects of other programs, and how Pinocchio's own
 visualizer shows it.
 """
 

@@ -10,7 +10,7 @@ import numpy as np
 import nao_kin as nk
 
 nao = nk.load_nao()
-q = nao.random(rng=0, n=1_000_000)  # (1000000, 25), inside all limits, coupled ones included
+q = nao.random(rng=0, n=1_000_000)  # (1000000, 25), inside all limits, including coupled ones
 hands = nao.position(q, ["LArm", "RArm"])  # (1000000, 2, 3) [m]
 apart = np.linalg.norm(hands[:, 0] - hands[:, 1], axis=-1)
 

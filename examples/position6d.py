@@ -23,4 +23,4 @@ print("getTransform's sixteen numbers begin with", np.round(sixteen[:4], 4))
 
 # Recorded numbers have few digits; the result is an exact rotation all the same.
 rounded = nk.naoqi.pose_from_list(np.round(sixteen, 4))
-print("of four digits:", bool(nk.rotations.is_rotation(rounded[:3, :3], 1e-12)))
+print("an exact rotation from four digits:", bool(nk.rotations.is_rotation(rounded[:3, :3], 1e-12)))

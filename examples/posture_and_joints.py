@@ -1,7 +1,7 @@
 """A posture, and joints by name.
 
-Learn how to make a configuration: from a posture, from a posture with some joints changed, or with a whole chain at
-once.
+Learn how to make a configuration: from a posture, from a posture with some joints changed, or from a posture with
+values for a whole chain.
 """
 
 import sys

@@ -1,6 +1,6 @@
 """Another robot: Romeo.
 
-Learn how to use the library with other robots, here with the NAO's big brother and numeric inverse kinematics.
+Learn how to use the library with other robots, here with Romeo and numeric inverse kinematics.
 
 Needs nao-kin[robots].
 """

@@ -1,4 +1,4 @@
-"""All ways to hold a hand, for another robot.
+"""All ways to reach a pose, for another robot.
 
 Learn how to get all solutions for a limb of any robot, here the seven joints of Romeo's arm, of which one is locked.
 

@@ -1,6 +1,6 @@
 """The screw of a displacement.
 
-Learn that every change of pose is a rotation about a line and a translation along it, here of a hand.
+Learn that every change of pose, here that of a hand, is a rotation about a line and a translation along it.
 """
 
 import sys
@@ -22,7 +22,7 @@ print(f"slide  {1000 * screw.slide:6.2f} mm")
 print("along ", np.round(screw.axis.direction, 4))
 print("through", np.round(screw.axis.point, 4), "m")
 
-steps = nk.screws.sclerp(T_before, T_after, np.linspace(0, 1, 61))  # poses on the way, at constant speed
+steps = nk.screws.sclerp(T_before, T_after, np.linspace(0, 1, 61))  # poses along the screw, at constant speed
 middle = screw.axis.closest_point(T_before[:3, 3])
 viewer = nk.Viewer(nao)
 viewer.display(after)

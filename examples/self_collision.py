@@ -1,6 +1,7 @@
 """Links that collide.
 
-Learn how to find out which links of the robot overlap and how near others are, and to leave such solutions out.
+Learn how to find links that overlap, how to measure the distance between links, and how to exclude solutions with
+collisions.
 
 Quicker with nao-kin[batch].
 """
@@ -22,8 +23,8 @@ starts = nao.random(rng=0, n=200, collision_free=True)
 found = nk.ik.arm(nao, "L", np.tile(hand, (200, 1)), reference=starts, collisions=True)
 print(f"{np.count_nonzero(found.success)} of 200 solutions are free of collisions")
 clearance = nao.clearance(found.q[found.success]).distance
-print(f"the best has {1e3 * clearance.max():.1f} mm between any two links")
+print(f"the best has at least {1e3 * clearance.max():.1f} mm between any two links")
 
-# Inside the limits, but not free of collisions.
+# Random configurations are inside the limits, but not always free of collisions.
 share = nao.clearance(nao.random(rng=1, n=100_000)).is_free.mean()
 print(f"{share:.0%} of 100 000 random configurations are free of collisions")

@@ -18,7 +18,7 @@ q_new, q_old = new.posture("Stand", RArm=arm), old.posture("Stand", RArm=arm)
 # FRAME_ROBOT is on the floor, between the feet.
 T_new_hand = nk.naoqi.pose_in(new, q_new, "RArm", nk.naoqi.FRAME_ROBOT)
 x, y, _ = T_new_hand[:3, 3]
-T_new_old = nk.screws.pose(nk.rotations.rot_z(np.pi), [2 * x + 0.02, 2 * y, 0.0])  # ahead, and turned round
+T_new_old = nk.screws.pose(nk.rotations.rot_z(np.pi), [2 * x + 0.02, 2 * y, 0.0])  # in front, facing the first
 T_old_hand = nk.naoqi.pose_in(old, q_old, "RArm", nk.naoqi.FRAME_ROBOT)
 between = nk.screws.inverse(T_new_hand) @ T_new_old @ T_old_hand
 print(f"the robots stand {1000 * np.linalg.norm(T_new_old[:3, 3]):.0f} mm apart")

@@ -1,6 +1,6 @@
 """Two quarter turns, in either order.
 
-Learn that rotations do not commute: first about z and then about x is not first about x and then about z.
+Learn that rotations do not commute: a turn about z and then about x is not the same as a turn about x and then about z.
 
 Needs nao-kin[plot].
 """

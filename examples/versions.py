@@ -1,4 +1,4 @@
-"""All versions beside each other.
+"""A comparison of all versions.
 
 Learn how the NAO versions from V3.2 to V6 differ, in numbers of the model.
 """

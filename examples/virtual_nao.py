@@ -13,7 +13,7 @@ folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
 with nk.naoqi.VirtualNao(stepped=True) as robot:  # time advances only during calls
     robot.call("ALMotion", "wakeUp")
     robot.call("ALRobotPosture", "goToPosture", "Stand", 0.8)
-    print(f"it stands after {robot.clock.now:.1f} s of its time")
+    print(f"it stands after {robot.clock.now:.1f} s of robot time")
     robot.call("ALMotion", "angleInterpolation", ["HeadYaw", "RShoulderPitch"], [0.3, -0.8], [0.8, 1.0], True)
     yaw, arm = robot.call("ALMotion", "getAngles", ["HeadYaw", "RShoulderPitch"], True)
     print(f"HeadYaw is at {yaw:.2f} rad, RShoulderPitch at {arm:.2f} rad")

@@ -25,17 +25,17 @@ for found in check(nao, hasty).violations:
         f"{found.kind}: {found.joint} at {abs(found.value):.2f} rad/s, at most {found.upper:.2f}, at {found.time:.1f} s"
     )
 
-least = slow_down(nao, hasty).motion  # as fast as the joints can
+least = slow_down(nao, hasty).motion  # as fast as the joints allow
 slow = time_warp(hasty, 1.5)  # a friendly wave
 print(f"instead of {hasty.duration:.1f} s it takes {least.duration:.2f} s at least")
-print(f"in {slow.duration:.1f} s:", "sound" if check(nao, slow).ok else "not sound")
+print(f"in {slow.duration:.1f} s:", "inside all limits" if check(nao, slow).ok else "outside the limits")
 
 write_motion(slow, folder / "wave.xar", overwrite=True)
 read = read_motion(folder / "wave.xar")
 print("wave.xar:", ", ".join(read.joint_names))
 
 hand = nao.position(slow.configurations(nao, rate=100).q, "RArm")
-print(f"the hand goes along {np.linalg.norm(np.diff(hand, axis=0), axis=1).sum():.2f} m")
+print(f"the path of the hand has a length of {np.linalg.norm(np.diff(hand, axis=0), axis=1).sum():.2f} m")
 viewer = nk.Viewer(nao)
 viewer.animate(slow)
 viewer.display(slow.configurations(nao, times=[slow.end]).q[0])

@@ -1,6 +1,6 @@
 """Where a hand can be.
 
-Learn how to compute and query a map of the positions that a hand reaches.
+Learn how to compute a map of the positions that a hand reaches, and how to query it.
 
 Quicker with nao-kin[batch].
 """

@@ -90,7 +90,7 @@ __all__ = [
     "world",
 ]
 
-# Rooms that lie inside others, and the room of each name.
+# Public modules that are not directly in `nao_kin`, and then the module of every other public name.
 _INSIDE = {
     "distributed": "nao_kin.stream.distributed",
     "lines": "nao_kin.screws.lines",

@@ -53,7 +53,7 @@ class DegreesWarning(NaoKinWarning):
 
 
 class RenamedFrameWarning(NaoKinWarning):
-    """A frame name that a link of the URDF and a joint share; the joint's frame is used."""
+    """A frame name that a link of the URDF and a joint share; the link's frame is used."""
 
 
 class MissingShapeWarning(NaoKinWarning):
@@ -87,7 +87,7 @@ class NaoKinError(Exception):
         super().__init__(" ".join(message.split()))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # Errors are built from several values and must still come back from another process.
+        # The constructors take other values than the message; this lets an error be pickled to another process.
         return copyreg.__newobj__, (type(self), *self.args), self.__dict__  # type: ignore[attr-defined]
 
 
@@ -225,8 +225,8 @@ class OutsideLimits(NaoKinError):
     """A configuration outside the joint limits.
 
     Attributes:
-        violations: `LimitViolation` rows by configuration, the worst joint of each first; only the first of a large
-            batch.
+        violations: `LimitViolation` rows by configuration, the worst joint of each first; only those of the first
+            configurations of a large batch.
         count: the number of all violations.
 
     Examples:
@@ -298,9 +298,9 @@ class BadInputFile(NaoKinError):
 
     Attributes:
         path: the file, "-" for standard input.
-        reason: why.
-        line: 1-based line, 0 if no line is to blame.
-        column: 1-based column, 0 if no column is to blame.
+        reason: why it cannot be read.
+        line: the line of the error, from 1; 0 if the error is not in a single line.
+        column: the column of the error, from 1; 0 if the error is not in a single column.
     """
 
     def __init__(self, path: str, reason: str, line: int = 0, column: int = 0) -> None:

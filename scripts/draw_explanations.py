@@ -2,8 +2,8 @@
 
 Example:
     python scripts/draw_explanations.py                  # writes them into docs/images
-    python scripts/draw_explanations.py --only cameras   # those whose names begin so
-    python scripts/draw_explanations.py --check          # exit 1 when a file differs
+    python scripts/draw_explanations.py --only cameras   # only figures whose names begin with this
+    python scripts/draw_explanations.py --check          # exit 1 if a file differs
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--check", action="store_true", help="write nothing; exit 1 if a file differs")
     parser.add_argument("--folder", type=Path, default=IMAGES, help="where the figures are (default: docs/images)")
-    parser.add_argument("--only", default="", metavar="START", help="the figures whose names begin so")
+    parser.add_argument("--only", default="", metavar="START", help="only figures whose names begin with this")
     options = parser.parse_args(arguments)
     differing = []
     for name, draw in figures().items():

@@ -294,7 +294,7 @@ def draw_branches(path: Path) -> None:
 def _turns(nao: nk.NaoModel, T_left: Floats, T_right: Floats) -> tuple[Floats, tuple[Floats, Floats]]:
     """Return HipYawPitch in steps, and the rotations of both feet, nan outside the limits.
 
-    The HipYawPitch of a foot rotated by ψ is known in closed form: ψ is stepped, and the function inverted.
+    The HipYawPitch of a foot rotated by ψ is known in closed form. Therefore ψ is sampled, and the function inverted.
     """
     hips = np.linspace(-1.2, 0.8, 801)
     steps = np.linspace(-1.5, 1.5, 3001)

@@ -1,12 +1,12 @@
 """Fit the collision shapes of the NAO to its meshes and sort their pairs, or check that the files are up to date.
 
-Two sets of shapes contain the meshes of every version, and the fingers at all openings. Convex hulls, the trunk of four
-pieces, are for `NaoModel.clearance`: each is cut out by planes that touch the mesh, and no corner is farther than 2 mm
-from the mesh's hull. Simple shapes are for the collision elements of the URDFs, which simulators read: a capsule of
-least volume for each link, and a second one for the fingers; the trunk and the feet, which are flat and wide, have
-boxes. Lengths are rounded outwards. The right side is the mirror image of the left one.
+Two sets of shapes contain the meshes of every version, and the fingers at all openings. Convex hulls, four of them for
+the trunk, are used by `NaoModel.clearance`: each is bounded by planes that touch the mesh, and no corner is farther
+than 2 mm from the mesh's hull. Simple shapes are used in the collision elements of the URDFs, which simulators read: a
+capsule of least volume for each link, and a second one for the fingers; the trunk and the feet, which are flat and
+wide, have boxes. Lengths are rounded outwards. The right side is the mirror image of the left one.
 
-Needs the packages of `pip install nao-kin[dev]`. The same versions give the same rows.
+Needs the packages of `pip install nao-kin[dev]`. The same versions give the same rows, on any processor.
 
 Example:
     python scripts/generate_collision_shapes.py            # writes nao_kin/robot/nao/collision_rows.py and hulls
@@ -31,7 +31,7 @@ from scipy.spatial import ConvexHull, HalfspaceIntersection
 from nao_kin._core.arrays import Floats, Vector
 from nao_kin._core.files import write_text
 from nao_kin.robot import load_nao, mesh_path, read_mesh
-from nao_kin.robot.collisions import LinkShapes, covering_capsule, hulls_in
+from nao_kin.robot.collisions import LinkShapes, hulls_in
 from nao_kin.robot.contacts import DEFAULT, disabled_collisions
 from nao_kin.robot.nao import VERSIONS
 from nao_kin.robot.nao.model import HULLS
@@ -46,7 +46,7 @@ _FINE, _UNIT = 0.006, 1e-4
 _GAP, _FINE_UNIT = 0.002, 1e-5
 # Heights between the boxes of the trunk [m]: of its pelvis, waist, chest and neck.
 _CUTS = (-math.inf, -0.046, 0.0, 0.1, math.inf)
-# So many that the hull of a finger at all of them contains it between them.
+# Enough openings that the hull of a finger at all of them also contains the finger between them.
 _OPENINGS = np.linspace(0.0, 1.0, 81)
 _MIRROR = np.array([1.0, -1.0, 1.0])
 _SAMPLES = 100_000
@@ -56,7 +56,7 @@ _UP: Vector = (0.0, 0.0, 1.0)
 def surfaces() -> dict[tuple[str, str], Floats]:
     """Return joint and part → the triangles (n, 3, 3) of the torso and left links, of all versions [m].
 
-    Of the fingers it is the corners of their hulls at all openings, shape (n, 1, 3).
+    For the fingers these are the corners of their hulls at all openings, shape (n, 1, 3).
     """
     found: dict[tuple[str, str], list[Floats]] = {}
     for version in VERSIONS:
@@ -71,7 +71,7 @@ def surfaces() -> dict[tuple[str, str], Floats]:
             elif visual.link.startswith("L"):
                 T = nao.fk(nao.configuration({"LHand": _OPENINGS}, limits="ignore"), visual.link, reference="l_wrist")
                 hull = corners[ConvexHull(corners).vertices]
-                moved = hull @ T[:, :3, :3].transpose(0, 2, 1) + T[:, None, :3, 3]
+                moved = _products(hull, T[:, None, :3, :3]) + T[:, None, :3, 3]
                 found.setdefault(("LWristYaw", "Fingers"), []).append(moved.reshape(-1, 1, 3))
     return {key: np.concatenate(parts) for key, parts in found.items() if not key[0].startswith("R")}
 
@@ -86,6 +86,14 @@ def pieces() -> Iterator[tuple[str, str, Floats]]:
         for number, (low, high) in enumerate(itertools.pairwise(_CUTS), 1):
             inside = (heights.max(axis=1) >= low) & (heights.min(axis=1) <= high)
             yield joint, f"torso{number}", _corners(triangles[inside], symmetric=True)
+
+
+def _products(vectors: Floats, rows: Floats) -> Floats:
+    """Return the products of vectors (n, 3) and rows (..., m, 3), shape (..., n, m).
+
+    A matrix product rounds differently on other processors, and a search that follows it would end elsewhere.
+    """
+    return np.asarray((vectors[:, None] * rows).sum(axis=-1))
 
 
 def _corners(triangles: Floats, *, symmetric: bool) -> Floats:
@@ -130,18 +138,19 @@ def hulls_text(found: list[tuple[str, str, Floats]]) -> str:
 def _cover(points: Floats, *, symmetric: bool) -> Floats:
     """Return the corners of a polytope that contains points, cut out by planes that touch them.
 
-    The plane of a face of their hull is added where a corner is farthest outside, until none is by more than the gap.
+    Where a corner is farthest outside the points' hull, the plane parallel to that face of the hull is added, until no
+    corner is farther outside than the gap.
     """
     faces = ConvexHull(points).equations
     normals = np.concatenate([np.eye(3), -np.eye(3)])
     while True:
-        reach = (points @ normals.T).max(axis=0) + _FINE_UNIT
+        reach = _products(points, normals).max(axis=0) + _FINE_UNIT
         corners = HalfspaceIntersection(np.column_stack([normals, -reach]), points.mean(axis=0)).intersections
         corners = np.unique(corners.round(5), axis=0)
         if symmetric:
             half = corners[corners[:, 1] >= 0.0]
             corners = np.unique(np.concatenate([half, half * _MIRROR]) + 0.0, axis=0)
-        outside = corners @ faces[:, :3].T + faces[:, 3]
+        outside = _products(corners, faces[:, :3]) + faces[:, 3]
         if outside.max() <= _GAP:
             return np.asarray(corners[np.sort(ConvexHull(corners).vertices)])
         normal = faces[np.unravel_index(outside.argmax(), outside.shape)[1], :3]
@@ -171,24 +180,25 @@ def _rounded(values: Floats) -> Vector:
 
 def _capsule(name: str, joint: str, points: Floats) -> ShapeRow:
     """Return a capsule of least volume; that of the head is symmetric, along y."""
-    (one, other), _ = covering_capsule(points)
-    ahead = (other - one) / np.linalg.norm(other - one) if (other != one).any() else np.array([0.0, 1.0, 0.0])
-    start = np.concatenate([one - 1e-3 * ahead, other + 1e-3 * ahead])
     symmetric = joint.startswith("Head")
-    if symmetric:
-        middle = points.mean(axis=0)
-        start = np.array([middle[0], middle[2], 1e-2])
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
 
     def ends(x: Floats) -> Floats:
         return np.array([[x[0], -x[2], x[1]], [x[0], x[2], x[1]]]) if symmetric else x.reshape(2, 3)
 
-    for _ in range(3):  # restarted, because the simplex may collapse
-        simplex = np.vstack([start, start + 0.01 * np.eye(len(start))])
-        options = {"initial_simplex": simplex, "xatol": 1e-7, "fatol": 1e-12, "maxiter": 4000, "maxfev": 8000}
-        start = minimize(lambda x: _volume(points, ends(x)), start, method="Nelder-Mead", options=options).x
-    one, other = np.round(ends(start) / _UNIT) * _UNIT
+    starts = [np.concatenate([middle - step, middle + step]) for step in np.diag(half)]
+    found = []
+    for start in [np.array([middle[0], middle[2], half[1]])] if symmetric else starts:
+        for _ in range(3):  # restarted, because the simplex may collapse
+            simplex = np.vstack([start, start + 0.01 * np.eye(len(start))])
+            options = {"initial_simplex": simplex, "xatol": 1e-7, "fatol": 1e-12, "maxiter": 4000, "maxfev": 8000}
+            result = minimize(lambda x: _volume(points, ends(x)), start, method="Nelder-Mead", options=options)
+            start = result.x
+        found.append((result.fun, start))
+    one, other = np.round(ends(min(found, key=lambda each: each[0])[1]) / _UNIT) * _UNIT
     centre, along = _rounded(0.5 * (one + other)), _rounded(other - one)
-    length = round(float(np.linalg.norm(along)), 9)
+    length = round(math.hypot(*along), 9)
     radius = math.ceil(_radius(points, np.array([one, other])) / _UNIT + 0.02) * _UNIT
     if not length:
         return ShapeRow(name, joint, "sphere", (round(radius, 9),), centre, _UP, "FIT")
@@ -197,19 +207,21 @@ def _capsule(name: str, joint: str, points: Floats) -> ShapeRow:
 
 def _radius(points: Floats, ends: Floats) -> float:
     along = ends[1] - ends[0]
-    share = np.clip((points - ends[0]) @ along / max(float(along @ along), 1e-18), 0.0, 1.0)
-    return float(np.linalg.norm(points - ends[0] - share[:, None] * along, axis=1).max())
+    offset = points - ends[0]
+    share = np.clip(_products(offset, along[None])[:, 0] / max(math.hypot(*along) ** 2, 1e-18), 0.0, 1.0)
+    return math.sqrt(float(np.square(offset - share[:, None] * along).sum(axis=1).max()))
 
 
 def _volume(points: Floats, ends: Floats) -> float:
     radius = _radius(points, ends)
-    return math.pi * radius**2 * (float(np.linalg.norm(ends[1] - ends[0])) + 4.0 / 3.0 * radius)
+    return math.pi * radius**2 * (math.hypot(*(ends[1] - ends[0])) + 4.0 / 3.0 * radius)
 
 
 def pairs(hulls: str) -> Iterator[tuple[str, str, str]]:
     """Yield pairs of links that are not checked, with the reason: by the rules of an SRDF, for V6 and its hulls.
 
-    "Default" are those that touch in a posture in which the robot stands, or, with two joints between them, in any.
+    The pairs with the reason "Default" touch in a posture in which the robot stands or, if two joints separate them, in
+    any posture.
     """
     nao = load_nao("v6")
     found = LinkShapes(nao, {}, hulls_in(hulls))
@@ -221,7 +233,7 @@ def pairs(hulls: str) -> Iterator[tuple[str, str, str]]:
         disabled |= {pair: DEFAULT for pair, count in touching.items() if count}
     for (one, other), reason in sorted(disabled.items()):
         mirrored = sorted((_mirrored(one), _mirrored(other)))
-        if (mirrored[0], mirrored[1]) in disabled:  # else found on one side only, so it is rare but not impossible
+        if (mirrored[0], mirrored[1]) in disabled:  # otherwise they touch on one side only: rarely, but not never
             yield one, other, reason
 
 
@@ -249,7 +261,7 @@ def texts() -> dict[Path, str]:
         HULLS_FILE: hulls,
         ROWS: (
             '"""The simple collision shapes of every NAO, and the pairs of links that are not checked.\n\n'
-            'Generated by scripts/generate_collision_shapes.py from the meshes: edit that.\n"""\n\n'
+            'Generated by scripts/generate_collision_shapes.py from the meshes. Edit the script only.\n"""\n\n'
             "from __future__ import annotations\n\nfrom nao_kin.robot.nao.rows import ShapeRow\n\n# fmt: off\n"
             f"FITTED_SHAPES: tuple[ShapeRow, ...] = (\n{lines})\n"
             f"DISABLED_COLLISIONS: tuple[tuple[str, str, str], ...] = (\n{disabled})\n# fmt: on\n"
@@ -260,7 +272,7 @@ def texts() -> dict[Path, str]:
 def main(arguments: list[str] | None = None) -> int:
     """Write or check; return 1 if --check finds a difference, otherwise 0."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--check", action="store_true", help="write nothing; fail when the file is not in step")
+    parser.add_argument("--check", action="store_true", help="write nothing; fail if a file is out of date")
     check = parser.parse_args(arguments).check
     stale = 0
     for path, text in texts().items():

@@ -6,7 +6,7 @@ draws, or a picture that headless Chromium takes of its page of the viewer.
 Example:
     python scripts/generate_gallery.py                 # runs all examples, writes the pages and pictures
     python scripts/generate_gallery.py first_pose wave # runs only these
-    python scripts/generate_gallery.py --check         # exit 1 when a docstring, an example or a picture is not in it
+    python scripts/generate_gallery.py --check         # exit 1 if an example or a picture is missing or outdated
 
 --check runs no example: tests/project/test_examples.py compares their output with the pages.
 """
@@ -56,7 +56,7 @@ SECTIONS = {
 INTRODUCTION = """\
 # Gallery
 
-Short scripts of one idea each, with their output; they are in the folder `examples` of the repository.
+Short scripts, each about one idea, with their output; they are in the folder `examples` of the repository.
 Each runs alone, and writes its picture or page into the current folder, or into the folder you name:
 
 ```text
@@ -67,13 +67,13 @@ python examples/hand_path.py pictures
 A page such as `first_pose.html` opens in any browser without a network, and you can turn the robot in it. Scripts for
 NAOqi, in the style of scripts for the real robot, are in `examples/naoqi` ({doc}`old_scripts`).
 """
-PRINTED_LINES = 9  # of an example without a picture, on its card
+PRINTED_LINES = 9  # lines of output on the card of an example without a picture
 
 MAX_BYTES = 60_000
 SIZE = (1000, 900)  # of the viewer's picture [pixels]
 WIDTH, HEIGHT = 640, 520  # at most, in the gallery
 MARGIN = 12
-# The best views of the middle of the robot.
+# Cameras other than three-quarter that show an example better.
 CAMERAS = {"arm_branches": "side", "camera_sees_ball": "side", "whole_body": "side"}
 
 
@@ -100,7 +100,7 @@ def read_example(path: Path) -> Example:
     """Return the parts of an example's docstring.
 
     Raises:
-        ValueError: it has no title, or no sentence under it.
+        ValueError: the docstring has no title, or no sentence under it.
     """
     paragraphs = (ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or "").split("\n\n")
     title, *rest = (" ".join(paragraph.split()) for paragraph in paragraphs)
@@ -264,7 +264,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", help="examples to run again (default: all)")
     parser.add_argument(
-        "--check", action="store_true", help="run and write nothing; fail when something is not in step"
+        "--check", action="store_true", help="run and write nothing; fail if a page or a picture is outdated"
     )
     options = parser.parse_args(arguments)
     if options.check:

@@ -2,7 +2,7 @@
 
 Example:
     python scripts/generate_joint_diagram.py            # writes docs/images/kinematic_tree.svg
-    python scripts/generate_joint_diagram.py --check    # exit 1 when the file differs
+    python scripts/generate_joint_diagram.py --check    # exit 1 if the file differs
 """
 
 from __future__ import annotations
@@ -234,7 +234,7 @@ def _text(at: Point, words: str, size: float, *, anchor: str = "start", weight: 
 def main(arguments: list[str] | None = None) -> int:
     """Write or check; return 1 if --check finds a difference, otherwise 0."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--check", action="store_true", help="write nothing; fail when the file is not in step")
+    parser.add_argument("--check", action="store_true", help="write nothing; fail if the file is out of date")
     parser.add_argument(
         "--output", type=Path, default=OUTPUT, help="the file (default: docs/images/kinematic_tree.svg)"
     )

@@ -25,7 +25,7 @@ MESHES = Path(__file__).resolve().parent.parent / "urdf" / MESH_FOLDER
 def main(arguments: list[str] | None = None) -> int:
     """Write or check; return 1 if --check finds a difference, otherwise 0."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--check", action="store_true", help="write nothing; fail when a file is not in step")
+    parser.add_argument("--check", action="store_true", help="write nothing; fail if a file is out of date")
     parser.add_argument("--output", type=Path, default=MESHES, help="folder of the files (default: urdf/meshes)")
     options = parser.parse_args(arguments)
 

@@ -1,6 +1,6 @@
 """Write `web/src/received.ts`: the types of the messages that the page receives, from `nao_kin.viewer.messages.KINDS`.
 
-With `--check` it writes nothing, and fails if the file is not as it would be written.
+With `--check` it writes nothing, and fails if the file is out of date.
 
 Example:
     python scripts/generate_page_messages.py --check
@@ -14,7 +14,7 @@ from pathlib import Path
 from nao_kin.viewer.messages import KINDS
 
 TARGET = Path(__file__).resolve().parent.parent / "web" / "src" / "received.ts"
-# Prettier's, which breaks longer lines.
+# The line length of Prettier, which breaks longer lines.
 WIDTH = 120
 
 HEAD = """\
@@ -22,13 +22,13 @@ HEAD = """\
 
 import type { About, Vector } from "./types.ts";
 
-/** What belongs to each kind of message from Python. */
+/** The contents of each kind of message from Python. */
 export interface Received {
 """
 
 
 def text() -> str:
-    """The module."""
+    """Return the text of the TypeScript module."""
     kinds: list[str] = []
     for name, kind in KINDS.items():
         fields = [f"{field}: {type_};" for field, type_ in kind.fields.items()]
@@ -39,7 +39,7 @@ def text() -> str:
 
 
 def main() -> int:
-    """0, or 1 if the file is not up to date."""
+    """Write or check; return 0, or 1 if the file is out of date."""
     if "--check" not in sys.argv[1:]:
         TARGET.write_text(text(), encoding="utf-8")
     elif not TARGET.is_file() or TARGET.read_text(encoding="utf-8") != text():

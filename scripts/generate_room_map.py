@@ -4,7 +4,7 @@ Rooms are in rows, each above all rooms that it imports. Arrows that follow from
 
 Example:
     python scripts/generate_room_map.py            # writes docs/images/rooms.svg
-    python scripts/generate_room_map.py --check    # exit 1 when the file differs
+    python scripts/generate_room_map.py --check    # exit 1 if the file differs
 """
 
 from __future__ import annotations
@@ -221,7 +221,7 @@ def _n(value: float) -> str:
 def main(arguments: list[str] | None = None) -> int:
     """Write or check; return 1 if --check finds a difference, otherwise 0."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--check", action="store_true", help="write nothing; fail when the file is not in step")
+    parser.add_argument("--check", action="store_true", help="write nothing; fail if the file is out of date")
     parser.add_argument("--output", type=Path, default=OUTPUT, help="the file (default: docs/images/rooms.svg)")
     options = parser.parse_args(arguments)
     text = drawing(read_arrows())

@@ -2,9 +2,9 @@
 
 Links and sensor frames have the names of the official ROS description if it contains them, and NAOqi's names as
 additional links at the same place, so that code written for either finds its frames. Two links differ, because a joint
-and a link with one name confuse every lookup: `LAnklePitch_link`, `RAnklePitch_link`. The hand joint (0 closed, 1 open)
-moves a massless link and, as its mimics, the fingers; `LArm`, `RArm`, `l_gripper` and `r_gripper` are fixed to the
-wrist, as in NAOqi.
+and a link with one name make every lookup ambiguous: `LAnklePitch_link`, `RAnklePitch_link`. The hand joint (0 closed,
+1 open) moves a massless link and, as its mimics, the fingers; `LArm`, `RArm`, `l_gripper` and `r_gripper` are fixed to
+the wrist, as in NAOqi.
 
 Example:
     python scripts/generate_urdf.py            # writes urdf/nao_v32.urdf … urdf/nao_v6.urdf
@@ -151,7 +151,7 @@ def _rpy_of_axis(axis: Vector) -> Vector:
 def main(arguments: list[str] | None = None) -> int:
     """Write or check; return 1 if --check finds a difference, otherwise 0."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--check", action="store_true", help="write nothing; fail when a file is not in step")
+    parser.add_argument("--check", action="store_true", help="write nothing; fail if a file is out of date")
     parser.add_argument("--output", type=Path, default=URDF, help="folder of the files (default: urdf/)")
     options = parser.parse_args(arguments)
 

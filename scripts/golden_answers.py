@@ -122,7 +122,7 @@ def exports() -> Iterator[tuple[str, Arrays | str]]:
 
 
 def motions() -> Iterator[tuple[str, Arrays | str]]:
-    """Return one motion in every written format, and read again."""
+    """Return one motion written in every format, and read back."""
     wave = _wave()
     Path("motions").mkdir()
     for name, format in nk.motion.FORMATS.items():
@@ -138,7 +138,7 @@ def motions() -> Iterator[tuple[str, Arrays | str]]:
 
 
 def commands() -> Iterator[tuple[str, Arrays | str]]:
-    """Return the program's output and exit code."""
+    """Return the output and the exit code of every command."""
     nao = nk.load_nao()
     rows = nao.random(0, 3)
     Path("walk.csv").write_text(

@@ -44,7 +44,7 @@ def lowest(requirement: Requirement) -> Version:
     """Return the version after `>=` or `==`.
 
     Raises:
-        ValueError: there is none, so the tested version would be unknown.
+        ValueError: the requirement has no lower bound, so the tested version would be unknown.
     """
     bounds = [Version(part.version) for part in requirement.specifier if part.operator in (">=", "==")]
     if not bounds:

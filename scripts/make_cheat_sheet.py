@@ -5,7 +5,7 @@ Chromium. A comment after the end of the PDF has the hash of its source.
 
 Examples:
     python scripts/make_cheat_sheet.py
-    python scripts/make_cheat_sheet.py --check   # exit code 1 where the page has changed since
+    python scripts/make_cheat_sheet.py --check   # exit code 1 if the page has changed since
 """
 
 from __future__ import annotations
@@ -50,11 +50,14 @@ code { font: 6.4pt/1.66 "DejaVu Sans Mono", "Liberation Mono", monospace; }
 def main() -> int:
     """Write the PDF, or check whether it is up to date."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--check", action="store_true", help="write nothing; say whether the PDF is that of the page")
+    parser.add_argument("--check", action="store_true", help="write nothing; check whether the PDF is up to date")
     made_from = MARK + _digest().encode()
     if parser.parse_args().check:
         if not TARGET.is_file() or not TARGET.read_bytes().rstrip().endswith(made_from):
-            print(f"{TARGET.name} is not that of {SOURCE.name}: python scripts/make_cheat_sheet.py", file=sys.stderr)
+            print(
+                f"{TARGET.name} is out of date with {SOURCE.name}: run python scripts/make_cheat_sheet.py",
+                file=sys.stderr,
+            )
             return 1
         return 0
     pdf = _printed(_html(SOURCE.read_text(encoding="utf-8")))

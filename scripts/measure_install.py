@@ -86,7 +86,7 @@ def listed(python: Path) -> tuple[Sizes, dict[str, list[str]]]:
 
 
 def brought(root: str, asked: dict[str, list[str]], without: str = "") -> set[str]:
-    """Return the distributions that one installs, itself included, without following one other."""
+    """Return a distribution and all that it requires, without the distribution `without` and its requirements."""
     from packaging.requirements import Requirement
     from packaging.utils import canonicalize_name
 
@@ -115,7 +115,7 @@ def seconds(python: Path, program: str) -> float:
 
 
 def megabytes(sizes: Sizes, part: int = 0) -> float:
-    """Return the sum over distributions: without compiled files, or with part=1 of only these."""
+    """Return the sum over distributions: without compiled files, or only those with part=1."""
     return sum(size[part] for size in sizes.values()) / 1e6
 
 
@@ -128,7 +128,7 @@ def print_table(head: tuple[str, ...], rows: list[tuple[Any, ...]]) -> None:
 
 
 def measure_default(wheel: Path, folder: Path) -> Sizes:
-    """Print the tables of the default installation; returns its sizes."""
+    """Print the tables of the default installation; return its sizes."""
     cache = ("--cache-dir", str(folder / "cache"))
     cold = install(environment(folder / "cold"), wheel, (), "--no-cache-dir")
     install(environment(folder / "filling"), wheel, (), *cache)
@@ -156,8 +156,10 @@ def measure_default(wheel: Path, folder: Path) -> Sizes:
 def main(arguments: list[str] | None = None) -> int:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--extra", action="append", default=[], metavar="NAME", help="measure what this one adds")
-    parser.add_argument("--wheel", type=Path, metavar="FILE", help="instead of building one")
+    parser.add_argument(
+        "--extra", action="append", default=[], metavar="NAME", help="also measure what this extra adds"
+    )
+    parser.add_argument("--wheel", type=Path, metavar="FILE", help="use this wheel instead of building one")
     options = parser.parse_args(arguments)
     with tempfile.TemporaryDirectory(prefix="nao_kin_install_") as name:
         folder = Path(name)

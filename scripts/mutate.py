@@ -26,7 +26,8 @@ ROOT = Path(__file__).resolve().parent.parent
 FILES = ("README.md", "CITATION.cff", "pyproject.toml", "Makefile")
 COPIED = ("nao_kin", "urdf", "tests", "scripts", "examples", "docs", "web", *FILES)
 
-# Exit codes of pytest and node; others (such as for nothing collected) tell nothing about the fault.
+# Exit codes of pytest and node; other codes, such as that for no collected tests, say nothing about
+# the fault.
 PASSED, FAILED = 0, 1
 VERDICTS = {PASSED: "survived", FAILED: "killed"}
 

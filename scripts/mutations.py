@@ -1,8 +1,8 @@
-"""Small faults of the kind that review overlooks: where each is planted, and the tests that must notice it.
+"""Small faults of the kind that a review overlooks: where each is planted, and the tests that must detect it.
 
-Those of the viewer and its page are in `page_mutations.py`, those of rotations beyond conversions in
-`rotation_mutations.py`, those of rigid motions in `screw_mutations.py`. Some faults that once went unnoticed have no
-place here, for they change nothing: `CHANGES_NOTHING` names them.
+Faults of the viewer and its page are in `page_mutations.py`, those of rotations beyond conversions in
+`rotation_mutations.py`, those of rigid motions in `screw_mutations.py`. Some faults that no test detected are not
+planted, because they change no result: `CHANGES_NOTHING` names them.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ from screw_mutations import SCREWS
 
 CHANGES_NOTHING = {
     "the carrier of a universal joint placed by the group's first joint": "it has one carrier, that of its first joint",
-    "the chosen triple not wrapped": "whole turns are chosen for each motor afterwards; the wrapping is gone",
+    "the chosen triple not wrapped": "whole turns are chosen for each motor afterwards; the wrapping was removed",
     "the floor under the square in exp at 1e-20": "both quotients are constant to the last digit from 1e-16 down",
     "the floor under the norm in log at 1e-20": "atan2(n, r0)/n is constant to the last digit from 1e-8 down",
     "points on the floor ahead of the edge that a body rolls over do not stop it": "the edge is the hull's nearest to "
-    "the centre of mass, and none of what touches the floor is ahead of it",
-    "the canonical sign of quat_from_matrix blind to its last component": "a last component that is first not to be "
-    "zero is a diagonal entry, hence positive; the test of it is gone",
+    "the centre of mass, and no point on the floor is ahead of it",
+    "the canonical sign of quat_from_matrix blind to its last component": "if only the last component is not "
+    "zero, it is a diagonal entry and hence positive; its check was removed",
 }
-"""Faults without a place, and why nobody can notice them."""
+"""Faults that are not planted, and the reason why no test can detect them."""
 
 
 _COMMON = (

@@ -1,4 +1,4 @@
-"""Faults of the viewer: of the page's modules, most of which node tests, and of the program behind it."""
+"""Faults of the viewer: in the modules of the page, most of which node tests, and in the program that serves it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Solve every problem of the source paper with nao_kin's public functions, beside the paper's numbers.
+"""Solve every problem of the source paper with nao_kin's public functions, and print the results next to the paper's.
 
 Errors of the paper are marked with "!" and shown next to the correct value. The exit code is 1 if a number is off by
 more than 1e-9, or if an error of the paper is not refuted.

@@ -135,7 +135,7 @@ def to_eight_and_back(plan: Plan, rest: Floats, centre: Floats) -> Floats:
 
 
 def drawing_path(nao: nk.NaoModel, plan: Plan, q: Floats, centre: Floats) -> dict[str, Floats]:
-    """Return positions of the right hand and points to look at, from those of a configuration and back."""
+    """Return positions of the right hand and points to look at; both start and end at those of a configuration."""
     camera = nao.fk(q, "CameraTop")
     looked_at = camera[:3, 3] + 0.5 * camera[:3, 0]
     rests = {"RArm": nao.position(q, "RArm"), "CameraTop": looked_at}
@@ -193,7 +193,7 @@ def swinging_arms(nao: nk.NaoModel, plan: Plan) -> Floats:
 
 
 def largest(values: Floats) -> float:
-    """Return the largest magnitude, 0 for none."""
+    """Return the largest magnitude, 0 for an empty array."""
     return float(np.abs(values).max(initial=0.0))
 
 

@@ -1,5 +1,5 @@
-// Bundles the page's modules and styles into nao_kin/viewer/page; with --check says whether the committed ones are these.
-// With --node, a folder and files bundles those into the folder, for Node.js, which may not run TypeScript: the tests.
+// Bundles the page's modules and styles into nao_kin/viewer/page; with --check, only compares them with the committed ones.
+// With --node, a folder and files, bundles the files (the tests) into the folder for Node.js, which may not run TypeScript.
 import { readFile, writeFile } from "node:fs/promises";
 import path from "node:path";
 import { fileURLToPath } from "node:url";

@@ -1,4 +1,4 @@
-"""Several motions at once, by the futures of qi."""
+"""Run several motions at the same time, with the futures of qi."""
 
 import argparse
 import time

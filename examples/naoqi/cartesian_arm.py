@@ -1,4 +1,4 @@
-"""Move a hand by centimetres: up and forwards, positions only, relative to where it is."""
+"""Move a hand up and forwards by some centimetres: only its position, relative to the current one."""
 
 import argparse
 import time

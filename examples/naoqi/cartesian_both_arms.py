@@ -1,4 +1,4 @@
-"""Both hands along paths of their own at once, each with its times."""
+"""Move both hands at the same time, each along its own path with its own times."""
 
 import argparse
 import time

@@ -1,4 +1,4 @@
-"""Open one hand, close the other, and leave a third of it open."""
+"""Open both hands, close one, and set each to a value between closed and open."""
 
 import argparse
 
@@ -12,7 +12,7 @@ def main(session):
     motion.openHand("RHand")
     print("open:", motion.getAngles(["LHand", "RHand"], True))
     motion.closeHand("RHand")
-    # Opening and closing end without stiffness, to save the motors.
+    # openHand and closeHand remove the stiffness at their end, to save the motors.
     motion.setStiffnesses(["LHand", "RHand"], 1.0)
     motion.setAngles("LHand", 0.33, 1.0)
     motion.angleInterpolation("RHand", 0.1, 0.5, True)

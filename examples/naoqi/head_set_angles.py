@@ -12,11 +12,11 @@ def main(ip, port):
 
     motion.setAngles("HeadYaw", 0.0, 0.5)
     time.sleep(1.0)
-    # Two joints, one speed; the later call for the same joint counts.
+    # Two joints, one speed; a later call for the same joints replaces the earlier one.
     motion.setAngles(["HeadYaw", "HeadPitch"], [1.0, 0.1], 0.05)
     motion.setAngles(["HeadYaw", "HeadPitch"], [-0.6, -0.3], 0.4)
     time.sleep(1.5)
-    # From where it is.
+    # Relative to the current command.
     motion.changeAngles("HeadYaw", 0.25, 0.4)
     time.sleep(1.0)
     print("commanded", motion.getAngles("Head", False))

@@ -1,4 +1,4 @@
-"""Values and events of the robot's memory, by signals."""
+"""Write and read values in the robot's memory, and receive its events through signals."""
 
 import argparse
 import sys

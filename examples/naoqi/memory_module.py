@@ -1,4 +1,4 @@
-"""An event calls a method of a module of one's own, as scripts did before there were signals."""
+"""Receive an event in a method of your own module, as scripts did before qi had signals."""
 
 import argparse
 import time
@@ -9,7 +9,7 @@ memory = None
 
 
 class BumperModule(ALModule):
-    """Says which bumper was hit."""
+    """Records the events of a bumper."""
 
     def __init__(self, name):
         ALModule.__init__(self, name)

@@ -1,4 +1,4 @@
-"""Go through some postures and say what they are."""
+"""Go to some postures, and print their families."""
 
 import argparse
 

@@ -1,4 +1,4 @@
-"""What the robot says of itself: names, limits, masses."""
+"""Print what the robot reports about itself: names, limits, masses."""
 
 import argparse
 

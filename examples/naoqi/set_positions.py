@@ -1,4 +1,4 @@
-"""Have a hand go somewhere at a fraction of its speed, without waiting."""
+"""Move a hand to a position at a fraction of its speed, without waiting."""
 
 import argparse
 import time

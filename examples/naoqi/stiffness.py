@@ -1,4 +1,4 @@
-"""Stiffness: a joint without any does not move, one with a ramp does."""
+"""Show that a joint without stiffness does not move, and raise the stiffness by a ramp."""
 
 import argparse
 import time

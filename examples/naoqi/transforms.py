@@ -1,4 +1,4 @@
-"""Read a transform, change it with almath, and have the torso go there."""
+"""Read a transform, change it with almath, and move the torso to it."""
 
 import argparse
 import time

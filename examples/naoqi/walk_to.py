@@ -1,4 +1,4 @@
-"""Walk to a place and say how far the robot came, as it measures it itself."""
+"""Walk to a place, and print the displacement that the robot itself reports."""
 
 import argparse
 import math

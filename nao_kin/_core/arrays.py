@@ -33,7 +33,7 @@ def as_floats(value: ArrayLike, tail: tuple[int, ...], what: str) -> Floats:
 
 
 def shaped(value: ArrayLike, shape: tuple[int, ...], what: str) -> Floats:
-    """Return `value` as finite numbers of one shape."""
+    """Return `value` as a finite float64 array of exactly this shape."""
     array = as_floats(value, (), what)
     if array.shape != shape:
         raise WrongShape(what, str(shape), array.shape)
@@ -43,7 +43,7 @@ def shaped(value: ArrayLike, shape: tuple[int, ...], what: str) -> Floats:
 def all_finite(array: Floats) -> bool:
     """Return whether no entry is NaN or infinite; for large arrays at the cost of one sum."""
     if array.size > _SMALL:
-        # Not a dot product: BLAS uses threads, which on a busy machine take ten times as long.
+        # A sum, not a dot product: BLAS would use threads, which take ten times as long on a busy machine.
         with np.errstate(over="ignore", invalid="ignore"):
             if math.isfinite(array.sum()):
                 return True
@@ -105,12 +105,12 @@ def dot(a: Floats, b: Floats) -> Floats:
 
 
 def norm(v: Floats) -> Floats:
-    """‖v‖, shape (...); components under 1e-160 count as zero."""
+    """Return ‖v‖, shape (...); components under 1e-160 count as zero."""
     return np.asarray(np.sqrt(dot(v, v)), dtype=np.float64)
 
 
 def largest(v: Floats) -> Floats:
-    """Return the largest magnitude of the components, (...), ten times as fast as a reduction along a short axis."""
+    """Return the largest magnitude of the components, shape (...), in a tenth of the time of a NumPy reduction."""
     sizes = np.abs(v)
     found = sizes[..., 0]
     for i in range(1, v.shape[-1]):
@@ -119,10 +119,13 @@ def largest(v: Floats) -> Floats:
 
 
 def unit(v: Floats, what: str) -> tuple[Floats, Floats]:
-    """Return v/‖v‖ and ‖v‖, accurate for the smallest floats, infinite beyond the largest; zero raises `ZeroNorm`."""
+    """Return v/‖v‖ and ‖v‖; zero raises `ZeroNorm`.
+
+    Both are accurate even for the smallest floats; a length above the largest float is infinite.
+    """
     _, exponent = np.frexp(largest(v))
     # A power of two scales the vector to a length near 1 without rounding, so that no square underflows. 2^1023 is
-    # the largest one, which is enough for the smallest floats.
+    # the largest power of two in float64, and large enough for the smallest floats.
     shift = np.minimum(-exponent, 1023)
     scaled = v * np.ldexp(1.0, shift)[..., None]
     length = norm(scaled)
@@ -165,7 +168,8 @@ def common_batch(what: str, *batch_shapes: tuple[int, ...]) -> tuple[int, ...]:
     for sizes in zip(*((1,) * (longest - len(shape)) + shape for shape in batch_shapes), strict=True):
         others = {size for size in sizes if size != 1}
         if len(others) > 1:
-            raise WrongShape(f"batch axes of {what}", "that broadcast together", " and ".join(map(str, batch_shapes)))
+            shapes = " and ".join(map(str, batch_shapes))
+            raise WrongShape(f"batch axes of {what}", "compatible for broadcasting", shapes)
         common.append(others.pop() if others else 1)
     return tuple(common)
 
@@ -182,14 +186,14 @@ def _too_many_axes(count: int, tail: tuple[int, ...], what: str) -> WrongShape:
 
 # --- Single numbers.
 
-# More threads, searches or steps are a mistake, and would take forever.
+# A larger number of threads, searches or steps is a mistake, and would take forever.
 MAX_THREADS, MAX_SEARCHES = 10_000, 1_000_000
 
 _DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 
 
 def decimal(text: str) -> float:
-    """Return the number that `text` writes in decimal digits, or raise a ValueError, also for "nan" and "inf".
+    """Return the number that `text` writes in decimal digits; raise ValueError for any other text, even "nan".
 
     Python's `float` also accepts 1_0 for 10 and digits of any script, which are probably errors.
     """
@@ -200,9 +204,9 @@ def decimal(text: str) -> float:
 
 
 def finite_decimal(text: str) -> float | None:
-    """Return the finite number that `text` writes in decimal digits; None without one."""
+    """Return the finite number that `text` writes in decimal digits, or None if it does not write one."""
     try:
-        # `float` reads only decimal digits in plain text without underscores, and blanks of any script around them.
+        # In ASCII text `float` accepts only decimal digits and underscores; blanks of any script around it are allowed.
         number = float(text) if text.strip().isascii() and "_" not in text else math.nan
     except ValueError:
         return None
@@ -221,7 +225,7 @@ def float_dtype(dtype: DTypeLike | None) -> np.dtype[Any]:
 
 
 def finite_or_none(value: float) -> float | None:
-    """Return `value` for JSON, which has no infinity: None for an infinite limit."""
+    """Return `value`, or None if it is infinite or NaN, because JSON has no such numbers."""
     return value if math.isfinite(value) else None
 
 
@@ -233,7 +237,7 @@ def whole_number(value: SupportsIndex, what: str, least: int, most: int | None =
         raise BadArgument(f"{what} must be a whole number, got {quoted(value)}") from None
     if number >= least and (most is None or number <= most):
         return number
-    # Python refuses to print numbers of thousands of digits.
+    # Python refuses to print whole numbers of thousands of digits.
     given = str(number) if number.bit_length() <= 256 else f"one of {number.bit_length()} bits"
     raise BadArgument(f"{what} must be {f'at least {least}' if number < least else f'at most {most}'}, got {given}")
 
@@ -256,7 +260,7 @@ _LAST_ROW = (0.0, 0.0, 0.0, 1.0)
 def split_poses(T: ArrayLike, what: str) -> tuple[Floats, Floats]:
     """Return the matrices R, shape (..., 3, 3), and the translations t, shape (..., 3), of poses, shape (..., 4, 4).
 
-    Checks the last row (0, 0, 0, 1), but not that R is a rotation, which is up to `nao_kin.rotations`.
+    Checks the last row (0, 0, 0, 1), but not that R is a rotation: `nao_kin.rotations` checks that.
     """
     poses = as_batch(T, (4, 4), what)
     bad = (poses[..., 3, :] != _LAST_ROW).any(axis=-1)
@@ -275,7 +279,7 @@ def join_poses(R: Floats, t: Floats) -> Floats:
     return T
 
 
-# --- Colours of numbers: red, green, blue from the lowest value to the highest, equally spaced.
+# --- Colours of numbers: equally spaced (red, green, blue), from the lowest value to the highest.
 COLD_TO_WARM: tuple[tuple[float, float, float], ...] = (
     (0.16, 0.32, 0.66),
     (0.36, 0.63, 0.83),
@@ -286,7 +290,7 @@ COLD_TO_WARM: tuple[tuple[float, float, float], ...] = (
 
 
 def colours(values: ArrayLike, low: float, high: float) -> Floats:
-    """Return red, green, blue in [0, 1], shape (..., 3), of numbers on a scale from low to high, with low < high."""
+    """Return the colours (red, green, blue) in [0, 1], shape (..., 3), of numbers on a scale from low to high > low."""
     at = np.linspace(low, high, len(COLD_TO_WARM))
     numbers = np.asarray(values, dtype=np.float64)
     return np.stack([np.interp(numbers, at, channel) for channel in zip(*COLD_TO_WARM, strict=True)], axis=-1)
@@ -304,14 +308,14 @@ def choice(value: object, valid: Iterable[str], what: str, hint: str = "") -> st
 
 
 def flag(value: object, what: str) -> bool:
-    """Return a boolean as it is, or raise `BadArgument`: every non-empty text is true to Python."""
+    """Return a boolean unchanged, or raise `BadArgument`; Python would take any non-empty text as true."""
     if not isinstance(value, (bool, np.bool_)):
         raise BadArgument(f"{what} must be True or False, got {quoted(value)}")
     return bool(value)
 
 
 def texts(values: object, what: str) -> tuple[str, ...]:
-    """Return several texts, as in a list, as a tuple, or raise `BadArgument`."""
+    """Return the texts of a list or another sequence as a tuple, or raise `BadArgument`."""
     if isinstance(values, str) or not isinstance(values, Iterable):
         raise BadArgument(f"{what} must be a list of texts, got {quoted(values)}")
     found = tuple(values)

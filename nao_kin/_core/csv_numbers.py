@@ -1,6 +1,6 @@
-"""Tables of numbers in CSV: pyarrow reads large blocks if it is installed, the csv module all others.
+"""Read tables of numbers from CSV: large blocks with pyarrow if it is installed, all others with the csv module.
 
-pyarrow gets the same numbers, correctly rounded. If pyarrow rejects a block (a word, a row of another length, an empty
+Both read the same numbers, correctly rounded. If pyarrow rejects a block (a word, a row of another length, an empty
 field, NaN), the csv module reads it again, and reports the error.
 """
 
@@ -25,21 +25,21 @@ from nao_kin._core.text import MAX_SHOWN, quoted
 from nao_kin.errors import BadInputFile
 
 DELIMITERS = ",;\t"
-# Size of a table, in bytes, for which loading pyarrow pays.
+# Size of a table, in bytes, from which loading pyarrow pays.
 _LARGE = 1 << 20
-# Bytes that one thread of pyarrow parses.
+# Number of bytes that one thread of pyarrow parses at a time.
 _PARSED_AT_ONCE = 1 << 20
 # Beginnings of comment lines above the header.
 _COMMENTS = ("#", "%", "//")
-# Bytes of the first rows, which show the decimal mark.
+# Number of bytes of the first rows, which show the decimal mark and the form of times.
 _SHOWN_ROWS = 1 << 16
 _COMMA_FRACTION, _POINT_FRACTION = re.compile(rb"\d,\d"), re.compile(rb"\d\.\d")
-# Times may have another decimal mark than numbers.
+# The decimal mark of times may differ from that of numbers.
 _SECONDS_FRACTION = re.compile(rb":\d\d[.,]\d+")
 
 
 def delimiter_of(header: str) -> str:
-    """Return the delimiter that a header line uses most, or a comma."""
+    """Return the delimiter that occurs most often in a header line; a comma if there is none."""
     return max(DELIMITERS, key=header.count)
 
 
@@ -49,9 +49,9 @@ class CsvHead:
 
     Attributes:
         fields: the headings.
-        line: the line on which they end.
+        line: the line on which the headings end.
         delimiter: the delimiter of fields.
-        mark: the decimal mark: "." or ",".
+        mark: the decimal mark, "." or ",".
         lines: number of lines before the first row.
         size: number of bytes before the first row.
     """
@@ -69,9 +69,9 @@ def csv_head(name: str, block: bytes, expected: str, *, at_end: bool = True) -> 
 
     Args:
         name: the file, for messages.
-        block: its beginning, without a byte order mark.
-        expected: what the message of an empty file expects.
-        at_end: `block` is the whole file.
+        block: the beginning of the file, without a byte order mark.
+        expected: the expected content, for the message about an empty file.
+        at_end: whether `block` is the whole file.
     """
     lines = block.splitlines(keepends=True)
     above, comment, comment_line = 0, "", 0
@@ -135,10 +135,10 @@ def quick_numbers(block: bytes, table: TableColumns) -> Floats | None:
 
 
 class Records:
-    """The records of a block of whole lines that are not blank, as the csv module reads them in its strict mode.
+    """The records in a block of whole lines, without blank lines, as the csv module reads them in strict mode.
 
-    Iteration yields, for each record, the number of its last line, from 1, its fields, and the error of its quoting or
-    "". A malformed record counts as one line, so that an open quote does not swallow the rest of the file.
+    Iteration yields three values for each record: the number of its last line, from 1; its fields; and the error in its
+    quoting, or "". A malformed record counts as one line, so that an open quote does not swallow the rest of the file.
 
     Attributes:
         block: whole lines.
@@ -146,7 +146,7 @@ class Records:
     """
 
     def __init__(self, block: bytes, delimiter: str, *, at_end: bool = True) -> None:
-        """Prepare to read; unless `at_end`, a quote that is still open is closed in the next block."""
+        """Prepare to read; unless `at_end`, a quote that is still open at the end continues in the next block."""
         self.consumed = len(block)
         self.block, self._delimiter, self._at_end = block, delimiter, at_end
 
@@ -170,9 +170,9 @@ class Records:
 
 
 def plain_floats(fields: Sequence[str]) -> list[float] | None:
-    """Return the numbers of a record, or None if one is not finite.
+    """Return the numbers of a record, or None if any of them is not finite.
 
-    Python's `float` accepts more than decimal digits: the text must be ASCII, and without underscores.
+    The text must be ASCII without underscores, because Python's `float` accepts more than decimal digits.
     """
     try:
         numbers = list(map(float, fields))
@@ -186,16 +186,16 @@ class TableColumns:
     """The columns to read from a table of joint values, and their meaning.
 
     Attributes:
-        names: the joint of each.
-        units: the unit of each: "rad", "deg", "m", "1" or "%".
-        places: index of each among all columns of the file, from 0; times, if there are any, are the last.
-        timed: whether the last place has times.
+        names: the joint of each column.
+        units: the unit of each column: "rad", "deg", "m", "1" or "%".
+        places: the index of each column in the file, from 0; the column of times, if there is one, is the last.
+        timed: whether the last place is the column of times.
         time_unit: the unit of times; None if the file does not state it.
         all: number of columns in the file.
-        iso_times: reads ISO 8601 times; None if the times are numbers.
-        blanks: empty cells are NaN, not errors.
-        delimiter: between the fields of a CSV file.
-        mark: its decimal mark: "." or ",".
+        iso_times: the reader of ISO 8601 times; None if the times are numbers.
+        blanks: whether empty cells are NaN rather than errors.
+        delimiter: the delimiter of fields in a CSV file.
+        mark: the decimal mark in a CSV file, "." or ",".
     """
 
     names: tuple[str, ...]
@@ -219,15 +219,15 @@ class TableColumns:
         *,
         degrees: bool = False,
     ) -> tuple[TableColumns, list[int]]:
-        """Return the columns of a table, and the indices of all columns of times.
+        """Return the columns to read from a table, and the indices of all columns of times.
 
         Args:
             headings: the headings of all columns; None for a column to skip.
             joints: names of joints, which take precedence over names of times.
-            units_of: the units that a column may have, the default first, or nothing to skip it; takes the heading,
-                the name in it, and its index.
+            units_of: returns the units that a column may have, the default first, or nothing if the column is to be
+                skipped; takes the heading, the name in it, and the index of the column.
             error: makes the exception for a reason and an index.
-            degrees: angles are in degrees where the heading has no unit.
+            degrees: whether angles are in degrees where the heading has no unit.
         """
         found: dict[str, tuple[str, int]] = {}
         times: dict[int, str | None] = {}
@@ -255,7 +255,7 @@ class TableColumns:
 
     @property
     def headings(self) -> tuple[str, ...]:
-        """The name of each place, for messages."""
+        """The name of each column to read, for messages."""
         return (*self.names, "time") if self.timed else self.names
 
     @property
@@ -264,25 +264,25 @@ class TableColumns:
         return "deg" in self.units
 
     def split(self, rows: Floats) -> tuple[Floats, Floats | None]:
-        """Return values of joints (n, names) and times (n,) of rows (n, places)."""
+        """Split rows (n, places) into the values of joints (n, names) and the times (n,), None without times."""
         joints = len(self.names)
         return rows[:, :joints], rows[:, joints] if self.timed else None
 
     def place(self, line: int, column: int) -> tuple[int, int]:
-        """Return line and column, from 1, of a field of a CSV file; JSON values have neither (line 0)."""
+        """Return line and column, from 1, of a field of a CSV file; both are 0 for JSON values, whose line is 0."""
         return line, self.places[column] + 1 if line and column >= 0 else 0
 
     def of_csv(self, head: CsvHead, rows: bytes) -> TableColumns:
-        """Return the columns with the delimiter, the mark and the form of times of a CSV file with these first rows."""
+        """Return the columns with the delimiter, decimal mark and form of times that head and first rows show."""
         table = replace(self, delimiter=head.delimiter, mark=head.mark)
         if not self.timed:
             return table
-        # The first rows show whether times are numbers, or written as in ISO 8601.
+        # The first rows show whether times are numbers or ISO 8601 times.
         records = Records(rows[:_SHOWN_ROWS], head.delimiter, at_end=False)
         return table.with_times(fields[self.places[-1]] for _, fields, _ in records if len(fields) > self.places[-1])
 
     def with_times(self, texts: Iterable[str]) -> TableColumns:
-        """Return the columns with times in the form of the first of some texts: numbers, or ISO 8601."""
+        """Return the columns with times read in the form of the first time in `texts`: a number, or ISO 8601."""
         times = IsoTimes.of(texts)
         return self if times is None else replace(self, time_unit="s", iso_times=times)
 
@@ -304,7 +304,7 @@ class TableColumns:
 
     def rows(self, name: str, records: Records) -> Iterator[tuple[int, list[float] | None, int, str]]:
         """Yield the line of each record and its numbers, or None with the column and the reason of an error."""
-        # In such a block `float` accepts only decimal digits.
+        # In a block like this `float` accepts only decimal digits.
         plain = self.mark == "." and records.block.isascii() and b"_" not in records.block and self.iso_times is None
         for line, fields, reason in records:
             if not reason and len(fields) != self.all:
@@ -321,7 +321,7 @@ class TableColumns:
 
 
 def _finite(field: str, mark: str) -> float:
-    """Return the finite number of a field; the error message continues the name of the column."""
+    """Return the finite number of a field; raise ValueError with a message that follows the column's name."""
     value = finite_decimal(field if mark == "." else field.replace(mark, ".", "." not in field))
     if value is None:
         raise ValueError(f"is {quoted(field.strip(), MAX_SHOWN)}, expected a finite number")
@@ -335,9 +335,9 @@ def read_csv(
 
     Args:
         name: the file, for messages.
-        data: its content, without a byte order mark.
-        understood: returns the columns for the head.
-        expected: what the message of an empty file expects.
+        data: the content of the file, without a byte order mark.
+        understood: returns the columns to read, given the head.
+        expected: the expected content, for the message about an empty file.
     """
     head = csv_head(name, data, expected)
     body = data[head.size :]
@@ -373,14 +373,14 @@ class RowLines(Sequence[int]):
 
 
 def whole_lines(block: bytes) -> int:
-    """Return the number of bytes of a block that are whole lines."""
+    """Return the number of bytes of the whole lines at the beginning of a block."""
     end = block.rfind(b"\n") + 1
-    # The line feed of a last carriage return may be in the next block.
+    # If a block ends with a carriage return, its line feed may be in the next block.
     return end or block.rfind(b"\r", 0, -1) + 1
 
 
 def line_ends(block: bytes) -> int:
-    """Return the number of lines that end in a block: with a line feed, a carriage return, or both."""
+    """Return the number of line ends in a block: line feeds, carriage returns, or both together."""
     return block.count(b"\n") + block.count(b"\r") - block.count(b"\r\n")
 
 

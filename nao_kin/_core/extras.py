@@ -21,7 +21,8 @@ class Extra:
         packages: its distributions, as in pyproject.toml; messages name the first.
         brings: the features that it adds.
         without: the features that work without it.
-        imported: the modules imported from them, none if they hold data only; None for modules of the same names.
+        imported: the modules to import, an empty tuple if the packages contain only data; None if the modules have the
+            names of the packages.
     """
 
     name: str
@@ -124,7 +125,7 @@ def missing(purpose: str, name: str, reason: str = "") -> str:
 
 
 def with_remedy(problem: str) -> str:
-    """Return why a library does not load, with the system's package that contains the missing part if it is known."""
+    """Return why a library does not load, and which package of the operating system adds the missing part, if known."""
     if "libgomp.so.1" not in problem or "libgomp1" in problem:
         return problem
     return f"{problem}; install libgomp: apt-get install libgomp1 (Debian, Ubuntu), dnf install libgomp (Fedora)"

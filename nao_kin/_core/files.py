@@ -1,4 +1,4 @@
-"""Read files, and write them so that a reader sees the old or the new content, never a part of it.
+"""Read files, and write them so that a reader sees either the old or the new content, never a part of it.
 
 A symbolic link is followed and preserved. A device, a pipe and a descriptor of this process ("/dev/stdout") are written
 directly. An existing file keeps its mode and its owner.
@@ -34,7 +34,7 @@ _COPIED_AT_ONCE = 1 << 20
 
 @dataclass(frozen=True)
 class _Target:
-    """The target of a path.
+    """The file, device or pipe to which a path leads.
 
     Attributes:
         path: the path, without symbolic links.
@@ -48,16 +48,16 @@ class _Target:
 
     @property
     def replaceable(self) -> bool:
-        """Whether a new file may be put there: if there is a file or nothing, but not a device or a pipe."""
+        """Whether a new file may be put there: there is a regular file or nothing, not a device or a pipe."""
         return self.descriptor is None and (self.state is None or stat.S_ISREG(self.state.st_mode))
 
 
-# Kind of file → noun for it, and the suffixes that its name may have.
+# Kind of file → the noun for it, and the suffixes that its name may have.
 _SUFFIXES = {"png": ("a picture", (".png",)), "html": ("a page", (".html", ".htm"))}
 
 
 def check_writable(path: Path | str, *, kind: str = "") -> None:
-    """Raise the errors of `write_bytes` before the content is made; "png" and "html" need their suffix."""
+    """Raise the errors of `write_bytes` before the content is made; for "png" and "html", check the suffix too."""
     with errors_naming(path):
         target = _target_of(path)
         if target.replaceable:
@@ -89,7 +89,7 @@ def write_text(path: Path | str, text: str) -> None:
 
 
 def write_bytes(path: Path | str, content: bytes) -> None:
-    """Write `content` to `path`: a file by a temporary one in the same folder and one rename, anything else directly.
+    """Write `content` to `path`: to a file by renaming a temporary file in the same folder, else directly.
 
     Raises `BadArgument` for a folder, a read-only file, or a folder that does not exist or is not writable.
     """
@@ -103,7 +103,7 @@ def write_bytes(path: Path | str, content: bytes) -> None:
 def move_into_place(finished: Path, path: Path | str) -> None:
     """Rename a finished file to the target of `path`, or copy its content to a device or a pipe.
 
-    The file must be in the file system of `replaced_file(path)`. After an error it still exists.
+    `finished` must be in the file system of `replaced_file(path)`. It still exists after an error.
     """
     with errors_naming(path):
         target = _target_of(path)
@@ -117,7 +117,7 @@ def move_into_place(finished: Path, path: Path | str) -> None:
 
 @contextmanager
 def _opened(target: _Target) -> Iterator[BinaryIO]:
-    """Open a device, a pipe, a descriptor, or a file that keeps its place, for writing."""
+    """Open for writing a device, a pipe, a descriptor, or a file that is not replaced by a new one."""
     if target.descriptor == _STANDARD_OUTPUT and sys.stdout is not None:
         sys.stdout.flush()  # keeps the order of earlier output
     place = target.path if target.descriptor is None else os.dup(target.descriptor)
@@ -160,7 +160,7 @@ def _target_of(path: Path | str) -> _Target:
 
 
 def _descriptor_of(path: str) -> int | None:
-    """Return the descriptor of this process that a path names, itself or through symbolic links."""
+    """Return the descriptor of this process that a path names, directly or through symbolic links."""
     for _ in range(_MAX_LINKS):
         match = _DESCRIPTORS.fullmatch(os.path.abspath(path))
         if match is not None and match["process"] in (None, str(os.getpid())):
@@ -173,7 +173,7 @@ def _descriptor_of(path: str) -> int | None:
 
 
 def _replace(target: _Target, content: bytes) -> bool:
-    """Replace the target by a new file; return False, and do nothing, if it cannot get the old one's owner."""
+    """Replace the target by a new file; if that cannot get the owner of the old one, return False and do nothing."""
     with _temporary_file(target) as (descriptor, temporary):
         with os.fdopen(descriptor, "wb") as file:
             if target.state is not None and not _copy_owner_and_mode(temporary, target.state):
@@ -185,7 +185,7 @@ def _replace(target: _Target, content: bytes) -> bool:
 
 @contextmanager
 def _temporary_file(target: _Target) -> Iterator[tuple[int, Path]]:
-    """Yield descriptor and path of a new file in the folder of the target; it is removed at the end in any case."""
+    """Yield descriptor and path of a new file in the target's folder, which is removed at the end in any case."""
     temporary = target.path.with_name(f".nao_kin-{secrets.token_hex(8)}")
 
     def remove() -> None:
@@ -213,7 +213,7 @@ def _copy_owner_and_mode(temporary: Path, before: os.stat_result) -> bool:
 
 @contextmanager
 def errors_naming(path: object) -> Iterator[None]:
-    """Turn errors inside into `BadArgument`: that the path cannot be written, and why."""
+    """Turn errors inside the context into a `BadArgument` that says why the path cannot be written."""
     try:
         yield
     except OSError as error:
@@ -293,7 +293,7 @@ def _folder_target(path: Path | str, overwrite: bool) -> Path:
     elif os.path.exists(path):
         raise BadArgument(f"cannot write {abbreviated(path)}: it is a file, and a folder is needed")
     else:
-        os.stat(f"{target.parent}{os.sep}")  # with a separator at its end, a file is an error
+        os.stat(f"{target.parent}{os.sep}")  # the separator at the end makes a file raise an error
     return target
 
 
@@ -394,7 +394,7 @@ def _write_together(folder: Path, extras: Mapping[str, bytes], path: Path | str,
 
 # --- The text of a file that a user names, or of standard input.
 
-# The largest content of a packed file, and of a pipe or device, which may have no end.
+# Largest content read from a packed file, and from a pipe or device, which may have no end.
 MAX_BYTES = 1 << 30
 
 
@@ -437,9 +437,9 @@ def read_bytes(name: str, *, unpack: bool = True) -> bytes:
 
 
 def read_text(name: str, advice: str = "") -> str:
-    """Return the text of a file, unpacked if its name ends in .gz, or of standard input for "-"; no byte order mark.
+    """Return the text of a file, unpacked if its name ends in .gz, or of standard input for "-".
 
-    `advice` ends the message for a file that is not UTF-8 text.
+    A byte order mark is left out. `advice` ends the message for a file that is not UTF-8 text.
     """
     try:
         return read_bytes(name).decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
@@ -482,7 +482,7 @@ def read_toml(path: Path | str) -> dict[str, Any]:
 
 
 class JsonConstant(str):
-    """NaN, Infinity or -Infinity: not in JSON, but accepted by Python's reader; refused later by name."""
+    """NaN, Infinity or -Infinity: not valid JSON, but accepted by Python's reader; later checks refuse them by name."""
 
 
 def read_json(name: str, text: str) -> Any:
@@ -515,7 +515,7 @@ def is_finite_number(value: Any) -> bool:
 
 
 def described(value: Any) -> str:
-    """Describe a value of a file in the message that something else was expected."""
+    """Describe a value of a file, for a message that says that something else was expected."""
     if isinstance(value, JsonConstant):
         return str(value)
     if value is None or isinstance(value, bool):

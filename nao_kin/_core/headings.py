@@ -21,12 +21,12 @@ from nao_kin._core.text import MAX_SHOWN, quoted
 
 # Units that a heading may name, for joints whose values are in rad, m or ratios.
 JOINT_UNITS = {"rad": ("rad", "deg", "°"), "m": ("m",), "1": ("1", "%")}
-# Units of times, and their number in a second.
+# Units of times, and how many of each are in a second.
 TIME_UNITS = {"s": 1.0, "ms": 1e3, "us": 1e6, "µs": 1e6, "ns": 1e9}
 _TIME_NAMES = ("time", "timestamp", "t", "stamp")
 _HEADING = re.compile(r"(?P<name>[^\[\]()]*?)\s*(?:[\[(]\s*(?P<unit>[^\[\]()]*?)\s*[\])])?")
 _DEVICE = re.compile(r"(?:Device/SubDeviceList/)?(?P<joint>\w+)/Position/(?:Sensor|Actuator)/Value")
-# The index of pandas in CSV, in CSV read again, and in Parquet.
+# Headings of the index of pandas: in CSV, in CSV that pandas read and wrote again, and in Parquet.
 _INDEX_NAMES = ("", "Unnamed: 0", "__index_level_0__")
 # Seconds since 1970 have ten digits until the year 2286; larger numbers are in a smaller unit.
 _LARGEST_SECONDS = 1e11
@@ -61,12 +61,12 @@ def read_heading(text: str) -> Heading:
 
 
 def is_index(text: str) -> bool:
-    """Return whether the heading of a first column is that of row numbers."""
+    """Return whether a heading says that the first column contains row numbers."""
     return text.strip() in _INDEX_NAMES
 
 
 def in_si_units(values: Floats, units: Sequence[str]) -> Floats:
-    """Return values (n, k), with one unit for each column, in rad, m and ratios."""
+    """Convert values (n, k), with one unit for each column, to rad, m and ratios."""
     given = np.array(units)
     degrees, percent = np.isin(given, ("deg", "°")), given == "%"
     if not degrees.any() and not percent.any():
@@ -76,7 +76,7 @@ def in_si_units(values: Floats, units: Sequence[str]) -> Floats:
 
 
 def time_unit_of(times: Floats) -> str:
-    """Return the unit of times since 1970 by their size; "s" for smaller ones, such as times since a start."""
+    """Return the unit that the size of times since 1970 implies; "s" for smaller ones, such as times since a start."""
     size = float(np.median(np.abs(times[np.isfinite(times)]))) if np.isfinite(times).any() else 0.0
     for unit in ("s", "ms", "us"):
         if size < _LARGEST_SECONDS * TIME_UNITS[unit]:
@@ -98,7 +98,7 @@ class IsoTimes:
 
     @classmethod
     def of(cls, texts: Iterable[str]) -> IsoTimes | None:
-        """Return the times of a column, by the first text that is a time or a number; None if that is a number."""
+        """Return the reader of a column whose first time or number is an ISO 8601 time; None if it is a number."""
         for text in texts:
             found = _iso_time(text)
             if found is not None:
@@ -108,9 +108,10 @@ class IsoTimes:
         return None
 
     def seconds(self, text: str) -> float:
-        """Return a time in seconds from the first.
+        """Return a time in seconds since the first time.
 
-        A ValueError for an invalid time, or one that has a time zone unlike the first, follows the name of the column.
+        Raises ValueError for an invalid time, or if only one of this time and the first has a time zone. Callers put
+        the name of the column before its message.
         """
         found = _iso_time(text)
         shown = quoted(text.strip(), MAX_SHOWN)
@@ -142,7 +143,7 @@ def is_iso_time(text: str) -> bool:
 
 
 def _iso_time(text: str) -> tuple[int, bool] | None:
-    """Return nanoseconds since 1970, and whether a time zone is given; None if the text is not a time."""
+    """Return the nanoseconds since 1970, and whether the text gives a time zone; None if it is not a time."""
     match = _ISO_TIME.fullmatch(text.strip())
     if match is None:
         return None

@@ -1,4 +1,4 @@
-"""One formula for one rotation and for a million.
+"""Formulas that are written once, and evaluated for one rotation or for a million.
 
 A kernel is a formula over single components, `kernel(f, m00, m01, …) -> (c0, c1, …)`. Its components are Python floats
 (then `f` is `FLOATS`, the functions of `math`: one rotation takes a few microseconds) or contiguous arrays (then `f` is
@@ -76,7 +76,7 @@ ARRAYS = Functions(np.sqrt, np.sin, np.cos, np.tan, np.log, np.arctan2, np.maxim
 def evaluate(kernel: Kernel, inputs: Sequence[Floats], *tails: tuple[int, ...]) -> list[Floats]:
     """Return the results of `kernel` for every row of `inputs`, arrays (*batch, m_i) of one batch shape.
 
-    They fill, in order, one new array of shape (*batch, *tail) for each of `tails`.
+    The results fill, in order, one new array of shape (*batch, *tail) for each of `tails`.
     """
     batch = inputs[0].shape[:-1]
     rows = [values.reshape(-1, values.shape[-1]) for values in inputs]
@@ -102,7 +102,7 @@ def evaluate(kernel: Kernel, inputs: Sequence[Floats], *tails: tuple[int, ...]) 
 
 
 def rescaled(vectors: Floats, what: str) -> Floats:
-    """Return vectors (..., m), each divided by its largest component: length from 1 to √m. Zero raises `ZeroNorm`."""
+    """Return vectors (..., m) divided by their largest component, with lengths from 1 to √m; zero raises `ZeroNorm`."""
     size = largest(vectors)
     if not size.all():
         raise ZeroNorm(what, first_index(size == 0.0))
@@ -119,9 +119,9 @@ def keep_the_heap() -> None:
 
 # --- The coefficients of the powers of [v×] in the Jacobians of rotations and rigid motions, accurate at every angle.
 #
-# All of it follows from the functions cₖ(x) = Σ (−x)ⁿ/(2n + k)!, for x = φ² = ‖v‖²: c₂ = (1 − cos φ)/φ², c₃ = (φ −
-# sin φ)/φ³ and so on, with cₖ = 1/k! − x cₖ₊₂ and (dcₖ/dφ)/φ = k cₖ₊₂ − cₖ₊₁. Up to φ = π the series of c₅ and c₆
-# converge without cancellation and the others follow; beyond, the closed forms do.
+# These coefficients follow from the functions cₖ(x) = Σ (−x)ⁿ/(2n + k)!, for x = φ² = ‖v‖²: c₂ = (1 − cos φ)/φ²,
+# c₃ = (φ − sin φ)/φ³ and so on, with cₖ = 1/k! − x cₖ₊₂ and (dcₖ/dφ)/φ = k cₖ₊₂ − cₖ₊₁. Up to φ = π the series of c₅
+# and c₆ converge without cancellation, and the others follow from them; beyond π the closed forms are used.
 #
 # Source: Stumpff, Himmelsmechanik I, 1959, for the functions cₖ.
 
@@ -155,14 +155,15 @@ def jacobian_derivatives(f: Functions, square: Number) -> Numbers:
 
 
 def inverse_coefficients(f: Functions, square: Number) -> Numbers:
-    """The kernel from φ² to D of J(v)⁻¹ = 1 − ½ [v×] + D [v×]², (dD/dφ)/φ, and sin(φ/2)/(φ/2), or 1 up to half a turn.
+    """The kernel from φ² to D of J(v)⁻¹ = 1 − ½ [v×] + D [v×]², to (dD/dφ)/φ, and to a measure of regularity.
 
-    Where the last is `WHOLE_TURN` or less, D is undefined.
+    The measure is 1 up to half a turn, and sin(φ/2)/(φ/2) beyond it. Where its magnitude is `WHOLE_TURN` or less, D is
+    undefined.
     """
 
     def near(x: Number) -> Numbers:
         c2, c3, c4, c5, c6 = _stumpff(x)
-        # D = −B₁/(2B) with B₁ = (dB/dφ)/φ; once more, B₂ = (dB₁/dφ)/φ.
+        # D = −B₁/(2B) with B₁ = (dB/dφ)/φ; the derivative of D also needs B₂ = (dB₁/dφ)/φ.
         first, second = 2.0 * c4 - c3, 8.0 * c6 - 5.0 * c5 + c4
         return -0.5 * first / c2, 0.5 * (first * first - c2 * second) / (c2 * c2), 1.0
 

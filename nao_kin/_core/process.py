@@ -1,8 +1,8 @@
 """Remove child processes, temporary files and folders when a signal ends the program.
 
 Cleanup actions are registered here. `end_on_signals`, which only the command line calls, makes INT, TERM and HUP run
-them and exit at once. It raises no exception: an exception would be lost in an import, a destructor or a callback from
-C, and the program would continue.
+them and exit immediately. It raises no exception: an exception would be lost in an import, a destructor or a callback
+from C, and the program would continue.
 """
 
 from __future__ import annotations
@@ -28,20 +28,20 @@ _ending: list[int] = []
 
 
 def end_on_signals() -> None:
-    """Clean up and exit with code 128 + n on the signals INT (2), TERM (15) and HUP (1), from now on.
+    """From now on, clean up and exit with code 128 + n when signal n arrives: INT (2), TERM (15) or HUP (1).
 
-    An ignored signal, as for nohup and background jobs of shells, remains ignored. A second signal while the first is
-    handled has no effect. Only for the main thread.
+    An ignored signal, as under nohup and in background jobs of shells, remains ignored. A second signal while the first
+    is handled has no effect. Call this function in the main thread.
     """
     for name in _SIGNALS:
         number = getattr(signal, name, None)
-        # None: a handler that Python does not know and could not restore.
+        # None means a handler that Python does not know and could not restore.
         if number is not None and signal.getsignal(number) not in (signal.SIG_IGN, None):
             signal.signal(number, _answer)
 
 
 def before_ending(action: Callable[[], object]) -> ExitStack:
-    """Run `action` before a signal ends the program, newest first, until the end of the returned context."""
+    """Run `action` if a signal ends the program before the returned context ends; the newest action runs first."""
     key, registered = object(), ExitStack()
     _registered[key] = action
     registered.callback(_registered.pop, key, None)
@@ -52,7 +52,7 @@ def before_ending(action: Callable[[], object]) -> ExitStack:
 def uninterrupted() -> Iterator[Callable[[], bool]]:
     """Delay signals until the end of a few quick steps, such as starting a process and registering it.
 
-    Longer steps poll the function that this yields: whether a signal waits.
+    Longer steps poll the function that the context yields: it returns whether a signal is waiting.
     """
     key = object()
     _uninterrupted.add(key)
@@ -67,8 +67,8 @@ def uninterrupted() -> Iterator[Callable[[], bool]]:
 def wait_for_signal() -> NoReturn:
     """Wait until a signal ends the program.
 
-    A signal that another thread receives, or that arrives just before a wait begins, does not end that wait; therefore
-    each is short.
+    A signal that another thread receives, or that arrives just before a wait begins, does not end that wait. So the
+    function waits in a loop of short waits.
     """
     while True:
         time.sleep(_LOOK_SECONDS)

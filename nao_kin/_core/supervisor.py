@@ -1,14 +1,15 @@
 """Run a program that must end with the process that needs it, and remove its folder, however that process ends.
 
-It is a separate process in its own session, started by path and without site packages (`python -I -S`), in some 20 ms.
-After SIGKILL a process cannot clean up, but its end closes a pipe, as does a crash or the out-of-memory killer. Unlike
-the parent-death signal of Linux this works on macOS too, and for any thread that starts the program.
+The supervisor is a separate process in its own session. It is started by path and without site packages
+(`python -I -S`), which takes some 20 ms. A process that is killed (SIGKILL, the out-of-memory killer) or crashes cannot
+clean up, but its end closes a pipe. Unlike the parent-death signal of Linux, this works on macOS too, and for any
+thread that starts the program.
 
     supervisor.py FOLDER PREFIX PROGRAM ARGUMENTS…
 
-It ends the program and its process group, and removes FOLDER, as soon as standard input has a byte or is at its end,
-its parent has changed, or the program has ended. It prints one line about the program's end. It also removes folders
-next to FOLDER whose names begin with PREFIX and whose supervisor has ended.
+It ends the program and its process group, and removes FOLDER, in any of three cases: standard input has a byte or is at
+its end, the supervisor's parent has changed, or the program has ended. It prints one line about how the program ended.
+It also removes folders next to FOLDER whose names begin with PREFIX and whose supervisor has ended.
 """
 
 from __future__ import annotations
@@ -23,16 +24,16 @@ import sys
 import time
 from contextlib import suppress
 
-# Locked while the folder is in use; a lock ends with its process, and works across containers.
+# This file is locked while the folder is in use; a lock ends with its process, and works across containers.
 _LOCK = "in_use"
-# A folder is created a moment before it is locked.
+# Younger folders are not removed, because a folder is created a moment before it is locked.
 _YOUNG_SECONDS = 60.0
 _LOOK_SECONDS = 0.02
 _KILL_SECONDS = _REMOVE_SECONDS = 0.3
 
 
 def main(folder: str, prefix: str, *command: str) -> None:
-    """Run the command until it has to end."""
+    """Run the command until it ends or has to be ended, then remove the folder."""
     parent = os.getppid()
     asked: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
@@ -93,7 +94,7 @@ def _remove(folder: str) -> None:
 
 
 def _locked(path: str) -> int | None:
-    """Return a descriptor of a file that is locked now; None if another process holds it."""
+    """Lock a file and return its descriptor; None if another process holds the lock."""
     with suppress(OSError):
         descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o600)
         try:

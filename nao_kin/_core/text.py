@@ -1,4 +1,4 @@
-"""Text for people: values in messages, tables, and unused names."""
+"""Text for people: values in messages, tables, and names that are not taken."""
 
 from __future__ import annotations
 
@@ -49,13 +49,13 @@ def _html_row(tag: str, cells: Iterable[str]) -> str:
     return f"<tr>{''.join(f'<{tag}>{escape(cell)}</{tag}>' for cell in cells)}</tr>"
 
 
-# --- Unused names.
+# --- Names that are not taken.
 
 
 def fresh_name(name: str, taken: Container[str], *endings: str) -> str:
-    """Return the name with the first ending that gives a name not taken; the last ending is tried with numbers, too.
+    """Return the name with the first ending that makes it a name not taken, or else with a numbered last ending.
 
-    Without endings: the name itself, or with the first free number from 2 on.
+    Without endings, return the name itself if it is not taken, otherwise with the first free number from 2 on.
     """
     return next(name + ending for ending in _endless(endings or ("",)) if name + ending not in taken)
 

@@ -18,9 +18,9 @@ _PACKAGE = __name__.partition(".")[0]
 
 
 class _Message(str):
-    """A text that equals every other text on the same subject.
+    """A message that equals every other message on the same subject.
 
-    Python shows a warning once for each text and line; texts that differ only by a number should count as one.
+    Python shows a warning once for each text and line; texts that differ only by a number should count as the same.
     """
 
     subject: str
@@ -33,7 +33,7 @@ class _Message(str):
 
 
 def warn_caller(message: str, category: type[NaoKinWarning], subject: str = "") -> None:
-    """Warn at the innermost line outside this package; Python's default shows it once for each such line.
+    """Warn at the innermost line outside this package; by default Python shows the warning once for each such line.
 
     Messages of one `subject` count as one, whatever their numbers; by default each message is its own subject.
     """
@@ -52,7 +52,7 @@ def need_extra(purpose: str, name: str, *modules: str) -> None:
     """Raise `MissingExtra` if an extra is not installed or does not load.
 
     Args:
-        purpose: the feature that needs it, the beginning of the message.
+        purpose: the feature that needs the extra, as the beginning of the message.
         name: the name of the extra.
         modules: the modules to import; by default all modules of the extra.
     """
@@ -66,13 +66,13 @@ def need_extra(purpose: str, name: str, *modules: str) -> None:
 
 # --- Warnings of MuJoCo, which prints them and writes a MUJOCO_LOG.TXT in the working directory.
 
-# MuJoCo has one handler of warnings for a process.
+# MuJoCo has one handler of warnings per process.
 _LISTENING = threading.RLock()
 
 
 @contextmanager
 def mujoco_warnings(mujoco: ModuleType) -> Iterator[list[str]]:
-    """Yield a list that holds MuJoCo's warnings from inside, complete at the end; nothing is printed or logged."""
+    """Yield a list of MuJoCo's warnings inside the context, complete at its end; nothing is printed or logged."""
     messages: list[str] = []
     with _LISTENING:
         before = mujoco.get_mju_user_warning()

@@ -1,4 +1,4 @@
-"""Compiled code: the cache of kernels, and programs that compute the kinematics of many configurations at once."""
+"""Compiled code: the cache of kernels, and programs that compute the kinematics of many configurations together."""
 
 from nao_kin._kernels.cache import KERNELS, KernelState, cache_folder, warm_up
 from nao_kin._kernels.program import Program, aligned_empty

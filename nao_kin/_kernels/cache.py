@@ -2,10 +2,10 @@
 
 Each kernel has a folder in the user's cache, so that the package may be installed in a read-only place. The folder's
 name is the kernel's fingerprint; folders with old fingerprints are removed after a month without use. Kernels are also
-read from a read-only cache, as in a container image. Without a cache every process compiles them, with one warning.
+read from a read-only cache, as in a container image. If there is no cache, every process compiles them and warns once.
 
-`first_rows` runs a kernel that is not compiled yet as Python, as long as this is faster, while another process compiles
-it. A lock for each kernel keeps two processes from compiling the same one.
+`first_rows` runs a kernel that is not compiled yet as Python, as long as this is faster than waiting, while another
+process compiles it. A lock for each kernel keeps two processes from compiling the same one.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import need_extra, warn_caller
 from nao_kin.errors import BadArgument, MissingExtra, NotCachedWarning, NotCompiledWarning, UnknownName
 
-# --- With Numba kernels are compiled, without Numba they run as Python.
+# --- With Numba, kernels are compiled; without Numba, they run as Python.
 
 _NOTICEABLE_SECONDS = 2.0  # s
 
@@ -87,7 +87,7 @@ class _Slowness:
         self._seconds, self._warned = 0.0, False
 
     def add(self, seconds: float) -> None:
-        """Add up the seconds, and warn once when they become noticeable."""
+        """Add seconds to the total, and warn once when the total becomes noticeable."""
         self._seconds += seconds
         if self._warned or self._seconds < _NOTICEABLE_SECONDS or has_numba():
             return
@@ -134,7 +134,7 @@ def _dependencies(function: Callable[..., Any]) -> tuple[set[str], set[str]]:
     waiting: list[Any] = [function]
     while waiting:
         value = waiting.pop()
-        # A function compiled by Numba has the Python function as an attribute.
+        # A function compiled by Numba holds the Python function in an attribute.
         value = getattr(value, "py_func", None) or getattr(value, "__wrapped__", value)
         if id(value) in seen:
             continue
@@ -145,7 +145,7 @@ def _dependencies(function: Callable[..., Any]) -> tuple[set[str], set[str]]:
             modules.add(value.__module__)
             waiting += vars(value).values()
         elif isinstance(value, FunctionType):
-            modules.update((value.__module__, value.__globals__["__name__"]))  # a factory may give it another one
+            modules.update((value.__module__, value.__globals__["__name__"]))  # a factory may set another __module__
             for place, used in _globals_used(value):
                 name = f"{value.__module__}.{place}"
                 if isinstance(used, np.ndarray):
@@ -165,7 +165,7 @@ def _globals_used(function: FunctionType) -> Iterator[tuple[str, Any]]:
     for name in sorted(names & function.__globals__.keys()):
         yield name, function.__globals__[name]
     for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
-        with suppress(ValueError):  # not yet filled
+        with suppress(ValueError):  # a variable that has no value yet
             yield name, cell.cell_contents
 
 
@@ -197,7 +197,7 @@ def _version(package: str) -> str:
 
 @cache
 def _processor() -> str:
-    """Return the kind of processor. Numba compares it more closely when it reads a kernel; asking LLVM takes 0.1 s."""
+    """Return the kind of processor. Numba compares it more closely when it reads a kernel; to ask LLVM takes 0.1 s."""
     try:
         first = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").split("\n\n")[0]
     except OSError:
@@ -216,17 +216,17 @@ _KERNEL_MODULES = "nao_kin._kernels.operations", "nao_kin.reach", "nao_kin.ik"
 
 # Time to read a kernel, with and without the import of Numba [s].
 _IMPORT_SECONDS, _READ_SECONDS = 1.0, 0.2
-# Below this, neither reading a kernel nor a process in the background pays [s].
+# If the rows take less time than this as Python, neither reading nor compiling a kernel pays [s].
 _WORTH_COMPILING = 0.01
-# The pause after a background process that ended without a kernel [s].
+# After a background process that ended without a kernel, no other one is started for this time [s].
 _PAUSE_SECONDS = 600.0
-# The interval of noting the use of a cached kernel, and the time after which an unused one may be removed [s].
+# Interval at which the use of a cached kernel is noted, and time after which an unused kernel may be removed [s].
 _TOUCH_SECONDS, _UNUSED_SECONDS = 86400.0, 30 * 86400.0
 # The bytes of a lock file: one is locked while compiling, one while waiting to compile in the background.
 _COMPILING, _WAITING = 0, 1
 
-# It forks at once, so that the starting process need not wait, and ends itself after an hour. `sys.path` gives it the
-# same packages without running the start-up files of the site or the user again.
+# The program of the background process. It forks immediately, so that the starting process need not wait, and ends
+# itself after an hour. It takes over `sys.path`, and so has the same packages without running start-up files again.
 _BACKGROUND = """
 import json, os, signal, sys
 if os.fork():
@@ -260,15 +260,15 @@ class CachedKernel:
     """A function that is compiled, or read from the cache, when it is first needed.
 
     Attributes:
-        entry_point: the compiled function, in memory, without Numba's check of its arguments, which takes longer than
-            a closed form; or None.
-        python_seconds: time for which `first_rows` has run it as Python in this process [s].
+        entry_point: the compiled function in memory, without Numba's check of its arguments, which takes longer than a
+            closed form; None until it is in memory.
+        python_seconds: time for which `first_rows` has run the kernel as Python in this process [s].
 
     Args:
-        function: plain Python that Numba can compile; run as Python without Numba or with NUMBA_DISABLE_JIT.
+        function: a Python function that Numba can compile; it runs as Python without Numba or with NUMBA_DISABLE_JIT.
         what: description of the kernel for the line on standard error.
-        name: its name, also that of the file that marks it as cached.
-        signature: makes the types of its arguments; None for those of its annotations, by `numba_type`.
+        name: its name, and the name of the file that marks it as cached.
+        signature: returns the types of its arguments; None to take them from its annotations with `numba_type`.
         seconds: approximate time to compile it [s].
     """
 
@@ -290,7 +290,7 @@ class CachedKernel:
 
     @property
     def in_memory(self) -> bool:
-        """Whether it can be called at once, compiled."""
+        """Whether the compiled function is in memory, so that a call does not wait."""
         return self._compiled is not None
 
     def __call__(self, *arguments: Any) -> Any:
@@ -317,7 +317,7 @@ class CachedKernel:
         return result
 
     def warm_up(self) -> KernelState:
-        """Load or compile it now."""
+        """Load the kernel or compile it now."""
         found, started = self._is_cached(), time.perf_counter()
         self.ready()
         seconds = time.perf_counter() - started
@@ -326,25 +326,26 @@ class CachedKernel:
     def seconds_until_better(self) -> float:
         """Return how long to continue as Python before waiting for the kernel [s].
 
-        The time already spent counts, so that the kernel is finally compiled for many short calls too.
+        The time already spent counts, so that many short calls also lead to compilation.
         """
         if self._is_cached():
             return (_READ_SECONDS if "numba" in sys.modules else _IMPORT_SECONDS) - self.python_seconds
         return self._seconds - self.python_seconds
 
     def compile_in_background(self) -> None:
-        """Start a process that compiles it and may outlive this one, once, unless another process compiles it."""
+        """Start one process that compiles the kernel and may outlive this one, unless another process compiles it."""
         if self._started or self._is_cached():
             return
         self._started = True
-        # The executable of a frozen program, or of one that embeds Python, is not Python.
+        # In a frozen program, or in one that embeds Python, `sys.executable` is not Python.
         is_python = Path(sys.executable or "").name.startswith("python") and not getattr(sys, "frozen", False)
         if self.folder is None or not is_python:
             return
         with suppress(OSError, subprocess.SubprocessError):
             self.folder.parent.mkdir(parents=True, exist_ok=True)
             with _THREADS, _lock_file(self.folder) as lock:
-                fcntl.lockf(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)  # an error if another process has locked a part of it
+                # This raises an error if another process has locked a part of the file.
+                fcntl.lockf(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 state = os.fstat(lock)
                 if state.st_size and time.time() - state.st_mtime < _PAUSE_SECONDS:
                     return
@@ -410,7 +411,7 @@ class CachedKernel:
         return compiled  # type: ignore[no-any-return]
 
     def _mark_used(self, folder: Path) -> None:
-        """Keep the kernel from being removed for the next weeks, if its folder is writable."""
+        """Note the use of the kernel, which keeps it from being removed for a month, if its folder is writable."""
         marker = folder / self.name
         with suppress(OSError):
             if time.time() - marker.stat().st_mtime > _TOUCH_SECONDS:
@@ -425,7 +426,7 @@ class CachedKernel:
         with suppress(OSError):
             for former in set(folder.parent.iterdir()) - {folder}:
                 marker = former / self.name
-                with suppress(OSError):  # of another kernel, read-only, or in use
+                with suppress(OSError):  # it belongs to another kernel, is read-only or in use
                     if time.time() - marker.stat().st_mtime > _UNUSED_SECONDS:
                         with _lock_file(former) as lock:
                             fcntl.lockf(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -564,8 +565,8 @@ def _compile_lock(folder: Path, waiting: str) -> Iterator[None]:
             _print_once(waiting)
             fcntl.lockf(lock, fcntl.LOCK_EX, 1, _COMPILING)
         except OSError:
-            pass  # a file system without locks: at worst two processes compile the same
-        os.pwrite(lock, b"1", 0)  # the time of the last attempt
+            pass  # a file system without locks: at worst two processes compile the same kernel
+        os.pwrite(lock, b"1", 0)  # the file's time becomes that of the last attempt
         yield
 
 
@@ -603,7 +604,7 @@ def _numba_cache(function: Callable[..., Any], folder: Path) -> Any:
 
 
 def _print_once(message: str) -> None:
-    """Print to standard error, once in a process, the reason of a delay."""
+    """Print the reason for a delay to standard error, once in a process."""
     if message not in _printed and sys.stderr is not None:
         with suppress(OSError, ValueError):
             # In one write, because another thread may print at the same time.
@@ -633,7 +634,7 @@ def register_functions() -> None:
 
 # --- Types of the arguments of kernels.
 
-# Contiguous arrays: the number, and how many axes there are. As Python, a `Row` may be a list.
+# Contiguous arrays: the type of number, and the number of axes. As Python, a `Row` may also be a list.
 Row: TypeAlias = Annotated[Any, "float64", 1]
 Floats1: TypeAlias = Annotated[Floats, "float64", 1]
 Floats2: TypeAlias = Annotated[Floats, "float64", 2]

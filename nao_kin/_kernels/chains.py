@@ -12,13 +12,14 @@ from nao_kin._kernels.cache import IntRow, Row, both_ways
 
 
 class Chain(NamedTuple):
-    """n joints that m coordinates move, from the base to each frame in turn, with the fields of `SerialChain`.
+    """The joints between the base and each of several frames, one frame after another, as arrays.
 
     Attributes:
         joints: number of joints on the path to each frame.
-        links: the placements, one more than joints for each frame, twelve numbers each, 3×4 by rows.
-        slides: 1 for a prismatic joint.
-        place: index of the coordinate that moves a joint, −1 for none.
+        links: the constant placements before, between and after the joints of each frame, twelve numbers each, 3×4 by
+            rows; a frame has one more placement than joints.
+        slides: 1 for a prismatic joint, 0 for a revolute one.
+        place: index of the coordinate that moves a joint; −1 if none does.
         ratio: value of a joint = ratio · coordinate + offset [rad or m].
         offset: offset of each joint [rad or m].
     """
@@ -32,7 +33,7 @@ class Chain(NamedTuple):
 
 
 class FramePose(NamedTuple):
-    """Pose of a frame in the base, 3×4 by rows, and unit axes and origins, 3 numbers each, of its joints."""
+    """Pose of a frame in the base, 3×4 by rows, and the unit axes and origins of its joints, three numbers each."""
 
     T: Any
     axes: Any
@@ -40,7 +41,7 @@ class FramePose(NamedTuple):
 
 
 def chain_of(chains: Sequence[Any], names: Sequence[str]) -> Chain:
-    """Return several `SerialChain`s as one `Chain`, moved by the coordinates with these names."""
+    """Join several `SerialChain`s into one `Chain`, moved by the coordinates with these names."""
     drivers = [driver for chain in chains for driver in chain.drivers]
     place = {name: k for k, name in enumerate(names)}
     return Chain(
@@ -55,14 +56,14 @@ def chain_of(chains: Sequence[Any], names: Sequence[str]) -> Chain:
 
 @both_ways
 def to_frame(chain: Chain, values: Any, frame: int, first: int, out: Any) -> None:
-    """Write the pose of a frame at joint values, and axes and origins of the joints on the way to it, to `out`.
+    """Write the pose of a frame at joint values, and the axes and origins of its joints, to `out`.
 
-    `first` is the frame's first joint. `out` is a `FramePose` or another named tuple with its fields; passing these one
-    by one slows the descent by 7 %.
+    `first` is the index of the frame's first joint. `out` is a `FramePose` or another named tuple with its fields;
+    passing the fields one by one slows the search for joint values by 7 %.
     """
     T, axes, origins = out.T, out.axes, out.origins
     last = first + chain.joints[frame]
-    # Each frame has one link more than joints.
+    # Each frame has one more placement than joints.
     a = 12 * (first + frame)
     for i in range(12):
         T[i] = chain.links[a + i]
@@ -91,7 +92,7 @@ def to_frame(chain: Chain, values: Any, frame: int, first: int, out: Any) -> Non
 # --- Logarithms of rotations.
 
 
-# Below this angle the closed form of J_l⁻¹ loses digits, and two terms of its series are exact [rad].
+# Below this angle the closed form of J_l⁻¹ loses digits, and two terms of its series are exact to rounding [rad].
 SMALL_ANGLE = 1e-2
 
 
@@ -101,7 +102,7 @@ def rotation_vector(
 ) -> tuple[float, float, float]:
     """Return the logarithm of a rotation from its unit quaternion: accurate at 0 and at π."""
     trace = m00 + m11 + m22
-    # Four times the products of the largest component with all of them.
+    # The quaternion times four times its largest component.
     if trace >= max(m00, m11, m22):
         s, x, y, z = 1.0 + trace, m21 - m12, m02 - m20, m10 - m01
     elif m00 >= max(m11, m22):
@@ -113,7 +114,7 @@ def rotation_vector(
     if s < 0.0:
         s, x, y, z = -s, -x, -y, -z
     length = math.sqrt(x * x + y * y + z * z)
-    # For a small angle the vector is twice that of the quaternion.
+    # For a small angle the rotation vector is twice the vector part of the unit quaternion.
     scale = 2.0 * math.atan2(length, s) / length if length > 1e-150 else 2.0 / s
     return scale * x, scale * y, scale * z
 

@@ -1,7 +1,7 @@
-"""Signed distances between convex hulls grown by a radius, and the least one of each configuration.
+"""Signed distances between convex hulls grown by a radius, and the smallest distance in each configuration.
 
-A hull is given by its vertices: a ball is one vertex, a capsule two, a box eight, each with or without a radius.
-Distances are found by the algorithm of Gilbert, Johnson and Keerthi, depths by expanding polytopes.
+A hull is given by its vertices and a radius, which may be zero: a ball has one vertex, a capsule two, a box eight.
+The algorithm of Gilbert, Johnson and Keerthi finds distances; expanding polytopes find penetration depths.
 
 Source: Gilbert, Johnson, Keerthi, A fast procedure for computing the distance between complex objects in
 three-dimensional space, IEEE J. Robotics and Automation 4(2), 1988; van den Bergen, Collision Detection in Interactive
@@ -18,22 +18,26 @@ from nao_kin._kernels.cache import CachedKernel, Floats1, Floats2, Floats4, Ints
 
 Components: TypeAlias = tuple[Any, Any, Any]
 
-# Distances are exact to about this, and hulls that are flatter have no depth [m].
+# Distances are exact to about this length, and a difference of hulls that is thinner than this has depth zero [m].
 _EXACT = 1e-10
-# Errors of rounding [m].
+# Bound of rounding errors [m].
 _ROUNDING = 1e-13
-# Steps until a search ends with what it has: far more than hulls of a few hundred vertices take.
+# After this number of steps a search ends with its last result; hulls of a few hundred vertices take far fewer.
 _STEPS = 100
-# Vertices and faces of an expanding polytope.
+# Largest number of vertices and of faces of an expanding polytope.
 _CORNERS, _FACES = 128, 512
 
 
 class HullTable(NamedTuple):
     """The hulls of a robot.
 
-    `link`: the link of each (s,); `first`: its first vertex among `points`, and their number at the end (s + 1,);
-    `points`: vertices in the links (p, 3); `radius`: by which it is grown (s,); `ends`, `width`: the capsule that
-    contains it, its segment in the link (s, 6) and its radius (s,) [m].
+    Attributes:
+        link: the link of each hull, shape (s,).
+        first: index in `points` of the first vertex of each hull, then the number of points, shape (s + 1,).
+        points: vertices in the frames of their links, shape (p, 3) [m].
+        radius: radius by which each hull is grown, shape (s,) [m].
+        ends: both ends of the segment of a capsule that contains the hull, in the link's frame, shape (s, 6) [m].
+        width: radius of that capsule, shape (s,) [m].
     """
 
     link: Ints1
@@ -87,10 +91,10 @@ def _clipped(x: Any) -> Any:
 
 @both_ways
 def segments_squared(r: Components, u: Components, v: Components) -> Any:
-    """Return the least |r + s u − t v|² for s and t in [−1, 1]: two segments, r from the second centre to the first.
+    """Return the squared distance of two segments, the least |r + s u − t v|² for s and t in [−1, 1].
 
-    A segment may be a point, and the two may be parallel. Numbers and arrays. Source: Ericson, Real-Time Collision
-    Detection, 5.1.9.
+    r goes from the second segment's centre to the first's; u and v go from the centres to an end. A segment may be a
+    point, and the two may be parallel. Takes numbers or arrays. Source: Ericson, Real-Time Collision Detection, 5.1.9.
     """
     a, e, b, c, f = _dot(u, u), _dot(v, v), _dot(u, v), _dot(u, r), _dot(v, r)
     s = _clipped((b * f - c * e) / np.maximum(a * e - b * b, 1e-40))
@@ -120,12 +124,12 @@ def _support(points: Any, one: Any, other: Any, R: Any, t: Components, d: Compon
     return _minus(_minus(a, t), (_dot(_row(R, 0), b), _dot(_row(R, 1), b), _dot(_row(R, 2), b)))
 
 
-# --- The point of a simplex that is nearest to the origin, and the corners that it is between, the first rows of W.
+# --- The point of a simplex that is nearest to the origin. The corners of the simplex are the first rows of W.
 
 
 @both_ways
 def _of_segment(W: Any, i: int, j: int) -> Any:
-    """Return the nearest point of two corners, and the two, −1 for one that is not needed."""
+    """Return the point of an edge nearest to the origin, and the corners that span it, −1 for each other corner."""
     a, b = _row(W, i), _row(W, j)
     ab = _minus(b, a)
     along, length = -_dot(a, ab), _dot(ab, ab)
@@ -138,12 +142,12 @@ def _of_segment(W: Any, i: int, j: int) -> Any:
 
 @both_ways
 def _of_triangle(W: Any, i: int, j: int, k: int) -> Any:
-    """Return the nearest point of three corners, and the three, −1 for one that is not needed."""
+    """Return the point of a face nearest to the origin, and the corners that span it, −1 for each other corner."""
     a, b, c = _row(W, i), _row(W, j), _row(W, k)
     ab, ac = _minus(b, a), _minus(c, a)
     normal = _cross(ab, ac)
     size = _dot(normal, normal)
-    # Twice the areas of the origin's projection with each edge, times the normal's length.
+    # Twice the area of the triangle of each edge and the origin's projection, times the length of the normal.
     u, v, w = _dot(_cross(b, c), normal), _dot(_cross(c, a), normal), _dot(_cross(a, b), normal)
     if size > 0.0 and u > 0.0 and v > 0.0 and w > 0.0:
         share = _dot(a, normal) / size
@@ -157,7 +161,10 @@ def _of_triangle(W: Any, i: int, j: int, k: int) -> Any:
 
 @both_ways
 def _nearest(W: Any, count: int) -> Any:
-    """Return the point of 2 to 4 corners that is nearest to the origin, and how many corners it is between."""
+    """Return the point of a simplex of 2 to 4 corners nearest to the origin, and the number of corners that span it.
+
+    Moves these corners to the first rows of W; the number is 4 if the origin is inside.
+    """
     if count == 2:
         v, corners = _of_segment(W, 0, 1)
     elif count == 3:
@@ -196,9 +203,9 @@ def _nearest(W: Any, count: int) -> Any:
 
 @both_ways
 def _distance(points: Any, one: Any, other: Any, R: Any, t: Components, most: float, W: Any) -> tuple[float, int]:
-    """Return the distance of two hulls: 0 if they overlap, and something from `most` on if it is not below `most`.
+    """Return the distance of two hulls, 0 if they overlap; if it is at least `most`, return any number from `most` on.
 
-    The second number is that of the corners in W of a simplex of their difference.
+    The second result is the number of corners in W of a simplex of the hulls' difference.
     """
     v = _support(points, one, other, R, t, (-t[0], -t[1], -t[2]))
     W[0] = v
@@ -217,14 +224,14 @@ def _distance(points: Any, one: Any, other: Any, R: Any, t: Components, most: fl
         if count == 4:
             return 0.0, 4
         before, squared = squared, _dot(v, v)
-        if squared >= before:  # no nearer, because of rounding
+        if squared >= before:  # not nearer, because of rounding
             return length, count
     return np.sqrt(squared), count
 
 
 @both_ways
 def _first_corners(points: Any, one: Any, other: Any, R: Any, t: Components, V: Any, count: int) -> bool:
-    """Write four points of the difference of two hulls that span a volume; return False if it is flat."""
+    """Write four points that span a volume in the difference of two hulls; return False if the difference is flat."""
     if count == 4:
         ab, ac = _minus(_row(V, 1), _row(V, 0)), _minus(_row(V, 2), _row(V, 0))
         normal = _cross(ab, ac)
@@ -243,7 +250,7 @@ def _first_corners(points: Any, one: Any, other: Any, R: Any, t: Components, V: 
     edge = _minus(_row(V, 1), a)
     flattest = 0 if abs(edge[0]) <= min(abs(edge[1]), abs(edge[2])) else 1 if abs(edge[1]) <= abs(edge[2]) else 2
     across = _cross(edge, _unit(flattest))
-    for turn in range(4):  # both ways along two directions across the edge
+    for turn in range(4):  # both directions along two lines across the edge
         if turn == 2:
             across = _cross(edge, across)
         sign = 1.0 - 2.0 * (turn % 2)
@@ -268,7 +275,7 @@ def _add_face(V: Any, i: int, j: int, k: int, face: int, F: Any, N: Any) -> None
     normal = _cross(_minus(_row(V, j), a), _minus(_row(V, k), a))
     length = np.sqrt(_dot(normal, normal))
     F[face, 0], F[face, 1], F[face, 2], F[face, 3] = i, j, k, 0
-    if length <= 1e-30:  # no area: never the nearest
+    if length <= 1e-30:  # a face without area is never the nearest one
         N[face, 0] = N[face, 1] = N[face, 2] = 0.0
         N[face, 3] = np.inf
         return
@@ -279,9 +286,10 @@ def _add_face(V: Any, i: int, j: int, k: int, face: int, F: Any, N: Any) -> None
 
 @both_ways
 def _open_up(nearest: int, w: Components, faces: int, F: Any, N: Any, E: Any) -> int:
-    """Mark with 2 a face and those around it that a point sees; write the edges about them, and return their number.
+    """Mark with 2 the nearest face and the faces around it that w sees; write the edges around all these faces.
 
-    One at a time, so that they are always in one piece, although rounding blurs which faces the point sees.
+    Returns the number of edges. Faces are marked one at a time, each next to a marked one, so that the marked faces are
+    connected although rounding errors blur which faces w sees.
     """
     for face in range(faces):
         F[face, 3] = _dot(_row(N, face), w) > N[face, 3] + _ROUNDING or N[face, 3] == np.inf
@@ -291,7 +299,7 @@ def _open_up(nearest: int, w: Components, faces: int, F: Any, N: Any, E: Any) ->
         for side in range(3):
             i, j = F[going, side], F[going, (side + 1) % 3]
             twin = _edge(E, edges, j, i)
-            if twin >= 0:  # between two faces that go
+            if twin >= 0:  # an edge between two marked faces
                 edges -= 1
                 E[twin, 0], E[twin, 1] = E[edges, 0], E[edges, 1]
             else:
@@ -318,10 +326,10 @@ def _edge(E: Any, edges: int, i: int, j: int) -> int:
 
 @both_ways
 def _depth(points: Any, one: Any, other: Any, R: Any, t: Components, least: float, work: Any, count: int) -> Any:
-    """Return the least translation that separates two hulls that overlap, or something up to `least` if it is less.
+    """Return the length of the least translation that separates two overlapping hulls.
 
-    A polytope inside the difference of the hulls grows at the face that is nearest to the origin, until this face is
-    one of the difference's.
+    If it is less than `least`, return any number up to `least`. A polytope inside the difference of the hulls grows at
+    the face that is nearest to the origin, until this face is also a face of the difference.
     """
     V, N, F, E = work
     if not _first_corners(points, one, other, R, t, V, count):
@@ -362,13 +370,13 @@ def _depth(points: Any, one: Any, other: Any, R: Any, t: Components, least: floa
         faces = kept + edges
 
 
-# --- The least distance of many pairs of hulls.
+# --- The smallest distance of many pairs of hulls.
 
 
 def _clearances(poses: Floats4, hulls: HullTable, pairs: Ints2, below: float, gaps: Floats1, which: Ints1) -> None:
-    """Write the least distance of pairs (m, 2) of hulls at poses (n, links, 4, 4), and which pair has it.
+    """Write the smallest distance of pairs (m, 2) of hulls at poses (n, links, 4, 4), and which pair has it.
 
-    Only distances below `below` are found: else this number, and −1.
+    If no distance is below `below`, write `below` and −1.
     """
     count = len(hulls.link)
     centre, half = np.empty((count, 3)), np.empty((count, 3))
@@ -394,7 +402,7 @@ def _clearances(poses: Floats4, hulls: HullTable, pairs: Ints2, below: float, ga
             least[pair] = np.sqrt(segments_squared(r, _row(half, a), _row(half, b))) - hulls.width[a] - hulls.width[b]
             if least[pair] < least[first]:
                 first = pair
-        for number in range(-1, len(pairs)):  # the one that is likely to be nearest goes first
+        for number in range(-1, len(pairs)):  # the pair that is likely to be nearest goes first
             pair = number if number >= 0 else first
             if least[pair] >= best or number == first:
                 continue

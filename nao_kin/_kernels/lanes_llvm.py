@@ -14,7 +14,7 @@ from numba.extending import intrinsic, models, overload, register_model
 
 from nao_kin._kernels.lanes_numpy import BITS, Array, Lanes  # noqa: F401
 
-# LLVM may fuse a product and a sum; nothing else is rearranged, so NaN stays NaN.
+# LLVM may fuse a product and a sum, but rearranges nothing else, so NaN stays NaN.
 _CONTRACT = ("contract",)
 _INT32 = ir.IntType(32)
 
@@ -165,9 +165,9 @@ def _transposed(builder: Any, vectors: Sequence[Any]) -> list[Any]:
 
 
 def _fours(builder: Any, vectors: Sequence[Any]) -> list[tuple[int, Any]]:
-    """Return the lanes of four vectors, four of one lane together, each with the number of its lane.
+    """Return, for each lane of four vectors, the lane's number and a vector of its four entries.
 
-    Pairs are joined within 128 bits, which costs least, then pairs of pairs: eight shuffles.
+    Pairs are joined within 128 bits, which costs least, and then pairs of pairs: eight shuffles.
     """
     a, b, c, d = vectors
     count = a.type.count
@@ -192,7 +192,7 @@ def _fours(builder: Any, vectors: Sequence[Any]) -> list[tuple[int, Any]]:
 
 
 def _elementwise(generate: Callable[..., Any], result: Callable[[Any], Any] = lambda lanes: lanes) -> Any:
-    """Return an intrinsic of vectors by `generate`, whose result has the type of the last argument."""
+    """Return an intrinsic whose instructions `generate` makes; its result has the type of the last vector."""
 
     def function(_: Any, *lanes: Any) -> Any:
         def instructions(context: Any, builder: Any, signature: Any, values: Sequence[Any]) -> Any:
@@ -200,7 +200,7 @@ def _elementwise(generate: Callable[..., Any], result: Callable[[Any], Any] = la
 
         return result(lanes[-1])(*lanes), instructions
 
-    # Numba counts the arguments; those of `generate` are the builder and the vectors, ours the context and the vectors.
+    # Numba counts the arguments: `generate` takes the builder and the vectors, `function` the context and the vectors.
     function.__signature__ = inspect.signature(generate)  # type: ignore[attr-defined]
     return intrinsic(function)
 
@@ -276,7 +276,7 @@ def _operator(function: Any, name: str) -> None:
     """Let a Python operator compile to an LLVM instruction between vectors."""
     instruction = _elementwise(lambda builder, a, b: getattr(builder, name)(a, b, flags=_CONTRACT))
 
-    @overload(function, strict=False)  # the annotations differ, the arguments do not
+    @overload(function, strict=False)  # not strict: the annotations differ, the arguments do not
     def chosen(a: Any, b: Any) -> Any:
         if isinstance(a, LanesType) and isinstance(b, LanesType):
             return lambda a, b: instruction(a, b)

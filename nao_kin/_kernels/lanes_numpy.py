@@ -35,7 +35,7 @@ def spread(m: Array, value: float) -> Lanes:
 
 
 def square_root(v: Lanes) -> Lanes:
-    """Return the root in every lane."""
+    """Return the square root in every lane."""
     return np.sqrt(v)
 
 

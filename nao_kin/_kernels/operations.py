@@ -76,7 +76,7 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
 def compiled(function: _Function) -> _Function:
-    """Compile a part of the kernel, inlined into it."""
+    """Compile a function that is inlined into the kernel."""
     made: _Function = njit(nogil=True, error_model="numpy", forceinline=True)(function)
     return made
 
@@ -158,7 +158,7 @@ def length(m: Array, x: Lanes, y: Lanes) -> Lanes:
 
 # --- The operations of a program, on the registers of a tile.
 
-# Below this the entries of a matrix that distinguish yaw and roll are rounding errors.
+# Matrix entries that distinguish yaw and roll are rounding errors below this number of units of rounding.
 _LOCKED = 4.0
 
 
@@ -476,7 +476,7 @@ def _far_angles(m: Array, angles: Array, ratios: Array) -> None:
 
 
 def signature(given: np.dtype[Any], computed: np.dtype[Any]) -> Any:
-    """Return the types of `run` for inputs in one precision, computed in the same one or in single."""
+    """Return the types of `run` for inputs in one precision, computed in the same precision or in single precision."""
     values = types.Array(numba.from_dtype(given), 1, "C", readonly=True)
     memory = types.Array(numba.from_dtype(computed), 1, "C")
     return types.int64(values, values, values, numba_type(Tables), memory, memory, types.int64)

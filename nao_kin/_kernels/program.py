@@ -23,24 +23,24 @@ from nao_kin._kernels.cache import Floats1, Floats2, Ints1, Ints2
 
 TURN, ADD_1, ADD_2, ADD_3, SLIDE, CROSS, PROJECT, BASE, HINGE, MATRIX, QUATERNION, RPY = range(12)
 
-# Bytes of a vector and of a cache line, and vectors in a tile: the work on two hides the time to look up an operation.
+# Bytes of a vector and of a cache line; and vectors in a tile, two because their work hides the look-up of operations.
 LINE = 64
 VECTORS = 2
 
-# The parts of π/2 are exact up to these angles, by bytes of a number; the C library computes larger ones.
+# Largest angles for which the products with parts of π/2 are exact, by bytes of a number; the C library does the rest.
 FARTHEST = {8: 1e5, 4: 500.0}
 
 
 class Tables(NamedTuple):
-    """A program in the kernel's form; rows are those of scratch memory.
+    """A program in the kernel's form; "row" means a row of scratch memory.
 
     Attributes:
         widths: numbers in each configuration, velocity and acceleration; zero for an input that is not read.
-        inputs: row of the first number of each of the three.
-        angles: for each angle, the row of its number and the row of its sine, shape (angles, 2); the cosine follows it.
-        ratios: ratio and offset of each, shape (angles, 2): ratio × number + offset.
+        inputs: row of the first number of each of these three inputs.
+        angles: for each angle, the row of its number and that of its sine, shape (angles, 2); the cosine is next.
+        ratios: ratio and offset of each angle, shape (angles, 2): angle = ratio × number + offset.
         operations: shape (operations, 10), see `nao_kin._kernels.operations`.
-        weights: their constants.
+        weights: the constants of the operations.
         sources: row of each number of the result.
     """
 
@@ -56,7 +56,7 @@ class Tables(NamedTuple):
 def aligned_empty(count: int, dtype: np.dtype[Any]) -> NDArray[Any]:
     """Return uninitialised memory for `count` numbers, aligned to cache lines."""
     memory = np.empty(count + LINE // dtype.itemsize, dtype)
-    # Three times as fast as memory.ctypes.data.
+    # This takes a third of the time of memory.ctypes.data.
     skipped = -addressof(c_char.from_buffer(memory.data)) % LINE // dtype.itemsize
     return memory[skipped : skipped + count]
 
@@ -100,12 +100,12 @@ class Component:
 
 @dataclass(frozen=True)
 class Operation:
-    """One operation before registers have rows.
+    """One operation, before registers are assigned to rows.
 
     Attributes:
         code: its kind.
         results: the registers it writes.
-        operands: the registers it reads: the start of a sum, or zero, and then the terms.
+        operands: the registers it reads; for a sum, its start, or zero, and then its terms.
         weights: its constants.
         angle: index of its angle of rotation; −1 for none.
         number: index of the input that it reads; −1 for none.
@@ -158,7 +158,7 @@ class Program:
 class Builder:
     """Collects the operations of a program that reads nq coordinates, and nv velocities and accelerations.
 
-    `derivatives` is 0 for configurations alone, 1 with velocities, 2 with accelerations too.
+    `derivatives` is 0 for configurations alone, 1 with velocities, 2 with velocities and accelerations.
     """
 
     def __init__(self, nq: int, nv: int, derivatives: int = 0) -> None:
@@ -242,7 +242,7 @@ class Builder:
         return self._new(PROJECT, 1, (vector, *columns))[0]
 
     def position(self, first: int) -> Register:
-        """Return the vector of three numbers of the input."""
+        """Return the vector of three consecutive coordinates."""
         vector = self.zero
         for k, axis in enumerate(self.root.columns):
             vector = self.scaled(vector, axis, first + k)
@@ -354,7 +354,7 @@ def _allocate(needed: Sequence[Operation], wanted: set[Register], constants: int
                 place[register] = 3 * count
                 count += 1
         done = {register for register in operation.operands if last[register] == k}
-        # Half of a TURN may be unused.
+        # One of the two results of a TURN may be unused.
         done |= {register for register in operation.results if register not in last}
         free += [place[register] for register in sorted(done) if register >= 0 and register not in wanted]
     return place, count

@@ -32,7 +32,7 @@ Array = NDArray[Any]
 
 # Rows that are made contiguous at a time: few enough to stay in the processor's cache.
 _BLOCK = 2048
-# Rows × length of the program above which a second thread pays, even if it has to wait for a core.
+# Number of rows times length of the program above which a second thread pays, even if it has to wait for a core.
 _WORTH_A_THREAD = 4_000_000
 _BITS = {8: (struct.Struct("q"), struct.Struct("d")), 4: (struct.Struct("i"), struct.Struct("f"))}
 _UNUSED = {kind: (np.empty(0, kind),) * 3 for kind in (np.dtype(np.float64), np.dtype(np.float32))}
@@ -82,7 +82,7 @@ def execute(program: Program, inputs: Sequence[Array], out: Array, threads: int 
         if x.dtype != dtype:
             given = _DOUBLE
     run = _ready.get((given, dtype))
-    if run is None:  # not in a thread of the pool, where its warnings would be lost
+    if run is None:  # compiled here, because the warnings of a thread of the pool would be lost
         made = kernel(given, dtype)
         compiled = made.ready()
         run = _ready[given, dtype] = made.entry_point or compiled
@@ -93,7 +93,7 @@ def execute(program: Program, inputs: Sequence[Array], out: Array, threads: int 
     if threads < 2:
         peak = _execute(run, program, inputs, given, out, slice(0, count)) if count else 0
     else:
-        # Every thread starts at a full tile.
+        # Every thread starts at the beginning of a tile.
         tile = tile_width(dtype)
         share = max(tile, -(-count // (threads * tile)) * tile)
         parts = [slice(start, min(start + share, count)) for start in range(0, count, share)]

@@ -1,8 +1,8 @@
 """The programs of a robot: poses, Jacobians, centres of mass, velocities and accelerations.
 
-Programs have no names and no units; a frame is given by its joint and its pose there. Jacobians and twists are (linear;
-angular), and expressed "mixed" (at the frame's origin in the root's axes), in the "frame" (at its origin in its own
-axes) or in the "root" (at the root's origin in the root's axes).
+Programs have no names and no units; a frame is given by its joint and its pose relative to the joint. Jacobians and
+twists are (linear; angular), and expressed "mixed" (at the frame's origin in the root's axes), in the "frame" (at its
+origin in its own axes) or in the "root" (at the root's origin in the root's axes).
 """
 
 from __future__ import annotations
@@ -227,8 +227,8 @@ def jacobian_program(tree: JointTree, frame: TreeFrame, expression: str) -> Prog
 def com_program(tree: JointTree, reference: TreeFrame | None = None) -> Program:
     """Return the program of the centre of mass in the root or in a reference frame, shape (3,).
 
-    First moments are summed from the tips to the root, and each joint rotates the moment of all bodies behind it: a
-    third of the work of computing the pose of every body.
+    First moments are summed from the tips to the root, and each joint rotates the moment of all bodies behind it. This
+    is a third of the work of computing the pose of every body.
     """
     builder = Builder(tree.nq, tree.nv)
     centre = builder.combination(_gathered(builder, tree, -1), [(_moment(builder, tree, -1), 1.0)])
@@ -268,7 +268,7 @@ def com_jacobian_program(tree: JointTree) -> Program:
 
 
 def motion_program(tree: JointTree, frames: Sequence[TreeFrame], expression: str, derivatives: int) -> Program:
-    """Return the program of twists of frames, shape (6,) each; with two derivatives the rates of their numbers."""
+    """Return the program of the twists of frames, shape (6,) each; with `derivatives` 2, of their time derivatives."""
     builder = Builder(tree.nq, tree.nv, derivatives)
     posed = PosedTree(builder, tree)
     moving = MovingTree(posed, derivatives)

@@ -21,12 +21,12 @@ class TreeJoint:
         kind: "revolute", "prismatic" or "free", for a floating base.
         parent: index of the parent joint; −1 for the root.
         R: orientation of its frame at zero in the frame of the parent.
-        t: position of its frame there [m].
+        t: position of its frame at zero in the frame of the parent [m].
         axis: unit vector of the axis.
         coordinate: index in q, of the first of seven coordinates for a floating base.
         velocity: index in the velocity, of the first of six for a floating base.
         ratio: value = ratio · q[coordinate] + offset; 1 except for mimic joints.
-        offset: see `ratio`.
+        offset: constant part of the value, as in `ratio`.
         mass: mass of its body [kg].
         moment: mass · centre of mass of its body in the joint's frame [kg m].
     """
@@ -129,7 +129,7 @@ class JointTree:
 
 @dataclass(frozen=True)
 class TreeFrame:
-    """A frame fixed to a joint: the joint, and its pose there."""
+    """A frame fixed to a joint: the joint, and the pose of the frame relative to it."""
 
     joint: int
     R: Floats = field(repr=False)

@@ -43,14 +43,14 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     if words and words[0] in _WITH_QI:
         with suppress(ImportError):
             importlib.import_module("qi")  # before Pinocchio, see nao_kin.naoqi._qi
-    from nao_kin.cli.app import run  # takes a while, during which signals are already handled
+    from nao_kin.cli.app import run  # this import takes a while; signals are already handled
 
     codes.append(run(arguments))
     sys.exit(codes[0])
 
 
 def _leave_qi(codes: list[int]) -> None:
-    """Exit without the rest of Python's shutdown if qi is loaded: its threads would abort the program there."""
+    """Exit without the rest of Python's shutdown if qi is loaded: qi's threads would abort the program during it."""
     if codes and "qi" in sys.modules:
         for stream in (sys.stdout, sys.stderr):
             with suppress(OSError, ValueError):

@@ -59,7 +59,7 @@ for _name in (*_ORDER, *_WORLD, *_SERVICES, *_OF_MOTIONS):
     _group.command(_name.removeprefix("motion "), cls=Command, epilog=_example)(_function)
 app.add_typer(motion.app)
 
-# typer carries its own copy of click; this is the class of its "you called it wrongly" errors, whichever copy it is.
+# typer may carry its own copy of click; this is the base class of that copy's usage errors.
 _UsageError: type[Exception] = typer.BadParameter.__mro__[1]
 
 
@@ -90,7 +90,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except (KeyboardInterrupt, typer.Abort):
         return 130
     except (BrokenPipeError, SystemExit):
-        # The reader of the output has closed it, and typer and rich exit. Keep the interpreter quiet when it flushes.
+        # The reader of the output has closed it, and typer or rich exits. Let Python flush the output without an error.
         _discard_output()
         return 0
     except OSError as error:

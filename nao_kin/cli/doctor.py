@@ -58,7 +58,7 @@ def numba_problem(variables: Mapping[str, str]) -> list[str]:
 
 
 def _probed(program: str, variables: Mapping[str, str]) -> tuple[int | None, str, str]:
-    """Return exit code, None if it did not end, output and last line of a program in a separate process."""
+    """Run a program in a separate process; return its exit code (None without one), its output, and its last error."""
     try:
         with uninterrupted():
             probe = subprocess.Popen(
@@ -91,7 +91,7 @@ def _probed(program: str, variables: Mapping[str, str]) -> tuple[int | None, str
 _LIBRARIES = {"pin": "pinocchio"} | {
     name: name for name in "eigenpy coal numpy yourdfpy meshcat typer rich trimesh".split()
 }
-# May be absent: Pinocchio includes them, or works without them.
+# These may be absent: Pinocchio includes them, or works without them.
 _OPTIONAL = ("eigenpy", "coal")
 _BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "firefox")
 
@@ -111,7 +111,7 @@ def doctor(json: bool = JSON) -> None:
         print_table(("extra", "version", "for"), extras)
         if any(extra["version"] is None for extra in state["extras"]):
             one, every = install_command("NAME"), install_command(ALL)
-            print(f"{one} adds an extra, {every} all of them. Nothing else needs them.\n")
+            print(f"{one} adds an extra, {every} adds all of them. The extras are optional.\n")
         for problem in state["problems"]:
             print(f"problem: {problem}")
         if not state["problems"]:
@@ -177,7 +177,7 @@ def _location(module: str) -> str | None:
 
 
 def _clashes(pin: str | None, place: str | None, variables: Mapping[str, str]) -> list[str]:
-    """Return the packages that hide or duplicate Pinocchio, from pip's version of it and its folder, None if absent."""
+    """Return the packages that hide or duplicate Pinocchio, given pip's version of pin and its folder (or None)."""
     problems = []
     for entry in filter(None, variables.get("PYTHONPATH", "").split(os.pathsep)):
         if entry.startswith(("/opt/ros", "/opt/openrobots")):
@@ -206,8 +206,8 @@ def _clashes(pin: str | None, place: str | None, variables: Mapping[str, str]) -
 def warmup(json: bool = JSON) -> None:
     """Compile the kernels for large batches, reach maps and inverse kinematics in advance, once per machine.
 
-    They are kept in the user's cache; NUMBA_CACHE_DIR names another folder. Without this command, the first large
-    batch, map or inverse kinematics compiles the kernels that it needs.
+    The kernels are kept in the user's cache; NUMBA_CACHE_DIR names another folder. Without this command, the first
+    large batch, reach map or solution of inverse kinematics compiles the kernels that it needs.
     """
     need_extra("warmup", "batch")
     states = warm_up()

@@ -17,17 +17,19 @@ class ExportOptions:
 
     frames: str | None = option("WHICH", "Links on fixed joints: all, effectors or none.")
     names: str | None = option("WHOSE", "Names of links and joints: naoqi or ros.")
-    meshes: str | None = option("HOW", "relative (copied), absolute, package://NAME or none; for ros2 package or none.")
+    meshes: str | None = option(
+        "HOW", "Paths of meshes: relative (copied), absolute, package://NAME or none; for ros2 package or none."
+    )
     coupling: str | None = option("HOW", "Mimic joints: mimic, locked or independent.")
-    inertia: str | None = option("WHICH", "published, or physical: corrected for simulators.")
+    inertia: str | None = option("WHICH", "Inertias: published, or physical (corrected for simulators).")
     typed: bool | None = flag("Merge three joints with one centre into a spherical joint.", default=None)
-    axes: str | None = option("HOW", "published, or aligned: without oblique joint axes.")
+    axes: str | None = option("HOW", "Joint axes: published, or aligned (without oblique axes).")
     base: str | None = option("HOW", "The root: floating or fixed.")
-    samples: int | None = option("N", "srdf, ros2: configurations tried for contacts.")
+    samples: int | None = option("N", "srdf, ros2: number of random configurations that are checked for contacts.")
     seed: int | None = option("N", "srdf, ros2: seed of these configurations.")
     package: str | None = option("NAME", "ros2: name of the package.")
     package_version: str | None = option("X.Y.Z", "ros2: version of the package.")
-    maintainer: str | None = option("WHO", "ros2: as 'Name <name@example.org>'.")
+    maintainer: str | None = option("WHO", "ros2: maintainer of the package, as 'Name <name@example.org>'.")
     license: str | None = option("NAME", "ros2: licence of the package.")
     posture: str | None = option("NAME", "gltf: the posture of the robot.")
     motion: str | None = option("FILE", "gltf: a motion for the animation.")
@@ -49,7 +51,7 @@ def export(
     json: bool = JSON,
     robot: RobotOptions,
 ) -> None:
-    """Write a robot for another tool. Every difference from the robot is reported, line by line."""
+    """Write a robot for another tool. Every difference between the file and the robot is reported."""
     from nao_kin import export as exports
 
     output = "/dev/stdout" if output == "-" else output
@@ -59,7 +61,7 @@ def export(
     timeline = chosen.pop("timeline", None)
     exports.check_options(format_, chosen)
     if timeline is not None and options.motion is None:
-        raise BadArgument("--timeline is one of the motions in the file of --motion; give both")
+        raise BadArgument("--timeline chooses a motion in the file of --motion; give both")
     model = robot.load()
     if options.motion is not None and timeline is not None:
         chosen["motion"] = MotionFile(options.motion, timeline=timeline).read(model)

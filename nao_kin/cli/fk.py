@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 # First row and numbers of the poses (n, frames, k) of one chunk after another.
 Chunks = Iterator[tuple[int, Floats]]
 
-# The 16 entries of the homogeneous matrix, row by row, as NAOqi's getTransform has them; x, y, z, wx, wy, wz with
-# R = Rz(wz) Ry(wy) Rx(wx), as NAOqi's getPosition has them; the same as roll, pitch, yaw; x, y, z and the unit
-# quaternion, scalar first.
+# matrix: the 16 entries of the homogeneous matrix, row by row, like NAOqi's getTransform. position6d: x, y, z, wx, wy,
+# wz with R = Rz(wz) Ry(wy) Rx(wx), like NAOqi's getPosition. rpy: the same numbers, as roll, pitch, yaw. quaternion:
+# x, y, z and the unit quaternion, scalar first.
 PoseFormat = Literal["matrix", "position6d", "rpy", "quaternion"]
 
 
@@ -45,7 +45,7 @@ class PosePrinter:
     times: Floats | None = None
 
     def print_json(self, chunks: Chunks, robot: str, reference: str | None, *, many: bool) -> None:
-        """Print one document: the poses of the one configuration, or of each of `many`."""
+        """Print one document: the poses of the single configuration, or with `many` those of each in a list."""
         head: dict[str, Any] = {
             "robot": robot,
             "reference": reference or "root",
@@ -136,12 +136,12 @@ class StreamOptions:
     force: bool = FORCE
 
     def check(self, files: list[str], json: bool) -> None:
-        """Refuse contradicting options, and a file that may not be written, before anything is loaded."""
+        """Refuse contradictory options, and a file that may not be written, before anything is loaded."""
         for name, value in (("--on-error", self.on_error), ("--dtype", self.dtype)):
             if self.output is None and value is not None:
                 raise BadArgument(f"{name} is for files; name one with --output")
         if self.output is None and len(files) > 1:
-            raise BadArgument(f"{len(files)} files; several go into one --output")
+            raise BadArgument(f"{len(files)} files; several files need --output")
         if self.output is not None and not files:
             raise BadArgument("--output is for the rows of a file; name the FILE to read")
         outputs, printed = {"--output": self.sink}, "--json" if json else None
@@ -170,7 +170,7 @@ def fk(
     reference: str | None = option("NAME", "The frame in which poses are given."),
     as_: PoseFormat = option(None, "Format of a pose.", default="rpy"),
     deg: bool = DEG,
-    clamp: bool = flag("Move joints outside their limits to the limit."),
+    clamp: bool = flag("Move joints that are outside their limits to the nearest limit."),
     ignore_limits: bool = IGNORE_LIMITS,
     csv: bool = flag("Print CSV."),
     written: StreamOptions,
@@ -185,8 +185,8 @@ def fk(
     times are copied to the output. A motion file of any format (see nao-kin motion) names only the joints that it
     moves; it gives one row for each of its key times, or --rate rows per second.
 
-    With -o, the file may be larger than memory, and also be .csv.gz, .npy, .parquet, .arrow or .feather. An interrupted
-    run is continued by the same command.
+    With -o, the file may be larger than memory, and may also be a .csv.gz, .npy, .parquet, .arrow or .feather file. Run
+    the same command again to continue an interrupted run.
     """
     files = file or []
     written.check(files, json)
@@ -244,7 +244,7 @@ def fk(
         print_note(*found.notes)
     else:
         q, many = joints.configuration(model, deg=deg, limits=limits)[None], False
-    # Refuse unknown frames before printing; the world is a reference even if no frame has this name.
+    # Refuse unknown frames before anything is printed; the world is a reference even if no frame has this name.
     known = reference is None or (reference == _WORLD and _WORLD not in model.frame_names)
     model.frame_ids(frames if known else [*frames, str(reference)])
     printer = PosePrinter(frames, as_, stream.PoseColumns(style, deg), times)
@@ -287,7 +287,7 @@ def _within_limits(model: RobotModel, file: str, path: Trajectory, limits: Limit
         first = violations[0]
         when = f"{path.times[first.index[0]]:.6g} s"
         reason = f"at {when} outside the joint limits: {first.describe(degrees=deg, index=False)}"
-        raise BadInputFile(file, f"{reason}; nao-kin motion check lists all, --clamp and --ignore-limits take it")
+        raise BadInputFile(file, f"{reason}; nao-kin motion check lists all, --clamp or --ignore-limits accepts them")
     return path.q
 
 

@@ -31,13 +31,13 @@ if TYPE_CHECKING:
 # Both feet together.
 LEGS = "Legs"
 _FEET = ("LLeg", "RLeg")
-# Unreached targets named individually.
+# The largest number of unreached targets that are named one by one.
 _MAX_NAMED = 5
-# Ranges of targets listed.
+# The largest number of ranges of targets that are listed.
 _MAX_RANGES = 30
 # This many targets may take seconds, and get a status line.
 _MANY = 2000
-# Solutions of a list of targets per second of the clip.
+# The clip of a list of targets shows so many solutions per second.
 _FPS = 25.0
 
 _EXAMPLES = (
@@ -55,12 +55,12 @@ class Request:
     frame: str = argument("FRAME", "LLeg, RLeg, LArm, RArm, Head, a camera, Legs, or any other frame.")
     file: str | None = argument("FILE", "CSV, JSON or .npy file of targets, - for standard input.", None)
     target: str | None = option("NUMBERS", "One target, in quotes; see above.")
-    direction: str | None = option("NUMBERS", "With positions: direction of the forearm, three numbers.")
+    direction: str | None = option("NUMBERS", "For a position: direction of the forearm, three numbers.")
     criterion: Literal["nearest", "limits", "manipulability"] | None = option(
-        None, "Choice of the solution for a position alone. Default: nearest."
+        None, "For a position without --direction: which solution. Default: nearest."
     )
     priority: Literal["left", "right", "balanced"] | None = option(
-        None, "For Legs: the foot with the smaller yaw error if the hips disagree."
+        None, "For Legs: the foot with the smaller yaw error if one hip motor cannot satisfy both."
     )
     reference: str | None = option(
         "POSTURE", "Prefer solutions near a posture or the configurations in a file. Default: all joints at zero."
@@ -74,7 +74,7 @@ class Request:
     lock: list[str] | None = option("NAME=VALUE", "With --analytic: keep a joint at this value; repeatable.")
     deg: bool = DEG
     csv: bool = flag("Print configurations as CSV for fk and view, without targets that have no solution.")
-    html: str | None = option("FILE", "Write a page with the robot, and its other solutions as ghosts.")
+    html: str | None = option("FILE", "Write a page with the robot in the best solution, and the other ones as ghosts.")
     force: bool = FORCE
     json: bool = JSON
 
@@ -98,7 +98,7 @@ class Request:
         return read_targets(str(self.file), frames, degrees=self.deg, roots=roots)
 
     def near(self, model: RobotModel, targets: int) -> Floats | None:
-        """Return the configuration of --reference, or one for each target."""
+        """Return the configuration of --reference, or its configurations, one for each target."""
         if self.reference is None:
             return None
         if self.reference in model.posture_names:
@@ -113,7 +113,7 @@ class Request:
         q: Floats = FileOptions(self.columns, self.ignore_other).log(model, self.reference, deg=self.deg).q
         if len(q) not in (1, targets):
             given = f"{len(q)} configurations for {targets} targets"
-            raise BadArgument(f"--reference {self.reference}: {given}; give one, or as many")
+            raise BadArgument(f"--reference {self.reference}: {given}; give one for all, or one for each")
         return q[0] if len(q) == 1 else q
 
 
@@ -127,7 +127,7 @@ def ik(request: Request, robot: RobotOptions) -> None:
     at; Legs takes the poses of both feet, the left one first. A file has one target in each row, and may be the output
     of `nao-kin fk --csv` or `--json`.
 
-    Exit code 1 if a target is not reached; then the nearest pose is given if there is one.
+    The exit code is 1 if a target is not reached; the nearest pose is then printed if there is one.
     """
     csv, html, json = request.csv, request.html, request.json
     if (request.file is None) == (request.target is None):
@@ -195,9 +195,11 @@ def _solver(model: RobotModel, request: Request, targets: Targets) -> Callable[[
     if not (is_arm and kind == "place"):
         for option, value in (("--direction", direction), ("--criterion", request.criterion)):
             if value is not None:
-                raise BadArgument(f"{option} is for positions of a hand, three numbers, and the closed form of an arm")
+                raise BadArgument(
+                    f"{option} is for positions of a hand, three numbers, solved by the closed form of an arm"
+                )
     if direction is not None and request.criterion is not None:
-        raise BadArgument("--direction leaves an arm no freedom to choose from; leave out --criterion")
+        raise BadArgument("with --direction there is no freedom for --criterion to use; leave out --criterion")
 
     if limb == "Head" and kind == "place" and frame not in model.semantics.cameras:
         raise BadArgument(f"{frame} takes an orientation, 4 or 9 numbers; a camera takes a point to look at")
@@ -213,7 +215,9 @@ def _solver(model: RobotModel, request: Request, targets: Targets) -> Callable[[
             return room.look_at(model, target, frame, reference=near, limits=limits)
         if limb == "Head":
             if kind == "pose":
-                print_note(f"of the poses of {frame} only orientations are used; two joints cannot set the position")
+                print_note(
+                    f"only the orientation of a pose is used for {frame}; its two joints cannot set the position too"
+                )
             return room.head(model, target if kind == "rotation" else target[..., :3, :3], **common)
         if is_arm and kind != "rotation":
             criterion: Any = {} if request.criterion is None else {"criterion": request.criterion}
@@ -232,7 +236,7 @@ def _solver(model: RobotModel, request: Request, targets: Targets) -> Callable[[
 
 @dataclass(frozen=True)
 class _Answers:
-    """The solutions `found`, and their output in each format; `many` for a list of targets."""
+    """The solutions `found`, and their output in each format; `many` means a list of targets."""
 
     model: RobotModel
     request: Request
@@ -365,4 +369,4 @@ def _ranges(rows: NDArray[np.intp]) -> str:
     """Return ascending numbers as text, with neighbours combined."""
     parts = np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1)
     shown = ", ".join(str(part[0]) if len(part) == 1 else f"{part[0]}–{part[-1]}" for part in parts[:_MAX_RANGES])
-    return shown if len(parts) <= _MAX_RANGES else f"{shown} and more, which --json names"
+    return shown if len(parts) <= _MAX_RANGES else f"{shown} and more, which --json lists"

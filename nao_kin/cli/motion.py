@@ -32,8 +32,8 @@ app = typer.Typer(
 def _motion(context: typer.Context) -> None:
     """Convert, check, describe and draw motion files.
 
-    Formats are recognised by content and suffix: csv, json, npz, webots, runswift, hulks, motion2, naodevils, bhuman
-    (the last two are only read), python (Choregraphe export), xar and naoqi (arguments of angleInterpolation).
+    Formats are recognised by content and suffix: csv, json, npz, webots, runswift, hulks, motion2, python (Choregraphe
+    export), xar and naoqi (arguments of angleInterpolation); naodevils and bhuman can only be read.
     """
     if context.invoked_subcommand is None:
         typer.echo(context.get_help())
@@ -48,11 +48,11 @@ def convert(
     hips: str | None = option(*HIPS),
     posture: str | None = option("NAME", "Add the joints that are not in the motion, at rest in this posture."),
     mirror: bool = flag("Exchange left and right."),
-    reverse: bool = flag("Reverse it."),
-    stretch: float | None = option("F", "Multiply its duration by F."),
-    loop: int | None = option("N", "Repeat it N times."),
-    gap: float | None = option("S", "With --loop: seconds from an end to the next beginning."),
-    clamp: bool = flag("Move it into the limits and the coupled limits."),
+    reverse: bool = flag("Play the motion backwards."),
+    stretch: float | None = option("F", "Multiply the duration by F."),
+    loop: int | None = option("N", "Repeat the motion N times."),
+    gap: float | None = option("S", "With --loop: seconds from each end to the next beginning."),
+    clamp: bool = flag("Move joint values into the limits and the coupled limits."),
     slow_down: bool = flag("Slow down where a joint would be too fast."),
     rate: float | None = option("N", "Write N samples per second instead of the keys."),
     force: bool = FORCE,
@@ -61,8 +61,8 @@ def convert(
 ) -> None:
     """Write a motion in another format, with optional changes, which are reported.
 
-    They are applied in this order: --hips, --posture, --mirror, --reverse, --stretch, --loop, --clamp, --slow-down,
-    --rate.
+    The changes are applied in this order: --hips, --posture, --mirror, --reverse, --stretch, --loop, --clamp,
+    --slow-down, --rate.
     """
     from nao_kin import motion as motions
 
@@ -103,7 +103,7 @@ def check(
     *,
     source: MotionFile,
     posture: str | None = option("NAME", "Values of the joints that are not in the motion."),
-    rate: float | None = option("N", "Samples per second of curves without a closed form, and of collisions."),
+    rate: float | None = option("N", "Samples per second for curves without a closed form, and for collisions."),
     collisions: bool = flag("Also list links that overlap."),
     every: bool = flag("List every violation, not only the worst of a joint.", "--all"),
     json: bool = JSON,

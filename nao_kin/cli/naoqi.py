@@ -38,23 +38,25 @@ def serve(
     port: int = option("N", "Port to listen on; 0 for a free one.", default=_PORT),
     host: str = option("ADDRESS", "Address to listen on. Caution: qi has no passwords.", default=_HOST),
     robot: RobotOptions,
-    speed: float = option("X", "Speed of the robot's clock, in seconds per second.", default=1.0),
+    speed: float = option("X", "Seconds of robot time in each second.", default=1.0),
     posture: str = option("NAME", "Initial posture.", default="Crouch"),
     view: bool = flag("Show the robot in a live page."),
     page: ExtraPage,
     awake: bool = flag("Start with stiffness, as after wakeUp."),
     behaviors: str | None = option(*_BEHAVIORS),
-    log: bool = flag("Print the robot's speech and remarks."),
+    log: bool = flag("Print what the robot says, and its log."),
     json: bool = JSON,
 ) -> None:
     """Serve a virtual NAO to NAOqi scripts, until Ctrl-C.
 
-    Scripts connect to it as to a robot: with qi's session to tcp://127.0.0.1:9559. It starts without stiffness, like a
-    robot that was just switched on, and moves by kinematics: within limits and speeds, without mass. Commands to joints
-    without stiffness are reported on standard error.
+    Scripts connect to it as to a robot: with a qi session at tcp://127.0.0.1:9559. The virtual NAO starts without
+    stiffness, like a robot that was just switched on. Its simulation is kinematic: joints move within their limits and
+    maximum speeds, without mass. Commands to joints without stiffness are reported on standard error.
     """
     if not host.strip():
-        raise BadArgument("--host is empty; expected an address, such as 127.0.0.1, or 0.0.0.0 to let others in")
+        raise BadArgument(
+            "--host is empty; expected an address, such as 127.0.0.1, or 0.0.0.0 to let other machines in"
+        )
     if not view:
         page.refuse("add --view")
     begin = {"speed": speed, "posture": posture, "behaviors": behaviors}
@@ -154,18 +156,19 @@ def run(
     port: int | None = option("N", "Port of a running server, such as that of nao-kin serve."),
     host: str | None = option("ADDRESS", f"Address of that server. Default: {_HOST}."),
     robot: RobotOptions,
-    speed: float | None = option("X", "Speed of the virtual NAO's clock, in seconds per second. Default: 1."),
+    speed: float | None = option("X", "Seconds of robot time in each second. Default: 1."),
     posture: str | None = option("NAME", "Initial posture. Default: Crouch."),
     asleep: bool = flag("Start without stiffness, until the script sets it."),
     behaviors: str | None = option(*_BEHAVIORS),
     view: bool = flag("Show the virtual NAO in a live page."),
     page: ExtraPage,
-    log: bool = flag("Print the virtual NAO's speech and remarks."),
+    log: bool = flag("Print what the virtual NAO says, and its log."),
 ) -> None:
-    """Run a script for NAOqi without a robot: from naoqi import ALProxy, or import qi.
+    """Run a script for NAOqi, which imports naoqi or qi, without a robot.
 
-    Without --port, the script gets a virtual NAO, awake and with stiffness, which ends with it. All connections of the
-    script lead there, whatever their address. Python 2 is translated. The exit code is the script's.
+    Without --port, the script gets a virtual NAO of its own, awake and with stiffness, which ends with the script. All
+    connections of the script lead there, whatever their address. A script in Python 2 is translated. The exit code is
+    the script's.
     """
     from nao_kin.naoqi import run_script
 
@@ -201,7 +204,7 @@ _RATE = 25.0
 def live(
     *,
     address: str | None = argument("[tcp://HOST:PORT]", "A robot, or a virtual NAO, over NAOqi.", None),
-    lola: str | None = option("SOCKET", "Instead: a NAO6's RoboCup interface, a Unix socket."),
+    lola: str | None = option("SOCKET", "Read a NAO6's RoboCup interface instead, from its Unix socket."),
     rate: float = option("N", "Largest number of readings per second.", default=_RATE),
     record: str | None = option("FILE", "Write the readings as a motion at the end."),
     seconds: float | None = option("S", "End after this many seconds of readings."),
@@ -213,7 +216,7 @@ def live(
 ) -> None:
     """Show a robot's current joints in a live page, or record them, until Ctrl-C or for some seconds.
 
-    It only reads: no command is ever sent. A lost connection is reestablished.
+    The joints are only read: no command is ever sent. A lost connection is reestablished.
     """
     if (address is None) == (lola is None):
         raise BadArgument("give the address of a robot, as in tcp://nao.local:9559, or --lola SOCKET")
@@ -225,7 +228,7 @@ def live(
         from nao_kin.motion import FORMATS
 
         suffixes = dict.fromkeys(suffix for known in FORMATS.values() for suffix in known.suffixes)
-        if Path(record).suffix.lower() not in suffixes:  # now, not after the recording
+        if Path(record).suffix.lower() not in suffixes:  # refuse it now, not after the recording
             raise BadArgument(f"no motion format for {abbreviated(record)}; end it in one of: {', '.join(suffixes)}")
         atomic.check_replaceable(record, overwrite=force)
     model = robot.load()
@@ -244,7 +247,7 @@ def live(
             if viewer is not None:
                 viewer.display(reading.q, up=reading.up)
             if record is None:
-                found.clear()  # the last one is enough
+                found.clear()  # without a recording, the last reading is enough
             found.append(reading)
             if seconds is not None and reading.time >= seconds:
                 break
@@ -261,4 +264,4 @@ def _report(names: tuple[str, ...], found: list[JointReading], record: str | Non
         print_json({"readings": len(found) if record is not None else None, "last": last, "record": record})
     elif record is not None:
         print(record if found else "no readings")
-    sys.stdout.flush()  # a pending signal exits without it
+    sys.stdout.flush()  # a pending signal would exit without flushing

@@ -27,7 +27,7 @@ _CONTRADICTIONS = (
     ("version", "urdf", "--version is a version of the NAO, and --urdf another robot; give one"),
     ("version", "robot", "--version is a version of the NAO, and --robot another robot; give one"),
     ("csv", "json", "--csv and --json are two formats; give one"),
-    ("csv", "output", "--csv prints, and the ending of --output names its format; leave out --csv"),
+    ("csv", "output", "--csv is for printed output, and the suffix of --output sets its format; leave out --csv"),
     ("clamp", "ignore_limits", "--clamp and --ignore-limits contradict each other; give one"),
     ("file", "joint", "a file gives whole configurations; leave out --posture and --joint"),
 )
@@ -36,8 +36,8 @@ _CONTRADICTIONS = (
 def option(metavar: str | None, help: str, *names: str, default: Any = None) -> Any:
     """Return an option, as the default value of a command's parameter or of a field of a dataclass of options.
 
-    `metavar` is the placeholder in the help, None for a choice, which lists its values; by default the name of the
-    parameter determines the names. MISSING is the default value of a required option.
+    `metavar` is the placeholder in the help, None for a choice, whose values are listed. By default, the parameter's
+    name determines the option's name. MISSING is the default value of a required option.
     """
 
     def info(name: str) -> Any:
@@ -120,7 +120,7 @@ class Command(TyperCommand):
                 if times > 1 and not getattr(parameter, "multiple", False):
                     option = " or ".join([*parameter.opts, *parameter.secondary_opts])
                     raise BadArgument(f"{option} is given {'twice' if times == 2 else f'{times} times'}; give it once")
-            # An argument is listed even if it is not given; one with several values is then empty, or not a tuple.
+            # An argument is listed even if it is not given; one that takes several values is then empty or not a tuple.
             names = {str(parameter.name) for parameter in order}
             file = values.get("file")
             if not isinstance(file, str) and not (isinstance(file, tuple) and file):
@@ -136,8 +136,8 @@ def check_outputs(
 ) -> None:
     """Refuse files that may not or cannot be written, before anything is loaded or drawn.
 
-    `outputs` is option, "" for an argument, → file, None if not given; `printed` is the option that uses standard
-    output. An existing file of --output that the command continues needs no force.
+    `outputs` maps each option ("" for an argument) to its file (None if not given); `printed` is the option that uses
+    standard output. An existing file of --output that the command continues needs no `force`.
     """
     given = {option: path for option, path in outputs.items() if path is not None}
     for option, path in given.items():
@@ -158,14 +158,16 @@ class RobotOptions:
     urdf: str | None = option("FILE", "Another robot, from a URDF, xacro or MJCF file.")
     robot: str | None = option("NAME", "Another robot, from example-robot-data or robot_descriptions.")
     package_dir: list[str] | None = option("DIR", "Search this folder for packages of --urdf; repeatable.")
-    xacro: bool = flag("Expand the file of --urdf, which runs code in it; files named .xacro are always expanded.")
+    xacro: bool = flag(
+        "Expand the file of --urdf as xacro, which runs code in it; files named .xacro are always expanded."
+    )
     offsets: str | None = option("FILE", "Calibrated joints and frames of the robot, from a TOML file.")
 
     def load(self) -> RobotModel:
         """Return the robot that the options name, with the offsets of a file."""
         from nao_kin.robot import RobotModel, load_nao, load_robot, read_offsets
 
-        # Before the robot, which may have to be downloaded.
+        # The offsets are read before the robot, which may have to be downloaded.
         offsets = None if self.offsets is None else read_offsets(self.offsets)
         if self.urdf is not None:
             if not self.urdf:
@@ -180,5 +182,5 @@ class RobotOptions:
         return robot if offsets is None else robot.with_offsets(**offsets)
 
 
-# Options that commands for only the NAO do not have.
+# Options that are missing in commands for the NAO only.
 OTHER_ROBOTS = ("urdf", "robot", "package_dir", "xacro")

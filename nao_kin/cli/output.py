@@ -21,7 +21,7 @@ from nao_kin._core.files import leads_to_standard_output
 def print_note(*messages: str) -> None:
     """Print each message as one line on standard error, without its line breaks.
 
-    In one write, because another thread may print at the same time.
+    Each line is a single write, because another thread may print at the same time.
     """
     for message in messages:
         print(f"nao-kin: {' '.join(message.split())}\n", end="", file=sys.stderr)
@@ -45,7 +45,7 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[str]], *, number
     """Print a table without truncation; columns named in `numbers` are aligned right."""
     table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
     for column in columns:
-        # Text, so that names from foreign files are not markup.
+        # Text objects, so that names from foreign files are not read as markup.
         table.add_column(Text(column), justify="right" if column in numbers else "left", no_wrap=True)
     for row in rows:
         table.add_row(*(Text(cell) for cell in row))
@@ -55,7 +55,7 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[str]], *, number
 
 
 def print_written(*paths: str | Path) -> None:
-    """Print the written files, unless one of them is standard output, where nothing may follow it."""
+    """Print the names of written files; not of standard output, because nothing may follow the file there."""
     for path in paths:
         if not leads_to_standard_output(path):
             print(path)
@@ -73,7 +73,7 @@ def degrees_per(unit: str, deg: bool) -> float:
 
 @contextmanager
 def progress(what: str, *, shown: bool = True) -> Iterator[Callable[[int, int], None]]:
-    """Show a progress bar on standard error if that is a terminal; yield a function of the done and total numbers."""
+    """Show a progress bar on standard error if that is a terminal; yield a function of the numbers done and in all."""
     from rich.progress import Progress
 
     errors = Console(file=sys.stderr)

@@ -36,7 +36,9 @@ def reach(
         "FILE", "Write the map: .npz, which a later run continues, .vtk or .ply.", "--output", "-o"
     ),
     html: str | None = option("FILE", "Write a page with the robot and its map."),
-    by: str = option("NAME", "Colours of --html and .ply: best, mean, count or coverage.", default="best"),
+    by: str = option(
+        "NAME", "Quantity of the colours in --html and .ply: best, mean, count or coverage.", default="best"
+    ),
     threads: int | None = option("N", "Number of threads. Default: one per core."),
     force: bool = FORCE,
     json: bool = JSON,
@@ -44,8 +46,8 @@ def reach(
 ) -> None:
     """Compute a voxel map of a hand's positions at random joint values, with manipulability and directions.
 
-    Joints are uniform inside their limits. With -o map.npz the same command continues an earlier run, also one that
-    Ctrl-C ended: its samples up to then are saved.
+    Joint values are uniformly distributed inside their limits. With -o map.npz, the same command continues an earlier
+    run, even one that was ended by Ctrl-C: its samples up to then are saved.
     """
     requested = _count(samples)
     known = output is None or Path(output).suffix.lower() in _ENDINGS or atomic.leads_to_standard_output(output)
@@ -63,12 +65,12 @@ def reach(
     previous = None
     if output is not None and continued and Path(output).is_file():
         previous = room.load(output)
-    warm_up([name for name in KERNELS if name.startswith("reach")])  # so that a signal does not wait for it
+    warm_up([name for name in KERNELS if name.startswith("reach")])  # first, so that a signal does not wait for it
     if previous is not None:
         settings.check_same(previous.settings, abbreviated(output))
         done = previous.ranges[-1][1] if previous.ranges else 0
         if done > requested:
-            raise BadArgument(f"{abbreviated(output)} has samples up to {done} already; ask for as many, or more")
+            raise BadArgument(f"{abbreviated(output)} has {done} samples already; ask for at least as many")
 
     # A signal ends the sampling; the program ends when the samples so far are written.
     with uninterrupted() as ending:
@@ -125,7 +127,7 @@ def _report(found: ReachMap, files: list[str], json: bool) -> None:
         print_json({**summary, "files": files})
         return
     if any(atomic.leads_to_standard_output(file) for file in files):
-        return  # which contains only the file
+        return  # standard output may contain only the file
     settings, best = found.settings, summary["best"]
     print(
         f"{settings.frame} in {settings.reference} of {settings.robot}, {found.samples} samples, seed {settings.seed}"

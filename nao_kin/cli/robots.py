@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @command("info", "Example: nao-kin info --version v5 --json")
 def info(*, robot: RobotOptions, json: bool = JSON) -> None:
-    """Print name, degrees of freedom, mass, chains, postures and the file of a robot."""
+    """Print a robot's name, degrees of freedom, mass, chains, postures and file."""
     model = robot.load()
     facts: dict[str, object] = {
         "name": model.name,
@@ -67,10 +67,10 @@ def joints(
     json: bool = JSON,
     robot: RobotOptions,
 ) -> None:
-    """Print each joint's axis, centre, limits, lower pair, anatomical name, and its axis as Plücker coordinates.
+    """Print each joint's axis, centre, limits, lower pair and anatomical name, and its axis as Plücker coordinates.
 
-    Lines are given in the root frame with all joints at zero: direction and moment of the axis. --json adds speed,
-    torque and following joints.
+    The Plücker coordinates are the direction and the moment of the axis, in the root frame with all joints at zero.
+    --json adds the largest speed and torque, and the mimic joints of each joint.
     """
     from nao_kin.joints import joint_table
 
@@ -129,7 +129,7 @@ def _number(value: float) -> str:
 
 
 def _vector(values: tuple[float, ...]) -> str:
-    return " ".join(f"{round(value, 4) + 0.0:.4g}" for value in values)  # adding zero takes the sign off a negative one
+    return " ".join(f"{round(value, 4) + 0.0:.4g}" for value in values)  # adding zero turns −0 into 0
 
 
 # --- `nao-kin check`.
@@ -143,7 +143,7 @@ def check(
     seed: int = option("N", "Seed of the random configurations.", default=0),
     json: bool = JSON,
 ) -> None:
-    """Compare poses, rotations, Jacobians and limits with Pinocchio, eigenpy, yourdfpy; exit code 1 for differences."""
+    """Compare poses, rotations, Jacobians and limits with Pinocchio, eigenpy, yourdfpy; exit code 1 if they differ."""
     from nao_kin import crosscheck
 
     model = robot.load()

@@ -21,7 +21,10 @@ if TYPE_CHECKING:
     from nao_kin.robot import LimitPolicy, RobotModel
 
 TIMELINE = "NAME", "One of several motions in the file, by name or number."
-COLUMNS = ("NAME=HEADING", "Read a column under this heading: yaw=HeadYaw, 'ms=time [ms]'; NAME= skips it; repeatable.")
+COLUMNS = (
+    "NAME=HEADING",
+    "Read column NAME as HEADING: yaw=HeadYaw, 'ms=time [ms]'; NAME= skips the column; repeatable.",
+)
 IGNORE_OTHER = "Skip columns that are neither a joint nor a time."
 IGNORE_LIMITS = flag("Accept joints outside their limits.")
 HIPS = "RULE", "For a motion with two HipYawPitch joints: average (default), left or right."
@@ -32,7 +35,7 @@ class JointOptions:
     """The options of one configuration, and of the joints that a motion does not name."""
 
     posture: str | None = option(
-        "NAME", "Start from a predefined posture; for a motion: values of the joints it does not name."
+        "NAME", "Start from a predefined posture; for a motion, the values of joints that it does not name."
     )
     joint: list[str] | None = option("NAME=VALUE", "Set a joint; repeatable. Other joints are at zero.")
 
@@ -45,8 +48,8 @@ class JointOptions:
                 return model.configuration(values, limits=limits)
             return model.posture(self.posture, values, limits=limits)
         except OutsideLimits as error:
-            advice = "; --clamp and --ignore-limits take it"
-            # So large an angle is probably in degrees.
+            advice = "; --clamp or --ignore-limits accepts it"
+            # An angle of more than a full turn is probably in degrees.
             advice += ", --deg?" if not deg and any(abs(value) > 2.0 * math.pi for value in values.values()) else ""
             raise BadArgument(error.describe(degrees=deg) + advice) from None
         except CouplingViolated as error:
@@ -109,7 +112,7 @@ class FileOptions:
     timeline: str | None = option(*TIMELINE)
 
     def check(self, file: str | None, posture: str | None, *, moves: bool, hips: str | None = None) -> None:
-        """Refuse options of motions without a motion, and options of files without a file."""
+        """Refuse the options of a motion if there is no motion, and those of a file if there is no file."""
         if not moves:
             posture = None if file is None else posture
             refuse_for_motions(file, posture=posture, rate=self.rate, hips=hips, timeline=self.timeline)
@@ -144,7 +147,7 @@ class FileOptions:
     ) -> tuple[Floats, Floats | None, bool]:
         """Return configurations (n, nq), their times if they have any, and whether they are a list.
 
-        They are those of a file or of a motion; without a file, the one of the options.
+        They come from a file or a motion; without a file, the options give a single one.
         """
         moves = file is not None and is_motion(file)
         self.check(file, joints.posture, moves=moves)
@@ -209,6 +212,6 @@ def is_motion(file: str) -> bool:
     try:
         data = read_bounded(sys.stdin.buffer, file)
     except OSError:
-        return False  # reported where the file is read
+        return False  # the error is reported where the file is read
     sys.stdin = io.TextIOWrapper(io.BytesIO(data), encoding="utf-8")
     return is_motion_file("-", data)

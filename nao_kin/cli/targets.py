@@ -83,7 +83,7 @@ def numbers_of(text: str, option: str, count: int | None = None) -> list[float]:
 
 
 def csv_records(name: str, text: str) -> tuple[int, list[str], Iterator[tuple[int, list[str]]]]:
-    """Return the line of the header of a CSV file, its headings, and line and fields of each record of this length."""
+    """Return a CSV header's line number and headings, and line number and fields of each record; all are as long."""
     records = iter(Records(text.encode(), delimiter_of(text.lstrip("\r\n").split("\n", 1)[0])))
     line, header, wrong = next(records, (1, list[str](), ""))
     if wrong:
@@ -101,8 +101,8 @@ def csv_records(name: str, text: str) -> tuple[int, list[str], Iterator[tuple[in
 def read_targets(path: str, frames: Sequence[str], *, degrees: bool, roots: Sequence[str] = ()) -> Targets:
     """Return the targets in a CSV, JSON or .npy file, "-" for standard input, for one frame or both feet.
 
-    Rows of other frames are skipped. Names that end in _deg mean angles in degrees too. JSON with a reference that is
-    not one of `roots` is refused.
+    Rows of other frames are skipped. Headings that end in _deg also mean angles in degrees. JSON with a reference that
+    is not one of `roots` is refused.
     """
     if not path:
         raise BadArgument("no file name; expected a CSV, JSON or .npy file, or - for standard input")
@@ -150,11 +150,11 @@ def _from_npy(name: str, feet: bool, degrees: bool) -> Targets:
     except OSError as error:
         raise BadInputFile(name, f"cannot be read: {error.strerror or error}") from None
     except (ValueError, EOFError) as error:  # an EOFError would end the program like Ctrl-D
-        raise BadInputFile(name, f"no .npy file: {error}") from None
+        raise BadInputFile(name, f"not a .npy file: {error}") from None
     if not isinstance(array, np.ndarray) or array.dtype.kind not in "fiu" or array.ndim == 0:
         raise BadInputFile(name, "expected an array of numbers, one target in each row")
     if not len(array):
-        raise BadInputFile(name, "an array of no targets")
+        raise BadInputFile(name, "the array has no targets")
     rows = np.asarray(array, dtype=np.float64).reshape(len(array), math.prod(array.shape[1:]))
     bad = np.argwhere(~np.isfinite(rows))
     if len(bad):
@@ -176,7 +176,7 @@ def _from_csv(name: str, text: str, frames: Sequence[str], degrees: bool) -> Tar
     frame_column = places.get("frame")
     table = TableColumns(wanted, (), tuple(places[column] for column in wanted))
     if len(frames) == 2 and frame_column is None:
-        raise BadInputFile(name, f"no column frame; for both feet its rows name {' and '.join(frames)}", line)
+        raise BadInputFile(name, f"no column frame; for both feet, it must name {' and '.join(frames)}", line)
     found: dict[str, list[list[float]]] = {frame: [] for frame in frames}
     lines: list[int] = []
     for line, fields in records:

@@ -22,10 +22,10 @@ if TYPE_CHECKING:
 
 # --- The live page of a command.
 #
-# Its options are --host and --port, or --page-host and --page-port if the command serves a robot under the former.
+# Its options are --host and --port, or --page-host and --page-port if --host and --port are those of a virtual NAO.
 
 _HOST = "127.0.0.1"
-_HOST_HELP = f"Address of the page; 0.0.0.0 for other machines too. Default: {_HOST}."
+_HOST_HELP = f"Address to serve the page on; 0.0.0.0 lets other machines in. Default: {_HOST}."
 _PORT_HELP = "Port of the page. Default: the next free one."
 
 # Note for a page that is served on all addresses of this machine.
@@ -39,9 +39,11 @@ class LivePage:
 
     page_host: str | None = option("ADDRESS", _HOST_HELP, "--host")
     page_port: int | None = option("N", _PORT_HELP, "--port")
-    allow_host: list[str] | None = option("NAME", "Also accept this name, as of a proxy; repeatable, * for all.")
+    allow_host: list[str] | None = option(
+        "NAME", "Also accept requests for this name, as of a proxy; repeatable; * for all."
+    )
     token: bool | None = flag(
-        "Require the token in the page's address. Default: if other machines can reach it.",
+        "Require a token in the page's address. Default: required if other machines can reach the page.",
         "--token/--no-token",
         default=None,
     )
@@ -50,7 +52,7 @@ class LivePage:
     def __post_init__(self) -> None:
         if self.page_host is not None and not self.page_host.strip():
             raise BadArgument(
-                f"{self.prefix}host is empty; expected an address, such as {_HOST}, or 0.0.0.0 to let others in"
+                f"{self.prefix}host is empty; expected an address, such as {_HOST}, or 0.0.0.0 to let other machines in"
             )
 
     @property
@@ -72,7 +74,7 @@ class LivePage:
         return Viewer(robot, host=self.host, port=self.page_port, allow_hosts=names, token=self.token)
 
     def address(self, viewer: Viewer) -> str:
-        """Start serving the page and return its address, with a note if users elsewhere have to change it."""
+        """Start serving the page and return its address; print a note if other machines need another address."""
         url = viewer.url
         if self.host in _EVERYWHERE:
             print_note(_ELSEWHERE)
@@ -124,8 +126,8 @@ def view(
 
     A trajectory names all joints in its header or keys, as in `nao-kin fk`; its rows are played at --fps. A motion file
     of any format (see nao-kin motion) plays at its own speed, sampled 30 times a second or --rate times, unless --fps
-    gives another. With --open and --no-wait the command ends once the browser has the scene, and the page continues to
-    work alone.
+    gives another speed. With --open and --no-wait the command ends when the browser has the scene, and the page
+    continues to work alone.
     """
     files = [path for path in (html, png) if path is not None]
     live = open_ or not files
@@ -144,7 +146,7 @@ def view(
     given.check(file, joints.posture, moves=moves, hips=given.hips)
 
     model = robot.load()
-    # Read before any mesh, so that errors of the file come at once.
+    # The file is read before any mesh, so that its errors are reported without delay.
     q: Floats | None = None
     many, speed = False, _FPS if fps is None else fps
     if file is not None and moves and not given.renamed and not (given.ignore_other and given.log_columns(model, file)):

@@ -16,9 +16,9 @@ from nao_kin.crosscheck.steps import Step, steps_of, turns
 from nao_kin.errors import BadArgument
 from nao_kin.robot import RobotModel, check_robot
 
-# Configurations compared at once, few enough to limit memory and to update a progress bar.
+# Configurations compared in one step, few enough to limit memory and to update a progress bar.
 _CHUNK = 100
-# More would take most of an hour without new results.
+# More configurations would take most of an hour without new results.
 _MOST_SAMPLES = 100_000
 _LARGEST_SEED = 2**128 - 1
 
@@ -34,12 +34,12 @@ def run(
 ) -> Report:
     """Compare all of this library's conventions with those of independent implementations.
 
-    At every configuration, every frame's pose is computed from elementary rotations and the robot's numbers alone, by
-    the robot's methods, by Pinocchio called directly, and by yourdfpy (for an MJCF: by MuJoCo); each frame is compared
-    in its parent frame, and each joint's axis, sense and travel. For every rotation of a frame (without frames that
-    stay parallel to their parent), every conversion is compared in both directions with Pinocchio's or eigenpy's. Joint
-    axes as lines are compared with Pinocchio's Jacobians, limits and mimics with two other readings of the URDF or one
-    of the MJCF, limit violations and clamped values with a scalar formula.
+    At every configuration, every frame's pose is computed in four ways: from elementary rotations and the robot's
+    numbers alone, by the robot's methods, by Pinocchio called directly, and by yourdfpy (for an MJCF: by MuJoCo). Also
+    compared are each frame's pose in its parent frame, and each joint's axis, sense and travel. For every rotation of a
+    frame (without frames that stay parallel to their parent), every conversion is compared in both directions with
+    Pinocchio's or eigenpy's. Joint axes as lines are compared with Pinocchio's Jacobians, limits and mimics with two
+    other readings of the URDF or one of the MJCF, limit violations and clamped values with a scalar formula.
 
     An error in a function under test fails only the rows of that function; their notes name the error.
 

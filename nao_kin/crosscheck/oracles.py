@@ -23,7 +23,7 @@ from nao_kin.rotations import matrix_from_euler, quat_from_matrix
 
 # --- Poses, limits and couplings by yourdfpy, which reads the robot's URDF with other code.
 
-# trimesh, which keeps the transforms for yourdfpy, drops a new one within 1e-8 of the old one; nothing is near this.
+# trimesh keeps the transforms for yourdfpy, and ignores a new one within 1e-8 of the old one; none is near this one.
 _STALE = np.full((4, 4), np.nan)
 
 # Types of joints without a value.
@@ -114,7 +114,7 @@ class YourdfpyOracle:
         return np.stack(columns, axis=1) if columns else np.zeros((len(q), 0))
 
     def _order(self) -> tuple[Sequence[tuple[str, str]], set[str]]:
-        """Return (parent link, child link) of joints, parents first, and links behind differently read joints."""
+        """Return (parent link, child link) of joints, parents first, and links behind joints read differently."""
         children: dict[str, list[str]] = {}
         unplaced = set()
         for joint in self._oracle.robot.joints:
@@ -153,7 +153,7 @@ def _without_warnings() -> Iterator[None]:
 
 
 def _with_offsets(source: io.BytesIO | str, offsets: Mapping[str, Origin]) -> io.BytesIO:
-    """Return the URDF with the origins of its calibrated joints in place of its own."""
+    """Return the URDF with the calibrated origins of joints in place of the original ones."""
     document = ET.parse(source).getroot()
     for joint in document.findall("joint"):
         place = offsets.get(joint.get("name", ""))
@@ -191,7 +191,7 @@ class MujocoOracle:
                 spec = mujoco.MjSpec.from_file(name, include={name: robot.urdf_path.read_bytes()})
                 self._model: Any = spec.compile()
         except (ValueError, mujoco.FatalError) as error:
-            raise BadModel(f"{robot.urdf_path}: MuJoCo alone refuses it: {abbreviated(error)}") from None
+            raise BadModel(f"{robot.urdf_path}: MuJoCo refuses it: {abbreviated(error)}") from None
         model, self._data = self._model, mujoco.MjData(self._model)
         self._bodies = {model.body(body).name or f"body_{body}": body for body in range(model.nbody)}
         self._joint_names = [model.joint(joint).name for joint in range(model.njnt)]

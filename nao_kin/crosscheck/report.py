@@ -266,7 +266,7 @@ class Conversions:
 
 @dataclass(frozen=True)
 class Check:
-    """A row of the report as a function of n rotations: differences, shape (n,); `LEFT_OUT` where not counted."""
+    """A row of the report as a function of n rotations: differences, shape (n,); `LEFT_OUT` for omitted rotations."""
 
     convention: str
     against: str
@@ -278,7 +278,7 @@ def shaped(ours: Any, shape: tuple[int, ...]) -> Floats:
     """Return the result of a function under test as an array of this shape, or raise WrongShape."""
     mine = np.asarray(ours, dtype=np.float64)
     if mine.shape != shape:
-        raise WrongShape("what it returned", str(shape), mine.shape)
+        raise WrongShape("the returned array", str(shape), mine.shape)
     return mine
 
 

@@ -26,7 +26,7 @@ _EXPRESSIONS: tuple[Literal["frame", "root", "mixed"], ...] = ("frame", "root", 
 
 
 class PoseChecks:
-    """Poses from elementary rotations, by the robot's methods, the batch kernels, Pinocchio and a second reader.
+    """Poses computed from elementary rotations, and by the robot's methods, batch kernels, Pinocchio, a second reader.
 
     `frames` are the frames that the steps and the robot have in common.
     """
@@ -85,7 +85,7 @@ class PoseChecks:
         direct_second.add(_pose_difference(direct[:, shared], second), first, self._shared)
         robot_direct.add(_pose_difference(T, direct), first, self.frames)
         for tally in kernels_direct:
-            kernels = self._robot.fk(q, self.frames, threads=1)  # with a number of threads, never by Pinocchio
+            kernels = self._robot.fk(q, self.frames, threads=1)  # `threads` excludes Pinocchio
             tally.add(_pose_difference(kernels, direct), first, self.frames)
         self._steps.add(direct, q, first)
         for axis, tally in self._elementary.items():
@@ -115,8 +115,8 @@ class _StepChecks:
     """The rows about single steps: the pose of a frame in its parent frame, and the motion of its joint.
 
     A wrong step moves everything behind it; only the rows of the step itself identify it. The motion of a joint is
-    measured as M, the pose of its frame in its own pose at zero. A rotation by v about e has vect M = sin v e and (tr M
-    − 1)/2 = cos v; a translation has the displacement v e. The amount and the axis of the motion are two rows.
+    measured as M, the pose of its frame relative to the pose at zero. A rotation by v about e has vect M = sin v e and
+    (tr M − 1)/2 = cos v; a translation has the displacement v e. The amount and the axis of the motion have a row each.
     """
 
     def __init__(self, robot: RobotModel, by_hand: StepKinematics, frames: Sequence[str]) -> None:
@@ -210,7 +210,7 @@ class JacobianChecks:
                 row = (first + column) % len(q)
                 try:
                     errors[row, column] = self._difference(q[row], frame, way)
-                except Exception as error:  # of the joint axes under test
+                except Exception as error:  # raised by the joint axes under test
                     tally.refuse(error)
                     errors[row, column] = np.inf
             tally.add(errors, first, self._frames)
@@ -241,12 +241,12 @@ def _vect(M: Floats) -> Floats:
     )
 
 
-# --- Limits and mimics: the robot's against two other readings of its URDF, and its checks against a scalar formula.
+# --- Limits and mimics against two other readings of the robot's URDF, and its checks against a scalar formula.
 #
-# A driving joint has the limits that it shares with the joints that mimic it: the values at which all of them are
-# inside their own. These are computed here again, from the results of the other parsers.
+# The limits of a driving joint contain the values at which it, and all joints that mimic it, are inside their own
+# limits. They are computed here again, from the results of the other parsers.
 
-# A value that exceeds a limit by less is on the limit, as defined by the library.
+# A value that exceeds a limit by less than this is on the limit, as defined by the library.
 _ON_THE_LIMIT = 1e-6
 
 
@@ -305,7 +305,7 @@ class LimitChecks:
         self._fixed[-1].add(np.array([errors]), 0, names)
 
     def _violation_differences(self, q: Floats) -> Floats:
-        """Return differences of the ranges of each joint outside, infinite where only one side finds it outside."""
+        """Return differences of the ranges that each joint is outside; infinite if only one side finds it outside."""
         column = {name: index for index, name in enumerate(self._robot.joint_names)}
         found = {(v.index[0], column[v.joint]): (v.lower, v.upper) for v in self._robot.limit_violations(q)}
         errors = np.zeros(q.shape)
@@ -436,7 +436,7 @@ def _root(name: str, joints: Mapping[str, ParsedJoint]) -> tuple[str, float, flo
 
 
 def _tightest(bounds: Sequence[float], choose: Callable[[Sequence[float]], float]) -> float:
-    """Return the tightest bound; the first of those that differ from it by rounding only."""
+    """Return the tightest bound; if several differ only by rounding, the first of them."""
     tightest = choose(bounds)
     return next(
         bound for bound in bounds if bound == tightest or math.isclose(bound, tightest, rel_tol=1e-9, abs_tol=1e-12)

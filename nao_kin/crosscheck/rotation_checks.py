@@ -1,7 +1,7 @@
 """The rows about rotations: three angles, invariants, quaternions, exponential and logarithm.
 
-Matrices are always compared, angles as far as they are determined: towards lock, any floating-point matrix loses digits
-of the outer two, whose errors are weighted by h = |cos β|, or |sin β| if the outer axes are the same.
+Matrices are always compared, angles as far as they are determined. Towards lock, any floating-point matrix loses digits
+of the outer two angles, so their errors are weighted by h = |cos β|, or |sin β| if the outer axes are the same.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def _rpy_from_matrix(sample: RotationSample, conversions: Conversions) -> Floats
 
 
 class _EulerCheck:
-    """One of the 24 sequences; rotations about fixed axes are eigenpy's about moving axes in the opposite order."""
+    """One of the 24 sequences; for fixed axes, eigenpy's angles about moving axes are taken in the opposite order."""
 
     def __init__(self, sequence: str, axes: str) -> None:
         self.sequence, self.axes = sequence, axes
@@ -94,7 +94,7 @@ class _EulerCheck:
         return difference(ours, sample.moving_matrices(self.moving))
 
     def to_angles(self, sample: RotationSample, conversions: Conversions) -> Floats:
-        """Check that our first triple gives R and is principal, also at lock, and that one of the two is eigenpy's."""
+        """Check that our first triple gives R and is principal, also at lock, and that one of our two is eigenpy's."""
         found = conversions.euler_from_matrix(sample.R, self.sequence, axes=self.axes)
         theirs = sample.moving_angles(self.moving)
         angles, other = (shaped(triple, theirs.shape) for triple in (found.angles, found.other))
@@ -120,8 +120,9 @@ class _HipCheck:
     """Rotations about a hip's axis a, about x and about y: Davenport angles that are not Euler angles.
 
     a = Rot(x, −δ) y, so the angles of R = Rot(x, −δ) S are (α, β − δ, γ) where (α, β, γ) are the yxy Euler angles of S.
-    Half of the rotations are compared as they are, half as S, which lock where S does. The principal middle angle is in
-    the half turn from −δ, or to −δ, that contains zero.
+    Half of the samples are used as R. The other half are used as S, so that R is at lock where S is; only these are
+    compared with eigenpy's angles. The principal middle angle is in the half turn from −δ, or to −δ, that contains
+    zero.
     """
 
     axis: tuple[float, float, float]
@@ -133,7 +134,7 @@ class _HipCheck:
         return difference(conversions.matrix_from_davenport(angles, self.axis, _X, _Y), self._matrices(angles))
 
     def to_angles(self, sample: RotationSample, conversions: Conversions) -> Floats:
-        """Check that our first triple gives R and is principal, also at lock, and equals eigenpy's if there is one."""
+        """Check that our first triple gives R and is principal, also at lock, and for S that one equals eigenpy's."""
         turned = sample.spread < 0.5
         R = np.where(turned[:, None, None], turns_about(_X, np.array([-self.delta])) @ sample.R, sample.R)
         found = conversions.davenport_angles(R, self.axis, _X, _Y)
@@ -193,7 +194,7 @@ def _lock_difference(h: Floats, angles: Floats, locked: Any) -> Floats:
 
 # --- Invariants, quaternions, exponential and logarithm against Pinocchio.
 
-# Closer to π, rounding of sin φ e turns the axis by more than 1e-16/1e-3.
+# Closer to π than this, rounding of sin φ e turns the axis by more than 1e-16/1e-3.
 _SINE = 1e-3
 _RIGHT_ANGLE = 1e-9
 

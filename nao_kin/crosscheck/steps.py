@@ -49,7 +49,7 @@ class Step:
 
 
 def steps_of(robot: RobotModel) -> tuple[Step, ...]:
-    """Return the steps of a robot: of a NAO by its parameters, of another or a calibrated one by its URDF.
+    """Return the steps of a robot: from the parameters for a NAO, from the URDF for another or a calibrated robot.
 
     Examples:
         >>> [step.name for step in nk.crosscheck.steps_of(nk.load_nao()) if step.axis][:2]
@@ -90,7 +90,7 @@ def steps_of_nao(parameters: NaoParameters) -> tuple[Step, ...]:
 def steps_of_tree(tree: UrdfTree) -> tuple[Step, ...]:
     """Return the steps of a URDF; every moving joint is a frame in addition to the link that it moves.
 
-    A name that the file gives to a link and to a joint means the link: it is a frame at the same place.
+    A name that the file gives to a link and to a joint means the link: both frames are at the same place.
     """
     steps = [Step(tree.root, None)]
     for joint in tree.joints:

@@ -102,7 +102,7 @@ def _add_looks(scene: Any, tree: UrdfTree, taken: set[str]) -> tuple[dict[str, R
                 for part in known[key]:
                     _paint(part, visual.material, visual.rgba, paints)
         except UnreadableShape as reason:
-            notes.append(f"a look of {visual.link} is left out: {reason}")
+            notes.append(f"a visual shape of {visual.link} is left out: {reason}")
             continue
         place = visual.origin.matrix
         for index, mesh in enumerate(known[key]):
@@ -146,7 +146,7 @@ def _parts(geometry: Geometry, packages: Packages, notes: list[str]) -> list[Any
 
 
 def _paint(mesh: Any, material: str, rgba: Rgba | None, paints: dict[tuple[str, Rgba], str]) -> None:
-    """Give a mesh its own colour, unless only its file has one."""
+    """Give a mesh the colour of its visual shape, unless the shape has no colour and the mesh file has one."""
     import trimesh
 
     if rgba is None and getattr(mesh.visual, "kind", None) is not None:
@@ -194,7 +194,7 @@ class Glb:
     def add_numbers(self, values: Floats, *, bounds: bool = False) -> int:
         """Add rows (n,), (n, 3) or (n, 4) of single-precision numbers; return the index of their accessor.
 
-        `bounds` writes the smallest and the largest, which the times of an animation need.
+        `bounds` also writes the smallest and the largest value, which the times of an animation need.
         """
         rows = np.ascontiguousarray(values, dtype="<f4")
         self.binary += bytes(-len(self.binary) % 4)
@@ -249,7 +249,7 @@ def gltf(
         robot: any robot.
         path: the file; its name ends in .glb.
         posture: a posture of the robot; None for its start posture, or for the first configuration of the motion.
-        motion: a motion, or a file of one: the animation.
+        motion: a motion, or a motion file, which becomes the animation.
         fps: poses per second in the animation; between them, glTF interpolates linearly.
         frames: as in `urdf`; frames are empty nodes.
         names: as in `urdf`.

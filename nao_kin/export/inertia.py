@@ -58,8 +58,8 @@ def _vector(values: Floats) -> Vector:
 # --- The mass distribution of a body as a matrix that is additive.
 #
 # The pseudo-inertia of a body about a frame is P = ∫ x xᵀ dm with x = (position, 1): second moments, first moments and
-# the mass in one symmetric 4×4 matrix. Those of two bodies held together add, and in another frame it is T P Tᵀ. A body
-# of nowhere negative density has P ⪰ 0, and every such P belongs to one.
+# the mass in one symmetric 4×4 matrix. Those of two bodies held together add up; in another frame P becomes T P Tᵀ. A
+# body without negative density has P ⪰ 0, and every P ⪰ 0 belongs to such a body.
 #
 # Source: Wensing, Kim and Slotine, Linear Matrix Inequalities for Physically Consistent Inertial Parameter
 # Identification, IEEE Robotics and Automation Letters 3(1), 2018.
@@ -114,7 +114,7 @@ def with_moments(mass: float, centre: Floats, moments: Floats) -> Inertial:
 
 # The least ratio of a body's second moments; simulators treat thinner bodies as flat.
 _THINNEST = 1e-6
-# Mass within a micrometre of its centre is rounding [m²].
+# Second moments per mass below this are rounding [m²]: the mass would be within a micrometre of its centre.
 _SMALLEST = 1e-12
 # The share of a link's mass that all massless links on it get together.
 _GIVEN_SHARE = 0.01
@@ -124,7 +124,7 @@ _DENSITY_OF_WATER = 1000.0
 
 
 def make_physical(tree: UrdfTree) -> tuple[UrdfTree, tuple[str, ...]]:
-    """Return the tree with possible inertias in place of impossible published ones, and the changes.
+    """Return the tree with physically possible inertias in place of impossible published ones, and the changes.
 
     A body without negative density has second moments Σ = ½ tr(I) 1 − I ⪰ 0 about its centre of mass, that is, A + B ≥
     C for its principal moments. Only three cases are corrected:
@@ -132,8 +132,8 @@ def make_physical(tree: UrdfTree) -> tuple[UrdfTree, tuple[str, ...]]:
     1. Σ with an eigenvalue below 10⁻⁶ of the largest: such eigenvalues are raised to that value. Mass and centre of
        mass do not change, and among all admissible tensors this one has the nearest Σ in the Frobenius norm (Higham
        1988).
-    2. A mass without inertia, or with less than that of a mass within a micrometre of its centre, 10⁻¹² m²: it becomes
-       a ball of water, I = ⅖ m r².
+    2. A mass without inertia, or with less inertia than if all of it were within a micrometre of its centre (10⁻¹² m²
+       times the mass): it becomes a ball of water, I = ⅖ m r².
     3. A moving link without mass: it gets a ball on the axis of its joint, whose mass is taken from the link that
        carries it. The inertia of a ball does not depend on its rotation, so mass, centre of mass and inertia of the two
        together do not change in any configuration. In a chain of massless links, each weighs as much as all that it
@@ -199,7 +199,7 @@ def _fill(tree: UrdfTree, bodies: dict[str, Inertial], changes: list[str]) -> No
     for link, joint in light.items():
         group, place = groups[joint.parent]
         (carried if group in light else donors)[group].append((link, composed(place, joint.origin)))
-    # Massless link → mass of it and all that it carries, in units: twice the mass of all that it carries.
+    # Massless link → mass of it and all that it carries, in units: twice the mass of all that it carries, at least 1.
     sizes: dict[str, float] = {}
     for link in reversed(light):
         sizes[link] = max(1.0, 2.0 * sum(sizes[other] for other, _ in carried[link]))
@@ -210,7 +210,7 @@ def _fill(tree: UrdfTree, bodies: dict[str, Inertial], changes: list[str]) -> No
         rest = np.asarray(sum(others, np.zeros((4, 4))))
         mass = sizes[link] * unit
         own = mass - rest[3, 3]
-        # Second moments of the whole such that those of the link alone are at least those of a ball.
+        # Make the second moments of the whole so large that those of the link alone are at least those of a ball.
         needed = rest[:3, :3] + np.outer(rest[:3, 3], rest[:3, 3]) / own
         P = np.diag([float(np.linalg.eigvalsh(needed)[2]) + _ball_moment(own)] * 3 + [mass])
         bodies[link] = body_of(P - rest)

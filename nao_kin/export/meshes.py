@@ -64,9 +64,9 @@ class TakenMeshes:
 def taken_meshes(tree: UrdfTree, meshes: str, package: str = "") -> TakenMeshes:
     """Return the meshes of a tree by a choice: "none", "relative" copies them, "absolute" refers to the original files.
 
-    Any other choice names them below `package`, the address of their folder, and copies nothing. The copies include the
-    materials and textures of the meshes, if they exist and are allowed in the export. Raises BadArgument for a mesh
-    that is missing or cannot be read, or for a file that is not a mesh.
+    Any other choice refers to the meshes below `package`, the address of a folder, and copies nothing. The copies
+    include the materials and textures of the meshes, if they exist and are allowed in the export. Raises BadArgument
+    for a mesh that is missing or cannot be read, or for a file that is not a mesh.
     """
     if meshes == "none":
         return TakenMeshes(None)

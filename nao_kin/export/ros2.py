@@ -47,7 +47,7 @@ def package_xml(name: str, version: str, description: str, maintainer: tuple[str
 def joint_limits(tree: UrdfTree) -> str:
     """Return MoveIt's file of largest speeds; accelerations, which a URDF lacks, are left out."""
     lines = [
-        "# For MoveIt. has_acceleration_limits: false until somebody measures them.",
+        "# For MoveIt. Acceleration limits are unknown: set has_acceleration_limits to true where you know them.",
         "default_velocity_scaling_factor: 0.1",
         "default_acceleration_scaling_factor: 0.1",
         "joint_limits:",
@@ -139,9 +139,9 @@ def ros2(
     target = Target(robot, path, overwrite=overwrite, folder=True)
     person = _checked_person(maintainer)
     if not isinstance(package_version, str) or not _VERSION.fullmatch(package_version):
-        raise BadArgument(f"package_version must be three numbers, as 1.0.0, got {quoted(package_version)}")
+        raise BadArgument(f"package_version must be three numbers, such as 1.0.0, got {quoted(package_version)}")
     if license is not None and not (isinstance(license, str) and license.strip() and license.isprintable()):
-        raise BadArgument(f"license must be one line, as SPDX calls it, got {quoted(license)}")
+        raise BadArgument(f"license must be one line, an SPDX identifier, got {quoted(license)}")
     choice(meshes, MESHES, "choice of meshes")
     default = "ros" if robot.semantics.ros_names else "naoqi"
     chosen = Variant(frames, default if names is None else names, coupling, inertia)
@@ -197,7 +197,7 @@ def _plain(name: object) -> str:
 def _checked_person(maintainer: str) -> tuple[str, str]:
     match = _PERSON.fullmatch(maintainer) if isinstance(maintainer, str) and maintainer.isprintable() else None
     if match is None:
-        raise BadArgument(f"maintainer must be as 'Name <name@example.org>', got {quoted(maintainer)}")
+        raise BadArgument(f"maintainer must have the form 'Name <name@example.org>', got {quoted(maintainer)}")
     return match[1], match[2]
 
 

@@ -47,10 +47,10 @@ class EndEffector:
 class Planning:
     """Groups and end effectors of a robot; `groups` starts with the group of all joints, `notes` names losses.
 
-    Each chain is a group with its name. If the joints of a chain without the last ones move the frame of an end
-    effector, as the arm without its gripper moves the hand's frame, a second group ends in that frame, because a
-    planner solves inverse kinematics for the last link of a group. The rest of the effector's link is its own group:
-    the gripper and its fingers, or fixed links.
+    Each chain is a group with its name. If the last joints of a chain do not move the frame of an end effector, as
+    a gripper does not move the hand's frame, a second group ends in that frame. A planner needs it, because it solves
+    inverse kinematics for the last link of a group. The rest of the effector's link is its own group: the gripper and
+    its fingers, or fixed links.
     """
 
     def __init__(self, tree: UrdfTree, semantics: Semantics) -> None:
@@ -132,7 +132,7 @@ class Planning:
                 return
             # A frame at the end of its branch is itself the end effector.
             group, parent = Group(name, links=(link,)), joint.parent
-            self.notes.append(f"end effector {link} is attached to {parent}: nothing else is there")
+            self.notes.append(f"end effector {link} is attached to {parent}, because it carries no link itself")
         self.groups[name] = group
         holding = [other for other in self.groups.values() if other.chain and self._holds(other.chain, parent)]
         fewest = min(holding, key=lambda other: len(other.own), default=None)
@@ -184,10 +184,10 @@ def srdf(
     """Write an SRDF: planning groups, end effectors, postures, and the collision checks that a planner may skip.
 
     Groups are the robot's chains, as `nk.semantics` names them, and "whole_body"; a chain whose last joint moves a
-    gripper has a second group without it, which ends in the frame of the end effector. Postures are group states
-    without mimic joints, which are passive joints. A pair of links is not checked if the two are adjacent, touch in the
-    start posture, touch in more than 95 % of the tested configurations, or in none of them. A robot without chains has
-    one group of all its joints; without collision shapes no check is skipped.
+    gripper has a second group without that joint, which ends in the frame of the end effector. Postures are group
+    states without mimic joints, which are passive joints. A pair of links is not checked if the two are adjacent, touch
+    in the start posture, touch in more than 95 % of the tested configurations, or in none of them. A robot without
+    chains has one group of all its joints; without collision shapes no check is skipped.
 
     Args:
         robot: any robot.

@@ -1,4 +1,4 @@
-"""Variants of a robot's tree: functions from a tree to another one and to one line for each change."""
+"""Variants of a robot's tree: functions that return another tree, and one line for each change."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def couple(tree: UrdfTree, coupling: str) -> Changed:
         followers[mimic.joint].append(name)
     if coupling == "independent":
         return replace(tree, joints=tuple(replace(joint, mimic=None) for joint in tree.joints)), tuple(
-            f"{', '.join(names)} no longer {'follows' if len(names) == 1 else 'follow'} {driver}: each is moved alone"
+            f"{', '.join(names)} no longer {'follows' if len(names) == 1 else 'follow'} {driver}: each moves on its own"
             for driver, names in followers.items()
         )
     values = {joint.name: min(max(0.0, joint.lower), joint.upper) for joint in tree.joints if joint.name in followers}
@@ -204,7 +204,7 @@ def name_frames(tree: UrdfTree, semantics: Semantics) -> Changed:
 
 
 def new_names(semantics: Semantics, names: str) -> Mapping[str, str]:
-    """Return name of a link or joint → its name by that choice, for those that get another name."""
+    """Return old → new name of the links and joints that the choice `names` renames."""
     return semantics.ros_names if names == "ros" else {}
 
 
@@ -246,9 +246,9 @@ SPHERICAL = "spherical"
 def merge_balls(tree: UrdfTree) -> Changed:
     """Return the tree with joints of the kind "spherical" where `group_joints` finds them.
 
-    The links between the three axes, with their mass and everything fixed to them, stay on the link before, as with all
-    joints at zero: the centre of mass is then no longer exact, but the poses of all other links are. A ball has no
-    limits and no coupling; three joints are not merged if one of them drives or mimics another.
+    The links between the three axes, with their mass and everything fixed to them, are fixed to the link before, at
+    their poses with all joints at zero. The centre of mass is then no longer exact, but the poses of all other links
+    are. A ball has no limits and no coupling; three joints are not merged if one of them drives or mimics another.
     """
     changes: list[str] = []
     coupled = tree.mimics.keys() | {mimic.joint for mimic in tree.mimics.values()}
@@ -295,7 +295,7 @@ def joint_values(robot: RobotModel, q: Floats, names: str = "naoqi") -> dict[str
 
 # --- All choices together.
 
-# Choice → its name in messages, and its values: the first changes nothing.
+# Choice → its name in messages, and its values; the first value changes nothing.
 CHOICES: Mapping[str, tuple[str, tuple[str, ...]]] = {
     "coupling": ("coupling", ("mimic", "locked", "independent")),
     "frames": ("choice of frames", ("all", "effectors", "none")),

@@ -54,7 +54,7 @@ from nao_kin.ik.targets import Limits, Options, as_options, as_poses, broadcast,
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import nearest_rotation, rot_x, rotation_between
 
-# Criteria of a position, as a number in its target.
+# Codes of the criteria; the target of a position has one of them after x, y and z.
 NEAREST, LIMITS, MANIPULABILITY = 0.0, 1.0, 2.0
 Criterion = Literal["nearest", "limits", "manipulability"]
 _CRITERIA = {"nearest": NEAREST, "limits": LIMITS, "manipulability": MANIPULABILITY}
@@ -79,11 +79,12 @@ def arm(
 
     - A pose (..., 4, 4) is six numbers for five joints: it is possible only if the distance of the elbow from the
       shoulder is the length of the upper arm. The result has all branches, up to four.
-    - A position (..., 3) and a `direction` of the forearm, which is that of the hand, are five: up to eight branches.
+    - A position (..., 3) with a `direction` of the forearm, which is also that of the hand, is five numbers: up to
+      eight branches.
     - A position alone leaves two joints free; the result has the best solution by `criterion`.
 
-    If a target is not met, `reason` says why, and `best` and `q` are the nearest joint values, inside the limits if
-    these are enforced: with the smallest √(distance² + (angle_weight · angle)²).
+    If a target is not met, `reason` says why, and `best` and `q` are the joint values with the smallest
+    √(distance² + (angle_weight · angle)²), inside the limits if these are enforced.
 
     Args:
         robot: a NAO of any version, or another robot with arms of its geometry.
@@ -97,23 +98,23 @@ def arm(
         angle_weight: the weight of one radian [m]: with 0.1, 0.1 rad has the weight of 10 mm.
         frame: a frame on the hand; None for the end effector "LArm" or "RArm".
         reference: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
-            distance to it, and its joints of other limbs are used. None for all joints at zero, or at the limit nearest
-            to it.
+            distance to it, and take the joints of other limbs from it. None for all joints at zero, or at the limit
+            nearest to it.
         limits: "enforce" leaves out branches with a joint outside its limits; "ignore" returns all, each joint with the
             whole turns that bring it within half a turn of the reference; with criterion "limits" within ±π.
         threads: how many threads may work on a batch; None for all cores if that is worthwhile.
         collisions: leave out solutions in which links overlap, by `RobotModel.clearance`.
 
     Returns:
-        Solutions to within 1e-10 m and rad. Five joints cannot make a rounded pose, of float32 for instance: its reason
-        is `NOT_ENOUGH_JOINTS`, and `q` the nearest, some 1e-8 m and rad off. A family of solutions is listed once: the
-        elbow on the axis of ShoulderPitch (`SHOULDER_AXIS`), the stretched arm (`ELBOW_LOCK`), a position alone
-        (`REDUNDANT`).
+        Solutions meet the target to within 1e-10 m and rad. Five joints cannot meet a pose that is rounded, for
+        instance to float32: its reason is `NOT_ENOUGH_JOINTS`, and `q` are the nearest joint values, some 1e-8 m and
+        rad off. A family of solutions is listed once. There are three families: the elbow on the axis of ShoulderPitch
+        (`SHOULDER_AXIS`), the stretched arm (`ELBOW_LOCK`), and a position alone (`REDUNDANT`).
 
     Raises:
         BadArgument: the robot has no such arm; the message says what is missing. Or the last row of a target is not
             0, 0, 0, 1, a number is beyond ±1e150, or a direction is given with poses.
-        NotARotation: the rotation of a target is not one; has the argument, its index and its defect.
+        NotARotation: the 3×3 part of a target is not a rotation; the error has the argument, its index and its defect.
         ZeroNorm: a direction is zero.
 
     Examples:
@@ -137,7 +138,7 @@ def arm(
     numbers = as_numbers(target, "target")
     if numbers.shape[-2:] == (4, 4):
         if direction is not None:
-            raise BadArgument("a direction is given with positions (..., 3), a pose (..., 4, 4) includes one")
+            raise BadArgument("a direction requires positions (..., 3): a pose (..., 4, 4) includes a direction")
         T = as_poses(numbers, "target")
         rows = T.reshape(*T.shape[:-2], 16)
         options = as_options(robot, limb.rest, reference, T.shape[:-2], limits, threads)
@@ -201,26 +202,26 @@ def _arm_of(robot: RobotModel, side: str, frame: str) -> Limb:
     chain.require_axes("yzxzx")
     chain.require_meeting((0, 1), (2, 3))
     shoulder, elbow, wrist = chain.points[0], chain.points[2], chain.points[4]
-    chain.require_zero("the axis of WristYaw passes the elbow", (wrist - elbow)[1:])
+    chain.require_zero("the axis of WristYaw misses the elbow", (wrist - elbow)[1:])
     chain.require_zero("the elbow is out of the plane of the upper arm", (elbow - shoulder)[2:])
     x, y, _ = (elbow - shoulder).tolist()
     return limb_of(chain, frame, Arm(tuple(shoulder.tolist()), x, y, ANGLE_WEIGHT, *chain.frame_in_link(elbow)))
 
 
 # --- Searches of an arm: the nearest pose, and the best solution for a position alone.
-# Damped least squares within the limits find the nearest pose, from the branches that would meet it if the elbow could
-# be moved; for a direction, from those for four turns about it. For a position, ElbowYaw and WristYaw are free and
-# searched over; the other three joints follow in closed form (two values of ElbowRoll, two of the shoulder), and meet
-# the position to rounding.
+# Damped least squares within the limits find the nearest pose. The search starts from the branches that would meet the
+# pose if the elbow could be moved; for a direction, from the branches for four turns of the hand about it. For a
+# position, the search is over ElbowYaw and WristYaw; the other three joints follow in closed form (two values of
+# ElbowRoll, two of the shoulder), and meet the position to rounding.
 
 _REDUNDANT = float(Family.REDUNDANT)
-# Fractions of the ranges of ShoulderPitch and ElbowYaw at which searches for the nearest joint values begin: those from
-# the reference alone end in local minima for a tenth of the positions out of reach.
+# Fractions of the ranges of ShoulderPitch and ElbowYaw at which searches for the nearest joint values begin: searches
+# from the reference alone end in local minima for a tenth of the positions out of reach.
 _OUTER = (0.2, 0.8)
 # Grid values of ElbowYaw and of WristYaw, and how many valleys of the grid are searched.
 _GRID, _BEST = 15, 6
-# Steps of that search: the last one, the factor after a failure, the rotation of the directions then [rad], the
-# maximum.
+# Steps of the search in a valley: the size of the last one, the factor on the size after a failure, the rotation of the
+# directions after a failure [rad], and the largest number of steps.
 _LAST_STEP, _SHORTER, _TURN, _MAX_STEPS = 1e-9, 0.7, 0.3, 400
 # Costs of joint values outside the limits, and of those that cannot meet the position.
 _OUTSIDE, _IMPOSSIBLE = 1e3, 1e6

@@ -5,8 +5,8 @@ about x meet in the elbow, at e = (e_x, e_y, 0) in the upper arm. With h from el
 
     R = Ry(q₁) Rz(q₂) Rx(q₃) Rz(q₄) Rx(q₅),  p = shoulder + Ry(q₁) Rz(q₂) e + R h.
 
-The pose determines the elbow, p − R h, which must be at |e| from the shoulder. Its direction gives the shoulder joints
-(two solutions), and the rest of R the three others (two solutions).
+The pose determines the elbow, p − R h, which must be at |e| from the shoulder. The direction of the elbow from
+the shoulder gives the shoulder joints (two solutions), and the rest of R the three others (two solutions).
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ _SHOULDER_AXIS = float(Family.SHOULDER_AXIS)
 _REACHED, _ON_AXIS = 1e-11, 1e-12
 # Sine of ElbowRoll up to which the axes of ElbowYaw and WristYaw coincide.
 _PARALLEL = 1e-12
-# Below this angle, or as near to half a turn, the elbow's two positions on its circle coincide [rad].
+# Within this angle of zero or of half a turn, the elbow's two positions on its circle coincide [rad].
 _ONE_TURN = 1e-7
 # Steps of the search in a family.
 _STEPS = 180
@@ -59,7 +59,7 @@ _STEPS = 180
 class Arm(NamedTuple):
     """The geometry of an arm: shoulder in the torso, elbow in the upper arm, frame in the hand from the elbow [m].
 
-    `weight` is the weight of a radian in the nearest pose [m]; `turned` is 1 if the frame is turned against the hand.
+    `weight` is the weight of a radian in the nearest pose [m]; `turned` is 1 if the frame is rotated in the hand.
     """
 
     shoulder: Vector
@@ -163,7 +163,7 @@ def circle_of(arm: Arm, target: Row) -> Circle:
 
 @both_ways
 def hand_on_circle(arm: Arm, circle: Circle, turn: float) -> Pose:
-    """Return the pose of the hand with the elbow at an angle on its circle, from the side of the shoulder."""
+    """Return the pose of the hand for an angle of the elbow on its circle, zero on the side of the shoulder."""
     c, s = math.cos(turn), math.sin(turn)
     (nx, ny, nz), (vx, vy, vz) = circle.n, circle.v
     # k from the elbow's circle to the frame, and o = n × k.
@@ -221,14 +221,14 @@ def _add_for_hand(arm: Arm, hand: Pose, selection: Selection, work: Workspace, b
         return before
     count = _branches(arm, hand, selection, selection.enforce, work, before)
     if count == before and selection.enforce:
-        # Find the branch nearest to the limits, for the reason.
+        # No branch is inside the limits: find the one nearest to them, which gives the reason.
         count = _branches(arm, hand, selection, False, work, count)
     return count
 
 
 @both_ways
 def _branches(arm: Arm, hand: Pose, selection: Selection, prune: bool, work: Workspace, count: int) -> int:
-    """Add all branches; with `prune`, skip one without report as soon as a joint is outside its limits."""
+    """Add all branches; with `prune`, drop a branch, and report nothing, as soon as a joint is outside its limits."""
     ranges, q = selection.ranges, work.q
     wx, wy, wz = elbow_of(arm, hand)
     aside = math.sqrt(wx * wx + wz * wz)

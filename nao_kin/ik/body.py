@@ -1,8 +1,8 @@
 """The whole robot as arrays: poses and velocities of its bodies in the world.
 
 Row 0 is the torso; every other row is a joint with all that is fixed to it, after its parent. Twists refer to the
-world's origin, so that columns of joints add up along a chain, and a fixed foot gives the torso minus the sum of its
-chain.
+world's origin, so that the columns of the joints add up along a chain. If a foot is fixed, the torso's twist is minus
+the sum over the chain of that foot.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Body(NamedTuple):
         multiplier, offset: joint value = multiplier · variable + offset [rad].
         mass, lever: mass of each body [kg], and its centre of mass, shape (rows, 3) [m].
         legs: rows of the joints of the legs, from the hip outwards, shape (2, 6).
-        ankle_to_sole: T of the sole's frame in the last of them, shape (2, 4, 4).
+        ankle_to_sole: pose of the sole's frame in the last joint of each leg, shape (2, 4, 4).
         limits: the limits of the moving variables.
     """
 

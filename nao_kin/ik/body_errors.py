@@ -53,7 +53,7 @@ class Plan(NamedTuple):
         kind: PLACE, POSE, GAZE or COM of each target, shape (t,).
         row: the body that carries its frame, shape (t,); T_row_frame in it, shape (t, 4, 4).
         weights: the weights of errors in metres and in radians, shape (t, 2).
-        support: weight of the distance by which the centre of mass misses the margin; 0 if it is free.
+        support: weight of the distance by which the centre of mass misses its margin; 0 without a support target.
         posture: weight of the differences to the posture [per rad].
         stance: 0 for the left foot, 1 for the right one, 2 for both.
         as_is: whether to keep a start that meets all targets.
@@ -83,8 +83,8 @@ class State(NamedTuple):
         J: their derivatives, shape (6 t, moving).
         residuals: distances and angles without weights, shape (t, 2) [m, rad].
         com, com_J: the centre of mass, and its derivative, shapes (3,) and (3, moving).
-        sums: half the squares of errors and missing margin; half those of the posture; the excess of joints over their
-            limits; the missing margin, shape (4,).
+        sums: half the sum of squares of the errors and the missing margin; half the sum of squares of the posture; the
+            excess of joints over their limits; the missing margin, shape (4,).
     """
 
     x: Floats
@@ -239,7 +239,7 @@ def _gaze(T: Floats, target: Floats, twists: Floats, weight: float, e: Floats, J
 # one motor, so the torso is moved until both values agree: Newton's method on h₂ − h₁ over the joints of the first leg.
 # Both feet are then met to rounding.
 
-# Hips agree if they differ by less [rad]; the second, if rounding prevents the first.
+# Hips agree if they differ by less than the first [rad]; the second applies if rounding prevents the first.
 _AGREE, _NEARLY = 1e-14, 1e-12
 _MAX_STEPS = 15
 # Largest change of a joint of the first leg in one step [rad].
@@ -266,7 +266,7 @@ def torso_over_foot(
 
 @both_ways
 def foot_in_torso(body: Body, side: int, x: Floats, R: Floats, p: Floats, T: Floats) -> None:
-    """Write T_torso_foot by the joints of a leg into T, and their poses into R and p."""
+    """Write T_torso_foot for the joints of a leg into T, and the poses of these joints into R and p."""
     for i in range(3):
         p[0, i] = 0.0
         for j in range(3):
@@ -327,8 +327,9 @@ def stand_on_both(body: Body, second_leg: SecondLeg, feet: Floats, x: Floats, T_
 def _agree(body: Body, gap: float, shared: int, first: Floats, second: Floats, x: Floats) -> bool:
     """Take one step of Newton's method on the difference of the two hips.
 
-    With a fixed foot, a twist ξ of the torso needs S₂ q̇ = −ξ of the second leg, so −y·ξ of its hip, where
-    S₂ᵀ y = (1, 0, …, 0); and ξ = −S₁ q̇₁. Straight knees make S₂ singular without changing y·ξ, hence the damping.
+    With both feet fixed, a twist ξ of the torso requires S₂ q̇ = −ξ of the second leg. Its hip then moves by −y·ξ,
+    where S₂ᵀ y = (1, 0, …, 0), and ξ = −S₁ q̇₁. Straight knees make S₂ singular without changing y·ξ: hence the
+    damping.
     """
     gram, y = np.zeros((6, 6)), np.empty(6)
     for i in range(6):
@@ -370,7 +371,7 @@ def _nearer(body: Body, T_torso_foot: Floats, missing: float, hip: Floats, first
 
 @both_ways
 def _change_leg(body: Body, wanted: float, slope: Floats, x: Floats) -> bool:
-    """Change the first leg's joints by the least that changes a number of this slope as wanted."""
+    """Apply the smallest change of the first leg's joints that changes a number with gradient `slope` by `wanted`."""
     squares = 0.0
     for k in range(JOINTS):
         squares += slope[k] * slope[k]

@@ -1,7 +1,7 @@
-"""The search for a whole-body pose: Levenberg–Marquardt steps inside the limits that keep the standing feet fixed.
+"""The search for a whole-body pose: Levenberg–Marquardt steps inside the limits, with the standing feet fixed.
 
 After each step, `_stand` restores the feet. A step is accepted if it decreases the sum of squares plus a penalty on the
-excess of the legs over their limits that is steeper than any target's slope.
+excess of the legs over their limits. The penalty is steeper than the slope of any target.
 
 Source: Nielsen, Damping parameter in Marquardt's method, IMM-REP-1999-05; Nocedal and Wright, Numerical Optimization,
 18.3, for the merit function and the second-order correction.
@@ -42,10 +42,10 @@ from nao_kin.ik.quadratic_program import quadratic_program
 #
 #     min ½‖e + J δ‖² + ½ w_s² s² + ½ w_p² ‖x + δ − x_posture‖² + ½ λ ‖δ‖²
 #
-# such that a second foot stays fixed to first order, all joints stay inside their limits, and no joint moves by more
-# than half a radian.
+# subject to three conditions: a second foot stays fixed to first order, all joints stay inside their limits, and no
+# joint moves by more than half a radian.
 
-# A smaller excess over the limits counts as inside [rad].
+# A smaller excess over the limits than this counts as inside [rad].
 INSIDE = 2e-10
 _MAX_STEP = 0.5
 # Indices in the sums of a state.
@@ -212,14 +212,14 @@ _FIRST_DAMPING, _MIN_DAMPING, _MAX_DAMPING, _FLOOR = 0.1, 1e-6, 1e9, 1e-10
 _MIN_GAIN, _GOOD_GAIN = 1e-3, 0.75
 # Weight of the legs' excess over their limits after a step, as a multiple of the slope of the errors.
 _PENALTY, _MIN_PENALTY = 3.0, 1e-3
-# Makes a pose outside the limits worse than any inside.
+# This cost makes a pose outside the limits worse than any pose inside.
 _OUTSIDE_COST = 1e9
-# While the posture pulls, knees stay bent by the first of these; the search starts with the second [rad].
+# While the posture pulls, knees stay bent by at least the first angle; the search starts with the second [rad].
 _MIN_BEND, _FIRST_BEND = 0.02, 0.3
-# The search with the posture ends with a step that decreases the sum by a smaller share.
+# The search with the posture ends when a step decreases the sum by a smaller share than this.
 _ENOUGH = 0.02
 _MAX_WITH_POSTURE = 20
-# The search ends with a step whose predicted decrease of the sum is a smaller share.
+# The search ends when a step is predicted to decrease the sum by a smaller share than this.
 _FLAT = 1e-6
 _FOOT_TOLERANCE = 1e-6
 # How much `_stand` may change a configuration that already stands [rad].
@@ -323,7 +323,7 @@ def _bend(body: Body, x: Floats) -> None:
 def _take_stance(body: Body, second_leg: SecondLeg, problem: Problem, x: Floats, T: Floats) -> tuple[bool, int]:
     """Change x so that all standing feet are met; return whether they are, and the steps taken.
 
-    A second foot that is not near its pose is first a target of the robot on the other foot.
+    If the second foot is not near its pose, the robot first stands on the other foot alone, with this pose as a target.
     """
     if problem.plan.stance != BOTH:
         return _stand(body, second_leg, problem, x, T), 0
@@ -367,7 +367,7 @@ def _is_solved(body: Body, second_leg: SecondLeg, problem: Problem, current: Sta
 
 @both_ways
 def _only_worst_limb(body: Body, plan: Plan, best: State, x: Floats) -> None:
-    """Keep the joints of a new start that carry the worst target; set all others as in the best state."""
+    """Keep those joints of a new start that carry the worst target; set all others as in the best state."""
     worst, largest = -1, plan.support * best.sums[SUM_SHORTFALL]
     for t in range(len(plan.kind)):
         size = math.hypot(plan.weights[t, 0] * best.residuals[t, 0], plan.weights[t, 1] * best.residuals[t, 1])
@@ -430,7 +430,7 @@ class Problems(NamedTuple):
     Attributes:
         feet: T_world_foot, shape (n, 2, 4, 4).
         targets: as in `errors_at`, shape (n, t, 4, 4).
-        planes: half planes of the support polygons, shape (n, k, 3), of which the first edges (n,) count.
+        planes: half planes of the support polygons, shape (n, k, 3), of which the first `edges` (n,) are used.
         posture: preferred variables, shape (n, variables).
         starts: initial variables, shape (n, starts, variables).
     """

@@ -79,7 +79,7 @@ class BodyTables:
         return row, (np.linalg.inv(self.torso_in_root) @ T if row == 0 else T)
 
     def unwound(self, x: Floats, near: Floats | float) -> Floats:
-        """Return variables (..., n) without whole turns: within π of `near` if they may turn."""
+        """Return variables (..., n), with whole turns removed to within π of `near` from those that may turn."""
         turns = np.round((x - near) / (2.0 * math.pi))
         return np.asarray(np.where(self.turns & (turns != 0.0), x - 2.0 * math.pi * turns, x))
 
@@ -88,7 +88,7 @@ class PreparedRobot:
     """The data of a robot for whole-body poses.
 
     Attributes:
-        tables: whether limits are enforced → arrays.
+        tables: True for enforced limits, False for ignored ones → arrays.
         second_leg: its closed form.
         corners: side → corners of the sole, shape (k, 3) [m].
         rest: the configuration with all joints at zero, or at the limit nearest to zero, shape (nq,).
@@ -128,7 +128,7 @@ def prepared(robot: RobotModel) -> PreparedRobot:
 
 SUPPORT = "support"
 _OWN_NAMES = ("com", "gaze", "torso")
-# With a larger weight of one target, the others are lost in rounding.
+# With a larger weight of one target than this, the other targets are lost in rounding.
 _LARGEST_WEIGHT = 1e12
 
 

@@ -15,9 +15,10 @@ _Result = TypeVar("_Result", bound=IKResult)
 
 
 def without_collisions(robot: RobotModel, result: _Result, wanted: bool = True) -> _Result:
-    """Return a result, if wanted without the solutions in which links overlap, and with a note on their number.
+    """Return a result without the solutions in which links overlap, and with a note on their number.
 
-    A target that loses all of them keeps the one with the largest clearance as `best`.
+    If links overlap in all solutions of a target, `best` is the one with the largest clearance. If the check is not
+    `wanted`, return the result unchanged.
     """
     if not flag(wanted, "collisions"):
         return result
@@ -35,8 +36,8 @@ def without_collisions(robot: RobotModel, result: _Result, wanted: bool = True) 
     families = np.take_along_axis(result.families, order, axis=-1)
     lost = (result.count > 0) & (count == 0)
     widest = np.argmax(np.where(exists, found.distance, -np.inf), axis=-1)[..., None]
-    consolation = np.take_along_axis(result.branches, widest[..., None], axis=-2)[..., 0, :]
-    best = np.where((count > 0)[..., None], branches[..., 0, :], np.where(lost[..., None], consolation, result.best))
+    overlapping = np.take_along_axis(result.branches, widest[..., None], axis=-2)[..., 0, :]
+    best = np.where((count > 0)[..., None], branches[..., 0, :], np.where(lost[..., None], overlapping, result.best))
     branches[gone], families[gone] = np.nan, 0
     pair = np.take_along_axis(found.pair_index, widest, axis=-1)[..., 0]
     depth = np.take_along_axis(-found.distance, widest, axis=-1)[..., 0]

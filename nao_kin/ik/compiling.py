@@ -19,7 +19,7 @@ from nao_kin._kernels.cache import CachedKernel, first_rows
 
 _Numbers = TypeVar("_Numbers", bound=tuple[Any, ...])
 
-# A thread is worth its start only for this many targets.
+# Starting a thread is worthwhile only for this many targets.
 _PER_THREAD = 2000
 
 
@@ -28,16 +28,16 @@ def cached_kernel(
 ) -> Callable[[Callable[..., Any]], CachedKernel]:
     """Return a decorator for a kernel cached on disk, which takes about `seconds` to compile.
 
-    `signature` returns the types of its arguments; None for those of its annotations.
+    `signature` returns the types of its arguments; None to take them from its annotations.
     """
     what = f"a kernel of inverse kinematics, {name}"
     return lambda function: CachedKernel(function, what, f"ik kernel, {name}", signature, seconds)
 
 
 def borrowed(array: Any) -> Any:
-    """Return the array without reference counting in compiled code, which would take a sixth of the time of a leg.
+    """Return the array without reference counting, which would take a sixth of the time that a leg takes.
 
-    The original array must be used once more after the last use of the returned array.
+    This applies to compiled code. The original array must be used again after the last use of the returned array.
     """
     return array
 
@@ -81,8 +81,8 @@ def run_rows(
 ) -> None:
     """Run `count` rows with the compiled kernel, or as Python while that is quicker than waiting for the kernel.
 
-    `run` takes a function and a slice of rows; `uncompiled`, if Python has a quicker way, a slice of one row. `threads`
-    is the number of threads, None for all cores if each gets `per_thread` rows; `each` as in `first_rows`.
+    `run` takes a function and a slice of rows. `uncompiled`, for a quicker way in Python, takes a slice of one row.
+    `threads` is the number of threads, None for all cores if each gets `per_thread` rows; `each` as in `first_rows`.
     """
     done = first_rows([kernel], uncompiled or (lambda part: run(kernel.uncompiled, part)), count, each=each)
     left = count - done

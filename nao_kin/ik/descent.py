@@ -4,8 +4,8 @@ With the target (R_t, p_t) and the pose (R, p) of each frame, it minimises ½‖
 log(Rᵀ R_t)) and its exact derivative ∂e/∂q = −w · (R_tᵀ J_v; J_l⁻¹(log(Rᵀ R_t)) Rᵀ J_ω).
 
 A step solves (JᵀJ + λ 1) δ = −Jᵀe in the directions that the limits leave free, with λ proportional to ‖e‖² (quadratic
-convergence also for singular J), is shortened to 1 rad, and projected onto the limits. λ follows the ratio of the
-actual decrease to the decrease predicted by the linear model.
+convergence also for singular J). It is then shortened to 1 rad, and projected onto the limits. λ follows the ratio of
+the actual decrease to the decrease predicted by the linear model.
 
 Source: Sugihara, Solvability-unconcerned inverse kinematics by the Levenberg–Marquardt method, IEEE T-RO 2011; Nielsen,
 Damping parameter in Marquardt's method, IMM-REP-1999-05; Barfoot, State Estimation for Robotics, 7.1.5 (J_l⁻¹).
@@ -39,11 +39,11 @@ from nao_kin.rotations import matrix_from_quat, nearest_rotation, quat_from_xyzw
 # Initial damping as a share of the squared error; it grows after a rejected step, and shrinks after an accepted one.
 FIRST_DAMPING = 0.1
 MIN_DAMPING, MAX_DAMPING = 1e-6, 1e12
-# A step is rejected if it decreases the error by a smaller share of the decrease predicted by the linear model.
+# A step is rejected if it decreases the error by a smaller share than this of the decrease in the linear model.
 MIN_GAIN = 1e-3
 # Largest change of a joint in one step [rad or m]: the linear model does not hold beyond.
 MAX_STEP = 1.0
-# A slope is flat if it is a smaller share of the steepest possible one.
+# A slope is flat if it is a smaller share than this of the steepest possible slope.
 FLAT = 1e-7
 # A floor against rounding keeps the linear system regular when damping vanishes with the error.
 _FLOOR, _TINY = 1e-15, 1e-300
@@ -56,7 +56,7 @@ COST, MET, SETTLED, POSITION, ANGLE = range(5)
 class Goal(NamedTuple):
     """Weights of the six errors of each frame, tolerance of position and angle [m, rad], and maximum of steps.
 
-    `directed`: whether only the direction of the frame's x axis counts, not its turn about it.
+    `directed`: whether only the direction of the frame's x axis counts, not the rotation about this axis.
     """
 
     weights: Row
@@ -204,7 +204,7 @@ def errors_at(chain: Chain, goal: Goal, target: Row, values: Row, scratch: Scrat
             e[row + 3 + i] = goal.weights[3 + i] * scratch.turn[i]
         for i in range(row, row + 6):
             cost += 0.5 * e[i] * e[i]
-        if goal.directed:  # the direction changes by what is perpendicular to it
+        if goal.directed:  # a turn about the direction does not change it
             for i in range(3):
                 scratch.turn[i] = 0.0
         derivative(chain, goal, target, scratch, J, m, frame, first, last)
@@ -304,7 +304,7 @@ def restrict(region: Region, values: Row, still: Row, scratch: Scratch) -> None:
 
 @both_ways
 def damped_step(m: int, damping: float, scratch: Scratch) -> None:
-    """Write −(JᵀJ + λ 1)⁻¹ Jᵀe = −Jᵀ (J Jᵀ + λ 1)⁻¹ e for the open directions, by the smaller of both systems."""
+    """Write −(JᵀJ + λ 1)⁻¹ Jᵀe = −Jᵀ (J Jᵀ + λ 1)⁻¹ e for the open directions, by the smaller of the two systems."""
     J, N, y = scratch.J_open, scratch.normal, scratch.right
     rows = len(scratch.e)
     size = min(rows, m)
@@ -356,7 +356,7 @@ def damped_step(m: int, damping: float, scratch: Scratch) -> None:
 
 # --- The joints that move a frame, and searches from many starts: as Python for one, compiled for many.
 
-# A thread is worth its start only for this many starts.
+# Starting a thread is worthwhile only for this many starts.
 _PER_THREAD = 64
 
 
@@ -516,7 +516,7 @@ def solve_or_nearest(
     nearest: Callable[[Floats, Options], tuple[Floats, Floats]],
     refuse: Callable[[], object] = lambda: None,
 ) -> IKResult:
-    """Return the result for targets of shape (..., m), with what `nearest` returns for those without solution."""
+    """Return the result for targets of shape (..., m); where there is no solution, with the values from `nearest`."""
     output = solve_targets(form, limb, rows, options, refuse)
     result = result_of(limb, rows.shape[:-1], output, options)
     if not output.is_complete:
@@ -528,7 +528,7 @@ def solve_or_nearest(
 
 
 def unlimited_branches(form: ClosedForm, limb: Limb, targets: Floats) -> list[Floats]:
-    """Return the coordinates (n, c) of each branch for targets (n, m) without limits; at rest if there is none."""
+    """Return the coordinates (n, c) of each branch for targets (n, m) without limits; those at rest if missing."""
     output = solve_targets(form, limb, targets if len(targets) > 1 else targets[0], Options(limb.rest, (), False, None))
     branches = limb.coordinates(output.branches[..., : len(limb.joints)])
     return list(np.where(np.isnan(branches), limb.rest[limb.index], branches).swapaxes(0, 1))
@@ -549,8 +549,8 @@ def nearest_values(
     """Return the coordinates (n, c) of a limb with the smallest Σ (distance² + (weight · angle)²) over F frames.
 
     T are targets in the torso, shape (n, F, 4, 4); searches begin at the reference, shape (n, nq), and at `starts`,
-    each of shape (n, c). `directed` as in `Goal`; targets are those of the link itself if the `rotation` of its frame
-    is given. Also return the errors in position and angle, shape (n, 2) [m, rad].
+    each of shape (n, c). `directed` is as in `Goal`. If the `rotation` of the frame in its link is given, the targets
+    are orientations of the link. Also return the errors in position and angle, shape (n, 2) [m, rad].
     """
     motion = cached_limb(robot, FrameMotion, *frames)
     region, chain = motion.limited if options.enforce else motion.free, motion.chain
@@ -577,7 +577,7 @@ def nearest_values(
     cost = np.concatenate([part.cost for part in found]).reshape(len(began), n)
     rows: NDArray[np.intp] = np.argmin(cost, axis=0) * n + np.arange(n)
     best, residual = (np.concatenate([getattr(part, name) for part in found])[rows] for name in ("q", "residual"))
-    if weight == 0.0:  # for positions alone the search converges slowly: only the best one goes on
+    if weight == 0.0:  # for positions alone the search converges slowly: only the best start goes on
         last = descended(chain, region, goal._replace(steps=1000), targets[rows], fixed[rows], best, options.threads)
         best, residual = last.q, last.residual
     if not options.enforce:

@@ -54,7 +54,7 @@ class Stretch:
 def scaled(
     robot: RobotModel, joints: Floats, times: Floats | None, speed: float
 ) -> tuple[Floats, Floats, tuple[Stretch, ...]]:
-    """Return times of samples with segments dt = max(given, max_j |Δq_j| / (speed · v_j)), or for None the least times.
+    """Return times of samples with segments dt = max(given, max_j |Δq_j| / (speed · v_j)), given = 0 if it is None.
 
     Also return the speeds of the joints in the segments as shares of their limits v_j, shape (n − 1, joints), and the
     segments that take longer than requested.
@@ -107,7 +107,7 @@ class FollowedPath:
 
     Attributes:
         joint_names: the joints in the order of q, after the seven numbers of a floating base.
-        times: the times of the samples, shape (n,) [s]; equal if nothing moves and no times were given.
+        times: the times of the samples, shape (n,) [s]; all equal if nothing moves and no times were given.
         q: configurations, shape (n, nq). At a sample that is not reached, the limb is at the nearest pose, or its
             joints are nan if its solver does not find one.
         torso: the pose of the torso in the world, shape (n, 4, 4); None if targets are in the torso.
@@ -245,7 +245,7 @@ def follow(
 ) -> FollowedPath:
     """Return a joint trajectory along a path of targets for any of feet, hands and head.
 
-    For each limb, both legs together, dynamic programming selects the branches with the least sum of the squared motion
+    For each limb (both legs are one), dynamic programming selects the branches with the least sum of the squared motion
     Σ (Δq_j / v_j)² with the speed limits v_j. In a family of solutions, including that of a hand with only a position,
     each sample uses the member nearest to the previous sample. For a target that is not reached, the nearest pose is
     used if the solver finds it.
@@ -262,8 +262,9 @@ def follow(
         directions: arm → direction of its forearm, shape (n, 3), with positions of that arm.
         frames: effector → the frame on it that its targets refer to, if not its own.
         reference: configurations of the joints that are not in the path, shape (n, nq) or (nq,). The motion from the
-            first one to the path counts. Outside the limits they are projected onto them, and `notes` says so. None for
-            all joints at zero, or at the limit nearest to it; the motion from there does not count.
+            first one to the start of the path counts. Configurations outside the limits are projected onto them, and
+            `notes` says so. None for all joints at zero, or at the limit nearest to it; the motion from there does not
+            count.
         limits: "enforce" excludes branches with a joint outside its own or a coupled limit; "ignore" keeps all.
         speed: the share of the speed limits that may be used, above 0.
         priority: the foot that keeps its yaw if both feet need different values of the shared hip motor: "left",
@@ -273,8 +274,8 @@ def follow(
             other targets are met.
         threads: number of threads; None for all cores if that is worthwhile.
         collisions: leave out branches in which links overlap at a sample, by `RobotModel.clearance`, with the other
-            limbs where they follow the path without this. A sample without other branches is not reached: it has the
-            one with the largest clearance, and the message names the links.
+            limbs where they are without this check. If links overlap in all branches, the sample is not reached: the
+            branch with the largest clearance is used, and the message names the links.
 
     Raises:
         UnknownName: an effector or frame that does not exist.
@@ -330,7 +331,7 @@ def follow(
 
 
 def _chosen(limb: LimbPath, q: Floats, references: Floats, weights: Floats, start: Floats | None) -> Choice:
-    """Return the branches of a limb, with the others as in q, and write their values into q."""
+    """Return the branches of a limb, with the other limbs as in q, and write their values into q."""
     found = choose(limb, _complete(q, references), weights, start=start)
     q[:, list(found.limb.columns)] = found.values
     return found
@@ -342,7 +343,7 @@ def _complete(q: Floats, references: Floats) -> Floats:
 
 
 def _without_resolved(limb: FollowedLimb, free: NDArray[np.bool_]) -> FollowedLimb:
-    """Return the limb as reached where another limb has moved out of its way: at samples that are free."""
+    """Return the limb as reached at the `free` samples, where another limb has moved out of its way."""
     resolved = free & (limb.reasons == Reason.COLLISION)
     messages = {sample: text for sample, text in limb.messages.items() if not resolved[sample]}
     reasons = np.where(resolved, np.int8(Reason.REACHED), limb.reasons)

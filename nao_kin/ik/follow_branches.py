@@ -5,7 +5,8 @@ the least of all sequences of branches (Bellman 1957; for inverse kinematics Fer
 Squares favour continuity: continuous motion of length L costs L²/m in m steps, a jump of the same length always L².
 
 The joint values of a member of a family, or of a nearest pose, depend on the previous sample. Such a sample is solved
-once for each branch of the previous one, with that branch as the reference, and follows that branch only.
+once for each branch of the previous one, with that branch as the reference; the result then follows that branch
+only.
 """
 
 from __future__ import annotations
@@ -22,9 +23,9 @@ from nao_kin.ik.follow_limbs import LimbPath
 from nao_kin.ik.results import Codes, Family, IKResult, Integers, Reason
 from nao_kin.robot import RobotModel
 
-# In a family, every branch of the previous sample adds its own member; only so many of the cheapest are kept.
+# In a family, every branch of the previous sample adds its own member; only this many, the cheapest, are kept.
 _MAX_CANDIDATES = 16
-# Nearer members are the same [rad].
+# Members that differ by less than this are the same [rad].
 _SAME = 1e-9
 
 
@@ -112,7 +113,7 @@ _NONE = np.zeros(0, dtype=np.int64)
 
 
 def _answer(limb: LimbPath, first: IKResult, i: int, reference: Floats) -> tuple[IKResult, int]:
-    """Return the solver's result for sample i and its target's index in it, from `first` or solved now."""
+    """Return the solver's result for sample i and its target's index in it, taken from `first` or solved now."""
     return (first, i) if i < len(first.count) else (limb.at(i).solve(reference[i : i + 1]), 0)
 
 
@@ -149,14 +150,14 @@ def _followed(
     references = np.tile(reference[i], (k, 1))
     references[:, list(first.columns)] = before.values
     found = limb.at(*[i] * k).solve(references)
-    # Branches outside families do not depend on the reference: the first row has those of all rows.
+    # Branches outside families do not depend on the reference: those of the first row are those of all rows.
     single = np.flatnonzero(found.families[0, : found.count[0]] == Family.NONE)
     values = [found.branches[0, single]]
     cost, back = _reached(before, values[0], weights)
     costs, backs, rows = [cost], [back], [np.zeros(len(single), dtype=np.int64)]
     for p in range(k):
         members = found.branches[p, : found.count[p]][found.families[p, : found.count[p]] != Family.NONE]
-        if not found.count.any():  # only then the nearest poses
+        if not found.count.any():  # without any solution, the nearest poses
             members = found.best[p : p + 1]
         if not len(members) or np.isnan(members).any():
             continue
@@ -211,20 +212,20 @@ def _squares(displacements: Floats) -> Floats:
 #
 # First, every joint moves linearly from one value to the other. If the limb halfway deviates by less than a quarter of
 # the distance, the step follows the path as closely as the path is sampled, and is not a jump. Otherwise the path
-# between both poses is divided into fifteen pieces with the branches of least motion, then the largest of its steps
-# again, and again. On a continuous path the largest step shrinks each time to a fifteenth, or at a singularity, where
-# joints move like a square root, to a quarter. A jump keeps its size.
+# between the two poses is divided into fifteen pieces, with the branches of least motion. The largest step of these is
+# divided again, and so on, three times in all. On a continuous path the largest step shrinks each time to a fifteenth;
+# at a singularity, where joints move like a square root, to a quarter. A jump keeps its size.
 
-# Smaller steps, below the resolution of NAO's joint sensors (0.1°), are not jumps [rad].
+# Steps smaller than this, the resolution of NAO's joint sensors (0.1°), are not jumps [rad].
 _SMALLEST = 1.75e-3
 # A step follows the path if the limb halfway deviates by less than this share of the distance.
 _MAX_DEVIATION = 0.25
 # An odd number, because there is no mean of opposite directions.
 _PIECES = 15
 _ZOOMS = 3
-# A branch that is continued without limits moves by less between two samples [rad].
+# A branch that moves by more between two samples, when it is continued without limits, has ended [rad].
 _FAR = 1.0
-# A step is a jump if dividing it again does not make it smaller than this share.
+# A step is a jump if the last division does not make it smaller than this share of its size.
 _JUMP_SHRINKAGE = 0.5
 
 
@@ -237,7 +238,7 @@ class Jump:
         limb: "LLeg", "RLeg", "legs", "LArm", "RArm" or "Head".
         joint: the joint that takes longest at its speed limit.
         size: its change [rad].
-        cause: the place and the reason of the end of the branch before the jump.
+        cause: where and why the branch before the jump ends.
     """
 
     index: int
@@ -306,7 +307,7 @@ def _stays(limb: LimbPath, first: Floats, second: Floats, weights: Floats, colum
 
 
 def _cause(limb: LimbPath, q: Floats, i: int, columns: list[int]) -> str:
-    """Return why the branch of sample i ends: it is continued without limits until it is outside them."""
+    """Return why the branch of sample i ends, by continuing it without limits until it is outside them."""
     now = q[i]
     for sample in range(i + 1, len(q)):
         found = limb.at(sample).solve(now[None], limits="ignore", collisions=False)

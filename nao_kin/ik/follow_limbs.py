@@ -50,7 +50,7 @@ class LimbPath:
 
     @property
     def follows_only(self) -> bool:
-        """Whether every target has a family of solutions, as a hand's positions do, and depends on the previous one."""
+        """Whether every target is a hand's position: its family of solutions makes it depend on the previous sample."""
         return self.name in _ARMS and len(self.targets) == 1 and self.targets[0].ndim == 2
 
     def solve(self, reference: Floats, **changed: Any) -> IKResult:
@@ -71,8 +71,9 @@ class LimbPath:
     def points(self, q: Floats) -> Floats:
         """Return points that represent the constrained part of the pose, shape (n, p, 3) [m].
 
-        For a pose the origin and a point on each axis, for a position the origin, for a direction a point along it; for
-        the head points on the axes relative to the origin, for a gaze the one on the optical axis.
+        They are the origin and a point on each axis for a pose; the origin for a position; the origin and a point on
+        the x-axis for a position with a direction; the points on the axes, relative to the origin, for the head; and
+        the one on the optical axis, relative to the origin, for a gaze.
         """
         points = _pose_points(self._poses(q))
         if self.name == "Head":
@@ -81,7 +82,7 @@ class LimbPath:
         return points[:, : len(self.targets)] if self.targets[0].ndim == 2 else points
 
     def at(self, *rows: int) -> LimbPath:
-        """Return the same for some of the targets, in any order and number."""
+        """Return the path of the targets with these indices, in any order and number."""
         return replace(self, targets=tuple(array[list(rows)] for array in self.targets))
 
     def between(self, first: Floats, second: Floats, shares: Floats) -> LimbPath:
@@ -116,7 +117,7 @@ def _pose_points(T: Floats) -> Floats:
 
 
 def _between(first: Floats, second: Floats, shares: Floats) -> Floats:
-    """Return poses, rotations or vectors between two."""
+    """Return poses, rotations or vectors interpolated between two."""
     if first.ndim == 1:
         return np.asarray(first + shares[:, None] * (second - first))
     turn = log(first[:3, :3].T @ second[:3, :3])
@@ -190,9 +191,9 @@ def checked_path(
         what = f"directions[{quoted(name)}]"
         if name not in path or name not in _ARMS:
             arms = [arm for arm in _ARMS if arm in path]
-            raise UnknownName("arm", name, arms, "a direction is given with the positions of an arm in the path")
+            raise UnknownName("arm", name, arms, "a direction requires positions of that arm in the path")
         if given[f"path[{quoted(name)}]"][0].shape[1:] == _POSE:
-            raise BadArgument(f"{what} is given with positions (n, 3), a pose includes a direction")
+            raise BadArgument(f"{what} requires positions (n, 3): a pose includes a direction")
         array, count = _samples(value, _PLACE, what, free=True)
         given[what] = unit(array, what)[0], count
     if torso is not None:
@@ -279,5 +280,5 @@ def _common_length(counts: dict[str, int]) -> int:
     first, n = next(iter(sampled.items()))
     for what, count in sampled.items():
         if count != n:
-            raise BadArgument(f"all of a path must have one length: {first} has {n} samples and {what} has {count}")
+            raise BadArgument(f"a path's arrays must have one length: {first} has {n} samples and {what} has {count}")
     return n

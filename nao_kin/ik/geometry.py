@@ -132,7 +132,7 @@ class ChainAtZero:
             raise self.error(f"{what} by {float(np.abs(values).max()):.3g} m")
 
     def frame_in_link(self, origin: Floats) -> tuple[float, Rotation, Vector]:
-        """Return 1 if the frame is rotated in its link, else 0; its rotation, and its position from a point."""
+        """Return 1 if the frame is rotated in its link, else 0; its rotation; and its position from `origin`."""
         turned = 0.0 if np.array_equal(self.rotation, np.eye(3)) else 1.0
         return turned, tuple(self.rotation.ravel().tolist()), tuple((self.point - origin).tolist())
 
@@ -186,7 +186,7 @@ def cached_limb(robot: RobotModel, make: Callable[..., _Made], *arguments: str) 
 def chain_at_zero(robot: RobotModel, limb: str, joints: tuple[str, ...], frame: str) -> ChainAtZero:
     """Return the joints of a limb and the frame that it carries.
 
-    BadArgument: a joint is missing, prismatic or in another order, or the frame is not on the last link.
+    Raise BadArgument if a joint is missing, prismatic or in another order, or if the frame is not on the last link.
     """
     rows = {joint.name: joint for joint in robot.tree.moving_joints}
     model = robot.model
@@ -274,10 +274,11 @@ class ClosedForm:
     The kernel writes a row for each target: the number of branches, the report, and as many branches as fit.
 
     `solve` solves one target, as `ranges` describes, with at most `max_branches` branches; `types` returns Numba's
-    types of the limb's geometry and limits. `alone` is `solve` or its part without search, which solves one target as
-    Python; None if all of it is a search. If it finds nothing, the kernel searches for the nearest pose. If a target
-    has more than the `usual` number of branches, all targets are solved once more. In a report `more` numbers follow
-    the joints; `solve` needs `scratch` numbers in q after the joints. The kernel compiles in about `seconds` [s].
+    types of the limb's geometry and limits. `alone` solves one target as Python: it is `solve`, or the part of `solve`
+    without search, or None if all of `solve` is a search. If `alone` finds nothing, the kernel searches for the nearest
+    pose. If a target has more than the `usual` number of branches, all targets are solved again with more space. In a
+    report `more` numbers follow the joints; `solve` needs `scratch` numbers in q after the joints. The kernel compiles
+    in about `seconds` [s].
     """
 
     def __init__(
@@ -374,7 +375,7 @@ def solve_targets(
     joints = _contiguous((np.broadcast_to(joints, (*batch, c)) if batch else joints).reshape(-1, c))
     flat = _contiguous(targets.reshape(math.prod(batch), targets.shape[-1]))
     if batch:
-        # Space for the usual number of branches; if there are more, for all.
+        # First with space for the usual number of branches; if there are more, again with space for all.
         space = min(form.usual, form.max_branches) if enforce else form.max_branches
         output = _solve_by_kernel(form, limb, flat, joints, enforce, space, options.threads)
         if output.rows[:, 0].max(initial=0.0) > space:
@@ -416,7 +417,7 @@ def _solve_one(form: ClosedForm, limb: Limb, target: Floats, reference: Floats, 
 def _solve_by_kernel(
     form: ClosedForm, limb: Limb, targets: Floats, references: Floats, enforce: bool, space: int, threads: int | None
 ) -> KernelOutput:
-    """Solve targets with the kernel, with space for so many branches of each."""
+    """Solve targets with the kernel, with space for `space` branches of each."""
     output = _empty_output(form, limb, len(targets), space)
 
     def solve(function: Callable[..., object], part: slice) -> None:

@@ -58,8 +58,8 @@ def head(
 ) -> IKResult:
     """Compute the joint values that give the head an orientation, or the nearest one.
 
-    Two joints have two of three rotations: they cannot tilt the head sideways. If the target is not met, `best` and `q`
-    are the joint values with the smallest angle to it, inside the limits if these are enforced.
+    Two joints allow only two of the three rotations: they cannot tilt the head sideways. If the target is not met,
+    `best` and `q` are the joint values with the smallest angle to it, inside the limits if these are enforced.
 
     Args:
         robot: a NAO of any version, or another robot with a neck of its geometry.
@@ -72,12 +72,12 @@ def head(
         collisions: leave out solutions in which links overlap, by `RobotModel.clearance`.
 
     Returns:
-        At most one solution, to within 1e-10 rad. Two joints cannot reach a rounded orientation, of float32 for
-        instance: its reason is `NOT_ENOUGH_JOINTS`, and `q` the nearest, some 1e-8 rad off.
+        At most one solution, to within 1e-10 rad. Two joints cannot meet an orientation that is rounded, for instance
+        to float32: its reason is `NOT_ENOUGH_JOINTS`, and `q` are the nearest joint values, some 1e-8 rad off.
 
     Raises:
         BadArgument: the robot has no such neck; the message says what is missing.
-        NotARotation: a target is not a rotation; has the argument, its index and its defect.
+        NotARotation: a target is not a rotation; the error has the argument, its index and its defect.
 
     Examples:
         >>> nao = nk.load_nao()
@@ -105,7 +105,7 @@ def look_at(
     threads: SupportsIndex | None = None,
     collisions: bool = False,
 ) -> IKResult:
-    """Compute the joint values with which a camera has a point on its optical axis, in front of it.
+    """Compute the joint values with which a camera has a point on its optical axis, in front of the camera.
 
     There are two solutions, the second with the head turned backwards and looking over the crown. For a point on the
     axis of HeadYaw any yaw is possible (`YAW_AXIS`). If the limits exclude the solutions, or the point is too near to
@@ -114,8 +114,8 @@ def look_at(
     Args:
         robot: a NAO of any version, or another robot with a neck of its geometry.
         point: points in the torso, shape (..., 3) [m].
-        camera: one of the robot's cameras, or any frame on the head with its origin and its x-axis, the optical axis,
-            in the head's plane of x and z.
+        camera: one of the robot's cameras, or any frame on the head; its x-axis is the optical axis. Origin and x-axis
+            must be in the head's plane of x and z.
         reference: as in `head`.
         limits: as in `head`.
         threads: as in `head`.
@@ -184,14 +184,14 @@ def _camera_of(robot: RobotModel, camera: str) -> Limb:
 
 # --- The head: HeadYaw about z and HeadPitch about y meet in the neck, R = Rz(yaw) Ry(pitch).
 #
-# An orientation is possible if the z of its second column is zero; then there is one solution. A camera in the head's
-# plane of symmetry, at o in the head with the optical axis n, has the point P on this axis where
+# An orientation is possible if the z of its second column is zero; then there is one solution. A camera is in the
+# head's plane of symmetry, at o with the optical axis n in the head. The point P is on this axis where
 #
 #     P = Rz(yaw) Ry(pitch) (o + λ n),  λ > 0:
 #
-# |o + λ n| = |P| gives λ, P's direction the yaw (two) and the pitch. If a target is not met, the nearest joint values
-# are searched: for an orientation the yaw, with the best pitch in closed form; for a gaze, whose error may have several
-# valleys over yaw and pitch, on a grid and from each of its valleys.
+# |o + λ n| = |P| gives λ, and the direction of P gives the yaw (two values) and the pitch. If a target is not met, a
+# search finds the nearest joint values. For an orientation it is over the yaw, with the best pitch in closed form. For
+# a gaze, whose error may have several valleys over yaw and pitch, it is on a grid and then from each of its valleys.
 
 JOINTS = 2
 MAX_BRANCHES = 4
@@ -278,7 +278,7 @@ def _add_look(head: Head, point: Vector, family: float, selection: Selection, wo
 
 @both_ways
 def _free_yaw(selection: Selection, pitch: float) -> float:
-    """Return the yaw nearest to the reference at which the pitch is allowed; that of the reference if there is none."""
+    """Return the yaw nearest to the reference's at which the pitch is allowed; the reference's if there is none."""
     ranges: Ranges = selection.ranges
     wanted: float = selection.reference[0]
     if not selection.enforce:
@@ -289,7 +289,7 @@ def _free_yaw(selection: Selection, pitch: float) -> float:
     low, high = table_range(ranges, best)
     if low <= pitch <= high:
         return best
-    # The range is a polygon: the nearest yaw is where an edge has the pitch.
+    # The range is a polygon: the nearest yaw is where an edge is at this pitch.
     nearest, found = math.inf, best
     for i in range(1, ranges.bends):
         for bound in (ranges.low, ranges.high):
@@ -306,7 +306,7 @@ def _free_yaw(selection: Selection, pitch: float) -> float:
 
 @both_ways
 def _report_nearest(wanted: Rotation, selection: Selection, work: Workspace) -> None:
-    """Report the joint values with the nearest orientation: the yaw by search, for each the best pitch."""
+    """Report the joint values with the nearest orientation, by a search over the yaw with the best pitch for each."""
     low, high = _joint_bounds(selection, 0)
     given = wanted, selection, work.q
     yaw = least(_error_at_yaw, given, low, high, math.atan2(-wanted[1], wanted[4]), _STEPS)
@@ -352,7 +352,7 @@ def _report_nearest_look(head: Head, point: Vector, selection: Selection, report
 
 @both_ways
 def _descend(head: Head, point: Vector, selection: Selection, yaw: float, pitch: float, report: Row) -> None:
-    """Report the end of a pattern search from a gaze, along the edge of the range too, if it is the best so far."""
+    """Run a pattern search from a gaze, also along the edge of the range; report its end if it is the best so far."""
     low, high = _joint_bounds(selection, 0)
     error, step = gaze_error(head, point, yaw, pitch), (high - low) / _YAWS
     while step > _LAST_STEP:
@@ -397,7 +397,7 @@ def orientation_error(wanted: Rotation, yaw: float, pitch: float) -> float:
 
 @both_ways
 def gaze_error(head: Head, point: Vector, yaw: float, pitch: float) -> float:
-    """Return the angle between the optical axis and the direction from the camera to a point from the neck [rad]."""
+    """Return the angle [rad] between the optical axis and the direction to a point, given relative to the neck."""
     c, s, cp, sp = math.cos(yaw), math.sin(yaw), math.cos(pitch), math.sin(pitch)
     # The point in the head, Ry(−pitch) Rz(−yaw) P, from the camera.
     x, y = c * point[0] + s * point[1], c * point[1] - s * point[0]

@@ -67,8 +67,8 @@ def leg(
 ) -> IKResult:
     """Compute all joint values of a leg that give its foot a pose: up to eight branches, each verified.
 
-    If the target is not met, `best` and `q` are the nearest joint values that a search finds, inside the limits if
-    these are enforced: with the smallest √(distance² + (0.1 m · angle)²).
+    If the target is not met, `best` and `q` are the joint values with the smallest √(distance² + (0.1 m · angle)²) that
+    a search finds, inside the limits if these are enforced.
 
     Both legs share the motor of HipYawPitch: a solution of the right leg sets the coordinate LHipYawPitch, which also
     moves the left leg.
@@ -79,24 +79,24 @@ def leg(
         T_torso_foot: the pose of the frame in the torso, shape (..., 4, 4) [m].
         frame: a frame on the foot; None for the end effector "LLeg" or "RLeg".
         reference: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
-            distance to it, and its joints of other limbs are used. None for all joints at zero, or at the limit nearest
-            to it.
+            distance to it, and take the joints of other limbs from it. None for all joints at zero, or at the limit
+            nearest to it.
         limits: "enforce" leaves out branches with a joint outside its own or a coupled limit; "ignore" returns all,
             each joint with the whole turns that bring it within half a turn of the reference.
         threads: how many threads may work on a batch; None for all cores if that is worthwhile.
         collisions: leave out solutions in which links overlap, by `RobotModel.clearance`.
 
     Returns:
-        Solutions to within 1e-10 m and rad of the nearest rigid pose: rounded poses, of float32 for instance, have
-        solutions. For the same reason a straight leg solves a target out of its reach by up to 1e-6 m, which is in
-        `residual`. A family of solutions is listed once, by its member inside the limits that is nearest to the
-        reference: the hip at lock (`HIP_LOCK`), or the hip on the axis of AnkleRoll (`ANKLE_AXIS`). A knee within 1e-7
-        rad of straight has one branch.
+        Solutions meet the nearest rigid pose to within 1e-10 m and rad, so that poses rounded to float32, for instance,
+        have solutions. For the same reason a straight leg solves a target that is out of its reach by up to 1e-6 m;
+        `residual` includes this distance. A family of solutions is listed once, by its member inside the limits that is
+        nearest to the reference. There are two families: the hip at lock (`HIP_LOCK`), and the hip on the axis of
+        AnkleRoll (`ANKLE_AXIS`). A knee within 1e-7 rad of straight has one branch.
 
     Raises:
         BadArgument: the robot has no such leg; the message says what is missing. Or the last row of a target is not
             0, 0, 0, 1, or a number is beyond ±1e150.
-        NotARotation: the rotation of a target is not one; has the argument, its index and its defect.
+        NotARotation: the 3×3 part of a target is not a rotation; the error has the argument, its index and its defect.
 
     Source: the derivation is in docs/inverse_kinematics.md.
 
@@ -170,8 +170,8 @@ def _leg_of(robot: RobotModel, side: str, frame: str) -> Limb:
 #     h = Rx(−q₆) w,  w = L₁ (−sin(q₄ + q₅), cos(q₄ + q₅)) + L₂ (−sin q₅, cos q₅)  in the plane of x and z,
 #     F = Rx(κ) Ry(q₁) Rx(q₂ − κ) Ry(q₃) · Ry(q₄ + q₅) Rx(q₆).
 #
-# |h| gives the knee (two signs), the direction of h the ankle's roll (two) and then its pitch, and the rest of F the
-# three angles of the hip (two).
+# |h| gives the knee (two signs). The direction of h gives the ankle's roll (two values) and then its pitch. The rest of
+# F gives the three angles of the hip (two solutions).
 
 MAX_BRANCHES = 8
 JOINTS = 6
@@ -181,13 +181,13 @@ _ALONE, _HIP_LOCK, _ANKLE_AXIS = float(Family.NONE), float(Family.HIP_LOCK), flo
 _ROUNDING = 1e-12
 # A straight leg solves targets out of its reach by up to this [m]: poses rounded to float32, for instance.
 _STRETCHED = 1e-6
-# Below this the knee is stretched or folded: its angle is a square root with half the digits.
+# Within this angle [rad] the knee counts as stretched or folded: its angle is a square root with half the digits.
 _STRAIGHT = 1e-7
 # Sine of the angle between the axes of HipYawPitch and HipPitch up to which they are parallel.
 _PARALLEL = 1e-12
 # Steps of the search in a family.
 _STEPS = 180
-# If the hip is nearer to the axis of AnkleRoll [m], rounding may move the roll outside its limits.
+# If the hip is nearer than this to the axis of AnkleRoll [m], rounding may move the roll outside its limits.
 _NEAR_AXIS = 1e-5
 
 
@@ -258,7 +258,7 @@ def solve_leg(leg: Leg, target: Row, selection: Selection, work: Workspace) -> i
         return 0
     count = _branches(leg, foot, knee, selection, selection.enforce, work)
     if count == 0 and selection.enforce:
-        # Find the branch nearest to the limits, for the reason.
+        # No branch is inside the limits: find the one nearest to them, which gives the reason.
         count = _branches(leg, foot, knee, selection, False, work)
     add_shortfall(work.found, JOINTS, count, short)
     finish_report(work, JOINTS, count)
@@ -269,7 +269,7 @@ def solve_leg(leg: Leg, target: Row, selection: Selection, work: Workspace) -> i
 def _branches(leg: Leg, foot: Pose, knee: tuple[float, int], selection: Selection, prune: bool, work: Workspace) -> int:
     """Add all branches, given the angle of the knee and its number of signs.
 
-    With `prune`, skip a branch without report as soon as a joint is outside its limits.
+    With `prune`, drop a branch, and report nothing, as soon as a joint is outside its limits.
     """
     ranges, q = selection.ranges, work.q
     # The hip in the axes of the foot.
@@ -441,7 +441,7 @@ def _errors(
 def nearest_foot(robot: RobotModel, limb: Limb, T: Floats, options: Options) -> tuple[Floats, Floats]:
     """Return the coordinates nearest to n targets, and their errors, shape (n, 2), as `nearest_values`."""
     T = T.reshape(-1, 4, 4)
-    # From all branches for the targets moved into reach, without limits.
+    # Start from all branches, without limits, for the targets moved into reach.
     starts = unlimited_branches(_LEG, limb, _moved_into_reach(limb.numbers, T).reshape(-1, 16))
     return nearest_values(robot, (limb.frame,), limb, T[:, None], starts, options)
 

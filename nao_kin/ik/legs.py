@@ -53,20 +53,20 @@ from nao_kin.ik.targets import Limits, Options, as_options, as_poses, broadcast,
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import exp, log, nearest_rotation, rot_y, rot_z
 
-# The free number of the torso's pose, as a number in a target; `NOTHING` for feet given in the torso.
+# Codes, in a target, for the number of the torso's pose that is free; `NOTHING` for feet given in the torso.
 NOTHING, HEIGHT, LEAN, YAW = -1.0, 0.0, 1.0, 2.0
 # Indices in a target of the free number and of the desired pose of the torso; lengths of a target in the torso and in
 # the world.
 FREE, TORSO = PRIORITY + 1, PRIORITY + 2
 LENGTH, LENGTH_IN_WORLD = TORSO, TORSO + 16
-# Numbers in q after the joints: the joints of both legs alone, and a target in the torso.
+# Numbers in q after the joints: the joints of each leg alone, and a target in the torso.
 IN_TORSO = 2 * OF_ONE
 SCRATCH = IN_TORSO + PRIORITY + 1
 
 # Steps between the bounds, and halvings of a bracket.
 _STEPS, _HALVINGS = 96, 60
 _MAX_LEAN = 0.5 * math.pi
-# Hips that disagree by less [rad] for every s agree everywhere.
+# Hips that disagree by less than this [rad] for every s agree everywhere.
 _AGREEMENT = 1e-10
 
 _SIDES = "left", "right"
@@ -94,7 +94,7 @@ class LegsResult(IKResult):
 
     @property
     def q(self) -> Floats:
-        """The best configuration, shape (..., nq): `best`, and a floating base, in the reference."""
+        """The best configuration, shape (..., nq): the reference with `best` and, if the base floats, its new pose."""
         q = super().q
         if self.base_coordinates is not None:
             unknown = np.isnan(self.best).any(axis=-1, keepdims=True)
@@ -103,7 +103,7 @@ class LegsResult(IKResult):
 
     @property
     def solutions(self) -> Floats:
-        """All solutions as configurations, best first, shape (k, nq), of a batch (..., k, nq); nan from `count` on."""
+        """All solutions as configurations, best first, shape (k, nq), for a batch (..., k, nq); nan from `count` on."""
         solutions = super().solutions
         if self.base_coordinates is not None:
             exists = np.arange(solutions.shape[-2]) < self.count[..., None]
@@ -167,12 +167,12 @@ def legs(
 
     - If some HipYawPitch meets both feet to 1e-10 m and rad, the result has all such joint values. With `base="fixed"`
       a foot may be out of reach of a straight leg by up to 1e-6 m, as in `leg`.
-    - Otherwise, also for poses rounded to float32 for instance, ankles and normals of both soles stay exact, and
-      HipYawPitch is the value inside the limits that turns the feet least about these normals: `q` is this
+    - Otherwise (also for poses rounded to float32) the ankles and the normals of both soles stay exact, and
+      HipYawPitch is the value inside the limits that turns the feet least about these normals. `q` is this
       configuration, `yaw_errors` are the rotations, and the reason is `HIPS_DISAGREE`, or the obstacle to one leg
-      alone. A frame that is not on the normal through the ankle also moves, see `foot_residuals`.
-    - If a leg is too short, or its limits exclude all such values, `q` is the nearest pose inside the limits that a
-      search finds: with the smallest Σ (distance² + (0.1 m · angle)²) over both feet, with the torso unchanged.
+      alone. A frame that is not on the normal through the ankle also moves: see `foot_residuals`.
+    - If a leg is too short, or its limits exclude all such values, `q` is the configuration inside the limits with the
+      smallest Σ (distance² + (0.1 m · angle)²) over both feet that a search finds; the torso is unchanged.
 
     With `base="floating"` feet and torso are given in the world, and one number of the torso's pose is changed as
     little as possible so that both feet are met. If the robot has a floating base, `q` has the changed base.
@@ -183,7 +183,7 @@ def legs(
         T_right: the pose of the right foot; they broadcast with each other.
         frames: a frame on the left and one on the right foot; None for the end effectors "LLeg" and "RLeg".
         reference: configurations that broadcast with the targets, shape (..., nq): solutions are sorted by their
-            distance to it over the eleven joints, and its other joints are used. None for all joints at zero, or
+            distance to it over the eleven joints, and take the other joints from it. None for all joints at zero, or
             at the limit nearest to it.
         limits: "enforce" leaves out branches with a joint outside its own or a coupled limit; "ignore" returns all,
             each joint with the whole turns that bring it within half a turn of the reference.
@@ -200,7 +200,7 @@ def legs(
     Raises:
         BadArgument: the robot has no such legs; the message says what is missing. Or the last row of a target is not
             0, 0, 0, 1, or a number is beyond ±1e150.
-        NotARotation: the rotation of a target is not one; has the argument, its index and its defect.
+        NotARotation: the 3×3 part of a target is not a rotation; the error has the argument, its index and its defect.
 
     Source: the derivation is in docs/inverse_kinematics.md.
 
@@ -269,7 +269,7 @@ def _refuse(poses: tuple[Floats, Floats]) -> None:
 def _nearest(
     robot: RobotModel, limb: Limb, frames: tuple[str, str], T: Floats, options: Options
 ) -> tuple[Floats, Floats]:
-    """Return the coordinates nearest to n pairs of feet, from the nearest ones to each, and the errors (n, 2, 2)."""
+    """Return the coordinates nearest to n pairs of feet, by a search from those for each foot, and errors (n, 2, 2)."""
     left = nearest_foot(robot, leg_limb(robot, "L", frames[0]), T[:, 0], options)[0]
     right = nearest_foot(robot, leg_limb(robot, "R", frames[1]), T[:, 1], options)[0]
     hips = left[:, :1], right[:, :1], 0.5 * (left[:, :1] + right[:, :1])
@@ -373,12 +373,12 @@ def _legs_of(robot: RobotModel, left: str, right: str) -> Limb:
 
 # --- Both feet in the world, with one number s of the torso's pose changed until the hips agree; or feet in the torso.
 #
-# The roots of ψ of both feet have tangents −Y_cos / Y_sin, equal where
+# The roots of ψ of both feet have the tangents −Y_cos / Y_sin. These are equal where
 #
 #     G(s) = Y_cos,L Y_sin,R − Y_sin,L Y_cos,R
 #
 # is zero: a polynomial of second degree in the height, and of fourth in cosine and sine of a lean or a yaw. So even
-# steps of s bracket all roots but double ones, which are searched at the minima of |G|.
+# steps of s bracket all roots except double roots, which are searched for at the minima of |G|.
 
 
 @both_ways
@@ -392,7 +392,7 @@ def solve_fixed(legs: Legs, target: Row, selection: Selection, work: Workspace) 
 
 @both_ways
 def solve_pair(legs: Legs, target: Row, selection: Selection, work: Workspace) -> int:
-    """Find the same, or the best if the hips disagree; in the world with the smallest possible move of the torso."""
+    """Find all joint values that meet both feet, or the best ones; move a torso in the world as little as possible."""
     short, moved = _write_desired_target(legs, target, work.q), 0.0
     in_torso = work.q[IN_TORSO:SCRATCH]
     count = solve_legs(legs, in_torso, selection, work)
@@ -528,7 +528,7 @@ def _bounds(legs: Legs, target: Row) -> tuple[float, float]:
 
 @both_ways
 def _tangents(legs: Legs, target: Row, moved: float, q: Row) -> tuple[float, float]:
-    """Return G, proportional to the sine of the difference of the roots of both feet, and the same for the cosine."""
+    """Return numbers proportional to sine (G) and cosine of the difference of the roots of both feet."""
     move_torso(legs, target, moved, q)
     left = foot_yaw(foot_of(legs.left, q[IN_TORSO + LEFT : IN_TORSO + RIGHT])[1])
     right = foot_yaw(foot_of(legs.right, q[IN_TORSO + RIGHT : IN_TORSO + PRIORITY])[1])
@@ -556,7 +556,7 @@ def _agree_everywhere(legs: Legs, target: Row, low: float, high: float, q: Row) 
 
 @both_ways
 def _nearest_reached(legs: Legs, target: Row, low: float, high: float, selection: Selection, work: Workspace) -> float:
-    """Return the smallest |s| with which both feet are met; 0 if none of even steps meets them."""
+    """Return the smallest |s| with which both feet are met; 0 if no s of an even grid meets them."""
     inside = math.inf
     for k in range(_STEPS + 1):
         moved = low + (high - low) * k / _STEPS
@@ -576,7 +576,7 @@ def _nearest_reached(legs: Legs, target: Row, low: float, high: float, selection
 
 @both_ways
 def _least_gap(legs: Legs, target: Row, low: float, high: float, selection: Selection, work: Workspace) -> float:
-    """Return the s with which the hips disagree least and each leg reaches its foot; 0 if none of even steps does."""
+    """Return the s with which the hips disagree least and each leg reaches its foot; 0 if none of a grid does."""
     given = legs, target, selection, work
     best = least(_gap, given, low, high, low, _STEPS) if low < high else 0.0
     return best if _gap(given, best) < math.inf else 0.0

@@ -1,8 +1,8 @@
 """Both legs if no value of HipYawPitch meets both feet: the best value inside the limits.
 
 Ankle and normal of both soles stay exact. HipYawPitch is the value with the smallest rotations ψ of the feet about
-their normals, weighted by the priority; it is in intervals of both legs. Each leg is solved alone first, for the
-reason.
+their normals, weighted by the priority, in the intervals that the limits of both legs allow. Each leg is first solved
+alone, to find the reason of a failure.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ from nao_kin.ik.searches import add_roots, crossing, least
 # its limit at the roots of a linear or quadratic form in (cos q₁, sin q₁), found to full precision; only the roots
 # where AnkleRoll is at its coupled limit are bracketed.
 
-# Most pieces of all branches of a leg, and most ends of the pieces of one branch, before and after the table.
+# Space for the pieces of all branches of a leg, and for the ends of one branch's pieces, without and with the table's.
 MAX_PIECES, _MAX_ENDS = 128, 384
 # Numbers of a piece: its ends, the sign of ψ's branch, the knee, the signs of hip and ankle (0 for any).
 FROM, TO, SIGN, KNEE, HIP_SIGN, ANKLE_SIGN, PIECE = range(7)
@@ -105,7 +105,7 @@ def write_pieces(task: LegTask, ranges: Ranges, enforce: bool, pieces: Floats) -
 
 @both_ways
 def _add_pieces(task: LegTask, ranges: Ranges, branch: Branch, ends: Floats, pieces: Floats, count: int) -> int:
-    """Join intervals between ends that are inside, and single ends that are inside."""
+    """Add a branch's pieces: joined intervals between ends, and single ends, that are inside the limits."""
     joined, begin = False, 0.0
     for i in range(len(ends)):
         after = i + 1 < len(ends) and is_inside(ranges, sole_joints(task, branch, 0.5 * (ends[i] + ends[i + 1])))
@@ -123,7 +123,7 @@ def _add_pieces(task: LegTask, ranges: Ranges, branch: Branch, ends: Floats, pie
 
 @both_ways
 def _write_ends(task: LegTask, ranges: Ranges, knee: float, ends: Floats) -> int:
-    """Write all values of HipYawPitch that may put a joint at a limit or a row of the table, sorted; their number."""
+    """Write all values of HipYawPitch that may put a joint at a limit or a table's row, sorted; return their number."""
     leg, foot = task.leg, task.foot
     ends[0], ends[1], count = ranges.lower[0], ranges.upper[0], 2
     x, y, z = foot.x, foot.y, foot.z
@@ -179,7 +179,7 @@ def _add_angles(times: int, cosine: float, sine: float, value: float, ends: Floa
 
 @both_ways
 def _add_ends_of_table(task: LegTask, ranges: Ranges, branch: Branch, ends: Floats, boxes: int) -> int:
-    """After the ends of boxes, write them again with the roots of the coupled limit, sorted; return the number."""
+    """After the ends from boxes, write these again with the coupled limit's roots, sorted; return the total number."""
     count = 2 * boxes
     ends[boxes:count] = ends[:boxes]
     if ranges.bends == 0:
@@ -206,15 +206,16 @@ def _table_excess(given: tuple[LegTask, Ranges, Branch, int], hip: float) -> flo
 
 # --- The least turns ψ of both feet about their normals, between two values of HipYawPitch.
 #
-# They are at an end, at a root of ψ, or at a root of the sum of ψ ψ' over both feet: these are bracketed between values
-# with even steps in q₁ and in ψ of either foot, between which no function is steep.
+# They are at an end, at a root of ψ, or at a root of the sum of ψ ψ' over both feet. Roots of this sum are bracketed
+# between values of q₁ in even steps of q₁ and in even steps of ψ of either foot: no function is steep between two of
+# these values.
 
 # The turns of both feet, each with the sign of its branch.
 FootYaws: TypeAlias = tuple[FootYaw, FootYaw]
 
-# Priorities, as a number in a target.
+# Codes of the priorities in a target.
 BALANCED, LEFT_FIRST, RIGHT_FIRST = 0.0, 1.0, 2.0
-# Turns of the feet [rad] that differ by less are equal.
+# Turns of the feet that differ by less than this [rad] are equal.
 EQUAL = 1e-11
 # Even steps between two ends, in q₁ and in ψ of each foot, and the most values of HipYawPitch that they give.
 _EVEN_STEPS = 24
@@ -223,7 +224,7 @@ MAX_VALUES = 5 * _EVEN_STEPS + 6
 
 @both_ways
 def is_worse(cost: tuple[float, float], than: tuple[float, float]) -> bool:
-    """Return whether turns of the feet are worse than others: the first, or if these are equal the second."""
+    """Return whether a pair of costs is worse than another by the first costs, or by the second if these are equal."""
     if abs(cost[0] - than[0]) > EQUAL:
         return cost[0] > than[0]
     return cost[1] > than[1] + EQUAL
@@ -320,11 +321,11 @@ def _add_half_turns(hip: float, low: float, high: float, hips: Floats, count: in
 
 _HIPS_DISAGREE = float(Reason.HIPS_DISAGREE)
 _ALONE, _HIP_LOCK, _ANKLE_AXIS = float(Family.NONE), float(Family.HIP_LOCK), float(Family.ANKLE_AXIS)
-# Pieces with a smaller gap [rad] touch.
+# Pieces with a smaller gap than this [rad] touch.
 _TOUCHING = 1e-10
 # Turns of the feet [rad] up to which a pose may be met; its errors are verified.
 _YAW_TOLERANCE = 1e-9
-# Solutions with a smaller difference [rad] are equal.
+# Solutions with a smaller difference than this [rad] are equal.
 _SAME = 1e-7
 # Steps of the search in a family of HipYawPitch.
 _STEPS = 120
@@ -334,7 +335,7 @@ _STEPS = 120
 def solve_disagreeing(legs: Legs, target: Row, selection: Selection, work: Workspace) -> int:
     """Find the best joint values that meet ankles and normals, if `solve_legs` has found no solution.
 
-    Return the number of solutions after all: members of a family, or feet that are met only inside the limits.
+    Return the number of solutions that this search still finds, for instance members of a family.
     """
     q, report = work.q, work.report
     gap = solve_separately(legs, target, selection, work)
@@ -364,7 +365,7 @@ def solve_separately(legs: Legs, target: Row, selection: Selection, work: Worksp
         near[j] = reference[j]
     left = solve_leg(legs.left, target[LEFT:RIGHT], Selection(ranges.left, near, enforce), own)
     left_why = reason_of(report)
-    # A foot is exact at two values of HipYawPitch, or in a family at more.
+    # A foot is met exactly at two values of HipYawPitch, or in a family at more.
     one, other = found[0], found[0]
     for k in range(1, left):
         other = found[k * row] if abs(found[k * row] - one) > abs(other - one) else other
@@ -456,7 +457,7 @@ def _add_if_met(tasks: Tasks, family: float, selection: Selection, work: Workspa
 
 @both_ways
 def _family_of(foot: Pose) -> float:
-    """Return the family of a leg whose foot does not turn with HipYawPitch: the nearer one."""
+    """Return the family of a leg whose foot does not turn with HipYawPitch: the one whose singularity is nearer."""
     y = foot.x * foot.r01 + foot.y * foot.r11 + foot.z * foot.r21
     n = foot.x * foot.r02 + foot.y * foot.r12 + foot.z * foot.r22
     return _ANKLE_AXIS if y * y + n * n <= foot.y * foot.y else _HIP_LOCK
@@ -464,7 +465,7 @@ def _family_of(foot: Pose) -> float:
 
 @both_ways
 def _nearest_branches(given: tuple[Tasks, Floats, Floats, Selection, Row], hip: float) -> float:
-    """Write the joints at this HipYawPitch, of two pieces, that are nearest to the reference.
+    """Write the joints of two pieces that are nearest to the reference at this HipYawPitch.
 
     Return the squared distance, or infinity if none are inside the limits.
     """

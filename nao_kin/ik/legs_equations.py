@@ -46,7 +46,7 @@ Joints: TypeAlias = tuple[float, float, float, float, float, float]
 
 # HipYawPitch, and five joints of each leg.
 JOINTS, OF_ONE = 11, 6
-# Two values of HipYawPitch, and of each leg two knees and two rolls of the hip.
+# The product of two values of HipYawPitch and, for each leg, two knees and two rolls of the hip.
 MAX_BRANCHES = 32
 # Where the parts of a target begin.
 LEFT, RIGHT, PRIORITY = 0, 16, 32
@@ -63,7 +63,7 @@ _YAW_TOLERANCE = 1e-9
 FLAT = 1e-11
 # Rounding of Y [m].
 _ROUNDING = 1e-15
-# Nearer to the axis of HipRoll [m], the ankle determines the roll less precisely than the foot.
+# If the ankle is nearer than this to the axis of HipRoll [m], it determines the roll less precisely than the foot does.
 _ALONG = 1e-4
 
 
@@ -273,9 +273,9 @@ def slope(yaw: FootYaw) -> float:
 
 @both_ways
 def common_hip(left: FootYaw, right: FootYaw) -> float:
-    """Return the value of HipYawPitch between a root of each foot with the least sum of ψ².
+    """Return the value of HipYawPitch, between a root of the left and one of the right foot, with the least sum of ψ².
 
-    Near a singularity rounding displaces a root, but there ψ hardly changes: the slopes are the weights.
+    Near a singularity rounding displaces a root, but ψ hardly changes there, so the slopes are the weights.
     """
     hip = hip_of(left)
     # The distance to the other root: sine and cosine of the difference of two arctangents, within ±π/2.

@@ -19,7 +19,7 @@ from nao_kin.robot.semantics import CoupledLimit
 
 # --- The limits of a `LimitRegion` for scalar code, one configuration after the other.
 
-# Most passes over tables that share a joint.
+# Largest number of passes over tables that share a joint.
 MAX_PASSES = 20
 # Length of the step that probes a direction [rad or m]: far above rounding, far below the segments of a table.
 PROBE = 1e-6
@@ -53,7 +53,7 @@ def project(region: Region, values: Row, fixed: Row, inside: Row) -> None:
     for j in range(len(region.lower)):
         inside[j] = min(max(values[j], region.lower[j]), region.upper[j])
     count = len(region.tables) // TABLE
-    # The nearest point of the plane is that to the given values: clipping them first would move it.
+    # Find the nearest point of the plane region from the given values: clipping them first would move it.
     for t in range(count):
         of, joint = region.tables[TABLE * t], region.tables[TABLE * t + 1]
         if of >= 0 and joint >= 0:
@@ -206,7 +206,7 @@ def open_directions(
 
 @both_ways
 def clipped(region: Region, values: Row) -> None:
-    """Clip values that are outside by rounding or at the rows of tables, where both joints of each table move."""
+    """Clip values that are outside by rounding, or at the rows of tables; both joints of each table must move."""
     for j in range(len(region.lower)):
         values[j] = min(max(values[j], region.lower[j]), region.upper[j])
     for t in range(len(region.tables) // TABLE):
@@ -217,7 +217,7 @@ def clipped(region: Region, values: Row) -> None:
 
 @both_ways
 def outside(region: Region, values: Row) -> float:
-    """Return the sum of the excesses over the limits, where both joints of each table move [rad or m]."""
+    """Return the sum of the excesses over the limits [rad or m]; both joints of each table must move."""
     total = 0.0
     for j in range(len(region.lower)):
         total += max(0.0, region.lower[j] - values[j], values[j] - region.upper[j])
@@ -281,9 +281,9 @@ def limit_rows(region: Region, values: Row, fixed: Row, longest: Row, A: Floats,
 
 # --- The limits of a robot, for many configurations at a time.
 
-# If the joint that a table depends on has no limits, the region ends so far beyond the table [rad].
+# If the joint that a table depends on has no limits, the region ends this far beyond the table [rad].
 _FAR = 100.0
-# Fewer rows are projected as Python if nothing is compiled yet.
+# Fewer rows than this are projected as Python if nothing is compiled yet.
 _FEW = 16
 
 
@@ -414,8 +414,8 @@ def extended(table: CoupledLimit) -> Floats:
 def _plane_region(table: CoupledLimit, of_box: tuple[float, float], joint_box: tuple[float, float]) -> Floats:
     """Return the region of points (of, joint) inside a coupled limit and the boxes of its two joints, shape (3, k).
 
-    It is between two polylines, and need not be convex: values of `of`, with both ends of its range, and the smallest
-    and largest value of `joint` there. Robots of one kind share it.
+    The region is between two polylines, and need not be convex. Its three rows are values of `of`, including both ends
+    of its range, and the smallest and largest values of `joint` there. Robots with equal limits share it.
     """
     first, last = max(of_box[0], table.at[0] - _FAR), min(of_box[1], table.at[-1] + _FAR)
     bends = {first, last, *table.at}

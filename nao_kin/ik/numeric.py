@@ -33,8 +33,9 @@ from nao_kin.rotations import log
 
 # --- The search for a pose: from a reference, then from random configurations; and the reason if it fails.
 
-# Random configurations of which a restart uses the one with the pose nearest to the target. Every second restart takes
-# the first one, because the nearest ones may all lead to the same local minimum, such as an elbow bent the wrong way.
+# Number of random configurations, of which a restart uses the one with the pose nearest to the target. Every second
+# restart uses the first one, because the nearest ones may all lead to the same local minimum, such as an elbow bent the
+# wrong way.
 _CANDIDATES = 256
 # Restarts that run together, because four cost little more than one.
 _TOGETHER = 4
@@ -130,7 +131,7 @@ class PoseSearch:
         return starts
 
     def _features(self, poses: Floats) -> Floats:
-        """Return twelve numbers per pose whose distances are those of the weighted errors, as ‖R − R_t‖² ≈ 2 φ²."""
+        """Return twelve numbers per pose, with distances equal to weighted errors, because ‖R − R_t‖² ≈ 2 φ²."""
         position, turn = self.weights[:3].mean(), self.weights[3:].mean() / np.sqrt(2.0)
         return np.concatenate([position * poses[:, :3, 3], turn * poses[:, :3, :3].reshape(-1, 9)], axis=-1)
 
@@ -186,12 +187,12 @@ def minimise(search: PoseSearch, region: LimitRegion, targets: Floats, q: Floats
 
 # Damping of pink's task in proportion to the squared error, and of every joint.
 _TASK_DAMPING, _JOINT_DAMPING = 1e-2, 1e-9
-# A search has converged after a smaller step [rad or m].
+# A search has converged after a smaller step than this [rad or m].
 _CONVERGED = 1e-9
 
 
 def minimise_with_pink(search: PoseSearch, region: LimitRegion, targets: Floats, q: Floats) -> Minimum:
-    """Do the same by quadratic programs within boxes, with projection onto coupled limits after each step."""
+    """Minimise like `minimise`, by quadratic programs within boxes, and project onto coupled limits after each step."""
     import pink
     import pinocchio as pin
     from pink.limits import ConfigurationLimit
@@ -297,7 +298,7 @@ def numeric(
 
     Raises:
         MissingExtra: pink is not installed.
-        NotARotation: a target has no rotation; carries its index and its defect.
+        NotARotation: the 3×3 part of a target is not a rotation; the error has its index and its defect.
         BadArgument: a frame that no joint moves, or T, or T times weights, beyond ±1e150.
 
     Examples:

@@ -1,6 +1,6 @@
 """Strictly convex quadratic programs of some twenty variables, by the dual active-set method of Goldfarb and Idnani.
 
-    min ½ xᵀ H x + gᵀ x  such that  aᵢ·x = bᵢ for the first rows and aᵢ·x ≥ bᵢ for all others
+    min ½ xᵀ H x + gᵀ x  subject to  aᵢ·x = bᵢ for the first rows and aᵢ·x ≥ bᵢ for all others
 
 It starts at the minimum without constraints, adds the most violated constraint and drops those with a wrong sign, until
 none is violated. It needs no feasible start, and handles linearly dependent rows.
@@ -18,11 +18,11 @@ import numpy as np
 from nao_kin._core.arrays import Floats
 from nao_kin._kernels.cache import both_ways
 
-# A smaller violation of a row counts as none [rad].
+# A smaller violation of a row than this counts as zero [rad].
 _VIOLATED = 1e-12
-# A row depends on the active ones if its share perpendicular to them is smaller.
+# A row depends linearly on the active rows if its share perpendicular to them is smaller than this.
 _DEPENDENT = 1e-11
-# A smaller violation of a dependent row counts as none [rad].
+# A smaller violation of a dependent row than this counts as zero [rad].
 _ROUNDING = 1e-9
 
 
@@ -64,7 +64,7 @@ def solve_cholesky(L: Floats, n: int, b: Floats) -> None:
 def quadratic_program(H: Floats, g: Floats, A: Floats, b: Floats, count: int, equal: int, x: Floats) -> bool:
     """Write the minimum into x (n,); False if the rows contradict each other.
 
-    H (n, n) is destroyed. The first `count` rows of A and b are used, the first `equal` of them as equations.
+    H (n, n) is overwritten. The first `count` rows of A and b are used, the first `equal` of them as equations.
     """
     n = len(g)
     if not cholesky(H, n):

@@ -31,13 +31,13 @@ EXTRAS = 4
 VERIFIED = 1e-10
 # Largest defect of a rotation, as everywhere in the library.
 RIGID = 1e-6
-# Rotations with a smaller defect are not corrected.
+# Rotations with a smaller defect than this are not corrected.
 ROUNDING = 1e-14
 # A search exceeds a limit by at most this [rad].
 LIMIT_ROUNDING = 1e-9
 # Whole turns are added up to a reference of this size [rad]: beyond it, the solution would lose digits.
 MAX_TURNED = 1e4
-# Most rows of the table of a coupled limit.
+# Largest number of rows in the table of a coupled limit.
 MAX_BENDS = 24
 
 # A reason, with the joint, the value that it needs and the limit that it exceeds.
@@ -186,7 +186,7 @@ def angle_of_chord(squares: float) -> float:
 
 @both_ways
 def check_limits(selection: Selection, q: Row, report: Row) -> bool:
-    """Return whether a branch satisfies the limits; if not, report its limit if it exceeds them the least so far."""
+    """Return whether a branch satisfies the limits; if it exceeds them the least so far, report its limit."""
     if not selection.enforce or is_inside(selection.ranges, q):
         return True
     outside = farthest_outside(selection.ranges, q)[0]
@@ -220,12 +220,12 @@ def report_limit(ranges: Ranges, q: Row, report: Row) -> None:
 def locked_pair(pair: tuple[int, int], total: float, sign: float, selection: Selection, q: Row) -> None:
     """Write two joints about one line into q, with first + sign · third = total, as near to the reference as possible.
 
-    They are inside the ranges if some pair is.
+    They are inside the ranges if any such pair is.
     """
     ranges, reference, enforce = selection
     i, j = pair
     if not enforce:
-        # Both joints share the excess of the reference, up to whole turns.
+        # Take half of the reference's excess over the total, up to whole turns, from each joint.
         half = 0.5 * turned_towards(reference[i] + sign * reference[j] - total, 0.0)
         q[i], q[j] = reference[i] - half, reference[j] - sign * half
         return

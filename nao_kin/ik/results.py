@@ -20,14 +20,14 @@ from nao_kin._core.arrays import Floats, first_index
 Integers = NDArray[np.int64]
 Codes = NDArray[np.int8]
 
-# Farther than this beyond the reach of a limb, a target was likely written in millimetres.
+# A target that is out of reach by more than this was likely written in millimetres.
 MILLIMETRES_FROM = 10.0
 
 
 class Reason(enum.IntEnum):
-    """Why a target is or is not reached; in batches as its number.
+    """Why a target is or is not reached; arrays of a batch hold its number.
 
-    A closed form proves its reason; a search reports what none of its starts disproved.
+    A closed form proves its reason; a search reports a reason that none of its starts has disproved.
 
     Attributes:
         REACHED: the pose is met, inside the limits if they are enforced.
@@ -58,7 +58,7 @@ class Reason(enum.IntEnum):
 
 
 class Family(enum.IntEnum):
-    """The one-parameter family of solutions that a solution represents; in batches as its number.
+    """The one-parameter family of solutions that a solution represents; arrays of a batch hold its number.
 
     Attributes:
         NONE: the solution is isolated.
@@ -67,8 +67,9 @@ class Family(enum.IntEnum):
         SHOULDER_AXIS: the elbow is on the axis of ShoulderPitch; the arm may turn about it.
         ELBOW_LOCK: the arm is stretched, and ElbowYaw and WristYaw turn about one axis.
         YAW_AXIS: the point is on the axis of HeadYaw, or the camera would look along it.
-        REDUNDANT: the target has fewer numbers than the limb has joints; chosen by the given criterion.
-        SINGULAR: of any chain: its axes are dependent, and joints move together without moving the frame (`analytic`).
+        REDUNDANT: the target has fewer numbers than the limb has joints; the criterion selects the solution.
+        SINGULAR: for any chain (`analytic`): its axes are linearly dependent, and joints can move without moving the
+            frame.
 
     Examples:
         >>> nk.ik.Family.HIP_LOCK.name, int(nk.ik.Family.NONE)
@@ -85,7 +86,7 @@ class Family(enum.IntEnum):
     SINGULAR = 7
 
 
-# An int, with which arrays are compared four times as fast.
+# An int: comparing arrays with it is four times as fast.
 _REACHED = int(Reason.REACHED)
 
 
@@ -116,24 +117,24 @@ class Obstacles:
 
 
 class Outcome:
-    """Reasons, one for each target of a batch shape (...), in the forms in which results offer them."""
+    """The reason for each target of a batch shape (...), as a number, as a sentence, and as whether it is reached."""
 
     reasons: Codes
 
     @property
     def success(self) -> bool | NDArray[np.bool_]:
-        """Whether the target is reached: a bool, or of a batch an array of shape (...)."""
+        """Whether the target is reached: a bool, or for a batch an array of shape (...)."""
         reached = self.reasons == _REACHED
         return bool(reached) if self.reasons.ndim == 0 else np.asarray(reached)
 
     @property
     def reason(self) -> Reason | Codes:
-        """The `Reason`, or of a batch their numbers, shape (...)."""
+        """The `Reason`, or for a batch their numbers, shape (...)."""
         return Reason(int(self.reasons)) if self.reasons.ndim == 0 else self.reasons
 
     @property
     def message(self) -> str | NDArray[np.object_]:
-        """The reason in a sentence: a str, or of a batch an array of them, shape (...)."""
+        """The reason in a sentence: a str, or for a batch an array of them, shape (...)."""
         if self.reasons.ndim == 0:
             return self.describe()
         messages = np.empty(self.reasons.shape, dtype=object)
@@ -201,7 +202,7 @@ class IKResult(Outcome):
 
     @property
     def q(self) -> Floats:
-        """The best configuration, shape (..., nq): `best` in the reference; all nan if `best` is."""
+        """The best configuration, shape (..., nq): the reference with the values of `best`; nan if `best` is nan."""
         q = np.array(np.broadcast_to(self.reference, (*self.best.shape[:-1], self.reference.shape[-1])))
         q[..., self.columns] = self.best
         q[np.isnan(self.best).any(axis=-1)] = np.nan
@@ -209,7 +210,7 @@ class IKResult(Outcome):
 
     @property
     def solutions(self) -> Floats:
-        """All solutions as configurations, best first, shape (k, nq), of a batch (..., k, nq); nan from `count` on."""
+        """All solutions as configurations, best first, shape (k, nq), for a batch (..., k, nq); nan from `count` on."""
         nq = self.reference.shape[-1]
         batch, k = self.branches.shape[:-2], self.branches.shape[-2]
         solutions = np.array(np.broadcast_to(self.reference[..., None, :], (*batch, k, nq)))
@@ -219,7 +220,7 @@ class IKResult(Outcome):
 
     @property
     def family(self) -> Family | Codes:
-        """The family of the best solution: a `Family`, or of a batch their numbers, shape (...)."""
+        """The family of the best solution: a `Family`, or for a batch their numbers, shape (...)."""
         none = np.zeros(self.reasons.shape, dtype=np.int8)
         first = self.families[..., 0] if self.families.shape[-1] else none
         return Family(int(first)) if first.ndim == 0 else first
@@ -275,7 +276,7 @@ class IKResult(Outcome):
 
 
 def deferred_result(parts: Callable[[], dict[str, Any]], notes: tuple[str, ...]) -> IKResult:
-    """Return a result that computes its other attributes on first use: this takes as long as solving."""
+    """Return a result that computes its attributes except `notes` on first use: that takes as long as solving."""
     result = object.__new__(IKResult)
     result.__dict__["_parts"], result.__dict__["notes"] = parts, notes
     return result

@@ -47,7 +47,7 @@ def is_enforced(limits: object) -> bool:
 
 
 def broadcast(what: str, one: Shape, other: Shape, wanted: str, shape: Shape) -> Shape:
-    """Return the common batch shape of two; raise that argument `what` has another shape than the wanted one."""
+    """Return the common batch shape of two, or raise WrongShape for argument `what` with its `wanted` shape."""
     try:
         return common_batch(what, one, other)
     except WrongShape:
@@ -90,7 +90,7 @@ def inside_limits(robot: RobotModel, reference: ArrayLike, what: str = "referenc
 
 
 def _projected(robot: RobotModel, reference: Floats, what: str) -> tuple[Floats, tuple[str, ...]]:
-    """Do the same for finite configurations."""
+    """Do as `inside_limits` for finite configurations."""
     try:
         return robot.check_limits(reference), ()
     except OutsideLimits as error:

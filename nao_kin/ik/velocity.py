@@ -22,9 +22,9 @@ from nao_kin.robot import LIMIT_TOLERANCE, Expression, RobotModel, check_robot
 
 TWIST_NAMES = ("vx", "vy", "vz", "ωx", "ωy", "ωz")
 
-# A direction is lost if its singular value is a smaller share of the largest.
+# A direction is lost if its singular value is a smaller share of the largest than this.
 SINGULAR = 1e-6
-# Smaller components of a named direction, as a share of the largest, are left out.
+# Components of a named direction below this share of the largest are left out.
 _SEEN = 1e-3
 
 
@@ -67,7 +67,7 @@ class TwistMap:
         """Return the number of independent possible twists, shape (...).
 
         Args:
-            singular: share of the largest singular value below which one counts as zero.
+            singular: share of the largest singular value below which a singular value counts as zero.
         """
         check_tolerance(singular, "singular")
         sigma = self.singular_values
@@ -79,7 +79,7 @@ class TwistMap:
         They span the space perpendicular to all possible twists, in the axes of the Jacobian.
 
         Args:
-            index: of the configuration in a batch.
+            index: index of the configuration in a batch.
             singular: as in `rank`.
 
         Examples:
@@ -96,7 +96,7 @@ class TwistMap:
         """Return joint velocities that do not move the frame, by name: "LElbowYaw − LWristYaw".
 
         Args:
-            index: of the configuration in a batch.
+            index: index of the configuration in a batch.
             singular: as in `rank`.
         """
         rank = int(self.rank(singular)[index])
@@ -177,17 +177,17 @@ def _sum_of(vector: Floats, names: tuple[str, ...]) -> str:
 
 VelocityLimits = Literal["redistribute", "scale", "ignore"]
 
-# A singular value is damped if it is a smaller share of the largest.
+# A singular value is damped if it is a smaller share of the largest than this.
 _NEAR_SINGULAR = 0.02
 # Repetitions of projecting velocities into their ranges and clipping them.
 _MAX_PROJECTIONS = 8
-# Singular values that are a smaller share of the largest are rounding.
+# Singular values below this share of the largest are rounding.
 _ZERO = 1e-12
 # Rounding of a velocity at its limit.
 _ROUNDING = 1e-9
 # Cost of motions without a twist, as a share of the largest squared singular value.
 _MIN_COST = 1e-10
-# Fewer quadratic programs are solved as Python before the kernel is in memory.
+# Fewer quadratic programs than this are solved as Python before the kernel is in memory.
 _FEW = 64
 
 
@@ -206,8 +206,8 @@ def velocity(
     """Return joint velocities that give a frame a twist, by the damped pseudo-inverse of its Jacobian.
 
     With J = U Σ Vᵀ and damping Λ, v = V Σ (Σ² + Λ²)⁻¹ Uᵀ t. Only the joints between the base and the frame move; a
-    floating base does not. Among the velocities that give the twist, these have the least sum of squares; if there are
-    none, they approximate the twist in the sense of least squares.
+    floating base does not. Among the velocities that give the twist, these have the least sum of squares; if no
+    velocities give it, these approximate it in the sense of least squares.
 
     Args:
         robot: any robot.
@@ -218,10 +218,10 @@ def velocity(
         damping: λ of every singular value, so that v = Jᵀ (J Jᵀ + λ² 1)⁻¹ t. With None, only singular values below ε,
             0.02 of the largest, are damped, by λ² = ε² − σ²: velocities stay below ‖t‖/ε and go to zero along lost
             directions, and other twists are not affected.
-        limits: what to do if a joint would exceed its speed limit, or within `dt` its range or coupled limit.
+        limits: what to do if a joint would exceed its speed limit, or would leave its range or coupled limit in `dt`.
             "redistribute": a quadratic program finds the velocities inside the limits with the nearest twist, which may
             have another direction. "scale": all joints slow down by the same factor, so that the twist keeps its
-            direction; a joint at its limit may stop all. "ignore": nothing.
+            direction; a joint at its limit may stop all joints. "ignore": limits are not applied.
         dt: the time [s] within which ranges hold.
         length: the unit of translation for damping and all measures [m]; with the characteristic length of the robot,
             singular values have one unit. It does not affect the velocities of a possible twist.
@@ -318,7 +318,7 @@ class _Bounds:
         slowest = np.max(np.abs(moved) / self._fastest, axis=-1, keepdims=True, initial=1.0)
         alike = np.where(fine[:, None], allowed, moved / slowest)
         ahead[:, self._motion.joints] = values[:, self._motion.joints] + alike * self._dt
-        # The excess of a joint over a steep edge is larger than its distance, hence a tenth of the tolerance.
+        # At a steep edge the excess of a joint is larger than its distance from the edge: use a tenth of the tolerance.
         cornered = ~fine & (np.abs(self._region.project(ahead) - ahead).max(axis=-1) > 0.1 * LIMIT_TOLERANCE)
         return np.asarray(np.where(cornered[:, None], 0.0, alike))
 
@@ -348,7 +348,7 @@ class _Bounds:
 def _redistributed(
     J: Floats, wanted: Floats, unlimited: Floats, sigma: Floats, Vt: Floats, dampings: Floats, bounds: _Bounds
 ) -> Floats:
-    """Return the velocities inside the bounds with the least ‖J v − t‖² + ‖Λ Vᵀ v‖², which `unlimited` has without."""
+    """Return the v inside the bounds with the least ‖J v − t‖² + ‖Λ Vᵀ v‖²; `unlimited` is the least without bounds."""
     speeds: Floats = unlimited.copy()
     allowed = bounds.allowed(unlimited, np.arange(len(unlimited)))
     rows = np.flatnonzero(np.abs(allowed - unlimited).max(axis=-1, initial=0.0) > _ROUNDING)

@@ -77,18 +77,18 @@ class WholeBodyResult(Outcome):
         reasons: a `Reason` for each pose as a number, shape (...).
         residuals: name of a target → errors of its position and rotation, shape (..., 2) [m, rad], 0 for a component
             that was not given; for "com" the horizontal distance, or the missing margin.
-        beyond: a lower bound on the distance by which the target that gives way is farther away than the stretched
-            robot reaches, or the feet are too far apart, shape (...) [m]; 0 if that is not the reason.
+        beyond: a lower bound on how far the target that gives way is out of reach of the stretched robot, or on how
+            much too far apart the feet are, shape (...) [m]; 0 if the reason is another one.
         worst: index in `residuals` of the target that gives way, shape (...); −1 for none.
         com: the centre of mass in the world, shape (..., 3) [m].
-        margin: its distance inside the support polygon of the standing feet, negative outside, shape (...) [m].
+        margin: the distance of the centre of mass inside the support polygon, negative outside, shape (...) [m].
         at_limits: which joints are at a limit, in the order of `joints`, shape (..., joints).
         joints: names of the joints.
         iterations: steps of all searches together, shape (...).
         starts: number of searches started, shape (...).
         standing: the standing feet.
         notes: notes on the call, one line each.
-        clearance: the clearance of `q`, of nan and no links if that is nan; None if collisions were not checked.
+        clearance: the clearance of `q`, nan and without links where `q` is nan; None if collisions were not checked.
     """
 
     q: Floats
@@ -166,7 +166,7 @@ class WholeBodyResult(Outcome):
 
 # Duration of a search from one start as Python, before the kernel has been compiled [s].
 _PYTHON_SECONDS = 0.25
-# A joint is at its limit if it is nearer [rad].
+# A joint is at its limit if it is nearer to it than this [rad].
 _AT_LIMIT = 1e-6
 
 
@@ -197,13 +197,13 @@ def whole_body(
     leg that does not stand. Redundancy is resolved by a pull to `posture` that ends before the last steps and so does
     not affect the targets. The same arguments give the same answer. The derivation is in docs/whole_body.md.
 
-    Every argument may be a batch of leading axes (...); they broadcast. If targets cannot be met, nothing is raised:
+    Every argument may have leading batch axes (...); they broadcast. If targets cannot be met, nothing is raised:
     the result has the pose with the least sum, and names the target that gives way.
 
     Args:
         robot: a NAO of any version, or another robot with legs of its geometry.
-        targets: name of a frame → its pose T_world_frame, shape (..., 4, 4), or its position, shape (..., 3) [m]. May
-            be empty: the robot stands.
+        targets: name of a frame → its pose T_world_frame, shape (..., 4, 4), or its position, shape (..., 3) [m]. If
+            empty, the robot only stands.
         feet: the standing feet, "L", "R" or both, with T_world_foot of the frames "LLeg" and "RLeg", (..., 4, 4). None
             for both feet as in the reference.
         com: position (x, y) of the centre of mass, shape (..., 2) [m]; "support" for any point above the support
@@ -234,7 +234,7 @@ def whole_body(
         UnknownName: a frame, camera, foot or weight that does not exist.
         BadArgument: contradicting targets (a frame on a standing foot, the torso twice, no foot), numbers above 1e150,
             weights above 1e12, or a robot without the legs of a NAO.
-        NotARotation: a pose is not rigid; carries its index and its defect.
+        NotARotation: a pose is not rigid; the error has its index and its defect.
 
     Examples:
         >>> nao = nk.load_nao()
@@ -361,7 +361,7 @@ class _Search:
         """Search for the poses of some rows.
 
         `targets` selects targets, None for all, an empty list for the support polygon alone; `as_is` keeps a reference
-        that meets all targets; `start` (rows, variables) replaces the reference, and the posture does not pull.
+        that meets all targets. With a `start` (rows, variables) in place of the reference, the posture does not pull.
         """
         plan, body, problems = self.plan._replace(as_is=as_is), self.tables.body, self.problems
         if start is not None:
@@ -399,7 +399,7 @@ class _Search:
 
 
 def _search_apart(search: _Search, found: Solutions, reference: Floats) -> None:
-    """Search for poses in place of those whose links overlap, from starts farther and farther from them."""
+    """Replace poses in which links overlap, by searches from starts farther and farther from these poses."""
     moving = search.tables.body.moving
 
     def distances(x: Floats, rows: Integers) -> Floats:

@@ -1,8 +1,8 @@
 """Joint types: the kinematic pairs, a robot's revolute, universal and spherical joints, and anatomy."""
 
 from nao_kin.joints._readings import CouplingViolation
-from nao_kin.joints.grouping import JointAxes, Rule, group_joints
-from nao_kin.joints.multidof_model import CouplingPolicy, MultiDofModel
+from nao_kin.joints.grouping import JointAxes, Rule as Rule, group_joints
+from nao_kin.joints.multidof_model import CouplingPolicy as CouplingPolicy, MultiDofModel
 from nao_kin.joints.pairs import (
     KINEMATIC_PAIRS,
     JointGroups,
@@ -23,7 +23,7 @@ from nao_kin.joints.tables import (
     joint_table,
 )
 
-# Their names in `nk.typed` and in the paper.
+# The names of the two classes in `nk.typed` and in the paper.
 TypedModel = MultiDofModel
 LowerPair = KinematicPair
 
@@ -34,7 +34,6 @@ __all__ = [
     "AnatomicalJoint",
     "AnatomyTable",
     "BodyPart",
-    "CouplingPolicy",
     "CouplingViolation",
     "JointAxes",
     "JointGroups",
@@ -44,7 +43,6 @@ __all__ = [
     "LowerPair",
     "MultiDofJoint",
     "MultiDofModel",
-    "Rule",
     "Singularity",
     "TypedModel",
     "group_joints",

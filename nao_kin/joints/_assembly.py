@@ -1,8 +1,8 @@
 """The Pinocchio model of a robot whose merged joints are universal and spherical joints.
 
-A merged joint has no links between its axes, but the robot has such links, with mass and frames. Each is attached to a
-carrier, a revolute joint about the original axis, on a side branch. The carrier of a universal joint mimics that
-joint's coordinate. A ball has no angles to mimic, so its carriers have their own coordinates.
+A merged joint has no links between its axes, but the robot has such links, with mass and frames. Each of them is
+attached to a carrier, a revolute joint about the original axis, on a side branch. The carrier of a universal joint
+mimics that joint's first coordinate. A ball has no angles to mimic, so its carriers have their own coordinates.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from nao_kin.robot import LIMIT_ARRAYS, RobotModel
 
 
 class _Holder(NamedTuple):
-    """The joint of the new model that holds the value of a joint of the robot, and which of its coordinates."""
+    """The coordinate that holds the value of a joint of the robot: joint of the new model, and index in that joint."""
 
     joint: int
     place: int
@@ -32,12 +32,12 @@ class Assembly:
 
     Attributes:
         model: the Pinocchio model; its first frames are the robot's, in the robot's order.
-        slots: its coordinates that are joint values.
-        balls: its spherical joints.
-        followers: joints whose value it has in addition to that of their driver, and where.
-        hints: joints whose value it has a second time, only to resolve ambiguity, and where.
+        slots: the model's coordinates that are values of joints of the robot.
+        balls: the model's spherical joints.
+        followers: joints whose values the model holds in addition to those of their drivers, and where it holds them.
+        hints: joints whose values the model holds a second time, only to resolve ambiguity, and where it holds them.
         carriers: names of the carriers.
-        lumped: joints of the robot that are not in the model → the joint that their bodies are fixed to.
+        lumped: joints of the robot that are not in the model → the joint to which their bodies are fixed.
     """
 
     def __init__(
@@ -82,7 +82,7 @@ class Assembly:
                 self._add_carrier(group, node)
                 tasks += [("joint", child) for child in reversed(node.children) if self._merged.get(child) is not group]
             elif group.pair.name == "universal":
-                # The carrier mimics the joint, so it comes after it.
+                # The carrier mimics the joint, so the joint comes first.
                 self._add_merged(group, members)
                 tasks += carriers + outer
             elif task == "joint":
@@ -143,10 +143,10 @@ class Assembly:
             self._add_follower(node)
 
     def _add_follower(self, node: JointNode) -> None:
-        """Add a joint that mimics the holder of its driver's value, or one with its own coordinate.
+        """Add a joint that mimics the coordinate with its driver's value, or a joint with its own coordinate.
 
-        A driver on a carrier has its own. So has a follower if the driver's value is inside a ball or comes later, or
-        if Pinocchio's crba would be wrong.
+        The joint has its own coordinate if it is a driver on a carrier, if its driver's value is inside a ball or comes
+        later in the model, or if Pinocchio's crba would be wrong.
         """
         mimic = node.coupling
         holder = self._holders.get(mimic.joint)
@@ -159,26 +159,26 @@ class Assembly:
             self.followers.append((node, source))
 
     def _misleads_crba(self, node: JointNode, holder: int) -> bool:
-        """Return whether crba of Pinocchio 4.1 would compute a wrong mass matrix if this follower mimicked.
+        """Return whether crba of Pinocchio 4.1 would compute a wrong mass matrix with this follower as a mimic joint.
 
-        It would if a joint of several coordinates carries the follower but not its driver, and if more than one
-        coordinate comes after it in the tree: crba couples only the first.
+        It would in two cases: a joint of several coordinates carries the follower but not its driver; or more than one
+        coordinate comes directly behind the follower in the tree, of which crba couples only the first.
         """
         shared = set(self.model.supports[holder]) - {holder}
         carrying = set(self.model.supports[self._places[node.parent][0]]) - shared
         return any(self.model.joints[joint].nv > 1 for joint in carrying) or self._coordinates_behind(node) > 1
 
     def _coordinates_behind(self, node: JointNode) -> int:
-        """Return the number of coordinates directly behind a mimicking joint, none behind other joints."""
+        """Return the number of coordinates that would come directly behind this joint as a mimic joint."""
         return sum(self._coordinates_from(node, self._nodes[child]) for child in node.children)
 
     def _coordinates_from(self, carrying: JointNode, node: JointNode) -> int:
         group = self._merged.get(node.index)
         if group is not None and group is self._merged.get(carrying.index):
-            # Carriers of one ball carry each other; its last joint is the ball itself, on another branch.
+            # The carriers of a ball carry each other; the last joint of the group is the ball, on another branch.
             return int(node.name != group.joints[-1])
         if group is not None:
-            # A ball and its first carrier.
+            # Two for a ball: the ball and its first carrier.
             return 2 if group.pair.name == "spherical" else 1
         if node.kind == "fixed":
             return self._coordinates_behind(node)
@@ -201,7 +201,7 @@ class Assembly:
         column, row = joint.idx_q + place, joint.idx_v + place
         self.slots.append(Slot(node, column, row, derived))
         if derived:
-            # A carrier of links between the axes of a merged joint does not determine its value.
+            # The coordinate of a carrier does not determine the joint's value, and is only a hint.
             readings = self.followers if node.mimic is not None and node.name not in self.carriers else self.hints
             readings.append((node, Reading(column)))
         model.lowerPositionLimit[column], model.upperPositionLimit[column] = node.lower, node.upper
@@ -214,12 +214,12 @@ class Assembly:
     def _mimic(self, node: JointNode, holder: _Holder, multiplier: float, offset: float) -> pin.JointModel:
         joint, place = self.model.joints[holder.joint], holder.place
         motion = _motion(node)
-        # Pinocchio reads these indices only, so any coordinate of any joint can be mimicked.
+        # Pinocchio reads only these indices, so a mimic joint can follow any coordinate of any joint.
         motion.setIndexes(joint.id, joint.idx_q + place, joint.idx_v + place, joint.idx_vExtended + place)
         return pin.JointModel(pin.JointModelMimic(pin.JointModel(motion), multiplier, offset))
 
     def _placed_with(self, index: int, T_root: pin.SE3) -> tuple[int, pin.SE3]:
-        """Return the joint that moves with a joint of the robot, and in its frame a pose of the root's, all at zero."""
+        """Return the joint that moves with a joint of the robot, and T_root in that joint's frame, all at zero."""
         joint, T_joint = self._places[index]
         return joint, T_joint * self._nodes[index].T_root.actInv(T_root) if index else T_joint * T_root
 
@@ -227,7 +227,7 @@ class Assembly:
         for index, inertia in enumerate(self._source.inertias):
             joint, T_joint = self._places[index]
             self.model.appendBodyToJoint(joint, inertia, T_joint)
-        # Index of a frame in the robot → its index here; for a dropped one, that of the nearest frame before it.
+        # Index of a frame in the robot → its index in this model, or that of the nearest frame before it if dropped.
         places = [0]
         for frame in list(self._source.frames)[1:]:
             if frame.parentJoint in self.lumped:

@@ -77,10 +77,10 @@ class Mismatch:
     """The difference between a follower and the value that its driver requires, at n configurations."""
 
     follower: JointNode
-    driver_value: Floats  # shape (n,), as all others
+    driver_value: Floats  # shape (n,), as the other arrays
     follower_value: Floats
     violated: NDArray[np.bool_]  # where rounding does not explain the difference
-    nearest: Floats  # driver's value nearest to the given values of itself and all its followers
+    nearest: Floats  # the driver's value that is nearest to the given values of the driver and all its followers
 
 
 @dataclass(frozen=True)
@@ -91,9 +91,9 @@ class CouplingViolation:
         primary: the driving joint.
         mimic: the joint that follows it.
         primary_value: value of the driving joint.
-        mimic_value: value of the follower, by whole turns nearest to the expected value.
+        mimic_value: value of the follower, moved by whole turns to be nearest to the expected value.
         expected: value of the follower that the driving joint requires.
-        nearest: value of the driving joint that is nearest to the given values of itself and all its followers.
+        nearest: value of the driving joint that is nearest to the given values of this joint and all its followers.
         index: index of the configuration in the batch.
     """
 
@@ -126,7 +126,7 @@ def coupling_violations(mismatches: Sequence[Mismatch], batch: tuple[int, ...]) 
 
 # --- Spherical joints: quaternions from three angles, angles from quaternions, and the choice of angles at lock.
 
-# Rounding of a quaternion and of the matrix made from it, as an error of an angle far from lock [rad].
+# Error of an angle far from lock that results from rounding the quaternion and the matrix made from it [rad].
 _ROUNDING = 32.0 * float(np.finfo(np.float64).eps)
 
 
@@ -161,21 +161,21 @@ def outer_axes_angle(ball: Ball, middle: Floats) -> tuple[Floats, Floats]:
 
 
 def outer_uncertainty(ball: Ball, middle: Floats, locked: NDArray[np.bool_]) -> Floats:
-    """Return how far rounding may move the outer angles [rad]; at lock only their sum is determined."""
+    """Return how far rounding may move the outer angles [rad]; at lock only their sum or difference is determined."""
     _, sine = outer_axes_angle(ball, middle)
     with np.errstate(divide="ignore"):
         return np.where(locked, math.pi, np.minimum(_ROUNDING / np.abs(sine), math.pi))
 
 
 def nearest_turn(angles: Floats, target: Floats) -> Floats:
-    """Return the angles, by whole turns within half a turn of the target."""
+    """Return the angles, moved by whole turns to within half a turn of the target."""
     return np.asarray(target + wrapped(angles - target))
 
 
 def move_angle(ball: Ball, angles: Floats, place: int, by: Floats) -> Floats:
-    """Return the triples (3, n) with one angle moved, and the opposite outer one so that the rotation changes least.
+    """Return the triples (3, n) with one angle moved; if it is an outer angle, the other one moves to compensate.
 
-    Close to lock the two outer axes nearly coincide, and a turn about one is undone by a turn about the other.
+    Close to lock the two outer axes nearly coincide, and a turn about one nearly cancels a turn about the other.
     """
     result = np.array(angles)
     result[place] += by
@@ -185,19 +185,19 @@ def move_angle(ball: Ball, angles: Floats, place: int, by: Floats) -> Floats:
 
 
 def nearest_at_lock(ball: Ball, angles: Floats, target: Floats) -> Floats:
-    """Return, of all triples (3, n) with the same rotation at lock, the one nearest to the target."""
+    """Return the triples (3, n) nearest to the target among all triples that give the same rotations at lock."""
     sign = np.sign(outer_axes_angle(ball, angles[1])[0])
     spare = wrapped(angles[0] + sign * angles[2] - target[0] - sign * target[2]) / 2.0
     return np.stack([target[0] + spare, angles[1], target[2] + sign * spare])
 
 
 def inside_at_lock(ball: Ball, angles: Floats, lower: Floats, upper: Floats) -> Floats:
-    """Return triples (3, n) at lock moved into the limits of the outer angles, or least outside of them."""
+    """Return triples (3, n) at lock, moved into the limits of the outer angles or as near to them as possible."""
     sign = np.sign(outer_axes_angle(ball, angles[1])[0])
-    # The first angle with the third at either end of its range: their sum, or difference, stays.
+    # The values of the first angle for the third at either end of its range; their sum or difference does not change.
     ends = np.sort([angles[0] + sign * (angles[2] - end) for end in (lower[2], upper[2])], axis=0)
     least, most = np.maximum(lower[0], ends[0]), np.minimum(upper[0], ends[1])
-    with np.errstate(invalid="ignore"):  # without limits, ∞ − ∞ is computed and not used
+    with np.errstate(invalid="ignore"):  # without limits, ∞ − ∞ is computed but not used
         first = np.where(least <= most, np.clip(angles[0], least, most), 0.5 * (least + most))
     return move_angle(ball, angles, 0, first - angles[0])
 

@@ -1,14 +1,15 @@
 """Selection of the joint angles of each spherical joint, among all angles that give its rotation.
 
-A rotation belongs to two triples of angles, each angle up to whole turns, and at lock it determines only the sum of the
-outer angles. Joints of one motor move together, so spherical joints that share a motor are solved together:
+A rotation belongs to two triples of angles, each angle up to whole turns. At lock it determines only the sum or the
+difference of the outer angles. Joints of one motor move together, so spherical joints that share a motor are solved
+together:
 
-1. Every ball has candidates: both triples. Near a lock, where rounding leaves the outer angles open, these are taken
-nearest to the reference, or each triple also nearest to the hints.
-2. For every combination of candidates, every motor takes its value where it is known best, by the whole turns that
-come first in this order: no violated couplings; inside the limits, or near the reference; near the hints; near the
-middle of the limits.
-3. The combination that comes first in the same order is used.
+1. The candidates for a ball are both triples. Near a lock, rounding leaves the outer angles undetermined: they are
+chosen near the reference or, without a reference, inside the limits; a copy of each triple is chosen near the hints.
+2. For every combination of candidates, every motor takes its value from the joint where the value is most accurate. The
+number of whole turns is the best by these criteria, the most important first: fewest violated couplings; inside the
+limits, or near the reference; near the hints; near the middle of the limits.
+3. The best combination by the same criteria is used.
 
 Hints are the values of carriers and followers, whole turns included. Arrays have the batch last: shape (n,) for a
 value, (3, n) for a triple.
@@ -41,15 +42,15 @@ from nao_kin.joints._readings import (
 from nao_kin.joints.grouping import TURN, JointNode, wrapped
 from nao_kin.robot import COUPLING_TOLERANCE, LIMIT_TOLERANCE
 
-# A value with less uncertainty than this needs no second source.
+# A value with less uncertainty than this needs no second source [rad].
 _SURE = 1e-13
 # Larger limits count as no limits, and hints are clipped to this [rad].
 _UNLIMITED = 1e3
-# Whole turns that are tried in both directions, if couplings decide or limits allow as many.
+# Number of whole turns that are tried in each direction, if couplings distinguish them or limits allow them.
 _TURNS = 16
 
 
-# --- Joints that share a motor, and where a typed configuration has their values.
+# --- Joints that share a motor, and where a typed configuration holds their values.
 
 
 class Angle(NamedTuple):
@@ -65,7 +66,7 @@ Readings = Iterable[tuple[JointNode, Reading]]
 
 @dataclass(frozen=True, eq=False)
 class Motor:
-    """A joint with its own coordinate and all its followers, by where a typed configuration has their values."""
+    """A joint with its own coordinate, all its followers, and where a typed configuration holds their values."""
 
     driver: JointNode
     at: Place
@@ -74,7 +75,7 @@ class Motor:
 
     @property
     def balls(self) -> set[int]:
-        """The indices of the balls that it turns."""
+        """The indices of the balls that the motor turns."""
         return {at.ball for at in (self.at, *(at for _, at in self.followers)) if isinstance(at, Angle)}
 
 
@@ -157,7 +158,7 @@ class _Triple(NamedTuple):
 
 
 class TurnSelection:
-    """The choice of the angles of all balls for n typed configurations at once."""
+    """The choice of the angles of all balls, for n typed configurations together."""
 
     def __init__(self, balls: Sequence[Ball], slots: Iterable[Slot], followers: Readings, hints: Readings) -> None:
         motors = motors_of(balls, slots, followers, hints)
@@ -186,7 +187,7 @@ class TurnSelection:
         return chosen, mismatches
 
     def _candidates(self, ball: Ball, query: _Input) -> list[_Triple]:
-        """Return both triples; if the outer angles are undetermined, each also nearest to the hints."""
+        """Return both triples; if the outer angles are undetermined, also each triple chosen near the hints."""
         found = turns_of_quaternion(ball, ball.quaternions(query.typed))
         ranges = [_TurnRange.of(joint) for joint in ball.joints]
         target = np.stack([query.target(*pair) for pair in zip(ball.joints, (r.middle for r in ranges), strict=True)])
@@ -215,7 +216,7 @@ class TurnSelection:
 
 
 def _near_target(ball: Ball, triple: _Triple, place: int, target: Floats) -> _Triple:
-    """Return the triple with an outer angle at the target, up to whole turns, where its uncertainty allows it."""
+    """Return the triple with an outer angle moved to the target, up to whole turns, where its uncertainty allows it."""
     by = wrapped(target - triple.angles[place])
     explained = (triple.uncertainty > _SURE) & (np.abs(by) <= triple.uncertainty)
     if not explained.any():
@@ -226,13 +227,13 @@ def _near_target(ball: Ball, triple: _Triple, place: int, target: Floats) -> _Tr
 def _assignment(
     balls: Sequence[Ball], motors: Sequence[Motor], triples: Mapping[int, _Triple], query: _Input
 ) -> _Assignment:
-    """Return one combination of candidates, with every motor's value where it is known best, and its costs."""
+    """Return one combination of candidates with its costs; every motor's value is read where it is most accurate."""
     n, size = len(query.typed), len(balls)
     found = _Assignment(query, balls, np.zeros((size, 3, n)), np.zeros((size, n)), np.zeros((4, n)))
     for index, triple in triples.items():
         found.angles[index], found.uncertainties[index] = triple
     shared = [motor for motor in motors if motor.followers]
-    # At a lock, one motor may depend on the angle of another motor of the ball.
+    # Repeated, because at a lock one motor may depend on the angle of another motor of the ball.
     for _ in shared if np.any(found.uncertainties > _SURE) else shared[:1]:
         for motor in shared:
             found.reconcile(motor)
@@ -265,7 +266,7 @@ class _Assignment:
         return self.angles[at], self.uncertainties[at.ball] if at.place != 1 else np.zeros(1)
 
     def take_better(self, other: _Assignment) -> None:
-        """Take the other assignment in the rows where its costs come first."""
+        """Take over the configurations in which the other assignment has the lower costs."""
         better = _first_by_costs(np.stack([self.costs, other.costs], axis=1)) == 1
         if better.any():
             self.angles = np.where(better, other.angles, self.angles)
@@ -273,7 +274,7 @@ class _Assignment:
             self.costs = np.where(better, other.costs, self.costs)
 
     def reconcile(self, motor: Motor) -> None:
-        """Read a motor where its value is known best, and set all the angles that it turns to it."""
+        """Read a motor's value where it is most accurate, and set all angles that the motor turns to this value."""
         if isinstance(motor.at, Angle):
             self.choose_turns(motor, motor.at)
             self._take_from_followers(motor, motor.at)
@@ -290,7 +291,7 @@ class _Assignment:
                 self.uncertainties[at.ball] = np.where(agreed, np.minimum(own, asked), own)
 
     def _take_from_followers(self, motor: Motor, at: Angle) -> None:
-        """Move the driver, if a lock leaves it undetermined, to the value of a follower that is more accurate."""
+        """If a lock leaves the driver undetermined, move it to the value that a more accurate follower implies."""
         value, uncertainty = self.read(at)
         if not np.any(uncertainty > _SURE):
             return
@@ -313,7 +314,7 @@ class _Assignment:
             self.angles[at.ball] = move_angle(self.balls[at.ball], self.angles[at.ball], at.place, by)
 
     def choose_turns(self, motor: Motor, at: Angle) -> Floats:
-        """Set the driver's angle, by the whole turns that come first; return the costs, shape (4, n)."""
+        """Move the driver's angle by the best number of whole turns; return the costs, shape (4, n)."""
         limits, query = _TurnRange.of(motor.driver), self.query
         target = query.target(motor.driver, limits.middle)
         hints = [query.hint(source) for source in motor.hints]
@@ -346,7 +347,7 @@ class _Assignment:
         ]
 
     def _excesses(self, motor: Motor, drivers: Floats) -> list[tuple[JointNode, Floats, Floats]]:
-        """Return every follower with its excess over these driver values and the excess that is allowed."""
+        """Return every follower, its excess over the value that these driver values require, and the allowed excess."""
         _, uncertainty = self.read(motor.at)
         found = []
         for follower, at in motor.followers:
@@ -359,11 +360,11 @@ class _Assignment:
 def _turn_candidates(
     motor: Motor, limits: _TurnRange, angle: Floats, target: Floats, hints: Sequence[Floats], query: _Input
 ) -> Floats:
-    """Return the driver's angle with all possible whole turns, shape (candidates, n)."""
+    """Return the driver's angle with all numbers of whole turns to try, shape (candidates, n)."""
     nearest = nearest_turn(angle, target)
     # Whether a whole turn of the driver is not a whole turn of some follower.
     winding = any(joint.kind != "revolute" or joint.coupling.multiplier % 1.0 != 0.0 for joint, _ in motor.followers)
-    # Whether the limits contain some angle at more than one count of whole turns.
+    # Whether some angle is inside the limits with more than one number of whole turns.
     several = limits.upper - limits.lower >= TURN - 2.0 * LIMIT_TOLERANCE
     if not winding and (query.reference is not None or not (several and hints)):
         return nearest[None]
@@ -374,7 +375,7 @@ def _turn_candidates(
 
 
 def _first_by_costs(costs: Floats) -> NDArray[np.intp]:
-    """Return the index of the candidate whose costs (levels, candidates, n) come first; the first of equals."""
+    """Return the index of the candidate with the lowest costs (levels, candidates, n); the first level matters most."""
     alive = np.ones(costs.shape[1:], dtype=np.bool_)
     for level in costs:
         least = np.where(alive, level, np.inf).min(axis=0)

@@ -70,7 +70,7 @@ class JointNode:
 
 
 def wrapped(angle: Floats) -> Floats:
-    """Return the angle, by whole turns in [−π, π]."""
+    """Return the angle, moved by whole turns into [−π, π]."""
     return np.asarray(angle - TURN * np.round(angle / TURN))
 
 
@@ -107,7 +107,7 @@ _Item = TypeVar("_Item")
 Rule = Literal["coincident", "concurrent"]
 RULES: tuple[Rule, ...] = ("coincident", "concurrent")
 
-# Below the first, rounding dominates; an offset above the second is intended.
+# The smallest tolerance, below which rounding dominates, and the largest one; a larger offset is intended [m].
 _TOLERANCES = (1e-15, 1e-2)
 # Three turns reach every rotation only if consecutive axes are perpendicular: a1·a2 up to rounding, and less than the
 # 1e-9 that `davenport_angles` allows, so that every quaternion of a ball has angles.
@@ -119,17 +119,18 @@ def group_joints(robot: RobotModel, *, rule: Rule = "coincident", tolerance: flo
     """Merge runs of consecutive revolute joints of a robot into universal and spherical joints.
 
     A run goes from parent to child as long as the link between them carries nothing else with its own coordinate. Two
-    neighbours in a run make a universal joint, three a spherical one, when
+    neighbours in a run make a universal joint, three a spherical one, if they satisfy the rule:
 
     - "coincident": their centres, the origins of their frames, coincide;
     - "concurrent": their axes meet in one point. Axes that meet at zero meet in every configuration, because a turn
-      about one of them does not move the point;
+      about one of them does not move the point.
 
-    and neighbouring axes are not parallel, those of a spherical joint are perpendicular (otherwise the three turns
-    would not reach every rotation, and the ball would be freer than the robot), and no motor turns two of them.
+    In addition, neighbouring axes must not be parallel, those of a spherical joint must be perpendicular (otherwise the
+    three turns would not reach every rotation, and the ball would be freer than the robot), and no motor may turn two
+    of the joints.
 
-    If a run can be cut in several ways, the cut with the fewest joints is used; among these the one with the largest
-    joints (sum of squares of their numbers of axes), then the one whose larger joint is closer to the root.
+    If a run can be cut in several ways, the cut with the fewest joints is used; among these cuts, the one with the
+    largest joints (sum of squares of their numbers of axes), and then the one whose larger joint is closer to the root.
 
     Args:
         robot: any robot.
@@ -192,7 +193,7 @@ def _cut(nodes: Mapping[int, JointNode], rule: Rule, tolerance: float) -> list[l
 
 
 def _runs(nodes: Mapping[int, JointNode]) -> list[list[JointNode]]:
-    """Return the joints that count, in the longest possible runs of revolute joints; other kinds alone."""
+    """Return the longest runs of revolute joints, and each joint of another kind alone; only joints that count."""
     runs: dict[int, list[JointNode]] = {}
     for node in nodes.values():
         if not _counts(node):
@@ -210,7 +211,7 @@ def _runs(nodes: Mapping[int, JointNode]) -> list[list[JointNode]]:
 
 
 def _counts(node: JointNode) -> bool:
-    """Return whether a joint adds a degree of freedom, or carries one that does."""
+    """Return whether a joint counts: it adds a degree of freedom, or carries a joint that does."""
     return node.moves and node.kind != "fixed"
 
 
@@ -251,8 +252,8 @@ def _centre(centres: Floats, axes: Floats, rule: str) -> Floats:
     if rule == "coincident":
         # The mean of the differences is exactly zero where the centres are equal.
         return np.asarray(centres[0] + (centres - centres[0]).mean(axis=0))
-    # The point nearest to all axes by least squares, relative to the first centre: of two axes, halfway along their
-    # common normal. A point x of the line through p along e has (1 − e eᵀ) x = (1 − e eᵀ) p.
+    # The point nearest to all axes by least squares, relative to the first centre; for two axes it is halfway along
+    # their common normal. A point x of the line through p along e satisfies (1 − e eᵀ) x = (1 − e eᵀ) p.
     across = np.eye(3) - axes[:, :, None] * axes[:, None, :]
     offsets = np.einsum("nij,nj->ni", across, centres - centres[0])
     solution, *_ = np.linalg.lstsq(across.reshape(-1, 3), offsets.reshape(-1), rcond=None)
@@ -268,7 +269,7 @@ def partition(
     larger piece closer to the beginning of the run.
     """
     count = len(run)
-    # best[i]: (pieces, −sum of squares, lengths from there on, negated) of the run from i on. Smaller is better.
+    # best[i], for the run from i on: (number of pieces, −sum of squares, negated lengths of pieces). Smaller is better.
     best: list[tuple[int, int, tuple[int, ...]]] = [(0, 0, ())] * (count + 1)
     for start in reversed(range(count)):
         options = []

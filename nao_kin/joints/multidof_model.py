@@ -41,8 +41,8 @@ class MultiDofModel:
     A configuration of the typed model, shape (..., nq), contains Pinocchio's coordinates of every joint in the order of
     the model: one value for a revolute or prismatic joint, two angles for a universal one, a unit quaternion (x, y, z,
     w) for a spherical one; `columns` gives their indices. Bodies, inertias, frame names and gravity are the robot's. So
-    are the limits of revolute, prismatic and universal joints; those of the three angles of a ball do not bound its
-    quaternion, and are in `pairs`.
+    are the limits of revolute, prismatic and universal joints. The limits of a ball's three angles do not bound its
+    quaternion; they are in `pairs`.
 
     The links between the axes of a merged joint are attached to `carriers`, revolute joints on a side branch. Carriers
     of a universal joint mimic it. Those of a ball have their own coordinates: `from_q` writes them, `to_q` reads them
@@ -82,13 +82,13 @@ class MultiDofModel:
         Args:
             robot: any robot.
             rule: which runs to merge, as in `group_joints`.
-            tolerance: as in `group_joints`. The model is the robot's to rounding when the axes of each joint meet to
-                rounding. Where they miss by up to r, rotations are still the robot's, and positions differ by up to 2 r
-                for every merged axis on the way, by nothing at zero.
-            intermediate: "keep" attaches the links between the axes of merged joints to carriers: everything is the
+            tolerance: as in `group_joints`. If the axes of each joint meet to rounding, the model agrees with the robot
+                to rounding. If they miss each other by up to r, rotations are still the robot's, and positions differ
+                by up to 2 r for every merged axis on the way to the frame, but not with all joints at zero.
+            intermediate: "keep" attaches the links between the axes of merged joints to carriers; all results are the
                 robot's. "drop" leaves out these links and their frames: poses and Jacobians of all other frames and the
-                total mass are the robot's; the centre of mass and the mass matrix only where all merged joints are at
-                zero, as `notes` says.
+                total mass are the robot's; the centre of mass and the mass matrix are the robot's only where all merged
+                joints are at zero, as `notes` says.
 
         Raises:
             BadArgument: as `group_joints`.
@@ -112,7 +112,7 @@ class MultiDofModel:
         self._quaternions = {"base": 3} if robot.base == "floating" else {}
         self._quaternions |= {ball.name: ball.column for ball in self._balls}
         self._selection = TurnSelection(self._balls, self._slots, assembly.followers, assembly.hints)
-        # Index of a frame in the robot's model → its index here, where the same frames come first.
+        # Index of a frame in the robot's model → its index in this model, whose first frames are the same.
         remaining = (i for i, frame in enumerate(robot.model.frames) if frame.parentJoint not in assembly.lumped)
         self._places = {theirs: own for own, theirs in enumerate(remaining)}
         self.frame_names = tuple(name for name, index in robot.frame_table.items() if index in self._places)
@@ -173,19 +173,20 @@ class MultiDofModel:
         one, least outside the limits; nearest to the values of carriers and followers, whole turns included; nearest to
         the middle of the limits. So `to_q(from_q(q))` is q for every q inside limits, except for whole turns of the
         last angle of a ball, which has no carrier, when its limits span more than one turn and nothing follows it. At a
-        lock, where a ball determines only the sum of its outer angles, joints of the same motor that are known better
-        decide, then the same order.
+        lock, where a ball determines only the sum or the difference of its outer angles, more accurate values of joints
+        of the same motor decide first, and then the same order.
 
-        Revolute followers agree with their drivers up to whole turns, which do not change any pose. Sixteen turns of a
-        driver in both directions are considered, and those nearest to the values of carriers and followers. A joint
-        without limits has the value of its carrier, a last angle a value in [−π, π], unless a coupling requires more.
+        Revolute followers agree with their drivers up to whole turns, which do not change any pose. The whole turns
+        considered are up to sixteen of a driver in each direction, and those nearest to the values of carriers and
+        followers. Without limits, a joint has the value of its carrier, and the last angle of a ball is in [−π, π],
+        unless a coupling requires more turns.
 
         Args:
-            q_typed: typed configurations, shape (..., nq). The values of carriers only resolve what is otherwise
-                ambiguous.
+            q_typed: typed configurations, shape (..., nq). The values of carriers are used only to resolve
+                ambiguity.
             reference: configurations of the robot, shape (..., robot.nq).
             couplings: "raise" refuses joints of one motor that disagree by more than 1e-6 rad; "nearest" gives the
-                motor the value that is nearest to all of them, and leaves the other angles.
+                motor the value that is nearest to all of them, and does not change the other angles.
 
         Raises:
             DisagreeingJoints: with couplings="raise".
@@ -248,10 +249,10 @@ class MultiDofModel:
     def velocity_matrix(self, q: ArrayLike) -> Floats:
         """Return E(q), shape (..., nv, robot.nv), with v_typed = E(q) v: typed velocities from the robot's.
 
-        For revolute, prismatic and universal joints, and for carriers, the rates are the same: rows of ones (or of a
-        follower's multiplier). For a ball with axes a1, a2, a3 it gives the angular velocity in the moved frame, ω =
-        Rot(a3, −γ) Rot(a2, −β) a1 α' + Rot(a3, −γ) a2 β' + a3 γ'. The Jacobians are then J(q) = J_typed E(q), and the
-        mass matrices M(q) = Eᵀ M_typed E.
+        For revolute, prismatic and universal joints, and for carriers, the rates are the same: their rows of E contain
+        a single 1 (or a follower's multiplier). For a ball with axes a1, a2, a3 E gives the angular velocity in the
+        moved frame, ω = Rot(a3, −γ) Rot(a2, −β) a1 α' + Rot(a3, −γ) a2 β' + a3 γ'. The Jacobians are then J(q) =
+        J_typed E(q), and the mass matrices M(q) = Eᵀ M_typed E.
 
         Args:
             q: configurations of the robot, shape (..., robot.nq).
@@ -356,7 +357,7 @@ class MultiDofModel:
             name, norm = list(self._quaternions)[place[-1]], f"{norms[place]:.8g}{at_index(place[:-1])}"
             raise BadArgument(f"{name} must be a unit quaternion (x, y, z, w), got one of norm {norm}")
         unit = np.array(typed)
-        # An error of the norm would be squared in the rotation matrices.
+        # The square of the norm would scale the rotation matrices.
         unit[..., columns] = parts / norms[..., None]
         return unit
 
@@ -402,12 +403,12 @@ class MultiDofModel:
 
 
 def _notes(robot: RobotModel, lumped: Mapping[int, int]) -> tuple[str, ...]:
-    """Return a sentence for every joint whose links are fixed to the body before."""
+    """Return a sentence for every joint whose links are fixed to the body before the joint."""
     model = robot.model
     return tuple(
         f"{model.inertias[index].mass:.6g} kg carried by {model.names[index]} are fixed to the body "
-        f"{f'carried by {model.names[before]}' if before else 'of the root'} as with all joints at zero: "
-        "the centre of mass and the mass matrix are the robot's there only"
+        f"{f'carried by {model.names[before]}' if before else 'of the root'} as with all joints at zero; "
+        "only in that configuration are the centre of mass and the mass matrix those of the robot"
         for index, before in sorted(lumped.items())
         if model.inertias[index].mass > 0.0
     )

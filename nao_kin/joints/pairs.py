@@ -32,7 +32,7 @@ class KinematicPair:
         symbol: its letter in mechanism theory.
         rotations: independent rotations that it allows.
         translations: independent translations that it allows. A helical joint turns and slides, but not independently:
-            it counts as one rotation.
+            it counts as one rotation and no translation.
         axes: number of directions that define it: the axis, the two axes of a universal joint, the normal of a plane.
         pinocchio: the Pinocchio joint that moves this way.
         lower: True for Reuleaux's six lower pairs, whose bodies touch on a surface. A universal joint is two revolute
@@ -65,7 +65,7 @@ class KinematicPair:
 
         Args:
             axes: the directions that define it, in the joint frame, of any nonzero length: shape (3,) for one, (n, 3)
-                for several. A universal joint turns about the first, then about the second as carried along.
+                for several. A universal joint turns about the first, then about the second as moved by the first turn.
             pitch: advance of a helical joint per radian [m/rad].
 
         Raises:
@@ -119,7 +119,7 @@ def _planar(normal: Floats) -> pin.JointModel:
     return _composite(*slides, pin.JointModelRevoluteUnaligned(normal))
 
 
-# The joints that are not simply Pinocchio's joint of the name in the table.
+# The kinds of joint that need a function, because they are not simply the Pinocchio joint named in the table.
 _COMPOSED: dict[str, Callable[[Floats], pin.JointModel]] = {"cylindrical": _cylindrical, "planar": _planar}
 
 _PAIRS = (

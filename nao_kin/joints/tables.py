@@ -18,18 +18,18 @@ from nao_kin.robot.nao import JOINTS
 # --- The NAO's joints and the human joints in the same places.
 
 NAO_TWISTS = frozenset(row.name for row in JOINTS if row.motion == "twist")
-"""The NAO's joints that turn a limb about its own length."""
+"""The NAO's joints that turn a limb about its long axis."""
 
 
 @dataclass(frozen=True)
 class BodyPart:
-    """A part of the NAO's body, its joints, and the joints of a human there.
+    """A part of the NAO's body, its joints, and the human joints in the same place.
 
     Attributes:
         name: part of the body.
-        joints: the NAO's joints there, from the trunk outwards, without the side.
+        joints: the NAO's joints in this part, from the trunk outwards, without the side.
         anatomical: the anatomical joint that moves like them.
-        human: the anatomical joints of the human there.
+        human: the human anatomical joints in the same place.
         difference: how the NAO differs from the human.
     """
 
@@ -195,9 +195,10 @@ _SIDES = (
 
 
 def anatomical_kind(joints: tuple[str, ...], pair: KinematicPair) -> str:
-    """Return the anatomical joint that a joint of these URDF joints moves like; "" when the body has none like it.
+    """Return the anatomical joint that moves like a joint made of these URDF joints; "" if the human body has none.
 
-    A revolute joint among `NAO_TWISTS` turns a limb about its own length: it is a pivot, any other a hinge.
+    A revolute joint among `NAO_TWISTS` turns a limb about its long axis and is a pivot; any other revolute joint is a
+    hinge.
     """
     if pair.name == "revolute" and joints[0] in NAO_TWISTS:
         return "pivot"
@@ -223,7 +224,7 @@ class JointTableRow:
     """One joint; lengths and directions in the root's frame with all joints at zero.
 
     Attributes:
-        chain: its chain: the robot's own name for it, or the name of its first joint.
+        chain: name of its chain: the robot's own name, or else the name of the chain's first joint.
         joint: its name; for a merged joint the names of its parts, joined by "+".
         parts: the joints of the URDF it is made of.
         pair: "revolute", "universal" …

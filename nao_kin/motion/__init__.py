@@ -16,17 +16,15 @@ from nao_kin.motion.editing import (
 )
 from nao_kin.motion.files import FORMATS, is_motion_file as is_motion_file, read_motion, write_motion
 from nao_kin.motion.files.source import MotionFileWarning
-from nao_kin.motion.interpolation import Interpolation
+from nao_kin.motion.interpolation import Interpolation as Interpolation
 from nao_kin.motion.mending import Change, MendedMotion, clamp, share_motors, slow_down
 from nao_kin.motion.motion import Motion
 from nao_kin.motion.plotting import plot
-from nao_kin.robot import Hips
+from nao_kin.robot import Hips as Hips
 
 __all__ = [
     "FORMATS",
     "Change",
-    "Hips",
-    "Interpolation",
     "MendedMotion",
     "Motion",
     "MotionFileWarning",

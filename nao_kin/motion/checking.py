@@ -22,7 +22,7 @@ from nao_kin.robot.semantics import CoupledLimit
 # --- The violations that a check finds.
 
 Kind = Literal["limit", "coupled limit", "speed", "motor", "collision"]
-# A message lists so many intervals of a joint and kind, those with the largest excess.
+# For each joint and kind a message lists this many intervals, those with the largest excess.
 _MAX_LISTED = 3
 
 
@@ -214,8 +214,8 @@ def check(
 
     The extreme values and speeds of every joint are found in closed form for each interpolation, and so are the
     distances to coupled limits and between the joints of one motor for linear and smooth motions. For Bezier motions
-    these two are sampled, with a cubic between two samples. Two joints of one motor, such as the two HipYawPitch, must
-    agree to 1e-6.
+    these two distances are sampled, with a cubic between two samples. Two joints of one motor, such as the two
+    HipYawPitch, must agree to 1e-6.
 
     Args:
         robot: a robot with all the named joints.

@@ -20,7 +20,7 @@ class JointCurves:
     """The curve of every joint of a robot during a motion; joints that are not named stand still.
 
     Attributes:
-        sampled: whether common times of Bezier curves were requested, which are sampled.
+        sampled: whether common times of Bezier curves, which have to be sampled, were requested.
     """
 
     def __init__(self, motion: Motion, fill: str | ArrayLike, robot: RobotModel, rate: float) -> None:
@@ -49,7 +49,7 @@ class JointCurves:
         return [float(self.values(joint, np.array([time]))[0]) for joint in joints]
 
     def common_times(self, *joints: str, bends: Floats | None = None) -> Floats:
-        """Return times, with `bends`, between which the curve of each joint is one cubic; Bezier curves are sampled."""
+        """Return times, including `bends`, between which each joint's curve is one cubic; Bezier curves are sampled."""
         motion = self._motion
         times = [np.array([motion.start, motion.end])]
         times += [motion.times[motion.joint_names.index(joint)] for joint in joints if joint in motion.joint_names]
@@ -79,7 +79,7 @@ class JointCurves:
 
 
 def held(curve: Segments, times: Floats, keys: Floats, start: float, end: float) -> Segments:
-    """Return at least one segment: those between keys, and one before and after in which the joint stands still."""
+    """Return the segments between keys, and one before and after them with the joint at rest, at least one in all."""
     before, after = times[0] - start, end - times[-1]
     first = before > 0.0 or (len(keys) == 1 and after <= 0.0)
     if not first and after <= 0.0:
@@ -122,7 +122,7 @@ def _speed_within(curve: Segments, middle: Floats, end: Floats) -> Floats:
 # Halvings of a piece, which locate a crossing up to rounding.
 _HALVINGS = 54
 
-# Longer lists would not be read.
+# A longer list of intervals helps no reader.
 _MAX_INTERVALS = 1000
 
 Quantity = Literal["value", "speed"]
@@ -269,7 +269,7 @@ def _may_exceed(curve: Segments, quantity: Quantity, bound: float, sign: float, 
 def _roots(a: Floats, b: Floats, c: Floats) -> Floats:
     """Return both solutions of a u² + 2 b u + c = 0, shape (2, n); 0 for a complex one."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        # The sum of equal signs first: no digits cancel.
+        # First the sum of two terms with equal signs: no digits cancel.
         sum_ = -(b + np.copysign(np.sqrt(b * b - a * c), b))
         roots = np.stack([sum_ / a, c / sum_])
     return np.where(np.isfinite(roots), roots, 0.0)

@@ -46,7 +46,7 @@ def resample(motion: Motion, rate: float | None = None, *, times: ArrayLike | No
         times: the times instead of a rate, ascending, shape (n,) [s].
 
     Raises:
-        BadArgument: neither or both, times that do not ascend, more than 4 million keys.
+        BadArgument: neither or both of rate and times, times that do not ascend, or more than 4 million keys.
 
     Examples:
         >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
@@ -99,16 +99,18 @@ def time_warp(motion: Motion, warp: float | Callable[[Floats], ArrayLike]) -> Mo
 def concatenate(motions: Sequence[Motion], *, gap: float = 0.0, blend: float = 0.0) -> Motion:
     """Return motions one after another, the first at its own times.
 
-    Each keeps its curves. In a gap every joint moves from its last value to its next one: straight between linear
-    motions, otherwise from rest to rest. A joint that a motion does not name stands still in it, at its last value or
-    at its first later one. Motions of different or of smooth interpolation become a Bezier one.
+    Each motion keeps its curves. In a gap every joint moves from its last value to its next one: straight between
+    linear motions, otherwise from rest to rest. A joint that a motion does not name stands still during it, at its last
+    value before, or else at its first value later. Motions of different interpolations, and smooth ones, become a
+    Bezier motion.
 
     Args:
         motions: at least one.
         gap: time between the end of one motion and the beginning of the next [s]; with 0 no joint may jump.
-        blend: instead, time for which the end of one motion and the beginning of the next overlap [s]; the result
-            passes from one to the other with weights 1 − w and w, w = 3 s² − 2 s³ over the share s of that time. It is
-            linear, with the keys of both and 100 a second, everywhere if one of the two is not linear.
+        blend: instead of a gap, the time for which the end of one motion and the beginning of the next overlap [s]. The
+            result passes from one to the other with weights 1 − w and w, w = 3 s² − 2 s³ over the share s of that time.
+            It is linear. It has the keys of both motions and 100 more per second, in the overlap if both motions are
+            linear, else everywhere.
 
     Raises:
         BadArgument: no motions, both a gap and a blend, a blend longer than one of the motions, or a joint that would
@@ -161,7 +163,7 @@ def loop(motion: Motion, n: int, *, gap: float = 0.0) -> Motion:
 
 
 def complete(robot: RobotModel, motion: Motion, fill: str | ArrayLike = HOLD) -> Motion:
-    """Return the motion with one key for each joint of a robot that it does not name, which stands still.
+    """Return the motion with one more key for each joint of a robot that it does not name; these joints stand still.
 
     Args:
         robot: its joints with their own motor are added, in its order.
@@ -206,7 +208,7 @@ def _joined(one: Motion, two: Motion, gap: float) -> Motion:
                 raise BadArgument(
                     f"{name} would jump from {first:.6g} to {second:.6g} at {one.end:.6g} s; give a gap or a blend"
                 )
-            # The first key of the second motion replaces the last one, and gets its handle before the key.
+            # The second motion's first key replaces the first motion's last key, and gets its handle before the key.
             parts[1][2][0, 0] = parts[0][2][-1, 0]
             parts[0] = parts[0][0][:-1], parts[0][1][:-1], parts[0][2][:-1]
         elif len(parts) == 2:
@@ -222,7 +224,7 @@ def _joined(one: Motion, two: Motion, gap: float) -> Motion:
 def _held(
     motion: Motion, name: str, shift: float, *, until: float | None = None, since: float | None = None
 ) -> tuple[Floats, Floats, Floats]:
-    """Return times, keys and handles of a joint, with another key where it stands still until or since a time."""
+    """Return times, keys and handles of a joint, with one more key if it stands still until or since a time."""
     column = motion.joint_names.index(name)
     times, keys = motion.times[column], motion.keys[column]
     handles = np.zeros((len(keys), 2, 2)) if motion.handles is None else np.array(motion.handles[column])
@@ -308,16 +310,16 @@ def cut(motion: Motion, times: Floats) -> Motion:
 
 
 def _with(own: Floats, times: Floats) -> Floats:
-    """Return the times of a joint's keys and those given between them."""
+    """Return the times of a joint's keys, and the given times between them."""
     return np.union1d(own, times[(times > own[0]) & (times < own[-1])])
 
 
 def _slow_times(curve: Segments, own: Floats, new: Floats) -> Floats:
     """Return the times at which segments must be cut too, so that handles end within the pieces.
 
-    The time x of a segment with handles a and b longer than itself runs slower and then faster again, and a piece with
-    both may begin or end more than three times as fast as its average. If x only slows down, or only speeds up, no
-    piece does.
+    If the handles a and b together are longer than their segment, its time x runs slower and then faster again. A piece
+    that contains both may begin or end more than three times as fast as its average. A piece in which x only slows
+    down, or only speeds up, does not.
     """
     if curve.lengths is None:
         return np.zeros(0)
@@ -362,7 +364,7 @@ def _polar(controls: tuple[Floats, Floats, Floats] | Floats, r: Floats, s: Float
 
 # --- Mirror images of motions and configurations: left and right exchanged.
 
-# Largest sine between an axis and the mirror image of that of the other side.
+# Largest sine of the angle between an axis and the mirror image of the axis on the other side.
 _PARALLEL = 1e-3
 _MIRROR = np.array([1.0, -1.0, 1.0])
 
@@ -371,7 +373,7 @@ def mirror(robot: RobotModel, motion: Motion) -> Motion:
     """Return the motion mirrored at the plane between left and right, y = 0.
 
     RShoulderPitch gets the movement of LShoulderPitch; a motion mirrored twice is the original. The mirror image of a
-    joint that turns about the axis a turns about −M a, with M = diag(1, −1, 1): its value changes sign if that is
+    joint that turns about the axis a turns about −M a, with M = diag(1, −1, 1): its value changes sign if −M a is
     opposite to the axis of the joint on the other side. A sliding joint slides along M a; ratios, such as a hand's, do
     not change.
 
@@ -399,9 +401,9 @@ def mirror(robot: RobotModel, motion: Motion) -> Motion:
 
 
 def mirrored_joints(robot: RobotModel) -> dict[str, tuple[str, float]]:
-    """Return joint → (the joint on the other side, sign): the mirror image has the sign times that joint's value.
+    """Return joint → (joint on the other side, sign): in the mirror image it has the sign times that joint's value.
 
-    A joint on neither side is its own mirror joint. Mimic joints are no keys. Other joints need a mirror image.
+    A joint on neither side is its own mirror joint. Mimic joints are left out. All other joints need a mirror image.
     """
     check_robot(robot)
     return {name: (other, _sign(robot, name, other)) for name in robot.joint_names for other in (other_side(name),)}

@@ -32,10 +32,10 @@ _ACCURACY = 1e-15
 def smooth_slopes(times: Floats, keys: Floats) -> Floats:
     """Return the slopes of the monotone cubic at the keys, shape (k,).
 
-    With widths h and slopes d of the straight lines before and after a key, the slope is zero if these differ in sign,
-    otherwise their weighted harmonic mean (w₁ + w₂) / (w₁ / d₁ + w₂ / d₂) with w₁ = h₁ + 2 h₂ and w₂ = 2 h₁ + h₂. At
-    the first and the last key it is zero: the robot starts and ends at rest. Between two keys the curve never leaves
-    their range.
+    The straight lines before and after a key have the widths h and the slopes d. The slope of the curve at the key is
+    zero if d₁ and d₂ differ in sign, otherwise their weighted harmonic mean (w₁ + w₂) / (w₁ / d₁ + w₂ / d₂) with
+    w₁ = h₁ + 2 h₂ and w₂ = 2 h₁ + h₂. At the first and the last key it is zero: the robot starts and ends at rest.
+    Between two keys the curve never leaves their range.
 
     Source: F. N. Fritsch and J. Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300–304.
     """
@@ -132,7 +132,7 @@ class Segments:
         return np.asarray(self.start[segment] + self.width[segment] * _cubic(u, a, 1.0 - b, 1.0))
 
     def value(self, segment: NDArray[Any], u: Floats) -> Floats:
-        """Return values at parameters u; at 0 and 1 exactly those of the keys, if these are equal."""
+        """Return values at parameters u; between equal keys, exactly the value of the keys at 0 and 1."""
         return np.asarray(self.first[segment] + _cubic(u, *self.controls[segment].T))
 
     def speed(self, segment: NDArray[Any], u: Floats) -> Floats:

@@ -72,7 +72,7 @@ class Change:
         words = {
             "clamped": f"moved into its limits by up to {amount}",
             "resampled": f"made linear with {LINEAR_RATE:g} keys per second, which moved values by up to {amount}",
-            "one motor": f"given what its motor does, up to {amount} away",
+            "one motor": f"set to the value of its motor, which changed it by up to {amount}",
             "slower": f"takes {self.amount:.4g} times as long",
         }
         return f"{self.joint or 'all joints'}: {words[self.kind]} ({interval(self.start, self.end)})"
@@ -114,7 +114,7 @@ def changes_of(kind: Kind, joint: str, times: Floats, miss: Floats, unit: str) -
 
 
 def made_linear(robot: RobotModel, motion: Motion) -> tuple[Motion, Change]:
-    """Return a linear motion with the same keys and 100 more per second, and the resulting changes."""
+    """Return a linear motion with the same keys and 100 more per second, and the resulting change."""
     grid = np.union1d(sampling_times(motion, LINEAR_RATE, None), motion.key_times)
     linear = resample(motion, times=grid)
     middle = 0.5 * (grid[:-1] + grid[1:])
@@ -130,9 +130,9 @@ def clamp(robot: RobotModel, motion: Motion, *, fill: str | ArrayLike = HOLD) ->
     """Return the motion with its keys moved into the limits, then into the coupled limits.
 
     A key outside the range of its joint is moved to the end of the range. The ends of the handles of a Bezier segment
-    that overshoots are moved too: a curve stays within the hull of its control points. Then, where a joint leaves the
-    range that depends on another joint, a linear motion gets more keys, and a smooth or Bezier motion becomes linear,
-    with 100 keys per second and one wherever a coupled limit bends; these keys are moved into the range.
+    that overshoots are moved too: a curve stays within the hull of its control points. If a joint then leaves the range
+    that depends on another joint, a linear motion gets more keys, and a smooth or Bezier motion becomes linear, with
+    100 keys per second and one wherever a coupled limit bends. These keys are moved into the range.
 
     Args:
         robot: has all the joints named.
@@ -172,8 +172,8 @@ def clamp(robot: RobotModel, motion: Motion, *, fill: str | ArrayLike = HOLD) ->
 def share_motors(robot: RobotModel, motion: Motion, hips: Hips = "average") -> MendedMotion:
     """Return the motion with joints of one motor, such as the two HipYawPitch, made to agree.
 
-    The left or the right curve is copied. The average of smooth or Bezier curves is exact if both have keys at the same
-    times, and the motion becomes a Bezier one; else the motion becomes linear, with 100 keys per second.
+    For "left" or "right" that curve is copied. The average of smooth or Bezier curves is exact if both have keys at the
+    same times, and the motion becomes a Bezier one; else the motion becomes linear, with 100 keys per second.
 
     Args:
         robot: has all the joints named.
@@ -362,7 +362,7 @@ def _stretch_factors(robot: RobotModel, motion: Motion) -> tuple[Floats, Floats]
                 f"{own[place + 1]:.6g} s): its handles are vertical, and no time is long enough"
             )
         if limit <= 0.0 and fastest.any():
-            raise BadArgument(f"{joint} is to move, and its speed limit is 0: no time is long enough")
+            raise BadArgument(f"{joint} has to move, but its speed limit is 0: no time is long enough")
         share = np.divide(fastest, limit, out=np.zeros_like(fastest), where=fastest > 0.0)
         # A segment covers consecutive intervals between knots.
         covers = np.clip(np.searchsorted(curve.start, knots[:-1], side="right") - 1, 0, None)

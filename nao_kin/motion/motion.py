@@ -19,10 +19,10 @@ from nao_kin.robot import Hips, RobotModel, check_hips, check_robot, motor_value
 
 # --- Conversion and checks of the names, times, keys and handles of a motion.
 
-# Share of its segment by which a handle may leave it: rounding, also of single precision.
+# A handle may leave its segment by this share of it: rounding, also of single precision.
 _HANDLE_ROUNDING = 1e-6
 
-# Beyond any joint, and the product of three such numbers is still finite.
+# Larger than any joint value, and the product of three such numbers is still finite.
 _LARGEST = 1e100
 
 Columns = tuple[Floats, ...]
@@ -238,7 +238,7 @@ class SharedTimes:
         return result
 
     def _chunks(self, t: Floats, result: Floats) -> Iterator[tuple[Floats, NDArray[np.intp], Floats]]:
-        """Yield rows of the result, filled with the last coefficients, their segments, and the shares x of these."""
+        """Yield rows of the result, filled with the last coefficients, their segments, and the shares x in these."""
         for start in range(0, len(t), _CHUNK):
             part = slice(start, start + _CHUNK)
             segment = segment_of(self._times, t[part])
@@ -302,7 +302,7 @@ class Motion:
 
         Raises:
             BadArgument: no joints or keys, a joint named twice, times that do not ascend, handles that leave their
-                segment or belong to no Bezier curve.
+                segment, or handles without "bezier".
             WrongShape: times, keys and handles that do not fit together.
         """
         names = checked_names(joint_names)
@@ -507,9 +507,9 @@ class Motion:
 
 
 def check_motion(motion: object) -> None:
-    """Raise `BadArgument` unless it is a motion."""
+    """Raise `BadArgument` unless the argument is a motion."""
     if not isinstance(motion, Motion):
-        raise BadArgument(f"motion must be a Motion, got {type(motion).__name__}; read_motion makes one of a file")
+        raise BadArgument(f"motion must be a Motion, got {type(motion).__name__}; read_motion reads one from a file")
 
 
 def check_both(robot: RobotModel, motion: Motion) -> None:

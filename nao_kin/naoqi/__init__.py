@@ -1,10 +1,10 @@
 """NAOqi: its names, orders, poses, spaces and limits, and a virtual NAO that implements its protocol.
 
-Only `QiServer` and `NaoqiSource` need qi, NAOqi's Python binding. `nao_kin.naoqi.virtual` documents `VirtualNao`. All
-other names are pure functions of robots, configurations and poses, with leading batch axes.
+Only `QiServer` and `NaoqiSource` need qi, NAOqi's Python binding. `nao_kin.naoqi.virtual` documents `VirtualNao`. The
+functions of names, orders, poses, spaces and limits are pure; configurations and poses may have leading batch axes.
 """
 
-from nao_kin.naoqi import _qi  # noqa: F401  (qi is loaded before Pinocchio, which the others import)
+from nao_kin.naoqi import _qi  # noqa: F401  (loads qi before the other modules load Pinocchio)
 from nao_kin.naoqi.live import (
     LOLA_ENTRIES,
     JointReading,
@@ -19,7 +19,16 @@ from nao_kin.naoqi.live import (
     recorded,
     vertical,
 )
-from nao_kin.naoqi.names import BODY_ORDERS, Hips, angles, chain_names, from_order, joint_names, limits, to_order
+from nao_kin.naoqi.names import (
+    BODY_ORDERS,
+    Hips as Hips,
+    angles,
+    chain_names,
+    from_order,
+    joint_names,
+    limits,
+    to_order,
+)
 from nao_kin.naoqi.scripts import light_colours, run_script, spoken_words
 from nao_kin.naoqi.spaces import (
     FRAME_ROBOT,
@@ -46,7 +55,6 @@ __all__ = [
     "LOLA_ENTRIES",
     "AxisMask",
     "Change",
-    "Hips",
     "JointReading",
     "JointSource",
     "LolaSource",

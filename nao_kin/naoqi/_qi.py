@@ -1,8 +1,8 @@
 """The module `qi`, loaded before Pinocchio if possible.
 
-Both bring their own C++ libraries. In a process that loads Pinocchio first, the libraries of qi find Pinocchio's in
-place of their own: a refused connection is never answered, and closing a server corrupts the memory (qi 3.1.5, pin 3).
-In the other order, both work. Therefore this package imports this module first.
+qi and Pinocchio each bring their own C++ libraries. If a process loads Pinocchio first, the libraries of qi use
+Pinocchio's in place of their own: a call to connect never ends if the connection is refused, and closing a server
+corrupts the memory (qi 3.1.5, pin 3). In the other order, both work. Therefore this package imports this module first.
 """
 
 from __future__ import annotations

@@ -51,7 +51,7 @@ LOLA_ENTRIES: dict[str, int] = {
 }
 # BodyId, BodyVersion, HeadId, HeadVersion.
 _CONFIG, _CONFIG_LENGTH = "RobotConfig", 4
-# The longest frame; a map that claims to be longer is not a frame, and is not read to its end.
+# The length of the longest frame; a map that claims to be longer is not a frame, and is not read to its end.
 _MAX_BYTES = 65536
 _UNREADABLE = (umsgpack.UnpackException, RecursionError, MemoryError, ValueError, TypeError)
 
@@ -223,8 +223,8 @@ class JointSource(ABC):
     """A source of readings.
 
     Attributes:
-        address: for messages.
-        wanted: called while it waits; returns whether to continue.
+        address: the robot's address, for messages.
+        wanted: called while the source waits; returns whether to continue.
 
     Examples:
         >>> issubclass(nk.naoqi.LolaSource, nk.naoqi.JointSource)
@@ -239,7 +239,7 @@ class JointSource(ABC):
         """Connect to the robot.
 
         Raises:
-            Lost: it does not answer.
+            Lost: the robot does not answer.
         """
 
     @abstractmethod
@@ -256,7 +256,7 @@ class JointSource(ABC):
 
 
 class NaoqiSource(JointSource):
-    """A robot or a virtual NAO, read over NAOqi's own protocol: getAngles("Body", True), and two sensors of its torso.
+    """A robot or a virtual NAO, read over NAOqi's own protocol: its joints, and the two angles of its inertial sensor.
 
     Args:
         address: "tcp://nao.local:9559", or "nao.local" with every robot's default port.
@@ -374,7 +374,7 @@ class _Received:
         self._connection, self._source = connection, source
 
     def read(self, count: int) -> bytes:
-        """Return so many bytes, or fewer at the end."""
+        """Return at most `count` bytes; none at the end."""
         end = time.monotonic() + _PATIENCE
         while True:
             try:
@@ -452,7 +452,7 @@ def recorded(found: Iterable[JointReading], robot: RobotModel) -> Motion:
     """Return readings as a motion from time zero, with linear interpolation.
 
     Raises:
-        BadArgument: no readings.
+        BadArgument: there are no readings.
 
     Examples:
         >>> found = [nk.naoqi.JointReading(0.04 * k, np.zeros(25), None) for k in range(3)]
@@ -464,7 +464,7 @@ def recorded(found: Iterable[JointReading], robot: RobotModel) -> Motion:
     if not all(isinstance(row, JointReading) for row in rows):
         raise BadArgument(f"found must be readings of joints, got {quoted(found)}")
     if not rows:
-        raise BadArgument("no readings, and so no motion")
+        raise BadArgument("a motion needs at least one reading: there are no readings")
     times = np.array([row.time for row in rows])
     values = np.array([row.q[robot.nq_base :] for row in rows])
     return Motion(times - times[0], robot.joint_names, values)

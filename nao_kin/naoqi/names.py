@@ -17,22 +17,22 @@ from nao_kin.robot.nao import BODY_ORDER
 # Body = Head + LArm + LLeg + RLeg + RArm (Aldebaran documentation 2.8, body parts of NAO6).
 CHAINS: tuple[str, ...] = ("Head", "LArm", "LLeg", "RLeg", "RArm")
 LIMB_PAIRS: dict[str, tuple[str, str]] = {"Arms": ("LArm", "RArm"), "Legs": ("LLeg", "RLeg")}
-# Results of getBodyNames: all 26; the same; the 24 without the hands; the 2 hands.
+# getBodyNames returns for these, in order: all 26 joints; the same 26; the 24 without the hands; the 2 hands.
 GROUPS: tuple[str, ...] = ("Body", "JointActuators", "Joints", "Actuators")
 # The unit of a hand's opening.
 _OPENING = "1"
 
 
 def joint_names(robot: RobotModel, names: str | Iterable[str]) -> tuple[str, ...]:
-    """Return the joints of NAOqi's names, in its order.
+    """Return the joints that NAOqi's names stand for, in NAOqi's order.
 
-    - A joint is itself; RHipYawPitch is included, although one motor moves it with LHipYawPitch.
+    - A joint's name stands for that joint. RHipYawPitch is included, although one motor moves it with LHipYawPitch.
     - A chain, "Head", "LArm", "LLeg", "RLeg" or "RArm", is its joints from the trunk outwards, an arm's hand last.
     - "Arms" is LArm and RArm, "Legs" is LLeg and RLeg.
     - "Body" and "JointActuators" are all 26, "Joints" the 24 without the hands, "Actuators" the two hands.
 
-    Several names give their joints one after the other, repeated if they are named twice. Joints of a NAO that the
-    robot lacks are left out.
+    Several names give their joints one after the other; a joint that is named twice is repeated. Joints of a NAO that
+    the robot lacks are left out.
 
     Args:
         robot: a NAO of any version, or a robot with chains of these names.
@@ -211,8 +211,9 @@ def _order(order: object) -> tuple[str, ...]:
 def limits(robot: RobotModel, names: str | Iterable[str] = "Body") -> Floats:
     """Return [minAngle, maxAngle, maxVelocity, maxTorque] of joints, a row each, from the robot's own URDF.
 
-    The ranges are those of each joint alone. Another joint may narrow those of HeadPitch and the AnkleRolls, which
-    `robot.coupled_limits` shows and getLimits does not. The NAO's published URDFs have the speeds at no load.
+    Each range is that of the joint alone. The value of another joint may narrow the range of HeadPitch or an AnkleRoll:
+    `robot.coupled_limits` has these narrower ranges, getLimits does not. The speeds in the NAO's published URDFs are
+    those at no load.
 
     Args:
         robot: a NAO of any version.

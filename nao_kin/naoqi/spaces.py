@@ -91,7 +91,7 @@ def transform_list(T: ArrayLike) -> Floats:
 def pose_from_list(transform: ArrayLike) -> Floats:
     """Return poses from sixteen numbers row by row, or from twelve without the last row, as for setTransforms.
 
-    Rounding to single precision or to three digits is removed from the rotation: the nearest exact one is returned.
+    Rounding to single precision or to three digits is removed from the rotation: the nearest exact rotation is used.
 
     Args:
         transform: shape (..., 16) or (..., 12).

@@ -29,7 +29,7 @@ Integers = NDArray[np.int64]
 
 # Manipulability is counted in integer steps, so that sums do not depend on their order: its upper bound in steps.
 _STEPS = 2**30
-# Smaller differences of placements are due to another machine's trigonometry, not to another robot.
+# Differences of placements below this are due to another machine's trigonometry, not to another robot.
 _DIGITS = 12
 
 
@@ -55,7 +55,7 @@ class ChainTables(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class MovedChain:
-    """The joints that move a frame in a reference, by name and as tables.
+    """The joints that move a frame relative to a reference frame, by name and as tables.
 
     `radius` is the length of the stretched chain [m], the largest distance of the frame from `centre`.
     """
@@ -68,14 +68,15 @@ class MovedChain:
 
     @property
     def centre(self) -> Floats:
-        """Position of the first joint in the reference, shape (3,) [m]."""
+        """Position of the first joint in the reference frame, shape (3,) [m]."""
         return np.asarray(self.tables.chain.links[3:12:4])
 
     @property
     def manipulability_step(self) -> float:
         """The smallest power of two such that every manipulability of this chain is at most 2³⁰ times it.
 
-        With r = min(3, moving), w² ≤ (mean of the eigenvalues of J_v J_vᵀ)ʳ, whose sum is that of the squared columns.
+        With r = min(3, moving), w² ≤ (mean of the eigenvalues of J_v J_vᵀ)ʳ. The sum of the eigenvalues is the sum of
+        the squared columns.
         """
         chain, moving = self.tables.chain, self.tables.moving
         longest = np.zeros(moving)

@@ -78,7 +78,7 @@ COLUMNS = ("best", "mean", "count", "coverage")
 _FORMAT = "nao_kin reach map 1"
 # During counting, every voxel of the box around the reach takes 32 bytes.
 MAX_VOXELS = 50_000_000
-# The parts that do not grow with the voxels, and the largest size of each in bytes.
+# The parts of a file that do not grow with the number of voxels, and the largest size of each in bytes.
 _SMALL_PARTS, _MAX_BYTES = ("format.npy", "settings.npy", "ranges.npy"), 1 << 24
 _HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
 
@@ -118,7 +118,7 @@ def read_npz(path: Path | str) -> tuple[dict[str, Any], tuple[SampleRange, ...],
     except OSError as error:
         raise BadInputFile(abbreviated(path), error.strerror or "cannot be read") from None
     except (ValueError, TypeError, KeyError, AttributeError, EOFError, zipfile.BadZipFile, zlib.error):
-        raise BadInputFile(abbreviated(path), "no reach map of nao-kin (.npz), or not all of one") from None
+        raise BadInputFile(abbreviated(path), "no reach map of nao-kin (.npz), or an incomplete one") from None
     return settings, ranges, found
 
 

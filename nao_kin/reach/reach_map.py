@@ -23,7 +23,7 @@ from nao_kin.rotations import rot_z
 
 # --- The pose with most targets within reach.
 
-# Positions compared at once, 8 bytes each.
+# Positions compared in one step, 8 bytes each.
 _MAX_POSITIONS = 30_000_000
 # The lower bits of a position's score sum the manipulability at the targets, the higher ones count the targets.
 _BITS = 40
@@ -73,7 +73,7 @@ class _Votes:
 
     From position g, a target in voxel t is within reach if voxel t − g is in the map, so each target adds the mirrored
     map, moved to t. Positions are (g + ½) · voxel with integers g, turned by the heading, so that targets with round
-    coordinates are in the middle of voxels, not between two. A given height starts the grid at its low end.
+    coordinates are in the middle of voxels, not between two. If a height is given, the grid starts at its low end.
     """
 
     def __init__(self, reach: ReachMap, targets: Floats, heights: tuple[float, float] | None) -> None:
@@ -143,7 +143,7 @@ class ReachSettings:
     step: float
 
     def check_same(self, other: ReachSettings, what: str) -> None:
-        """Raise `BadArgument` that names the first differing setting of `other`, which belongs to `what`."""
+        """Raise `BadArgument` with the first setting that differs in `other`, the settings of `what`."""
         for name, mine in asdict(self).items():
             theirs = getattr(other, name)
             if mine == theirs:
@@ -262,11 +262,12 @@ class ReachMap:
 
         Positions are tried on a grid with the size of the voxels, headings in equal steps of the full turn. Among
         poses with equally many targets within reach, the one with the largest sum of best manipulability at the targets
-        is returned, then the first. The reference must be a frame that is upright if the robot is, such as the trunk.
+        is returned, or the first of several such poses. The reference must be a frame that is upright if the robot is,
+        such as the trunk.
 
         Args:
             targets: points in a frame with z up, shape (m, 3) with m ≥ 1 [m].
-            height: the height of the reference frame in that frame: one value, or (low, high); None for any [m].
+            height: height of the reference frame in the targets' frame: one value, or (low, high); None for any [m].
             yaws: number of headings, the first along x.
 
         Raises:
@@ -297,7 +298,7 @@ class ReachMap:
     # --- sums of maps ---------------------------------------------------------------------------------------------
 
     def __add__(self, other: object) -> ReachMap:
-        """Return the map of the samples of both, bit for bit the same as from one run.
+        """Return the map of the samples of both maps, bit for bit the same as from one run.
 
         Raises:
             BadArgument: their robots, frames, voxels or seeds differ, or they share samples.
@@ -353,7 +354,7 @@ class ReachMap:
         return write_document(path, content, overwrite=overwrite)[0]
 
     def save_vtk(self, path: Path | str, *, overwrite: bool = False) -> Path:
-        """Write a legacy VTK file, such as for ParaView: the box around the map as structured points.
+        """Write a legacy VTK file, for ParaView for example: the box around the map as structured points.
 
         Every cell is a voxel with count, best, mean and coverage, all zero in a voxel without samples.
 
@@ -448,4 +449,4 @@ def load(path: Path | str) -> ReachMap:
         settings["joints"] = tuple(settings["joints"])
         return ReachMap(ReachSettings(**settings), ranges, **arrays)
     except (TypeError, KeyError):
-        raise BadInputFile(abbreviated(path), "a reach map of nao-kin with other parts than this version's") from None
+        raise BadInputFile(abbreviated(path), "a reach map of nao-kin with parts that this version lacks") from None

@@ -49,9 +49,9 @@ def workspace(
     maps equals the whole map bit for bit, for any parts and number of threads.
 
     The manipulability is that of the position, w = √det(J_v J_vᵀ), with J_v the (3, n) Jacobian of the frame's origin
-    for the n joints that move it: up to a factor the volume of the ellipsoid of velocities at unit joint speeds, in m³
-    for three or more revolute joints. It is zero if the hand cannot move along some direction. With fewer than three
-    joints w = √det(J_vᵀ J_v). (The six-row Jacobian of an arm with five joints never has full rank.)
+    for the n joints that move it. Up to a factor this is the volume of the ellipsoid of velocities at unit joint
+    speeds, in m³ for three or more revolute joints. It is zero if the hand cannot move along some direction. With fewer
+    than three joints w = √det(J_vᵀ J_v). (The six-row Jacobian of an arm with five joints never has full rank.)
 
     Args:
         robot: any robot; a floating base stays where it is.

@@ -1,7 +1,7 @@
 """Robot models: any URDF as a Pinocchio model that answers kinematic questions."""
 
 from nao_kin.robot.answers import CROSSOVER as CROSSOVER
-from nao_kin.robot.build import LIMIT_ARRAYS as LIMIT_ARRAYS, Base, ModelNumbers as ModelNumbers
+from nao_kin.robot.build import LIMIT_ARRAYS as LIMIT_ARRAYS, Base as Base, ModelNumbers as ModelNumbers
 from nao_kin.robot.chains import (
     SerialChain as SerialChain,
     Topology,
@@ -18,7 +18,7 @@ from nao_kin.robot.contacts import (
     disabled_collisions as disabled_collisions,
 )
 from nao_kin.robot.geometry import (
-    GeometryKind,
+    GeometryKind as GeometryKind,
     capsules as capsules,
     mesh_path as mesh_path,
     read_mesh as read_mesh,
@@ -36,14 +36,14 @@ from nao_kin.robot.ground import (
 )
 from nao_kin.robot.kinematics import (
     WORLD as WORLD,
-    Expression,
+    Expression as Expression,
     FrameIds as FrameIds,
     Kinematics as Kinematics,
-    PoseForm,
+    PoseForm as PoseForm,
     expression_named as expression_named,
 )
 from nao_kin.robot.library import load_robot, robot_names
-from nao_kin.robot.limits import LIMIT_TOLERANCE as LIMIT_TOLERANCE, LimitPolicy, LimitViolation
+from nao_kin.robot.limits import LIMIT_TOLERANCE as LIMIT_TOLERANCE, LimitPolicy as LimitPolicy, LimitViolation
 from nao_kin.robot.model import RobotModel, check_robot as check_robot
 from nao_kin.robot.motors import (
     Hips as Hips,
@@ -71,15 +71,10 @@ from nao_kin.robot.support_polygon import (
 )
 
 __all__ = [
-    "Base",
     "Clearance",
     "Contact",
-    "Expression",
-    "GeometryKind",
-    "LimitPolicy",
     "LimitViolation",
     "NaoModel",
-    "PoseForm",
     "RobotModel",
     "SetDown",
     "SupportPolygon",

@@ -1,4 +1,4 @@
-"""Dispatch of questions about configurations: Pinocchio answers a few of them, the batch kernels many."""
+"""Dispatch of questions: Pinocchio answers them for a few configurations, the batch kernels for many."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def joint_tree(model: pin.Model, tree: UrdfTree) -> kernels.JointTree:
 
 
 def tree_frame(model: pin.Model, frame_id: int) -> kernels.TreeFrame:
-    """Return a frame of the model in the frame of the joint that carries it."""
+    """Return a frame of the model as the joint that carries it and the pose in that joint's frame."""
     frame = model.frames[frame_id]
     return kernels.TreeFrame(
         int(frame.parentJoint) - 1, np.array(frame.placement.rotation), np.array(frame.placement.translation)
@@ -63,8 +63,8 @@ def tree_frame(model: pin.Model, frame_id: int) -> kernels.TreeFrame:
 
 # --- The dispatch.
 
-# From this number of configurations on, the kernels are used. In memory they are as fast as Pinocchio at 3 to 8, but
-# loading them takes as long as tens of thousands of configurations, too long for a handful.
+# From this number of configurations on, the kernels are used. When loaded, they are as fast as Pinocchio for 3 to 8
+# configurations, but loading them takes as long as tens of thousands of configurations, too long for a handful.
 CROSSOVER = 32
 
 # Size of the cache of programs: more than an application uses alternately.
@@ -123,7 +123,7 @@ class Output(NamedTuple):
 
 
 class Answers:
-    """The answers of one robot; several threads may use it at once. `checks` are its configurations."""
+    """Answers to questions about one robot, safe for use by several threads; `checks` checks its configurations."""
 
     def __init__(self, kinematics: Kinematics, tree: UrdfTree, checks: ConfigurationSpace) -> None:
         self._kinematics, self._urdf, self._checks = kinematics, tree, checks
@@ -138,8 +138,8 @@ class Answers:
     ) -> NDArray[Any]:
         """Return the answer to a question.
 
-        The inputs are q, or q and v, or q, v and a, with leading batch axes that broadcast. With `one`, the axis of the
-        frames, of which there is one, is dropped.
+        The inputs are q, or q and v, or q, v and a, with leading batch axes that broadcast. With `one`, the
+        axis of the frames, which has length 1, is dropped.
         """
         kind = output.precision()
         threads = None if output.threads is None else whole_number(output.threads, "threads", 1, MAX_THREADS)
@@ -171,13 +171,13 @@ class Answers:
     ) -> None:
         self._checks.check_base(arrays[0])
         program = self._program(question)
-        # The largest magnitude of the inputs; NaN or infinity if an input is, and then the answers are meaningless.
+        # The largest magnitude of the inputs; if an input is NaN or infinite, so is this, and the answers mean nothing.
         peak = kernels.execute(program, arrays, answers, threads)
         if not math.isfinite(peak):
             self._checks.refuse_non_finite(arrays[0])
             for values, name in zip(arrays[1:], _NAMES[1:], strict=False):
                 refuse_non_finite(values, name)
-            # Finite numbers that are infinite in single precision.
+            # The inputs are finite in double precision, but infinite in single precision.
             double = empty_answers(len(answers), answers.shape[1:], _DOUBLE)
             kernels.execute(program, arrays, double, threads)
             with np.errstate(over="ignore"):
@@ -186,7 +186,7 @@ class Answers:
             self._checks.warn_of_degrees(arrays[0])
 
     def _program(self, question: Question) -> kernels.Program:
-        """Return the program of a question, cached until a number of the model changes."""
+        """Return the program of a question, which is cached until a number of the model changes."""
         with self._lock:
             if self._numbers is None or self._numbers.changed():
                 self._numbers, self._joints = ModelNumbers(self._model), joint_tree(self._model, self._urdf)
@@ -216,7 +216,7 @@ class Answers:
         """Return the inputs as arrays of numbers of one batch shape, without checking the numbers."""
         arrays = []
         for value, length, name in zip(inputs, (self._nq, self._nv, self._nv), _NAMES, strict=False):
-            # Single precision is not converted here but where it is used.
+            # Arrays in single precision are converted where they are used.
             single = type(value) is np.ndarray and value.dtype == _SINGLE
             array: NDArray[Any] = value if single else as_numbers(value, name)  # type: ignore[assignment]
             if array.ndim < 1 or array.shape[-1] != length:

@@ -1,4 +1,4 @@
-"""The Pinocchio model of a URDF tree, built on loading and again on unpickling."""
+"""The Pinocchio model of a URDF tree, built when a robot is loaded, and again when it is unpickled."""
 
 from __future__ import annotations
 
@@ -52,10 +52,10 @@ def build_model(tree: UrdfTree, base: Base) -> pin.Model:
 
 
 def _built(tree: UrdfTree, base: Base) -> pin.Model:
-    """The model that Pinocchio's own parser makes of such a URDF: the same joints, frames and bodies in the same order.
+    """Return the model that Pinocchio's parser makes of such a URDF: same joints, frames and bodies in the same order.
 
-    Made joint by joint, and not by that parser, because the parser orders siblings by name, knows no unlimited joint of
-    one coordinate, and calls itself once for every link of a chain.
+    The model is built joint by joint, and not by the parser, because the parser orders siblings by name, has no
+    unlimited joint of one coordinate, and calls itself recursively for every link of a chain.
     """
     if len(tree.moving_joints) > MOST_JOINTS:
         raise BadModel(
@@ -68,7 +68,7 @@ def _built(tree: UrdfTree, base: Base) -> pin.Model:
     # Joint of the file → its id, without Pinocchio's "universe", whose name a joint of the file may have.
     drivers: dict[str, int] = {}
     if base == "floating":
-        # Pinocchio's own name for it, or the first such name that no joint has.
+        # Pinocchio's own name for this joint, with a number if a joint of the file has that name.
         free = fresh_name("root_joint", {row.name for row in tree.joints})
         joint = model.addJoint(0, pin.JointModelFreeFlyer(), _IDENTITY, free)
         frame = model.addJointFrame(joint)
@@ -175,7 +175,7 @@ def restore_numbers(model: pin.Model, numbers: Mapping[str, Any]) -> None:
 
 # --- Detection of changes in the placements and masses of a Pinocchio model.
 #
-# A user who calibrates a robot writes into `robot.model`. Pinocchio uses the new numbers at once; programs compiled
+# A user who calibrates a robot writes into `robot.model`. Pinocchio uses the new numbers immediately; programs compiled
 # from the old numbers must be made again. Reading all numbers one by one takes longer than a small batch, so they are
 # compared in Pinocchio's own memory, where the elements lie at equal distances.
 
@@ -209,7 +209,7 @@ class ModelNumbers:
         placements, frames, bodies, last = self._parts
         if placements.changed() or frames.changed() or bodies.changed() or last.changed():
             return True
-        if self._masses is not None:  # this version of Pinocchio has masses elsewhere
+        if self._masses is not None:  # None if this version of Pinocchio stores masses elsewhere
             return [float(inertia.mass) for inertia in self._inertias] != self._masses
         return bool(self._first.mass != self._first_mass)
 

@@ -22,9 +22,9 @@ def joint_rows(robot: RobotModel) -> dict[int, UrdfJoint]:
 
 @dataclass(frozen=True, eq=False)
 class SerialChain:
-    """The n joints that lead from a base to a frame; a floating base does not move.
+    """The n joints that lead from a base to a frame; a floating base counts as fixed.
 
-    Placement k leads to joint k, whose axis is z there; placement n leads from the last joint to the frame.
+    Placement k leads to a frame whose z axis is the axis of joint k; placement n leads from joint n − 1 to the frame.
 
     Attributes:
         placements: rotation and translation, shape (n + 1, 3, 4) [m].
@@ -38,7 +38,7 @@ class SerialChain:
 
     @property
     def coordinates(self) -> tuple[str, ...]:
-        """Joints whose coordinates move the frame, from the base outwards; not those with a multiplier of 0."""
+        """Joints whose coordinates move the frame, from the base outwards, without drivers whose multiplier is 0."""
         return tuple(dict.fromkeys(driver.joint for driver in self.drivers if driver.multiplier != 0.0))
 
     def length(self, robot: RobotModel) -> float:
@@ -83,7 +83,7 @@ def joints_below(
 
 
 def _z_along(row: UrdfJoint) -> Floats:
-    """Return a rotation (4, 4) that takes z to the joint's axis, without rounding where that is x, y or z."""
+    """Return a rotation (4, 4) that takes z to the joint's axis, without rounding if the axis is x, y or z."""
     z = np.array(row.axis)
     x = np.zeros(3)
     x[(int(np.argmax(np.abs(z))) + 1) % 3] = 1.0
@@ -133,7 +133,7 @@ def topology(robot: RobotModel) -> Topology:
         {'RHipYawPitch': 'LHipYawPitch'}
     """
     rows = joint_rows(robot)
-    # Joint → the joints from the root to it, and the joint itself last.
+    # Joint → the joints from the root to this one, which is the last.
     paths = {row.name: [rows[k].name for k in robot.model.supports[i] if k in rows] for i, row in rows.items()}
     couplings = {name: robot.mimics[name] for name in paths if name in robot.mimics}
     between_limbs = {name: mimic for name, mimic in couplings.items() if paths[name][0] != paths[mimic.joint][0]}

@@ -1,4 +1,4 @@
-"""The configurations of a robot: made from values by name, and checked, with errors that name the joint."""
+"""The configurations of a robot: making them from values by name, and checks with errors that name the joint."""
 
 from __future__ import annotations
 
@@ -133,14 +133,14 @@ def _check_coupling(mimic: Mimic, name: str, driver: Floats, value: Floats) -> N
         raise CouplingViolated(mimic.joint, name, leading, given, asked, index)
 
 
-# --- Configurations from callers: made, checked once, and clamped.
+# --- Configurations from callers: making, checking and clamping them.
 
 TURN = 2.0 * math.pi
 
 _FLOAT64 = np.dtype(np.float64)
 # Number of quaternions that are checked at a time: few enough to need little memory.
 _BLOCK = 1 << 15
-# More would not fit in any memory.
+# More configurations would not fit in any memory.
 _MAX_DRAWN = 10**10
 # An error about a batch lists the violations of this many configurations, and counts the others.
 _MAX_LISTED = 100
@@ -266,7 +266,7 @@ class ConfigurationSpace:
         """Return `q` as configurations for poses, with a warning if they seem to be in degrees."""
         one = type(q) is np.ndarray and q.shape == self._shape and q.dtype is _FLOAT64
         if one and not self._floating and math.hypot(*q.tolist()) <= TURN:  # type: ignore[union-attr]
-            # The common case in the fewest steps: values within a turn of zero are finite and not in degrees.
+            # A shortcut for the common case: values within a turn of zero are finite and not in degrees.
             return q  # type: ignore[return-value]
         array = self.checked(q)
         self.warn_of_degrees(array)
@@ -282,7 +282,7 @@ class ConfigurationSpace:
             self.check_base(array)
             array = array.copy()
             norms = np.linalg.norm(array[..., 3:7], axis=-1)[..., None]
-            # An error of the norm would scale the rotation matrices; rounding errors are not touched.
+            # An error of the norm would scale the rotation matrices; errors due to rounding are left as they are.
             array[..., 3:7] /= np.where(np.abs(norms - 1.0) <= _UNIT_ROUNDING, 1.0, norms)
         return array
 
@@ -307,7 +307,7 @@ class ConfigurationSpace:
             raise self._named(NotFinite("q", index, float(q[index])))
 
     def warn_of_degrees(self, q: NDArray[Any]) -> None:
-        """Warn if a turning joint with limits is outside of them and more than a turn from zero."""
+        """Warn if a turning joint with limits is outside its limits and more than a turn from zero."""
         joints = q[..., self._offset :]
         if not joints.size or max(float(joints.max()), -float(joints.min())) <= TURN:
             return

@@ -32,8 +32,8 @@ Made = TypeVar("Made")
 GeometryKind = Literal["visual", "collision"]
 KINDS: tuple[GeometryKind, ...] = ("visual", "collision")
 
-# Mesh files that Pinocchio's visualizers read themselves and scale. They draw any other mesh from the triangles that
-# coal has read, which are already scaled.
+# Pinocchio's visualizers read and scale mesh files with these suffixes. They draw any other mesh from the triangles
+# that coal has read, which are already scaled.
 _READ_BY_VISUALIZERS = (".dae", ".obj", ".stl")
 # The colour that Pinocchio gives to a shape without one.
 _GREY = (0.9, 0.9, 0.9, 1.0)
@@ -56,14 +56,14 @@ def shape_geometry(shape: Geometry, packages: Packages) -> Any:
         raise UnreadableShape(f"its mesh {quoted(shape.filename)} cannot be read: {abbreviated(error)}") from None
 
 
-# The cap of a capsule has the centre and the radius of its cylinder's end to within this [m].
+# Largest difference of a capsule's cap from its cylinder's end, in centre and radius [m].
 _SAME = 1e-6
 
 
 def capsules(shapes: Sequence[Visual | Collision]) -> dict[int, tuple[int, int]]:
     """Return the index of each cylinder that is a capsule → the indices of its caps: spheres of its radius at its ends.
 
-    URDFs have no element for a capsule, and write it so; the reader of MJCF files does the same.
+    URDF has no capsule element, so its files describe capsules in this way; the reader of MJCF files does the same.
     """
     found = {}
     spheres = [index for index, shape in enumerate(shapes) if isinstance(shape.geometry, Sphere)]
@@ -95,7 +95,7 @@ def mesh_path(mesh: MeshFile, packages: Packages) -> Path:
 def read_mesh(path: Path, convert: Callable[[Any], Made], **options: Any) -> Made:
     """Return `convert(scene)` for the triangles of a mesh file, read by `trimesh.load_scene(path, **options)`.
 
-    Raises `UnreadableShape` for a file that cannot be read, has no triangles, or that `convert` fails on.
+    Raises `UnreadableShape` if the file cannot be read, has no triangles, or makes `convert` fail.
     """
     import trimesh
 
@@ -106,7 +106,7 @@ def read_mesh(path: Path, convert: Callable[[Any], Made], **options: Any) -> Mad
             if not any(len(getattr(part, "faces", ())) for part in scene.geometry.values()):
                 raise UnreadableShape("no triangles in it")
             return convert(scene)
-    except Exception as error:  # whatever its many readers raise on a bad file
+    except Exception as error:  # trimesh's readers raise errors of many types for a bad file
         raise UnreadableShape(abbreviated(error) or type(error).__name__) from None
 
 
@@ -143,7 +143,7 @@ def geometry_model(model: pin.Model, frames: FrameTable, tree: UrdfTree, kind: G
 
 
 def warn_of_shapes(tree: UrdfTree, notes: Sequence[str]) -> None:
-    """Warn of shapes that are left out, if there are notes on any."""
+    """Warn of shapes that are left out, if there are notes on such shapes."""
     if notes:
         more = f" (and {len(notes) - 1} more)" if len(notes) > 1 else ""
         warn_caller(f"{tree.name}: {notes[0]}{more}", MissingShapeWarning)

@@ -155,13 +155,13 @@ class Kinematics:
     def centres_of_mass(self, q: Floats) -> Floats:
         """Return centres of mass of all bodies, those fixed to the world included, shape (..., 3)."""
         model, data = self.model, self._workspace().data
-        # Pinocchio includes only moving bodies, and divides by their mass.
+        # Pinocchio includes only the moving bodies, and divides by their mass.
         held, moving = self._inertias[0], pin.computeTotalMass(model)
         total = moving + held.mass
         if total <= 0.0:
             self.check_mass()
         share, rest = moving / total, held.mass / total
-        if q.ndim == 1 and moving > 0.0:  # three numbers are quicker added one by one
+        if q.ndim == 1 and moving > 0.0:  # adding three numbers one by one is faster
             x, y, z = pin.centerOfMass(model, data, q).tolist()
             held_x, held_y, held_z = held.lever.tolist()
             return np.array((share * x + rest * held_x, share * y + rest * held_y, share * z + rest * held_z))
@@ -182,13 +182,13 @@ class Kinematics:
         return jacobians
 
     def motions(self, frame_ids: FrameIds, form: str, q: Floats, v: Floats, a: Floats | None = None) -> Floats:
-        """Return twists of frames, or with accelerations the derivatives of their numbers; shape (..., frames, 6)."""
+        """Return the twists of frames, or with accelerations their time derivatives, shape (..., frames, 6)."""
         model, data, expression = self.model, self._workspace().data, EXPRESSIONS[form]
         motions = np.empty((*q.shape[:-1], len(frame_ids), 6))
         count = math.prod(q.shape[:-1])
         rows = [array.reshape(count, array.shape[-1]) for array in (q, v, *(() if a is None else (a,)))]
         flat = motions.reshape(count, len(frame_ids), 6)
-        # Only the numbers of a "mixed" twist change with the velocity of the point.
+        # Only for a "mixed" twist does the derivative contain the classical acceleration of the point.
         rate = pin.getFrameClassicalAcceleration if form == "mixed" else pin.getFrameAcceleration
         for i in range(count):
             pin.forwardKinematics(model, data, *(values[i] for values in rows))
@@ -240,7 +240,7 @@ def _rows(q: Floats, results: Floats, axes: int) -> Iterable[tuple[Floats, Float
 
 @functools.lru_cache(_MAX_SELECTIONS)
 def _selection_of(frame_ids: FrameIds) -> NDArray[np.intp]:
-    """Return the indices in the block of the entries of the poses of these frames, shape (n, 4, 4)."""
+    """Return the indices, in the block of placements, of the entries of these frames' poses, shape (n, 4, 4)."""
     selection = np.full((len(frame_ids), 4, 4), _ZERO, dtype=np.intp)
     row, column = np.indices((3, 4))
     selection[:, :3] = _DOUBLES * np.asarray(frame_ids, dtype=np.intp)[:, None, None] + 3 * column + row
@@ -309,7 +309,7 @@ class FrameTable:
                 joints[frame.name] = index
         self._ids = {name: links[link] for name, link in tree.shared_names.items()} | links
         moved = {joint.name: joint.child for joint in tree.moving_joints}
-        # Shared name → the link it means, and the link that has the joint's frame.
+        # Shared name → the link that it means, and the link that has the joint's frame.
         self._ambiguous = {
             name: (link, moved[name])
             for name, link in tree.shared_names.items()
@@ -328,7 +328,7 @@ class FrameTable:
         """Return the id of a frame."""
         if not isinstance(name, str) or name not in self._ids:
             raise UnknownName("frame", name, self.names)
-        frames = self._ambiguous.pop(name, None)  # once: a later call does not warn again
+        frames = self._ambiguous.pop(name, None)  # removed, so that only the first call warns
         if frames is not None:
             link, moved = frames
             warn_caller(
@@ -339,13 +339,13 @@ class FrameTable:
         return self._ids[name]
 
     def reference_id(self, name: object) -> int | None:
-        """Return the id of a frame; None for the root, which None and, without a frame of this name, "world" mean."""
+        """Return the id of a frame, or None for the root: for None and, unless a frame has this name, for "world"."""
         if name is None or (isinstance(name, str) and name == WORLD and name not in self._ids):
             return None
         return self.id(name)
 
     def ids(self, names: str | Sequence[str] | None) -> FrameIds:
-        """Return the ids of the frames of these names, or of one name; those of all links for None."""
+        """Return the ids of the frames with these names, or with one name; for None, those of all links."""
         if names is None:
             return self._link_ids
         try:

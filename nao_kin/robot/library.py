@@ -18,7 +18,7 @@ from nao_kin.robot.model import RobotModel
 
 _PACKAGE = "example-robot-data"
 _DESCRIPTIONS = "robot_descriptions"
-# The suffix of all its names.
+# The suffix of all names in robot_descriptions.
 _ENDING = "_description"
 
 
@@ -79,11 +79,11 @@ def load_robot(name: str, *, base: Base = "fixed") -> RobotModel:
 
 
 def _files(missing: MissingExtra | None) -> dict[str, Path]:
-    """Return the URDF files of example-robot-data by name; if it is not installed, none, or raise `missing`.
+    """Return the URDF files of example-robot-data by name; without the package, raise `missing`, or return {} for None.
 
-    The package holds data and no module, so its folder is found through the list of its installed files.
+    The package holds data but no module, so its folder is found through the list of its installed files.
     """
-    import importlib.metadata  # takes as long to load as all the rest of this room
+    import importlib.metadata  # loading it takes as long as all other imports of this package
 
     try:
         installed = importlib.metadata.files(_PACKAGE) or []
@@ -98,7 +98,7 @@ def _files(missing: MissingExtra | None) -> dict[str, Path]:
 
 
 def _described_names() -> tuple[str, ...]:
-    """Return the names of robot_descriptions, or none. Each is a module, and importing it downloads the robot."""
+    """Return the names of robot_descriptions, if installed. Importing the module of a name downloads its robot."""
     try:
         spec = importlib.util.find_spec(_DESCRIPTIONS)
     except (ImportError, ValueError):

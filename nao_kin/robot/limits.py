@@ -83,7 +83,7 @@ class JointLimits:
     ) -> None:
         self.names, self.lower, self.upper, self.units, self.tables = names, lower, upper, units, tuple(tables)
         column = {name: index for index, name in enumerate(names)}
-        # Each table with the columns of its joint and of the joint that sets the range.
+        # Each table, with the column of its joint and that of the joint on which the range depends.
         self._tables = [(table, column[table.joint], column[table.of]) for table in self.tables]
         self._boxes = {name: (float(lower[i]), float(upper[i])) for name, i in column.items()}
         self._tolerated = {
@@ -98,7 +98,7 @@ class JointLimits:
         return np.logical_not(boxes, order="C")
 
     def surely_inside(self, values: Mapping[str, float]) -> bool:
-        """Return whether these joints of one configuration are inside, with all others at zero: quick for a few."""
+        """Return whether these joints of one configuration are inside, with all others at zero; fast for few joints."""
         for name, value in values.items():
             lower, upper = self._tolerated[name]
             if not lower <= value <= upper:
@@ -118,10 +118,10 @@ class JointLimits:
     def violations(
         self, values: Floats, joints: Collection[str] | None = None, *, max_configurations: int | None = None
     ) -> tuple[LimitViolation, ...]:
-        """Return every joint outside its own limits, or else outside its table, in the order of the batch.
+        """Return every joint outside its own limits, or else outside its table, by configuration and then by excess.
 
-        With `joints`, only these joints are checked, and tables of which either joint is named. Stops after
-        `max_configurations` with a violation.
+        With `joints`, only these joints are checked, and only tables that contain one of them. Stops after
+        `max_configurations` configurations with a violation.
         """
         boxes, tables = self._outside(values, joints)
         affected = np.logical_or.reduce([boxes.any(axis=-1), *tables])
@@ -160,7 +160,7 @@ class JointLimits:
         return boxes, tables
 
     def clamp(self, values: Floats) -> Floats:
-        """Return a copy with the nearest values inside the own limits, then inside the tables at those values."""
+        """Return a copy with values moved to the nearest ones inside their own limits, and then inside the tables."""
         inside: Floats = np.clip(values, self.lower, self.upper)
         for table, column, of in self._tables:
             inside[..., column] = np.clip(inside[..., column], *self._narrowed(table, column, inside[..., of]))

@@ -48,18 +48,19 @@ class RobotModel:
     `joint_names`. With a floating base, the seven numbers of Pinocchio's free-flyer precede them: the position of the
     base in the world and its orientation as a unit quaternion (x, y, z, w).
 
-    All methods take any leading batch shape, return new arrays, and may be called from several threads at once.
+    All methods take any leading batch shape, return new arrays, and may be called from several threads concurrently.
 
     Pinocchio computes a few configurations; compiled kernels, which agree with it to 1e-12, compute many. The methods
     for poses, Jacobians, motions and centres of mass share three arguments:
 
     - `dtype`: precision of the result, np.float64 or np.float32; None for that of `out`, or float64. With float32, many
-      configurations are also computed in it: poses, Jacobians and centres of mass to 2e-6 where joints are within a
-      turn of zero; angles and rates of motion, which enlarge rounding, to several times that.
-    - `out`: an array for the result, which is also returned: of the same shape and precision, contiguous, and not in
-      the memory of the input; otherwise BadArgument or WrongShape is raised.
-    - `threads`: how many threads may compute many configurations; None for all cores where that is worthwhile. With a
-      number, the kernels compute any batch, however small, and a configuration gives the same bits in every batch.
+      configurations are also computed in float32. Poses, Jacobians and centres of mass are then accurate to 2e-6 where
+      joints are within a turn of zero; angles and rates of motion, which enlarge rounding, to several times that.
+    - `out`: an array for the result, which is also returned. It must have the shape and precision of the result, be
+      contiguous, and not share memory with the input; otherwise BadArgument or WrongShape is raised.
+    - `threads`: how many threads may compute many configurations; None for all cores where that is worthwhile. If it
+      is a number, the kernels compute any batch, however small, and the result of a configuration is the same to the
+      last bit in every batch.
 
     Attributes:
         model: the Pinocchio model, nq coordinates and nv velocities.
@@ -69,7 +70,7 @@ class RobotModel:
         base: "fixed" or "floating".
         load_notes: changes made on loading, one line each.
         joint_names: names of the independent joints, in the order of q.
-        joint_units: unit of each: "rad", "m", or "1" for a ratio.
+        joint_units: unit of each joint's value: "rad", "m", or "1" for a ratio.
         mimics: the joints that follow another one, by name.
         chains: named chains, each with its joints from the trunk outwards; empty without semantics.
         posture_names: the names that `posture` takes.
@@ -218,14 +219,14 @@ class RobotModel:
 
         Bodies become links; hinges and slides become joints, with MuJoCo's values; a ball joint becomes three joints
         about x, y and z; linear equality constraints between joints become couplings; sites and cameras become frames;
-        named keyframes become postures. What a tree of joints cannot express is listed in `load_notes`: closed loops,
-        bodies that are not part of the robot, nonlinear couplings.
+        named keyframes become postures. `load_notes` lists the parts that a tree of joints cannot express:
+        closed loops, bodies that are not part of the robot, nonlinear couplings.
 
         Args:
             path: the MJCF file.
             base: "fixed", or "floating" for a free base; a free joint of the file is the joint of the base.
-            semantics: as for `from_urdf`; a file takes precedence over the MJCF part by part, a `Semantics`
-                replaces all.
+            semantics: as for `from_urdf`; a TOML or SRDF file takes precedence over the MJCF part by part, a
+                `Semantics` replaces all parts.
             package_dirs: folders to search for meshes that are not where the file says.
 
         Raises:
@@ -303,7 +304,7 @@ class RobotModel:
 
         The offsets are in the tree of the new robot, and so in its Pinocchio model, batch kernels, inverse kinematics
         and exports. Closed forms whose geometry no longer holds are refused with the reason; `nk.ik.numeric` takes any
-        robot. Offsets add to those that this robot already has. Changes in `model` are not copied.
+        robot. New offsets add to the offsets that this robot already has. Changes in `model` are not copied.
 
         Args:
             joints: name → offset δ [rad; m for a sliding joint]. True value = reported value + δ, where q holds the
@@ -315,7 +316,7 @@ class RobotModel:
                 R = Rz(yaw) Ry(pitch) Rx(roll), in the axes of the old frame [m, rad]. Frames fixed to it move with it.
 
         Raises:
-            BadArgument: a frame that a joint moves, or no pose.
+            BadArgument: a frame that a joint moves, or a value that is not a pose.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -348,7 +349,7 @@ class RobotModel:
         Examples:
             >>> nao = nk.load_nao()
             >>> nao.geometry("collision").ngeoms
-            68
+            72
         """
         return geometry_model(self.model, self._frames, self.tree, kind)
 
@@ -357,7 +358,8 @@ class RobotModel:
     def neutral(self) -> Floats:
         """Return the configuration with all joints at zero and a floating base at the world's origin; shape (nq,).
 
-        Frames are defined in it. It need not be inside the limits: the NAO's elbows stop 2° before zero.
+        The robot's frames are defined in this configuration. It need not be inside the limits: the NAO's elbows stop 2°
+        before zero.
 
         Examples:
             >>> nk.load_nao().neutral().shape
@@ -416,7 +418,7 @@ class RobotModel:
         Args:
             rng: a generator, or a seed for one.
             n: how many, or a batch shape; None for one configuration of shape (nq,).
-            collision_free: draw again those with links that overlap, by `clearance`.
+            collision_free: draw configurations again if links overlap, as `clearance` finds.
 
         Returns:
             Configurations, shape (n…, nq).
@@ -436,14 +438,14 @@ class RobotModel:
     ) -> Floats:
         """Return the configuration with the given joint values; joints not named are at zero.
 
-        A mimic joint may be named too: alone it sets its driving joint, together the two must agree. The name of a
-        chain means its joints, from the trunk outwards.
+        A mimic joint may be named too: alone, it sets its driving joint; if both are named, they must agree. The name
+        of a chain means its joints, from the trunk outwards.
 
         Args:
             angles: joint name → value, or an array of values of one batch shape [rad, m or ratio]; chain name →
                 the values of its joints, shape (..., number of joints).
             limits: what to do with a named joint outside its limits: "raise", "clamp" or "ignore".
-            degrees: the values of turning joints are in degrees.
+            degrees: whether the values of turning joints are in degrees.
 
         Returns:
             q, shape (..., nq), in radians whatever `degrees` says.
@@ -466,7 +468,7 @@ class RobotModel:
 
         Args:
             q: configurations, shape (..., nq).
-            degrees: give the values of turning joints in degrees.
+            degrees: whether to give the values of turning joints in degrees.
 
         Returns:
             name → float, or → array of the batch shape [rad, m or ratio].
@@ -507,7 +509,7 @@ class RobotModel:
 
         Args:
             q: configurations, shape (..., nq).
-            per_joint: one answer for each joint, in the order of `joint_names`.
+            per_joint: whether to return one answer for each joint, in the order of `joint_names`.
 
         Returns:
             Shape (...), or with `per_joint` (..., n).
@@ -524,8 +526,8 @@ class RobotModel:
     def limit_violations(self, q: ArrayLike, *, most: int | None = None) -> tuple[LimitViolation, ...]:
         """Return every joint outside its limits, by configuration and then by distance.
 
-        One object per violation takes time and memory; for many configurations use `within_limits`, which returns
-        arrays.
+        Making one object per violation takes time and memory; for many configurations use `within_limits`, which
+        returns arrays.
 
         Args:
             q: configurations, shape (..., nq).
@@ -545,7 +547,7 @@ class RobotModel:
         """Return `q` as an array if every joint is inside its limits, coupled ones included.
 
         Raises:
-            OutsideLimits: some joints are not; carries the violations.
+            OutsideLimits: some joints are outside their limits; carries the violations.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -555,7 +557,7 @@ class RobotModel:
         return np.array(self._configurations.within(self._configurations.checked(q), "raise"), order="C")
 
     def clamp(self, q: ArrayLike) -> Floats:
-        """Return the nearest configurations inside the limits: first the own limits of each joint, then coupled ones.
+        """Return the nearest configurations inside the limits: each joint's own limits first, then coupled limits.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -595,8 +597,8 @@ class RobotModel:
             threads: how many threads may work on it.
 
         Returns:
-            With one name homogeneous matrices of shape (..., 4, 4), (..., 7) or (..., 6); with n names
-            (..., n, 4, 4), (..., n, 7) or (..., n, 6) [m, rad].
+            With one name, shape (..., 4, 4), (..., 7) or (..., 6); with n names, (..., n, 4, 4), (..., n, 7) or
+            (..., n, 6) [m, rad].
 
         Raises:
             OutsideLimits: with limits="raise", a joint is outside its limits.
@@ -817,7 +819,7 @@ class RobotModel:
         out: NDArray[Any] | None = None,
         threads: SupportsIndex | None = None,
     ) -> NDArray[Any]:
-        """Return Jacobians of the centre of mass in the root's axes: J(q) · velocity = its velocity.
+        """Return Jacobians of the centre of mass in the root's axes: J(q) · v is the velocity of that point.
 
         Args:
             q: configurations, shape (..., nq).
@@ -893,28 +895,30 @@ class RobotModel:
         gravity: ArrayLike | None = None,
         tolerance: float = TOUCHING,
     ) -> SetDown:
-        """Set the robot down on the floor z = 0 as a rigid body, and return its pose and what touches.
+        """Set the robot down on the floor z = 0 as a rigid body; return its pose and the parts that touch the floor.
 
-        With `gravity` the vertical is known. With `soles` the lowest of their corners is on the floor, wherever other
-        links are, and without `gravity` the mean of their normals is vertical. With neither:
+        With `gravity`, the vertical is known. With `soles`, the lowest of their corners is on the floor, wherever other
+        links are; without `gravity`, the mean of the soles' normals is then vertical. With neither argument:
 
-        1. If all soles are under the robot (within 8 mm of its lowest point), it stands on them. If only one is (within
-           3 mm), it stands on this one; of several, on the one that turns the root least.
-        2. Otherwise, or if its centre of mass is not above what touches the floor, the nearest posture of the semantics
-           is considered. If that one rests on other links, the robot is put down as this posture is, and rolls over its
-           edges until its centre of mass is above what it touches.
-        3. A robot that does neither stands as in step 1 though it would fall, or has an upright root.
+        1. If all soles are under the robot (within 8 mm of its lowest point), it stands on all of them. Otherwise, if
+           some are within 3 mm of its lowest point, it stands on the one of these that turns the root least.
+        2. If no sole is under the robot, or if its centre of mass is not above the area that touches the floor, the
+           nearest posture of the semantics is considered. If that posture rests on other links, the robot is put down
+           with the vertical of the posture, and rolls over its edges until its centre of mass is above the area that
+           touches the floor.
+        3. In all other cases the robot stands as in step 1 although it would fall, or, if no sole is under it, its root
+           is upright.
 
-        A robot that stands has the lowest corner of these soles on the floor: where they disagree, the mean of their
-        normals is vertical, and the higher one touches if it is within the tolerance. Links other than the feet stay
-        above the floor: the soles of a robot that sits may be in the air. Any other robot has the lowest point of its
-        shapes and soles on the floor.
+        A robot that stands has the lowest corner of these soles on the floor. Where the soles are not in one plane, the
+        mean of their normals is vertical, and the higher sole touches if it is within the tolerance. Links other than
+        the feet stay above the floor, so the soles of a robot that sits may be in the air. A robot that does not stand
+        has the lowest point of its shapes and soles on the floor.
 
         Args:
             q: configurations, shape (..., nq). The pose of a floating base in them is not used.
             soles: frames of the soles on the floor; None for those of the robot's semantics.
-            gravity: direction of gravity in the frame of the root link, shape (..., 3), as the reversed measurement of
-                an accelerometer at rest; any length but zero. Broadcasts with q.
+            gravity: direction of gravity in the frame of the root link, shape (..., 3), of any length but zero: the
+                measurement of an accelerometer at rest with opposite sign. Broadcasts with q.
             tolerance: height up to which a point touches the floor [m].
 
         Returns:
@@ -946,19 +950,20 @@ class RobotModel:
         return shapes_of(self.tree)
 
     def clearance(self, q: ArrayLike) -> Clearance:
-        """Return the least distance between links, and which two have it.
+        """Return the smallest distance between links, and the two links that have it.
 
         The shapes of a NAO are the convex hulls of its meshes. Those of another robot are its collision elements, or
         its visuals if it has none: balls, capsules (a cylinder with a sphere at each end) and the convex hulls of
-        boxes, cylinders and meshes. Links that a joint connects, that always touch or that never do are not compared:
-        the pairs in `semantics.disabled_collisions` (of an SRDF), or, without these, those found in 1000 random
-        configurations on the first call.
+        boxes, cylinders and meshes. Pairs of links that a joint connects, that always touch or that never touch are
+        left out: the pairs in `semantics.disabled_collisions` (of an SRDF) or, if there are none, those found in 1000
+        random configurations on the first call.
 
         Args:
             q: configurations, shape (..., nq).
 
         Returns:
-            Distances, shape (...) [m], negative where links overlap: the least translation that separates them.
+            Distances, shape (...) [m]. Where links overlap, the distance is negative: minus the length of the least
+            translation that separates them.
 
         Raises:
             BadArgument: the robot has no shapes.
@@ -979,15 +984,15 @@ class RobotModel:
     def collisions(self, q: ArrayLike, *, margin: float = 0.0) -> tuple[Contact, ...]:
         """Return the pairs of links that overlap, or are nearer than a margin, with their nearest points.
 
-        One object per contact takes time; for many configurations use `clearance`, which also describes shapes and
-        pairs.
+        Making one object per contact takes time; for many configurations use `clearance`, which also describes the
+        shapes and the pairs.
 
         Args:
             q: configurations, shape (..., nq).
             margin: distance below which links are listed [m].
 
         Returns:
-            By configuration, and then by distance.
+            The contacts, by configuration and then by distance.
 
         Raises:
             BadArgument: the robot has no shapes.
@@ -1041,7 +1046,7 @@ class RobotModel:
 def _loaded(tree: UrdfTree, given: Semantics | Path | str | None, implied: Semantics | None, base: Base) -> RobotModel:
     """Return the robot of a tree, with the semantics given or implied by its file, and notes on both."""
     notes: list[str] = []
-    # Not a NaoModel, even if that class is called: a NaoModel always has the numbers of its version.
+    # A RobotModel even if the caller used NaoModel: a NaoModel always has the numbers of its version.
     robot = RobotModel(tree, find_semantics(tree, given, notes, implied), base=base)
     for name in robot.posture_names:
         outside = [violation.joint for violation in robot.limit_violations(robot.posture(name))]
@@ -1052,7 +1057,7 @@ def _loaded(tree: UrdfTree, given: Semantics | Path | str | None, implied: Seman
 
 
 def _is_plain(q: ArrayLike, dtype: object, out: object, threads: object) -> bool:
-    """Return whether the arguments are one configuration and no options: the case with the fewest steps."""
+    """Return whether the arguments are one configuration and no options, the case with a shortcut."""
     return type(q) is np.ndarray and q.ndim == 1 and dtype is None and out is None and threads is None
 
 

@@ -42,7 +42,7 @@ def other_side(name: str) -> str:
     return _SIDE.sub(lambda match: _WORDS.get(match.group()) or _OTHER[match.group()], name, count=1)
 
 
-# --- Joints and their motors; one may move several, such as the two HipYawPitch.
+# --- Joints and their motors; one motor may move several joints, such as the two HipYawPitch.
 
 
 def joint_bounds(robot: RobotModel, joint: str) -> tuple[float, float, float]:
@@ -57,12 +57,12 @@ Hips = Literal["average", "left", "right"]
 
 
 def check_hips(hips: str) -> None:
-    """Refuse an unknown rule for two joints of one motor."""
+    """Raise `UnknownName` for an unknown rule for two joints of one motor."""
     choice(hips, get_args(Hips), "rule for the hips")
 
 
 def joints_by_motor(robot: RobotModel, names: Iterable[str]) -> dict[str, list[str]]:
-    """Return driving joint → the joints among `names` that its motor moves, itself first."""
+    """Return driving joint → the joints among `names` that its motor moves, the driving joint first."""
     motors: dict[str, list[str]] = {}
     for name in sorted(names, key=robot.mimics.__contains__):
         mimic = robot.mimics.get(name)
@@ -72,14 +72,14 @@ def joints_by_motor(robot: RobotModel, names: Iterable[str]) -> dict[str, list[s
 
 
 def joints_of_side(joints: list[str], hips: Hips) -> list[str]:
-    """Return the joints that determine a motor: those of the side `hips`, or all if there are none."""
+    """Return the joints that determine a motor: those on the side `hips`, or all joints if none is on that side."""
     return [joint for joint in joints if side_of(joint) == hips] or joints
 
 
 def motor_values(robot: RobotModel, values: Mapping[str, Floats], hips: Hips) -> dict[str, Floats]:
     """Return driving joint → values, from values of any joints; a mimic joint gives (value − offset) / multiplier.
 
-    Several joints of one motor give their mean, or that of the joints on the side `hips` if there are any.
+    Several joints of one motor give the mean of their values, or of those on the side `hips` if there are any.
     """
     found = {}
     for motor, joints in joints_by_motor(robot, values).items():

@@ -1,4 +1,4 @@
-"""The calibrated joints and frames of one robot, written into its tree."""
+"""Offsets of calibrated joints and frames, applied to the tree of a robot."""
 
 from __future__ import annotations
 
@@ -68,9 +68,9 @@ def with_offsets(tree: UrdfTree, joints: Mapping[str, ArrayLike], frames: Mappin
 
 
 def read_offsets(offsets: Mapping[str, Any] | Path | str) -> dict[str, Mapping[str, Any]]:
-    """Return the arguments of `RobotModel.with_offsets` from a mapping of both, or from a TOML file.
+    """Return the arguments of `RobotModel.with_offsets` from a mapping with "joints" and "frames", or from a TOML file.
 
-    The file has a table `joints` of numbers and a table `frames` of six numbers each, or of four rows of four.
+    The file has a table `joints` of numbers, and a table `frames` of six numbers or four rows of four each.
     """
     document = dict(offsets) if isinstance(offsets, Mapping) else read_toml(offsets)
     for kind, table in document.items():
@@ -91,7 +91,7 @@ def write_offsets(path: Path | str, offsets: Mapping[str, Any], *, overwrite: bo
     for kind in _KINDS:
         lines.append(f"[{kind}]  # {'rad, or m' if kind == 'joints' else 'dx, dy, dz [m], roll, pitch, yaw [rad]'}")
         for name, value in offsets.get(kind, {}).items():
-            # A string of JSON is one of TOML, and a list of numbers too.
+            # A JSON string is also a TOML string, and a JSON list of numbers a TOML array.
             lines.append(f"{json.dumps(name, ensure_ascii=False)} = {json.dumps(np.asarray(value, float).tolist())}")
     return write_document(path, "\n".join([*lines, ""]).encode(), overwrite=overwrite)[0]
 
@@ -139,7 +139,7 @@ def refuse_not_rigid(T: Floats, what: str) -> RotationDefects:
 
 
 def refuse_not_rotation(R: Floats, what: str) -> RotationDefects:
-    """Return the defects of matrices; raise NotARotation, with the argument's name, for the first not a rotation."""
+    """Return the defects of matrices; raise NotARotation, with the argument's name, for the first non-rotation."""
     try:
         return check_rotation(R)
     except NotARotation as error:
@@ -151,6 +151,6 @@ def _after(origin: Origin, T: Floats) -> Origin:
     """Return the pose T, given in the frame at `origin`."""
     R = matrix_from_rpy(origin.rpy)
     xyz, rpy = R @ T[:3, 3] + origin.xyz, rpy_from_matrix(R @ T[:3, :3])
-    # Without a rotation the angles remain those of the file to the last digit.
+    # Without a rotation the angles are copied, and so stay those of the file to the last digit.
     turned = not np.array_equal(T[:3, :3], np.eye(3))
     return Origin(tuple(xyz.tolist()), tuple(np.asarray(rpy).tolist()) if turned else origin.rpy)

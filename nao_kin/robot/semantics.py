@@ -102,7 +102,7 @@ class Mimic:
         return np.asarray((value - self.offset) / self.multiplier)
 
     def through(self, driver: Mimic) -> Mimic:
-        """Return the mimic of the last driver, if the driving joint mimics it: a = m b + o and b = driver(c)."""
+        """Return how this joint follows the driver of its driving joint; `driver` is the mimic of the driving joint."""
         return Mimic(driver.joint, self.multiplier * driver.multiplier, self.offset + self.multiplier * driver.offset)
 
     def inverted(self, follower: str) -> Mimic:
@@ -130,8 +130,8 @@ class CoupledLimit:
         joint: the joint whose range this is.
         of: the joint it depends on.
         at: values of `of` where the range bends, ascending [rad].
-        lower: smallest value of `joint` there [rad].
-        upper: largest value of `joint` there [rad].
+        lower: smallest value of `joint` at each of these values [rad].
+        upper: largest value of `joint` at each of these values [rad].
 
     Raises:
         BadArgument: columns of different lengths or without numbers, `at` not ascending, a lower bound above its upper
@@ -230,7 +230,7 @@ class Semantics:
         outlines: sole → x and y of the corners of the area that touches the floor, in the frame of the sole [m]; the
             corners of a convex polygon.
         ros_names: link, joint or robot → its name in the robot's published ROS description, if it differs; links with
-            the same name there are one link there.
+            the same name in that description are one link in it.
         disabled_collisions: pairs of links that need no check for collisions, each with the reason, as in an SRDF:
             (link, link, reason); empty if this is not known.
 
@@ -294,7 +294,7 @@ class Semantics:
                 raise BadArgument(f"unit of {joint} must be one of {', '.join(UNITS)}, got {quoted(unit)}")
 
     def joints(self) -> dict[str, tuple[str, str]]:
-        """Return every joint named here, with the kind and the name of the part that names it first."""
+        """Return every joint named in the semantics, with the kind and the name of the part that names it first."""
         parts: list[tuple[Iterable[str], tuple[str, str]]] = []
         parts += [(joints, ("chain", name)) for name, joints in self.chains.items()]
         parts += [(posture.angles, ("posture", name)) for name, posture in self.postures.items()]
@@ -304,7 +304,7 @@ class Semantics:
         return _named_first(parts)
 
     def frames(self) -> dict[str, tuple[str, str]]:
-        """Return every frame named here, with the field that names it first."""
+        """Return every frame named in the semantics, with the field that names it first."""
         return _named_first(
             (getattr(self, field), (field, "")) for field in (*FRAME_FIELDS, "fields_of_view", "outlines")
         )

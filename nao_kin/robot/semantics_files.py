@@ -1,4 +1,4 @@
-"""The semantics of a robot: read from the files beside its own, and checked against its tree."""
+"""The semantics of a robot: read from a file beside the robot's file, and checked against the robot's tree."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ def find_semantics(
 ) -> Semantics:
     """Return the semantics given, or those of the .toml or .srdf file of the same name beside the robot's file.
 
-    `given` may be semantics or a path; `implied` are the semantics in the robot's own file (MJCF), and
-    fill the parts that the other file leaves empty. What was found or could not be used is added to the notes.
+    `given` may be semantics or a path. `implied` are the semantics in the robot's own file (MJCF), which fill the parts
+    that the other file leaves empty. Notes say which file was used or could not be used.
     """
     kind, implied = ("URDF", Semantics()) if implied is None else ("MJCF", implied)
     if isinstance(given, Semantics):
@@ -38,7 +38,7 @@ def find_semantics(
             try:
                 semantics = checked_semantics(_filled(_read(path, tree, notes), implied), tree)
             except NaoKinError as error:
-                # A caller who asked for the URDF alone still gets the robot.
+                # The caller did not name this file, so an error in it does not keep the robot from loading.
                 notes.append(f"{path.name} beside the {kind} is not used: {error}")
             else:
                 notes.append(f"chains, effectors and postures from {path.name} beside the {kind}")

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 # Largest distance of a corner of the sole from the plane of the sole [m].
 _FLAT = 1e-6
-# Twice the area below which points count as collinear [m²].
+# Twice the largest area of points that count as collinear [m²].
 _NO_AREA = 1e-12
 
 
@@ -53,7 +53,7 @@ class SupportPolygon:
         ordered = sorted({(x, y) for x, y in xy.tolist()})
         hull = _half_hull(ordered)[:-1] + _half_hull(ordered[::-1])[:-1]
         vertices = np.array(hull).reshape(-1, 2)
-        # Relative to the first vertex: a distant origin costs digits.
+        # Relative to the first vertex, because a distant origin costs digits.
         x, y = (vertices - vertices[:1]).T
         if len(hull) < 3 or float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) < _NO_AREA:
             raise BadArgument("the soles have no area seen from above: do they stand upright?")

@@ -54,8 +54,8 @@ def is_rotation(R: ArrayLike, tolerance: float = TOLERANCE) -> NDArray[np.bool_]
 def check_rotation(R: ArrayLike, tolerance: float = TOLERANCE) -> RotationDefects:
     """Return the defects of rotation matrices, and raise `NotARotation` for the first matrix that is not a rotation.
 
-    Every function of this package checks its rotation matrices in this way, with the default tolerance. For a matrix
-    with defects above rounding (1.4e-14) it uses the nearest rotation.
+    Every function of this package checks its rotation matrices in this way, with the default tolerance, and replaces a
+    matrix with defects above rounding (1.4e-14) by the nearest rotation.
 
     Args:
         R: matrices, shape (..., 3, 3).
@@ -103,9 +103,9 @@ def nearest_rotation(M: ArrayLike) -> Floats:
     """
     matrices = as_matrices(M)
     refuse_non_finite(matrices, "matrix")
-    # A common scale does not change the rotation, and keeps products in the SVD from overflowing.
+    # Scaling a matrix does not change its nearest rotation, and keeps products in the SVD from overflowing.
     scale = np.abs(matrices).max(axis=(-2, -1), keepdims=True, initial=0.0)
-    # With one batch axis, because the SVD supports fewer batch axes than arrays may have.
+    # Flattened to one batch axis, because the SVD supports fewer batch axes than arrays may have.
     row = (matrices / np.where(scale > 0.0, scale, 1.0)).reshape(-1, 3, 3)
     U, sigma, Vt = np.linalg.svd(row)
     sign = np.where(np.linalg.det(U) * np.linalg.det(Vt) < 0.0, -1.0, 1.0)
@@ -148,7 +148,7 @@ def as_exponent(t: ArrayLike, what: str) -> Floats:
 
 
 def evaluate_rotations(kernel: Kernel, R: ArrayLike, *tails: tuple[int, ...]) -> list[Floats]:
-    """Return the results of `evaluate` for the nine entries of each rotation matrix, which are checked on the way.
+    """Return the results of `evaluate` for the nine entries of each rotation matrix, and check the matrices.
 
     A matrix that is a rotation within the tolerance, but not to rounding, is replaced by the nearest rotation.
     """
@@ -243,6 +243,6 @@ def as_shares(weights: ArrayLike | None, count: int) -> Floats:
     if not largest.all():
         where = at_index(first_index(largest[..., 0] == 0.0))
         raise BadArgument(f"at least one weight must be positive, got zeros only{where}")
-    # A common scale does not matter, and keeps the sum from overflowing.
+    # Scaling all weights changes no share, and keeps the sum from overflowing.
     scaled = values / largest
     return np.asarray(scaled / scaled.sum(axis=-1, keepdims=True))

@@ -89,7 +89,7 @@ def rodrigues(x: Number, y: Number, z: Number, A: Number, B: Number) -> tuple[Nu
 
 
 def from_rotation_vector(f: Functions, x: Number, y: Number, z: Number) -> tuple[Number, ...]:
-    """Rotation vector of any length: A = sin φ/φ, B = (1 − cos φ)/φ² with φ = ‖v‖."""
+    """The matrix of a rotation vector of any length: A = sin φ/φ, B = (1 − cos φ)/φ² with φ = ‖v‖."""
     square = squared_angle(f, x, y, z)
     # The floor avoids 0/0; both quotients are constant to the last digit below φ = 1e-8.
     square = f.larger(square, SMALLEST_NORMAL)
@@ -109,7 +109,7 @@ def squared_angle(f: Functions, x: Number, y: Number, z: Number) -> Number:
 
 
 def from_natural(f: Functions, x: Number, y: Number, z: Number, angle: Number) -> tuple[Number, ...]:
-    """Axis of any length and angle: A = sin φ, B = 1 − cos φ for the unit axis."""
+    """The matrix of an axis of any length and an angle: A = sin φ, B = 1 − cos φ for the unit axis."""
     square = f.square(x, y, z)
     t = f.tan(0.5 * angle)
     divisor = 1.0 + t * t
@@ -117,13 +117,13 @@ def from_natural(f: Functions, x: Number, y: Number, z: Number, angle: Number) -
 
 
 def from_quaternion(f: Functions, r0: Number, r1: Number, r2: Number, r3: Number) -> tuple[Number, ...]:
-    """Quaternion of any length: A = 2 r0, B = 2 for the vector part of the unit quaternion."""
+    """The matrix of a quaternion of any length: A = 2 r0, B = 2 for the vector part of the unit quaternion."""
     B = 2.0 / f.square(r0, r1, r2, r3)
     return rodrigues(r1, r2, r3, B * r0, B)
 
 
 def from_linear(f: Functions, x: Number, y: Number, z: Number, q0: Number) -> tuple[Number, ...]:
-    """Linear invariants e sin φ, cos φ, brought to unit length: A = 1, B = (1 − cos φ)/sin² φ = 1/(1 + cos φ)."""
+    """The matrix of linear invariants e sin φ, cos φ of any length: A = 1, B = (1 − cos φ)/sin² φ = 1/(1 + cos φ)."""
     square = x * x + y * y + z * z
     scale = 1.0 / f.sqrt(square + q0 * q0)
     # 1/(1 + q0) needs no axis at φ = 0; (1 − q0)/‖q‖² needs no digits of 1 + q0 near φ = π.

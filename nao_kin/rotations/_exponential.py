@@ -1,4 +1,4 @@
-"""Rotations as exponentials of rotation vectors: exp, log, powers, angles between two, the Jacobians of SO(3)."""
+"""Rotations as exponentials of rotation vectors: exp, log, powers, angles between rotations, Jacobians of SO(3)."""
 
 from __future__ import annotations
 

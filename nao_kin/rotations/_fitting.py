@@ -32,9 +32,9 @@ from nao_kin.rotations._three_angles import REQUIRED, Axes, find_short_sequence,
 MeanMethod = Literal["geodesic", "chordal"]
 
 _MAX_STEPS = 200
-# Length of a step that changes only the last digit, and of a step that may be rounding [rad].
+# Length of a step that changes only the last digit, and of a step that may be due to rounding alone [rad].
 _LAST_STEP, _SHORT_STEP = 1e-15, 1e-12
-# A lower bound above ½, so that no step increases the sum of squares.
+# A lower bound of the curvature, above ½ so that no step increases the sum of squares.
 _LEAST_CURVATURE = 0.55
 
 
@@ -57,11 +57,11 @@ class MeanRotation:
 def mean_rotation(R: ArrayLike, weights: ArrayLike | None = None, *, method: MeanMethod = "geodesic") -> MeanRotation:
     """The weighted mean of rotations, with its spread.
 
-    geodesic: the R̄ with least Σ wᵢ φᵢ², φᵢ the angle from R̄ to Rᵢ (the Karcher mean). It is unique if all rotations
-    are less than 90° from some rotation. Otherwise there may be several local minima; the result is the one reached
-    from the chordal mean.
+    geodesic: the R̄ with least Σ wᵢ φᵢ², with φᵢ the angle from R̄ to Rᵢ (the Karcher mean). It is unique if all
+    rotations are less than 90° from some rotation. Otherwise there may be several local minima; the result is the one
+    reached from the chordal mean.
     chordal: the R̄ with least Σ wᵢ ‖Rᵢ − R̄‖², the rotation nearest to Σ wᵢ Rᵢ, which is also the eigenvector mean of
-    unit quaternions. It is faster, is the global minimum if it exists, and is less sensitive to outliers.
+    unit quaternions. It is faster, is the global minimum if the mean exists, and is less sensitive to outliers.
     Both give the midpoint of two rotations of equal weight, and nearly the same for rotations close together.
 
     Args:
@@ -104,14 +104,14 @@ def _chordal(rotations: Floats, shares: Floats) -> Floats:
     try:
         return nearest_rotation(np.einsum("...n,...nij->...ij", shares, rotations))
     except BadArgument as error:
-        raise BadArgument(f"the rotations have no single mean: of their sum, {error}") from None
+        raise BadArgument(f"the rotations have no single mean: for their weighted sum, {error}") from None
 
 
 def _geodesic(mean: Floats, rotations: Floats, shares: Floats) -> Floats:
-    """Descend from `mean` by Newton steps, with the curvature (φ/2) cot(φ/2) across each arm bounded from below.
+    """Descend from `mean` by Newton steps, with a lower bound of the curvature (φ/2) cot(φ/2) across each arm.
 
-    The squared angle has a curvature of at most 1, also at its kink at φ = π. So steps with curvatures above ½ never
-    increase the sum, and need no line search.
+    An arm is the rotation vector from the mean to a rotation. The squared angle has a curvature of at most 1, also at
+    its kink at φ = π. So steps with curvatures above ½ never increase the sum, and need no line search.
     """
     previous = np.inf
     for _ in range(_MAX_STEPS):
@@ -138,12 +138,13 @@ def _arms(mean: Floats, rotations: Floats) -> Floats:
     return log(np.swapaxes(mean, -1, -2)[..., np.newaxis, :, :] @ rotations)
 
 
-# --- The rotation of a body from points on it before and after.
+# --- The rotation of a body from points on it before and after a motion.
 
 PointsMethod = Literal["least_squares", "triads"]
 
-# σ₂/σ₁ of the points at which they count as one line. Triads lose digits of the rotation about it as 1/thinness, least
-# squares as its square, because the product of both point sets has the squares of their singular values.
+# Ratio σ₂/σ₁ up to which points count as lying on one line. The error of the rotation about that line grows as
+# 1/thinness with triads, and as 1/thinness² with least squares, because the product of both point sets has the squares
+# of their singular values.
 THINNEST = {"triads": 1e-8, "least_squares": 1e-6}
 
 
@@ -201,14 +202,14 @@ def best_fit(before: Floats, after: Floats, what: str) -> Floats:
 
 def refuse_one_line(rows: Floats, what: str, thinnest: float, coincident: NDArray[np.bool_] | bool = False) -> None:
     """Refuse vectors (..., n, 3) along one line, and vectors known to be `coincident`."""
-    # With one batch axis, because the SVD supports fewer batch axes than arrays may have.
+    # Flattened to one batch axis, because the SVD supports fewer batch axes than arrays may have.
     row = np.linalg.svd(rows.reshape(-1, *rows.shape[-2:]), compute_uv=False)
     sigma = row.reshape(*rows.shape[:-2], row.shape[-1])
     thin = (sigma[..., 1] <= thinnest * sigma[..., 0]) | coincident
     if thin.any():
         which = f"{what}{at_index(first_index(thin))}"
         raise DegeneratePoints(
-            f"{which} lie on one line to {thinnest:.0e} of its length: a turn about it would not be seen"
+            f"{which} lie on one line to {thinnest:.0e} of its length: the rotation about it is not determined"
         )
 
 
@@ -222,7 +223,7 @@ def _as_points(value: ArrayLike, what: str) -> Floats:
 
 
 def _centred(points: Floats, what: str, thinnest: float) -> Floats:
-    """Points about their centroid, scaled to about 1; collinear points are refused."""
+    """Points relative to their centroid, scaled to about 1; collinear points are refused."""
     arms: Floats = points - points.mean(axis=-2, keepdims=True)
     scale = np.abs(arms).max(axis=(-2, -1), keepdims=True, initial=0.0)
     # The directions of coincident points are rounding errors of their coordinates.
@@ -244,7 +245,7 @@ def _triad(points: Floats) -> Floats:
 
 # --- Rotations from directions: the shortest one between two, and the best fit to many.
 
-# ‖a + b‖ of unit vectors that are opposite to rounding.
+# Largest ‖a + b‖ of unit vectors that are opposite to rounding.
 _OPPOSITE = 4.0 * 2.0**-52
 
 
@@ -267,9 +268,9 @@ class DirectionFit:
 def rotation_between(a: ArrayLike, b: ArrayLike, *, axis: ArrayLike | None = None) -> Floats:
     """The rotation by the least angle that maps the direction of a to the direction of b, about a × b.
 
-    For opposite directions every axis normal to a is possible. Then the axis is the part of `axis` normal to a; without
-    `axis`, the part normal to a of the coordinate axis along which a is smallest (x before y before z): −z is reached
-    from z by a half turn about x, −x from x about y. Directions are opposite if ‖a/‖a‖ + b/‖b‖‖ ≤ 4 × 2⁻⁵².
+    For opposite directions every axis normal to a is possible. The function then uses the part of `axis` normal to a.
+    Without `axis`, it uses the part normal to a of the coordinate axis along which a is smallest (x before y before z):
+    a half turn about x maps z to −z, one about y maps x to −x. Directions are opposite if ‖a/‖a‖ + b/‖b‖‖ ≤ 4 × 2⁻⁵².
 
     Args:
         a: directions before, shape (..., 3), of any length but zero.
@@ -296,7 +297,7 @@ def rotation_between(a: ArrayLike, b: ArrayLike, *, axis: ArrayLike | None = Non
     first, second = np.broadcast_to(first, (*batch, 3)), np.broadcast_to(second, (*batch, 3))
     total, difference = first + second, second - first
     near = (dot(first, second) >= 0.0)[..., np.newaxis]
-    # Twice the normal of the two, from the sum or the difference: the smaller one is exact.
+    # a × b or its opposite, from the difference or the sum of the two: the shorter one is exact.
     normal = cross(first, np.where(near, difference, total))
     cosine, sine = norm(total), norm(difference)
     opposite = np.asarray(cosine <= _OPPOSITE)
@@ -314,14 +315,14 @@ def rotation_between(a: ArrayLike, b: ArrayLike, *, axis: ArrayLike | None = Non
 def rotation_from_directions(before: ArrayLike, after: ArrayLike, weights: ArrayLike | None = None) -> DirectionFit:
     """The rotation that best maps directions to their observed directions (Wahba's problem).
 
-    The R with least Σ wᵢ ‖bᵢ − R aᵢ‖² over the unit directions aᵢ before and bᵢ after, the rotation nearest to
-    Σ wᵢ bᵢ aᵢᵀ. For points, use `rotation_from_points`.
+    It is the R with least Σ wᵢ ‖bᵢ − R aᵢ‖² over the unit directions aᵢ before and bᵢ after, and the rotation nearest
+    to Σ wᵢ bᵢ aᵢᵀ. For points, use `rotation_from_points`.
 
     Args:
         before: directions, shape (..., n, 3), n ≥ 2, of any length but zero.
         after: the same directions after the rotation, shape (..., n, 3); batch axes broadcast.
-        weights: shape (..., n), not negative, not all zero, of any scale; best 1/σᵢ² of directions known to σᵢ [rad].
-            None for equal weights.
+        weights: shape (..., n), not negative, not all zero, of any scale; the best are 1/σᵢ² for standard
+            deviations σᵢ of the directions [rad]. None for equal weights.
 
     Returns:
         Rotation, residual, and the remaining angle of each direction.
@@ -374,7 +375,7 @@ def _normal_part(wanted: Floats, first: Floats, needed: NDArray[np.bool_]) -> Fl
         raise BadArgument(
             f"the axis of a half turn between opposite directions{at_index(first_index(along))} must not lie along them"
         )
-    # Rounding leaves a part along `first`: repeat.
+    # Rounding leaves a part along `first`, so it is subtracted again.
     part = part / np.where(needed, norm(part), 1.0)[..., np.newaxis]
     return np.asarray(part - dot(part, first)[..., np.newaxis] * first)
 
@@ -401,13 +402,13 @@ class NearestAngles:
 def nearest_euler(R: ArrayLike, sequence: str, *, axes: Axes = REQUIRED) -> NearestAngles:
     """The angles about one or two coordinate axes nearest to a rotation, and the remaining angle.
 
-    In general a rotation is not one about z, or about z and then y; the residual is its distance from such a rotation.
-    For three axes use `euler_from_matrix`.
+    A general rotation is not a rotation about z alone, or about z and then y; the residual is its distance from such a
+    rotation. For three axes use `euler_from_matrix`.
 
     For "i", α = 2 atan2(rᵢ, r0) with the unit quaternion (r0, r): the twist about the axis. For moving axes "ij" the
-    products of half angles in the quaternion form a matrix of rank one, whose nearest is found in closed form: α and β
-    are the sum and the difference of atan2(rᵢ + rⱼ, r0 − s rₖ) and atan2(rᵢ − rⱼ, r0 + s rₖ), with k the third axis and
-    s = ±1 such that eᵢ × eⱼ = s eₖ.
+    products of half angles in the quaternion form a matrix of rank one. The nearest such matrix is found in closed
+    form: α and β are the sum and the difference of atan2(rᵢ + rⱼ, r0 − s rₖ) and atan2(rᵢ − rⱼ, r0 + s rₖ), with k the
+    third axis and s = ±1 such that eᵢ × eⱼ = s eₖ.
 
     Args:
         R: rotation matrices, shape (..., 3, 3).
@@ -439,8 +440,8 @@ def nearest_euler(R: ArrayLike, sequence: str, *, axes: Axes = REQUIRED) -> Near
 def nearest_davenport(R: ArrayLike, a1: ArrayLike, a2: ArrayLike | None = None) -> NearestAngles:
     """The angles about one or two arbitrary axes nearest to a rotation: Rot(a1, α) Rot(a2, β), or Rot(a1, α).
 
-    Like `nearest_euler`, for any axes, perpendicular or not. One axis gives the twist of a rotation about it; the rest,
-    Rot(a1, −α) R, is its swing.
+    This is `nearest_euler` for any axes, perpendicular or not. One axis gives the twist of a rotation about it; the
+    rest, Rot(a1, −α) R, is its swing.
 
     Args:
         R: rotation matrices, shape (..., 3, 3).
@@ -487,8 +488,9 @@ def _nearest(f: Functions, r0: Number, x: Number, y: Number, z: Number, *axes: N
         cosine = a0 * b0 + a1 * b1 + a2 * b2
         along_second = x * b0 + y * b1 + z * b2
         across = x * n0 + y * n1 + z * n2 - r0 * cosine
-        # The inner product with the quaternion of the result, cos and sin of the half angles a and b on either side of
-        # [[r0, along_second], [along, across]], is a term of a + b plus one of a − b, which are maximised separately.
+        # With half angles a and b, the inner product of the quaternion and that of the result is
+        # (cos a, sin a) [[r0, along_second], [along, across]] (cos b, sin b)ᵀ: a term that depends on a + b plus one
+        # that depends on a − b, which are maximised separately.
         total = f.atan2(along + along_second, r0 - across)
         difference = f.atan2(along - along_second, r0 + across)
         ha, hb = 0.5 * (total + difference), 0.5 * (total - difference)
@@ -503,5 +505,5 @@ def _nearest(f: Functions, r0: Number, x: Number, y: Number, z: Number, *axes: N
 
 
 def _wrapped(f: Functions, angle: Number) -> Number:
-    """The angle in [−π, π] of an angle in [−2π, 2π]."""
+    """Wrap an angle in [−2π, 2π] to [−π, π]."""
     return angle - f.where(angle > math.pi, 2.0 * math.pi, f.where(angle < -math.pi, -2.0 * math.pi, 0.0)) + 0.0

@@ -20,8 +20,8 @@ def natural_invariants(R: ArrayLike) -> tuple[Floats, Floats]:
     """Axis e and angle φ of a rotation, R = 1 + sin φ [e×] + (1 − cos φ) [e×]².
 
     Computed from the quadratic invariants, φ = 2 atan2(‖r‖, r0) and e = r/‖r‖, which are accurate at φ = 0 and φ = π.
-    There an arccos loses half the digits, and vect R the axis. For matrices exact to rounding the angle is accurate to
-    a few 1e-16, near 0 also relative to itself, and the axis to a few 1e-16 at every angle but 0.
+    There an arccos loses half the digits, and vect R loses the axis. For matrices exact to rounding the angle is
+    accurate to a few 1e-16, near 0 also relative to itself, and the axis to a few 1e-16 at every angle but 0.
 
     Args:
         R: rotation matrices, shape (..., 3, 3).
@@ -239,7 +239,7 @@ def matrix_from_mrp(p: ArrayLike) -> Floats:
     try:
         return evaluate(_matrix, [parameters], (3, 3))[0]
     except OutOfScale:
-        # The other triple of a long one is short.
+        # If a triple is long, the other triple of the same rotation is short.
         long = (largest(parameters) > 1.0)[..., np.newaxis]
         short = np.where(long, _shadow(np.where(long, parameters, 1.0)), parameters)
         return evaluate(_matrix, [short], (3, 3))[0]

@@ -48,7 +48,7 @@ def axis_and_half_angle(f: Functions, r0: Number, r1: Number, r2: Number, r3: Nu
     unit: Number = 1.0
     tiny = norm < 1e-140
     if f.some(tiny):
-        # The squares of the smallest angles underflow, unless computed in a larger unit.
+        # The squares of the smallest angles underflow unless they are scaled first.
         unit = f.where(tiny, 2.0**700, 1.0)
         r1, r2, r3 = r1 * unit, r2 * unit, r3 * unit
         norm = f.sqrt(r1 * r1 + r2 * r2 + r3 * r3)
@@ -57,7 +57,7 @@ def axis_and_half_angle(f: Functions, r0: Number, r1: Number, r2: Number, r3: Nu
 
 
 def _canonical_sign(f: Functions, r0: Number, r1: Number, r2: Number) -> Number:
-    # Where these three are zero the last component is the largest, hence a diagonal entry of 4 r rᵀ, and positive.
+    # Where these three are zero, the last component is the largest: it is a diagonal entry of 4 r rᵀ, and positive.
     first, zero = r0, r0 == 0.0
     if f.some(zero):
         first = f.where(zero, f.where(r1 != 0.0, r1, r2), r0)
@@ -247,10 +247,10 @@ def _product(f: Functions, *components: Number) -> tuple[Number, ...]:
 
 # --- Exponential, logarithm and powers of quaternions.
 
-# e to this is about 1e304.
+# Largest r0 of an exponential: e⁷⁰⁰ is about 1e304.
 _LARGEST_SCALAR = 700.0
 _LARGEST_VECTOR = 1e139
-# Logarithm of the length of a unit quaternion, up to rounding.
+# Largest logarithm of the length of a quaternion that counts as a unit quaternion.
 _UNIT = 1e-15
 
 
@@ -353,17 +353,17 @@ def _logarithm(f: Functions, *q: Number) -> tuple[Number, ...]:
 
 Arc = Literal["shorter", "longer"]
 
-# The sine of half the angle up to which two rotations count as equal.
+# Two rotations count as equal up to this sine of half the angle between them.
 _SAME = 4.0 * 2.0**-52
 
 
 def slerp(p: ArrayLike, q: ArrayLike, t: ArrayLike, *, arc: Arc = "shorter") -> Floats:
     """The rotation at a fraction t of the shorter or the longer arc from p to q, at constant angular velocity.
 
-    cos(t θ) p + sin(t θ) w/‖w‖, with w = q − (p·q) p the part of q perpendicular to p and θ = atan2(‖w‖, p·q) the
-    angle between the unit quaternions, q replaced by −q where p·q < 0. It equals (sin((1 − t) θ) p + sin(t θ) q)/sin θ,
-    but has unit length for every t. If p·q = 0 (half a turn apart) both arcs are equally long; the shorter uses q as
-    given, the longer −q. The longer arc is the rotation in the opposite direction.
+    The result is cos(t θ) p + sin(t θ) w/‖w‖. Here w = q − (p·q) p is the part of q perpendicular to p, θ =
+    atan2(‖w‖, p·q) is the angle between the unit quaternions, and q is replaced by −q where p·q < 0. The result equals
+    (sin((1 − t) θ) p + sin(t θ) q)/sin θ, but has unit length for every t. If p·q = 0 (half a turn apart) both arcs are
+    equally long; the shorter uses q as given, the longer −q. The longer arc is the rotation in the opposite direction.
 
     Args:
         p: quaternions at t = 0, shape (..., 4), of any length but zero.
@@ -396,7 +396,7 @@ def slerp(p: ArrayLike, q: ArrayLike, t: ArrayLike, *, arc: Arc = "shorter") -> 
     found, sine = evaluate(_longer, inputs, (4,), ())
     if (sine <= _SAME).any():
         where = at_index(first_index(np.asarray(sine <= _SAME)))
-        raise BadArgument(f"the longer arc between two equal rotations{where} is a whole turn about no axis")
+        raise BadArgument(f"the longer arc between two equal rotations{where} is a whole turn without a definite axis")
     return found
 
 
@@ -404,7 +404,7 @@ def _slerp(f: Functions, *components: Number) -> tuple[Number, ...]:
     p, t = components[:4], components[8]
     aside, sine, shift = _apart(f, p, components[4:8])
     theta = f.atan2(sine, 1.0 + shift)
-    # If the squares have underflowed the arc is a straight line.
+    # If the squares have underflowed, the arc is taken as a straight line.
     same = sine == 0.0
     along = f.cos(t * theta)
     across = f.where(same, t, f.sin(t * theta) / f.where(same, 1.0, sine))
@@ -414,7 +414,7 @@ def _slerp(f: Functions, *components: Number) -> tuple[Number, ...]:
 def _longer(f: Functions, *components: Number) -> tuple[Number, ...]:
     p, t = components[:4], components[8]
     aside, sine, shift = _apart(f, p, components[4:8])
-    # To the negative of the end of the shorter arc, and so in the opposite direction.
+    # The longer arc ends at the negative of the end of the shorter arc, and so runs in the opposite direction.
     theta = f.atan2(sine, -1.0 - shift)
     along = f.cos(t * theta)
     across = f.sin(t * theta) / f.where(sine == 0.0, -1.0, -sine)
@@ -422,10 +422,10 @@ def _longer(f: Functions, *components: Number) -> tuple[Number, ...]:
 
 
 def _apart(f: Functions, p: Sequence[Number], q: Sequence[Number]) -> tuple[list[Number], Number, Number]:
-    """The part of ±q at right angles to p, its length, and p·(±q) − 1; of ±q the one nearer to p."""
+    """The part of ±q at right angles to p, its length, and p·(±q) − 1; ±q is q or −q, whichever is nearer to p."""
     sign = f.where(_inner(p, q) < 0.0, -1.0, 1.0)
     difference = [sign * b - a for a, b in zip(p, q, strict=True)]
-    # From the difference, which is exact if the two are nearly equal.
+    # Computed from the difference, which is exact if the two are nearly equal.
     shift = _inner(p, difference)
     aside = [d - shift * a for a, d in zip(p, difference, strict=True)]
     return aside, f.sqrt(_inner(aside, aside)), shift

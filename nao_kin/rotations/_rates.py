@@ -86,7 +86,7 @@ def euler_rate_jacobian_inverse(
 
 def is_moving(expressed_in: Side) -> bool:
     if expressed_in is None:
-        raise BadArgument("expressed_in= must be given: the 'fixed' frame or the 'moving' one, which the turns carry")
+        raise BadArgument("expressed_in= must be given: 'fixed' or 'moving', the frame of the vector's components")
     return choice(expressed_in, ("fixed", "moving"), "expressed_in") == "moving"
 
 
@@ -102,7 +102,7 @@ def _sines(f: Functions, convention: Convention, body: bool, angles: tuple[Numbe
 
 
 def _order(convention: Convention, body: bool) -> tuple[int, int, int, float, bool]:
-    """The axes i, j, k and their sign in terms of the fixed frame, and whether the angles are in this order."""
+    """The axes i, j, k and their sign, as for J in the fixed frame, and whether the angles are in the same order."""
     i, k, sign = convention.i, convention.k, convention.sign
     if body and not convention.symmetric:
         i, k, sign = k, i, -sign

@@ -25,7 +25,7 @@ def key_velocities(steps: Floats, arcs: Floats, first: Floats, last: Floats) -> 
 
     For step i with arc vᵢ, time hᵢ, right Jacobian J of vᵢ and velocity ωᵢ at key i, the acceleration is
     6 vᵢ/hᵢ² − 4 ωᵢ/hᵢ − 2 J⁻¹ωᵢ₊₁/hᵢ at the start and −6 vᵢ/hᵢ² + 2 J ωᵢ/hᵢ + 4 ωᵢ₊₁/hᵢ + a(vᵢ, J⁻¹ωᵢ₊₁) at the end,
-    with a quadratic in its second argument. Newton's method makes them equal at all inner keys.
+    where the function a is quadratic in its second argument. Newton's method makes both equal at all inner keys.
 
     Args:
         steps: hᵢ, shape (n − 1,).
@@ -79,7 +79,7 @@ def turning_acceleration(v: Floats, rate: Floats) -> Floats:
 
 
 def _turning_derivative(v: Floats, rate: Floats) -> Floats:
-    """The derivative of `turning_acceleration` by the rate, exact because it is quadratic, shape (..., 3, 3)."""
+    """The derivative of `turning_acceleration` by the rate, shape (..., 3, 3); exact, since that is quadratic."""
     v, rate = v[..., None, :], rate[..., None, :]
     basis = np.eye(3)
     changes = turning_acceleration(v, rate + basis) - turning_acceleration(v, rate) - turning_acceleration(v, basis)
@@ -89,7 +89,7 @@ def _turning_derivative(v: Floats, rate: Floats) -> Floats:
 def _solved(lower: Floats, middle: Floats, upper: Floats, right: Floats) -> Floats:
     """Solve lowerₖ xₖ₋₁ + middleₖ xₖ + upperₖ xₖ₊₁ = rightₖ, blocks of shape (..., n, 3, 3), by cyclic reduction.
 
-    Every other unknown is expressed by its neighbours, which leaves a system of the same kind of half the size.
+    Expressing every other unknown by its neighbours leaves a system of the same kind and half the size.
     """
     n = middle.shape[-3]
     if n == 1:
@@ -124,10 +124,10 @@ Places = NDArray[np.intp]
 class RotationSpline:
     """A path through key rotations at given times, with continuous angular velocity and acceleration.
 
-    Between two keys R(t) = Rᵢ exp(v(t)), with v a cubic from 0 to log(RᵢᵀRᵢ₊₁): along the shorter arc, so that keys
-    should be less than half a turn apart (at exactly half a turn `log` decides). The angular velocities at the inner
-    keys make the acceleration continuous; about one axis the path is the cubic spline of the angle. Batches of paths
-    share their times.
+    Between two keys R(t) = Rᵢ exp(v(t)), with v a cubic from 0 to log(RᵢᵀRᵢ₊₁). This is the shorter arc, so keys should
+    be less than half a turn apart (at exactly half a turn `log` selects the direction). The angular velocities at the
+    inner keys make the acceleration continuous; about one axis the path is the cubic spline of the angle. Batches of
+    paths share their times.
 
     Attributes:
         times: the times of the keys, shape (n,) [s].
@@ -178,7 +178,7 @@ class RotationSpline:
             for value, mean, what in ((start, means[..., 0, :], "start"), (end, means[..., -1, :], "end"))
         ]
         self.velocities = key_velocities(steps, arcs, *ends)
-        # v(u) = u (linear + u (square + u cube)) of the time u since the key.
+        # v(u) = u (linear + u (square + u cube)), with u the time since the key.
         first, last = self.velocities[..., :-1, :], right_jacobian_inverse(arcs) @ self.velocities[..., 1:, :, None]
         self._square = (3.0 * means - 2.0 * first - last[..., 0]) / steps[:, None]
         self._cube = (first + last[..., 0] - 2.0 * means) / np.square(steps)[:, None]
@@ -230,7 +230,7 @@ class RotationSpline:
         return _times(self.keys[..., place, :, :], _times(exp(v), moving))
 
     def _at(self, t: ArrayLike) -> tuple[Places, Floats, Floats, Floats]:
-        """The key before each time, and v and its first two derivatives there."""
+        """The index of the key before each time, and v and its first two derivatives at that time."""
         instants = as_batch(t, (), "t")
         outside = (instants < self.times[0]) | (instants > self.times[-1])
         if outside.any():
@@ -253,7 +253,7 @@ def _end(value: ArrayLike | None, mean: Floats, what: str) -> Floats:
     try:
         return np.broadcast_to(velocity, mean.shape)
     except ValueError:
-        raise WrongShape(what, f"that broadcasts to {mean.shape}", velocity.shape) from None
+        raise WrongShape(what, f"broadcastable to {mean.shape}", velocity.shape) from None
 
 
 def _times(M: Floats, v: Floats) -> Floats:

@@ -24,10 +24,10 @@ SEQUENCES = tuple(a + b + c for a in "xyz" for b in "xyz" for c in "xyz" if a !=
 # Sequences of one or two axes, which do not reach every rotation.
 SHORT_SEQUENCES = (*"xyz", *(a + b for a in "xyz" for b in "xyz" if a != b))
 
-# Below this the two matrix entries that distinguish the first and third angles are rounding errors.
+# Below this value the two matrix entries that distinguish the first and third angles are rounding errors.
 LOCK = 4.0 * 2.0**-52
 
-# The default of `axes=`, a required keyword, whose absence raises BadArgument.
+# The default of required keywords such as `axes=`; without them the functions raise BadArgument.
 REQUIRED: Any = None
 
 
@@ -101,7 +101,7 @@ def _unknown_sequence(sequence: object, valid: tuple[str, ...], hint: str = "") 
 
 def _unknown_axes(axes: object) -> BadArgument | UnknownName:
     if axes is None:
-        return BadArgument("axes= must be given: 'moving' (turns about the axes carried along) or 'fixed'")
+        return BadArgument("axes= must be given: 'moving' (each axis moved by the previous rotations) or 'fixed'")
     return UnknownName("axes", axes, ("moving", "fixed"))
 
 
@@ -386,7 +386,7 @@ def davenport_angles(
         _refuse_leaning(axes[i], axes[i + 1], f"axes a{i + 1} and a{i + 2}")
     first, second, third = (unit(axis, "axis")[0] for axis in axes)
     sine = dot(second, cross(first, third))
-    # Made exactly parallel, so that the principal triple does not depend on the sign of a rounding error.
+    # Nearly parallel axes are taken as parallel, so that no rounding error's sign decides on the principal triple.
     delta = np.arctan2(np.where(np.abs(sine) <= _PARALLEL, 0.0, sine), dot(first, third))
     # Reversing the second axis puts the half turn that contains β = 0 into the principal triple.
     side = np.where(delta >= 0.0, 1.0, -1.0)
@@ -481,5 +481,5 @@ def _are_perpendicular(a: Floats, b: Floats) -> NDArray[np.bool_]:
 
 
 def _wrapped(angle: Floats) -> Floats:
-    """Return the angle in [−π, π] of an angle in (−2π, 2π]."""
+    """Wrap an angle in (−2π, 2π] to [−π, π]."""
     return np.where(angle > math.pi, angle - 2.0 * math.pi, np.where(angle < -math.pi, angle + 2.0 * math.pi, angle))

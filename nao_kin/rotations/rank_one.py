@@ -1,6 +1,6 @@
 """The matrix T = 1 + u vᵀ in three dimensions: determinant, inverse, eigenvalues and eigenvectors in closed form.
 
-T w = w for every w ⟂ v, and T u = (1 + u·v) u. Two kinds are special. If u·v = 0 (and neither vector is zero), u is
+T w = w for every w ⟂ v, and T u = (1 + u·v) u. Two cases are special. If u·v = 0 (and neither vector is zero), u is
 itself one of the w: T is a shear and has no third eigenvector. If u·v = −1, T is singular.
 """
 
@@ -23,7 +23,7 @@ __all__ = [
 ]
 
 
-# Bound of the rounding error of u·v is this times Σ|uᵢ vᵢ|; a smaller u·v counts as zero.
+# The rounding error of u·v is at most this times Σ|uᵢ vᵢ|; a smaller u·v counts as zero.
 _ROUNDING = 4.0 * float(np.finfo(np.float64).eps)
 # ‖u‖ ‖v‖ below which T is the identity: 1/(‖u‖ ‖v‖), the size of a generalised eigenvector, must not overflow.
 _SMALLEST = 1e-300
@@ -160,7 +160,7 @@ def _matrix(u: Floats, v: Floats) -> Floats:
 
 
 def _is_minus_one(product: Floats, u: Floats, v: Floats) -> NDArray[np.bool_]:
-    """Return whether u·v is −1 up to its own rounding, and not a zero with a rounding error as large."""
+    """Return whether u·v is −1 up to its rounding error, and nearer to −1 than to 0."""
     blur = _ROUNDING * (1.0 + dot(np.abs(u), np.abs(v)))
     return np.asarray((np.abs(1.0 + product) <= blur) & (product < -0.5))
 

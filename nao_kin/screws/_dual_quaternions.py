@@ -158,5 +158,5 @@ def _unit(q: ArrayLike, what: str) -> tuple[Floats, Floats]:
     wrong = ~(np.abs(product) <= _TOLERANCE * np.maximum(1.0, norm(d)))
     if wrong.any():
         index = first_index(wrong)
-        raise BadArgument(f"of a unit {what} r·d must be zero, got {product[index]:.3g}{at_index(index)}")
+        raise BadArgument(f"r·d of a unit {what} must be zero, got {product[index]:.3g}{at_index(index)}")
     return r, d - product[..., None] * r

@@ -35,7 +35,7 @@ from nao_kin.screws._poses import as_twists, turned, upper_blocks
 from nao_kin.screws.lines import PluckerLine
 from nao_kin.screws.lines._line import as_poses, check_line
 
-# For a longer rotation vector [rad], or a larger multiple of one, the angle within a turn has no correct digit.
+# For a longer rotation vector [rad], or a larger multiple of one, the angle modulo a turn has no correct digit.
 LARGEST_ANGLE = 1e15
 # Largest difference of a 4 × 4 matrix from the form of a twist, relative to its largest entry.
 _FORM = 1e-9
@@ -136,7 +136,7 @@ def vee(matrix: ArrayLike) -> Floats:
 
 
 def turns_checked(twist: ArrayLike, what: str = "twist") -> tuple[Floats, Floats]:
-    """Return linear and angular part of twists, after checking that their angles have correct digits."""
+    """Return the linear and the angular part of twists, after checking that their angles have correct digits."""
     v, omega = as_twists(twist, what)
     square = dot(omega, omega)
     if square.size and square.max() > LARGEST_ANGLE**2:
@@ -315,7 +315,7 @@ def sclerp(T_0: ArrayLike, T_1: ArrayLike, s: ArrayLike, *, longer: bool = False
         raise BadArgument(f"s must not exceed {LARGEST_ANGLE:.0e} in magnitude, or its digits would be lost")
     (R_0, p_0), (R_1, p_1) = as_poses(T_0, "T_0"), as_poses(T_1, "T_1")
     common_batch("T_0, T_1 and s", p_0.shape[:-1], p_1.shape[:-1], parts.shape)
-    # From the difference of the points, because two poses far from the origin may be close to each other.
+    # Computed from the difference of the origins, because two poses far from the origin may be close to each other.
     back = np.swapaxes(R_0, -1, -2)
     v, omega = log_parts(back @ R_1, turned(back, p_1 - p_0))
     if longer:
@@ -330,7 +330,7 @@ def _the_other_way(v: Floats, omega: Floats) -> tuple[Floats, Floats]:
     if translation.any():
         index = first_index(translation)
         raise BadArgument(
-            f"the poses{at_index(index)} differ by a translation alone: no line is distinguished to turn about"
+            f"the poses{at_index(index)} differ by a translation alone, which determines no line to rotate about"
         )
     ratio = (1.0 - 2.0 * np.pi / angle)[..., None]
     return v - across + ratio * across, ratio * omega
@@ -418,8 +418,8 @@ class Screw:
     def from_pose(cls, T_ab: ArrayLike) -> Screw:
         """The screw of a displacement: that of its twist `log(T_ab)`, with the angle in [0, π].
 
-        A translation gets angle 0 and the parallel through the origin, the identity the z axis, angle 0 and slide 0.
-        Near them the line is far away, and its error is the rounding of R divided by θ².
+        A translation gets angle 0, about the parallel through the origin; the identity gets the z axis, angle 0 and
+        slide 0. Close to either, the line is far away, and its error is the rounding of R divided by θ².
 
         Args:
             T_ab: poses [[R, t], [0, 1]], shape (..., 4, 4).

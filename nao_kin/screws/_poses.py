@@ -87,7 +87,7 @@ def compose(*poses: ArrayLike) -> Floats:
 
 
 def transform_point(T_ab: ArrayLike, p_b: ArrayLike) -> Floats:
-    """A point given in frame b, in the coordinates of frame a: R p + t; or a point of a moved by T_ab.
+    """The coordinates in frame a of a point given in frame b, R p + t; also a point of frame a moved by T_ab.
 
     Args:
         T_ab: poses [[R, t], [0, 1]], shape (..., 4, 4).
@@ -152,7 +152,8 @@ def turned(R: Floats, v: Floats) -> Floats:
 def adjoint(T_ab: ArrayLike) -> Floats:
     """The matrix Ad with ξ_a = Ad ξ_b for every twist (linear; angular): Ad = [[R, [t×] R], [0, R]].
 
-    It is Pinocchio's `SE3.toActionMatrix`, and the `motion_matrix` of lines with its halves exchanged.
+    It is Pinocchio's `SE3.toActionMatrix`. Exchanging the two halves of its rows and of its columns gives the
+    `motion_matrix` of lines.
 
     Args:
         T_ab: pose [[R, t], [0, 1]] of frame b in frame a, shape (..., 4, 4).
@@ -198,7 +199,7 @@ def dual_adjoint(T_ab: ArrayLike) -> Floats:
 
 
 def transform_twist(T_ab: ArrayLike, twist: ArrayLike) -> Floats:
-    """A twist given in frame b, in the coordinates of frame a: (R v + t × R ω; R ω), that is `adjoint(T_ab)` times it.
+    """The coordinates in frame a of a twist given in frame b, `adjoint(T_ab)` @ twist = (R v + t × R ω; R ω).
 
     Args:
         T_ab: poses [[R, t], [0, 1]], shape (..., 4, 4).
@@ -218,7 +219,7 @@ def transform_twist(T_ab: ArrayLike, twist: ArrayLike) -> Floats:
 
 
 def transform_wrench(T_ab: ArrayLike, wrench: ArrayLike) -> Floats:
-    """A wrench given in frame b, in the coordinates of frame a: (R f; R τ + t × R f), `dual_adjoint(T_ab)` times it.
+    """The coordinates in frame a of a wrench given in frame b, `dual_adjoint(T_ab)` @ wrench = (R f; R τ + t × R f).
 
     Args:
         T_ab: poses [[R, t], [0, 1]], shape (..., 4, 4).
@@ -240,8 +241,8 @@ def transform_wrench(T_ab: ArrayLike, wrench: ArrayLike) -> Floats:
 def bracket(a: ArrayLike, b: ArrayLike) -> Floats:
     """The Lie bracket of two twists, [ξ_a, ξ_b] = (ω_a × v_b + v_a × ω_b; ω_a × ω_b).
 
-    The rate of change of ξ_b when it is moved by ξ_a, d/ds Ad(exp s ξ_a) ξ_b at s = 0, and the twist of the matrix
-    [ξ_a] [ξ_b] − [ξ_b] [ξ_a]. Pinocchio's `Motion.cross`.
+    It is the rate of change of ξ_b when ξ_b is moved by ξ_a, d/ds Ad(exp s ξ_a) ξ_b at s = 0, and the twist of the
+    matrix [ξ_a] [ξ_b] − [ξ_b] [ξ_a]. Pinocchio calls it `Motion.cross`.
 
     Args:
         a: twists (v; ω), shape (..., 6).
@@ -262,10 +263,10 @@ def bracket(a: ArrayLike, b: ArrayLike) -> Floats:
 
 
 def dual_bracket(twist: ArrayLike, wrench: ArrayLike) -> Floats:
-    """The rate of change of a wrench when it is moved by a twist: (ω × f; ω × τ + v × f).
+    """The rate of change of a wrench that is moved by a twist: (ω × f; ω × τ + v × f).
 
-    The negative dual of the bracket, dual_bracket(ξ, w)·η = −w·bracket(ξ, η), so that the power w·η is constant when
-    both are moved. Pinocchio's `Motion.cross` of a `Force`.
+    It is the negative dual of the bracket, dual_bracket(ξ, w)·η = −w·bracket(ξ, η), so the power w·η is constant when w
+    and η are both moved. Pinocchio calls it `Motion.cross` of a `Force`.
 
     Args:
         twist: (v; ω), shape (..., 6).

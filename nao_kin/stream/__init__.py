@@ -1,11 +1,11 @@
 """Files larger than memory: poses for every row of a file, written to a file, with resumable runs."""
 
 from nao_kin.stream.results import BadRow, Clamped, StreamResult, clamp
-from nao_kin.stream.run import ErrorPolicy, fk
+from nao_kin.stream.run import ErrorPolicy as ErrorPolicy, fk
 from nao_kin.stream.sinks import (
     FEW_ROWS as FEW_ROWS,
     PoseColumns as PoseColumns,
-    PoseStyle,
+    PoseStyle as PoseStyle,
     csv_header as csv_header,
     pose_lines as pose_lines,
 )
@@ -16,8 +16,6 @@ __all__ = [
     "BadRow",
     "Clamped",
     "Configurations",
-    "ErrorPolicy",
-    "PoseStyle",
     "StreamResult",
     "clamp",
     "fk",

@@ -56,11 +56,11 @@ def connect(
         with nk.distributed.connect("tcp://10.0.0.7:8786"):  # or connect() for this machine
             poses = nk.distributed.fk(nao, q, "LArm").compute()
 
-    A program that starts workers must do so under `if __name__ == "__main__":`, because they import it.
+    A program that starts workers must do so under `if __name__ == "__main__":`, because the workers import the program.
 
     Args:
         address: address of a scheduler, as printed by `dask scheduler`; None starts workers that only this machine can
-        reach.
+            reach.
         workers: number of workers to start; None for one for each core.
         threads_per_worker: threads of each new worker.
         timeout: longest time to wait for the scheduler [s].
@@ -104,8 +104,8 @@ _LOADING = threading.Lock()
 class PickledRobot:
     """A copy of a robot; two are equal if their robots have equal numbers.
 
-    Loading builds a Pinocchio model: each process does it once for all chunks, and a scheduler, which only passes the
-    bytes on, never.
+    Loading builds a Pinocchio model. Each process does this once for all chunks; a scheduler never does, because it
+    only passes the bytes on.
 
     Attributes:
         token: identifies the robot, the same in every process.
@@ -138,7 +138,7 @@ def _loaded(pickled: PickledRobot) -> RobotModel:
 def _token(robot: RobotModel) -> str:
     """Return a digest of the pickled values of a robot, independent of objects shared in memory.
 
-    dask's `tokenize` is ten times slower here, and before 2025 orders dictionaries by the seed of their hashes.
+    dask's `tokenize` is ten times slower here, and before 2025 it orders dictionaries by hashes with a random seed.
     """
     written = io.BytesIO()
     pickler = pickle.Pickler(written, protocol=4)
@@ -168,8 +168,8 @@ def fk(
 
     Args:
         robot: any robot.
-        q: configurations, a dask array of shape (..., nq) and any chunks, also of unknown length; those of the last
-            axis are joined.
+        q: configurations, a dask array of shape (..., nq) and any chunks, also of unknown length; the chunks of
+            the last axis are joined.
         frame: a frame name, several, or None for all links in the order of `link_names`.
         reference: the frame to express the poses in, as in `RobotModel.fk`.
         as_: "matrix", "position_quaternion" or "position6d", as in `RobotModel.fk`.
@@ -339,7 +339,7 @@ def _mapped(
     tail = _chunk(robot, none, method, arguments, result_dtype).shape[1:]
     batch = q.ndim - 1
     pickled = PickledRobot.of(robot)
-    # Several names as a tuple, which cannot change before use.
+    # Keep several names as a tuple, which cannot change before its use.
     settled = tuple(
         (name, value if isinstance(value, str) or not isinstance(value, Sequence) else tuple(value))
         for name, value in sorted(arguments.items())
@@ -388,7 +388,7 @@ def _chunk(
     dtype: np.dtype[Any],
 ) -> NDArray[Any]:
     """Return the result of a method for one chunk."""
-    # With kernels a configuration has the same bits in every chunk; without rows they are not loaded.
+    # With kernels a configuration has the same bits in every chunk. A chunk without rows does not load them.
     answer: NDArray[Any] = getattr(robot, method)(
         *inputs, **arguments, dtype=dtype, threads=1 if inputs[0].size else None
     )

@@ -104,7 +104,7 @@ class PartFolder:
         return changed
 
     def add(self, file: BinaryIO, progress: Progress) -> None:
-        """Make the next part of `file`, the file named "unfinished"."""
+        """Turn `file`, the file named "unfinished", into the next part."""
         file.close()
         part = self.path / f"part-{len(self.parts):06d}"
         size = self.unfinished.stat().st_size
@@ -115,7 +115,7 @@ class PartFolder:
         self.last = progress
 
     def leave(self) -> None:
-        """Leave only the files that a later run can use."""
+        """Delete the files that no later run can use."""
         if self.resumable and self.parts:
             with suppress(OSError):
                 self.unfinished.unlink()
@@ -128,7 +128,7 @@ class PartFolder:
             self.path.rmdir()
 
     def _end(self) -> None:
-        """Leave permanently, and keep the lock on writing."""
+        """Leave when the process ends; the lock on writing stays held, so that no further part is written."""
         self.busy.acquire()
         self.leave()
 
@@ -139,7 +139,7 @@ class PartFolder:
         self._lock.close()
 
     def _check_ours(self) -> None:
-        """Refuse a file or folder of that name that is not from an earlier run."""
+        """Refuse a file or folder at the path of the parts that is not from an earlier run."""
         with suppress(FileNotFoundError):
             names = set(os.listdir(self.path))
             if names and not names <= {_LOCK, _UNFINISHED} and not (self.path / _RUN).is_file():

@@ -90,11 +90,11 @@ class StreamResult:
 
     Attributes:
         sink: the file that was written.
-        frames: the frames with poses in it.
+        frames: the frames whose poses are in the file.
         columns: names of the numbers of a pose.
         rows_read: rows of the source, bad ones included.
         rows_written: rows of the output, each with one pose per frame.
-        rows_resumed: rows, of those read, that an earlier run had finished.
+        rows_resumed: how many of the rows read an earlier run had finished.
         bad_rows: rows without a valid configuration: left out, or written as NaN.
         first_bad_rows: the first of them.
         clamped: the changes by limits="clamp".

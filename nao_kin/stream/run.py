@@ -37,7 +37,7 @@ from nao_kin.stream.tables import JointColumns, TableOptions, times_in_seconds
 
 
 class ProgressBar:
-    """A bar that appears in the context `shown` on standard error, if it is `wanted` and that is a terminal."""
+    """A bar on standard error in the context `shown`, if it is `wanted` and standard error is a terminal."""
 
     def __init__(self, wanted: bool) -> None:
         from rich.console import Console
@@ -72,7 +72,7 @@ class ProgressBar:
 
 ErrorPolicy = Literal["stop", "skip", "nan"]
 
-# An interrupted run loses at most the work on so many blocks.
+# An interrupted run loses at most the work on this many blocks.
 _BLOCKS_OF_PART = 4
 # Blocks that are read in advance.
 _BLOCKS_AHEAD = 3
@@ -105,11 +105,11 @@ def fk(
 
     The suffixes of the names are the formats. A source is CSV (.csv; also without a suffix, and "-" for standard
     input), packed CSV (.csv.gz), a NumPy array of configurations (N, nq) (.npy), Parquet (.parquet) or Arrow IPC
-    (.arrow, .feather); tables have one column per joint, in any order, and perhaps one of times: numbers, timestamps of
-    Arrow, or in CSV dates and times of ISO 8601, which are seconds from the first row of the first file. The output is
-    CSV, Parquet or Arrow with one record for each row and frame (the index of the row, its time [s] if the source has
-    times, the frame's name, and the numbers of the pose), or a NumPy array of shape (N, frames, 4, 4), or (N, frames, 7
-    or 6), without the axis of frames for a single name.
+    (.arrow, .feather). Tables have one column per joint, in any order, and perhaps one of times: numbers, timestamps of
+    Arrow, or in CSV dates and times of ISO 8601, which become seconds from the first row of the first file. The output
+    is CSV, Parquet or Arrow with one record for each row and frame (the index of the row, its time [s] if the source
+    has times, the frame's name, and the numbers of the pose), or a NumPy array of shape (N, frames, 4, 4), or
+    (N, frames, 7 or 6), without the axis of frames for a single name.
 
     Memory does not grow with the files. The output appears, or is replaced, when it is complete. Until then finished
     parts are in a folder next to it, "….parts". If a run is ended by a signal, an exception or a full disk, the next
@@ -129,8 +129,8 @@ def fk(
         dtype: float64, or float32 for half the size.
         limits: "raise" makes a row with a joint outside its limits a bad row; "clamp" moves the joint to the limit;
             "ignore" accepts it.
-        degrees: turning joints of a source file are in degrees if it does not give their unit, and so are angles of
-            poses.
+        degrees: turning joints of a source file are in degrees if it does not give their unit; angles of poses are in
+            degrees too.
         on_error: "stop" raises at a bad row, "skip" leaves it out, "nan" writes poses of NaN.
         columns: headings of columns with other names, as in `read_log`.
         ignore_other: leave out columns that name no joint and no time.
@@ -142,7 +142,7 @@ def fk(
         The counts of rows read and written, and the first bad rows with their lines.
 
     Raises:
-        BadInputFile: the source cannot be read, or changes meanwhile; with on_error="stop", the first bad row.
+        BadInputFile: the source cannot be read, or changes during the run, or, with on_error="stop", has a bad row.
         BadArgument: the output exists or cannot be written, or is the source.
         MissingExtra: the files need pyarrow, and it is not installed.
 
@@ -202,7 +202,7 @@ class _PoseRun:
 
     Attributes:
         joints: meaning of the columns of each file of the source.
-        warned: whether a warning of degrees was given, which further blocks would repeat with other numbers.
+        warned: whether the warning of degrees was given; further blocks would repeat it with other numbers.
         notes: assumptions about the source.
     """
 
@@ -226,8 +226,8 @@ class _PoseRun:
             values = np.where(np.isfinite(block.times)[:, None], values, np.nan)
         q, good, clamped = joints.configurations(values)
         times = self._seconds(block)
-        # The kernels compute every row of a file of several blocks, for the same bits wherever a run began. For a
-        # file of one block it may not be worthwhile to load them.
+        # The kernels compute every row of a file of several blocks, so that the bits of a row do not depend on where
+        # the run began. For a file of one block it may not be worthwhile to load the kernels.
         alone = block.last and not before.rows_read
         numbers = self._numbers(q, None if alone else usable_cores())
         rows = before.rows_read + np.arange(len(good))
@@ -376,7 +376,7 @@ def _write_parts(job: _PoseRun, folder: PartFolder, bar: ProgressBar) -> Progres
 
 
 class _PartWriter:
-    """A writer of blocks to one part after the other."""
+    """A writer that appends blocks to one part after the other."""
 
     def __init__(self, sink: Sink, folder: PartFolder) -> None:
         self._sink, self._folder = sink, folder
@@ -421,7 +421,7 @@ def _read_ahead(blocks: Iterator[Block], path: str) -> Generator[Block, None, No
 
 
 def _identity(source: Sequence[str] | Configurations) -> list[dict[str, Any]] | None:
-    """Return what identifies files and their versions; None for sources that are not files, which are read once."""
+    """Return the data that identify files and their versions; None for other sources, which are read only once."""
     if isinstance(source, Configurations):
         return None
     found = []
@@ -455,7 +455,7 @@ def _check_apart(sources: Sequence[str], sink: str) -> None:
 
 
 def _paths(source: Path | str | Sequence[Path | str]) -> list[str]:
-    """Return the files of a name, a pattern, or several of them."""
+    """Return the files that a name, a pattern, or a list of these stands for."""
     several = [source] if isinstance(source, (str, os.PathLike)) or not isinstance(source, Sequence) else source
     if not several:
         raise BadArgument("no source; expected at least one file")

@@ -36,7 +36,7 @@ _ORIENTATION: dict[str, tuple[str, ...]] = {
 }
 
 
-# Up to so many rows, Pinocchio computes small pieces, without loading the batch kernels.
+# Up to this many rows, Pinocchio computes small pieces, without loading the batch kernels.
 FEW_ROWS = 10_000
 
 
@@ -100,7 +100,7 @@ class PoseColumns:
 
 # --- Poses as lines of CSV: row, time, frame, and the numbers with all their digits.
 
-# Python writes so many numbers in the time of loading pyarrow.
+# Python writes this many numbers in the time that loading pyarrow takes.
 _FEW = 20_000
 
 
@@ -286,7 +286,7 @@ _ENDINGS = ".parquet, .arrow, .feather, .npy or .csv"
 
 
 def sink_class(path: str) -> type[Sink]:
-    """Return the format for the suffix of a name; CSV for a device, a pipe or a descriptor without one."""
+    """Return the format for the suffix of a name; CSV for a device, a pipe or a descriptor without suffix."""
     ending = Path(path).suffix.lower()
     kind = _SINKS.get(ending)
     if kind is None:

@@ -61,7 +61,7 @@ class TableSource(ABC):
         table: the columns of joints and times, and their units.
         whole: whether the columns are those of q, a floating base included.
         start: beginning of the first block.
-        size: length of the file, in terms of number `counted` of a position; None if unknown.
+        size: length of the file, in the unit of the number with index `counted` in a position; None if unknown.
     """
 
     path: str
@@ -78,7 +78,7 @@ class TableSource(ABC):
 
     @abstractmethod
     def blocks(self, start: Position) -> Iterator[Block]:
-        """Yield the blocks from a position on, which do not depend on earlier ones."""
+        """Yield the blocks from a position on; they do not depend on earlier blocks."""
 
     def fraction(self, place: Position) -> float | None:
         """Return the share of the file before a position; None if its length is unknown."""
@@ -92,8 +92,8 @@ class TableSource(ABC):
 # --- A CSV file of joint values, in blocks of whole records.
 #
 # pyarrow parses one block of lines at a time: its streaming reader can neither begin in the middle of a file nor tell
-# the line of a row. A block that it refuses is halved until the rest is small, and that is read field by field: one bad
-# row does not slow down the good ones.
+# the line of a row. If it refuses a block, the block is halved until the refused part is small. Only this part is read
+# field by field, so that one bad row does not slow down the good ones.
 
 BYTES_AT_ONCE = 1 << 22
 _LONGEST_LINE = 1 << 24
@@ -194,7 +194,7 @@ class CsvSource(TableSource):
         return len(block), np.concatenate([first, second]), problems
 
     def _read_exactly(self, block: bytes, *, at_end: bool) -> tuple[int, Floats, Problems]:
-        """Do the same field by field."""
+        """Do the same as `_read`, field by field."""
         records = Records(block, self.table.delimiter, at_end=at_end)
         values: list[list[float]] = []
         problems: Problems = {}
@@ -268,7 +268,7 @@ class Configurations:
 
 
 class ArraySource(NpySource):
-    """Configurations in memory, perhaps with times, read as a NumPy file."""
+    """Configurations in memory, perhaps with times, read like a NumPy file."""
 
     def __init__(self, given: Configurations, robot: RobotModel) -> None:
         self._q = as_floats(given.q, (robot.nq,), "q")
@@ -326,7 +326,7 @@ class ParquetSource(TableSource):
 class ArrowSource(TableSource):
     """An Arrow IPC file, which is also a Feather file, with one column per joint.
 
-    A position is a number of rows, the batch with the next row, and the rows before it in that batch.
+    A position has three numbers: the rows before it, the batch with the next row, and the rows before it in that batch.
     """
 
     size: int
@@ -399,7 +399,7 @@ def _block_of(rows: Any, table: TableColumns, columns: Sequence[str], end: Posit
 
 # --- The format of a file, by its suffix, and several files as one source.
 
-# Suffixes of both formats of pyarrow; those of CSV are all others.
+# Suffixes of the two formats that need pyarrow; any other suffix is CSV.
 PARQUET_ENDINGS, ARROW_ENDINGS = (".parquet", ".pq"), (".arrow", ".feather", ".ipc")
 
 

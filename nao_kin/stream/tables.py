@@ -113,15 +113,15 @@ def read_log(
             refuses them.
 
     Returns:
-        Configurations and times. Times without a unit are seconds, or in the unit that fits the size of times since
+        Configurations and times. Times without a unit are in seconds, or in another unit if they then are times since
         1970. Dates and times as in ISO 8601, such as 2026-03-01T12:00:00.5Z or 2026-03-01 12:00:00.5, are seconds from
         the first row.
 
     Raises:
         BadArgument: no file name, or `columns` that the file does not have.
-        BadInputFile: with line and column if there is one: unreadable, empty, malformed, a joint unknown, missing or
-            named twice, a value that is not a finite number, times with and without a zone, joints of one motor that
-            disagree, a joint outside its limits.
+        BadInputFile: the file is unreadable, empty or malformed; a joint is unknown, missing or named twice; a value is
+            not a finite number; only some times have a zone; joints of one motor disagree; or a joint is outside its
+            limits. The message has line and column if the file has them.
 
     Examples:
         >>> from pathlib import Path
@@ -257,7 +257,7 @@ def log_columns(
     columns: Mapping[str, str | None] | None = None,
     data: bytes | None = None,
 ) -> TableColumns | None:
-    """Return the columns of a CSV table if its beginning has whole configurations of a robot, otherwise None.
+    """Return the columns of a CSV table if its beginning has complete configurations of a robot, otherwise None.
 
     The result is also None for a motion (a table of times and some joints, or with empty cells), an unreadable file and
     a pipe. `data` is the content, if it has been read; `columns` are those of `read_log`.
@@ -296,8 +296,8 @@ def _shared(robot: RobotModel, names: Sequence[str], values: Floats, hips: Hips 
 def times_in_seconds(times: Floats, unit: str | None) -> tuple[Floats, str]:
     """Return times (n,) in seconds, and a note if their size determined the unit.
 
-    Without a `unit`, which is "s", "ms", "us", "µs" or "ns", they are seconds, or in the unit that fits times since
-    1970.
+    Without a `unit`, which is "s", "ms", "us", "µs" or "ns", they are in seconds, or in another unit if they then are
+    times since 1970.
     """
     taken = time_unit_of(times) if unit is None else unit
     note = f"times are taken as {taken} since 1970, by their size; a heading such as time [s] says otherwise"
@@ -306,7 +306,7 @@ def times_in_seconds(times: Floats, unit: str | None) -> tuple[Floats, str]:
 
 def limits_advice(robot: RobotModel, table: TableColumns, row: Floats) -> str:
     """Return the end of a message about a row (joints,) of a file outside the limits: the options that accept it."""
-    advice = '; limits="clamp" (--clamp) or "ignore" (--ignore-limits) takes it'
+    advice = '; limits="clamp" (--clamp) or "ignore" (--ignore-limits) accepts it'
     turning = np.array(table.units) == "rad"
     large = np.abs(row[turning][row[turning] != 0.0]) > _TURN
     if not large.size or large.mean() < 0.5:
@@ -322,7 +322,7 @@ def _from_json(name: str, text: str, robot: RobotModel, options: TableOptions) -
     many = isinstance(document, list)
     objects = document if many else [document]
     if not objects:
-        raise BadInputFile(name, "a list of no configurations")
+        raise BadInputFile(name, "a list without configurations")
     names: list[str] = []
     rows = []
     for index, entry in enumerate(objects):
@@ -364,7 +364,7 @@ class JointColumns:
 
     Attributes:
         robot: the robot.
-        table: joint and unit of every column; with `whole`, of those after the seven of a floating base.
+        table: joint and unit of every column; with `whole`, of every column after the seven of a floating base.
         limits: joints outside their limits: "raise" makes the row a bad row; "clamp"; "ignore".
         hips: value of a motor whose two joints differ; None makes the row a bad row.
         whole: whether the columns are those of q.
@@ -441,7 +441,7 @@ class JointColumns:
     def _assembled(self, values: Floats) -> tuple[Floats, NDArray[np.bool_]]:
         """Return configurations (n, nq) of finite rows, and in which of them the joints of one motor agree."""
         robot, found = self.robot, self.values(values)
-        # One joint of each motor, of which none can disagree.
+        # One joint of each motor: these cannot disagree.
         first = [joints[0] for joints in joints_by_motor(robot, found).values()]
         set_joints = robot.configuration({name: found[name] for name in first}, limits="ignore")
         q = np.array(np.broadcast_to(set_joints, (len(values), robot.nq)))
@@ -455,7 +455,7 @@ class JointColumns:
 
 
 def _narrow(good: NDArray[np.bool_], still: NDArray[np.bool_], rows: Floats) -> Floats:
-    """Clear `good` for rows that are not `still` good, and return the remaining rows."""
+    """Set `good` to False for rows with `still` False, and return the remaining rows."""
     if still.all():
         return rows
     good[np.flatnonzero(good)[~still]] = False

@@ -7,14 +7,14 @@ rebinding), and a page under that name would appear to be ours. So the server an
 own: those of this machine, the address listened on, and the allowed names. If the address is not loopback, it also
 answers to every numeric address, which cannot be rebound.
 
-*Origin.* A browser sends the page that opens a socket. It must be the page served here, under the same name
-and port, or under an allowed name if a proxy has changed `Host`.
+*Origin.* A browser sends the name and port of the page that opens a socket as `Origin`. This must be the page served
+here, under the same name and port, or under an allowed name if a proxy has changed `Host`.
 
-*Token.* Text that only the page's address carries. It is required on the page and on the socket if others could reach
+*Token.* A secret text that only the page's address contains. The page and the socket require it if others could reach
 them: if the address listened on, or an allowed name, is not loopback. It stays in the address, because a cookie would
 also be sent to every other port of the same machine. With the right token a socket needs no origin, for programs that
-are not browsers. Without a token it needs one: a program without an origin looks like a browser whose origin was
-removed.
+are not browsers. Without a token, a socket needs an origin: a program that sends none looks like a browser whose origin
+was removed.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ import tornado.web
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, BadModel
 
-# As an allowed name, it means every name, and requires a token.
+# As an allowed name, "*" means every name, and requires a token.
 ANY_NAME = "*"
 _NAME = re.compile(r"[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)*\.?")
 _HOST = re.compile(r"(?P<name>\[[0-9A-Fa-f:.]+\]|[A-Za-z0-9_.-]+)(:\d{1,5})?")
@@ -74,7 +74,7 @@ class Access:
         self.token = token if isinstance(token, str) else secrets.token_urlsafe(_TOKEN_BYTES) if token else ""
         self.expected: set[str] = set()
         if ANY_NAME in self._given and not self.token:
-            raise BadArgument('allow_hosts has "*", every name; that needs a token')
+            raise BadArgument('allow_hosts has "*", which allows every name; that needs a token')
 
     def refusal_of_host(self, hosts: Sequence[str]) -> str | None:
         """Return why a request with these `Host` headers is refused, in one line; None if it is accepted."""
@@ -143,14 +143,14 @@ def checked_names(names: Iterable[str]) -> tuple[str, ...]:
         known = isinstance(name, str) and (name == ANY_NAME or _NAME.fullmatch(name) or _address(_spelled(name)))
         if not known:
             raise BadArgument(
-                f"allow_hosts takes names as hub.example.org, without scheme, port and path, got {quoted(name)}"
+                f"allow_hosts takes names like hub.example.org, without scheme, port and path, got {quoted(name)}"
             )
         found.append(_spelled(name))
     return tuple(found)
 
 
 def checked_token(token: Token) -> Token:
-    """Return the token; refuse text that an address cannot carry unescaped or that is shorter than 8 letters."""
+    """Return the token; refuse text that an address cannot contain unescaped or that is shorter than 8 characters."""
     if isinstance(token, str) and not _TOKEN.fullmatch(token):
         raise BadArgument("a token is 8 to 256 letters, digits and -._~; or True for a random one, False for none")
     if not (token is None or isinstance(token, (bool, str))):
@@ -162,7 +162,7 @@ def is_loopback(name: str) -> bool:
     """Return whether a name or an address refers to this machine itself."""
     address = _address(name)
     if address is None:
-        # These names are never resolved outside of this machine (RFC 6761, 6.3); browsers do not even ask.
+        # These names are never resolved outside of this machine (RFC 6761, 6.3); browsers do not look them up at all.
         return name == "localhost" or name.endswith(".localhost")
     return address.is_loopback
 
@@ -285,11 +285,11 @@ class PageHandler(Guarded):
         return f'W/"{self.document.tag}"'
 
     def _policy(self) -> str:
-        # If 'self' does not cover sockets (older Firefox and Safari) the address itself does; behind a proxy that
-        # changes the name, only 'self' is right. The name has passed the rules of access: letters, digits, -._[]:
+        # If 'self' does not cover sockets (older Firefox and Safari), the address itself does; behind a proxy that
+        # changes the name, only 'self' is right. The access rules have limited the name to letters, digits and -._[]:
         host = self.request.headers["Host"].strip()
         connect = "connect-src 'self'"
-        if not host.startswith("["):  # not allowed in a policy
+        if not host.startswith("["):  # a policy may not name an IPv6 address
             connect += f" ws://{host} wss://{host}"
         return f"{self.document.policy}; {connect}; frame-ancestors {self.access.embedders()}"
 
@@ -303,7 +303,7 @@ def _takes_gzip(headers: tornado.httputil.HTTPHeaders) -> bool:
 
 _FOLDER = Path(__file__).resolve().parent / "page"
 
-# Everything is inside the document, which may load nothing else.
+# The document contains everything, and may load nothing else.
 POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
 
 

@@ -32,10 +32,10 @@ _MAC_APPLICATIONS = (
     "/Applications/Chromium.app/Contents/MacOS/Chromium",
 )
 _PREFIX = "nao_kin_browser_"
-_RANDOM = 8  # characters that a temporary folder's name ends in
-# A socket's path has at most 107 bytes, and the browser's adds /org.chromium.Chromium.XXXXXX/SingletonSocket.
+_RANDOM = 8  # random characters at the end of a temporary folder's name
+# A socket's path has at most 107 bytes, and the browser appends /org.chromium.Chromium.XXXXXX/SingletonSocket.
 _LONGEST_PATH = 60
-# The disabled features would make renderers for the address bar, which take as long as the page itself.
+# The disabled features would start renderers for the address bar, which takes as long as the page itself.
 _OPTIONS = """
     --headless=new --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader --disable-gpu
     --disable-dev-shm-usage --disable-background-networking --disable-breakpad --disable-component-update
@@ -44,7 +44,8 @@ _OPTIONS = """
     --hide-scrollbars --mute-audio --no-default-browser-check --no-first-run --password-store=basic
 """.split()
 _SUPERVISOR = str(Path(__file__).resolve().parents[1] / "_core" / "supervisor.py")
-# Killing and removing take less time; if the disk is slow, the supervisor continues alone.
+# Killing the browser and removing its files take less time than this; if the disk is slow, the supervisor continues
+# alone.
 _END_SECONDS = 0.7
 _LOOK_SECONDS = 0.05
 _KEY_BYTES = 16
@@ -57,8 +58,8 @@ _MIN_EDGE, _MAX_EDGE = 16, 8192
 class PictureBrowser:
     """A browser that draws this program's pictures: it starts with the first one and ends with the program.
 
-    Loading the page takes most of the time of a picture, so one page stays open, and is sent the messages of the viewer
-    whose picture is asked for. A scene with other robots needs another page, and starts another browser.
+    Loading the page takes most of the time of a picture, so one page stays open, and receives the messages of each
+    viewer that needs a picture. A scene with other robots needs another page, and starts another browser.
     """
 
     def __init__(self) -> None:
@@ -69,8 +70,8 @@ class PictureBrowser:
         """Return a PNG of a scene from a camera, `size` pixels in width and height, within `timeout` seconds.
 
         Raises:
-            BadArgument: a size out of range.
-            NoBrowser: there is no browser, it ends, or it sends no picture in time.
+            BadArgument: the size is out of range.
+            NoBrowser: no browser was found, or it ended or sent no picture in time.
         """
         if not isinstance(size, (tuple, list)) or len(size) != 2:
             raise BadArgument(f"size must be two whole numbers from {_MIN_EDGE} to {_MAX_EDGE}, got {quoted(size)}")
@@ -96,14 +97,15 @@ class PictureBrowser:
             page.end()
 
     def forget(self) -> None:
-        """Leave the browser to the parent process, in a process that was forked."""
+        """In a forked process, leave the browser to the parent process."""
         self._lock, self._page = threading.Lock(), None
 
 
 class _PicturePage:
     """A page in a headless browser, and the server that sends it messages and receives its pictures.
 
-    It shows the scene when it is made; NoBrowser at the time `end`, `timeout` seconds after the request.
+    The constructor waits until the page shows the scene, at most until the time `end`, `timeout` seconds after the
+    request, and then raises NoBrowser.
     """
 
     def __init__(self, messages: RetainedMessages, end: float, timeout: float) -> None:
@@ -127,7 +129,7 @@ class _PicturePage:
             self.end = started.pop_all().close
 
     def can_show(self, messages: RetainedMessages) -> bool:
-        """Whether the page is open in the browser named for pictures, and has the robots of these messages."""
+        """Return whether the page is still open in the browser of `find_browser`, with the robots of these messages."""
         return (
             self._server.is_shown(self._role)
             and self._browser.program == find_browser()
@@ -135,8 +137,8 @@ class _PicturePage:
         )
 
     def show(self, messages: RetainedMessages) -> None:
-        """Show the scene of these messages instead."""
-        # In the server's thread, so that all of them are sent before what is sent once.
+        """Replace the scene in the page by the scene of these messages."""
+        # In the server's thread, so that all these messages are sent before those of `send_once`.
         self._server.call(lambda: self._messages.copy(messages, _removing))
         self._server.send_once(panel_message("complete", {}), self._role)
 
@@ -144,7 +146,7 @@ class _PicturePage:
         """Return a PNG of the scene, or raise NoBrowser at the time `end`, `timeout` seconds after the request."""
         request = {"id": secrets.token_urlsafe(_KEY_BYTES), "camera": camera, "width": size[0], "height": size[1]}
         self._server.send_once(panel_message("capture", request), self._role)
-        self._server.send_once(BLANKS["clip"], self._role)  # a clip would play, unseen, to the end of the program
+        self._server.send_once(BLANKS["clip"], self._role)  # a clip would play unseen until the program ends
         while True:
             with suppress(queue.Empty):
                 answer = self._answers.get(timeout=_LOOK_SECONDS)
@@ -162,7 +164,7 @@ class _PicturePage:
 
 
 def _removing(key: str) -> bytes | None:
-    """Return the message after which a page is as if it never had the message of a key."""
+    """Return the message that undoes the effect of a key's message in a page; None if there is nothing to undo."""
     kind, _, button = key.partition(" ")
     if kind == "shown":
         return panel_message("shown", {"shown": {button: SHOWN.get(button, False)}, "source": ""})
@@ -211,10 +213,10 @@ class Browser:
             raise NoBrowser(f"the browser {self.program} {line}" + ("" if "start" in line else f" {when}"))
 
     def end(self) -> None:
-        """Let the supervisor end the browser and remove its files; wait briefly until that is done."""
+        """Let the supervisor end the browser and remove its files; wait a short time for that."""
         with suppress(OSError, ValueError):
             if self._supervisor.stdin is not None:
-                # A byte, because the pipe stays open if a copy of this process has inherited it.
+                # Send a byte: closing the pipe would not be enough if a copy of this process has inherited it.
                 self._supervisor.stdin.write(b"\n")
                 self._supervisor.stdin.close()
         end = time.monotonic() + _END_SECONDS
@@ -222,13 +224,13 @@ class Browser:
             time.sleep(0.005)
 
     def close(self) -> None:
-        """End the browser, and wait until all is removed."""
+        """End the browser, and wait until all its files are removed."""
         with self._registered, self._supervisor:
             self.end()
 
 
 def start_browser(url: str) -> Browser:
-    """Open `url` in a browser without a window, which ends with `Browser.close`, or if this process ends or is killed.
+    """Open `url` in a headless browser, which ends with `Browser.close`, or if this process ends or is killed.
 
     All that the browser writes is in a temporary folder, which is removed too: `nao_kin._core.supervisor` runs the
     browser for as long as this process lives.
@@ -253,7 +255,7 @@ def start_browser(url: str) -> Browser:
 
 
 def _python() -> str:
-    """Return a Python interpreter for the supervisor; a program that embeds Python cannot be used."""
+    """Return a Python interpreter for the supervisor; a program that embeds Python cannot run it."""
     if "py" in Path(sys.executable or "").name.lower():
         return sys.executable
     found = shutil.which("python3")

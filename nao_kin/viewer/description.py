@@ -28,7 +28,7 @@ from nao_kin.viewer.messages import (
 )
 from nao_kin.viewer.scene import Drawable, Driver, carriers, drivers_of, holder, link_paths, robot_drawables
 
-# Whole-body cameras: the direction from the robot to the camera.
+# Views of the whole robot: the direction from the robot to the camera.
 _BODY_CAMERAS: Mapping[str, Vector] = {
     "front": (1.0, 0.0, 0.12),
     "side": (0.0, 1.0, 0.12),
@@ -40,17 +40,17 @@ class SceneRobot:
     """A robot in a scene: its shapes and links, and its description for the panel.
 
     Parts that the semantics do not define are derived from the tree: branches are chains, and their ends effectors.
-    If the scene has a robot of the same tree, `like`, the mesh files are not read again.
+    If the scene already has a robot with the same tree, `like`, the mesh files are not read again.
 
     Attributes:
         number: its number among the robots of a scene; the leading robot has 0.
         key: prefix of the keys of its messages.
-        ground: path of the node that it stands on, with a slash; "" for the scene itself.
+        ground: path of the node that the robot stands on, with a slash at its end; "" for the scene itself.
         drawables: its shapes.
         notes: shapes that cannot be shown, one line each.
         paths: link → path of its node, parents first.
-        cameras: name of a view → direction to the camera in the world, and the links in view with all they carry; no
-            links for the whole robot.
+        cameras: name of a view → direction to the camera in the world, and the links to show with all links that they
+            carry; without links, the whole robot.
         light_names: names of all lights, groups first.
         start: the configuration that a viewer opens with, shape (nq,).
         rest: posture → vertical in the root's frame; other postures stand on the soles.
@@ -96,7 +96,7 @@ class SceneRobot:
         return frame if frame in self.paths else self._moved.get(frame, self.robot.tree.root)
 
     def placements(self) -> Iterator[tuple[str, Floats]]:
-        """Yield the path of each node with a constant pose in its parent, a joint or a fixed link, and this pose.
+        """Yield path and pose of each node with a constant pose in its parent: of joints and of fixed links.
 
         Placements are those of the model's own forward kinematics, so that a calibrated model stays calibrated.
         """
@@ -116,7 +116,7 @@ class SceneRobot:
 
     @cached_property
     def _model(self) -> tuple[str, bytes]:
-        """Name, the same for equal robots, and message of the description."""
+        """Return a name for the description, the same for equal robots, and its message."""
         about = self.about()
         name = content_name(about)
         return name, panel_message("model", {"name": name, "about": about})
@@ -172,8 +172,8 @@ class SceneRobot:
         """Return the description for the page: shapes, joints, limits, postures, mirror, frames, masses, cameras.
 
         Links are given by their index in `links`, coordinates by their index in q. Names from foreign files are values,
-        never keys, some of which have a meaning in JavaScript. Mimic joints that carry no joint with a coordinate are
-        not part of a pair.
+        never keys, because some keys have a meaning in JavaScript. Mimic joints that carry no joint with a coordinate
+        are not part of a lower pair.
         """
         robot, semantics, place = self.robot, self.robot.semantics, self._places
         moving, drivers, views = robot.tree.moving_joints, drivers_of(robot), semantics.fields_of_view
@@ -249,7 +249,7 @@ class SceneRobot:
         }
 
     def _postures(self) -> list[dict[str, Any]]:
-        """Return the robot's postures; without any, all joints at zero or at the limit nearest to it."""
+        """Return the robot's postures; if it has none, one with all joints at zero or at the nearest limit to it."""
         robot = self.robot
         postures = {name: robot.posture(name) for name in robot.posture_names} or {"Zero": robot.clamp(robot.neutral())}
         return [{"name": name, "q": q.tolist(), "up": self.rest.get(name)} for name, q in postures.items()]

@@ -20,7 +20,7 @@ from nao_kin.screws.lines import PluckerLine
 
 need_extra("drawing figures", "plot", "matplotlib.pyplot")
 
-import matplotlib.patheffects as effects  # noqa: E402 - after the line that says how to get it
+import matplotlib.patheffects as effects  # noqa: E402 - after the check that the extra is installed
 import matplotlib.pyplot as plt  # noqa: E402
 from matplotlib.patches import FancyArrowPatch, Polygon  # noqa: E402
 

@@ -93,7 +93,7 @@ class ShownRobot:
 
         Raises:
             NotARotation: T is not a pose.
-            BadArgument: farther away than 10 km; or the robot was removed.
+            BadArgument: T is farther away than 10 km, or the robot was removed.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -119,7 +119,7 @@ class ShownRobot:
         self._messages.put(*self._look.colours(values, low, high, label))
 
     def remove(self) -> None:
-        """Remove it from the scene; does nothing the second time.
+        """Remove the robot from the scene; does nothing the second time.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -157,7 +157,7 @@ def checked_pose(T: ArrayLike) -> Floats:
 # --- Recordings.
 
 
-# At this size, some 30 MB for a NAO, a recording is thinned out.
+# The number of configurations, some 30 MB for a NAO, at which a recording is thinned out.
 _MAX_ROWS = 120_000
 
 
@@ -209,7 +209,7 @@ class Recording:
             return {key: np.array(points) for key, points in self._plots.items()}
 
     def note(self, name: str, values: Mapping[str, float]) -> None:
-        """Record points of a plot, line → value, at the present time.
+        """Record one point for each line of a plot, line → value, at the current time.
 
         Examples:
             >>> nao = nk.load_nao()
@@ -269,7 +269,7 @@ class Recording:
             self._thin_out()
 
     def _thin_out(self) -> None:
-        """Halve the rate until a quarter is free; the duration of a configuration that stays is preserved."""
+        """Halve the rate until a quarter of the rows is free; pauses in the movement keep their duration."""
         while len(self._times) > 0.75 * _MAX_ROWS:
             self.fps /= 2.0
             # The margin is for rounding: steps of equal length differ in their last digits.

@@ -34,7 +34,7 @@ class Images:
         self._shown = NamedMessages(messages, "image", "images", "cameras")
 
     def show(self, camera: str, image: Image | None) -> bool:
-        """Show an image instead of what a camera sees, None for none; return whether it is the camera's first one."""
+        """Show an image in place of a camera's drawn view, None to remove it; return whether it is the first one."""
         name = choice(camera, self._cameras, "camera")
         message = None if image is None else _message(name, image)
         with self._lock:

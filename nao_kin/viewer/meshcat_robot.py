@@ -28,7 +28,7 @@ _ARROWS = {
     "z": ((0.0, 0.0, 0.0), (0.15, 0.35, 0.95, 1.0)),
 }
 _SLENDERNESS = 30.0  # length of an arrow : its radius
-# A browser rotates the shorter way from key to key; keys closer than this avoid half turns.
+# A browser rotates the shorter way from key to key; keys closer together than this avoid half turns.
 _LARGEST_STEP = math.pi / 2.0
 
 
@@ -86,7 +86,7 @@ class MeshcatRobot:
         """Show a configuration; ends a clip of `animate`.
 
         Args:
-            q: one configuration, shape (nq,). Joints outside their limits are shown in their positions.
+            q: one configuration, shape (nq,). Joints outside their limits are shown at their values.
 
         Raises:
             BadArgument: a value is beyond ±1e6; or the robot was deleted.
@@ -202,7 +202,7 @@ class MeshcatRobot:
         return before != values
 
     def _stop(self) -> None:
-        """End the clip, which would continue to move the nodes, and restore them at its end."""
+        """End the clip, which would otherwise continue to move the nodes and restore their poses at its end."""
         if self._plays:
             self._send(set_animation({}, 1.0))
             self._sent.clear()
@@ -234,9 +234,7 @@ def _path_of(visualizer: Any, path: str) -> str:
     """Return the path of a node below a visualizer's, in the form of meshcat's commands."""
     steps = path.split("/") if isinstance(path, str) else [""]
     if not all(steps):
-        raise BadArgument(
-            f"path must be names with a slash between two of them, as 'nao' or 'robots/nao', got {quoted(path)}"
-        )
+        raise BadArgument(f"path must be names separated by slashes, such as 'nao' or 'robots/nao', got {quoted(path)}")
     packed({"path": path})  # refuses what cannot be sent
     return str(visualizer[path].path.lower())
 

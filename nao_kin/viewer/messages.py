@@ -86,9 +86,10 @@ class RetainedMessages:
             return tuple(self._messages.values())
 
     def copy(self, other: RetainedMessages, removing: Callable[[str], bytes | None]) -> None:
-        """Take over the messages of `other`; `removing` returns the message that removes what a key has drawn.
+        """Replace all messages with those of `other`; `removing` returns the message that removes a key's drawing.
 
-        Watchers get all of them again, except those of the scene if it is the same: a page of this one is then as new.
+        Watchers get all the messages again, except those of the scene if it is the same. A page then shows the messages
+        of `other` as a new page would.
         """
         is_same = self.scene_tag == other.scene_tag
         theirs = dict(zip(other.names(), other.messages(), strict=True))
@@ -121,7 +122,7 @@ def note_last(keys: dict[str, None], key: str) -> None:
 
 
 def named_key(kind: str, name: str) -> str:
-    """Return the key of a named message, which is not a prefix of another key, because `drop` takes prefixes."""
+    """Return the key of a named message. No key is a prefix of another one, because `drop` takes prefixes."""
     return f"{kind} {len(name)} {name}"
 
 
@@ -198,7 +199,7 @@ def hex_colour(rgba: Rgba) -> int:
 def set_animation(
     clips: Mapping[str, list[dict[str, Any]]], fps: float, *, play: bool = False, loop: bool = False
 ) -> Command:
-    """Return meshcat's command that replaces the clip, by tracks of nodes' paths; without nodes it ends the clip."""
+    """Return meshcat's command that replaces the clip; `clips` is path of a node → tracks, empty to end the clip."""
     animations = [
         {"path": path, "clip": {"fps": fps, "name": "clip", "tracks": tracks}} for path, tracks in clips.items()
     ]
@@ -219,7 +220,7 @@ def typed_array(array: NDArray[Any]) -> Any:
 
 
 def content_name(content: Command) -> str:
-    """Return a name for a content, the same for equal contents."""
+    """Return a name for some content, the same for equal content."""
     return hashlib.sha256(packed(content)).hexdigest()[:32]
 
 
@@ -233,7 +234,7 @@ def packed(message: Command | str) -> bytes:
     try:
         return bytes(umsgpack.packb(message))
     except UnicodeEncodeError as error:
-        raise BadArgument(f"text holds half a character, which no page can show: {quoted(error.object)}") from None
+        raise BadArgument(f"text has half a surrogate pair, which no page can show: {quoted(error.object)}") from None
 
 
 def geometry_document(shape: Shape) -> dict[str, Any]:
@@ -289,7 +290,7 @@ _SCALE = {"stops": "Vector[] | null", "label": "string", "low": "string", "high"
 COLOURLESS: Mapping[str, Any] = {"robot": 0, "links": [], "label": "", "low": "", "high": "", "stops": None}
 
 KINDS: Mapping[str, Kind] = {
-    # What robots are drawn with, under names that equal robots and equal shapes share.
+    # The shapes and descriptions of robots, under names that equal shapes and equal robots share.
     "geometry": Kind({"name": "string", "geometry": "object"}),
     "model": Kind({"name": "string", "about": "About"}),
     # The leading robot.

@@ -24,7 +24,7 @@ from nao_kin.viewer.messages import RetainedMessages, note_last
 from nao_kin.viewer.server import Answer, weak_receiver
 
 _SCRIPT = Path(__file__).resolve().parent / "page" / "bridge.js"
-# The period of a common screen.
+# The time between two frames of a common screen.
 _PAUSE_SECONDS = 1.0 / 30.0
 
 # Unpacks the page: compression reduces a notebook's outputs to a third.
@@ -103,13 +103,13 @@ class Bridge:
 
     def _note_change(self, key: str) -> None:
         with self._news:
-            if self._thread is None:  # the messages that the frame lacks are determined when it opens
+            if self._thread is None:  # messages that the frame lacks are found when it opens
                 return
             note_last(self._changed, key)
             self._news.notify_all()
 
     def _send_changes(self) -> None:
-        """Send the newest changed message of each kind; messages faster than the drawing are skipped."""
+        """Send the newest message of each changed key; messages that come faster than the page draws are skipped."""
         while True:
             with self._news:
                 self._news.wait_for(lambda: self._closed or self._changed)

@@ -1,4 +1,4 @@
-"""The messages of the overlays of the robot, checked here so that the page can trust them.
+"""The messages of the overlays, with arguments checked here so that the page can trust them.
 
 Arguments and errors are those of the methods of `Viewer`.
 """
@@ -177,7 +177,7 @@ def reach(robot: RobotModel, found: ReachMap | None, by: str, cut: tuple[str, fl
         raise BadArgument(f"show_reach takes a reach map, got {type(found).__name__}")
     settings = found.settings
     if settings.robot != robot.name:
-        raise BadArgument(f"the reach map is of {abbreviated(settings.robot)}, and the robot on show is {robot.name}")
+        raise BadArgument(f"the reach map is of {abbreviated(settings.robot)}, and the viewer shows {robot.name}")
     if settings.reference not in robot.frame_names:
         raise UnknownName("frame", settings.reference, robot.frame_names)
     if len(found.count) == 0:

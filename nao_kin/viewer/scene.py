@@ -31,7 +31,8 @@ _GREY: Rgba = (0.75, 0.77, 0.8, 1.0)
 class Drawable:
     """One shape of one link, in one colour and opacity, each in [0, 1].
 
-    `light` is the name of the light, "" for other shapes; `accent`: its colour differs between the editions of our NAO.
+    `light` is the name of the light, "" for other shapes; `accent` is whether the editions of our NAO differ in its
+    colour.
     """
 
     link: str
@@ -43,7 +44,7 @@ class Drawable:
 
     @cached_property
     def geometry(self) -> tuple[str, bytes]:
-        """Name, the same for equal shapes, and message of the shape without colour and pose."""
+        """A name, the same for equal shapes, and the message of the shape without colour and pose."""
         if not isinstance(self.shape, Mesh):
             return _geometry(self.shape)
         if self.shape not in _geometries:

@@ -46,7 +46,7 @@ Answer = dict[str, Any]
 
 
 def weak_receiver(receive: Callable[[Answer], None]) -> Callable[[Answer], None]:
-    """Return a function that calls a method without keeping its object alive, and does nothing once that is gone."""
+    """Return a function that calls a method without keeping its object alive; it does nothing without the object."""
     receiver = weakref.WeakMethod(receive)
 
     def on_answer(answer: Answer) -> None:
@@ -123,7 +123,7 @@ class LiveServer:
     def expected(self, role: str) -> Iterator[str]:
         """Expect one page in a random role, which needs no token and may send a picture; yield its address.
 
-        Other users can read the address on a browser's command line; therefore it opens only one socket, once.
+        Other users can read the address on a browser's command line; therefore the address opens only one socket.
         """
         self._access.expected.add(role)
         try:
@@ -136,7 +136,7 @@ class LiveServer:
         self._messages.unwatch(self._note_change)
         if self._thread.is_alive():
             self.call(self._stop.set)
-            if self._thread is not threading.current_thread():  # which may have the last reference to a viewer
+            if self._thread is not threading.current_thread():  # it may drop the last reference to a viewer
                 self._thread.join(_JOIN_SECONDS)
         with self._arrival:
             self._arrival.notify_all()
@@ -188,7 +188,7 @@ class LiveServer:
         await server.close_all_connections()
 
     def call(self, function: Callable[[], object]) -> None:
-        """Call a function in the server's thread, soon; not if the server is closed."""
+        """Schedule the call of a function in the server's thread; does nothing if the server is closed."""
         with suppress(RuntimeError):  # the loop may just have been closed
             self._loop.call_soon_threadsafe(function)
 
@@ -316,7 +316,7 @@ def _listen(host: str, port: int | None) -> socket.socket:
     """Return a socket on the given port, or on the first free one."""
     if not isinstance(host, str):
         raise BadArgument(f"host must be an address or a name, got {quoted(host)}")
-    if isinstance(port, bool):  # a whole number to Python
+    if isinstance(port, bool):  # in Python, a bool is a whole number
         raise BadArgument(f"port must be a number from 0 to 65535, got {port}")
     if port is None:
         wanted = [*range(_FIRST_PORT, _FIRST_PORT + _PORTS_TRIED), 0]

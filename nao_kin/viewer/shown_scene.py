@@ -26,7 +26,7 @@ class Lead:
     """The page whose playback is followed if several play at once.
 
     It is the page in which a user last began to play or moved the time, or else the first page that reported.
-    Other changes of the robot take the lead too, so that outdated reports of a page are ignored.
+    A change of the robot by other means also takes the lead, so that outdated reports of a page are ignored.
     Callers hold the viewer's lock.
     """
 
@@ -43,7 +43,7 @@ class Lead:
         self._heard = -_SILENCE
 
     def admits(self, source: str, *, begins: bool) -> bool:
-        """Return whether to follow a playing page; `begins`: its user just began to play, or moved the time."""
+        """Return whether to follow a playing page; `begins`: whether its user just began to play or moved the time."""
         if not begins and source != self._source and time.monotonic() - self._heard < _SILENCE:
             return False
         self.take(source)
@@ -108,7 +108,7 @@ class Changes:
             self._start()
 
     def call(self, key: object, function: Callable[[], object]) -> None:
-        """Call a function once, instead of the one that still waits under the same key."""
+        """Schedule one call of a function; it replaces a function that still waits under the same key."""
         with self._lock:
             self._calls[key] = function
             self._start()
@@ -133,14 +133,14 @@ class Changes:
                 continue
             q, joints = pending
             for subscription in subscriptions:
-                if subscription in self._subscriptions:  # not removed by the previous callback, or meanwhile
+                if subscription in self._subscriptions:  # unless it was removed meanwhile
                     _guarded(partial(subscription.callback, q.copy(), tuple(joints)), "viewer.on_change")
 
 
 def _guarded(function: Callable[[], object], what: str) -> None:
     try:
         function()
-    except BaseException:  # exceptions of the caller's function, sys.exit() too, are the caller's
+    except BaseException:  # a failing function, even with sys.exit(), must not end the calls
         _LOG.exception("a callback of %s failed", what)
 
 
@@ -157,7 +157,7 @@ class OutsideLimitsWarning(NaoKinWarning):
 
 
 def warn_outside(robot: RobotModel, qs: Floats, warned: set[str]) -> None:
-    """Warn of joints outside in configurations, (nq,) or (n, nq), that are not yet in `warned`, and add them there."""
+    """Warn of joints outside their limits in (nq,) or (n, nq), unless they are in `warned`, and add them to it."""
     if qs.ndim > 1:
         qs = qs[_first_outside(robot, qs)]
     violations = robot.limit_violations(qs)
@@ -171,7 +171,7 @@ def warn_outside(robot: RobotModel, qs: Floats, warned: set[str]) -> None:
 def _first_outside(robot: RobotModel, qs: Floats) -> list[int]:
     """Return, for each joint, the first configuration of a clip in which it is outside its limits, except at zero.
 
-    A clip that is outside for minutes has a violation in every frame, of which the first is enough.
+    A joint that is outside for minutes violates its limits in every frame; the first one is enough.
     """
     outside = ~robot.within_limits(qs, per_joint=True)
     values = qs[:, robot.nq_base :]

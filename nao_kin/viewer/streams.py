@@ -26,7 +26,7 @@ _PAUSE = 0.05
 
 
 class _Stream:
-    """The lines of one plot: the points since `first`, which one message has, and where earlier messages begin."""
+    """The lines of one plot: the points from number `first` on, for one message, and where earlier messages begin."""
 
     def __init__(self, name: str, lines: tuple[str, ...], run: int) -> None:
         self.name, self.lines, self.run = name, lines, run
@@ -47,13 +47,13 @@ class _Stream:
 class Streams:
     """The plots of a viewer; safe for several threads.
 
-    Points are sent in messages of 500, at most twenty times a second; the timer sends those that came since.
+    Points are sent in messages of 500, at most twenty times a second; a timer sends the points that still wait.
     """
 
     def __init__(self, messages: RetainedMessages) -> None:
         self._messages, self._lock = messages, threading.RLock()
         self._streams: dict[str, _Stream] = {}
-        # A page that had another program's points is to tell them from these.
+        # The numbers let a page that has another program's points distinguish them from these.
         self._runs = itertools.count(secrets.randbelow(1 << 30))
         self._waiting: dict[str, None] = {}
         self._sent = -_PAUSE
@@ -65,7 +65,7 @@ class Streams:
         self._began = time.monotonic()
 
     def add(self, name: str, value: ArrayLike | Mapping[str, ArrayLike], at: ArrayLike | None) -> dict[str, float]:
-        """Add a point to each line of a plot; return their values, by line."""
+        """Add a point to each line of a plot; return the points' values, by line."""
         now = time.monotonic() - self._began if at is None else number(at, "time")
         name = checked_name(name)
         values = _values(name, value)
@@ -104,7 +104,7 @@ class Streams:
                     self._messages.put(stream.key(stream.first), stream.message())
 
     def _begin(self, name: str, lines: tuple[str, ...]) -> _Stream:
-        """Begin a plot, or begin it anew: its time went back."""
+        """Begin a plot, or begin it anew after its time went back."""
         count = sum(len(stream.lines) for other, stream in self._streams.items() if other != name)
         if count + len(lines) > _MAX_LINES:
             raise BadArgument(f"at most {_MAX_LINES} lines are plotted; remove some plots before {abbreviated(name)}")

@@ -41,14 +41,14 @@ class Target:
 
     @property
     def T(self) -> Floats:
-        """Where it is now: the position, shape (3,) [m], or the pose, shape (4, 4), as it was given to `add_target`."""
+        """The current position, shape (3,) [m], or pose, shape (4, 4), in the form that `add_target` got."""
         return np.array(self._T)
 
     def place(self, T: ArrayLike) -> None:
-        """Move it; this does not call `on_move`.
+        """Move the target; this does not call `on_move`.
 
         Args:
-            T: position or pose, of the shape that it had before.
+            T: position or pose, of the same shape as before.
 
         Raises:
             BadArgument: the target was removed or replaced.
@@ -65,7 +65,7 @@ class Target:
         self._targets.place(self, array)
 
     def remove(self) -> None:
-        """Remove it from the scene; does nothing the second time.
+        """Remove the target from the scene; does nothing the second time.
 
         Examples:
             >>> ball = nk.Viewer(nk.load_nao()).add_target("ball", [0.2, 0.1, 0.1])
@@ -174,7 +174,7 @@ def checked_target(target: ArrayLike, what: str) -> Floats:
 
 
 def _row(name: str, T: Floats) -> dict[str, Any]:
-    """Return a target for the page; `source`, who moved it last, is only in the rows of those that can be dragged."""
+    """Return a target for the page; those that can be dragged also get a `source`: the page that moved them last."""
     matrix = np.eye(4)
     matrix[:3, 3 if T.ndim == 1 else slice(None)] = T if T.ndim == 1 else T[:3]
     return {"name": name, "matrix": matrix.T.reshape(-1).tolist(), "point": T.ndim == 1}

@@ -57,8 +57,8 @@ class Viewer:
         allow_hosts: further names under which the page may be requested, such as that of a proxy. The names of this
             machine, its loopback names and the address are always accepted; others get 403. "*" accepts every name, and
             needs a token.
-        token: text of at least 8 letters that the page's address must carry to see and move the robot; True for a
-            random one, False for none. None: a random one if the address or an allowed name is not loopback.
+        token: text of at least 8 characters that the page's address must contain; True for a random one, False for
+            none. None: a random one if the address or an allowed name is not loopback.
 
     Attributes:
         robot: the robot.
@@ -131,9 +131,9 @@ class Viewer:
     def display(self, q: ArrayLike, *, up: ArrayLike | None = None) -> None:
         """Show a configuration.
 
-        A joint outside its limits is shown in its position, marked red, and warned of once (`OutsideLimitsWarning`),
-        unless it is at zero: the neutral configuration of some robots, such as the NAO, is outside. Values are not
-        wrapped, and those beyond ±1e6 rad or m are refused.
+        A joint outside its limits is shown at its value and marked red, with one warning (`OutsideLimitsWarning`). A
+        joint at zero causes no warning, because the neutral configuration of some robots, such as the NAO, is outside.
+        Values are not wrapped, and those beyond ±1e6 rad or m are refused.
 
         Args:
             q: one configuration, shape (nq,).
@@ -165,7 +165,7 @@ class Viewer:
     def rest(self, posture: str) -> tuple[float, float, float] | None:
         """Return the vertical in the root's frame for a robot that rests in a posture; None if it stands on its soles.
 
-        `display` computes this itself; use it if you give `up`.
+        `display` computes this itself; you need it only to give `up`.
 
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
@@ -347,7 +347,8 @@ class Viewer:
     def _list_robots(self) -> None:
         """Send the list of robots: a page removes all others and their parts, even if it has missed messages.
 
-        It comes after the robots, also for a page that opens later, so that no part is removed before its robot comes.
+        The list comes after the robots, also for a page that opens later, so that no part is removed before its robot
+        comes.
         """
         self._messages.drop("robots")
         self._messages.put("robots", panel_message("robots", {"robots": [look.number for look in self._robots[1:]]}))
@@ -402,8 +403,8 @@ class Viewer:
     def show_support_polygon(self, on: bool = True) -> None:
         """Draw the convex hull of the contacts with the floor: green if the centre of mass is above it, red otherwise.
 
-        Dots are its corners, and a line is the margin: from the centre of mass to the nearest edge. `world.balance` has
-        its length, with the outlines of the soles in place of all vertices at most 5 mm above the floor.
+        Dots mark its corners, and a line shows the margin, from the centre of mass to the nearest edge. The contacts
+        are all vertices at most 5 mm above the floor; `world.balance` returns the margin for the outlines of the soles.
 
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
@@ -419,7 +420,7 @@ class Viewer:
         configuration, and dragging a limb in a page removes them there.
 
         Args:
-            configurations: one, shape (nq,), or several, shape (k, nq), k up to 64; none to remove all.
+            configurations: one, shape (nq,), or several, shape (k, nq), k up to 64; k = 0 removes all ghosts.
             opacity: opacity of the links, above 0 and at most 1.
             first: number of the first row in the legend, at least 0; 2 if the robot itself shows solution 1.
 
@@ -470,7 +471,7 @@ class Viewer:
             on_move: called with the new position or pose, of the shape of T, when a user moves the target.
 
         Returns:
-            The target, whose `T` is its place, with `place` and `remove`.
+            The target: `T` is its position or pose, `place` moves it, and `remove` removes it.
 
         Raises:
             NotARotation: T is not a pose.
@@ -490,8 +491,8 @@ class Viewer:
     def show_image(self, camera: str, image: Image | None) -> None:
         """Show an image of a camera of the robot in the page, instead of the drawn view; None removes it.
 
-        It is in the page's inset *Camera view*, which the first image opens, and on the far end of the camera's
-        frustum.
+        The image appears in the page's inset *Camera view*, which the first image opens, and on the far end of the
+        camera's frustum.
 
         Args:
             camera: name of a camera of the robot, such as "CameraTop".
@@ -521,8 +522,8 @@ class Viewer:
             name: title of the plot, 1 to 200 characters.
             value: a number; or a mapping, line → number. The first mapping names the lines; a later one may leave some
                 out.
-            time: time of the point [s]; None for the time of the call, since the viewer was made or `animate` was
-                called.
+            time: time of the point [s]; None for the time of the call, counted from when the viewer was made or
+                `animate` was last called.
 
         Raises:
             UnknownName: a line that the first mapping does not name.
@@ -561,9 +562,9 @@ class Viewer:
         self._messages.put(*self._look.colours(values, low, high, label))
 
     def show_collisions(self, on: bool = True) -> None:
-        """Colour links that overlap red, in this configuration and whenever the robot moves; False ends it.
+        """Colour links that overlap red, in this configuration and whenever the robot moves; False ends this.
 
-        The colours replace those of `color_links`. Movements in a page arrive as for `on_change`.
+        The colours replace those of `color_links`. Movements in a page are followed as by `on_change`.
 
         Args:
             on: whether to show them.
@@ -613,14 +614,14 @@ class Viewer:
         self._messages.put("reach", overlays.reach(self.robot, reach, by, cut))
 
     def show_lights(self, colours: Mapping[str, ArrayLike]) -> None:
-        """Set the colours of the robot's lights; lights that are not named keep their appearance.
+        """Set the colours of the robot's lights; lights that are not named get the appearance of their mesh.
 
         A NAO has Chest, LeftFoot, RightFoot, and LeftEye0 … LeftEye7 and RightEye0 … RightEye7, counted from the top of
-        each eye towards the nose; LeftEye and RightEye are all eight. Black means that the light is off. Lights are the
-        LEDs of this library's own meshes: other robots have none.
+        each eye towards the nose; LeftEye and RightEye mean all eight. Black means that the light is off. Lights are
+        the LEDs of this library's own meshes: other robots have none.
 
         Args:
-            colours: one of `light_names` → red, green and blue, shape (3,), each from 0 to 1; empty for none.
+            colours: one of `light_names` → red, green and blue, shape (3,), each from 0 to 1; may be empty.
 
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
@@ -631,8 +632,8 @@ class Viewer:
     def say(self, text: str) -> None:
         """Show a speech bubble at the head until the next text; "" removes it.
 
-        It is placed at the first link with "head" in its name, or at the whole robot. Screen readers read it. The
-        bubble shows at most 280 characters.
+        The bubble is placed at the first link with "head" in its name, or else at the whole robot, and shows at most
+        280 characters. Screen readers read the text.
 
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
@@ -740,7 +741,7 @@ class Viewer:
         self._add(name, "line", frame, overlays.line(points, color, width))
 
     def remove(self, name: str) -> None:
-        """Remove the points, the mesh or the line of a name.
+        """Remove the points, the mesh or the line with this name.
 
         Examples:
             >>> viewer = nk.Viewer(nk.load_nao())
@@ -776,7 +777,7 @@ class Viewer:
             timeout: seconds; None to wait forever.
 
         Raises:
-            NoBrowser: no browser showed it in time, or the viewer was closed.
+            NoBrowser: no browser showed the scene in time, or the viewer was closed.
 
         Examples:
             >>> with nk.Viewer(nk.load_nao()) as viewer:

@@ -1,4 +1,4 @@
-"""The eight postures set down on the floor, with what they rest on, and the margin of one of them."""
+"""The eight postures placed on the floor with their contact areas, and the margin of one of them."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def postures() -> Drawing:
         x, y = COLUMN * (k % 4), ROW * (k // 4)
         drawing.text((x + COLUMN / 2, y + 24), name, 15, anchor="middle", weight="600")
         T = found.down.T_world_base
-        # Its extent from the right, to stand in the middle of its column.
+        # The robot's extent seen from the right, to place it in the middle of its column.
         points = found.vertices[:, 0].min(), found.vertices[:, 0].max()
         middle = x + COLUMN / 2 - SCALE * (0.0 if found.down.stands else 0.35 * sum(points))
         floor = y + 172.0

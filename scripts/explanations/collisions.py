@@ -1,4 +1,4 @@
-"""The coupled limits against self-collision: where NAOqi's tables are stricter than the shapes, where looser."""
+"""The coupled limits against self-collision: where NAOqi's tables are stricter than the shapes, and where looser."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def tables() -> Drawing:
 
 
 def _fill(drawing: Drawing, chart: Chart, corners: Floats, chosen: Mask, colour: str, opacity: float) -> None:
-    """Fill cells, those above one another in one piece."""
+    """Fill cells; cells directly above one another are drawn as one rectangle."""
     places = np.flatnonzero(chosen)
     if not len(places):
         return

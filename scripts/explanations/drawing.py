@@ -145,7 +145,7 @@ class View:
         return np.stack([x + self.scale * across, y - self.scale * upwards], axis=-1)
 
     def triad(self, drawing: Drawing, T: Floats, length: float, width: float = 2.2) -> None:
-        """A frame: x red, y green, z blue; an axis towards the reader is a ring with a dot, one away with a cross.
+        """Draw a frame: x red, y green, z blue; an axis towards the reader is a ring with a dot, away with a cross.
 
         Args:
             drawing: the drawing.
@@ -200,7 +200,7 @@ def _shortened(way: Floats, length: float) -> Floats:
 
 
 def _marked(words: str) -> str:
-    """Indices, and slanted words."""
+    """Return SVG text with indices and slanted words."""
     parts = re.split(r"(_\{[^}]*\}|\*[^*]*\*)", words)
     text, low = "", False
     for part in filter(None, parts):

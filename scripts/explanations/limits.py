@@ -11,7 +11,7 @@ FREE, FORBIDDEN = "#15803d", ORANGE
 
 
 class Chart:
-    """Degrees to the right and upwards.
+    """A chart with degrees to the right and upwards.
 
     Args:
         drawing: the drawing.

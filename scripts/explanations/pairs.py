@@ -30,7 +30,7 @@ def turn(drawing: Drawing, view: View, centre: Floats, axis: Floats, radius: flo
 
 
 def revolute(drawing: Drawing, view: View) -> None:
-    """A pin with collars in a sleeve."""
+    """Draw a pin with collars in a sleeve."""
     for low, high, radius, colour in (
         (-0.75, -0.5, 0.22, INNER), (-0.5, -0.42, 0.42, INNER), (-0.42, 0.3, 0.36, OUTER),
         (0.3, 0.38, 0.42, INNER), (0.38, 0.85, 0.22, INNER),
@@ -40,14 +40,14 @@ def revolute(drawing: Drawing, view: View) -> None:
 
 
 def prismatic(drawing: Drawing, view: View) -> None:
-    """A square bar in a square sleeve."""
+    """Draw a square bar in a square sleeve."""
     for low, high, half, colour in ((-0.85, -0.42, 0.2, INNER), (-0.42, 0.3, 0.36, OUTER), (0.3, 0.8, 0.2, INNER)):
         draw_solid(drawing, view, box([-half, -half, low], [half, half, high]), colour=colour)
     slide(drawing, view, np.array([0.0, 0.62, 0.55]), Z, 0.36)
 
 
 def helical(drawing: Drawing, view: View) -> None:
-    """A screw in its nut."""
+    """Draw a screw in its nut."""
     toward = np.arctan2(view.towards[1], view.towards[0])
     for low, high, radius, colour in ((-0.85, -0.42, 0.2, INNER), (-0.42, 0.3, 0.38, OUTER), (0.3, 0.9, 0.2, INNER)):
         corners = 6 if radius > 0.3 else 48
@@ -64,7 +64,7 @@ def helical(drawing: Drawing, view: View) -> None:
 
 
 def cylindrical(drawing: Drawing, view: View) -> None:
-    """A smooth rod in a sleeve."""
+    """Draw a smooth rod in a sleeve."""
     for low, high, radius, colour in ((-0.85, -0.42, 0.22, INNER), (-0.42, 0.3, 0.36, OUTER), (0.3, 0.85, 0.22, INNER)):
         draw_solid(drawing, view, cylinder(radius, low, high), colour=colour, edges=False)
     turn(drawing, view, 0.6 * Z, Z, 0.46)
@@ -72,7 +72,7 @@ def cylindrical(drawing: Drawing, view: View) -> None:
 
 
 def spherical(drawing: Drawing, view: View) -> None:
-    """A ball in its socket."""
+    """Draw a ball in its socket."""
     draw_solid(drawing, view, cylinder(0.45, -0.62, -0.1), colour=OUTER, edges=False)
     x, y = view.flat([0.0, 0.0, 0.05])
     drawing.circle((x, y), 0.43 * view.scale, "#b8d2f3", PALE, 1.0)
@@ -89,7 +89,7 @@ def spherical(drawing: Drawing, view: View) -> None:
 
 
 def planar(drawing: Drawing, view: View) -> None:
-    """A block on a table."""
+    """Draw a block on a table."""
     draw_solid(drawing, view, box([-0.9, -0.9, -0.5], [0.9, 0.9, -0.32]), colour=OUTER)
     slide(drawing, view, np.array([0.0, -0.72, -0.32]), np.eye(3)[0], 0.55)
     slide(drawing, view, np.array([0.72, 0.05, -0.32]), np.eye(3)[1], 0.5)
@@ -108,7 +108,7 @@ PAIRS: dict[str, tuple[Callable[[Drawing, View], None], str]] = {
 
 
 def lower_pairs() -> Drawing:
-    """All six, three in a row."""
+    """Draw all six pairs, three in a row."""
     drawing = Drawing(760, 560, "The six lower pairs: revolute, prismatic, helical, cylindrical, spherical and planar")
     for k, (name, (draw, words)) in enumerate(PAIRS.items()):
         x, y = 130.0 + 250.0 * (k % 3), 125.0 + 275.0 * (k // 3)

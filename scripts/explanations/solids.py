@@ -1,4 +1,4 @@
-"""Convex solids in parallel projection: shades the faces towards the reader."""
+"""Draw convex solids in parallel projection, with shaded faces."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Fewer triangles on nearly flat surfaces: edges collapse in the order of the resulting error.
+"""Remove triangles from nearly flat surfaces: edges collapse in the order of the resulting error.
 
 Source: Garland and Heckbert, Surface simplification using quadric error metrics, SIGGRAPH 1997. A vertex only moves
 into a neighbour, so that the remaining vertices do not move, nor edges and the plane of symmetry.
@@ -30,8 +30,8 @@ def decimated(vertices: Floats, triangles: Ints, tolerance: float) -> Ints:
     Args:
         vertices: shape (V, 3).
         triangles: vertices of each triangle, anticlockwise from outside, shape (T, 3).
-        tolerance: root of the sum of squared distances of a vertex from the planes of all the triangles that it stands
-            for, in the unit of the vertices.
+        tolerance: root of the sum of squared distances of a vertex from the planes of all triangles that it
+            represents, in the unit of the vertices.
 
     Returns:
         The remaining triangles, with the same vertex numbers, shape (S, 3).
@@ -95,7 +95,7 @@ class _Surface:
         return {other for face in self.around[vertex] for other in self.corners[face]} - {vertex}
 
     def cost(self, gone: int, kept: int) -> float:
-        """Sum of the squared distances of `kept` from the planes that both stand for."""
+        """Return the sum of the squared distances of `kept` from the planes that both vertices represent."""
         x, y, z = self.at[kept]
         xx, xy, xz, xw, yy, yz, yw, zz, zw, ww = (
             p + q for p, q in zip(self.quadrics[gone], self.quadrics[kept], strict=True)
@@ -106,7 +106,7 @@ class _Surface:
         return max(square, 0.0)
 
     def allows(self, gone: int, kept: int) -> bool:
-        """Return whether the surface remains a surface, keeps its orientation, and gets no slivers."""
+        """Return whether a collapse keeps the surface closed and its orientation, and adds no slivers."""
         shared = self.around[gone] & self.around[kept]
         if len(shared) != 2 or len(self.neighbours(gone) & self.neighbours(kept)) != 2:
             return False
@@ -135,7 +135,14 @@ class _Surface:
 
 
 class _Shape:
-    """A triangle's normal, as long as twice its area, its height on its longest edge, and that edge by it."""
+    """The shape of a triangle.
+
+    Attributes:
+        normal: its normal vector, whose length is twice the area.
+        area: that length.
+        slenderness: the ratio of the longest edge to the height on it.
+        height: the height on the longest edge.
+    """
 
     def __init__(self, a: Vector, b: Vector, c: Vector) -> None:
         (ux, uy, uz), (vx, vy, vz) = ((q - p for p, q in zip(a, end, strict=True)) for end in (b, c))
@@ -151,7 +158,7 @@ def _dot(a: Vector, b: Vector) -> float:
 
 
 def _quadrics(vertices: Floats, triangles: Ints) -> list[tuple[float, ...]]:
-    """For each vertex the sum over its triangles of p pᵀ, p their planes: ten numbers, row by row."""
+    """Return for each vertex the sum over its triangles of p pᵀ, where p is the plane: ten numbers, row by row."""
     a, b, c = np.moveaxis(vertices[triangles], 1, 0)
     normals = np.cross(b - a, c - a)
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)

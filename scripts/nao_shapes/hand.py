@@ -75,7 +75,7 @@ def fingertip() -> Part:
 
 
 def _bone(*ends: tuple[float, float, float]) -> Manifold:
-    """A cushion over places on x, with a radius and half of the width at each."""
+    """Return a rounded body along x; each end has a position on x, a radius and half of the width."""
     rods = (lathe(pill(r, 2 * half, 4.4, 4.4, 3), 14).translate((x, 0.0, -half)) for x, r, half in ends)
     return Manifold.batch_hull(list(rods))
 

@@ -91,7 +91,7 @@ def head() -> Part:
 
 
 def _lines(half_width: float) -> Manifold:
-    """Where the shells of the head meet, as solids of twice this width."""
+    """Return the seams between the shells of the head, as solids of twice this width."""
     seam = slab(_SEAM, _SEAM_AT - half_width, _SEAM_AT + half_width)
     return seam + (slab(_JAW, _JAW_AT - half_width, _JAW_AT + half_width) ^ slab(_SEAM, _SEAM_AT, FAR))
 

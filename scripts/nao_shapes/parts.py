@@ -19,7 +19,7 @@ from nao_shapes.torso import torso
 
 # Largest movement of the surface [mm]; head and fingers have finer curves than the rest.
 _FINE_MM = 0.25
-# The skull is the largest round outline; the segments of an eye remain equal.
+# The skull has the largest round outline; with these tolerances the segments of an eye remain equal.
 _TOLERANCES_MM = {
     "head_white": 0.18,
     "head_grey": 0.1,

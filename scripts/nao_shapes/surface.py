@@ -71,7 +71,7 @@ def surface_of(solid: Manifold, *, mirror: Literal["y", "z"] | None = None, tole
 
 
 def _whole(vertices: Floats, axis: int, *surfaces: Ints) -> tuple[Any, ...]:
-    """Vertices and triangles of halves and their mirror images, without the cut between them."""
+    """Return vertices and triangles of halves with their mirror images, without the cut between them."""
     flip = np.ones(3)
     flip[axis] = -1.0
     count = len(vertices)
@@ -85,7 +85,7 @@ def _whole(vertices: Floats, axis: int, *surfaces: Ints) -> tuple[Any, ...]:
 
 
 def _canonical(vertices: Floats, triangles: Ints) -> tuple[Floats, Ints]:
-    """Equal vertices welded, collapsed triangles dropped, everything sorted."""
+    """Weld equal vertices, remove collapsed triangles, and sort everything."""
     vertices, inverse = np.unique(vertices, axis=0, return_inverse=True)
     triangles = inverse.reshape(-1)[triangles]
     a, b, c = triangles.T
@@ -98,14 +98,14 @@ def _canonical(vertices: Floats, triangles: Ints) -> tuple[Floats, Ints]:
 
 
 def _without_folds(triangles: Ints) -> Ints:
-    """Return triangles without pairs that are back to back, which remain of slivers after welding."""
+    """Return the triangles without back-to-back pairs, which slivers leave after welding."""
     _, inverse, counts = np.unique(np.sort(triangles, axis=1), axis=0, return_inverse=True, return_counts=True)
     alone: Ints = triangles[counts[inverse.reshape(-1)] == 1]
     return alone
 
 
 def _with_normals(vertices: Floats, dense: Ints, triangles: Ints) -> Surface:
-    """Each corner's normal: the mean of the dense faces around its vertex that smooth edges join, on its own side.
+    """Return the triangles with normals: for each corner the mean of the dense faces on its smooth side of the vertex.
 
     The shading is therefore that of the original surface, for any remaining triangles.
     """
@@ -127,7 +127,7 @@ def _with_normals(vertices: Floats, dense: Ints, triangles: Ints) -> Surface:
 
 
 def _sides(faces: Ints, facing: Floats, weight: Floats) -> Floats:
-    """The unit normals of the smooth sides that meet at a vertex, whose faces these are."""
+    """Return the unit normals of the smooth sides that meet at a vertex with these faces."""
     label = list(range(len(faces)))
     corners = [set(face) for face in faces.tolist()]
     smooth = facing @ facing.T > math.cos(_CREASE)
@@ -140,7 +140,7 @@ def _sides(faces: Ints, facing: Floats, weight: Floats) -> Floats:
 
 
 def _sorted(vertices: Floats, triangles: Ints, dense: Ints) -> tuple[Floats, Ints, Ints]:
-    """Only the vertices in use, first those of `triangles`, and the triangles in a fixed order."""
+    """Return only the vertices in use, first those of `triangles`, and the triangles in a fixed order."""
     used = np.unique(triangles)
     rank = np.full(len(vertices), -1)
     order = used[np.lexsort(vertices[used].T[::-1])]
@@ -154,7 +154,7 @@ def _sorted(vertices: Floats, triangles: Ints, dense: Ints) -> tuple[Floats, Int
 
 
 def _facing(corners: Floats) -> tuple[Floats, Floats]:
-    """Unit normals of triangles, and what each counts at its corners, one after another: its angle, slivers less."""
+    """Return unit normals of triangles, and their weights at their corners: the angle there, less for slivers."""
     ahead, behind = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
     cross = np.cross(ahead, behind)
     sine, cosine = np.linalg.norm(cross, axis=-1), (ahead * behind).sum(axis=-1)
@@ -182,9 +182,10 @@ def obj_text(name: str, surface: Surface, *, mirrored: bool = False) -> str:
 
 
 def _faces(surface: Surface) -> Iterator[list[Corner]]:
-    """Pairs of triangles as four-cornered faces where they are nearly flat: a quarter less text.
+    """Return nearly flat pairs of triangles as faces with four corners, which saves a quarter of the text.
 
-    The longest edges are joined first, for they are the diagonals of what was drawn as quadrilaterals.
+    The pairs with the longest edges are joined first, because those edges are the diagonals of the original
+    quadrilaterals.
     """
     faces = [
         [(int(v), int(n)) for v, n in zip(triangle, corners, strict=True)]
@@ -216,7 +217,7 @@ def _faces(surface: Surface) -> Iterator[list[Corner]]:
 
 
 def _flat_and_convex(corners: Floats) -> bool:
-    """Whether the normals at the four corners of a face point nearly the same way."""
+    """Return whether the normals at the four corners of a face have nearly the same direction."""
     ahead = np.roll(corners, -1, axis=0) - corners
     turns = np.cross(np.roll(ahead, 1, axis=0), ahead)
     lengths = np.linalg.norm(turns, axis=1)

@@ -68,7 +68,7 @@ def _chest(grow: float) -> Manifold:
 
 
 def _shield(inset: float) -> Manifold:
-    """What lies behind the outline of the plate."""
+    """Return the solid behind the outline of the plate."""
     left = [(y - inset, z + (inset if z < 0.0 else 0.0)) for y, z in _SHIELD]
     outline = [*left, *((-y, z) for y, z in reversed(left))]
     # Drawn in the x-z plane and turned to the front.
@@ -76,7 +76,7 @@ def _shield(inset: float) -> Manifold:
 
 
 def _shoulder(grow: float) -> Manifold:
-    """From the chest to the socket of an arm."""
+    """Return the solid from the chest to the socket of an arm."""
     socket = rod((0.0, 40.0, 100.0), (0.0, 64.0 + grow, 100.0), 27.0 + grow, 7.0, 52)
     return Manifold.batch_hull([socket, ball(27.0 + grow, (-4.0, 30.0, 82.0), 36)])
 
@@ -91,7 +91,7 @@ def _behind(grow: float, outline: Manifold) -> Manifold:
 
 
 def _flank(inset: float = 0.0) -> Manifold:
-    """Where the coloured inserts lie, from the armpit up over the collarbone."""
+    """Return the region of the coloured inserts, from the armpit up over the collarbone."""
     low = [(60.0, 74.0 + inset), (22.0, 84.0 + inset), (-FAR, 86.0 + inset)]
     outline = [(60.0, 98.0), *low, (-FAR, 130.0), (22.0, 130.0)]
     # No sharp corner runs out over the shoulder.

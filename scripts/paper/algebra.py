@@ -12,7 +12,7 @@ from paper.rows import Erratum, Problem, Row, largest
 
 
 def problem_4() -> Problem:
-    """Eigenvalues, eigenvectors and determinant of T = 1 + u vᵀ."""
+    """Solve problem 4: eigenvalues, eigenvectors and determinant of T = 1 + u vᵀ."""
     u, v = np.random.default_rng(4).normal(size=(2, 1000, 3))
     T, eigen = rank_one.matrix(u, v), rank_one.eigen(u, v)
     residual = T @ eigen.vectors - eigen.vectors * eigen.values[:, None, :]
@@ -70,7 +70,7 @@ def problem_4() -> Problem:
 
 
 def problem_6() -> Problem:
-    """Plücker coordinates of one line seen from two origins."""
+    """Solve problem 6: Plücker coordinates of one line about two origins."""
     p, q, a, b = [1, 2, 3], [4, 5, 6], [0, 0, 0], [0, 0, 1]
     from_a, from_b = (PluckerLine.through(p, q, origin=origin) for origin in (a, b))
     U = transfer_matrix(a, b)

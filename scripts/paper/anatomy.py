@@ -1,4 +1,4 @@
-"""Problem 3: which machine joint moves like which joint of the body."""
+"""Problem 3: the joints of the body and their mechanical equivalents."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _TABLES = {
 
 
 def problem_3() -> Problem:
-    """Tables I and II, and the NAO's own joints by the pairs they make."""
+    """Solve problem 3: tables I and II, and the NAO's own joints as kinematic pairs."""
     rows = []
     for joint in ANATOMY:
         printed = _TABLES.get(joint.name, {})

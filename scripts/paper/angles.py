@@ -19,7 +19,7 @@ ROOT3 = np.sqrt(3.0)
 
 
 def problem_5() -> Problem:
-    """Roll, pitch and yaw of a fixed-axis matrix, both solutions."""
+    """Solve problem 5: roll, pitch and yaw of a fixed-axis matrix, both solutions."""
     Q = np.array(
         [
             [ROOT3 / 4, -ROOT3 / 4 + 3 / 8, 1 / 4 + 3 * ROOT3 / 8],
@@ -51,7 +51,7 @@ def problem_5() -> Problem:
 
 
 def problem_7() -> Problem:
-    """30° about z, then 30° about the new y; natural invariants."""
+    """Solve problem 7: 30° about z, then 30° about the new y; natural invariants."""
     R = matrix_from_euler(np.deg2rad([30, 30, 0]), "zyx", axes="moving")
     axis, angle = natural_invariants(R)
     q, _ = linear_invariants(R)
@@ -74,7 +74,7 @@ def problem_7() -> Problem:
             Erratum(
                 where="problem 7, equation 13",
                 printed="vect R = ½ (−0.125, 0.4665, 0.4665)",
-                right="vect R = (−0.125, 0.4665, 0.4665): the half is already taken",
+                right="vect R = (−0.125, 0.4665, 0.4665): the half is already included",
                 evidence=f"‖vect R‖ must be sin φ = {np.sin(angle):.9g}; the printed vector has {printed:.4g}",
                 refuted=abs(printed - float(np.sin(angle))) > 0.3,
             ),
@@ -83,7 +83,7 @@ def problem_7() -> Problem:
 
 
 def problem_10() -> Problem:
-    """An aircraft's rotation from three points, as a matrix and as moving-axis angles; where a fourth point goes."""
+    """Solve problem 10: an aircraft's rotation from three points, its moving-axis angles, and a fourth point."""
     a, b, c, d = np.array([[0, 10, 0], [7, 0, 0], [-7, 0, 0], [0, 8, 2]], dtype=float)
     a_after = np.array([390, 4030 - 5 * ROOT3, 1615 + 10 * ROOT3]) / 4
     b_after = np.array([800 + 14 * ROOT3, 8021 + 14 * ROOT3, 3214 - 21 * ROOT3]) / 8

@@ -1,4 +1,4 @@
-"""Problems 9 and 11: natural, linear and quadratic invariants, and back, where it is easy and where it is not."""
+"""Problems 9 and 11: natural, linear and quadratic invariants, and the matrix from them, also in singular cases."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ R_9, R0_9 = [-0.353553390593, 0.353553390593, -0.146446609407], 0.853553390593
 
 
 def problem_9() -> Problem:
-    """A given matrix is a rotation; its invariants."""
+    """Solve problem 9: a given matrix is a rotation; its invariants."""
     defects = check_rotation(MATRIX_9)
     axis, angle = natural_invariants(MATRIX_9)
     r, r0 = euler_rodrigues(MATRIX_9)
@@ -52,7 +52,7 @@ def problem_9() -> Problem:
             Erratum(
                 where="problem 9, equation 17",
                 printed="φ = arccos((1 − tr R)/2)",
-                right="φ = arccos((tr R − 1)/2), as its code has it; atan2(‖vect R‖, (tr R − 1)/2) stays accurate at 0 "
+                right="φ = arccos((tr R − 1)/2), as in its code; atan2(‖vect R‖, (tr R − 1)/2) stays accurate at 0 "
                 "and π",
                 evidence=f"the printed formula gives {np.rad2deg(printed):.9g}°, the supplement of "
                 f"{np.rad2deg(angle):.9g}°",
@@ -63,7 +63,7 @@ def problem_9() -> Problem:
 
 
 def problem_11() -> Problem:
-    """All invariants as functions, back to the matrix in singular cases too; quaternions."""
+    """Solve problem 11: all invariants as functions, the matrix from them in singular cases too; quaternions."""
     axis, angle = natural_invariants(MATRIX_9)
     q, q0 = linear_invariants(MATRIX_9)
     r, r0 = euler_rodrigues(MATRIX_9)
@@ -113,7 +113,7 @@ def problem_11() -> Problem:
             rot_y(np.pi / 4),
         ),
         Row(
-            "11.4 (a) from (q, q0) is refused: no axis in it",
+            "11.4 (a) from (q, q0) is rejected: it contains no axis",
             "rotations.matrix_from_linear",
             _refuses(BadArgument, matrix_from_linear, [0, 0, 0], -1),
             True,
@@ -138,7 +138,7 @@ def problem_11() -> Problem:
             Erratum(
                 where="problem 11.4, text",
                 printed="a near-zero axis norm means an axis parallel to a coordinate axis",
-                right="a zero axis is no axis at all, and an error",
+                right="a zero vector is not an axis, and is an error",
                 evidence="a turn by π about (0, 0, 0) is refused; one about (1e-300, 0, 0) is one about x",
                 refuted=_refuses(ZeroNorm, matrix_from_natural, [0, 0, 0], np.pi)
                 and largest(matrix_from_natural([1e-300, 0, 0], np.pi) - rot_x(np.pi)) < 1e-12,

@@ -1,4 +1,4 @@
-"""What a reproduced problem consists of: numbers beside the paper's, and what the paper got wrong."""
+"""The parts of a reproduced problem: results next to the paper's, and errors of the paper."""
 
 from __future__ import annotations
 
@@ -13,13 +13,14 @@ TOLERANCE = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Row:
-    """One number, vector or matrix beside the paper's.
+    """One number, vector or matrix next to the paper's.
 
     Attributes:
-        quantity: what it is, with its unit.
+        quantity: its name, with its unit.
         function: the public function that computed it.
-        value: what came out; a boolean for a statement.
-        paper: what the paper has, corrected where an erratum says so; for what it claims, what the claim comes to.
+        value: the result; a boolean for a statement.
+        paper: the paper's value, corrected where an erratum says so; for a claim of the paper, the value that follows
+            from the claim.
     """
 
     quantity: str
@@ -29,7 +30,7 @@ class Row:
 
     @property
     def difference(self) -> float:
-        """Largest absolute difference; infinite where the shapes differ or a NaN came out."""
+        """Return the largest absolute difference; infinite if the shapes differ or a value is NaN."""
         value, paper = np.asarray(self.value, dtype=float), np.asarray(self.paper, dtype=float)
         if value.shape != paper.shape:
             return np.inf
@@ -42,7 +43,7 @@ class Row:
         return self.difference <= TOLERANCE
 
     def as_json(self) -> dict[str, Any]:
-        """The row for a program."""
+        """Return the row for JSON."""
         return {
             "quantity": self.quantity,
             "function": self.function,
@@ -58,11 +59,11 @@ class Erratum:
     """A place where the paper is wrong.
 
     Attributes:
-        where: where in the paper.
-        printed: what stands there.
-        right: what is right.
-        evidence: what was computed to tell the two apart.
-        refuted: whether the computation speaks against the printed version.
+        where: the place in the paper.
+        printed: the printed version.
+        right: the correct version.
+        evidence: the computation that decides between the two.
+        refuted: whether the computation contradicts the printed version.
     """
 
     where: str
@@ -72,13 +73,13 @@ class Erratum:
     refuted: bool
 
     def as_json(self) -> dict[str, Any]:
-        """The erratum for a program."""
+        """Return the erratum for JSON."""
         return {**vars(self), "refuted": bool(self.refuted)}
 
 
 @dataclass(frozen=True)
 class Problem:
-    """A problem with everything that was computed for it."""
+    """A problem with all its results."""
 
     number: str
     title: str
@@ -92,7 +93,7 @@ class Problem:
         return all(row.agrees for row in self.rows) and all(erratum.refuted for erratum in self.errata)
 
     def as_json(self) -> dict[str, Any]:
-        """The problem for a program."""
+        """Return the problem for JSON."""
         return {
             "problem": self.number,
             "title": self.title,
@@ -104,5 +105,5 @@ class Problem:
 
 
 def largest(array: ArrayLike) -> float:
-    """Largest absolute entry."""
+    """Return the largest absolute entry."""
     return float(np.abs(np.asarray(array)).max(initial=0.0))

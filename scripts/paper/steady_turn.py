@@ -13,7 +13,7 @@ DIAGONAL = np.ones(3) / np.sqrt(3.0)
 
 
 def matrix_at(angle: NDArray[np.float64]) -> NDArray[np.float64]:
-    """R(t) of problem 8 for αt = `angle`, shape (..., 3, 3)."""
+    """Return R(t) of problem 8 for αt = `angle`, shape (..., 3, 3)."""
     c, s = np.cos(angle / 2), np.sin(angle / 2)
     rho = 2 * np.sqrt(3.0) / 3 * s * c
     diagonal, minus, plus = c**2 - s**2 / 3, 2 * s**2 / 3 - rho, 2 * s**2 / 3 + rho
@@ -22,7 +22,7 @@ def matrix_at(angle: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def problem_8() -> Problem:
-    """R(t) is the rotation by αt about (1, 1, 1)/√3, for all t."""
+    """Solve problem 8: R(t) is the rotation by αt about (1, 1, 1)/√3, for all t."""
     turn = np.linspace(0, np.pi, 1001)
     r, r0 = euler_rodrigues(matrix_at(turn))
     around = matrix_at(2 * turn) - matrix_from_natural(DIAGONAL, 2 * turn)

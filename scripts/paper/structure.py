@@ -12,7 +12,7 @@ from paper.rows import Erratum, Problem, Row
 
 
 def problem_2() -> Problem:
-    """Degrees of freedom of the NAO, and which parts of it are serial."""
+    """Solve problem 2: degrees of freedom of the NAO, and its serial parts."""
     nao = nk.load_nao()
     structure = topology(nao)
     five = set(structure.chains) == set(nao.chains.values())

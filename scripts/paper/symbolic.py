@@ -1,4 +1,4 @@
-"""What can be shown for all values at once; needs sympy, and says so where it is missing."""
+"""Symbolic proofs for all values; they need sympy, and a note says so if it is missing."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Proofs = tuple[tuple[Row, ...], tuple[str, ...]]
 
 
 def rank_one() -> Proofs:
-    """Det T = 1 + u·v and T u = (1 + u·v) u for all u and v."""
+    """Prove det T = 1 + u·v and T u = (1 + u·v) u for all u and v."""
     sp = _sympy()
     if sp is None:
         return (), (_ABSENT,)
@@ -25,7 +25,7 @@ def rank_one() -> Proofs:
 
 
 def turn_about_the_diagonal() -> Proofs:
-    """R(t) of problem 8 is the rotation by αt about (1, 1, 1)/√3 for all t."""
+    """Prove that R(t) of problem 8 is the rotation by αt about (1, 1, 1)/√3 for all t."""
     sp = _sympy()
     if sp is None:
         return (), (_ABSENT,)

@@ -1,4 +1,4 @@
-"""A Python environment for each tool, made once, because the tools require conflicting versions."""
+"""A Python environment for each tool, created once, because the tools require conflicting versions."""
 
 from __future__ import annotations
 

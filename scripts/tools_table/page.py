@@ -24,14 +24,14 @@ the tool supports in one of these ways:
 
 - *follows*: the tool moves them with their driver;
 - *constraint*: the tool's simulation or solver enforces the coupling; if you set joints directly, set both;
-- *says*: the tool gives the coupling, and the caller applies it;
+- *reports*: the tool reports the coupling, and you apply it;
 - *set both*: the tool ignores couplings, and with `--coupling independent` the file has none.
 
 Moves: simulators were run for a moment, solvers were given a target, and the couplings were checked afterwards. A dash
 means that the tool has no such function.
 """
 
-_COUPLINGS = {"held": "follows", "constraint": "constraint", "told": "says", "free": "set both"}
+_COUPLINGS = {"held": "follows", "constraint": "constraint", "told": "reports", "free": "set both"}
 _EXPONENTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -44,7 +44,7 @@ def page(known: Mapping[str, Any]) -> str:
 
 
 def _summary(tool: Tool, rows: Iterable[Mapping[str, Any]]) -> list[str]:
-    """Return the worst result of all versions."""
+    """Return the row of a tool in the first table: its worst result over all versions."""
     rows = list(rows)
     failed = [row["loads"] for row in rows if row["loads"] != "yes"]
     if failed or not rows:
@@ -102,7 +102,7 @@ def _dash(value: object) -> str:
 
 
 def _all_or_none(words: list[str]) -> str:
-    """Return the word of all versions, or several if they differ."""
+    """Return the word that holds for all versions, or all words if the versions differ."""
     return ", ".join(dict.fromkeys(words))
 
 

@@ -16,7 +16,7 @@ SAMPLES = 5
 
 
 def write_export(tool: Tool, version: str, folder: Path) -> dict[str, Any]:
-    """Export a version for a tool into a folder, with `reference.json` beside it, which is returned."""
+    """Export a version for a tool into a folder, with the expected results in `reference.json`; return these."""
     nao, options = nk.load_nao(version), dict[str, Any](tool.options)
     done = nk.export.write(nao, folder / tool.output, tool.format, **options)
     q = nao.random(np.random.default_rng(7), SAMPLES)

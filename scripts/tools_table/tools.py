@@ -110,7 +110,7 @@ pybullet.connect(pybullet.DIRECT)
 robot = pybullet.loadURDF("nao.urdf")
 """,
         "Link states have single precision. PyBullet ignores couplings, and the file has none: set both hips, and "
-        "the fingers. With more than 128 links it returns no states; `effectors` leaves fewer.",
+        "the fingers. With more than 128 links it returns no states; `--frames effectors` exports fewer.",
         {"frames": "effectors", "coupling": "independent", "inertia": "physical"},
         more=("numpy",),
     ),
@@ -140,7 +140,7 @@ floating = pinocchio.JointModelFreeFlyer()
 robot = pinocchio.RobotWrapper.BuildFromURDF("nao.urdf", ["."], floating, mimic=True)
 configuration = pink.Configuration(robot.model, robot.data, robot.q0)
 """,
-        "The same as Pinocchio.",
+        "pink uses a Pinocchio model: without `mimic=True` the joints are uncoupled.",
         more=("daqp",),
     ),
     Tool(
@@ -156,8 +156,8 @@ solver = placo.KinematicsSolver(robot)
 solver.add_gear_task().set_gear("RHipYawPitch", "LHipYawPitch", 1.0)
 """,
         "placo ignores the couplings of a file, and this file has none: add a gear task for the hips to the solver. If "
-        "you set joints directly, set both. Meshes are found only with the `./`. placo requires another version of "
-        "Pinocchio than this library: install it in an environment of its own.",
+        "you set joints directly, set both. placo finds meshes only if the path begins with `./`. It requires "
+        "another version of Pinocchio than this library: install it in an environment of its own.",
         {"coupling": "independent"},
     ),
     Tool(
@@ -184,7 +184,8 @@ import urchin
 robot = urchin.URDF.load("nao.urdf")
 poses = robot.link_fk({"HeadYaw": 0.5})
 """,
-        "The successor of urdfpy. It assumes 1 kg for a link without a mass: 104 kg in total without `physical`.",
+        "urchin is the successor of urdfpy. It assumes 1 kg for a link without a mass: 104 kg in total without "
+        "`--inertia physical`.",
         {"frames": "effectors", "inertia": "physical"},
     ),
     Tool(
@@ -232,7 +233,8 @@ links = ["LShoulder", "LBicep", "LElbow", "LForeArm", "l_wrist"]
 path = ["torso", *(name for pair in zip(joints, links) for name in pair)]
 arm = Chain.from_urdf_file("nao.urdf", base_elements=[*path, "LArm_fixed", "LArm"])
 """,
-        "One chain at a time. ikpy ignores couplings, and the file has none: give both legs the same `HipYawPitch`.",
+        "ikpy loads one chain at a time. It ignores couplings, and the file has none: give both legs the same "
+        "`HipYawPitch`.",
         {"coupling": "independent", "meshes": "none"},
     ),
     Tool(
@@ -247,8 +249,9 @@ from roboticstoolbox.models.URDF.URDFRobot import URDFRobot
 
 robot = URDFRobot(Path("nao.urdf").resolve())
 """,
-        "It rotates the frame of a joint with an oblique axis by a wrong angle, and the legs with it; with "
-        "`--axes aligned` there is no such joint. It ignores couplings, and the file has none: set both values.",
+        "The toolbox rotates the frame of a joint with an oblique axis, and with it the legs, by a wrong angle; with "
+        "`--axes aligned` there is no such joint. The toolbox ignores couplings, and the file has none: set both "
+        "values.",
         {"coupling": "independent", "axes": "aligned"},
     ),
     Tool(
@@ -265,7 +268,7 @@ frames = UrdfTransformManager()
 frames.load_urdf(Path("nao.urdf").read_text(), mesh_path=".")
 T_torso_hand = frames.get_transform("LArm", "torso")
 """,
-        "It ignores couplings, and the file has none: set both values.",
+        "pytransform3d ignores couplings, and the file has none: set both values.",
         {"coupling": "independent"},
         more=("lxml", "trimesh"),
     ),
@@ -282,7 +285,7 @@ import kinpy
 chain = kinpy.build_chain_from_urdf(Path("nao.urdf").read_bytes())
 poses = chain.forward_kinematics({"HeadYaw": 0.5})
 """,
-        "Pass bytes: the parser rejects text with an encoding declaration. It ignores couplings, and the file has "
+        "Pass bytes: the parser rejects text with an encoding declaration. kinpy ignores couplings, and the file has "
         "none: set both values.",
         {"coupling": "independent"},
     ),
@@ -300,8 +303,8 @@ import torch
 chain = pytorch_kinematics.build_chain_from_urdf(Path("nao.urdf").read_bytes())
 poses = chain.forward_kinematics(torch.zeros(100, chain.n_joints))
 """,
-        "Origins are read in single precision, even if the chain is converted to double. It ignores couplings, and the "
-        "file has none: set both values.",
+        "Origins are read in single precision, even if the chain is converted to double. pytorch_kinematics ignores "
+        "couplings, and the file has none: set both values.",
         {"coupling": "independent"},
     ),
 )

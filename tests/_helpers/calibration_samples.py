@@ -14,7 +14,7 @@ ANGLES = ("roll", "pitch", "yaw")
 
 
 def pixels_of(robot: nk.RobotModel, camera: nk.world.Camera, q: np.ndarray, T_root_points: np.ndarray) -> np.ndarray:
-    """The pixels (n, k, 2) of marks at poses; NaN for all of a posture in which one is outside of the image."""
+    """Return the pixels (n, k, 2) of marks at poses; all NaN for a posture in which a mark is outside the image."""
     T = nk.screws.inverse(robot.fk(q, camera.frame)) @ T_root_points
     pixels = camera.project(nk.screws.transform_point(T[:, None], MARKS))
     pixels[~camera.sees(pixels).all(axis=-1)] = np.nan
@@ -29,7 +29,7 @@ def seen(
     rng: np.random.Generator,
     noise: float = 0.5,
 ) -> nk.calibration.Pixels:
-    """What a camera of the true robot sees of the marks on a frame."""
+    """Return what a camera of the true robot sees of the marks on a frame."""
     pixels = pixels_of(true, camera, q, true.fk(q, frame))
     return nk.calibration.Pixels(q, camera, pixels + rng.normal(0.0, noise, pixels.shape), MARKS, frame, noise=noise)
 
@@ -60,7 +60,7 @@ def planted(
 
 
 def whole_body(nao: nk.RobotModel, seed: int, postures: int = 30) -> tuple[nk.calibration.Calibration, np.ndarray]:
-    """A NAO calibrated by what both cameras see of its limbs: 23 joints and both cameras; and the true numbers."""
+    """Return the calibration of 23 joints and both cameras from views of the limbs, and the true numbers."""
     rng = np.random.default_rng(seed)
     joints = [name for name in nao.joint_names if name not in ("LHand", "RHand")]
     cameras = ("CameraTop", "CameraBottom")

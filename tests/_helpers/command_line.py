@@ -1,4 +1,4 @@
-"""A command of `nao-kin` run in this process: what it says, or the line in which it refuses."""
+"""Run commands of `nao-kin` in this process and return their output or their error line."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from nao_kin.cli.app import run
 
 
 def said(command: str, capsys: pytest.CaptureFixture, *arguments: str) -> str:
-    """What a command prints that has nothing to say beside it."""
+    """Return the output of a command that prints nothing on standard error."""
     assert run([command, *arguments]) == 0
     out, err = capsys.readouterr()
     assert err == ""
@@ -16,7 +16,7 @@ def said(command: str, capsys: pytest.CaptureFixture, *arguments: str) -> str:
 
 
 def refused(command: str, capsys: pytest.CaptureFixture, *arguments: str) -> str:
-    """The one line of a command that does nothing."""
+    """Return the single error line of a command that refuses its input."""
     assert run([command, *arguments]) == 2
     out, err = capsys.readouterr()
     assert out == ""

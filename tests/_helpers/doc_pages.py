@@ -7,13 +7,13 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
-# Those of the folder lecture are written from the notebooks, which run by themselves.
+# The pages in the folder lecture are generated from the notebooks, which have their own test.
 PAGES = [
     ROOT / "README.md",
     *sorted(DOCS.glob("[!_]*.md")),
     *(page for page in sorted(DOCS.glob("[!_]*/*.md")) if page.parent.name != "lecture"),
 ]
-# Pages on which every Python block that prints is followed by a block with what it prints.
+# Pages on which every Python block that prints is followed by a block with its output.
 PRINTED = [DOCS / name for name in ("coming_from.md", "getting_started.md", "logs.md", "troubleshooting.md")]
 
 _BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)

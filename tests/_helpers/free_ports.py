@@ -6,7 +6,7 @@ import socket
 
 
 def free_port() -> int:
-    """A port of 127.0.0.1 that nobody listens on, and that no viewer comes upon by counting up from 7000."""
+    """Return a free port of 127.0.0.1 that no viewer reaches when it counts up from 7000."""
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         return int(free.getsockname()[1])

@@ -1,4 +1,4 @@
-"""What the tests of inverse kinematics share."""
+"""Checks shared by the tests of inverse kinematics."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def pose_errors(T: Floats, wanted: Floats) -> Floats:
 
 
 def assert_solved(robot: nk.RobotModel, frame: str, T: Floats, found: IKResult, *, inside: bool = True) -> None:
-    """Every target is reached, by every solution to 1e-10, and inside the limits."""
+    """Check that every target is reached, and that all solutions meet it to 1e-10 inside the limits."""
     assert np.all(found.success), found
     solutions = found.solutions
     real = ~np.isnan(solutions).any(axis=-1)

@@ -15,9 +15,9 @@ JOINTS = ("HipRoll", "HipPitch", "KneePitch", "AnklePitch", "AnkleRoll")
 
 
 def scanned(nao: nk.NaoModel, side: str, T: Floats, hips: Floats, *, enforce: bool) -> tuple[Floats, Floats]:
-    """Configurations (8, n, nq) that meet ankle and normal with each HipYawPitch, and the foot's turns (8, n).
+    """Return configurations (8, n, nq) that meet ankle and normal with each HipYawPitch, and the foot's turns (8, n).
 
-    The turns are nan where the limits are passed.
+    The turns are NaN outside the limits.
     """
     zero = nao.neutral()
     hip, knee, ankle = (nao.position(zero, side + joint) for joint in ("HipYawPitch", "KneePitch", "AnklePitch"))
@@ -36,7 +36,7 @@ def scanned(nao: nk.NaoModel, side: str, T: Floats, hips: Floats, *, enforce: bo
         roll = np.arctan2(below * p[:, 1], -below * p[:, 2])
         in_plane, normal = (np.einsum("nji,nj->ni", rot_x(roll), v) for v in (p, n))
         pitch = np.arctan2(-in_plane[:, 0], -in_plane[:, 2])
-        # From the line to the ankle back to the thigh, by the law of sines.
+        # The angle between the line from hip to ankle and the thigh, by the law of sines.
         pitch = pitch - np.arctan2(tibia * np.sin(sign * bend), thigh + tibia * np.cos(bend))
         foot_roll = np.arctan2(-normal[:, 1], ahead * np.hypot(normal[:, 0], normal[:, 2]))
         foot_pitch = np.arctan2(ahead * normal[:, 0], ahead * normal[:, 2])
@@ -56,7 +56,7 @@ def scanned(nao: nk.NaoModel, side: str, T: Floats, hips: Floats, *, enforce: bo
 def least_turns(
     nao: nk.NaoModel, T_left: Floats, T_right: Floats, priority: str, steps: int, *, enforce: bool
 ) -> tuple[float, float]:
-    """The least turns of both feet over HipYawPitch, as `priority` compares them; infinite where there are none."""
+    """Return the least turns of both feet over HipYawPitch, as `priority` compares them; infinite without solutions."""
     column = nao.joint_names.index("LHipYawPitch")
     ends = (nao.lower[column], nao.upper[column]) if enforce else (-np.pi, np.pi)
     hips = np.linspace(*ends, steps)

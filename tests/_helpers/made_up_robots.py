@@ -25,7 +25,7 @@ class J:
 
 
 def made_up(folder: Path, *joints: J, base: str = "fixed", chain: bool = True) -> nk.RobotModel:
-    """The robot; with `chain`, a joint without a parent hangs on the one before it, else on the base."""
+    """Make the robot; a joint without a parent is fixed to the joint before it with `chain`, else to the base."""
     rng = np.random.default_rng(len(joints))
     parts, before = [_link("base", rng)], "base"
     for joint in joints:
@@ -79,7 +79,7 @@ _SHAPES = """<robot name="shapes">
 
 
 def with_shapes(folder: Path, ending: str) -> nk.RobotModel:
-    """A robot of two links with one shape of each kind, a mesh in mirror writing and one that is missing."""
+    """A robot of two links with one shape of each kind, a mirrored mesh and a missing mesh."""
     import trimesh
 
     wedge = trimesh.Trimesh(

@@ -70,7 +70,7 @@ def write(folder: Path, inside: str, name: str = "robot.xml") -> Path:
 
 
 class Mujoco:
-    """What MuJoCo itself says about a file."""
+    """A file loaded by MuJoCo, to compare with."""
 
     def __init__(self, path: Path) -> None:
         import mujoco
@@ -101,12 +101,12 @@ class Mujoco:
         return T
 
     def bodies(self) -> dict[str, np.ndarray]:
-        """T_world_body by the names that the robot has for them."""
+        """Return T_world_body of all bodies, by the robot's names."""
         names = {body: self.model.body(body).name or f"body_{body}" for body in range(1, self.model.nbody)}
         return {name: self.pose("body", body) for body, name in names.items()}
 
 
 def all_values(robot: nk.RobotModel, q: np.ndarray) -> dict[str, float]:
-    """Values of all joints by name, of those that follow another one too."""
+    """Return the values of all joints by name, including mimic joints."""
     values = {name: float(value) for name, value in robot.angles(q).items()}
     return values | {name: float(mimic.value(values[mimic.joint])) for name, mimic in robot.mimics.items()}

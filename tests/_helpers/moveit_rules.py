@@ -1,4 +1,4 @@
-"""What MoveIt asks of an SRDF, as rules that name what breaks them.
+"""MoveIt's rules for an SRDF; each message names the part that breaks a rule.
 
 Sources: "URDF and SRDF" and "MoveIt Setup Assistant" (moveit.picknik.ai, main); what srdfdom calls an error
 (moveit/srdfdom, src/model.cpp); what the robot model reports on building groups, states and end effectors
@@ -15,7 +15,7 @@ REASONS = ("Adjacent", "Default", "Always", "Never", "User")
 
 
 def violations(text: str, tree: UrdfTree) -> list[str]:
-    """Every rule that an SRDF breaks beside a URDF; none for a good one."""
+    """Return every rule that an SRDF breaks, given its URDF; an empty list for a valid one."""
     return _Checker(ET.fromstring(text), tree).violations()
 
 

@@ -20,13 +20,13 @@ def exported(robot: nk.RobotModel, folder: Path, **options: Any) -> Any:
 
 
 def all_values(robot: nk.RobotModel, q: np.ndarray) -> dict[str, float]:
-    """Value of every joint, of followers too."""
+    """Return the value of every joint, including mimic joints."""
     values = {name: float(value) for name, value in robot.angles(q).items()}
     return values | {name: m.multiplier * values[m.joint] + m.offset for name, m in robot.mimics.items()}
 
 
 def set_joints(model: Any, data: Any, values: Mapping[str, float]) -> None:
-    """Put hinges and slides where they are to be."""
+    """Set the positions of hinges and slides."""
     for joint in range(model.njnt):
         name, kind = model.joint(joint).name, mujoco.mjtJoint(int(model.jnt_type[joint]))
         start = model.jnt_qposadr[joint]

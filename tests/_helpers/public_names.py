@@ -1,4 +1,4 @@
-"""Everything public: what the rooms list, and what people call on the classes among it."""
+"""The public names: those that the packages list, and the methods of their classes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 import nao_kin as nk
 from nao_kin.rotations import rank_one
 
-# The room's former name goes on working, and has its documentation under the new one.
+# The former name still works; its documentation is under the new name.
 FORMER_NAMES = ("typed",)
 ROOMS = {name: getattr(nk, name) for name in nk.__all__ if name not in FORMER_NAMES}
 ROOMS = {name: room for name, room in ROOMS.items() if isinstance(room, ModuleType)} | {"rotations.rank_one": rank_one}

@@ -1,4 +1,4 @@
-"""Where rotations go wrong: samples of angles, axes and matrices that uniform sampling never meets."""
+"""Samples of angles, axes and matrices at which rotations go wrong and which uniform sampling never meets."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ CONVENTIONS = [
     (a + b + c, axes) for a in "xyz" for b in "xyz" for c in "xyz" if a != b != c for axes in ("moving", "fixed")
 ]
 
-# Distances from a special place: on it, as near as matrices resolve, and out to where nothing is special any more.
+# Distances from a special angle: zero, the smallest that matrices resolve, and up to where nothing is special.
 DISTANCES = [0.0, 1e-300, 1e-17, 1e-16, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4]
 DISTANCES += [1e-3, 1e-2, 0.1]
 
@@ -53,7 +53,7 @@ quaternions = st.builds(lambda e, a: np.array([math.cos(a / 2), *(e * math.sin(a
 
 
 def many_axes(count: int, seed: int = 0) -> np.ndarray:
-    """Unit vectors, shape (count, 3): half anywhere, the others along, in or beside the planes of the coordinates."""
+    """Return unit vectors, shape (count, 3): half uniform, the others along, in or near the coordinate planes."""
     rng = np.random.default_rng(seed)
     v = rng.normal(size=(count, 3))
     eighth = count // 8
@@ -66,7 +66,7 @@ def many_axes(count: int, seed: int = 0) -> np.ndarray:
 
 
 def many_angles(shape: tuple[int, ...], seed: int = 0) -> np.ndarray:
-    """Angles in [−π, π] and beside: a third anywhere, a third right angles, a third at every distance from these."""
+    """Return angles near [−π, π]: a third uniform, a third right angles, a third at every distance from these."""
     rng = np.random.default_rng(seed)
     right = rng.integers(-2, 3, shape) * (math.pi / 2)
     distance = rng.choice(DISTANCES, shape) * rng.choice([-1.0, 1.0], shape)

@@ -1,4 +1,4 @@
-"""Twists and poses where rigid motions go wrong, and what they should give, at forty digits."""
+"""Twists and poses at which rigid motions go wrong, and exact results with forty digits."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from hypothesis import Phase, settings, strategies as st
 from rotation_samples import PROPERTY, axes, beside, turns
 
 EPS = float(np.finfo(float).eps)
-# For what is compared at forty digits: looking for a simpler failure would take minutes.
+# Settings for comparisons at forty digits, without shrinking, which would take minutes.
 EXACT = settings(PROPERTY, max_examples=40, phases=[Phase.explicit, Phase.generate])
 BATCHES = [(), (0,), (1,), (2, 3)]
 
-# Angles on the special places, beside them, and past half a turn; of both signs.
+# Special angles, angles near them, and angles above half a turn, of both signs.
 ANGLES = [0.0, math.pi, *(10.0**-k for k in range(1, 18)), *(math.pi - 10.0**-k for k in range(1, 17)), 1.0, 2.5]
 
 lengths = st.one_of(st.floats(-3.0, 3.0), beside(0.0), st.sampled_from([-1.0, 0.0, 1.0, 1e3, 1e-9]))

@@ -20,7 +20,7 @@ RUN = os.environ.get("PYTEST_XDIST_TESTRUNUID", uuid.uuid4().hex)
 
 
 def _is_new(site: Path) -> bool:
-    """Whether a build, by `make docs` or by a run before, has ended after the last change of anything it reads."""
+    """Return whether a build, by `make docs` or an earlier run, ended after the last change of its sources."""
     try:
         built = min((site / name).stat().st_mtime for name in ("searchindex.js", "objects.inv"))
     except OSError:
@@ -39,7 +39,7 @@ def built_site() -> Path:
     command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html", str(ROOT / "docs"), str(site)]
     site.parent.mkdir(exist_ok=True)
     with (site.parent / "tests.lock").open("a+") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)  # two modules of tests want it, often at once
+        fcntl.flock(lock, fcntl.LOCK_EX)  # two test modules need the site, often at the same time
         lock.seek(0)
         if lock.read() != RUN and not _is_new(site):
             done = subprocess.run(command, capture_output=True, text=True)
@@ -50,7 +50,7 @@ def built_site() -> Path:
 
 
 class Reader:
-    """A tab that goes from page to page; whatever it asks of a network is refused, and fails the test."""
+    """A tab for several pages; any request to a network is refused and fails the test."""
 
     def __init__(self, context: Any) -> None:
         self.tab = context.new_page()
@@ -78,12 +78,12 @@ class Reader:
         self.tab.set_viewport_size({"width": width, "height": 844})
 
     def darken(self, dark: bool) -> None:
-        """Turn the system to dark or light pages."""
+        """Set the system's preference to dark or light pages."""
         self.tab.emulate_media(color_scheme="dark" if dark else "light")
 
     def overflow(self) -> int:
-        """By how much the page, or what stands in it, is wider than the screen [pixels]."""
-        # On narrow screens furo lets the content scroll in itself, and the document never does.
+        """Return by how much the page or its content is wider than the screen [pixels]."""
+        # On narrow screens furo scrolls the content, never the document.
         return self.tab.evaluate(
             "Math.max(...[document.documentElement, ...document.querySelectorAll('.content')]"
             ".map((node) => node.scrollWidth - node.clientWidth))"

@@ -1,4 +1,4 @@
-"""Pages of the viewer in a real browser, for tests: one headless Chromium, watched for errors and for calls home."""
+"""Pages of the viewer in a headless Chromium, watched for errors and for requests to other servers."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from nao_kin.viewer.browser import find_browser
 OPTIONS = (
     "--no-sandbox --disable-gpu --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader --disable-quic "
     "--disable-background-networking --disable-component-update --disable-sync --no-first-run --disable-dev-shm-usage "
-    # A list replaces Playwright's own, which is therefore here too. The first three make two more renderers for the
+    # A list replaces Playwright's own, which is therefore repeated here. The first three start two renderers for the
     # address bar of each new page, which take as long as the page itself.
     "--disable-features=WebUIOmniboxPopup,WebUIOmniboxAimPopup,WebUIOmniboxFullPopup,"
     "AimEnabled,AvoidCorsURLLoaderRestartOnRedirect,AvoidUnnecessaryBeforeUnloadCheckSync,DestroyProfileOnBrowserClose,"
@@ -31,7 +31,7 @@ OPTIONS = (
     "PaintHolding,PreconnectToSearch,TcpPortRandomizationWin,ThirdPartyStoragePartitioning"
 ).split()
 
-# Without a graphics card drawing takes most of the time of a test; all else goes on without it.
+# Without a graphics card, drawing takes most of the time of a test; everything else works without drawing.
 _DRAW_NOTHING = """
     const drawing = /^(drawArrays|drawElements|blitFramebuffer|clear$)/;
     for (const { prototype } of [WebGLRenderingContext, WebGL2RenderingContext]) {
@@ -45,7 +45,7 @@ _DRAW_NOTHING = """
 
 @contextmanager
 def chromium() -> Iterator[Any]:
-    """A browser, closed whatever happens; the test is skipped where there is none."""
+    """Open a browser and close it at the end; the test is skipped if no browser is installed."""
     playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     try:
         program = find_browser()
@@ -61,7 +61,7 @@ def chromium() -> Iterator[Any]:
 
 @contextmanager
 def visitor(browser: Any, **options: Any) -> Iterator[Any]:
-    """A browser's context of its own: with a memory of its own, and pages that draw nothing into their canvas."""
+    """Open a browser context with its own storage, whose pages draw nothing into their canvas."""
     context = browser.new_context(**options)
     context.add_init_script(_DRAW_NOTHING)
     try:
@@ -73,7 +73,7 @@ def visitor(browser: Any, **options: Any) -> Iterator[Any]:
 class Page:
     """An open page, with the errors and requests that it made while it was open.
 
-    It draws nothing into its canvas unless it is told to; all else is as if it did.
+    Unless `draws` is set it draws nothing into its canvas; everything else works as if it did.
     """
 
     def __init__(self, browser: Any, url: str, size: tuple[int, int] = (760, 420), *, draws: bool = False) -> None:
@@ -107,14 +107,14 @@ class Page:
         return self.tab.locator(f'.joint[data-joint="{joint}"] input[type="range"]')
 
     def slide(self, joint: str, value: float) -> None:
-        """What a hand on the slider does: a new value, and the event that announces it."""
+        """Move a slider as a user does: set its value and send the input event."""
         self.slider(joint).evaluate(
             "(slider, value) => { slider.value = value; slider.dispatchEvent(new Event('input', {bubbles: true})); }",
             value,
         )
 
     def type_number(self, joint: str, text: str) -> Any:
-        """Click into a joint's number, type over it and press Enter, key by key; gives the field."""
+        """Click into a joint's number, type a new one and press Enter; return the field."""
         field = self.tab.locator(f'.joint[data-joint="{joint}"] input[type="text"]')
         field.click()
         self.tab.keyboard.press("ControlOrMeta+A")
@@ -124,7 +124,7 @@ class Page:
         return field
 
     def switch(self, name: str) -> bool:
-        """Press a button of the menu View, which is open for that only; gives whether it is on now."""
+        """Press a button of the menu View, opening and closing the menu; return whether the button is on."""
         menu, button = (
             self.tab.locator(".view-menu > summary"),
             self.tab.get_by_role("button", name=name, exact=True),
@@ -136,7 +136,7 @@ class Page:
         return on
 
     def animation_frames(self, count: int) -> None:
-        """Wait until the page has gone through so many steps of its animation loop."""
+        """Wait for a number of steps of the page's animation loop."""
         self.run(
             """(count) => new Promise((resolve) => {
                 const step = (left) => (left > 0 ? requestAnimationFrame(() => step(left - 1)) : resolve());
@@ -146,7 +146,7 @@ class Page:
         )
 
     def draw(self, on: bool) -> None:
-        """Whether to draw from now on."""
+        """Switch drawing on or off."""
         self.run("(on) => { window.draws = on; naoKin.viewer.set_dirty(); }", on)
 
     def picture(self) -> np.ndarray:
@@ -160,7 +160,7 @@ class Page:
 def opened(
     browser: Any, where: Path | str, size: tuple[int, int] = (760, 420), *, draws: bool = False
 ) -> Iterator[Page]:
-    """A page that must neither complain nor ask anybody for anything but itself."""
+    """Open a page that must report no error and send no request to another server."""
     page = Page(browser, where.as_uri() if isinstance(where, Path) else where, size, draws=draws)
     try:
         yield page
@@ -169,12 +169,12 @@ def opened(
         page.close()
 
 
-# How long a test waits for what must come [s]: minutes, for a machine may have twenty other things to do.
+# How long a test waits for an expected event [s]: minutes, because the machine may be busy.
 PATIENCE = 180.0
 
 
 def until(condition: Callable[[], bool], seconds: float = PATIENCE) -> bool:
-    """Wait for what other threads do; False if it does not come in time."""
+    """Wait until a condition holds that other threads fulfil; return False if it does not in time."""
     end = time.monotonic() + seconds
     while not condition():
         if time.monotonic() > end:
@@ -201,7 +201,7 @@ def made_of(nao: nk.NaoModel) -> list[np.ndarray]:
 
 
 def processes(mark: str) -> list[str]:
-    """Command lines of the running processes that name something."""
+    """Return the command lines of running processes that contain a text."""
     found = []
     for process in Path("/proc").glob("[0-9]*/cmdline"):
         with suppress(OSError):

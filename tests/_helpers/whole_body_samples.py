@@ -1,4 +1,4 @@
-"""Poses of a standing NAO that are known to be possible, made without the solver that is to find them."""
+"""Feasible poses of a standing NAO, made without the solver under test."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SENSORS = ("FrontLeft", "FrontRight", "RearLeft", "RearRight")
 
 @dataclass(frozen=True, eq=False)
 class Standing:
-    """Configurations whose left sole lies in the world's origin, and with `both` the right one on the same floor.
+    """Configurations with the left sole at the world's origin and, with `both`, the right sole on the same floor.
 
     Attributes:
         q: shape (n, 25).
@@ -34,7 +34,7 @@ class Standing:
 
 
 def is_above(corners: Floats, points: Floats) -> NDArray[np.bool_]:
-    """Whether points (n, 2) are in the convex hull of k others each (n, k, 2): in some triangle of three of these."""
+    """Return whether points (n, 2) are in the convex hull of corners (n, k, 2), that is, in a triangle of three."""
     inside = np.zeros(len(points), dtype=np.bool_)
     for i, j, k in itertools.combinations(range(corners.shape[1]), 3):
         a, b, c = corners[:, i], corners[:, j], corners[:, k]
@@ -48,7 +48,7 @@ def _turn(a: Floats, b: Floats, p: Floats) -> Floats:
 
 
 def sensors(nao: nk.RobotModel, torso: Floats, q: Floats, sides: str) -> Floats:
-    """Where the pressure sensors of feet are in the world, shape (n, 4 feet, 3)."""
+    """Return the positions of the feet's pressure sensors in the world, shape (n, 4 feet, 3)."""
     names = [f"{side}Foot/FSR/{name}" for side in sides for name in SENSORS]
     return np.asarray((torso[:, None] @ nao.fk(q, names))[:, :, :3, 3])
 
@@ -59,11 +59,11 @@ def standing_poses(nao: nk.RobotModel, count: int, *, both: bool, seed: int = 0)
     found: list[tuple[Floats, Floats]] = []
     while sum(len(q) for q, _ in found) < count:
         q = nao.random(rng, 20000)
-        q[:, [nao.joint_names.index(hand) for hand in ("LHand", "RHand")]] = 0.0  # which no target moves
+        q[:, [nao.joint_names.index(hand) for hand in ("LHand", "RHand")]] = 0.0  # no target moves the hands
         torso = np.linalg.inv(nao.fk(q, "LLeg"))
         if both:
             q = _with_right_foot_down(nao, q, torso)
-        fine = nao.within_limits(q) & (torso[:, 2, 2] > 0.3)  # the torso is not to hang upside down
+        fine = nao.within_limits(q) & (torso[:, 2, 2] > 0.3)  # the torso must not be upside down
         q, torso = q[fine], torso[fine]
         com = np.einsum("nij,nj->ni", torso[:, :2, :3], nao.com(q)) + torso[:, :2, 3]
         above = is_above(sensors(nao, torso, q, "LR" if both else "L")[:, :, :2], com)
@@ -73,9 +73,9 @@ def standing_poses(nao: nk.RobotModel, count: int, *, both: bool, seed: int = 0)
 
 
 def _with_right_foot_down(nao: nk.RobotModel, q: Floats, torso: Floats) -> Floats:
-    """The same with the ankle of the right leg turned so that the sole is level, and its knee so that it is at zero.
+    """Turn the right ankle so that the sole is level, and the right knee so that the sole is at height zero.
 
-    Where no knee does, the configuration is given values outside the limits.
+    If no knee angle does that, the configuration gets values outside the limits.
     """
     q = q.copy()
     knee, pitch, roll = (nao.joint_names.index(name) for name in ("RKneePitch", "RAnklePitch", "RAnkleRoll"))
@@ -85,7 +85,7 @@ def _with_right_foot_down(nao: nk.RobotModel, q: Floats, torso: Floats) -> Float
         up = np.einsum(
             "nji,nj->ni", (torso @ nao.fk(q, "RTibia"))[:, :3, :3], np.broadcast_to([0.0, 0, 1], (len(q), 3))
         )
-        # Ry(pitch) Rx(roll) z = up, as the shin sees it.
+        # Ry(pitch) Rx(roll) z = the vertical in the frame of the shin.
         q[:, roll] = -np.arcsin(np.clip(up[:, 1], -1.0, 1.0))
         q[:, pitch] = np.arctan2(up[:, 0], up[:, 2])
         return np.asarray((torso @ nao.fk(q, "RLeg"))[:, 2, 3])

@@ -289,7 +289,7 @@ def test_limits_can_be_clamped_or_ignored(capsys: pytest.CaptureFixture, nao: nk
         (("fk", "--as", "euler"), "'euler' is not one of"),
         (("fk", "--bogus"), "No such option"),
         (("bogus",), "No such command 'bogus'"),
-        (("fk", "a.csv", "b.csv"), "2 files; several go into one --output"),
+        (("fk", "a.csv", "b.csv"), "2 files; several files need --output"),
         (("ik", "LLeg", "a.csv", "b.csv"), "nexpected extra argument"),
     ],
 )
@@ -530,7 +530,7 @@ def test_a_reader_that_stops_early_is_no_error(nao: nk.NaoModel, tmp_path: Path,
 
 
 def _wait_until_read(pipe: io.TextIOWrapper) -> None:
-    """Until all that was written into a pipe has been read out of it."""
+    """Wait until everything written into a pipe has been read."""
     import fcntl
     import termios
 

@@ -19,7 +19,7 @@ from nao_kin.robot.urdf.reader import read_urdf
 
 
 def said(capsys: pytest.CaptureFixture, *arguments: str) -> tuple[str, list[str]]:
-    """What is printed, and the lines beside it."""
+    """Return standard output, and the lines on standard error."""
     assert run(["export", *arguments]) == 0
     out, err = capsys.readouterr()
     return out, [line.removeprefix("nao-kin: ") for line in err.splitlines()]

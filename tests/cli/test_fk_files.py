@@ -19,7 +19,7 @@ FRAMES = ("LArm", "RLeg")
 TIMES = (0.0, 0.5, 1.25)
 KINDS = ("plain.csv", "plain.json", "plain.npy", "plain.parquet", "timed.csv", "units.csv", "few.csv", "motion.json")
 KINDS += ("motion.xar", "motion.py")
-# What standard output does not take, and what --output does not.
+# Formats that standard output refuses, and formats that --output refuses.
 ONLY_OUTPUT, ONLY_PRINTED = ("plain.npy", "plain.parquet"), ("plain.json",)
 STYLES = ("matrix", "position6d", "rpy", "quaternion")
 PLACES = ((), ("--reference", "LLeg", "--clamp"))

@@ -103,7 +103,7 @@ def test_hands_cameras_head_and_other_robots_are_placed(capsys: pytest.CaptureFi
         head = json.loads(said(capsys, "Head", "--target", words(target), "--json"))
         assert head["joints"] == pytest.approx({"HeadYaw": 0.4, "HeadPitch": 0.1})
     assert run(["ik", "Head", "--target", words(turned), "--json"]) == 0
-    assert "orientations are used" in capsys.readouterr().err
+    assert "only the orientation of a pose is used" in capsys.readouterr().err
 
     numbers = json.loads(said(capsys, "LArm", "--target", "0.15 0.12 0.05", "--numeric", "--json"))
     q = nao.configuration(numbers["joints"])
@@ -426,7 +426,7 @@ def test_wrong_words_are_refused_in_one_line(
         ("a.json", "{}", "expected a list of targets"),
         ("a.json", "[]", "expected a list of targets"),
         ("a.json", '{"poses": {"RArm": [1, 2, 3]}}', "target 0: no pose of 'LArm'"),
-        ("a.npy", "text", "no .npy file"),
+        ("a.npy", "text", "not a .npy file"),
     ],
 )
 def test_what_is_wrong_with_a_file_is_said_with_its_place(

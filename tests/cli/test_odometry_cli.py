@@ -22,7 +22,7 @@ refused = partial(command_line.refused, "odometry")
 
 
 def walk(nao: nk.NaoModel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Times, configurations that lift one foot after the other, and forces and a gyrometer beside them."""
+    """Return times, configurations that lift one foot after the other, forces, and the values of a gyrometer."""
     times = 0.02 * np.arange(60)
     swing = 0.3 * np.sin(5.0 * times)
     q = np.tile(nao.posture("StandInit"), (60, 1))

@@ -1,4 +1,4 @@
-"""What the documentation says that a block prints, or a command says, is what is printed."""
+"""The output of code blocks and commands is the output that the documentation shows."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_blocks_print_what_stands_under_them(page: Path, tmp_path: Path, monkeyp
 
 
 def _run_as_a_newcomer(block: str, folder: Path) -> None:
-    """The commands of a block, where the blocks before it have left their files and nothing else is."""
+    """Run the commands of a block in a folder with only the files of the blocks before it."""
     for line in block.splitlines():
         program, *words = shlex.split(line)
         if program == "nao-kin":

@@ -1,4 +1,4 @@
-"""`nao-kin reach`, as people use it: files that stand there already, signals, pipes, wrong words."""
+"""`nao-kin reach`, as people use it: files that exist already, signals, pipes, wrong words."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def test_nobodys_samples_are_thrown_away(capsys: pytest.CaptureFixture, tmp_path
     assert "is of another seed" in refused(capsys, "LArm", *FEW, "--seed", "1", "-o", str(path))
     assert "is of another frame" in refused(capsys, "RArm", *FEW, "-o", str(path))
     assert "is of another robot" in refused(capsys, "LArm", *FEW, "--version", "v5", "-o", str(path))
-    assert "has samples up to 3000 already" in refused(
+    assert "has 3000 samples already" in refused(
         capsys, "LArm", "--voxel", "0.03", "--samples", "2999", "-o", str(path)
     )
     assert path.read_bytes() == before
@@ -181,7 +181,7 @@ def program(folder: Path, *arguments: str) -> subprocess.Popen:
 
 
 def interrupted(folder: Path, number: signal.Signals, *arguments: str) -> tuple[int, str, str]:
-    """Let the program count for a while, then send the signal; exit code, output, and what it said."""
+    """Let the program count for a while, then send the signal; return its exit code, output and messages."""
     process = program(folder, *arguments)
     try:
         tasks = Path(f"/proc/{process.pid}/task")

@@ -1,4 +1,4 @@
-"""What --urdf and --package-dir take on the command line."""
+"""The arguments of --urdf and --package-dir on the command line."""
 
 from __future__ import annotations
 

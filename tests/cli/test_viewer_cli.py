@@ -30,7 +30,7 @@ pytestmark = pytest.mark.slow
 
 
 def _shown(path: Path) -> tuple[np.ndarray, dict]:
-    """The configuration in a page, and the message that brings it."""
+    """Return the configuration in a page, and the message that contains it."""
     (message,) = (m for m in messages_of(path.read_text(encoding="utf-8")) if m.get("kind") == "joints")
     return np.frombuffer(message["q"].data, dtype=np.float64), message
 

@@ -20,7 +20,7 @@ pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs a POSIX file s
 
 
 def _device(path: Path, minor: int) -> Path:
-    """A memory device of our own: 3 swallows everything, 7 is always full."""
+    """Make a memory device, by its minor number: 3 accepts and discards everything, 7 is always full."""
     try:
         os.mknod(path, stat.S_IFCHR | 0o666, os.makedev(1, minor))
     except PermissionError:
@@ -34,7 +34,7 @@ def _device(path: Path, minor: int) -> Path:
 
 
 def _refused(path: Path | str, reason: str) -> None:
-    """Both the check beforehand and the writing refuse, in the same words."""
+    """Check that both the early check and the writing refuse a path with the same message."""
     for attempt in (atomic.check_writable, lambda p: atomic.write_bytes(p, b"new")):
         with pytest.raises(BadArgument) as caught:
             attempt(path)

@@ -36,7 +36,7 @@ ENDS = {".html": b"</html>\n", ".png": b"IEND\xaeB`\x82"}
 
 @pytest.fixture(autouse=True)
 def nothing_ignored() -> Iterator[None]:
-    """Programs inherit what is ignored here, where the tests themselves run under nohup or in the background."""
+    """Ignore no signal: programs inherit ignored signals if the tests run under nohup or in the background."""
     ignored = [number for number in SIGNALS if signal.getsignal(number) is signal.SIG_IGN]
     for number in ignored:
         signal.signal(number, lambda *_: None)  # which no program inherits
@@ -58,7 +58,7 @@ def _program(*code: str, **options) -> subprocess.Popen:
 
 
 def _handles(process: subprocess.Popen, number: signal.Signals) -> bool:
-    """Whether the program has come so far as to answer the signal itself, as Linux lists it."""
+    """Return whether the program has installed its own handler for the signal, according to Linux."""
     try:
         status = Path(f"/proc/{process.pid}/status").read_text()
     except OSError:
@@ -68,7 +68,7 @@ def _handles(process: subprocess.Popen, number: signal.Signals) -> bool:
 
 
 def _kill_group(process: subprocess.Popen) -> bool:
-    """Kill what is left of the program's group; whether there was anything."""
+    """Kill the remaining processes of the program's group; return whether there were any."""
     try:
         os.killpg(process.pid, signal.SIGKILL)
     except ProcessLookupError:
@@ -77,7 +77,7 @@ def _kill_group(process: subprocess.Popen) -> bool:
 
 
 def _problems(folder: Path, name: str, number: signal.Signals, delay: float) -> list[str]:
-    """What went wrong with one command that got one signal after a delay."""
+    """Send a command a signal after a delay; return what went wrong."""
     here, temporary = folder / "here", folder / "temporary"
     here.mkdir(parents=True)
     temporary.mkdir()

@@ -1,4 +1,4 @@
-"""A browser that takes a picture does not outlive the program, whatever ends it, and is missed at once when it ends."""
+"""A browser that takes a picture ends with the program, however that ends; if the browser dies, the program notices."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(nk.__file__).parent.parent)}
 
 
 def _processes_of_chromium(folder: Path) -> list[int]:
-    """Those that have the folder on their command line, but for the supervisor and the program itself."""
+    """Return the processes with the folder on their command line, without the supervisor and the program itself."""
     found = []
     for process in Path("/proc").glob("[0-9]*/cmdline"):
         try:

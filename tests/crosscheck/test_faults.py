@@ -1,4 +1,4 @@
-"""The checker checked: each convention broken on purpose must be caught, named, and blamed on nothing else."""
+"""Faults planted in each convention must be found, and reported for that convention only."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class ConversionFault:
 
 @dataclass(frozen=True)
 class StepFault:
-    """Wrong numbers of the robot by hand, the row about steps that must fail, and the joints or frames it blames."""
+    """Wrong numbers of the robot built by hand, the row of steps that must fail, and the joints or frames it names."""
 
     name: str
     parameters: NaoParameters
@@ -62,7 +62,7 @@ class StepFault:
 
 @dataclass(frozen=True)
 class RobotFault:
-    """A robot with one thing changed after loading, the conventions that must fail, and the joints they blame."""
+    """A robot changed after loading, the conventions that must fail, and the joints that they name."""
 
     name: str
     change: Callable[[nk.RobotModel], None]
@@ -112,7 +112,7 @@ def reordered(function: Function, order: list[int]) -> Function:
 
 
 def first_part(function: Function, factor: object) -> Function:
-    """Of a function with two results, the first one scaled."""
+    """Scale the first result of a function with two results."""
 
     def faulty(R: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         first, second = function(R)
@@ -169,7 +169,7 @@ def other_first(found: EulerAngles) -> EulerAngles:
 
 
 def middle_negated_in_the_other(found: EulerAngles) -> EulerAngles:
-    """Only where eigenpy, whose first angle is never negative, gives the principal triple."""
+    """Only for rotations of which eigenpy, whose first angle is never negative, gives the principal triple."""
     signs = np.where(found.angles[:, :1] >= 0.0, [[1.0, -1.0, 1.0]], 1.0)
     return replace(found, other=found.other * signs)
 

@@ -141,7 +141,7 @@ def test_shapes_to_see_and_shapes_to_touch_are_two_groups(nao: nk.NaoModel, mode
     assert len(seen) == len(nao.tree.visuals)
     # A cylinder and two spheres of the URDF are one capsule here.
     kinds = Counter(mujoco.mjtGeom(kind).name for kind in model.geom_type[touching])
-    assert kinds == {"mjGEOM_CAPSULE": 19, "mjGEOM_SPHERE": 5, "mjGEOM_BOX": 6}
+    assert kinds == {"mjGEOM_CAPSULE": 21, "mjGEOM_SPHERE": 3, "mjGEOM_BOX": 6}
     assert len(touching) == len(list(shapes_of(nao.tree)))
     assert len(own) == len(seen) + len(touching)
     assert not model.geom_contype[seen].any()

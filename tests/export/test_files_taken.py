@@ -1,4 +1,4 @@
-"""An export takes along what belongs to the robot, and no other file of its reader, whatever the robot's files name."""
+"""An export copies the files that belong to the robot and no other file of the user, whatever paths its files name."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def test_a_file_that_is_no_mesh_is_not_taken_for_one(given: Path, format: str, m
     (given / "a.stl").symlink_to(given.parent / "secret")
     mesh = mesh.format(given.parent)
     if format == "gltf":  # which shows what it can
-        assert _exported(given, mesh, format).changes[0].startswith("a look of a is left out: its mesh")
+        assert _exported(given, mesh, format).changes[0].startswith("a visual shape of a is left out: its mesh")
     else:
         with pytest.raises(BadArgument, match="cannot read the mesh .*/secret"):
             _exported(given, mesh, format)

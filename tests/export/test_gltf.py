@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from loops import first_now
 from made_up_robots import J, made_up
 from scipy.spatial.transform import Rotation, Slerp
 
@@ -22,7 +23,7 @@ Y_UP = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, -1.0, 0.0, 0.
 
 
 class _Scene:
-    """A binary glTF, read by the words of the specification."""
+    """A binary glTF, read according to the specification."""
 
     def __init__(self, path: Path) -> None:
         content = path.read_bytes()
@@ -49,7 +50,7 @@ class _Scene:
         return rows[:, 0] if width == 1 else rows
 
     def at(self, time: float) -> dict[tuple[int, str], np.ndarray[Any, Any]]:
-        """What the animation sets at a time: node and path → value."""
+        """Return the values that the animation sets at a time, by node and path."""
         found = {}
         for animation in self.tree.get("animations", []):
             for channel in animation["channels"]:
@@ -114,7 +115,7 @@ def test_the_robot_stands_in_its_start_posture_with_y_up(nao: nk.NaoModel, writt
     assert poses["Head"][1, 3] > poses["LFoot"][1, 3] + 0.3
 
 
-@pytest.mark.parametrize("version", ["v3.2", "v3.3", "v4", "v5", "v6"])
+@pytest.mark.parametrize("version", first_now(["v6", "v5", "v4", "v3.3", "v3.2"]))
 def test_every_version_stands_in_any_posture(version: str, tmp_path: Path) -> None:
     robot = nk.load_nao(version)
     done = nk.export.gltf(robot, tmp_path / "nao.glb", posture="Crouch")
@@ -301,8 +302,8 @@ def test_what_cannot_be_read_is_said_and_the_rest_is_written(tmp_path: Path) -> 
         robot, mesh.format("gone.stl"), mesh.format("broken.obj"), '<geometry><sphere radius="1"/></geometry>'
     )
     done = nk.export.gltf(robot, tmp_path / "m.glb")
-    assert done.changes[0] == "a look of base is left out: its mesh 'gone.stl' is not there"
-    assert done.changes[1].startswith("a look of base is left out: its mesh 'broken.obj'")
+    assert done.changes[0] == "a visual shape of base is left out: its mesh 'gone.stl' is not there"
+    assert done.changes[1].startswith("a visual shape of base is left out: its mesh 'broken.obj'")
     assert len(_Scene(done.path).tree["meshes"]) == 1
 
 

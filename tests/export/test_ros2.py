@@ -1,4 +1,4 @@
-"""The ROS 2 package: it builds, its texts are what the tools take, and its names resolve."""
+"""The ROS 2 package: it builds, ROS tools accept its files, and its names resolve."""
 
 from __future__ import annotations
 
@@ -126,14 +126,14 @@ def test_cmake_installs_every_folder(package: nk.export.Exported, tmp_path: Path
 
 
 class _Call:
-    """What a name of launch was called with."""
+    """The arguments of a call of the launch library."""
 
     def __init__(self, *given: Any, **named: Any) -> None:
         self.given, self.named = given, named
 
 
 def _launched(package: nk.export.Exported, monkeypatch: pytest.MonkeyPatch) -> list[_Call]:
-    """What the launch file describes, with stand-ins for the packages of ROS."""
+    """Return the description in the launch file, made with stand-ins for the packages of ROS."""
     names = {
         "ament_index_python.packages": {"get_package_share_directory": lambda name: str(package.path)},
         "launch": {"LaunchDescription": list},
@@ -356,12 +356,12 @@ def test_a_refused_name_comes_with_the_nearest_that_is_taken(nao: nk.NaoModel, t
     [
         ({"package_version": "1.0"}, BadArgument, "package_version must be three numbers"),
         ({"package_version": 1}, BadArgument, "package_version must be three numbers"),
-        ({"maintainer": "Me"}, BadArgument, "maintainer must be as 'Name <name@example.org>', got 'Me'"),
-        ({"maintainer": "<me@here.org>"}, BadArgument, "maintainer must be as"),
-        ({"maintainer": None}, BadArgument, "maintainer must be as"),
+        ({"maintainer": "Me"}, BadArgument, "maintainer must have the form 'Name <name@example.org>', got 'Me'"),
+        ({"maintainer": "<me@here.org>"}, BadArgument, "maintainer must have the form"),
+        ({"maintainer": None}, BadArgument, "maintainer must have the form"),
         ({"meshes": "relative"}, UnknownName, "unknown choice of meshes 'relative'"),
-        ({"maintainer": "M\x01 <me@here.org>"}, BadArgument, "maintainer must be as"),
-        ({"license": ""}, BadArgument, "license must be one line, as SPDX calls it, got ''"),
+        ({"maintainer": "M\x01 <me@here.org>"}, BadArgument, "maintainer must have the form"),
+        ({"license": ""}, BadArgument, "license must be one line, an SPDX identifier, got ''"),
         ({"license": "BSD\nMIT"}, BadArgument, "license must be one line"),
         ({"license": 3}, BadArgument, "license must be one line"),
         ({"names": "nao"}, UnknownName, "unknown choice of names 'nao'"),

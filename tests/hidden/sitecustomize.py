@@ -18,7 +18,7 @@ HIDDEN = frozenset(os.environ.get("NAO_KIN_HIDDEN", "").split())
 
 
 class HidingFinder(PathFinder):
-    """Finds what Python finds, but for modules and distributions of the hidden names."""
+    """Finds modules and distributions as Python does, except the hidden ones."""
 
     @classmethod
     def find_spec(

@@ -27,7 +27,7 @@ LIMITS = ("enforce", "ignore")
 
 
 def assert_same_branches(found: IKResult, wanted: IKResult, closeness: float = 1e-7) -> None:
-    """Each branch of one result is a branch of the other up to whole turns, of targets without families."""
+    """Check that both results have the same branches up to whole turns, for targets without families of solutions."""
     turn = 2.0 * math.pi
     for one, other in ((found, wanted), (wanted, found)):
         for index in np.ndindex(*one.count.shape):

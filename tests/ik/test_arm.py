@@ -356,7 +356,7 @@ def test_an_empty_batch_is_one(nao: nk.NaoModel) -> None:
 
 def test_bad_targets_are_refused(nao: nk.NaoModel) -> None:
     T = nao.fk(nao.random(16, 3), "LArm")
-    with pytest.raises(BadArgument, match="a pose .* includes one"):
+    with pytest.raises(BadArgument, match="a pose .* includes a direction"):
         nk.ik.arm(nao, "L", T, direction=[1.0, 0.0, 0.0])
     with pytest.raises(WrongShape, match=r"\(\.\.\., 4, 4\) for poses or \(\.\.\., 3\) for positions"):
         nk.ik.arm(nao, "L", np.zeros(4))

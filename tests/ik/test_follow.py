@@ -27,12 +27,12 @@ pytestmark = pytest.mark.slow
 
 
 def line(first: Floats, last: Floats, n: int) -> Floats:
-    """Configurations on the straight way from one to another."""
+    """Return configurations on the straight line from one to another."""
     return np.asarray(first + np.linspace(0.0, 1.0, n)[:, None] * (last - first))
 
 
 def way(nao: nk.NaoModel, seed: int | np.random.Generator, n: int) -> Floats:
-    """Configurations on a straight way inside the limits."""
+    """Return configurations on a straight line inside the limits."""
     rng = np.random.default_rng(seed)
     while True:
         q = line(*nao.random(rng, 2), n)
@@ -294,7 +294,7 @@ def test_the_branch_that_goes_on_is_taken_where_the_nearest_one_ends(nao: nk.Nao
     free = nk.ik.follow(nao, {"LArm": path[:, :3, 3]}, directions={"LArm": path[:, :3, 0]})
     np.testing.assert_allclose(free.q[0, 8:13], both[1, 8:13], atol=1e-7)
     assert free.success
-    # The nearest to the sample before, from the first branch on, cannot go on without a jump.
+    # Always taking the solution nearest to the previous sample, starting on the first branch, leads to a jump.
     q, greedy = both[0], [both[0]]
     for pose in path:
         q = arm_branches(nao, pose, q).q

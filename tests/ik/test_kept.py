@@ -1,4 +1,4 @@
-"""What is kept of a robot does not keep the robot."""
+"""Caches made from a robot do not keep the robot in memory."""
 
 from __future__ import annotations
 

@@ -71,7 +71,7 @@ def assert_met(nao: nk.RobotModel, T: tuple[Floats, Floats], found: LegsResult, 
 
 
 def assert_level(nao: nk.NaoModel, T: tuple[Floats, Floats], found: LegsResult, *, inside: bool = True) -> None:
-    """Ankles and normals are met, and what is said of the feet is so."""
+    """Check that ankles and normals are met, and that the reported turns of the feet are right."""
     known = ~np.isnan(found.yaw_errors).any(axis=-1)
     rows = found.q[known]
     sizes = []
@@ -472,7 +472,7 @@ def moved_torso(nao: nk.NaoModel, T: Floats, free: str, amount: Floats) -> Float
 
 
 def amount_of(nao: nk.NaoModel, before: Floats, after: Floats, free: str) -> Floats:
-    """By how much a torso has given way."""
+    """Return by how much the free coordinate of a torso has changed."""
     if free == "height":
         return np.asarray(after[..., 2, 3] - before[..., 2, 3])
     R, S = before[..., :3, :3], after[..., :3, :3]

@@ -50,7 +50,7 @@ def crouching(nao: nk.RobotModel) -> tuple[Floats, dict[str, Floats]]:
 
 
 def assert_stands(nao: nk.RobotModel, found: WholeBodyResult, feet: dict[str, Floats]) -> None:
-    """The feet are where they should be to 1e-10, and every joint is inside its limits."""
+    """Check that the feet have their poses to 1e-10, and that every joint is inside its limits."""
     for side, T in feet.items():
         errors = pose_errors(found.torso @ nao.fk(found.q, f"{side}Leg"), T)
         assert errors.max() < 1e-10, errors.max(axis=tuple(range(errors.ndim - 1)))
@@ -58,7 +58,7 @@ def assert_stands(nao: nk.RobotModel, found: WholeBodyResult, feet: dict[str, Fl
 
 
 def feasible(nao: nk.NaoModel, poses: Standing, *, both: bool) -> tuple[WholeBodyResult, dict[str, Floats]]:
-    """The solver on everything that known poses can be asked for."""
+    """Solve for all kinds of targets, taken from feasible poses."""
     camera = poses.pose(nao, "CameraTop")
     feet = {"L": poses.feet[:, 0]} | ({"R": poses.feet[:, 1]} if both else {})
     targets = {hand: poses.pose(nao, hand) for hand in ("LArm", "RArm")}
@@ -310,7 +310,7 @@ def test_lengths_are_said_in_plain_figures(nao: nk.NaoModel) -> None:
 
 
 def test_only_what_is_farther_than_the_stretched_robot_is_called_out_of_reach(nao: nk.NaoModel) -> None:
-    """A search that found nothing proves nothing, whether it was stopped or got stuck."""
+    """A search without a solution does not prove that there is none, whether it was stopped or got stuck."""
     q, feet = crouching(nao)
     reachable = nao.fk(q, "LArm")[:3, 3] + [0.0, 0.1, 0.1]
     for targets in ({"LArm": reachable}, {"LArm": reachable, "RArm": nao.fk(q, "RArm")[:3, 3]}):
@@ -389,7 +389,7 @@ def test_a_reference_outside_the_limits_is_projected_and_noted(nao: nk.NaoModel)
 
 
 def test_a_coupled_limit_is_left_by_the_shortest_way(nao: nk.NaoModel) -> None:
-    """Of the head, whose pitch depends on its yaw: `clamp` keeps the yaw, the nearest point has another one."""
+    """Compare for the head, whose pitch depends on its yaw: `clamp` keeps the yaw, the nearest point has another."""
     _, feet = crouching(nao)
     head = nao.configuration({"HeadYaw": 1.0, "HeadPitch": 0.5}, limits="ignore")
     nearest, _ = inside_limits(nao, head)

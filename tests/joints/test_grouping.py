@@ -29,7 +29,7 @@ def both(*parts: str) -> list[str]:
 
 
 def miss(robot: nk.RobotModel, joint, q: np.ndarray) -> float:
-    """How far the axes of a joint, found from the URDF, miss each other in configurations q [m]."""
+    """Return how far apart the axes of a joint are, computed from the URDF, in configurations q [m]."""
     axes = JointAxes(robot)
     drawn = axes.lines(q)[..., [axes.names.index(name) for name in joint.joints]]
     pairs = [(i, k) for i in range(len(joint.joints)) for k in range(i)]

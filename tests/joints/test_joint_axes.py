@@ -28,7 +28,7 @@ SLIDER = """<robot name="slider"><link name="base"/><link name="cart"/><link nam
 
 
 def configurations(robot: nk.RobotModel, shape: tuple[int, ...] = (4,)) -> np.ndarray:
-    """Random ones inside the limits, and zero, which lies outside NAO's."""
+    """Return random configurations inside the limits, and zero, which is outside NAO's limits."""
     q = robot.random(np.random.default_rng(1), shape)
     if shape == (4,):
         q[0] = robot.neutral()

@@ -7,7 +7,7 @@ import pickle
 import numpy as np
 import pinocchio as pin
 import pytest
-from loops import for_all
+from loops import first_now, for_all
 from made_up_robots import J, made_up
 
 import nao_kin as nk
@@ -89,7 +89,7 @@ def inverse_dynamics_mass_matrix(model: pin.Model, q: np.ndarray) -> np.ndarray:
 
 
 @for_all("rule", RULES)
-@for_all("version", VERSIONS)
+@pytest.mark.parametrize("version", ["v3.2", *first_now(reversed(VERSIONS[1:]))])  # the shoulder of V3.2 is spherical
 def test_all_frames_velocities_and_the_centre_of_mass_are_the_naos(version, rule) -> None:
     typed = typed_nao(version, rule)
     pose, velocity, com = worst_differences(typed.robot, typed, wide(typed.robot, 250))

@@ -90,7 +90,10 @@ def configurations(typed: MultiDofModel, seed: int) -> np.ndarray:
 
 
 def known(typed: MultiDofModel) -> list[int]:
-    """Columns of q whose whole turns a typed configuration holds: all but last angles of balls with room for more."""
+    """Return the columns of q whose whole turns a typed configuration keeps.
+
+    These are all but the last angles of balls whose range allows more turns.
+    """
     robot = typed.robot
     last = {joint.joints[-1] for joint in typed.pairs if joint.pair.name == "spherical"}
     shift = robot.nq_base

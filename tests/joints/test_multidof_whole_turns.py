@@ -19,7 +19,7 @@ BALL = [J("j0", Z, limits=(-6.28, 6.28)), J("j1", X, limits=(-1.4, 1.4)), J("j2"
 
 
 def differences(robot: nk.RobotModel, typed: MultiDofModel, q: np.ndarray) -> tuple[float, float]:
-    """How far to_q(from_q(q)) is from q, and how far its poses are from those of q."""
+    """Return the largest difference of to_q(from_q(q)) from q, and of its poses from those of q."""
     back = typed.to_q(typed.from_q(q))
     names = robot.frame_names
     return float(np.abs(back - q).max()), float(np.abs(robot.fk(back, names) - robot.fk(q, names)).max())

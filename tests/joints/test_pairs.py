@@ -35,7 +35,7 @@ def pitch_of(name: str) -> float | None:
 
 
 def moved(joint: pin.JointModel, rng: np.random.Generator) -> pin.SE3:
-    """Where the joint puts its body in a random configuration."""
+    """Return the pose of the joint's body in a random configuration."""
     model = pin.Model()
     model.addJoint(0, joint, pin.SE3.Identity(), "joint")
     data = model.createData()

@@ -498,7 +498,7 @@ def program(*arguments: str, **environment: str) -> Sequence[str]:
     return done.stdout, done.stderr
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_warmup_says_what_is_ready_and_where() -> None:
     program("warmup")
     out, err = program("warmup", "--json")

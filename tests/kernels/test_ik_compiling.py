@@ -1,4 +1,4 @@
-"""The same code as Python and compiled."""
+"""The same kernels, run as Python and compiled, give the same results."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ np.save(sys.stdout.buffer, np.vstack(parts))
 
 
 def answers(one: bool, **environment: str) -> np.ndarray:
-    """What a process of its own answers, target by target or in batches."""
+    """Return the answers of a separate process, target by target or in batches."""
     command = [sys.executable, "-c", f"one = {one}\n{TARGETS}"]
     done = subprocess.run(command, env={**os.environ, **environment}, capture_output=True, check=True)
     return np.asarray(np.load(io.BytesIO(done.stdout)))

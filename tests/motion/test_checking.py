@@ -47,7 +47,7 @@ def _motion(nao: nk.NaoModel, seed: int, interpolation: str) -> nk.Motion:
 
 
 def _agrees(report: MotionReport, kind: str, joint: str, t: Floats, excess: Floats) -> None:
-    """What is found is outside, what is outside is found, and the worst is no better than any sample."""
+    """Compare with samples: found stretches are outside, samples outside are found, no sample exceeds the worst."""
     rows = [row for row in report.violations if (row.kind, row.joint) == (kind, joint)]
     step = 2.0 * (t[1] - t[0])
     found, inside = np.zeros(len(t), dtype=bool), np.zeros(len(t), dtype=bool)

@@ -566,7 +566,7 @@ def test_npz_with_pickles_or_wrong_arrays_is_refused(tmp_path: Path) -> None:
         np.savez(file, **{**good, name: value})
         assert words in str(_refused(tmp_path, file.getvalue(), "a.npz"))
     assert not (tmp_path / "run").exists()
-    assert "no npz file" in str(_refused(tmp_path, (tmp_path / "good.npz").read_bytes()[:200], "a.npz"))
+    assert "not an npz file" in str(_refused(tmp_path, (tmp_path / "good.npz").read_bytes()[:200], "a.npz"))
 
 
 READERS: dict[str, Callable[[str], Any]] = {

@@ -430,7 +430,7 @@ def test_names_without_a_side_stay(name: str) -> None:
     assert side_of(name) is None
 
 
-# What people give in the place of a motion, a robot, a file, a number or a name.
+# Wrong arguments in place of a motion, a robot, a file, a number or a name.
 KINDS: dict[str, Any] = {
     "nothing": None,
     "a number": 5,
@@ -501,5 +501,5 @@ def test_the_wrong_kind_of_object_is_refused_in_one_line(
 
 @pytest.mark.parametrize("name", ["check", "clamp", "slow_down", "share_motors", "complete", "mirror"])
 def test_a_file_name_in_the_place_of_a_motion_is_told_how_to_be_read(nao: nk.NaoModel, name: str) -> None:
-    with pytest.raises(nk.errors.BadArgument, match="motion must be a Motion, got str; read_motion makes"):
+    with pytest.raises(nk.errors.BadArgument, match="motion must be a Motion, got str; read_motion reads"):
         getattr(nk.motion, name)(nao, "wave.json")

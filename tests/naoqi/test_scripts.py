@@ -26,8 +26,8 @@ pytest.importorskip("qi")
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "naoqi"
 SPEED = 4.0
-# A script is told of an end by a message, and of the first one after its kernel is loaded, on a machine that does other
-# things too.
+# A script learns of the end of a call by a message, which may be late: the first call loads its kernel, and the machine
+# may be busy.
 _SECONDS_LATE = 60.0
 
 Check = Callable[[VirtualNao, str], None]
@@ -66,9 +66,9 @@ def _seconds(output: str, before: str) -> float:
 
 
 def _took(output: str, before: str, expected: float) -> None:
-    """It took as long as it should; how late the script hears of it is the machine's affair.
+    """Check that a call took the expected time. The script may hear of its end later, if the machine is slow.
 
-    It may seem shorter: where the machine is busy robot time stays behind the wall clock, and then makes up for it.
+    It may seem shorter too: on a busy machine robot time falls behind the wall clock and then catches up.
     """
     assert 0.5 * expected <= _seconds(output, before) <= expected + _SECONDS_LATE * SPEED
 
@@ -290,7 +290,7 @@ def test_python_2_runs_translated_and_its_exit_code_is_kept(
     out, err = capfd.readouterr()
     assert "at 0.125 3" in out
     assert "nao-kin: old.py is Python 2, and runs translated" in err
-    assert f"naoqi: {robot[1]} answers for tcp://192.168.1.7:9559" in err
+    assert f"naoqi: {robot[1]} answers in place of tcp://192.168.1.7:9559" in err
 
 
 LISTENER = """

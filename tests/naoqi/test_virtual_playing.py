@@ -1,4 +1,4 @@
-"""What the virtual NAO plays, looks at and points at: behaviours, and points in space; stepped by hand."""
+"""Behaviours that the virtual NAO plays, and points that it looks at and points at; stepped by hand."""
 
 from __future__ import annotations
 

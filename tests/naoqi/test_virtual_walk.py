@@ -55,7 +55,7 @@ class Script:
         return np.array(self("getRobotPosition", True))
 
     def watch(self, call: Call) -> tuple[float, int, float]:
-        """Let time pass until a call is over: time, steps, and how high the feet were.
+        """Let time pass until a call is over; return the time, the number of steps and the largest height of the feet.
 
         In every tick: no sole is below the floor, the foot that stands has not moved, joints are inside their limits
         and not faster than they can be, and where they are commanded to be.
@@ -277,7 +277,7 @@ def test_a_walk_begins_in_every_posture_on_feet(posture: str) -> None:
 def test_a_robot_that_sits_does_not_walk() -> None:
     script = Script("Sit")
     for name, *rest in (("moveTo", 0.1, 0, 0), ("moveInit",), ("move", 0.1, 0, 0)):
-        with pytest.raises(NaoqiError, match="does not stand on its feet; goToPosture takes it there"):
+        with pytest.raises(NaoqiError, match="does not stand on its feet; call goToPosture first"):
             script(name, *rest)
     script.nao.close()
 
@@ -431,7 +431,10 @@ REFUSED = [
     (("moveToward", 1.5, 0.0, 0.0), "x must be from -1 to 1, got 1.5"),
     (("getMoveConfig", "Large"), "unknown move configuration 'Large'"),
     (("setFootSteps", ["LFoot"], [[0, 0.1, 0]], [1.0], False), "unknown leg 'LFoot'"),
-    (("setFootSteps", ["LLeg"], [[0, 0.1, 0]], [1.0, 2.0], False), "footSteps and timeList must be 1"),
+    (
+        ("setFootSteps", ["LLeg"], [[0, 0.1, 0]], [1.0, 2.0], False),
+        "must have as many entries as legName, 1, got 1 and 2",
+    ),
     (("setFootSteps", ["LLeg", "RLeg"], [[0, 0.1, 0]] * 2, [1.0, 1.0], False), "timeList must ascend"),
     (
         ("setFootStepsWithSpeed", ["LLeg"], [[0, 0.1, 0]], [2.0], False),

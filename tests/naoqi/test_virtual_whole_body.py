@@ -49,7 +49,7 @@ class Script:
         return float(-(planes[:, :2] @ self.com() + planes[:, 2]).max())
 
     def wait(self, call: Call, least: float = -1.0, *feet: str) -> float:
-        """Let time pass until a call is over, both soles staying, and the centre of mass inside where that is asked."""
+        """Let time pass until a call is over; check that both soles stay, and optionally the centre of mass."""
         begin, soles = self.nao.clock.now, self.feet()
         while not call.done():
             self.nao.step(0.02)
@@ -180,7 +180,7 @@ def test_switching_off_forgets_all(script: Script) -> None:
     script("wbFootState", "Free", "Legs")
     script("wbEnable", False)
     assert script("getTaskList") == []
-    with pytest.raises(NaoqiError, match=r"Head is not held: wbEnableEffectorControl\('Head', True\) first"):
+    with pytest.raises(NaoqiError, match=r"Head is not held: call wbEnableEffectorControl\('Head', True\) first"):
         script("wbSetEffectorControl", "Head", [0.0, 0.0, 0.0])
     # Without it, an arm moves alone again.
     legs = script("getAngles", "Legs", True)

@@ -1,4 +1,4 @@
-"""What the default installation answers, beside Pinocchio and finite differences; and what it says of extras.
+"""The default installation, compared with Pinocchio and finite differences, and its messages about missing extras.
 
 Needs pytest and nothing of the other tests, so that it runs where only the default dependencies are:
 `make test-light`. Where extras are installed their absence is left to test_without_extras.

@@ -15,7 +15,7 @@ PACKAGE = Path(nk.__file__).parent
 
 
 def _runs(code: str) -> bool:
-    """Whether an example in it runs: what needs a network or a file of the reader's is only shown."""
+    """Return whether the examples run; examples that need a network or a file of the reader are only shown."""
     return any(">>> " in line and "+SKIP" not in line for line in code.splitlines())
 
 

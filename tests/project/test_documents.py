@@ -1,4 +1,4 @@
-"""What the README and the documentation show is run as it stands."""
+"""The code in the README and the documentation runs as it is shown."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ def test_python_examples_run(page: Path, tmp_path: Path, monkeypatch: pytest.Mon
 
 
 def _commands() -> dict[str, str]:
-    """Each command of the program, and the first page that has it; the tutorial's need its files, and run there."""
+    """Return each command and its first page; commands of the tutorial need its files and have their own test."""
     found = dict[str, str]()
     for page in PAGES:
         for block in blocks_of(page, "sh", "console") if page.name != "getting_started.md" else ():
             for line in block.splitlines():
                 command = line.removeprefix("$ ").split("  #")[0].strip()
-                # A live page waits for a person and a browser; that it does is tested with the viewer.
+                # Commands that open a live page wait for a user; they are tested with the viewer.
                 ends = " view " not in command or "--html" in command or "--png" in command
                 if "nao-kin " in command and "pip" not in command and ends:
                     found.setdefault(command, page.name)

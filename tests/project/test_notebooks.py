@@ -1,4 +1,4 @@
-"""The notebooks run from top to bottom, and stand in the repository with what they print."""
+"""The notebooks run from top to bottom, and the repository holds them with their outputs."""
 
 from __future__ import annotations
 
@@ -53,14 +53,14 @@ def cells(path: Path, kind: str = "code") -> list[dict[str, Any]]:
 
 
 def printed(path: Path) -> list[str]:
-    """What each cell prints, and what it warns of."""
+    """Return the output of each cell and its warnings."""
     streams = [[output for output in cell["outputs"] if output["output_type"] == "stream"] for cell in cells(path)]
     return ["".join("".join(output["text"]) for output in outputs) for outputs in streams]
 
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with all notebooks as they come out when they are run now."""
+    """Run all notebooks and return the folder with the results."""
     pytest.importorskip("nbclient")
     pytest.importorskip("ipykernel")
     pytest.importorskip("matplotlib")

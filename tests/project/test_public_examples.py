@@ -30,13 +30,13 @@ WITHOUT = {
     "viewer.Viewer.open": "opens a browser window",
     "viewer.Viewer.save_png": "starts a browser",
 }
-# The rooms of mathematics are gone through by themselves.
+# The mathematical packages have their own tests.
 APART = ("lines.", "rank_one.", "rotations.")
 CALLED = {name: value for name, value in called() if not name.startswith(APART)}
 
 
 def _is_called(name: str) -> bool:
-    """Whether a user calls it: results and rows, which others make, show their fields instead, as exceptions do."""
+    """Return whether a user calls it; results, rows and exceptions, which functions make, show their fields instead."""
     owner = CALLED.get(name.rpartition(".")[0], CALLED[name])
     return not (dataclasses.is_dataclass(owner) or (inspect.isclass(owner) and issubclass(owner, BaseException)))
 

@@ -126,7 +126,7 @@ NUMBERS: dict[tuple[str, str], Any] = {
     ("11", "11.4 back from (q, q0)"): R_9_MATRIX,
     ("11", "11.4 back from (r, r0)"): R_9_MATRIX,
     ("11", "11.4 (b) there and back by (q, q0)"): QUARTER_Y,
-    ("11", "11.4 (a) from (q, q0) is refused: no axis in it"): True,
+    ("11", "11.4 (a) from (q, q0) is rejected: it contains no axis"): True,
     ("11", "11.4 product of quaternions"): [-5, -9.75, -2.5, 11.75],
     ("11", "11.4 matrix of a quaternion"): [
         [-20 / 30, 4 / 30, 22 / 30],
@@ -167,7 +167,7 @@ def script() -> ModuleType:
 
 @pytest.fixture(scope="module")
 def report() -> dict[str, Any]:
-    """What --json prints, run as a person runs it."""
+    """Return the output of --json, run as a user runs it."""
     command = [sys.executable, str(SCRIPTS / "reproduce_paper.py"), "--json"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
     return json.loads(done.stdout)

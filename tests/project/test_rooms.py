@@ -1,4 +1,4 @@
-"""Rooms import downwards only, and are entered through their faces."""
+"""Packages import only from lower ones, and only through their `__init__` modules."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def _parts(module: Path) -> tuple[str, ...]:
 
 
 def _imports(module: Path) -> Iterator[tuple[str, ...]]:
-    """What a module imports from the package, at its top or inside its functions: ("robot", "urdf")."""
+    """Return the imports of a module from the package, at its top or inside functions, such as ("robot", "urdf")."""
     for node in ast.walk(ast.parse(module.read_text(encoding="utf-8"))):
         names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
         if isinstance(node, ast.ImportFrom) and node.module:

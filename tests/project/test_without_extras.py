@@ -1,4 +1,4 @@
-"""Without its extras the library gives the same numbers, or one line; and the extras are written down once."""
+"""Without its extras the library gives the same numbers or a one-line error; and one table lists the extras."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ np.savez(
 
 
 def answers(path: Path, **environment: str) -> dict[str, np.ndarray]:
-    """What the program finds in an environment."""
+    """Return the results of the program in an environment."""
     done = subprocess.run(
         [sys.executable, "-W", "ignore", "-c", ANSWERS, str(path)],
         env={**os.environ, "PYTHONPATH": str(ROOT), **environment},

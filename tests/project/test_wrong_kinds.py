@@ -1,4 +1,4 @@
-"""Whatever kind of object a function is given, it refuses with an error of this package, and soon."""
+"""A function that is given a wrong kind of object refuses it quickly with an error of this package."""
 
 from __future__ import annotations
 
@@ -60,9 +60,9 @@ INNER = {
 }
 # Methods of a robot with an argument that is true or false, for which NumPy has no answer to an array.
 FLAGS = {"degrees", "per_joint", "download"}
-# What a program passes to be called back with, and what NumPy limits.
+# Arguments that are callbacks, and arguments that NumPy checks.
 CALLBACKS = ("progress", "stop", "shape")
-# What waits for ever, as it should.
+# Functions that wait for ever, as they should.
 ENDLESS = {
     ("wait", "timeout", "None"),
     ("naoqi.readings", "rate", "huge"),

@@ -1,4 +1,4 @@
-"""The kernels of the reach maps beside the robot's own answers, and beside formulas that do not share their way."""
+"""The kernels of the reach maps, compared with the robot's own answers and with independent formulas."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def configurations(robot: nk.RobotModel, chain: MovedChain, values: np.ndarray) 
 
 
 def singular_volume(jacobian: np.ndarray) -> np.ndarray:
-    """Product of the singular values that are not zero by the number of columns."""
+    """Return the product of the singular values that the number of columns allows to be nonzero."""
     return np.linalg.svd(jacobian, compute_uv=False).prod(axis=-1)
 
 
@@ -143,7 +143,7 @@ def test_romeo_too(kernels: Any) -> None:
 
 
 class _Given:
-    """A generator that gives one of the numbers that were drawn, where `JointLimits.random` asks for its own."""
+    """A random generator that gives `JointLimits.random` the numbers that were already drawn."""
 
     def __init__(self, uniform: np.ndarray) -> None:
         self.uniform = uniform
@@ -154,7 +154,7 @@ class _Given:
 
 
 def check_values(kernels: Any, robot: nk.RobotModel, chain: MovedChain) -> np.ndarray:
-    """The values drawn are those that `random` makes of the same uniform numbers."""
+    """Check that the drawn values equal those that `random` makes from the same uniform numbers."""
     words = _draws(5, (0, SAMPLES), len(chain.joints))
     uniform = np.random.Generator(np.random.Philox(5)).random((SAMPLES, len(chain.joints)))
     assert np.array_equal((words >> np.uint64(11)) * 2.0**-53, uniform)

@@ -1,4 +1,4 @@
-"""Reach maps: parts and wholes, what they answer, and the files they are written to."""
+"""Reach maps: computed in parts or whole, the questions that they answer, and their files."""
 
 from __future__ import annotations
 

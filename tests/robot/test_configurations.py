@@ -1,4 +1,4 @@
-"""Configurations at the door: units, masks, names, limits as arrays, and the quick way for plain numbers."""
+"""Checks of configurations: units, masks, names, limits as arrays, and the fast path for plain numbers."""
 
 from __future__ import annotations
 

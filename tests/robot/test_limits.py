@@ -1,4 +1,4 @@
-"""Limits at the ends of tables, and configurations of a floating base, on the quick way and on that of arrays."""
+"""Limits at the ends of tables, and configurations of a floating base, on the fast path and on that for arrays."""
 
 from __future__ import annotations
 

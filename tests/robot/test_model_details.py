@@ -304,7 +304,7 @@ def test_a_phalanx_is_as_fast_as_the_hand_makes_it(version: str) -> None:
 
 
 def _problems_with_pinocchio_at(folder: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """What is said of Pinocchio's place when Python would load it from `folder`."""
+    """Return the reported problems if Python would load Pinocchio from `folder`."""
     found = doctor.importlib.util.find_spec
 
     def find_spec(name: str, package: str | None = None) -> ModuleSpec | None:

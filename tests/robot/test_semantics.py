@@ -1,4 +1,4 @@
-"""What a robot means beyond its URDF: from Python, from a TOML file, from an SRDF, for any robot."""
+"""The semantics of a robot, which its URDF does not hold: from Python, a TOML file or an SRDF, for any robot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A name that the URDF gives to a link and to a joint means the link, and whoever asks for it is warned once."""
+"""A name that the URDF gives to both a link and a joint means the link, and its first use gives a warning."""
 
 from __future__ import annotations
 

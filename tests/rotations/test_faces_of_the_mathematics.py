@@ -1,4 +1,4 @@
-"""The rooms of the mathematics are entered through their faces, which list everything public."""
+"""The mathematical packages are used through their `__init__` modules, which list all public names."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every function of the package does alike: batches, lists, single values, and the refusal of bad arrays."""
+"""Behaviour common to all functions of the package: batches, lists, single values, and the refusal of bad arrays."""
 
 from __future__ import annotations
 

@@ -199,18 +199,18 @@ def test_the_power_of_a_dual_quaternion_is_the_way_along_the_screw() -> None:
 def test_eight_numbers_that_are_no_rigid_motion_are_refused() -> None:
     with pytest.raises(ZeroNorm, match=r"dual quaternion must not be zero at index \[1\]"):
         screws.pose_from_dual_quat([[1, 0, 0, 0, 0, 0, 0, 0], [0, 0, 0, 0, 1, 0, 0, 0]])
-    with pytest.raises(BadArgument, match=r"of a unit dual quaternion r·d must be zero, got 0.1"):
+    with pytest.raises(BadArgument, match=r"r·d of a unit dual quaternion must be zero, got 0.1"):
         screws.pose_from_dual_quat([2, 0, 0, 0, 0.2, 0, 0, 0])
     rounded = [2, 0, 0, 0, 1e-7, 0, 3, 0]
     np.testing.assert_array_equal(screws.pose_from_dual_quat(rounded)[:3, 3], [0, 3, 0])
     assert_near(screws.dual_quat_transform_line(rounded, UPRIGHT).point, [1, 3, 0], atol=4 * EPS)
     # Too far from zero begins at 1e-6.
     screws.pose_from_dual_quat([1, 0, 0, 0, 0.9e-6, 0, 1, 0])
-    with pytest.raises(BadArgument, match=r"r·d must be zero, got 1.1e-06"):
+    with pytest.raises(BadArgument, match=r"r·d of a unit dual quaternion must be zero, got 1.1e-06"):
         screws.pose_from_dual_quat([1, 0, 0, 0, 1.1e-6, 0, 1, 0])
     # How far from zero is too far grows with the shift, not with its square.
     screws.pose_from_dual_quat([1, 0, 0, 0, 5e-4, 1e3, 0, 0])
-    with pytest.raises(BadArgument, match=r"r·d must be zero, got 0.01"):
+    with pytest.raises(BadArgument, match=r"r·d of a unit dual quaternion must be zero, got 0.01"):
         screws.pose_from_dual_quat([1, 0, 0, 0, 0.01, 1e3, 0, 0])
 
 

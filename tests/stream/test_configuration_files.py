@@ -136,7 +136,7 @@ def test_two_hips_that_disagree_are_refused_with_their_line(nao: nk.NaoModel, tm
         ('{"HeadYaw":\n 0.1 x}', r"line 2, column 6: malformed JSON"),
         ('{"HeadYaw": 0.1, "HeadYaw": 0.2}', "'HeadYaw' is given twice in one object"),
         ('{"HeadYaw": 0.1}', "missing joints: HeadPitch"),
-        ("[]", "a list of no configurations"),
+        ("[]", "a list without configurations"),
         ("[1, 2]", "configuration 0: expected an object of joint values, got 1"),
         ('"text"', "expected an object"),
         ('{"HeadYam": 1}', r"unknown joint 'HeadYam' \(nearest: HeadYaw"),

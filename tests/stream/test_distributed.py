@@ -47,10 +47,10 @@ BATCHES = {
 }
 
 
-@pytest.mark.parametrize("question", QUESTIONS)
+@for_all("question", QUESTIONS)
 @pytest.mark.parametrize("batch", BATCHES)
 @pytest.mark.parametrize("last", [-1, 7], ids=["whole configurations", "cut configurations"])
-def test_the_results_are_those_of_a_single_process(nao: nk.NaoModel, question: str, batch: str, last: int) -> None:
+def test_the_results_are_those_of_a_single_process(nao: nk.NaoModel, batch: str, last: int, question: str) -> None:
     name, arguments, options = QUESTIONS[question]
     shape, chunks = BATCHES[batch]
     q = nao.random(0, shape)

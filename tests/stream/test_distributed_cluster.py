@@ -55,7 +55,7 @@ def _answers(address: str) -> bool:
 
 
 def _lives(pid: int) -> bool:
-    """Whether a process is there and is more than an entry in the list that its parent has not read."""
+    """Return whether a process is running, and not only a zombie that its parent has not waited for."""
     try:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except (FileNotFoundError, ProcessLookupError):

@@ -441,7 +441,7 @@ def test_several_files_and_patterns_go_into_one_output(
         nk.stream.fk(nao, str(tmp_path / "log*.csv"), "Head", tmp_path / "poses.npy", overwrite=True)
     capsys.readouterr()
     assert run(["fk", str(tmp_path / "log 1.csv"), str(tmp_path / "log 2.csv")]) == 2
-    assert "2 files; several go into one --output" in capsys.readouterr().err
+    assert "2 files; several files need --output" in capsys.readouterr().err
 
 
 def test_two_hips_of_sensors_are_settled_as_asked(
@@ -582,7 +582,7 @@ def test_messages_of_limits_name_the_options_that_take_the_row(
             assert "(--ignore-limits)" in said
             assert ("--deg" in said) == (name == "deg.csv"), said
     assert run(["fk", "--joint", "HeadYaw=30"]) == 2
-    assert capsys.readouterr().err.endswith("rad; --clamp and --ignore-limits take it, --deg?\n")
+    assert capsys.readouterr().err.endswith("rad; --clamp or --ignore-limits accepts it, --deg?\n")
 
 
 def test_a_bad_file_is_refused_before_meshes_are_read(
@@ -605,4 +605,4 @@ def test_targets_in_an_array_that_is_cut_off_are_refused(
 ) -> None:
     (tmp_path / "empty.npy").write_bytes(content)
     assert run(["ik", "LLeg", str(tmp_path / "empty.npy")]) == 2
-    assert re.fullmatch(r"nao-kin: \S+empty.npy: no .npy file: [^\n]+\n", capsys.readouterr().err)
+    assert re.fullmatch(r"nao-kin: \S+empty.npy: not a .npy file: [^\n]+\n", capsys.readouterr().err)

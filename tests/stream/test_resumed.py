@@ -1,4 +1,4 @@
-"""What is ended half-way leaves no corrupt file, and goes on where it was: real processes, signals and full disks."""
+"""An interrupted run leaves no corrupt file and resumes where it stopped: real processes, signals and full disks."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,7 @@ from loops import first_now
 from viewer_pages import PATIENCE, until
 
 import nao_kin as nk
+from nao_kin.cli import app, fk
 from nao_kin.errors import BadArgument, BadInputFile, StartedOverWarning
 from nao_kin.stream import parts, run, sources as csv_source, sources as table_sources
 
@@ -75,7 +77,7 @@ parts.PartFolder.add = held
 
 @pytest.fixture(autouse=True, scope="module")
 def compiled(nao: nk.NaoModel) -> None:
-    """What is compiled for the first time on a machine says so on standard error."""
+    """Compile the kernels first, because compiling prints a note on standard error."""
     for dtype in (np.float64, np.float32):
         nao.fk(nao.random(0, 10), "Head", dtype=dtype, threads=1)
 
@@ -97,6 +99,21 @@ def walk(nao: nk.NaoModel, tmp_path: Path) -> Path:
         writer.writerows(nao.random(0, 500).tolist())
     np.save(tmp_path / "walk.npy", nao.random(0, 500))
     return path
+
+
+@pytest.fixture
+def command(
+    walk: Path, small_parts: None, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
+) -> Callable[..., tuple[int, str, str]]:
+    """Return a function that runs a command in this process, in the folder of the walk."""
+    monkeypatch.chdir(walk.parent)
+    monkeypatch.setattr(nk.stream, "FEW_ROWS", 0)
+    monkeypatch.setattr(fk, "_CHUNK", 100)
+
+    def called(*arguments: str) -> tuple[int, str, str]:
+        return app.run(list(arguments)), *capsys.readouterr()
+
+    return called
 
 
 def _start(happening: str, *arguments: str, cwd: Path, **options) -> subprocess.Popen:
@@ -123,7 +140,7 @@ def _wait_for(path: Path) -> None:
 
 
 def _whole(nao: nk.NaoModel, source: Path, path: Path) -> bytes:
-    """What a run without any interruption writes."""
+    """Return the output of a run without interruption."""
     nk.stream.fk(nao, source, ["LLeg", "RLeg"], path, as_="rpy", overwrite=True)
     content = path.read_bytes()
     path.unlink()
@@ -180,7 +197,7 @@ def test_a_run_that_was_killed_goes_on_and_gives_the_same_bytes(
 
 @pytest.mark.parametrize("number", first_now([signal.SIGINT, signal.SIGTERM, signal.SIGKILL]))
 def test_a_signal_leaves_the_finished_parts_and_nothing_else(
-    nao: nk.NaoModel, walk: Path, tmp_path: Path, small_parts: None, number: signal.Signals
+    command: Callable[..., tuple[int, str, str]], nao: nk.NaoModel, walk: Path, tmp_path: Path, number: signal.Signals
 ) -> None:
     poses = tmp_path / "poses.csv"
     expected = _whole(nao, walk, poses)
@@ -193,7 +210,7 @@ def test_a_signal_leaves_the_finished_parts_and_nothing_else(
     left = {path.name for path in (tmp_path / "poses.csv.parts").iterdir()}
     assert "part-000001.json" in left
     assert number == signal.SIGKILL or "unfinished" not in left
-    code, out, err = _run("", "fk", "walk.csv", *FEET, "-o", "poses.csv", cwd=tmp_path)
+    code, out, err = command("fk", "walk.csv", *FEET, "-o", "poses.csv")
     assert (code, out) == (0, "poses.csv\n")
     assert "rows had been done by an earlier run" in err
     assert poses.read_bytes() == expected
@@ -318,24 +335,28 @@ def test_other_arguments_or_another_source_start_over_and_say_so(
     assert poses.read_bytes() == content
 
 
-def test_a_finished_file_is_replaced_only_by_force_and_a_run_half_done_goes_on(walk: Path, half_done: Path) -> None:
+def test_a_finished_file_is_replaced_only_by_force_and_a_run_half_done_goes_on(
+    command: Callable[..., tuple[int, str, str]], half_done: Path
+) -> None:
     poses = half_done.with_suffix("")
     poses.write_bytes(b"old")
     arguments = ("fk", "walk.csv", *FEET, "-o", "poses.csv")
-    code, out, err = _run("", *arguments, cwd=walk.parent)
+    code, out, err = command(*arguments)
     assert (code, out) == (0, "poses.csv\n")
     assert "had been done by an earlier run" in err
     finished = poses.read_bytes()
-    code, out, err = _run("", *arguments, "--deg", cwd=walk.parent)
+    code, out, err = command(*arguments, "--deg")
     assert (code, out) == (2, "")
     assert err.endswith("; overwrite=True (--force) replaces it\n")
     assert poses.read_bytes() == finished
-    assert _run("", *arguments, "--deg", "--force", "--ignore-limits", cwd=walk.parent)[0] == 0
+    assert command(*arguments, "--deg", "--force", "--ignore-limits")[0] == 0
     assert poses.read_bytes() != finished
 
 
-def test_starting_over_is_one_line_on_the_command_line(walk: Path, half_done: Path) -> None:
-    code, _, err = _run("", "fk", "walk.csv", "--frame", "Head", "-o", "poses.csv", cwd=walk.parent)
+def test_starting_over_is_one_line_on_the_command_line(
+    command: Callable[..., tuple[int, str, str]], half_done: Path
+) -> None:
+    code, _, err = command("fk", "walk.csv", "--frame", "Head", "-o", "poses.csv")
     assert code == 0
     changed = "holds parts of an earlier run, and frames, form changed: starting over"
     assert err == f"nao-kin: {half_done} {changed}\n"

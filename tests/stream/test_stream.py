@@ -67,7 +67,7 @@ def _write(nao: nk.NaoModel, q: np.ndarray, path: Path) -> Path:
 
 
 def _read(path: Path, frames: int, numbers: int) -> tuple[np.ndarray, list[str], np.ndarray]:
-    """Row and frame of every record, and the poses (rows, frames, numbers), read by others than us."""
+    """Return row and frame of every record, and the poses (rows, frames, numbers), read by other libraries."""
     if path.suffix == ".npy":
         array = np.load(path)
         return np.arange(len(array)), [], array.reshape(len(array), frames, numbers)
@@ -83,7 +83,7 @@ def _read(path: Path, frames: int, numbers: int) -> tuple[np.ndarray, list[str],
 
 
 def _same(a: np.ndarray, b: np.ndarray) -> bool:
-    """Few rows are answered by Pinocchio and many by the kernels, which agree to this."""
+    """Return whether results agree to the tolerance between Pinocchio, which computes few rows, and the kernels."""
     return a.shape == b.shape and np.allclose(a, b, rtol=0.0, atol=1e-12, equal_nan=True)
 
 

@@ -1,4 +1,4 @@
-"""Who may see and command the live page: real requests with forged names, origins and tokens."""
+"""Access to the live page: real requests with forged host names, origins and tokens."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Answer:
 
 
 def _ask(viewer: Viewer, path: str = "/", *, method: str = "GET", **headers: str | list[str]) -> Answer:
-    """One request, with exactly these headers, in which _ stands for -; Host is a right one unless it is given."""
+    """Send a request with exactly these headers, where _ stands for -; Host is valid unless it is given."""
     port = urlsplit(viewer.url).port
     connection = http.client.HTTPConnection("127.0.0.1", port, timeout=10.0)
     try:

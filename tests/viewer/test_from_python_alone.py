@@ -1,4 +1,4 @@
-"""What a program does with the viewer beyond showing one robot, where no browser is needed to see it."""
+"""Uses of the viewer beyond showing one robot, tested without a browser."""
 
 from __future__ import annotations
 
@@ -199,10 +199,10 @@ def test_one_page_that_goes_leaves_no_other_one_behind(nao: nk.NaoModel) -> None
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda v: v.say("\ud800"), "text holds half a character, which no page can show: '\\\\ud800'"),
-        (lambda v: v.show_targets({"\ud800": [0, 0, 0]}), "half a character"),
-        (lambda v: v.add_robot(v.robot, name="\ud800"), "half a character"),
-        (lambda v: v.add_points("\ud800", [[0, 0, 0]]), "half a character"),
+        (lambda v: v.say("\ud800"), "text has half a surrogate pair, which no page can show: '\\\\ud800'"),
+        (lambda v: v.show_targets({"\ud800": [0, 0, 0]}), "half a surrogate pair"),
+        (lambda v: v.add_robot(v.robot, name="\ud800"), "half a surrogate pair"),
+        (lambda v: v.add_points("\ud800", [[0, 0, 0]]), "half a surrogate pair"),
         (lambda v: v.show_ghosts([v.q], first=2**70), "first must be at most 1000000, got"),
         (lambda v: v.show_frames("LArm", size=1e300), "size must be above 0 and at most 10000 m, got 1e\\+300"),
         (lambda v: v.save_png("x.png", size=(8, 600)), "size must be at least 16, got 8"),

@@ -1,4 +1,4 @@
-"""A robot in somebody else's meshcat: what a real server sends to a real browser, read back from its scene."""
+"""A robot in a meshcat of another program: a real server and browser, and poses read back from the scene."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class Scene:
         self.tab.evaluate("(time) => viewer.animator.seek(time)", seconds)
 
     def shows(self, paths: list[str], expected: np.ndarray, tolerance: float = 1e-6) -> bool:
-        """Whether the page comes to have the nodes there; it hears of them a moment after Python has sent them."""
+        """Return whether the page moves the nodes there, which happens a moment after Python sends them."""
 
         def there() -> bool:
             return all(
@@ -92,7 +92,7 @@ def server() -> Iterator[str]:
 
 @pytest.fixture
 def connect(server: str, browser: Any) -> Iterator[Callable[[], Scene]]:
-    """What opens a page of the server's scene, which begins empty."""
+    """Return a function that opens a page of the server's scene, which begins empty."""
     with contextlib.ExitStack() as stack, contextlib.redirect_stdout(io.StringIO()):
         visualizer = meshcat.Visualizer(zmq_url=server)
         stack.callback(visualizer.window.zmq_socket.close, 0)
@@ -340,7 +340,7 @@ def test_pinocchio_s_own_visualizer_takes_the_model_and_the_geometry(
 
 
 class _Window:
-    """What takes commands and sends them nowhere."""
+    """A meshcat window that discards all commands."""
 
     def __init__(self) -> None:
         self.commands: list[dict[str, Any]] = []

@@ -1,4 +1,4 @@
-"""The table of messages: what a program sends is what stands in it, and what the page takes."""
+"""The table of messages agrees with the messages that the viewer sends and with those that the page reads."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _HANDLER = re.compile(r"^  (\w+): \((?:app|\{[^}]*\})(?:, (?:message|\{ ([^}]*) 
 
 @pytest.fixture(scope="module")
 def sent(nao: nk.NaoModel) -> dict[str, list[dict[str, object]]]:
-    """Kind → the messages of this kind that a viewer keeps which shows everything."""
+    """Return the messages, by kind, of a viewer that shows everything."""
     found: dict[str, list[dict[str, object]]] = defaultdict(list)
     viewer = Viewer(nao)
 

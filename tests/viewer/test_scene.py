@@ -1,4 +1,4 @@
-"""What the viewer sends to the page, without a browser: the tree of transforms, the shapes, the document."""
+"""The messages of the viewer to the page, without a browser: the tree of transforms, the shapes, the document."""
 
 from __future__ import annotations
 

@@ -75,7 +75,7 @@ async def _client(viewer: Viewer) -> AsyncIterator[Client]:
 
 
 async def _closed(connection: WebSocketClientConnection) -> None:
-    """Close it, and wait until it is."""
+    """Close a connection and wait until it is closed."""
     connection.close()
     while await connection.read_message() is not None:
         pass
@@ -221,7 +221,7 @@ def test_a_process_without_free_files_is_told_so(nao: nk.NaoModel, monkeypatch: 
 def test_what_is_sent_along_with_a_request_is_not_read(viewer: Viewer) -> None:
     port = int(viewer.url.rstrip("/").rpartition(":")[2])
     with socket.create_connection(("127.0.0.1", port), timeout=10.0) as connection:
-        # No byte of the body is sent, so that whoever waits for it waits in vain.
+        # The body is never sent, so a server that waited for it would not answer.
         connection.sendall(f"POST / HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nContent-Length: 90000000\r\n\r\n".encode())
         assert connection.recv(100).startswith(b"HTTP/1.1 400 ")
 

@@ -23,7 +23,7 @@ def viewer(nao: nk.NaoModel) -> nk.Viewer:
 
 
 def _drag(viewer: nk.Viewer, name: Any, matrix: Any) -> None:
-    """What a page sends."""
+    """Move a target as a page does."""
     viewer._receive({"kind": "target", "name": name, "matrix": matrix, "source": "page 1"})
 
 

@@ -1,4 +1,4 @@
-"""What cameras see of the ground, beside OpenCV, intersections found by search, finite differences and Monte Carlo."""
+"""The ground that cameras see, compared with OpenCV, searched intersections, finite differences and Monte Carlo."""
 
 from __future__ import annotations
 

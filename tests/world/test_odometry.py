@@ -80,7 +80,7 @@ def test_forces_choose_the_support_with_hysteresis(nao: nk.NaoModel, walk: Walk)
 
 def test_a_foot_that_turns_on_the_floor_is_seen_by_the_gyrometer(nao: nk.NaoModel, walk: Walk) -> None:
     contacts = np.arange(2) == walk.support[:, None]
-    # The support turns about its origin by half a degree in each step: the truth is no longer what the legs say.
+    # The support turns about its origin by half a degree in each step, so the true walk differs from that of the legs.
     changes = np.concatenate([[0], np.cumsum(np.diff(walk.support) != 0)])
     true = walk.T.copy()
     step = np.zeros(len(true))

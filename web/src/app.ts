@@ -33,15 +33,14 @@ import type { About, Camera, MeshcatViewer, Message } from "./types.ts";
 const byId = (id: string) => document.getElementById(id) as HTMLElement;
 
 /**
- * One page: meshcat's viewer, the robot in it, the panel beside it, and where its messages come from.
+ * The page: meshcat's viewer with the robot in it, the panel beside it, and the connection that its messages come from.
  *
- * Events: "started" when the robot is there, "settled" when the scene has been brought up to date with a new
- * configuration, its `detail.own` whether that came from this page, "camera" when a preset was chosen, "shown" when
- * something else is drawn over the robot; "gesture" of the drag, "selected" of the selection, "measured" of the
- * measurement.
+ * Events: "started" when the robot has been made; "settled" when the scene shows a new configuration, with `detail.own`
+ * true if it came from this page; "camera" when a preset is chosen; "shown" when an overlay is switched on or off. Other
+ * parts of the page send "gesture" (Drag), "selected" (Selection) and "measured" (Measure).
  */
 export class App extends EventTarget {
-  // What comes with the robot, in `start`.
+  // These are made with the robot, in `start`.
   shown: ShownRobot;
   robot: Robot;
   frames: Frames;
@@ -135,7 +134,7 @@ export class App extends EventTarget {
     this.dispatchEvent(new Event("started"));
   }
 
-  // The scene is all here.
+  // The whole scene has arrived.
   complete() {
     this.stance.setDownAnew();
     this.stance.settle();
@@ -151,13 +150,13 @@ export class App extends EventTarget {
     this.connection.send(answer);
   }
 
-  /** @param children none for no notice */
+  /** @param children the content; without any, the notice is hidden */
   notice(...children: (string | Node)[]) {
     byId("notice").replaceChildren(...children);
     byId("notice").hidden = children.length === 0;
   }
 
-  // --- the robot, for scripts in the console: what `stance` does -------------------------------------------------
+  // --- the robot, for scripts in the browser's console: these call `stance` --------------------------------------
 
   get q() {
     return this.stance.q;
@@ -187,13 +186,13 @@ export class App extends EventTarget {
     return this.stance.com();
   }
 
-  // --- what is shown -------------------------------------------------------------------------------------------
+  // --- overlays and cameras ------------------------------------------------------------------------------------
 
   show(changes: Record<string, boolean>) {
     this.toggles.set(changes);
   }
 
-  /** Show what a button of another page does, or the program; a picture has no handles. */
+  /** Switch overlays as the program or a button of another page asks; a page that only takes a picture has no handles. */
   receiveShown({ shown, source }: Received["shown"]) {
     if (source === this.reports.source) return;
     this.show(this.role === "" ? shown : { ...shown, handles: false });
@@ -219,12 +218,12 @@ export class App extends EventTarget {
     this.dispatchEvent(new Event("camera"));
   }
 
-  /** Fill the view, under the bar over it. */
+  /** Fill the view from a preset, below the bar at its top. */
   look(preset: Camera | undefined, robots: { box(links: number[]): Box3 }) {
     const bar = byId("top");
     this.studio.look(preset, robots, (bar.offsetTop + bar.offsetHeight) / (this.pane.clientHeight || 1));
   }
 }
 
-/** The page, as far as a module uses it. */
+/** The page with only the parts that a module uses. */
 export type PageWith<Names extends keyof App> = EventTarget & { [Name in Names]: App[Name] };

@@ -3,31 +3,31 @@ import { button } from "./panel/element.ts";
 
 type Page = PageWith<"complete" | "notice" | "viewer">;
 
-/** Milliseconds before the first try to connect again, and before all from the sixth on. */
+/** The wait before the first attempt to reconnect, and the longest wait, from the sixth attempt on [ms]. */
 const FIRST = 500;
 const LONGEST = 10_000;
 
 /**
- * How long to wait before trying again: twice as long each time, up to ten seconds.
+ * How long to wait before the next attempt to reconnect: twice as long each time, up to ten seconds.
  *
- * @param failures how often it has been tried in vain, from 0
+ * @param failures number of failed attempts, from 0
  * @returns milliseconds
  */
 export function delayAfter(failures: number): number {
   return Math.min(LONGEST, FIRST * 2 ** failures);
 }
 
-// How long [ms] a program may take to say that it is there.
+// How long [ms] a program may take to answer.
 const PATIENCE = 10_000;
 
 /**
  * Where the page's messages come from: the page itself, or the program that serves it.
  *
- * A program that goes away, or a network, is waited for. The page then takes up what is shown, without loading anew
- * unless it or the robot is another one by now.
+ * When the program or the network is lost, the page waits for it. It then continues with the current scene, and reloads
+ * only if the page or the robot of the program has changed.
  */
 export class Connection {
-  /** What page and robot the program has. */
+  /** The version of the program's page and robot. */
   version = "";
   failures = 0;
   isAsking = false;
@@ -39,7 +39,7 @@ export class Connection {
   constructor(readonly page: Page) {}
 
   /**
-   * Read a scene that the page carries.
+   * Read the scene that a saved page contains.
    *
    * @param lines messages in base64
    */
@@ -50,7 +50,7 @@ export class Connection {
     this.page.complete();
   }
 
-  /** Take the scene, and all that changes in it, from the server that the page came from. */
+  /** Receive the scene and its changes from the server that the page came from. */
   listen() {
     addEventListener("online", () => this.tryAgain());
     this.open();
@@ -72,13 +72,13 @@ export class Connection {
     socket.onclose = () => this.wait();
   }
 
-  /** What page and robot the program has; where they are not these, the page is loaded anew. */
+  /** Reload the page if the program has another page or robot than before. */
   compare(version: string) {
     if (this.version && version !== this.version) this.beginAnew();
     this.version = version;
   }
 
-  /** Load the page anew. What the program says until then may be of another robot. */
+  /** Reload the page. Until then the program's messages are ignored, because they may be about another robot. */
   beginAnew() {
     if (this.socket) this.socket.onmessage = null;
     location.reload();
@@ -89,7 +89,7 @@ export class Connection {
       document.body.dataset.live = "ended";
       const now = button("Try now", () => this.tryAgain());
       this.page.notice(
-        "No program is behind this page. The panel still works; the page connects when there is one.",
+        "No program is connected to this page. The panel still works; the page connects when a program runs.",
         now,
       );
     }
@@ -105,16 +105,16 @@ export class Connection {
     this.ask();
   }
 
-  // A socket that is refused does not say why; a request does.
+  // A refused socket gives no reason; the status of an HTTP request does.
   async ask() {
-    // The timer, the button and the network may each ask, and a second socket would take up the scene once more.
+    // The timer, the button and the network may each call this, and a second socket would receive the scene twice.
     if (this.isAsking || this.socket?.readyState === WebSocket.CONNECTING) return;
     this.isAsking = true;
     const signal = AbortSignal.timeout(PATIENCE);
     const answer = await fetch(location.href, { method: "HEAD", cache: "no-store", signal }).catch(() => null);
     this.isAsking = false;
     if (answer?.status === 403) {
-      this.page.notice("The program runs again and lets in only its new address, which it has printed.");
+      this.page.notice("The program runs again, but accepts only the new address that it has printed.");
     } else if (answer?.ok) {
       this.open();
     } else {
@@ -122,7 +122,7 @@ export class Connection {
     }
   }
 
-  /** Let the document around the page, a notebook, join it to the program that it shows. */
+  /** Let the document around the page, a notebook, connect the page to its program. */
   admitParent() {
     window.addEventListener("message", ({ source, data, ports: [port] }) => {
       if (source !== window.parent || source === window || data !== "nao_kin" || !port) return;

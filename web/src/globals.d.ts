@@ -1,4 +1,5 @@
-// What meshcat puts into the page: three.js, which @types/three calls THREE, and its viewer. And what esbuild takes.
+// Types of what meshcat puts into the page: three.js, which @types/three calls THREE, and its viewer; and of the styles
+// that esbuild imports.
 
 import Three = THREE;
 

@@ -3,8 +3,8 @@ import { resize } from "./scene/studio.ts";
 import { THREE, makeScreen } from "./three.ts";
 
 /**
- * The renderer that meshcat draws with. Its canvas has no smoothing of its own, which would cost as much in each frame of a
- * movement: `Smoothing` is for the picture at rest.
+ * Make the renderer that meshcat draws with. Its canvas has no antialiasing, which would slow down every frame of a
+ * movement; `Smoothing` is used for the picture at rest only.
  */
 function makeRenderer(pane: HTMLElement) {
   const renderer = new THREE.WebGLRenderer({ alpha: true, antialias: false, powerPreference: "high-performance" });
@@ -17,10 +17,10 @@ function makeRenderer(pane: HTMLElement) {
   return renderer;
 }
 
-/** Pictures with smooth edges: drawn with several samples per pixel beside the canvas, and copied onto it. */
+/** Draws pictures with smooth edges: off the canvas with several samples per pixel, then copied onto it. */
 export class Smoothing {
   size = new THREE.Vector2();
-  // With a stencil the depth has 24 bits; without one 16, which shells a millimetre apart show through.
+  // With a stencil the depth has 24 bits; without one it has 16, too few for shells that are a millimetre apart.
   target = new THREE.WebGLMultisampleRenderTarget(1, 1, { format: THREE.RGBAFormat, stencilBuffer: true });
   possible: boolean;
   copy;
@@ -50,9 +50,9 @@ export class Smoothing {
 }
 
 /**
- * meshcat's viewer, adapted: our messages go to the page, all else to meshcat; before each picture the scene is brought up
- * to date, and the studio draws it. meshcat's own loop asks for every frame of the browser; here a change asks for one, and
- * a page in which nothing changes asks for none.
+ * Make meshcat's viewer and adapt it: our messages go to the page and all others to meshcat; before each picture the scene
+ * is brought up to date, and the studio draws it. meshcat's own loop asks for every frame of the browser; here only a change
+ * asks for one.
  */
 export function makeViewer(page: App) {
   const { pane } = page;
@@ -70,7 +70,7 @@ export function makeViewer(page: App) {
   };
   const resizeToPane = () => resize(viewer, pane.clientWidth, pane.clientHeight);
   viewer.set_3d_pane_size = resizeToPane;
-  // The pane is smaller where the legend stands under it.
+  // The pane becomes smaller when the legend is below it.
   new ResizeObserver(resizeToPane).observe(pane);
   const handle = viewer.handle_command.bind(viewer);
   viewer.handle_command = (message) => {
@@ -80,7 +80,7 @@ export function makeViewer(page: App) {
   };
   viewer.render = () => {
     page.stance.settle();
-    // What the camera's control does while it is asked, as it coasts, is for the next picture.
+    // Reset before drawing: while the camera coasts, drawing sets it again, which asks for the next picture.
     viewer.needs_render = false;
     page.studio.draw();
     viewer.animator.after_render();

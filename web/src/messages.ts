@@ -6,12 +6,12 @@ import { isOutdated } from "./reports.ts";
 import { showGhosts } from "./scene/ghosts.ts";
 import { scaleBar } from "./scene/legend.ts";
 
-// What each kind of message does that Python's `panel_message` makes.
+// The action of each kind of message that Python's `panel_message` makes.
 const HANDLERS: { [Kind in keyof Received]: (app: App, message: Received[Kind]) => void } = {
   geometry: (app, message) => app.parts.addGeometry(message),
   model: (app, message) => app.parts.addModel(message),
   robot: (app, { model }) => {
-    // The whole scene comes again to a page that lost its program before it was told what that has.
+    // A page that lost its program before it knew the version receives the whole scene again.
     if (app.robot) app.connection.beginAnew();
     else app.start(app.parts.model(model));
   },
@@ -49,7 +49,7 @@ const HANDLERS: { [Kind in keyof Received]: (app: App, message: Received[Kind]) 
   complete: (app) => app.complete(),
 };
 
-/** Do what a message from Python says; one of a kind that this page does not know says nothing. */
+/** Run the action of a message from Python; messages of an unknown kind are ignored. */
 export function obey(app: App, message: Message) {
   const handlers: Record<string, (app: App, message: any) => void> = HANDLERS;
   if (Object.hasOwn(handlers, message.kind)) handlers[message.kind](app, message);

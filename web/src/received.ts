@@ -2,7 +2,7 @@
 
 import type { About, Vector } from "./types.ts";
 
-/** What belongs to each kind of message from Python. */
+/** The contents of each kind of message from Python. */
 export interface Received {
   geometry: { name: string; geometry: object };
   model: { name: string; about: About };

@@ -3,48 +3,48 @@ import type { PageWith } from "./app.ts";
 type Page = PageWith<"role" | "send" | "stance">;
 
 /**
- * Whether a configuration that the program sends is one that this page reported itself, and has since replaced.
+ * Whether a configuration that the program sends is an old report of this page, which the page has since replaced.
  *
- * The program sends every page what was reported last, its own report included. A page that took the older ones would
- * jerk back under the hand that drags it; one that took none would keep a configuration that another page, whose report
- * arrived in between, knows nothing of.
+ * The program sends the last report to every page, also to the page that made it. If a page showed its own older reports,
+ * the robot would jump back during a drag. If it ignored all its own reports, it would keep a configuration that another
+ * page, whose report arrived in between, does not have.
  *
- * @param source who reported it, a space, and a number that grows
- * @param mine who this page is
+ * @param source the name of the page that reported it, a space, and an increasing number
+ * @param mine the name of this page
  * @param newest number of its newest report
- * @param plays whether a motion goes on here, which its own reports are not to stop
+ * @param plays whether this page plays a motion, which its own reports must not stop
  */
 export function isOutdated(source: string, mine: string, newest: number, plays: boolean = false) {
   const [who, number] = source.split(" ");
   return who === mine && (plays || Number(number) < newest);
 }
 
-// Time between two reports of where what is played is [ms].
+// Time between two reports of the configuration during playback [ms].
 const BETWEEN = 1000 / 30;
 
-/** What the program behind the page is told of where the robot is. */
+/** Reports the configuration of the robot to the program. */
 export class Reports {
-  /** Who this page is. */
+  /** The name of this page. */
   source = String(Math.random());
-  /** How many configurations it has had to tell; those told before are out of date when they come back. */
+  /** Number of the newest report; older reports are outdated when they come back. */
   count = 0;
-  /** Whether somebody has begun to play, or gone to a time, and the program has not been told. */
+  /** Whether the user started playback or moved to a time, and this has not been reported yet. */
   begins = false;
-  /** What is played, and is to be told next. */
+  /** The next report of playback. */
   waiting: { kind: "clip" | "played"; q: number[] } | null = null;
 
   constructor(readonly page: Page) {}
 
-  /** A configuration that somebody has made in this page. */
+  /** Report a configuration that the user made in this page. */
   joints() {
     this.count += 1;
     this.send({ kind: "joints", ...this.page.stance.snapshot() });
   }
 
   /**
-   * Where what is played is, not at every picture.
+   * Report the configuration that playback shows, but not for every picture.
    *
-   * @param kind whether it is the program's clip, which every page plays for itself, or of this page
+   * @param kind "clip" for the program's clip, which every page plays itself; "played" for a motion of this page
    */
   playing(kind: "clip" | "played", q: readonly number[]) {
     if (this.page.role !== "") return;
@@ -56,7 +56,7 @@ export class Reports {
   sendWaiting() {
     const { waiting, begins } = this;
     this.waiting = null;
-    // Somebody else may move the robot by now.
+    // The robot may have been moved by something else in the meantime.
     if (!waiting || (waiting.kind === "clip" && !this.page.stance.followsClip)) return;
     this.begins = false;
     this.send({ ...waiting, begins });

@@ -1,22 +1,22 @@
 import type { App } from "./app.ts";
 
-/** A configuration, and the vertical in the root's frame where it is given. */
+/** A configuration, and the vertical in the root's frame if it is given. */
 export interface Snapshot {
   q: number[];
   up: ArrayLike<number> | null;
 }
 
-/** How the page's own robot is: its configuration, which direction is up and who says so; and all that follows from it. */
+/** The configuration of the page's own robot and its vertical, where these come from, and the update of the scene. */
 export class Stance {
-  /** The vertical in the root's frame, where it is given. */
+  /** The vertical in the root's frame; null if it is not given. */
   up: ArrayLike<number> | null = null;
-  /** The numbers that the scene was last brought up to date with. */
+  /** The configuration and the vertical that the scene last showed. */
   settled: number[] | null = null;
-  /** Whether the configuration comes from this page, and nobody has been told. */
+  /** Whether the configuration comes from this page and has not been reported yet. */
   unreported = false;
-  /** Whether the robot was moved last by somebody in a page. */
+  /** Whether the robot was last moved by a user, in this page or another. */
   movedByHand = false;
-  /** Whether the clip says which direction is up, as long as nothing else moves the robot. */
+  /** Whether the clip gives the vertical; false as soon as something else moves the robot. */
   followsClip = false;
 
   constructor(readonly page: App) {}
@@ -25,18 +25,18 @@ export class Stance {
     return this.page.robot.q;
   }
 
-  /** @returns what no later change reaches */
+  /** @returns copies, which later changes do not affect */
   snapshot(): Snapshot {
     return { q: [...this.q], up: this.up };
   }
 
-  // --- who moves the robot -------------------------------------------------------------------------------------
+  // --- changes of the configuration ----------------------------------------------------------------------------
 
   /**
    * Show a configuration.
    *
-   * @param up the vertical in the root's frame; null for what the robot stands on by itself
-   * @param report it to whoever serves the page: it comes from here
+   * @param up the vertical in the root's frame; null to let the page place the robot on the floor
+   * @param report whether to report it to the program, because it comes from this page
    */
   set(q: number[], up: ArrayLike<number> | null = this.up, report: boolean = true) {
     const { player } = this.page;
@@ -44,7 +44,7 @@ export class Stance {
     this.put(q, up, report);
   }
 
-  /** The same, for what is played: it goes on. */
+  /** The same during playback, which continues. */
   put(q: number[], up: ArrayLike<number> | null, report: boolean) {
     this.q.splice(0, q.length, ...q);
     this.followsClip = false;
@@ -54,19 +54,19 @@ export class Stance {
     this.page.viewer.set_dirty();
   }
 
-  /** Show a configuration that is no small step from the one before: it is set down as if it were the first. */
+  /** Show a configuration that may be far from the one before: the robot is placed as if it were shown first. */
   jump(q: number[], up: ArrayLike<number> | null = null) {
     this.setDownAnew();
     this.set(q, up);
   }
 
   /**
-   * Show a configuration that comes from elsewhere.
+   * Show a configuration from the program or another page.
    *
-   * @param byHand whether somebody moved the robot in a page
+   * @param byHand whether a user moved the robot in a page
    */
   display(q: number[], up: ArrayLike<number> | null, byHand: boolean) {
-    // What was done by hand says nothing about what the program shows next.
+    // How the robot stood after a user moved it must not affect how it stands in the program's next configuration.
     if (this.movedByHand && !byHand) this.setDownAnew();
     this.set(q, up, false);
     this.movedByHand = byHand;
@@ -77,7 +77,8 @@ export class Stance {
     this.followsClip = true;
   }
 
-  // No clip any more. meshcat's animator then puts back what it found before the clip, which is out of date.
+  // Remove the clip. meshcat's animator then restores the configuration before the clip, which is outdated, so the
+  // current one is set again.
   still() {
     const { q, up } = this.snapshot();
     this.page.player.unload();
@@ -96,9 +97,9 @@ export class Stance {
     this.jump(floating ? [...this.q.slice(0, 7), ...posture.q.slice(7)] : posture.q);
   }
 
-  // --- what follows from it ------------------------------------------------------------------------------------
+  // --- the scene -----------------------------------------------------------------------------------------------
 
-  /** Bring the scene up to date with the joint values, whoever wrote them; on every frame that is drawn. */
+  /** Bring the scene up to date with the configuration, wherever it comes from; called for every frame. */
   settle() {
     const { robot, player, shown, drag, studio, ghosts, balance, eyes, panel, reports } = this.page;
     if (!robot) return;
@@ -121,13 +122,13 @@ export class Stance {
     this.page.dispatchEvent(new CustomEvent("settled", { detail: { own } }));
   }
 
-  // Put the robot on the floor again, which it keeps off while it is dragged.
+  // Place the robot on the floor again; while it is dragged, the trunk stays where it is.
   restand() {
     this.settled = null;
     this.page.viewer.set_dirty();
   }
 
-  // As if nothing had been shown before.
+  // Place the robot on the floor as if it had not been shown before.
   setDownAnew() {
     this.page.shown.standing.forget();
     this.restand();

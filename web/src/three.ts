@@ -1,6 +1,6 @@
 import type { RobotMesh } from "./types.ts";
 
-// The three.js that meshcat brings: one copy of it, in the page before this bundle.
+// The copy of three.js that meshcat contains; the page loads it before this bundle.
 
 export import THREE = MeshCat.THREE;
 
@@ -22,9 +22,9 @@ export const cornersOf = ({ min, max }: THREE.Box3) =>
   );
 
 /**
- * A sheet over all of a picture, which draws one from another.
+ * A rectangle over the whole picture, whose shader computes the picture from textures.
  *
- * @param fragmentShader that has the place in the picture as vUv, from 0 to 1
+ * @param fragmentShader gets the place in the picture as vUv, from 0 to 1
  */
 export function makeScreen(fragmentShader: string, uniforms: Record<string, THREE.IUniform>) {
   const material = new THREE.ShaderMaterial({

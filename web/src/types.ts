@@ -1,9 +1,9 @@
-// What the page gets from Python and from meshcat.
+// Types of the data from Python and of the parts of meshcat.
 import type * as Three from "three";
 import type { LimbNumbers } from "./ik/limbs.ts";
 import type { Vector } from "./math/rotations.ts";
 
-/** The robot as nao_kin.viewer.description describes it. Links are numbers into `links`, columns places in q. */
+/** The robot as nao_kin.viewer.description describes it. A link is an index into `links`, a column an index into q. */
 export interface About {
   name: string;
   floating: boolean;
@@ -11,7 +11,7 @@ export interface About {
   soles: number[];
   notes: string[];
   links: { name: string; path: string[] }[];
-  /** The constant pose of nodes in their parents, by columns. */
+  /** The constant pose of each node in its parent, column by column. */
   places: { path: string[]; matrix: number[] }[];
   shapes: ShapeAbout[];
   joints: JointAbout[];
@@ -33,23 +33,23 @@ export interface About {
   eyes: Eye[];
 }
 
-/** What one shape of a link is drawn with. */
+/** The geometry, pose and colour of one shape of a link. */
 interface ShapeAbout {
   link: number;
   /** Name of the geometry. */
   geometry: string;
-  /** The pose in the link, by columns. */
+  /** The pose in the link, column by column. */
   matrix: number[];
-  /** 0xRRGGBB, as on screens. */
+  /** 0xRRGGBB, in sRGB. */
   colour: number;
   opacity: number;
-  /** Name of the light that it is, or empty. */
+  /** The name of the light if the shape is one, else empty. */
   light: string;
-  /** Whether its colour differs between the editions of our NAO. */
+  /** Whether its colour differs between the editions of NAO. */
   accent: boolean;
 }
 
-/** A camera of the robot, which looks along x of its link, and its field of view [rad] where that is known. */
+/** A camera of the robot, which looks along x of its link, and its field of view [rad], null if unknown. */
 export interface Eye {
   name: string;
   link: number;
@@ -76,7 +76,7 @@ export interface JointAbout extends Driven {
   group: number;
 }
 
-/** One number of q; no limit is null, of its speed [1/s] too. */
+/** One number of q; a limit that does not exist is null, also that of its speed [1/s]. */
 export interface Coordinate {
   joint: string;
   column: number;
@@ -92,7 +92,7 @@ interface Posture {
   up: Vector | null;
 }
 
-/** Where to look from, at which links and all they carry. */
+/** A camera preset: the direction to look from, and the links to look at with all that they carry. */
 export interface Camera {
   name: string;
   direction: Vector;
@@ -109,7 +109,7 @@ export interface Shape {
 
 export type RobotMesh = Three.Mesh<Three.BufferGeometry, Three.MeshStandardMaterial>;
 
-/** A message of ours from Python: its kind and what belongs to it. */
+/** A message from Python: its kind and its content. */
 export interface Message {
   type: "nao_kin";
   kind: string;

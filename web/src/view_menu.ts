@@ -6,7 +6,7 @@ import { clearGhosts, keepGhost } from "./scene/ghosts.ts";
 import { entry } from "./scene/legend.ts";
 import { chainColours, EDITIONS } from "./scene/link_colours.ts";
 
-/** The menu of how the view looks: which frames are drawn, transparency, colours, a ghost, pictures and films. */
+/** The View menu: frames, transparency, colours, ghosts, pictures and videos. */
 export class ViewMenu {
   edition = element("select");
   boxes: Map<string, HTMLInputElement> = new Map();
@@ -28,7 +28,7 @@ export class ViewMenu {
     );
     this.menu = element("details", { className: "view-menu" }, this.summary, this.sheet);
     top.append(this.menu);
-    // It ends where the picture ends.
+    // The menu ends at the bottom of the picture.
     this.menu.addEventListener("toggle", () => {
       const { bottom } = (top.parentElement as HTMLElement).getBoundingClientRect();
       this.sheet.style.maxHeight = `${Math.max(120, bottom - this.summary.getBoundingClientRect().bottom - 14)}px`;
@@ -44,7 +44,7 @@ export class ViewMenu {
     });
   }
 
-  /** Mark the frames that are drawn. */
+  /** Check the boxes of the frames that are drawn. */
   refresh() {
     const { frames, toggles } = this.page;
     const names = new Set(toggles.shown.frames ? frames.names : []);
@@ -87,7 +87,7 @@ export class ViewMenu {
     };
     const keep = button("Keep as ghost", () => keepGhost(page));
     const remove = button("Remove ghost", () => clearGhosts(page));
-    this.edition.add(new Option("as it is", ""));
+    this.edition.add(new Option("original", ""));
     for (const name of Object.keys(EDITIONS)) this.edition.add(new Option(name, name));
     this.edition.onchange = () => page.setEdition(this.edition.value);
     const edition = field("Edition", this.edition);
@@ -125,17 +125,17 @@ function row(...children: Node[]) {
 }
 
 function field(text: string, control: HTMLElement) {
-  // The options of a select would be read as part of its name.
+  // Without this, a screen reader would read the options of a select as part of its name.
   control.ariaLabel = text;
   return element("label", { className: "field" }, text, control);
 }
 
-/** What may be drawn over the robot: the button's text, and what a new state does. */
+/** An overlay: the text of its button, and the function that shows or hides it. */
 interface Toggle {
   text: string;
-  /** Whether it is there at the beginning; else it is not. */
+  /** Whether it is on at the beginning; without this function it is off. */
   begins?(page: App): boolean;
-  /** Whether there is anything to show, and so a button for it; else there always is. */
+  /** Whether there is anything to show, and so a button for it; without this function there is always a button. */
   isOffered?(page: App): boolean;
   show(page: App, on: boolean): void;
 }
@@ -197,7 +197,7 @@ const TOGGLES: Record<string, Toggle> = {
   },
 };
 
-/** The buttons of what may be drawn over the robot. */
+/** The buttons that switch the overlays. */
 export class Toggles {
   shown: Record<string, boolean> = {};
   buttons: Map<string, HTMLButtonElement> = new Map();
@@ -217,7 +217,7 @@ export class Toggles {
     page.addEventListener("targets", () => this.refresh());
   }
 
-  /** Offer what there is. */
+  /** Show the buttons of the overlays that have something to show. */
   refresh() {
     for (const [name, made] of this.buttons) made.hidden = TOGGLES[name].isOffered?.(this.page) === false;
   }
@@ -232,7 +232,7 @@ export class Toggles {
     this.page.dispatchEvent(new Event("shown"));
   }
 
-  /** Show everything as it is to be, when the robot has just come. */
+  /** Apply the state of all overlays, after the robot has been made. */
   apply() {
     this.refresh();
     this.set(this.shown);

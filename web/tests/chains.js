@@ -1,4 +1,4 @@
-// NAO's limbs as chains of turns and displacements, from the definition: what the closed forms are compared with.
+// NAO's limbs as chains of rotations and displacements, from their definition, to check the closed forms against.
 import assert from "node:assert/strict";
 
 // The limbs of a NAO V6, from `nk.ik.limbs`.
@@ -109,13 +109,13 @@ export function generator(seed) {
   };
 }
 
-/** So many times values of the joints, within the ranges of each but not of the table. */
+/** A number of random joint values, within the joints' own ranges but not the coupled ones. */
 export function randomValues(numbers, count, seed) {
   const random = generator(seed);
   return Array.from({ length: count }, () => numbers.lower.map((low, i) => low + (numbers.upper[i] - low) * random()));
 }
 
-/** Whether values are inside the limits, with the table read anew. */
+/** Whether values are inside the limits, with an independent reading of the coupled limits. */
 export function areInside({ lower, upper, table }, values, slack = 2e-9) {
   if (values.some((value, i) => value < lower[i] - slack || value > upper[i] + slack)) return false;
   if (!table) return true;
@@ -139,7 +139,7 @@ export const apart = (a, b) => Math.abs(Math.atan2(Math.sin(a - b), Math.cos(a -
 export const hasBranch = ({ branches }, q, tolerance = 1e-7) =>
   branches.some(({ values }) => values.every((value, i) => apart(value, q[i]) < tolerance));
 
-/** That the branches are sorted by their distance from the reference, and are all different. */
+/** Check that the branches are sorted by their distance from the reference and are all different. */
 export function assertSorted({ branches, reference }) {
   const away = branches.map(({ values }) => values.reduce((sum, value, i) => sum + (value - reference[i]) ** 2, 0));
   assertClose(
@@ -153,7 +153,7 @@ export function assertSorted({ branches, reference }) {
   }
 }
 
-/** That a joint is blamed for the value that it would need, and the end of its range. */
+/** Check that the answer names the joint, the value that it would need, and the end of its range. */
 export function assertBlamed(answer, reason, joint, needed, limit) {
   assert.equal(answer.reason, reason);
   assert.equal(answer.joint, joint);
@@ -161,7 +161,7 @@ export function assertBlamed(answer, reason, joint, needed, limit) {
   assertClose([answer.needed, answer.limit], [needed, limit], 1e-8);
 }
 
-/** That what is blamed is as far outside as the least of all branches that there are without limits. */
+/** Check that the reason comes from the branch, of all branches without limits, that exceeds the limits least. */
 export function assertLeastOutside(limb, answer, { branches }) {
   const least = Math.min(...branches.map(({ values }) => limb.excess(values)));
   assertClose([Math.abs(answer.needed - answer.limit)], [least], 1e-8);

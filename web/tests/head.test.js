@@ -101,7 +101,7 @@ test("HeadYaw leaves HeadPitch less than its own range", () => {
   assertBlamed(head.solve(poseOf(numbers, q), q), "COUPLED_LIMIT", PITCH, q[PITCH], upper[bend]);
 });
 
-test("what is no pose is refused", () => {
+test("a matrix that is not a pose is refused", () => {
   assertBlamed(head.solve(new Array(16).fill(1), [0, 0]), "NOT_RIGID", -1, 0, 0);
 });
 

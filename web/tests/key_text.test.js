@@ -57,7 +57,7 @@ test("sixty key frames of a robot of 25 joints have room, one more has not", () 
   assert.ok(!writeLink(ABOUT, { ...STATE, keys: { frames: new KeyFrames(keys), time: 0 } }).includes("keys="));
 });
 
-test("what is no key frames is refused", () => {
+test("a text that is not key frames is refused", () => {
   for (const [text, says] of [
     ["", /expected linear or smooth/],
     ["bezier:0:HeadYaw;0:1", /expected linear or smooth/],
@@ -67,15 +67,15 @@ test("what is no key frames is refused", () => {
     [`linear:0:HeadYaw${";0:1".repeat(100)}`, /100 key frames/],
     ["linear:0:HeadYow;0:1", /unknown joint "HeadYow" \(nearest: HeadYaw/],
     ["linear:0:__proto__;0:1", /unknown joint "__proto__"/],
-    ["linear:0:%E0%A4%A;0:1", /no text of a link/],
+    ["linear:0:%E0%A4%A;0:1", /not valid in a link/],
     ["linear:0:HeadYaw,HeadYaw;0:1,1", /given twice/],
-    ["linear:0:@,HeadYaw;0:1", /with a base that moves/],
+    ["linear:0:@,HeadYaw;0:1", /with a floating base/],
     ["linear:0:HeadYaw;0:1,2", /has 2 values, expected 1/],
     ["linear:0:HeadYaw;0:zzzzzzzz", /far outside/],
-    ["linear:0:HeadYaw;0:zzzzzzzzz", /"zzzzzzzzz" is no value/],
-    ["linear:0:HeadYaw;0:NaN", /"NaN" is no value/],
-    ["linear:0:HeadYaw;0:</script>", /no value/],
-    ["linear:0:HeadYaw;1:1;1:2", /a key frame at 1 s behind one at 1 s/],
+    ["linear:0:HeadYaw;0:zzzzzzzzz", /"zzzzzzzzz" is not a value/],
+    ["linear:0:HeadYaw;0:NaN", /"NaN" is not a value/],
+    ["linear:0:HeadYaw;0:</script>", /not a value/],
+    ["linear:0:HeadYaw;1:1;1:2", /a key frame at 1 s follows one at 1 s/],
     ["linear:0:HeadYaw;-1:1", /the time of a key frame is "-1"/],
     ["linear:1e9:HeadYaw;0:1", /the time of a key frame is "1e9"/],
     ["linear:0:HeadYaw;3601:1", /expected 0 to 3600/],

@@ -189,7 +189,7 @@ for (const frame of ["LLeg", "RLeg"]) {
     assert.ok(stood > 30);
   });
 
-  test(`${frame} does not stand where it cannot reach, nor at what is no pose`, () => {
+  test(`${frame} does not stand at a pose out of reach, nor at a matrix that is not a pose`, () => {
     const T = poseOf(numbers, [0, 0, 0, 0, 0, 0]);
     assertBlamed(leg.stand(movedBy(T, [0, 0, -0.05]), 0, references[0]), "OUT_OF_REACH", -1, 0.05, 0);
     assertBlamed(leg.stand(movedBy(T, [NaN, 0, 0]), 0, references[0]), "NOT_RIGID", -1, 0, 0);

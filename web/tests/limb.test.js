@@ -121,7 +121,7 @@ test("a branch that forward kinematics does not verify is left out, and the near
   );
 });
 
-test("a rotation a little off is brought nearer to one, what is none is refused", () => {
+test("a rotation a little off is corrected, and a matrix that is not a rotation is refused", () => {
   const T = poseOf(leg, [0.1, 0.2, -0.3, 0.4, 0.5, 0.1]);
   const R = [0, 1, 2, 4, 5, 6, 8, 9, 10].map((i) => T[i]);
   assertClose(rigidRotation(T), R, 1e-15);

@@ -54,18 +54,18 @@ test("a link of nothing but its version changes nothing", () => {
   assert.deepEqual(readLink(ABOUT, TOGGLES, "v=1"), {});
 });
 
-test("what is no state is refused", () => {
+test("a text that is not a state is refused", () => {
   for (const [text, says] of [
-    ["joints", /"joints" is no state/],
-    ["v=2&q=", /version "2", this page reads 1/],
-    ["v=1&speed=3", /nothing is called "speed"/],
-    ["v=1&__proto__=3", /nothing is called "__proto__"/],
+    ["joints", /"joints" is not a state/],
+    ["v=2&q=", /version "2", but this page reads version 1/],
+    ["v=1&speed=3", /unknown field "speed"/],
+    ["v=1&__proto__=3", /unknown field "__proto__"/],
     ["v=1&q=HeadYow:1", /unknown joint "HeadYow" \(nearest: HeadYaw/],
     ["v=1&q=HeadYaw:NaN", /HeadYaw is "NaN"/],
     ["v=1&q=HeadYaw:1e300", /HeadYaw is "1e300"/],
     ["v=1&q=HeadYaw:99999", /far outside/],
     ["v=1&q=HeadYaw:1,HeadYaw:2", /given twice/],
-    ["v=1&q=%E0%A4%A:1", /no text of a link/],
+    ["v=1&q=%E0%A4%A:1", /not valid in a link/],
     ["v=1&up=0,0,0", /no direction/],
     ["v=1&up=0,0", /expected 3 numbers/],
     ["v=1&up=0,,1", /expected 3 numbers/],
@@ -73,8 +73,8 @@ test("what is no state is refused", () => {
     ["v=1&up=0,Infinity,1", /expected 3 numbers/],
     ["v=1&base=0,0,0,0,0,0,1", /does not have/],
     ["v=1&camera=above", /unknown camera "above"/],
-    ["v=1&camera=1,1,1,1,1,1", /looks at itself/],
-    ["v=1&show=axes,bones", /unknown thing to show "bones"/],
+    ["v=1&camera=1,1,1,1,1,1", /looks at its own position/],
+    ["v=1&show=axes,bones", /unknown overlay "bones"/],
     ["v=1&units=deg,inch", /expected deg or rad/],
     ["v=1&frame=x", /unknown frame "x"/],
     [`v=1&q=${"x".repeat(1_000_000)}`, /expected at most/],

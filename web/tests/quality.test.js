@@ -3,7 +3,7 @@ import { test } from "node:test";
 
 import { LEVELS, Quality } from "../src/scene/quality.ts";
 
-/** Frames with a change each, every one of which takes so long [ms]; gives the levels at which they were drawn. */
+/** Draw frames with a change each, all of the given duration [ms]; returns the levels at which they were drawn. */
 function move(quality, from, count, time) {
   const levels = [];
   for (let i = 0; i < count; i++) {

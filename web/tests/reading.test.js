@@ -69,7 +69,7 @@ test("each way of writing is recognised", () => {
 test("a refused text says what was wrong with it, and where", () => {
   for (const [text, says] of [
     ["", /empty text/],
-    ["hello", /a line of names and no values/],
+    ["hello", /names without values/],
     ['{"HeadYow": 1}', /line 1: unknown joint "HeadYow" \(nearest: HeadYaw/],
     ['{\n"HeadYaw": 1,\n"HeadYaw": 2}', /line 3: joint "HeadYaw" is given twice/],
     ['{"HeadYaw": "fast"}', /HeadYaw is "fast", expected a finite number/],
@@ -99,7 +99,7 @@ test("a refused text says what was wrong with it, and where", () => {
     ["1, 2, 3", /a list of 3 numbers/],
     ["[0.5, 0, 0, 0-1, 0]", /expected , or \]/],
     ["[0.5, 0, 0, 0, 0, 4000]", /RArm is 4000/],
-    ["[0.5, 'a', 0, 0, 0]", /no joints and values in it/],
+    ["[0.5, 'a', 0, 0, 0]", /no joint values found/],
     ["m.setAngles('Head', [0.5], 0.1)", /2 names and 1 angles/],
     ["m.setAngles('Hed', [0.5], 0.1)", /unknown joint "Hed"/],
     ["<script>alert(1)</script>", /./],

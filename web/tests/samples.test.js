@@ -10,7 +10,7 @@ const ROWS = [
 ];
 const MOTION = Motion.of([1, 2, 5], ROWS);
 
-test("of some numbers those that go furthest are plotted, in the order given", () => {
+test("the numbers with the largest ranges are plotted, in the order given", () => {
   assert.deepEqual(busiest(MOTION, [0, 1, 2, 3], 2), [1, 3]);
   assert.deepEqual(busiest(MOTION, [3, 2, 1, 0], 3), [3, 2, 1]);
   assert.deepEqual(busiest(MOTION, [0, 2], 1), [2]);

@@ -80,7 +80,7 @@ def exact_xml(spec: Any) -> str:
 
 
 def _pairs(named: Iterable[Any], elements: Iterable[ET.Element]) -> Iterator[tuple[Any, ET.Element]]:
-    """Yield each named element with the part of the specification of that name; elements of a class have none."""
+    """Yield each named element with the part of the specification of that name; skip elements of a class."""
     by_name = {one.name: one for one in named}
     return ((by_name[element.get("name", "")], element) for element in elements if element.get("name"))
 
@@ -141,7 +141,7 @@ def mjcf(
         typed: make one body of several joints with axes through one point: two hinges of one body for a universal
             joint, a ball for a spherical one. MuJoCo couples only joints of one coordinate, so a spherical joint with a
             coupled axis stays three hinges of one body; with coupling="independent" it is a ball. Links between such
-            axes are fixed to the body before.
+            axes are fixed to the body before them.
         overwrite: replace an existing folder.
 
     Returns:

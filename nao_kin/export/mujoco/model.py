@@ -164,8 +164,9 @@ def _set_geometry(geom: Any, geometry: Geometry, scaled: Mapping[MeshFile, str])
 def add_excludes(spec: Any) -> tuple[str, ...]:
     """Exclude contacts between neighbours, and between bodies whose shapes overlap at zero or in a posture.
 
-    Collision shapes are approximate: those of neighbours always overlap, and others where the real shells just pass
-    each other. The neighbour of a body is the nearest preceding body with a shape. Returns a line about other pairs.
+    Collision shapes are approximate: those of neighbours always overlap, and those of other bodies overlap where the
+    real shells just pass each other. The neighbour of a body is the nearest preceding body with a shape. Return a line
+    about the pairs that are not neighbours.
     """
     model = spec.compile()
     data = mujoco.MjData(model)

@@ -52,9 +52,9 @@ def read_motion(
         ignore_other: leave out names that are not joints of the robot, with a `MotionFileWarning`.
 
     Raises:
-        BadInputFile: one line that names the file and, if possible, line and column: unreadable, of unknown format,
-            malformed, a joint unknown or given twice, a value that is not a finite number, times that do not ascend,
-            several motions and none chosen.
+        BadInputFile: the file is unreadable, of unknown format or malformed; a joint is unknown or given twice; a value
+            is not a finite number; times do not ascend; or there are several motions and `timeline` chooses none. The
+            message is one line, with the file and, if possible, line and column.
 
     Examples:
         >>> nod = nk.Motion([0.0, 0.5, 1.0], ["HeadPitch"], [[0.0], [0.3], [0.0]])
@@ -126,13 +126,13 @@ def write_motion(
 ) -> None:
     """Write a motion to a file.
 
-    Joints that a format does not support raise an error; a linear format loses curves with a `MotionFileWarning`.
+    Joints that a format does not support raise an error; a linear format loses curves, with a `MotionFileWarning`.
 
     Args:
         motion: the motion to write.
         path: the file.
-        format: one of `FORMATS` except "bhuman" and "naodevils", which are only read; None for that of the suffix,
-            where ".json" is "json".
+        format: one of `FORMATS` except "bhuman" and "naodevils", which are only read; None for the format of the
+            suffix, which is "json" for ".json".
         rate: samples per second to write instead of the keys.
         overwrite: replace an existing file.
 
@@ -162,7 +162,7 @@ def write_motion(
 
 # --- Files with a motion, or with configurations without times.
 
-# Suffixes of configurations too; any other suffix is unambiguous.
+# Suffixes that files of configurations have too; any other suffix is unambiguous.
 _SHARED = (".csv", ".tsv", ".txt", ".json", "")
 # Bytes to read of a table, which may be larger than memory.
 _HEAD = 1 << 16
@@ -174,9 +174,9 @@ _CONFIGURATIONS = re.compile(rb"(?:\xef\xbb\xbf)?\s*\[\s*\{")
 def is_motion_file(path: Path | str, data: bytes | None = None) -> bool:
     """Return whether a file is a motion file, by its content or by an unambiguous suffix.
 
-    A table of joint values without a time column, and JSON objects of joint values, are not: `nao_kin.stream` reads
-    them. Unreadable files and pipes, which can be read only once, are not either. `data` is the content, if it has been
-    read.
+    Tables of joint values without a time column, and JSON objects of joint values, are not motion files:
+    `nao_kin.stream` reads them. Nor are unreadable files, and pipes, which can be read only once. `data` is the
+    content, if it has been read.
     """
     if isinstance(path, str) and not path:
         return False

@@ -20,11 +20,11 @@
       };
     };
 
-Source: bhuman/BHumanCodeRelease, keyframeMotionEngine.cfg and KeyframePhaseBase. Durations are milliseconds, numbers
-without a unit radians, 10000 and 20000 no angles; hands are radians from 0 closed to 1 open. Interpolations to a
-key frame are Linear, SinusMinToMax (½ − ½ cos π s) and SinusZeroToMax (sin ½ π s); Default is that of the block. Up to
-2021, and in getUpEngine.cfg, the file has mofs = {front = {lines = […]}} instead, in degrees, and a line has head,
-leftArm and so on directly.
+Source: bhuman/BHumanCodeRelease, keyframeMotionEngine.cfg and KeyframePhaseBase. Durations are in milliseconds, numbers
+without a unit in radians; 10000 and 20000 are not angles; hands are in radians from 0 closed to 1 open. Interpolations
+to a key frame are Linear, SinusMinToMax (½ − ½ cos π s) and SinusZeroToMax (sin ½ π s); Default is the interpolation of
+the block. Up to 2021, and in getUpEngine.cfg, the file has mofs = {front = {lines = […]}} instead, in degrees, and a
+line contains head, leftArm and so on directly.
 """
 
 from __future__ import annotations
@@ -156,12 +156,12 @@ BHUMAN = Format("bhuman", (".cfg",), "B-Human's key frames", has_line(_BEGINS), 
 #       }
 #     ];
 #
-# Source: NaoDevils/CodeRelease, KeyFrameEngine: arms and legs are the left one and then the right one, durations
-# milliseconds, numbers without a unit radians, 10000 and 20000 no angles; a step is linear or sine (½ − ½ cos π s).
-# Stiffnesses, and actions that depend on the robot's sensors, are left out.
+# Source: NaoDevils/CodeRelease, KeyFrameEngine: the left arm or leg comes before the right one; durations are in
+# milliseconds, numbers without a unit in radians; 10000 and 20000 are not angles; a step is linear or sine
+# (½ − ½ cos π s). Stiffnesses, and actions that depend on the robot's sensors, are left out.
 #
-# Their .kmc files, as B-Human's, hold no joint values: they move feet, elbows and the centre of mass through space, and
-# the running robot's balance determines the joints.
+# NaoDevils' .kmc files, like those of B-Human, hold no joint values: they move feet, elbows and the centre of mass
+# through space, and the running robot's balance determines the joints.
 
 _KFM_BEGINS = re.compile(r"^\s*(?:keyFrames|phaseParameters)\s*=\s*\[", re.MULTILINE)
 _KFM_LISTS = {"headAngles": 2, "armsAngles": 12, "legsAngles": 12}

@@ -10,10 +10,10 @@
       </ActuatorList>
     </Timeline></Box></ChoregrapheProject>
 
-Source: Aldebaran's qicore, timeline.cpp, actuatorcurvemodel.cpp and tangentmodel.cpp: a key is played at (frame −
-start_frame) / fps; values are degrees for unit 0, ratios from 0 to 1 for unit 1 (percent), and without a unit ratios
-for hands and degrees for all other joints; tangents are offsets in frames and in the unit of the value, automatic if
-absent; muted curves are not played.
+Source: Aldebaran's qicore, timeline.cpp, actuatorcurvemodel.cpp and tangentmodel.cpp. A key is played at (frame −
+start_frame) / fps. Values are degrees for unit 0, and ratios from 0 to 1 for unit 1 (percent); without a unit they are
+ratios for hands and degrees for all other joints. Tangents are offsets in frames and in the unit of the value; a
+missing tangent is automatic. Muted curves are not played.
 
 The file is untrusted XML, read by expat: a document type, and with it every entity, is refused, and nothing outside the
 file is opened.
@@ -41,7 +41,7 @@ from nao_kin.motion.motion import Motion
 # --- The timelines in the XML of a behaviour: frames, values and tangents.
 
 # Kinds of tangents, with the types of NAOqi's control points: 0 constant, 1 linear, 2 Bezier, 3 Bezier with automatic
-# handles, which the points hold too. Source: Aldebaran's qicore.
+# handles; the points contain these handles too. Source: Aldebaran's qicore.
 CONSTANT, LINEAR, BEZIER, AUTOMATIC = range(4)
 KINDS = {"bezier": BEZIER, "bezier_auto": AUTOMATIC, "linear": LINEAR}
 SIDES = {"left": 0, "right": 1}
@@ -244,7 +244,7 @@ _FIRST_FRAME = 1
 
 
 def recognises(source: MotionSource) -> bool:
-    """Return whether it is XML with Choregraphe, a timeline or an XML declaration near its beginning."""
+    """Return whether the file is XML with Choregraphe, a timeline or an XML declaration near its beginning."""
     head = source.data[:4096].replace(b"\x00", b"")
     start = head.removeprefix(b"\xef\xbb\xbf").removeprefix(b"\xff\xfe").removeprefix(b"\xfe\xff").lstrip()
     return start[:1] == b"<" and (b"Choregraphe" in head or b"<Timeline" in head or b"<?xml" in head)
@@ -277,7 +277,7 @@ def read(source: MotionSource) -> Motion:
 
 
 def _track(source: MotionSource, timeline: Timeline, curve: Curve) -> tuple[Track, bool]:
-    """Return the keys of a curve that are played, and whether it has more than straight lines."""
+    """Return the keys of a curve that are played, and whether the curve has more than straight lines."""
     if curve.unit not in (None, "-1", _DEGREE, _PERCENT):
         shown = quoted(curve.unit, MAX_SHOWN)
         raise source.error(f"unit {shown}, expected {_DEGREE} (degrees) or {_PERCENT} (percent)", curve.place)

@@ -113,7 +113,7 @@ CSV = Format(
 # Arrays: joint_names (joints,) text; counts (joints,) the number of keys of each; times and keys (sum of counts,) joint
 # after joint [s; rad, m or ratio]; interpolation () text; for "bezier", handles (sum of counts, 2, 2).
 
-# A motion of 10⁷ keys has a fifth of that.
+# A motion of 10⁷ keys has a fifth of this size.
 _MAX_BYTES = 1 << 31
 # Errors of zipfile and NumPy for broken files.
 _BROKEN = (
@@ -124,7 +124,7 @@ _REQUIRED = ("joint_names", "counts", "times", "keys", "interpolation")
 
 
 def _recognises_npz(source: MotionSource) -> bool:
-    """Return whether it begins like a zip file."""
+    """Return whether the file begins like a zip file."""
     return source.data[:4] == b"PK\x03\x04"
 
 
@@ -181,7 +181,7 @@ def _arrays(source: MotionSource) -> dict[str, NDArray[Any]]:
         with np.load(io.BytesIO(source.data), allow_pickle=False) as archive:
             return {name: archive[name] for name in archive.files if name in (*_REQUIRED, "handles")}
     except _BROKEN as error:
-        raise source.error(f"no npz file of a motion: {abbreviated(error)}") from None
+        raise source.error(f"not an npz file of a motion: {abbreviated(error)}") from None
 
 
 def _write_npz(motion: Motion, _: Motion) -> bytes:

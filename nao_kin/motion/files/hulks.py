@@ -33,7 +33,7 @@ from nao_kin.robot.nao import BODY_ORDER
 _ARM = ("shoulder_pitch", "shoulder_roll", "elbow_yaw", "elbow_roll", "wrist_yaw", "hand")
 _LEG = ("hip_yaw_pitch", "hip_roll", "hip_pitch", "knee_pitch", "ankle_pitch", "ankle_roll")
 PARTS = {"head": ("yaw", "pitch"), "left_arm": _ARM, "left_leg": _LEG, "right_leg": _LEG, "right_arm": _ARM}
-# In the order of NAOqi's Body, as above.
+# The parts above are in the order of NAOqi's Body.
 _PLACES = [(part, joint) for part, joints in PARTS.items() for joint in joints]
 _JOINTS = dict(zip(_PLACES, BODY_ORDER, strict=True))
 _MODES = ("linear", "cosine")
@@ -170,7 +170,7 @@ _VERSION = "2.0"
 
 
 def _recognises_motion2(source: MotionSource) -> bool:
-    """Return whether it is a JSON object with header and position."""
+    """Return whether the file is a JSON object with header and position."""
     value = source.json
     return isinstance(value, dict) and "header" in value and ("position" in value or "commands" in value)
 
@@ -223,7 +223,7 @@ def _write_motion2(motion: Motion, _: Motion) -> bytes:
     times, table = nao_rows(motion, named or BODY_ORDER, "motion2")
     stamps = milliseconds(times, "motion2")
     if stamps[-1] == 0:
-        raise BadArgument("motion2 files take some time, the motion ends at 0 s")
+        raise BadArgument("motion2 files must last longer than 0 s, the motion ends at 0 s")
     header = {"version": _VERSION, "title": "", "time": stamps[-1], "joints": [BODY_ORDER.index(j) for j in named]}
     rows = [
         f'  {{"time": {step}, "parameters": {json.dumps(row)}}}'

@@ -33,7 +33,7 @@ _UNITS = {"time": {"s": 1.0, "ms": 1e-3}, "angle": {"rad": 1.0, "deg": math.pi /
 
 
 def recognises(source: MotionSource) -> bool:
-    """Return whether it is a JSON object with joint_names or the title of this format."""
+    """Return whether the file is a JSON object with joint_names or the title of this format."""
     value = source.json
     return isinstance(value, dict) and ("joint_names" in value or value.get("format") == TITLE)
 

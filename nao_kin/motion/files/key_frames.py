@@ -19,7 +19,7 @@ from nao_kin.motion.files.tracks import Track, check_times, motion_of
 from nao_kin.motion.motion import Motion
 from nao_kin.robot.nao import BODY_ORDER
 
-# Time of the handles, as a share of the step, of the cubic nearest to half a wave of the cosine.
+# Length of the handles in time, as a share of the step, for the cubic nearest to half a wave of the cosine.
 _COSINE = 0.36434
 # Difference between such a cubic and the cosine, as a share of the step.
 COSINE_ERROR = 0.0002
@@ -55,7 +55,8 @@ def key_frame(
 ) -> KeyFrame:
     """Return the key frame that an object describes, with numbers without a unit in the unit `plain`.
 
-    `lists` of values, in NAOqi's order: for each the object that contains it, its name there, and its length.
+    `lists` describes the lists of values, in NAOqi's order: for each the object that contains it, its name there, and
+    its length.
     """
     values = []
     for items, count in [(stream.get(fields, name, Items), count) for fields, name, count in lists]:
@@ -70,7 +71,7 @@ def key_frame(
 
 
 def ease_of(stream: ConfigStream, name: str, eases: Mapping[str, Ease | None], *objects: Fields) -> Ease:
-    """Return the ease that the first object with the word `name` gives; None in `eases` means the next object."""
+    """Return the ease of the first object that has the word `name`; a word with None in `eases` is skipped."""
     for fields in objects:
         if name in fields:
             word = stream.get(fields, name, Word)
@@ -86,8 +87,8 @@ def ease_of(stream: ConfigStream, name: str, eases: Mapping[str, Ease | None], *
 def motion_of_frames(source: MotionSource, frames: Sequence[KeyFrame]) -> Motion:
     """Return the motion through key frames, the first of which is reached from the robot's current pose.
 
-    A joint that is not commanded has no key; between two values it keeps the first one up to the last frame that does
-    not command it.
+    A joint that is not commanded has no key. Between two values it keeps the first one up to the last frame that does
+    not command the joint.
     """
     times = np.cumsum([frame.duration for frame in frames]) / 1e3
     check_times(source, times, lambda row: frames[row].place)
@@ -217,7 +218,7 @@ class ConfigStream:
             yield row
 
     def number(self, value: Any, what: str, plain: str = "rad") -> float:
-        """Return a finite number, angles in radians; without a unit it is in the unit `plain`, or has none (empty)."""
+        """Return a finite number, angles in radians. A number without a unit is in `plain`, "" for a pure number."""
         match = _NUMBER.fullmatch(value.text) if isinstance(value, Word) else None
         units: dict[str, float] = _ANGLES if plain else {"": 1.0}
         known = match is not None and (not match[2] or match[2] in units)
@@ -245,7 +246,7 @@ class ConfigStream:
         return [*tokens, ("mark", "", len(text))]
 
     def _take(self, *wanted: str) -> tuple[str, str, int]:
-        """Return the next token, which must be one of some marks, or "a word"."""
+        """Return the next token, which must be one of the `wanted` marks, or a word if "a word" is among them."""
         kind, text, at = self._tokens[self._next]
         if not (text in wanted if kind == "mark" else "a word" in wanted):
             got = quoted(text, MAX_SHOWN) if text else "the end of the file"

@@ -22,7 +22,7 @@ from nao_kin.motion.files.tracks import Track, is_hand, motion_of
 from nao_kin.motion.motion import Motion
 from nao_kin.robot.nao import BODY_ORDER, CHAINS
 
-# --- Splits text of Python 2 or 3 into statements, without running or parsing it.
+# --- Split text of Python 2 or 3 into statements, without running or parsing it.
 #
 # Choregraphe's exports end in `except BaseException, err:` and `print err`, which the parser of Python 3 refuses.
 
@@ -113,7 +113,7 @@ _LISTS = ("names", "times", "keys")
 _STATEMENT = re.compile(
     r"\s*(?:self\s*\.\s*)?(?P<list>names|times|keys)\s*(?:(?P<append>\.\s*append\s*\()|=(?!=))\s*", re.ASCII
 )
-# Empty lists for all three at once; and other changes of a list.
+# All three lists emptied in one statement; and other changes of a list.
 _EMPTIED = re.compile(r"\s*names\s*,\s*times\s*,\s*keys\s*=\s*(?:\[\]|list\(\))(?:\s*,\s*(?:\[\]|list\(\))){2}\s*")
 _CHANGED = re.compile(
     r"\s*(?:self\s*\.\s*)?(?:names|times|keys)\s*(?:,|\[|[-+*/]=|\.\s*(?!append\b)\w+\s*\()", re.ASCII
@@ -122,7 +122,7 @@ _MENTION = re.compile(r"^[ \t]*(?:self\.)?names[ \t]*(?:=[^=]|\.append\()", re.M
 # Numbers and lists that mean the same in JSON, which is read a hundred times faster than Python.
 _PLAIN = re.compile(r"[\s\d.,\[\]eE+-]*", re.ASCII)
 _CUT = re.compile(r"[,\[\]()]")
-# Longer statements and numbers would need much memory or deep recursion in ast [characters].
+# Statements and numbers longer than this would need much memory or deep recursion in ast [characters].
 _MAX_STATEMENT = 1 << 20
 _MAX_NUMBER = 200
 _CONSTANTS = {"almath.TO_RAD": math.pi / 180.0, "math.pi": math.pi}
@@ -256,9 +256,9 @@ def _literal(source: MotionSource, text: str, place: Place) -> Any:
         tree = ast.parse(f"({text}\n)", mode="eval").body
         return _value(source, tree, place)
     except SyntaxError as error:
-        raise source.error(f"no Python list: {error.msg}", place) from None
+        raise source.error(f"not a Python list: {error.msg}", place) from None
     except (ValueError, RecursionError, MemoryError, OverflowError, ZeroDivisionError) as error:
-        raise source.error(f"no list of numbers: {abbreviated(error) or type(error).__name__}", place) from None
+        raise source.error(f"not a list of numbers: {abbreviated(error) or type(error).__name__}", place) from None
 
 
 def _value(source: MotionSource, node: ast.expr, place: Place) -> Any:
@@ -315,10 +315,10 @@ PYTHON = Format("python", (".py",), "Choregraphe's Python export", has_line(_MEN
 #     [["HeadYaw", "HeadPitch"], [[0.3, 0.0], 0.2], [[1.0, 2.0], 1.0], true]
 #     [["HeadYaw"], [[1.0]], [[[0.3, [3, -0.3, 0.0], [3, 0.0, 0.0]]]]]
 #
-# The first, of four, are names, angles, times and isAbsolute; the second, of three, names, times and control points.
-# As in NAOqi, names are one name, a list or a chain such as "Head" or "Body", and angles and times a number or a list
-# for each joint. An object with these arguments by name ("names", "angles" or "keys", "times", "isAbsolute") is read
-# too.
+# The first example has four arguments: names, angles, times and isAbsolute. The second has three: names, times and
+# control points. As in NAOqi, names are one name, a list or a chain such as "Head" or "Body"; angles and times have a
+# number or a list for each joint. An object with these arguments by name ("names", "angles" or "keys", "times",
+# "isAbsolute") is read too.
 
 _CHAINS = {**CHAINS, "Body": BODY_ORDER}
 _ANGLES = ("angles", "angleLists", "keys", "controlPoints")
@@ -326,7 +326,7 @@ _TIMES = ("times", "timeLists")
 
 
 def _recognises_naoqi(source: MotionSource) -> bool:
-    """Return whether it is a JSON list that begins with names, or an object with names and times."""
+    """Return whether the file is a JSON list that begins with names, or an object with names and times."""
     value = source.json
     if isinstance(value, dict):
         return "names" in value and any(name in value for name in _TIMES)

@@ -6,8 +6,8 @@
 
 Source: UNSWComputing/rUNSWift-2023-release, robot/motion/generator/ActionGenerator.cpp and
 image/home/nao/data/pos/README.md. Lines that begin with ! are poses: 25 numbers in degrees, hands too, in the order of
-LoLA, and the whole milliseconds of the straight line to the pose, the first from the robot's current pose. Lines that
-begin with $ are the stiffnesses of the next pose, all other lines are comments.
+LoLA, and the duration of the straight line to the pose in whole milliseconds. The first line starts at the robot's
+current pose. Lines that begin with $ are the stiffnesses of the next pose; all other lines are comments.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ _PEPPER = ("HipRoll", "HipPitch", "KneePitch", "WheelFL", "WheelFR", "WheelB")
 
 
 class MotionFileWarning(NaoKinWarning):
-    """Part of a motion or of a motion file is left out or changed, because the other cannot represent it.
+    """Part of a motion file is left out or changed in the motion that is read, or part of a motion in its file.
 
     Examples:
         >>> issubclass(nk.motion.MotionFileWarning, nk.errors.NaoKinWarning)
@@ -166,7 +166,7 @@ class MotionSource:
     def decimals(
         self, fields: Sequence[str], names: Sequence[str], place: PlaceOf, hold: str | None = None
     ) -> list[float]:
-        """Return the finite numbers that texts write; the text `hold` gives NaN."""
+        """Return the finite numbers in texts; the text `hold` gives NaN."""
         numbers = plain_floats(fields) if self._has_plain_digits else None
         if numbers:
             return numbers
@@ -181,7 +181,7 @@ class MotionSource:
 
     @cached_property
     def _has_plain_digits(self) -> bool:
-        """Whether `float` reads only decimal digits: it also accepts those of any script, and underscores."""
+        """Whether the text has ASCII digits only; `float` also accepts digits of other scripts, and underscores."""
         return self.text.isascii() and "_" not in self.text
 
     def floats_at(self, what: str, *path: str | int) -> Floats:
@@ -234,7 +234,7 @@ class Format:
     # Whether the content looks like this format.
     recognises: Callable[[MotionSource], bool] = field(repr=False)
     read: Callable[[MotionSource], Motion] = field(repr=False)
-    # Writes a motion, also given as it was before sampling; None for a format that is only read.
+    # Writes a motion; the second argument is the motion before sampling. None for a format that is only read.
     write: Callable[[Motion, Motion], bytes] | None = field(repr=False, default=None)
 
 

@@ -57,7 +57,7 @@ def motion_of(
     *,
     negative: bool = False,
 ) -> Motion:
-    """Return the motion of all tracks; only times that may be `negative` begin before 0 s."""
+    """Return the motion of all tracks; times before 0 s are an error unless they may be `negative`."""
     other = [abbreviated(track.joint, MAX_SHOWN) for track in tracks if track.joint not in source.joints]
     if other and source.ignore_other:
         tracks = [track for track in tracks if track.joint in source.joints]
@@ -181,7 +181,7 @@ def milliseconds(times: Floats, what: str) -> list[int]:
 def nao_rows(motion: Motion, wanted: Sequence[str], what: str, *, one_hip: bool = False) -> tuple[Floats, Floats]:
     """Return the times (n,) [s] and the rows (n, wanted) of a linear format with fixed joints of the NAO.
 
-    A format with `one_hip` has one column for the two HipYawPitch, LHipYawPitch; else a missing one equals the other.
+    With `one_hip` the format has one column, LHipYawPitch, for both HipYawPitch; else a missing one equals the other.
     """
     times, values = straight_rows(motion, what)
     given = dict(zip(motion.joint_names, values.T, strict=True))

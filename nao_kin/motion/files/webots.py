@@ -4,8 +4,9 @@
     00:00:000,Pose1,0.0,1.4
     00:00:040,Pose2,0.1,*
 
-Source: cyberbotics/webots, src/controller/c/motion.c: times are [[minutes:]seconds:]milliseconds and ascend, angles are
-radians, a pose has a name and one value for each joint, straight lines connect them, and an empty line ends the file.
+Source: cyberbotics/webots, src/controller/c/motion.c. Times are [[minutes:]seconds:]milliseconds and ascend, angles are
+in radians. A pose has a name and one value for each joint; straight lines connect the poses. An empty line ends the
+file.
 Webots' own motions of the NAO name the eight motors of each hand, LPhalanx1 to LPhalanx8: 0 closed, 1 rad open.
 """
 
@@ -31,7 +32,7 @@ _TIME = re.compile(r"(?:(?:(\d{1,9}):)?(\d{1,9}):)?(\d{1,9})", re.ASCII)
 _HOLD = "*"
 _FINGER = re.compile(r"([LR])Phalanx[1-8]")
 _EQUAL = 1e-6
-# Webots reads lines into 4096 characters.
+# Webots reads a line into a buffer of 4096 characters.
 _MAX_LINE = 4094
 
 
@@ -47,7 +48,7 @@ def read(source: MotionSource) -> Motion:
     count = next((row for row, line in enumerate(lines) if row and not line.strip()), len(lines))
     for row in range(count, len(lines)):
         if lines[row].strip():
-            raise source.error("after an empty line, where Webots stops reading", Place(row + 1))
+            raise source.error("a line after an empty line, where Webots stops reading", Place(row + 1))
     times, rows = [], []
     for number, line in enumerate(lines[1:count], start=2):
         fields = line.split(",")

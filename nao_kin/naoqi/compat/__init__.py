@@ -1,6 +1,6 @@
 """Modules that scripts for NAOqi import: `naoqi`, `almath` and `motion`.
 
-`nao-kin run` puts this folder at the end of a script's search path. For other programs, `PYTHONPATH` does the same.
+`nao-kin run` puts this folder at the end of a script's search path. For other programs, add it to `PYTHONPATH`.
 """
 
 from __future__ import annotations

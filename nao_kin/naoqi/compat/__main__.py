@@ -22,7 +22,7 @@ ENDPOINT_VARIABLE = "NAO_KIN_ENDPOINT"
 
 
 def main() -> None:
-    """Run the script of the first argument with the other arguments."""
+    """Run the script that the first argument names, with the other arguments."""
     codes: list[int] = []
     atexit.register(_leave_qi, codes)  # registered first, and so called last
     script = Path(sys.argv[1])
@@ -58,9 +58,10 @@ def main() -> None:
 
 
 def _leave_qi(codes: list[int]) -> None:
-    """Exit with the script's code at once if qi is loaded.
+    """Exit immediately with the script's code if qi is loaded.
 
-    The threads of qi continue, and need Python's lock for their objects; this aborts the program while Python ends.
+    The threads of qi continue and need Python's lock for their objects, which would abort the program while Python
+    shuts down.
     """
     if codes and "qi" in sys.modules:
         for stream in (sys.stdout, sys.stderr):
@@ -72,7 +73,7 @@ def _leave_qi(codes: list[int]) -> None:
 
 
 def compiled(script: Path) -> Any:
-    """Return the script's code; end the program with one line if there is none."""
+    """Return the script's code; end the program with a one-line error if it has none."""
     python2 = importlib.import_module("_python2")
     try:
         content = script.read_bytes()
@@ -84,7 +85,7 @@ def compiled(script: Path) -> Any:
         traceback.print_exception(error, limit=0)
         sys.exit(1)
     except ValueError as error:
-        sys.exit(f"nao-kin: {script}: no Python: {error}")
+        sys.exit(f"nao-kin: {script}: not valid Python: {error}")
     if translated:
         sys.stderr.write(f"nao-kin: {script.name} is Python 2, and runs translated\n")
         python2.find_modules_in(script.resolve().parent)
@@ -96,7 +97,7 @@ def _redirect_qi(endpoint: str) -> None:
     try:
         import qi
     except ImportError:
-        return  # a script that needs it reports it
+        return  # a script that needs qi reports that it is missing
     make_session, make_application = qi.Session, qi.Application
 
     def Session(*arguments: Any) -> Any:

@@ -66,7 +66,7 @@ def find_modules_in(folder: Path) -> None:
 
 
 class _Loader(machinery.SourceFileLoader):
-    """Loads modules, and translates Python 2."""
+    """Loads modules, and translates those in Python 2."""
 
     def path_stats(self, path: Any) -> Any:
         """Prevent bytecode files of translated modules, which another Python would take for the original's."""
@@ -78,7 +78,7 @@ class _Loader(machinery.SourceFileLoader):
 
 
 def _only_in_python_2(tree: ast.AST) -> bool:
-    """Return whether a tree uses names that Python 3 lacks, outside of a try with an except for them."""
+    """Return whether a tree uses names that Python 3 lacks, outside of a `try` that handles their absence."""
     nodes = list(_untried(tree))
     bound = {node.id for node in nodes if isinstance(node, ast.Name) and not isinstance(node.ctx, ast.Load)}
     bound |= {node.arg for node in nodes if isinstance(node, ast.arg)}
@@ -147,7 +147,7 @@ def _divide(one: Any, other: Any) -> Any:
 
 
 class _Divisions(ast.NodeTransformer):
-    """Replaces every division by a call of `_divide`."""
+    """Replaces every division with a call of `_divide`."""
 
     def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
         self.generic_visit(node)

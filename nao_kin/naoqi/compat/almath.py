@@ -18,7 +18,7 @@ from nao_kin.naoqi.spaces import pose, position6d
 
 
 class _Numbers:
-    """Named numbers, from as many arguments, from one sequence, or zero."""
+    """Named numbers, given as separate arguments or as one sequence; all zero without arguments."""
 
     _names: tuple[str, ...] = ()
 
@@ -111,7 +111,7 @@ class Pose2D(_Numbers):
 
 
 class Transform(_Numbers):
-    """A rigid transform as the twelve numbers r1_c1 … r3_c4, from twelve, sixteen, or the three of a translation."""
+    """A rigid transform as the numbers r1_c1 … r3_c4, made from twelve, sixteen, or the three of a translation."""
 
     _names = tuple(f"r{row}_c{column}" for row in (1, 2, 3) for column in (1, 2, 3, 4))
 
@@ -202,7 +202,9 @@ def clipData(low: float, high: float, value: float) -> float:
 
 
 def getDubinsSolutions(pTargetPose: Pose2D, pCircleRadius: float) -> list[Pose2D]:
-    """Return the shortest path from the origin, along x, to a pose: the ends of an arc, a line and another arc.
+    """Return the shortest path of an arc, a line and an arc from the origin, heading along x, to a pose.
+
+    The three poses returned are the ends of these parts.
 
     The target is at least four radii away; at this distance no path of three arcs is shorter.
 

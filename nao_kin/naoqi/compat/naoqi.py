@@ -47,7 +47,7 @@ def __getattr__(name: str) -> Any:
 class ALProxy:
     """A service of a robot, with the methods of the service.
 
-    It is made by `ALProxy(name, ip, port)`, `ALProxy(name, broker)`, or with an `ALBroker` by `ALProxy(name)`. The
+    Make it with `ALProxy(name, ip, port)`, `ALProxy(name, broker)`, or, after an `ALBroker`, `ALProxy(name)`. The
     methods of its `post` do not wait, and return a number for `wait`, `isRunning` and `stop`. As in NAOqi, errors are
     RuntimeError.
     """
@@ -96,7 +96,7 @@ class ALProxy:
         return self.isRunning(number)
 
     def isRunning(self, number: int) -> bool:
-        """Whether a posted call is not over."""
+        """Whether a posted call is still running."""
         future = self._tasks.get(int(number))
         return future is not None and bool(future.isRunning())
 
@@ -196,7 +196,7 @@ class ALModule:
 
 
 _OWN = ("getName", "exit", "BIND_PYTHON")
-# The lowest number of a method that is not one of those that qi adds to every object.
+# qi gives lower numbers than this to the methods that it adds to every object.
 _FIRST_OWN_METHOD = 100
 
 
@@ -205,7 +205,7 @@ def _method(module: ALModule, name: str) -> Callable[..., Any]:
         method = getattr(module, name)
         try:
             return method(*arguments[: _max_arguments(method)])
-        except Exception:  # the robot does not report it to the script
+        except Exception:  # the robot does not report the error to the script
             traceback.print_exc()
             raise
 
@@ -214,7 +214,7 @@ def _method(module: ALModule, name: str) -> Callable[..., Any]:
 
 
 def _max_arguments(method: Callable[..., Any]) -> int | None:
-    """Return the number of arguments of a method, None for any: scripts' methods get the first of an event's three."""
+    """Return how many of an event's three arguments a method takes; None for all."""
     parameters = inspect.signature(method).parameters.values()
     if any(one.kind is one.VAR_POSITIONAL for one in parameters):
         return None
@@ -245,13 +245,13 @@ def _services(session: Any) -> list[str]:
 
 
 def _connected(ip: str, port: int) -> Any:
-    """Return the session with an address, one for the whole script."""
+    """Return the session for an address; the whole script shares it."""
     asked = f"tcp://{f'[{ip}]' if ':' in ip else ip}:{port}"
     endpoint = os.environ.get(ENDPOINT_VARIABLE) or asked
     with _lock:
         if endpoint != asked and asked not in _redirected:
             _redirected.add(asked)
-            sys.stderr.write(f"naoqi: {endpoint} answers for {asked}\n")
+            sys.stderr.write(f"naoqi: {endpoint} answers in place of {asked}\n")
         session = _sessions.get(endpoint)
         if session is None or not session.isConnected():
             qi.logging.setLevel(qi.logging.FATAL)  # qi reports every connection otherwise

@@ -1,6 +1,6 @@
 """A virtual NAO: a kinematic robot with NAOqi's services, and a server that offers them.
 
-Only `qi_server` depends on qi: a test calls services directly, and advances the time itself.
+Only `qi_server` depends on qi: a test can call services directly, and advance the time itself.
 
     with VirtualNao(stepped=True) as nao:
         call = nao.post("ALMotion", "angleInterpolation", "HeadYaw", 0.5, 1.0, True)
@@ -11,20 +11,20 @@ Only `qi_server` depends on qi: a test calls services directly, and advances the
 
 A service is a class with a `name`; its topics may be classes in other files (`services/motion.py` joins the topics of
 ALMotion: `cartesian`, `whole_body` and `walk`). Its public methods are offered to scripts, with NAOqi's names and
-arguments. Names of internal ones begin with an underscore:
+arguments. The names of its internal methods begin with an underscore:
 
     class Tools(Service):
         def getAngles(self, names, useSensors):
             columns = self.nao.joints.columns(self.joints(names))
             ...
 
-A method runs with the lock held, on any thread, and therefore must not wait or sleep. `arguments` reads its arguments
-(`number`, `fraction`, `flag`, `one_each`, `list_each` …) and `self.joints` reads names; every `NaoKinError` reaches the
-script as `Service::method`, a line break, a tab and the error's line. A method that takes time returns a `Call`: that
-of a task or of `nao.after(seconds)`, or a new one. Decorators make simple methods: `@settings(Setting(...))` for a
-value that is stored without effect, `@constant_answers` for a constant result, `@former_names(walkTo="moveTo")` for
-former names, and `@variants` for methods that differ only in their arguments. `absent_methods.json` lists NAOqi's other
-methods.
+A method runs with the lock held, on any thread, and therefore must not wait or sleep. The module `arguments` reads its
+arguments (`number`, `fraction`, `flag`, `one_each`, `list_each` …), and `self.joints` reads names of joints. Every
+`NaoKinError` reaches the script as `Service::method`, a line break, a tab and the error's line. A method that takes
+time returns a `Call`: that of a task or of `nao.after(seconds)`, or a new one. Decorators make simple methods:
+`@settings(Setting(...))` for a value that is stored without effect, `@constant_answers` for a constant result,
+`@former_names(walkTo="moveTo")` for former names, and `@variants` for methods that differ only in their arguments.
+`absent_methods.json` lists NAOqi's other methods.
 
 ## How to write a task
 
@@ -34,22 +34,23 @@ A `MotionTask` moves joints over time. It has a name, resources, and an action f
         def __init__(self):
             super().__init__("nod", ["HeadPitch"])
 
-        def start(self, nao, time):                 # its joints are free
+        def start(self, nao, time):                 # called when its joints are free
             self.columns = nao.joints.columns(["HeadPitch"])
             self.first, self.begin = nao.joints.command[self.columns], time
 
         def advance(self, nao, time):               # the tick that ends at `time`
             angle = self.first + 0.2 * np.sin(2 * np.pi * (time - self.begin))
             nao.joints.set(self.columns, angle, self.notes)
-            return time - self.begin >= 1.0         # True: done, its call ends
+            return time - self.begin >= 1.0         # True: the task is done, and its call ends
 
-    return self.nao.start_task(Nod())               # in a method: the Call of it
+    return self.nao.start_task(Nod())               # in a method of a service: the task's Call
 
-A task with `reactive = True` reserves nothing; later tasks take its joints (`give_up`). `end` is called once at its
-end, killed or not; `value` is the result of its call. A method that changes its running task (move) finds the task in
-`nao.tasks.running`. Commands may be outside the limits: `Joints` clips them and notes it in `self.notes`. `nao.base`
-has the torso's pose in the world, and a walk plants feet with `nao.base.plant`. A task that plans with the standing
-foot in place sets `keeps_feet = True`; without such a task, FRAME_ROBOT stays while both soles are down.
+A task with `reactive = True` reserves nothing; later tasks take its joints (`give_up`). `end` is called exactly one
+time, when the task is done or killed; `value` is the result of its call. A method that changes a running task, such as
+move, finds the task with `nao.tasks.of`. Commands may be outside the limits: `Joints` clips them, and says so in
+`self.notes`. `nao.base` has the torso's pose in the world, and a walk changes the standing foot with
+`nao.base.stand_on`. A task that plans with the standing foot in place sets `keeps_feet = True`; without such a task,
+FRAME_ROBOT stays in place while both soles are down.
 """
 
 from nao_kin.naoqi.virtual.body import Base

@@ -85,7 +85,7 @@ def is_list(value: object) -> bool:
 
 
 def length(value: Any) -> str:
-    """Describe the length of a list for an error message, or a value that is not a list."""
+    """Return text for an error message: the length of a list, or a value that is not a list."""
     return str(len(value)) if is_list(value) else quoted(value, 60)
 
 
@@ -111,7 +111,7 @@ def list_each(value: Any, joints: Sequence[str], what: str) -> tuple[Floats, ...
     """Return a list of numbers for each joint, of any lengths.
 
     NAOqi accepts one number for all joints, a list of one number for each, and a list of one list for each; for a
-    single joint also its list alone.
+    single joint also just its list.
     """
     if not is_list(value):
         return (np.full(1, number(value, what)),) * len(joints)
@@ -143,7 +143,7 @@ def check_times(times: Sequence[Floats], joints: Sequence[str], what: str = "tim
 
 
 def timed(values: Any, times: Any, joints: Sequence[str], what: str) -> tuple[tuple[Floats, ...], tuple[Floats, ...]]:
-    """Return the values of each joint, and their times, positive and ascending, one for each; as in `list_each`."""
+    """Return each joint's values and their times, read by `list_each`: one time for each value, positive, ascending."""
     rows, when = list_each(values, joints, what), list_each(times, joints, "times")
     check_lengths(rows, when, joints, what)
     check_times(when, joints)

@@ -27,15 +27,15 @@ class Joints:
 
     In every tick the tasks `set` commands, and `advance` applies them:
 
-    1. LHipYawPitch and RHipYawPitch are one motor. If both are commanded in a tick, the left one is used, as NAOqi
-       documents; the right one alone moves both.
-    2. Commands are clipped as `robot.clamp` does: first every joint into its box, then into its table. A joint without
-    a
-       command is clipped too if its table narrows (HeadPitch when HeadYaw turns), and stays there.
+    1. LHipYawPitch and RHipYawPitch share one motor. If both are commanded in a tick, the left command is used, as
+       NAOqi documents; a command for the right one alone moves both.
+    2. Commands are clipped as `robot.clamp` does: first to the joint's own limits, then to the coupled limits. A joint
+       without a command is clipped too if another joint narrows its range (HeadPitch when HeadYaw turns), and stays
+       there.
     3. A joint with stiffness above zero moves to its command, at most at its maximum speed; without stiffness it stays.
        A stiffness between 0 and 1 does not slow a joint: there is no load.
 
-    Clipped and too fast commands are noted once for each command and joint.
+    A command that is clipped or too fast is noted in the log, one line for each command and joint.
 
     Attributes:
         names: the 26 names.
@@ -90,11 +90,11 @@ class Joints:
     # --- commanding -----------------------------------------------------------------------------------------------
 
     def set(self, columns: Sequence[int], values: Floats, notes: Notes) -> None:
-        """Command joints in this tick, with values that are not clipped; the last command for a joint is used."""
+        """Command joints in this tick, with values that are not clipped yet; the last command for a joint is used."""
         self._set.append((list(columns), values, notes))
 
     def set_stiffness(self, columns: Sequence[int], values: Floats | float) -> None:
-        """Set stiffnesses at once; the two HipYawPitch share a motor, so the last value applies to both."""
+        """Set stiffnesses immediately; the two HipYawPitch share a motor, so the last value applies to both."""
         chosen = list(columns)
         self._stiffness[chosen] = values
         self._reported_limp -= {self._chain[column] for column in chosen if self._stiffness[column] > 0.0}
@@ -120,7 +120,7 @@ class Joints:
         limp = [self.names[column] for column in columns if self._stiffness[column] == 0.0]
         if limp:
             named = ", ".join(limp) if len(limp) <= 4 else f"{len(limp)} joints, from {limp[0]} to {limp[-1]},"
-            message = f"{named} without stiffness: no movement (wakeUp or setStiffnesses gives them some)"
+            message = f"{named} without stiffness: no movement (call wakeUp or setStiffnesses)"
             notes.once("limp", message)
             stiff = {self._chain[column] for column in columns if self._stiffness[column] > 0.0}
             unreported = {self._chain[column] for column in columns} - stiff - self._reported_limp
@@ -129,7 +129,7 @@ class Joints:
                 notes.notify("limp", message)
 
     def note_outside(self, columns: Sequence[int], values: Floats, notes: Notes) -> None:
-        """Note the joints that will be clipped, from some of their future values, shape (n, joints)."""
+        """Note the joints whose future values will be clipped; `values` are some of these, shape (n, joints)."""
         outside = (values < self.lower[columns] - _NOTEWORTHY) | (values > self.upper[columns] + _NOTEWORTHY)
         for place in np.flatnonzero(outside.any(axis=0)).tolist():
             column, value = columns[place], values[outside[:, place], place][0]
@@ -159,7 +159,7 @@ class Joints:
         self._set.clear()
         if self._left in writers and self._right in writers:
             if abs(wanted[self._left] - wanted[self._right]) > _NOTEWORTHY:
-                writers[self._right].once("hips", f"{LEFT_HIP} and {RIGHT_HIP} are one motor: {LEFT_HIP} counts")
+                writers[self._right].once("hips", f"{LEFT_HIP} and {RIGHT_HIP} share one motor: {LEFT_HIP} is used")
         elif self._right in writers:
             wanted[self._left] = wanted[self._right]
             writers[self._left] = writers[self._right]
@@ -169,7 +169,7 @@ class Joints:
         self._command = command
 
     def _remark(self, wanted: Floats, command: Floats, writers: dict[int, Notes]) -> None:
-        """Note the commands that were clipped, or are too fast for their joints; the hips once, as the left one."""
+        """Note the commands that were clipped or are too fast for their joints; LHipYawPitch stands for both hips."""
         default = next(iter(writers.values()))
         clipped = np.abs(command - wanted) > _NOTEWORTHY
         speed = np.abs(command - self._command) / TICK
@@ -184,9 +184,9 @@ class Joints:
             else:
                 self.note_outside([column], np.array([[value]]), notes)
         for column in np.flatnonzero(fast).tolist():
-            limits = f"{speed[column]:.4g} per second, does {self.max_speed[column]:.4g}"
+            limits = f"{speed[column]:.4g} per second, moves at {self.max_speed[column]:.4g}"
             notes, name = writers.get(column, default), self.names[column]
-            notes.once(("fast", name), f"{name} is asked for {limits}, and comes late")
+            notes.once(("fast", name), f"{name} would need {limits}, and comes late")
 
 
 # --- The torso in the world while the joints move: one sole stays on the floor, or the robot rests on it.
@@ -195,18 +195,18 @@ class Joints:
 class Base:
     """The torso's pose in the world: kinematics only, without weight or balance.
 
-    On its feet the robot stands on one sole, flat on the floor z = 0; initially the left one. If the other sole is
-    lower by more than 1 mm, it becomes the standing one, flat, with its current position and yaw. If the feet are so
-    inclined to each other that each is the lower one when the other is flat, the standing foot does not change. A walk
-    sets the foot itself (`plant`).
+    When the robot is on its feet, one sole is flat on the floor z = 0, initially the left one. If the other sole is
+    lower by more than 1 mm, that foot becomes the standing foot: its sole is put flat, with its current position and
+    yaw. If the feet are so inclined to each other that each is the lower one when the other is flat, the standing foot
+    does not change. A walk sets the standing foot itself (`stand_on`).
 
-    The sole stays in place while the other is lifted, by more than 1 mm, and during tasks that plan with a foot in
-    place (`MotionTask.keeps_feet`). Otherwise both soles are down and slide equally, and FRAME_ROBOT between them stays
-    in place.
+    The standing sole stays in place while the other one is lifted by more than 1 mm, and during tasks that plan with a
+    foot in place (`MotionTask.keeps_feet`). Otherwise both soles are down and slide equally, and FRAME_ROBOT between
+    them stays in place.
 
-    In a posture on the floor (Sit, LyingBack …) the posture defines the vertical in the torso's frame, and the robot is
-    set down with it. The torso's x, y and yaw in the world do not change. The vertical turns with movements into and
-    out of such a posture.
+    In a posture on the floor (Sit, LyingBack …) the posture defines the vertical in the torso's frame, and the torso
+    turns so that this vertical points up. The torso's x, y and yaw in the world do not change. During a movement into
+    or out of such a posture, the vertical turns gradually.
 
     At the start, the world's origin is on the floor at FRAME_ROBOT's x and y, and its x axis along FRAME_ROBOT's.
 
@@ -239,7 +239,8 @@ class Base:
     def update(self, q: Floats, before: Floats | None = None) -> None:
         """Change the standing foot if the other sole is lower after the joints have moved.
 
-        With the configuration `before`, FRAME_ROBOT stays in place while both soles are down; with None, the sole does.
+        With `before`, the configuration before the movement, FRAME_ROBOT stays in place while both soles are down; with
+        None, the standing sole stays in place.
         """
         if self.support is None:
             return
@@ -255,21 +256,21 @@ class Base:
     def check_stands(self) -> None:
         """Refuse a robot that does not stand on its feet."""
         if self.support is None:
-            raise BadArgument("the robot does not stand on its feet; goToPosture takes it there")
+            raise BadArgument("the robot does not stand on its feet; call goToPosture first")
 
     def stand_on(self, foot: str, q: Floats) -> None:
-        """Put a foot, "LLeg" or "RLeg", flat on the floor at its pose in a configuration, to stay there."""
+        """Stand on a foot, "LLeg" or "RLeg", put flat on the floor at its pose in a configuration."""
         self.plant(foot, on_floor(self.torso(q) @ self._robot.fk(q, foot)))
 
     def plant(self, foot: str, T_world_sole: Floats) -> None:
-        """Put a foot down with its sole at a pose, where it stays: for each step of a walk."""
+        """Stand on a foot with its sole at a pose."""
         self.support, self._T_world_sole = foot, np.array(T_world_sole)
 
     def rest(self, up: Floats | tuple[float, float, float], q: Floats) -> None:
         """Rest on the floor with the vertical `up`, shape (3,), in the torso's frame."""
         if self.support is not None:
             before = self.torso(q)
-            # The yaw is the torso's rotation after the smallest rotation that makes its vertical upright.
+            # The torso's rotation is the smallest rotation that makes its vertical upright, followed by the yaw.
             level = before[:3, :3] @ _upright(before[2, :3]).T
             self._place, self._yaw = before[:2, 3].copy(), math.atan2(level[1, 0], level[0, 0])
         self.support = None
@@ -286,7 +287,7 @@ class Base:
         return bool(sole_heights(self._robot.fk(q, LEGS))[own, 1 - own] <= LOWER)
 
     def standing_foot(self, q: Floats, before: str = LEGS[0]) -> str:
-        """Return the standing foot: `before`, unless the other is lower, also relative to its own sole."""
+        """Return the standing foot: `before`, unless the other foot is lower in the frames of both soles."""
         return LEGS[standing_sole(sole_heights(self._robot.fk(q, LEGS)), LEGS.index(before))]
 
 
@@ -301,10 +302,10 @@ WHOLE = ("Body", "Joints", "Com")
 
 
 def mass_and_com(robot: NaoModel, q: ArrayLike, name: str) -> tuple[float, Floats]:
-    """Return a part's mass [kg] and centre of mass in the torso's frame, shape (3,) [m]; the origin for zero mass.
+    """Return a part's mass [kg] and centre of mass in the torso's frame, shape (3,) [m]; without mass, the origin.
 
-    A part is a joint, which means the segment that it moves, a chain or group, which means the segments of its joints,
-    "Torso" for the trunk alone, or "Body", "Joints" or "Com" for the whole robot.
+    The name of a joint means the segment that the joint moves; that of a chain or group, the segments of all its
+    joints; "Torso" means the trunk alone; "Body", "Joints" and "Com" mean the whole robot.
     """
     if name in WHOLE:
         return robot.mass, np.array(robot.com(q))

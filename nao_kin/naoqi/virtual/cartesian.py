@@ -37,10 +37,10 @@ class EffectorRequest:
 
     Attributes:
         effector: one of the six.
-        space, mask: the space of its poses, and the controlled axes along those of the space.
-        poses: the poses of its path in the space, or changes, shape (k, 4, 4).
-        times: of the poses, shape (k,) [s]; empty without times.
-        relative: the poses are changes of the effector's pose at the beginning.
+        space, mask: the space of its poses, and the axes of this space that are controlled.
+        poses: the poses of its path in the space, or changes if `relative`, shape (k, 4, 4).
+        times: the times of the poses, shape (k,) [s]; empty for a method without times.
+        relative: whether the poses are changes of the effector's pose at the beginning.
     """
 
     effector: str
@@ -52,16 +52,16 @@ class EffectorRequest:
 
 
 def _each(value: Any, count: int, what: str, read: Callable[[Any], int]) -> list[int]:
-    """Return one number for each effector, from one for all or a list."""
+    """Return one number for each effector, from one number for all or a list."""
     if not arguments.is_list(value):
         return [read(value)] * count
     if len(value) != count:
-        raise BadArgument(f"{what} must be one for all effectors or {count}, got {len(value)}")
+        raise BadArgument(f"{what} must be one for all effectors or a list of {count}, got {len(value)}")
     return [read(entry) for entry in value]
 
 
 def _depth(value: Any) -> int:
-    """Return how deep lists are nested, along the first entries."""
+    """Return the nesting depth of a list, along its first entries."""
     depth = 0
     while arguments.is_list(value):
         depth += 1
@@ -88,7 +88,8 @@ def _path(path: Any, read: ToPoses, effector: str) -> Floats:
 def _times(times: Any, effectors: Sequence[str], rows: Sequence[Floats]) -> list[Floats]:
     count, depth = len(effectors), _depth(times)
     if depth < 2:
-        # A list of times for all; or, if each effector has one pose and the list one time for each, one each.
+        # A list of times is for all effectors; but if every effector has one pose, and the list has one time for each
+        # effector, each gets its own time.
         one_each = depth == 1 and len(times) == count > 1 and all(len(row) == 1 for row in rows)
         lists: list[Any] = [[time] for time in times] if one_each else [times if depth else [times]] * count
     elif depth == 2 and len(times) == count:
@@ -108,7 +109,8 @@ class EffectorPath:
     """A curve through poses (k, 4, 4) at ascending times (k,) [s], at rest at both ends.
 
     x, y and z each follow the monotone cubic of `nao_kin.motion`: straight to a single target, and never beyond the two
-    neighbouring keys. The rotation turns from key to key about one axis (slerp); its total angle is such a cubic too.
+    neighbouring keys. The rotation from key to key is about one axis (slerp); the sum of the angles follows such a
+    cubic too.
     """
 
     def __init__(self, times: Sequence[float] | Floats, poses: Floats) -> None:
@@ -141,14 +143,14 @@ class EffectorPath:
 _CHECKED = 8
 # The residual of a target above which the log reports it: metres, and radians times 0.1.
 NOTEWORTHY = 1e-3
-# The effectors to solve for before the head and the arms, which depend on the torso.
+# The effectors to solve for first; the head and the arms depend on the torso.
 _FIRST = (TORSO, *LEGS)
 
 
 class CartesianState:
     """The commanded configuration, shape (nq,), with the torso, FRAME_ROBOT (4, 4) and the feet (2, 4, 4) in the world.
 
-    FRAME_ROBOT moves with the feet; a task uses FRAME_ROBOT as it is at the beginning.
+    FRAME_ROBOT moves with the feet; a task uses FRAME_ROBOT as it is when the task begins.
     """
 
     def __init__(self, nao: VirtualNao) -> None:
@@ -160,16 +162,17 @@ class CartesianState:
         self._standing = nao.base.support
 
     def path(self, request: EffectorRequest) -> Floats:
-        """Return the effector's current pose and all poses of a request, changes added to it, shape (k + 1, 4, 4).
+        """Return the effector's current pose and all poses of a request, shape (k + 1, 4, 4).
 
-        The poses are in the world, those of FRAME_TORSO in the torso.
+        Changes are added to the current pose. The poses are in the world; for a request in FRAME_TORSO, in the torso's
+        frame.
         """
         now = frames.pose_in(self.robot, self.q, request.effector, request.space, torso_in_world=self.T_world_torso)
         poses = request.poses
         if request.relative:  # positions add up, and rotations are about the axes of the space
             poses = join_poses(poses[:, :3, :3] @ now[:3, :3], now[:3, 3] + poses[:, :3, 3])
         if request.effector == TORSO:
-            # The other coordinates of Position6D stay.
+            # The coordinates of Position6D that are not controlled keep their values.
             wanted, six = frames.position6d(poses), frames.position6d(now)
             poses = frames.pose(np.where(frames.controlled_axes(request.mask), wanted, six))
         poses = np.concatenate([now[None], poses])
@@ -180,7 +183,7 @@ class CartesianState:
         return EffectorPath(np.concatenate([[0.0], request.times]), self.path(request))
 
     def target(self, request: EffectorRequest, T: Floats, T_world_torso: Floats) -> LimbTarget:
-        """Return the solvers' target for a request, its pose T as `path` returns it, and the torso's current pose."""
+        """Return the target for the solvers from a request, a pose T as returned by `path`, and the torso's pose."""
         effector, standing, reference = request.effector, self._standing, TORSO
         R_world_space = self.T_world_robot[:3, :3] if request.space == FRAME_ROBOT else np.eye(3)
         T_reference_world = np.eye(4) if request.space == FRAME_TORSO else rigid_inverse(T_world_torso)
@@ -193,7 +196,7 @@ class CartesianState:
 
 
 def hold_still(nao: VirtualNao, requests: Sequence[EffectorRequest]) -> None:
-    """Stand on the other foot if the requests move one foot only."""
+    """Stand on the other foot if the requests move the standing foot alone."""
     moved = [request.effector for request in requests if request.effector in LEGS]
     if len(moved) == 1 and nao.base.support == moved[0]:
         nao.base.stand_on(LEGS[1 - LEGS.index(moved[0])], nao.joints.q(sensor=False))
@@ -202,8 +205,8 @@ def hold_still(nao: VirtualNao, requests: Sequence[EffectorRequest]) -> None:
 class _LimbFollower:
     """One limb on its path, from segment to segment.
 
-    Descents from tick to tick follow a segment. If they miss its key and other joint values reach it, the joints move
-    straight to those values instead.
+    Descents from tick to tick follow a segment. If they miss the key at its end, and other joint values reach this key,
+    the joints move straight to those values instead.
     """
 
     def __init__(self, request: EffectorRequest, state: CartesianState) -> None:
@@ -289,7 +292,7 @@ class PathTask(MotionTask):
         return q
 
     def _over_feet(self, torso: _LimbFollower, t: float, q: Floats) -> Floats:
-        """Solve both legs for the torso on its path, and for a foot on its own path; the other foot stands."""
+        """Solve both legs for the torso on its path; a foot with a path follows it, a foot without one stays."""
         feet = self._initial.T_world_feet.copy()
         for leg in self._legs:
             T = leg.path.pose(t)
@@ -316,15 +319,15 @@ class SynchronizedApproach(Approach):
 
 # --- The methods.
 
-_ONE = "The same for one effector."
-_CHANGED = "Change an effector's {0} from its commanded one; else as set{1}."
+_ONE = "The same as the method with a final s in its name, for one effector."
+_CHANGED = "Change an effector's {0} from its commanded one; otherwise the same as set{1}."
 
 
 @variants(
     "positionInterpolations",
     "_follow",
     positionInterpolation=("chainName space path axisMask durations", _ONE),
-    transformInterpolations=("", "Move effectors through transforms at times; else as positionInterpolations."),
+    transformInterpolations=("", "The same as positionInterpolations, with transforms."),
     transformInterpolation=("chainName space path axisMask duration", _ONE),
 )
 @variants(
@@ -332,7 +335,7 @@ _CHANGED = "Change an effector's {0} from its commanded one; else as set{1}."
     "_send",
     setPosition=("chainName", _ONE),
     changePosition=("effectorName space positionChange", _CHANGED.format("position", "Position")),
-    setTransforms=("effectorNames space transform", "Send effectors to transforms; else as setPositions."),
+    setTransforms=("effectorNames space transform", "The same as setPositions, with transforms."),
     setTransform=("chainName space transform", _ONE),
     changeTransform=("chainName space transform", _CHANGED.format("transform", "Transform")),
 )
@@ -343,9 +346,9 @@ class CartesianControl(Service):
     its 4 x 4 matrix row by row, 16 numbers or 12. The axis mask says which axes of the space are controlled: 7 for the
     position, 56 for the rotation, 63 for both.
 
-    - The interpolations begin at the effector's commanded pose, and are at rest at both ends and at each key in time:
-      to one target on a straight line, through several along a monotone cubic in x, y and z; rotations from key to key
-      are about one axis. FRAME_ROBOT is that of the beginning.
+    - The interpolations begin at the effector's commanded pose, reach every key at its time, and are at rest at both
+      ends. The path to one target is a straight line, the path through several a monotone cubic in x, y and z;
+      rotations from key to key are about one axis. FRAME_ROBOT is the one at the beginning.
     - setPositions and its relatives find joint values for the target and send the joints there. All arrive together,
       none faster than the fraction of its maximum speed; the path in space is not a straight line.
     - A relative target adds to the position, and rotates about the axes of the space.
@@ -360,7 +363,7 @@ class CartesianControl(Service):
         return [float(value) for value in frames.position6d(self._pose(name, space, useSensorValues))]
 
     def getTransform(self, name: Any, space: Any, useSensorValues: Any) -> list[float]:
-        """The same as a 4 x 4 matrix row by row, 16 numbers."""
+        """The same pose as a 4 x 4 matrix, row by row, 16 numbers."""
         return [float(value) for value in frames.transform_list(self._pose(name, space, useSensorValues))]
 
     def positionInterpolations(
@@ -368,17 +371,17 @@ class CartesianControl(Service):
     ) -> Call:
         """Move effectors through positions at times; returns when the last is reached.
 
-        space and axisMasks are one for all effectors, or a list of one for each. paths is a list of a path for each, a
-        path being one position or a list of them; for a single effector also its path alone. times is for one effector
-        a time or a list, for several a list for each or one for all [s]. With isAbsolute False, positions are relative
-        to the first.
+        space and axisMasks are one value for all effectors, or a list of one for each. paths is a list of one path for
+        each effector; a path is one position or a list of positions. For a single effector, paths may be just its path.
+        times is a time or a list of times for one effector; for several, a list for each or one list for all [s]. With
+        isAbsolute False, positions are relative to the initial one.
         """
         return self._follow("positionInterpolations", effectorNames, space, paths, axisMasks, times, isAbsolute)
 
     def setPositions(self, effectorNames: Any, space: Any, position: Any, fractionMaxSpeed: Any, axisMask: Any) -> None:
-        """Send effectors to positions at a fraction of the joints' maximum speeds, above 0; returns at once.
+        """Send effectors to positions at a fraction of the joints' maximum speeds, above 0; returns immediately.
 
-        space, position and axisMask are one for all effectors, or a list of one for each.
+        space, position and axisMask are one value for all effectors, or a list of one for each.
         """
         self._send("setPositions", effectorNames, space, position, fractionMaxSpeed, axisMask)
 
@@ -397,15 +400,15 @@ class CartesianControl(Service):
         """Return the requests of a method from its arguments; a method without a final s takes one effector.
 
         Args:
-            name: of the method, which says whether poses are positions or transforms.
-            names: an effector, or a list of them.
-            spaces: one for all effectors, or a list of one for each.
-            masks: likewise.
+            name: the name of the method, which says whether poses are positions or transforms.
+            names: an effector, or a list of effectors.
+            spaces: one space for all effectors, or a list of one for each.
+            masks: one mask for all effectors, or a list of one for each.
             paths: a list of one path for each effector, a path being a list of poses or one pose; for a single effector
-                also its path alone.
+                also just its path.
             times: for one effector a time or a list of times; for several a list of times for each, or one list for
-                all; one time for each pose. None without times.
-            relative: the poses are changes.
+                all; one time for each pose. None for a method without times.
+            relative: whether the poses are changes.
         """
         if not name.endswith("s"):
             arguments.text(names, next(iter(self._signatures[name].parameters)))
@@ -421,14 +424,14 @@ class CartesianControl(Service):
         rows = [_path(path, read, effector) for path, effector in zip(_split(paths, count), effectors, strict=True)]
         when = [np.empty(0)] * count if times is None else _times(times, effectors, rows)
         if (TORSO, FRAME_TORSO) in zip(effectors, numbers, strict=True):
-            raise BadArgument("Torso does not move in FRAME_TORSO, which is the torso: FRAME_WORLD or FRAME_ROBOT")
+            raise BadArgument("Torso does not move in FRAME_TORSO, the torso itself; use FRAME_WORLD or FRAME_ROBOT")
         found = zip(effectors, numbers, chosen, rows, when, strict=True)
         return tuple(EffectorRequest(*fields, relative) for fields in found)
 
     def _follow(
         self, name: str, names: Any, spaces: Any, paths: Any, masks: Any, times: Any, is_absolute: Any = True
     ) -> Call:
-        """Make effectors follow paths: the interpolations."""
+        """Make effectors follow paths over time: the interpolation methods."""
         relative = not arguments.flag(is_absolute, "isAbsolute")
         found = self._requests(name, names, spaces, paths, masks, times, relative=relative)
         return self.nao.start_task(self._path_task(name, found))
@@ -437,7 +440,7 @@ class CartesianControl(Service):
         return PathTask(name, self.nao, found)
 
     def _send(self, name: str, names: Any, spaces: Any, poses: Any, fraction: Any, masks: Any) -> None:
-        """Solve for all effectors, torso and legs first, and send the joints to the solution: setPositions."""
+        """Solve for all effectors, torso and legs first, and send the joints to the solution: setPositions etc."""
         found = self._requests(name, names, spaces, poses, masks, None, relative=name.startswith("change"))
         for request in found:
             if len(request.poses) != 1:

@@ -25,10 +25,10 @@ if TYPE_CHECKING:
 
 
 class NaoqiError(NaoKinError):
-    """A refusal by a method of a service, in NAOqi's two lines.
+    """An error of a service's method, with a text of two lines as in NAOqi.
 
     The text is `ALMotion::setAngles`, a line break, a tab and the reason, as NAOqi sends it and scripts parse it. It is
-    the only error of the library that is not a single line.
+    the only error of the library with more than one line.
 
     Attributes:
         service: "ALMotion" …
@@ -44,9 +44,9 @@ class NaoqiError(NaoKinError):
 class Call(Future[Any]):
     """The result of a blocking method, available when the robot has done the task.
 
-    `result(timeout)`, `done()` and `add_done_callback` are those of `concurrent.futures.Future`. A killed call ends
-    without an error, as in NAOqi, and returns False if it reports success, else None. `stop` ends the task behind the
-    call.
+    `result(timeout)`, `done()` and `add_done_callback` are those of `concurrent.futures.Future`. If its task is killed,
+    the call ends without an error, as in NAOqi; a call that reports success then returns False, any other None. `stop`
+    ends the task behind the call.
     """
 
     def __init__(self, stop: Callable[[], object] | None = None) -> None:
@@ -74,7 +74,7 @@ class Call(Future[Any]):
 
 
 class Monitor:
-    """The lock for all state; callbacks run when it is free again.
+    """The lock for all state; callbacks run when the lock is free again.
 
     A callback may wait for another thread, which may wait for the lock. Therefore no external function is called with
     the lock held: `later` stores such calls until the thread leaves the outermost `with`.
@@ -86,7 +86,7 @@ class Monitor:
         self._later: list[Callable[[], object]] = []
 
     def later(self, action: Callable[[], object]) -> None:
-        """Call this when the lock is free again; only for a thread that holds it."""
+        """Call `action` when the lock is free again; only for a thread that holds the lock."""
         self._later.append(action)
 
     def __enter__(self) -> Monitor:
@@ -113,7 +113,7 @@ TICKS_PER_SECOND = 100
 TICK = 1.0 / TICKS_PER_SECOND
 # Rounding that is ignored when times are converted to ticks [ticks].
 _ROUNDING = 1e-6
-# The delay that is caught up after the machine was busy; a longer one, after it slept, is dropped.
+# The largest delay that is caught up, as after the machine was busy; the rest of a longer delay is dropped [s].
 _MAX_SECONDS_BEHIND = 1.0
 
 
@@ -150,14 +150,14 @@ class Clock:
         return due
 
     def after(self, seconds: float, action: Callable[[], None]) -> Future[Any]:
-        """Schedule `action` for the first tick at or after so many seconds of robot time, unless it is cancelled."""
+        """Schedule `action` for the first tick `seconds` of robot time from now or later, unless it is cancelled."""
         ticks = max(1, math.ceil(seconds * TICKS_PER_SECOND - _ROUNDING))
         timer = Future[Any]()
         heapq.heappush(self._timers, (self.ticks + ticks, next(self._numbers), timer, action))
         return timer
 
     def due(self, wall: float) -> int:
-        """The number of ticks with which robot time catches up with the wall clock, read from any start [s]."""
+        """Return by how many ticks robot time is behind the wall clock; `wall` [s] may count from any origin."""
         if self._wall_start is None:
             self._wall_start = wall
         rate = self.speed * TICKS_PER_SECOND
@@ -170,7 +170,7 @@ class Clock:
         return count
 
     def step(self, seconds: float) -> int:
-        """The number of ticks in so many seconds of robot time; the fraction of a tick counts with the next step."""
+        """Return the number of ticks in some seconds of robot time; the fraction left is added to the next step."""
         dt = number(seconds, "a step")
         if dt < 0.0:
             raise BadArgument(f"a step must not be negative, got {dt:g} s")
@@ -191,7 +191,7 @@ class Change:
     Attributes:
         time: robot time [s].
         kind: "log", "limp", "leds", "speech", "posture", "life" …
-        value: a text for "log" and for "limp", a command to joints without stiffness; otherwise as documented by the
+        value: a text for "log" and for "limp" (a command to joints without stiffness); otherwise as documented by the
             service that makes the change.
     """
 
@@ -201,7 +201,7 @@ class Change:
 
 
 class EventLog:
-    """The last thousand lines; a watcher receives every line and every other `Change`."""
+    """The last thousand lines of the log; a watcher receives every line and every other `Change`."""
 
     def __init__(self, clock: Clock, monitor: Monitor, watcher: Callable[[Change], object] | None) -> None:
         self._clock, self._monitor, self._watcher = clock, monitor, watcher
@@ -256,7 +256,8 @@ class MotionTask(ABC):
 
     Attributes:
         name: NAOqi's method, "angleInterpolation".
-        joints: the joints in the given order, and their `columns` in the arrays of `nao.joints`, from the start on.
+        joints: the joints in the given order; when the task starts, it sets their `columns` in the arrays of
+            `nao.joints`.
         resources: the joints or stiffnesses that it needs.
         reactive: whether later tasks may take its resources.
         keeps_feet: whether its plan keeps the standing foot in place. Without such a task, FRAME_ROBOT stays in place
@@ -265,7 +266,7 @@ class MotionTask(ABC):
         call: the call, which gets the result at the end.
         value: the result of the call.
         notes: for remarks that are made once.
-        started: robot time at which its resources were free [s]; None before, and `begin` is not set.
+        started: robot time at which the task started [s]; None before, when `begin` is not set either.
     """
 
     reactive = False
@@ -281,7 +282,7 @@ class MotionTask(ABC):
         self.started: float | None = None
 
     def start(self, nao: VirtualNao, time: float) -> None:
-        """Note the state of the joints when the resources are free. Nothing moves before the next tick."""
+        """Start the task when its resources are free: find its joints. Nothing moves before the next tick."""
         self.columns, self.begin = nao.joints.columns(self.joints), time
         nao.joints.note_limp(self.columns, self.notes)
 
@@ -296,7 +297,7 @@ class MotionTask(ABC):
         self.joints, self.columns = tuple(compress(self.joints, kept)), list(compress(self.columns, kept))
 
     def end(self, nao: VirtualNao, *, killed: bool) -> None:  # noqa: B027
-        """End the task; called once, whether it started or not."""
+        """End the task; called exactly one time, even if the task never started."""
 
 
 _T = TypeVar("_T", bound=MotionTask)
@@ -351,7 +352,7 @@ class Tasks:
         return next((task for task in self.all if isinstance(task, kind)), None)
 
     def kill(self, wanted: Callable[[MotionTask], bool] = lambda task: True) -> bool:
-        """End the tasks that are wanted in their current state, waiting ones first; return whether there were any."""
+        """End the tasks for which `wanted` is true, waiting ones first; return whether there were any."""
         with self._nao.monitor:
             found = [task for task in (*self._waiting, *self.running) if wanted(task)]
             for task in found:
@@ -364,7 +365,7 @@ class Tasks:
         return frozenset[str]().union(*(task.resources for task in self.running if not task.reactive))
 
     def start_waiting(self) -> None:
-        """Start every task, in order of arrival, whose resources no running or earlier task needs."""
+        """Start the waiting tasks, in order of arrival, whose resources no running or earlier waiting task needs."""
         taken = set(self.booked())
         for task in list(self._waiting):
             if taken.isdisjoint(task.resources):

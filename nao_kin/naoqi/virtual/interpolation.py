@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
 
 
-# The number of ticks for which a motion is sampled at once, which takes little longer than for one.
+# The number of ticks for which a motion is sampled in one call, which takes little longer than sampling one tick.
 _TICKS_AHEAD = 64
 # The rounding that a task ignores in its last tick [s].
 ON_TIME = 1e-9
@@ -26,8 +26,8 @@ ON_TIME = 1e-9
 class Interpolation(MotionTask):
     """Joints follow a motion: angleInterpolation and its relatives.
 
-    When the joints are free, `plan` makes their motion, from time zero; its argument are their commanded values, shape
-    (joints,).
+    When the joints are free, `plan` makes their motion, from time zero. Its argument is the array of their commanded
+    values, shape (joints,).
     """
 
     def __init__(self, name: str, joints: Sequence[str], plan: Callable[[Floats], Motion]) -> None:
@@ -76,7 +76,7 @@ class HandMove(AtSpeed):
     """A hand opens or closes with full stiffness, and then has none: openHand and closeHand."""
 
     def start(self, nao: VirtualNao, time: float) -> None:
-        """Set full stiffness only now: the task that this one waited for may have moved a hand too."""
+        """Set full stiffness only now: a task that this one waited for may have removed it at its end."""
         nao.joints.set_stiffness(nao.joints.columns(self.joints), 1.0)
         super().start(nao, time)
 

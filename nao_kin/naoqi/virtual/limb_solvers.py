@@ -35,7 +35,7 @@ class LimbTarget:
     Attributes:
         frame: the robot's name of the frame.
         T_reference_target: shape (4, 4).
-        mask: the controlled ones of x, y, z, wx, wy, wz, along the axes of the space.
+        mask: which of x, y, z, wx, wy, wz, along the axes of the space, are controlled.
         R_reference_space: the rotation of the space, shape (3, 3).
         reference: the frame that stays in place: "Torso", or a foot, whose leg then moves too.
     """
@@ -56,7 +56,7 @@ class LimbSolution:
 
 
 class _Limb:
-    """The joints of an effector, and the chain from a reference to it, of which they move all or a part."""
+    """The joints of an effector, and the chain from a reference to it, which may contain other joints too."""
 
     def __init__(self, robot: NaoModel, effector: str, reference: str) -> None:
         chain = serial_chain(robot, reference, effector)
@@ -67,13 +67,14 @@ class _Limb:
 
 
 def descend(robot: NaoModel, target: LimbTarget, q: Floats) -> LimbSolution:
-    """Return nearby joint values, inside all limits, with which an effector meets its target, or a local minimum.
+    """Return joint values near q, inside all limits, that bring an effector to its target or to a local minimum.
 
     Only the effector's own joints move; q, shape (nq,), is inside the limits.
     """
     limb = ik.cached_limb(robot, _Limb, target.frame, target.reference)
     chain, T, R = limb.chain, target.T_reference_target, target.R_reference_space
-    # Errors are along the axes of the target, so the frame is turned at the end of its chain: those of the space then.
+    # The solver measures errors along the axes of the target. The effector's frame and the target are turned equally,
+    # so that these axes are those of the space.
     links = chain.links.copy()
     last = links[-12:].reshape(3, 4)
     last[:, :3] = last[:, :3] @ T[:3, :3].T @ R
@@ -111,10 +112,10 @@ def columns_of(robot: NaoModel, effectors: Sequence[str]) -> list[int]:
 
 
 def anywhere(robot: NaoModel, target: LimbTarget, q: Floats) -> LimbSolution:
-    """Return joint values for one limb: the solution nearest to the current ones; without a solution, the nearest pose.
+    """Return joint values for one limb: of the solution nearest to the current ones, or else of the nearest pose.
 
     Poses of arms and legs, positions of hands and orientations of the head are solved in closed form, other masks by
-    descents from the current joints and from random ones.
+    descents from the current joint values and from random ones.
     """
     found = descend(robot, target, q)
     if found.missing <= MET:
@@ -123,7 +124,7 @@ def anywhere(robot: NaoModel, target: LimbTarget, q: Floats) -> LimbSolution:
     starts = np.tile(q, (_STARTS, 1))
     starts[:, columns] = robot.random(np.random.default_rng(0), _STARTS)[:, columns]
     closed = _closed_form(robot, target, q)
-    if closed is not None and np.isfinite(closed).all():  # it is a solution for the torso's current pose
+    if closed is not None and np.isfinite(closed).all():  # a solution for the torso's current pose only
         starts[0] = closed
     if closed is not None and target.reference == TORSO:
         starts = starts[: int(np.isfinite(closed).all())]
@@ -135,19 +136,19 @@ def anywhere(robot: NaoModel, target: LimbTarget, q: Floats) -> LimbSolution:
 
 
 def torso_over_feet(robot: NaoModel, T_world_torso: Floats, T_world_feet: Floats, q: Floats) -> LimbSolution:
-    """Solve both legs for a torso pose (4, 4) with free yaw, and the feet, left and right, in place (2, 4, 4).
+    """Solve both legs for a torso pose (4, 4) with free yaw and for fixed poses of the left and right foot (2, 4, 4).
 
-    `missing` is the torso's error, its yaw included; infinite if a foot is not in place.
+    `missing` is the torso's error, its yaw included; infinite if a foot does not reach its pose.
     """
     left, right = T_world_feet
     target_torso = T_world_torso
     for _ in range(_MAX_CORRECTIONS):
-        # A batch of one runs compiled; interpreted, a tick would take longer than it lasts.
+        # A batch of one uses the compiled kernel: in Python, a tick of 10 ms would take longer than 10 ms to compute.
         found = ik.legs(robot, left[None], right, base="floating", torso=target_torso, free="yaw", reference=q)
         if not np.all(found.success):
             return LimbSolution(found.q[0] if np.isfinite(found.q).all() else np.array(q), np.inf)
         torso = np.asarray(found.torso)[0]
-        # The yaw is relaxed about the middle of the hips, which displaces a leaning torso: correct its position.
+        # The solver adapts the yaw about the middle of the hips, which displaces a leaning torso: correct its position.
         six = position6d(T_world_torso)
         six[5] = position6d(torso)[5]
         target_torso = pose(six)

@@ -24,8 +24,9 @@ from nao_kin.naoqi.virtual.virtual_nao import VirtualNao
 PORT = 9559
 HOST = "127.0.0.1"
 # If Pinocchio was loaded before qi, libqi corrupts its memory when a session is closed while the sessions of ended
-# scripts are being destroyed: half of the programs that ended right after 40 scripts crashed, and none a moment later.
-# A destroyed session also continues for a moment: two of three programs that ended at once were aborted.
+# scripts are being destroyed: half of the programs that ended right after 40 scripts crashed, and none of those that
+# waited a moment. A destroyed session also continues for a moment: two of three programs that ended immediately after
+# were aborted.
 _SECONDS_TO_SETTLE = 0.3
 
 
@@ -83,20 +84,20 @@ class QiServer:
         nao.services["ALMemory"].module_called = self._call_module  # type: ignore[attr-defined]
         strand = None
         for name, service in nao.services.items():
-            # Missing methods return an error that says so.
+            # A missing method returns an error that says that it is missing.
             methods = {method: _forwarded(qi, service, method) for method in (*service.method_names, *service.absent)}
             exported = qi.singleThreaded()(type(name, (), methods))()
             if strand is not None:
                 exported.__qi_strand__ = strand
             self._session.registerService(name, exported)
-            # qi makes the calls of an object in a strand, one after the other; one strand for all services keeps the
-            # order of calls to different services too.
+            # qi executes the calls of an object in a strand, one after the other; one strand for all services also
+            # keeps the order of calls to different services.
             strand = getattr(exported, "__qi_strand__", None)
         self._closing = threading.Event()
         threading.Thread(target=self._load_kernels, args=(nao,), name="kernels", daemon=True).start()
 
     def close(self) -> None:
-        """Stop listening; connected scripts get an error. Does nothing when closed."""
+        """Stop listening; connected scripts get an error. Does nothing if the server is closed already."""
         self._closing.set()
         session, self._session = self._session, None
         if session is not None:
@@ -116,8 +117,8 @@ class QiServer:
             return
         report(
             nao,
-            "compiled kernels are loading in the background (the first time on a machine they are compiled, some "
-            "minutes); a call that needs one waits for it, and robot time with it",
+            "compiled kernels are loading in the background (the first time on a machine they are compiled, which "
+            "takes some minutes); a call that needs one waits for it, and robot time stands still meanwhile",
         )
         for kernel in KERNELS:
             if self._closing.is_set():
@@ -155,7 +156,7 @@ class QiServer:
             if not service.hasError():
                 service.value().call(function, key, value, message, _async=True)
 
-        # Events that follow one another at once share one look-up: qi may fail one of several at the same time.
+        # Events in quick succession share one look-up, because qi may fail one of several simultaneous look-ups.
         found = self._looked_up.get(module)
         if found is None or not found.isRunning():
             found = self._looked_up[module] = session.service(module, _async=True)
@@ -186,7 +187,7 @@ def _forwarded(qi: Any, service: Service, name: str) -> Callable[..., Any]:
 
 
 class _Signalling:
-    """A subscriber with qi's signal, one for each key, so that scripts that end leave nothing behind."""
+    """A subscriber with a qi signal; there is one for each key, so that scripts that end leave nothing behind."""
 
     def __init__(self, qi: Any, subscriber: Subscriber) -> None:
         self.signal = qi.Signal("(m)")
@@ -194,7 +195,7 @@ class _Signalling:
 
 
 def _as_object(qi: Any, thing: object) -> Any:
-    """Return a Python object as qi's, made once: qi makes another one for every result, and keeps 8 kB of it."""
+    """Return a Python object as a qi object, to be reused: qi otherwise makes one for every result, and keeps 8 kB."""
     promise = qi.Promise()
     promise.setValue(thing)
     return promise.future().value()
@@ -214,7 +215,7 @@ def _promised(qi: Any, call: Call) -> Any:
                 promise.setValue(done.result())
             else:
                 promise.setError(str(error))
-        except RuntimeError:  # no caller waits for it any more
+        except RuntimeError:  # the caller waits no longer
             return
 
     call.add_done_callback(settle)

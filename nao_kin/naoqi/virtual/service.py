@@ -26,8 +26,8 @@ _S = TypeVar("_S", bound="Service")
 _P = ParamSpec("_P")
 
 
-# The services and methods of NAOqi 1.14 to 2.8 that are missing here: of each service; of each missing service, by
-# reason; "*" stands for the methods of every extractor.
+# The methods of NAOqi 1.14 to 2.8 that are missing here, by service; and the missing services with their methods, by
+# reason. "*" stands for the methods of every extractor.
 ABSENT: dict[str, Any] = json.loads((Path(__file__).parent / "absent_methods.json").read_text(encoding="utf-8"))
 # Public methods of every service that are not offered to scripts.
 _INTERNAL = frozenset(("get_setting", "help", "invoke", "joints", "kernels_for", "set_setting"))
@@ -36,11 +36,11 @@ _INTERNAL = frozenset(("get_setting", "help", "invoke", "joints", "kernels_for",
 class Service:
     """A service that scripts call by name.
 
-    A subclass sets `name`, "ALMotion"; `absent` are the methods of NAOqi's service that it lacks. As qi does with a
-    Python object, its public methods are offered to scripts; names of internal ones begin with an underscore. Methods
-    take NAOqi's positional arguments; defaults make overloads. They run with the lock held (`nao.monitor`), so they
-    must not wait or sleep: a method that takes time starts a task and returns its `Call`. `arguments` reads their
-    arguments; every `NaoKinError` becomes a `NaoqiError` that names service and method.
+    A subclass sets `name`, such as "ALMotion"; `absent` are the methods of NAOqi's service that it lacks. As qi does
+    with a Python object, its public methods are offered to scripts; the names of internal methods begin with an
+    underscore. Methods take NAOqi's positional arguments; default values replace overloads. They run with the lock held
+    (`nao.monitor`), so they must not wait or sleep: a method that takes time starts a task and returns its `Call`. The
+    module `arguments` reads their arguments; every `NaoKinError` becomes a `NaoqiError` that names service and method.
     """
 
     name: str
@@ -64,7 +64,7 @@ class Service:
         return inspect.getdoc(self._methods[name]) or "" if name in self._methods else ""
 
     def invoke(self, name: str, *given: Any) -> Any:
-        """Call a method by name; a blocking one returns a `Call`. Every error is a `NaoqiError`."""
+        """Call a method by name; a blocking method returns a `Call`. Every error is a `NaoqiError`."""
         if not isinstance(name, str):
             raise BadArgument(f"method must be a name, got {quoted(name)}")
         function = self._methods.get(name)
@@ -97,8 +97,8 @@ class Service:
     def kernels_for(self, name: str, given: tuple[Any, ...]) -> frozenset[str]:
         """Return the compiled kernels of `nk.ik` that a call needs, some of `KERNELS`.
 
-        They are loaded, or compiled, before the lock is taken; robot time waits. Single targets of
-        the head, a camera or a leg need none: their closed forms run as Python.
+        They are loaded, or compiled, before the lock is taken; robot time stands still meanwhile. Single targets of the
+        head, a camera or a leg need no kernels: their closed forms run as Python.
         """
         return frozenset()
 
@@ -137,7 +137,7 @@ class Service:
     # --- the methods of every module of NAOqi ---------------------------------------------------------------------
 
     def ping(self) -> bool:
-        """True: the service is there."""
+        """True: the service is running."""
         return True
 
     def version(self) -> str:
@@ -164,7 +164,7 @@ class Service:
         return "nao-kin"
 
     def isRunning(self, id: Any) -> bool:
-        """Whether a motion task, by its number in the task list, is not over."""
+        """Whether a motion task, by its number in the task list, is running or waiting."""
         return self.nao.tasks.find(arguments.whole(id, "id")) is not None
 
     def stop(self, id: Any) -> None:
@@ -195,14 +195,14 @@ class Setting:
 
     Attributes:
         name: the name after "set" and "get" in the two methods.
-        note: the help of the first.
+        note: the help of the method that sets the value.
         default: the initial value.
-        takes: its parameters, the value last; the first of two is the owner of the value.
-        check: returns the value for the argument and its name in errors.
-        what: the name in errors; the parameter's name if empty.
+        takes: the parameters of that method, the value last; the first of two is the owner of the value.
+        check: called with an argument and the argument's name in errors; returns the value.
+        what: the argument's name in errors; if empty, the parameter's name.
         of: the kind and the valid names of the first of two parameters; None for any text.
         log: the name of the setting in the log, if setting it is logged.
-        answer: the answer of the first method.
+        answer: the answer of the method that sets the value.
     """
 
     name: str
@@ -246,8 +246,8 @@ def settings(kind: type[Service], /, *rows: Setting) -> None:
 
 
 @_decorator
-def former_names(kind: type[Service], /, note: str = "As {}.", **names: str) -> None:
-    """Offer methods of a service under former names too: former name → name; `note` is the help."""
+def former_names(kind: type[Service], /, note: str = "The same as {}.", **names: str) -> None:
+    """Offer methods of a service also under former names: former name → name; `note` is the help."""
     for former, name in names.items():
         _offer(kind, former, _taken(kind, name), note.format(name), _call, name)
 
@@ -261,7 +261,7 @@ def constant_answers(kind: type[Service], /, **rows: tuple[Any, str]) -> None:
 
 @_decorator
 def variants(kind: type[Service], /, of: str, does: str, **rows: tuple[str, str]) -> None:
-    """Offer variants of the method `of` that call `does`: name → names of the first parameters instead, and help."""
+    """Offer variants of the method `of` that call `does`: name → new names of the first parameters, and the help."""
     takes = _taken(kind, of)
     for name, (called, note) in rows.items():
         own = [each.replace(name=new) for new, each in zip(called.split(), takes, strict=False)]
@@ -282,7 +282,7 @@ _PLACED = Parameter.POSITIONAL_OR_KEYWORD
 def _offer(
     kind: type[Service], name: str, takes: Iterable[str | Parameter], note: str, does: Callable[..., Any], *about: Any
 ) -> None:
-    """Offer a method that calls a function with the service, `about`, and the arguments."""
+    """Offer a method that calls `does` with the service, `about`, and the arguments."""
 
     def offered(self: Service, *given: Any) -> Any:
         return does(self, *about, *given)
@@ -293,7 +293,7 @@ def _offer(
     setattr(kind, name, offered)
 
 
-# --- The compiled kernels of `nk.ik` that calls need: those of the walk first, which scripts need most.
+# --- The compiled kernels of `nk.ik` that calls need. The kernel of the walk is first, because scripts need it most.
 
 KERNELS: tuple[str, ...] = (
     "both legs",

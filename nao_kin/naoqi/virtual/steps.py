@@ -41,7 +41,7 @@ _SHORTEST, _LONGEST = 0.42, 0.6
 
 
 class FootGait(NamedTuple):
-    """The move configuration of one foot, with the documented defaults [m, rad, share]; the torso's have no effect."""
+    """The move configuration of one foot, with its defaults [m, rad, share]; torso_wx and torso_wy have no effect."""
 
     max_step_x: float = 0.04
     max_step_y: float = 0.14
@@ -127,7 +127,7 @@ _PARTS = 2**30
 
 
 def wrapped(theta: float) -> float:
-    """The same angle within ±π."""
+    """Return the same angle within ±π."""
     return math.remainder(theta, 2.0 * math.pi)
 
 
@@ -147,17 +147,17 @@ def seen_from(a: ArrayLike, b: ArrayLike) -> Floats:
 
 
 def foot_beside(body: ArrayLike, side: str) -> Floats:
-    """The pose of a foot below a body."""
+    """Return the pose of a foot below a body."""
     return composed(body, (0.0, _FOOT_Y[side], 0.0))
 
 
 def body_beside(foot: ArrayLike, side: str) -> Floats:
-    """The pose of the body above a foot: the inverse of `foot_beside`."""
+    """Return the pose of the body above a foot: the inverse of `foot_beside`."""
     return composed(foot, (0.0, -_FOOT_Y[side], 0.0))
 
 
 def other(side: str) -> str:
-    """The other foot."""
+    """Return the other foot, "L" or "R"."""
     return "R" if side == "L" else "L"
 
 
@@ -235,7 +235,7 @@ def stands_beside(feet: dict[str, Floats], body: Floats) -> bool:
 
 
 def _largest(fits: Callable[[float], bool]) -> float:
-    """Return the largest fraction that fits; 0 if none does."""
+    """Return the largest fraction for which `fits` is true, found by bisection; 0 if there is none."""
     low = next((k for k in range(_SCANNED, 0, -1) if fits(k / _SCANNED)), 0)
     if low == _SCANNED:
         return 1.0
@@ -269,7 +269,7 @@ def smooth(u: Floats) -> Floats:
 
 
 def ready_motion(robot: RobotModel, feet: dict[str, Floats], T_world_torso: Floats, q: Floats) -> Floats:
-    """Return configurations at the ticks, (n, nq), that bring the torso level between the feet; empty if it is there.
+    """Return configurations (n, nq) at the ticks that bring the torso level between the feet; none if it is there.
 
     The feet stay in place. If the legs cannot do that (from Crouch, whose ankles are at their limits), the joints move
     straight to the final configuration, and the feet slide a little; if the legs cannot stand there, the feet end side
@@ -304,7 +304,7 @@ def ready_motion(robot: RobotModel, feet: dict[str, Floats], T_world_torso: Floa
 
 
 def step_motion(robot: RobotModel, step: Footstep, q: Floats) -> Floats:
-    """Return configurations at the ticks of a step from q, shape (n, nq); longer than its period for slow joints."""
+    """Return configurations at the ticks of a step from q, (n, nq); its period is extended if joints are too slow."""
 
     def at(ticks: int) -> Floats:
         time = np.arange(1, ticks + 1) / ticks
@@ -322,7 +322,7 @@ def step_motion(robot: RobotModel, step: Footstep, q: Floats) -> Floats:
 
 
 def _slow_enough(robot: RobotModel, at: Callable[[int], Floats], q: Floats, ticks: int, share: float) -> Floats:
-    """Return a motion of at least so many ticks, in which no joint needs more than a fraction of its largest speed.
+    """Return a motion of at least `ticks` ticks in which no joint needs more than a fraction of its largest speed.
 
     A step is rejected if a joint jumps to another branch of the legs' solutions: more time does not help there.
     """

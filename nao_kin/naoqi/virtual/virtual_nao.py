@@ -99,7 +99,8 @@ class VirtualNao:
         on_change: called with every `Change`, on the thread that makes it; it must not wait.
 
     Attributes:
-        robot, clock, joints, tasks, base, log: the parts; hold `monitor` to read or change several.
+        robot, clock, joints, tasks, base, log: the parts of the virtual NAO; hold `monitor` while you read or change
+            more than one of them.
         services: name → service.
         behaviors: the folder of behaviours, or None.
         monitor: the lock.
@@ -178,7 +179,7 @@ class VirtualNao:
         """Call a method without waiting for its result.
 
         Raises:
-            NaoqiError: the method raises an error at once.
+            NaoqiError: the method refuses the call.
 
         Examples:
             >>> with nk.naoqi.VirtualNao(stepped=True) as nao:
@@ -197,7 +198,7 @@ class VirtualNao:
     # --- time -----------------------------------------------------------------------------------------------------
 
     def step(self, dt: float) -> None:
-        """Advance robot time; the fraction of a tick of 10 ms counts with the next step.
+        """Advance robot time by whole ticks of 10 ms; the remaining fraction of a tick is added to the next step.
 
         Raises:
             BadArgument: the virtual NAO was not made with stepped=True.
@@ -209,13 +210,13 @@ class VirtualNao:
             0.5
         """
         if not self.stepped:
-            raise BadArgument("only a virtual NAO made with stepped=True is stepped; this one's time runs by itself")
+            raise BadArgument("step needs a virtual NAO made with stepped=True; the time of this one runs by itself")
         self.check_open()
         for _ in range(self.clock.step(dt)):
             self._tick()
 
     def after(self, seconds: float) -> Call:
-        """Return a call that ends after so much robot time; its `cancel` ends it at once. Needs the lock."""
+        """Return a call that ends after some seconds of robot time, or when it is cancelled. Needs the lock."""
 
         def stop() -> None:
             timer.cancel()
@@ -227,7 +228,7 @@ class VirtualNao:
 
     @contextmanager
     def time_held(self) -> Iterator[None]:
-        """Stop robot time inside the block, if it runs by itself; the elapsed wall-clock time is not caught up.
+        """Stop robot time inside the block, if it runs by itself; it does not catch up afterwards.
 
         Examples:
             >>> with nk.naoqi.VirtualNao(speed=100.0) as nao, nao.time_held():
@@ -335,7 +336,7 @@ class VirtualNao:
     # --- the end --------------------------------------------------------------------------------------------------
 
     def close(self) -> None:
-        """Stop time; pending calls get an error. Does nothing when closed.
+        """Stop robot time; pending calls get an error. Does nothing if the virtual NAO is closed already.
 
         Examples:
             >>> nk.naoqi.VirtualNao(stepped=True).close()

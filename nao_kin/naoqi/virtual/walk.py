@@ -34,7 +34,7 @@ class Walker:
     """The state of a walking robot; poses on the floor, shape (3,).
 
     Attributes:
-        feet: by "L" and "R".
+        feet: the poses of the feet, by "L" and "R".
         body: the pose at the start of the next step.
         side: the foot that moves next; None for either.
     """
@@ -50,7 +50,7 @@ class WalkPlan(ABC):
     arrived: bool | None = None
 
     def begin(self, body: Floats) -> None:  # noqa: B027
-        """Begin the walk, or take it over, with FRAME_ROBOT at this pose on the floor."""
+        """Begin the walk, or take over a running one, with FRAME_ROBOT at the pose `body` on the floor."""
 
     @abstractmethod
     def step(self, walker: Walker) -> steps.Footstep | None:
@@ -64,7 +64,7 @@ class WalkPlan(ABC):
 class ToTargets(WalkPlan):
     """Walk to poses one after the other, straight and turning evenly, and end with the feet side by side.
 
-    The first target, shape (3,), is relative to FRAME_ROBOT at the beginning, every other to its predecessor.
+    The first target, shape (3,), is relative to FRAME_ROBOT at the beginning, every other one to its predecessor.
     """
 
     def __init__(self, targets: Sequence[Floats], gait: steps.Gait) -> None:
@@ -95,7 +95,7 @@ class ToTargets(WalkPlan):
 class AtVelocity(WalkPlan):
     """Walk at a velocity of the body in its own frame, shape (3,) [m/s, m/s, rad/s], until stopped.
 
-    Feet step outwards only: sideways and turning, every second step only closes the feet.
+    Feet step outwards only: when the robot walks sideways or turns, every second step only brings the feet together.
     """
 
     def __init__(self, velocity: Floats, gait: steps.Gait) -> None:
@@ -103,11 +103,11 @@ class AtVelocity(WalkPlan):
         self._stopped = not self._velocity.any()
 
     def begin(self, body: Floats) -> None:
-        """Start the body's target at its pose."""
+        """Begin the body's moving target at the body's pose."""
         self._target = np.array(body)
 
     def step(self, walker: Walker) -> steps.Footstep | None:
-        """A step towards the body's target at the end of the step."""
+        """Return a step towards the place of the body's moving target at the end of the step."""
         if self._stopped:
             return None if steps.stands_beside(walker.feet, walker.body) else _step_to(walker, walker.body, self._gait)
         advance = self._velocity * self._gait.of(walker.side or steps.first_side(self._velocity)).period
@@ -117,7 +117,7 @@ class AtVelocity(WalkPlan):
         return _step_to(walker, self._target, self._gait)
 
     def stop(self) -> None:
-        """Go no further."""
+        """End the walk when the feet are side by side."""
         self._stopped = True
 
 
@@ -131,7 +131,7 @@ class ByFootsteps(WalkPlan):
         self.steps = list(given)
 
     def step(self, walker: Walker) -> steps.Footstep | None:
-        """The next given step, inside the limits of the gait."""
+        """Return the next given step, clipped to the limits of the gait."""
         if not self.steps:
             return None
         side, wanted, period = self.steps.pop(0)
@@ -160,10 +160,10 @@ _PLACE = [0, 1, 5]
 
 
 class Walk(MotionTask):
-    """A kinematic walk: step after step, one foot stands, the other is lifted, the torso is between the feet.
+    """A kinematic walk: in each step, one foot stands, the other is lifted, and the torso moves between the feet.
 
-    It has no balance: unlike a real robot's, the centre of mass does not move over the standing foot. Before the first
-    step the torso is brought over the feet.
+    There is no balance: unlike in a real walk, the centre of mass does not move over the standing foot. Before the
+    first step, the torso is brought over the feet.
     """
 
     def __init__(self, name: str, nao: VirtualNao, plan: WalkPlan) -> None:
@@ -184,7 +184,7 @@ class Walk(MotionTask):
         self.motion = steps.ready_motion(nao.robot, feet_of(nao, q), nao.base.torso(q), q)
 
     def advance(self, nao: VirtualNao, time: float) -> bool:
-        """Command the next configuration; with the last of a step, plan the next one from there."""
+        """Command the next configuration; after the last one of a step, plan the next step from there."""
         if self._at >= len(self.motion) and not self._next(nao, nao.joints.q(sensor=False)):
             return True
         q = self.motion[self._at]
@@ -193,14 +193,14 @@ class Walk(MotionTask):
         return self._at == len(self.motion) and not self._next(nao, q)
 
     def take_over(self, nao: VirtualNao, plan: WalkPlan) -> Call:
-        """Continue with another plan after this step; the call ends when the walk ends."""
+        """Continue with another plan after the current step; return a call that ends when the walk ends."""
         self.plan = plan
         if self.started is not None:
             plan.begin(self.walker.body if self.walker else body_of(nao, nao.joints.q(sensor=False)))
         return self.follow(lambda: self._answer(plan))
 
     def follow(self, answer: Callable[[], object] = lambda: None) -> Call:
-        """Return a call that ends with the walk and has its result; `cancel` of the call stops the walk."""
+        """Return a call that ends with the walk and then returns `answer()`; cancelling it stops the walk."""
 
         def end(walk: Future[Any]) -> None:
             error = walk.exception()
@@ -228,7 +228,7 @@ class Walk(MotionTask):
         return True
 
     def end(self, nao: VirtualNao, *, killed: bool) -> None:
-        """Note the answer of the walk's call, which ends a moment later."""
+        """Set the result of the walk's call, which ends a moment later."""
         self._limp = self.started is not None and bool((nao.joints.stiffness[self.columns] == 0.0).any())
         self.value = self._answer(self._first)
 
@@ -244,7 +244,7 @@ def feet_of(nao: VirtualNao, q: Floats) -> dict[str, Floats]:
 
 
 def body_of(nao: VirtualNao, q: Floats) -> Floats:
-    """FRAME_ROBOT in the world on the floor, shape (3,)."""
+    """Return the pose of FRAME_ROBOT on the floor, shape (3,)."""
     return position6d(robot_frame(nao.robot, q, torso_in_world=nao.base.torso(q)))[_PLACE]
 
 
@@ -272,12 +272,13 @@ class Locomotion(Service):
     The walk is kinematic: one foot stands, the other is lifted along a smooth arc and put down, the torso is level and
     between them, and the legs follow by their closed form. There is no balance and no sway, and the arms do not swing.
 
-    - Steps are those of the move configuration, [[name, value], …] of getMoveConfig: MaxStepX, MaxStepY, MaxStepTheta,
-      MaxStepFrequency and StepHeight; for one foot with "Left" or "Right" before the name. TorsoWx and TorsoWy are
-      stored without effect. A step lasts 0.42 s at frequency 1 and 0.6 s at 0, and longer if joints would be too fast.
-    - Feet step outwards: sideways and turning, every second step only closes the feet, because of the shared hip motor
-      and of the feet themselves.
-    - A path is straight, turning evenly. The robot ends with its feet side by side, FRAME_ROBOT at the target.
+    - Steps follow the move configuration, a list [[name, value], …] as getMoveConfig returns it: MaxStepX, MaxStepY,
+      MaxStepTheta, MaxStepFrequency and StepHeight, or for one foot with "Left" or "Right" before the name. TorsoWx and
+      TorsoWy have no effect. A step lasts 0.42 s at frequency 1 and 0.6 s at 0, and longer if joints would be too fast.
+    - Feet step outwards only, because of the shared hip motor and so that they do not meet: when the robot walks
+      sideways or turns, every second step only brings the feet together.
+    - The robot walks straight to a target and turns evenly on the way. It ends with its feet side by side, FRAME_ROBOT
+      at the target.
     - A new command takes over a running walk after its current step; calls that wait for the first command return when
       the robot stands.
     """
@@ -293,9 +294,9 @@ class Locomotion(Service):
     def moveTo(self, x: Any, y: Any = None, theta: Any = None, moveConfig: Any = None) -> Call:
         """Walk to a pose relative to the robot; returns when it stands.
 
-        x is forwards, y to the left [m], theta to the left along the shorter arc [rad]; or x is a list of poses
-        [x, y, theta], each relative to the one before, as in Aldebaran's tutorial of Dubins curves, and y the move
-        configuration. The answer is False if the walk was stopped, killed or taken over, or if a leg has no stiffness.
+        x is forwards, y to the left [m], theta to the left along the shorter arc [rad]. Instead, x may be a list of
+        poses [x, y, theta], each relative to the one before, as in Aldebaran's tutorial of Dubins curves; y is then the
+        move configuration. Returns False if the walk was stopped, killed or taken over, or if a leg has no stiffness.
         """
         if arguments.is_list(x):
             targets, config = _poses(x), y
@@ -308,17 +309,17 @@ class Locomotion(Service):
         return self._start("moveTo", ToTargets(targets, steps.gait_of(config)))
 
     def move(self, x: Any, y: Any, theta: Any, moveConfig: Any = None) -> None:
-        """Walk at a velocity, forwards and to the left, until changed or stopped; returns at once [m/s, rad/s]."""
+        """Walk at a velocity [m/s, rad/s], positive forwards and to the left, until stopped; returns immediately."""
         self._start("move", AtVelocity(_motion(x, y, theta), steps.gait_of(moveConfig)))
 
     def moveToward(self, x: Any, y: Any, theta: Any, moveConfig: Any = None) -> None:
-        """Walk at a share of the largest velocity, from -1 (backwards, right) to 1 (forwards, left); returns at once.
+        """Walk at a share of the largest velocity, from -1 (backwards, right) to 1 (forwards, left).
 
-        In the move configuration, the frequency may be called "Frequency".
+        Returns immediately. In the move configuration, the frequency may be called "Frequency".
         """
         shares, gait = _motion(x, y, theta, 1.0), steps.gait_of(moveConfig)
         foot = gait.left
-        # Sideways and turning, every second step only closes the feet.
+        # When the robot walks sideways or turns, every second step only brings the feet together.
         reach = np.array([foot.max_step_x, 0.5 * (foot.max_step_y - _STANCE), 0.5 * foot.max_step_theta])
         self._start("move", AtVelocity(shares * reach / foot.period, gait))
 
@@ -331,7 +332,7 @@ class Locomotion(Service):
         return walk.follow(lambda: True)
 
     def killMove(self) -> None:
-        """End the walk at once, in the middle of a step."""
+        """End the walk immediately, even in the middle of a step."""
         self.nao.tasks.kill(lambda task: isinstance(task, Walk))
 
     def waitUntilMoveIsFinished(self) -> Call | None:
@@ -346,20 +347,20 @@ class Locomotion(Service):
     # --- footsteps ------------------------------------------------------------------------------------------------
 
     def setFootSteps(self, legName: Any, footSteps: Any, timeList: Any, clearExisting: Any) -> None:
-        """Make given steps, and leave the feet as they are at the end; returns at once.
+        """Make given steps, and leave the feet as they are at the end; returns immediately.
 
-        legName is "LLeg" or "RLeg" for each step, footSteps the pose [x, y, theta] of the foot relative to the other
-        one, clipped to the feasible range, timeList the end of each step, from the beginning of the first [s].
+        For each step, legName has "LLeg" or "RLeg", footSteps the pose [x, y, theta] of the foot relative to the other
+        one, clipped to the feasible range, and timeList the time of its end, from the beginning of the first step [s].
         clearExisting discards the steps that have not begun.
         """
         legs, poses = _legs(legName), _poses(footSteps)
         times = as_floats(timeList, (), "timeList")
         if times.shape != (len(legs),) or len(poses) != len(legs):
             counts = f"{len(poses)} and {times.size}"
-            raise BadArgument(f"footSteps and timeList must be {len(legs)} as legName, got {counts}")
+            raise BadArgument(f"footSteps and timeList must have as many entries as legName, {len(legs)}, got {counts}")
         durations = np.diff(times, prepend=0.0)
         if (durations <= 0.0).any():
-            raise BadArgument("timeList must ascend, from above 0 s")
+            raise BadArgument("timeList must ascend, from a time above 0 s")
         self._make_steps("setFootSteps", legs, poses, durations, clearExisting)
 
     def setFootStepsWithSpeed(self, legName: Any, footSteps: Any, fractionMaxSpeed: Any, clearExisting: Any) -> Call:
@@ -370,17 +371,17 @@ class Locomotion(Service):
         legs, poses = _legs(legName), _poses(footSteps)
         shares = arguments.one_each(fractionMaxSpeed, legs, "fractionMaxSpeed")
         if len(poses) != len(legs):
-            raise BadArgument(f"footSteps must be {len(legs)} as legName, got {len(poses)}")
+            raise BadArgument(f"footSteps must have as many entries as legName, {len(legs)}, got {len(poses)}")
         for share in shares:
             arguments.fraction(float(share), "fractionMaxSpeed", positive=True)
         durations = steps.Gait().left.period / shares
         return self._make_steps("setFootStepsWithSpeed", legs, poses, durations, clearExisting)
 
     def getFootSteps(self) -> list[list[Any]]:
-        """The feet in the world, the current step, and the steps after it.
+        """The feet in the world, the current step, and the known steps after it.
 
-        A step is [leg, duration, [x, y, theta] of the foot relative to the other one] [s, m, rad]. Only setFootSteps
-        and setFootStepsWithSpeed know more than one step ahead.
+        A step is [leg, duration, [x, y, theta] of the foot relative to the other one] [s, m, rad]. Later steps are
+        known only in a walk of setFootSteps or setFootStepsWithSpeed.
         """
         feet, walk = feet_of(self.nao, self.nao.joints.q()), self.nao.tasks.of(Walk)
         step, duration = self._current_step()
@@ -438,12 +439,12 @@ class Locomotion(Service):
     # --- inside ---------------------------------------------------------------------------------------------------
 
     def _current_step(self) -> tuple[steps.Footstep | None, float]:
-        """The current step, None without one, and its duration [s]."""
+        """Return the current step, None if there is none, and its duration [s]."""
         walk = self.nao.tasks.of(Walk)
         return (None, 0.0) if walk is None else (walk.step, len(walk.motion) * TICK)
 
     def _start(self, name: str, plan: WalkPlan) -> Call:
-        """Walk by a plan, or continue the current walk with it."""
+        """Walk by a plan, or continue the current walk by this plan."""
         walk = self.nao.tasks.of(Walk)
         if walk is not None:
             return walk.take_over(self.nao, plan)
@@ -465,7 +466,7 @@ class Locomotion(Service):
 
 
 def _motion(x: Any, y: Any, theta: Any, most: float = np.inf) -> Floats:
-    """x, y and theta, shape (3,), each at most `most` in magnitude."""
+    """Return x, y and theta, shape (3,), each at most `most` in magnitude."""
     found = {what: arguments.number(value, what) for what, value in (("x", x), ("y", y), ("theta", theta))}
     for what, number in found.items():
         if abs(number) > most:
@@ -474,7 +475,7 @@ def _motion(x: Any, y: Any, theta: Any, most: float = np.inf) -> Floats:
 
 
 def _poses(value: Any) -> list[Floats]:
-    """A list of poses [x, y, theta], at least one."""
+    """Return a list of poses [x, y, theta], at least one."""
     found = as_floats(list(value) if isinstance(value, (list, tuple)) else value, (3,), "poses [x, y, theta]")
     if found.ndim != 2 or not len(found):
         raise BadArgument(f"expected a list of poses [x, y, theta], got {quoted(value, 60)}")
@@ -484,7 +485,7 @@ def _poses(value: Any) -> list[Floats]:
 def _legs(value: Any) -> tuple[str, ...]:
     names = (value,) if isinstance(value, str) else value
     if not isinstance(names, (list, tuple)) or not names:
-        raise BadArgument(f"legName must be LLeg or RLeg of each step, got {quoted(value, 60)}")
+        raise BadArgument(f"legName must be LLeg or RLeg for each step, got {quoted(value, 60)}")
     return tuple(arguments.choice(name, "leg", tuple(_FEET.values())) for name in names)
 
 

@@ -40,7 +40,7 @@ _HELD = 100.0
 _MARGIN = 0.005
 # The largest number of times that targets are moved nearer so that joints are not too fast.
 _MAX_HALVINGS = 7
-# The residual that is reported after that: metres, and radians times 0.1.
+# The residual that counts for targets that were moved nearer: metres, and radians times 0.1.
 _NOTEWORTHY_IN_BALANCE = 2e-3
 # The axis masks of whole-body control, with weights for metres and for radians.
 MASKS: dict[int, tuple[float, float]] = {
@@ -55,7 +55,7 @@ class Balance:
     """The constraints of whole-body control.
 
     Attributes:
-        enabled: whether it is on.
+        enabled: whether whole-body control is on.
         feet: foot → "Fixed", "Plane" or "Free".
         support: the feet above which the centre of mass is kept: "Legs", "LLeg" or "RLeg"; None for no constraint.
     """
@@ -87,9 +87,9 @@ class WholeBodyTask(MotionTask):
     def command(self, nao: VirtualNao, targets: Targets, missed: str, *, com: Floats | None = None) -> Floats | None:
         """Command joint values for targets that can be reached in this tick, and return them.
 
-        At the limit of its reach, the nearest pose of the whole robot may be far away. Targets are then brought nearer
-        to the effectors, by halves, until no joint is too fast: joints that come late would let the feet slip.
-        Arguments are those of `solve`, and so is None; `missed` is for the log.
+        Near the limit of the robot's reach, the solution may be far from the current joint values. The distance of the
+        targets from the effectors is then halved, repeatedly, until no joint is too fast: joints that come late would
+        let the feet slip. Targets, com and the answer None are those of `solve`; `missed` is the message for the log.
         """
         q = nao.joints.q(sensor=False)
         T_world_torso = nao.base.torso(q)
@@ -106,7 +106,7 @@ class WholeBodyTask(MotionTask):
             found = self.solve(nearer, q, com=None if com is None else above + share * (com - above))
             if found is None:
                 return None
-            # Targets that were moved nearer are missed in any case.
+            # Targets that were moved nearer count as missed.
             missing = max(missing, _NOTEWORTHY_IN_BALANCE) if halving else found.missing
             if np.all(np.abs(found.q - q) <= self._max_step):
                 joints = found.q
@@ -209,7 +209,7 @@ class GoToBalance(WholeBodyTask):
         """Solve the whole robot for this tick's position of the centre of mass."""
         share = min((time - self.begin) / self._duration, 1.0)
         place = self._from + float(smooth(np.array(share))) * (self._to - self._from)
-        q = self.command(nao, {}, "the centre of mass goes as near to its place as it can", com=place)
+        q = self.command(nao, {}, "the centre of mass goes as near to its target as it can", com=place)
         assert q is not None
         done = share >= 1.0 - ON_TIME
         if done:
@@ -245,15 +245,15 @@ class WholeBodyPathTask(WholeBodyTask):
             targets[request.effector] = T_world[:3, 3] if weights[1] == 0.0 else T_world, weights
         found = self.command(nao, targets, "an effector goes as near to its target as balance and the feet let it")
         if found is None:
-            self.notes.once("feet", "no foot stands: nothing moves (wbFootState says which stay)")
+            self.notes.once("feet", "no foot stands, so nothing moves (wbFootState sets which feet stay)")
         return t >= self._end - ON_TIME
 
 
 class EffectorControl(WholeBodyTask):
     """The whole robot holds effectors at their last goals: wbSetEffectorControl.
 
-    `goals` are in the world: for an arm the position of its hand (3,), for the head its rotation (3, 3). Targets move
-    there at 0.2 m/s and 0.8 rad/s.
+    `goals` are in the world: for an arm the position of its hand (3,), for the head its rotation (3, 3). The targets
+    move to the goals at 0.2 m/s and 0.8 rad/s.
     """
 
     reactive = True
@@ -310,18 +310,19 @@ def _towards(now: Floats, goal: Floats) -> Floats:
 
 # --- The methods.
 
-# NAOqi's names for wbEnableEffectorOptimization.
+# The effectors that NAOqi accepts in wbEnableEffectorOptimization.
 _OPTIMIZED = ("All", "Arms", "Legs", "Head", "LArm", "RArm", "LLeg", "RLeg", "Torso", "Com")
 
 
 class WholeBodyControl(CartesianControl):
     """The methods of ALMotion that move the whole robot, with its feet in place and its balance kept.
 
-    They use `nk.ik.whole_body`: the standing feet are satisfied exactly, and with the balance constraint the centre of
+    They use `nk.ik.whole_body`: the standing feet stay exactly in place, and with the balance constraint the centre of
     mass stays 5 mm inside the support polygon of their pressure sensors. The balance is static: nothing has inertia.
 
-    - While it is on, positionInterpolations and transformInterpolations use it too: all joints except the hands help,
-      and a foot that is neither moved nor "Free" stays. Masks are then 7, 56 or 63; others move their own chain.
+    - While whole-body control is on, positionInterpolations and transformInterpolations use it too: all joints except
+      the hands help, and a foot that is neither moved nor "Free" stays. This works with the masks 7, 56 and 63; with
+      other masks, effectors move with their own chains only.
     - setAngles, angleInterpolation and setPositions move their own joints; the balance does not correct them.
     - "Plane" is treated as "Fixed": a foot does not slide.
     - wbEnableEffectorOptimization has no effect.
@@ -332,13 +333,13 @@ class WholeBodyControl(CartesianControl):
         self.balance = Balance()
 
     def _path_task(self, name: str, found: Sequence[EffectorRequest]) -> MotionTask:
-        """The whole robot follows the paths if whole-body control is on and supports their masks."""
+        """Return a task of the whole robot if whole-body control is on and supports the masks of the paths."""
         if self.balance.enabled and all(request.mask in MASKS for request in found):
             return WholeBodyPathTask(name, self.nao, found, self.balance)
         return super()._path_task(name, found)
 
     def wbEnable(self, isEnabled: Any) -> None:
-        """Switch whole-body control on or off; off forgets all constraints."""
+        """Switch whole-body control on or off; switching it off removes all constraints."""
         on = arguments.flag(isEnabled, "isEnabled")
         if not on:
             self.nao.tasks.kill(lambda task: isinstance(task, EffectorControl))
@@ -354,17 +355,17 @@ class WholeBodyControl(CartesianControl):
                 self.balance.feet[foot] = state
 
     def wbEnableBalanceConstraint(self, isEnable: Any, supportLeg: Any) -> None:
-        """Keep the centre of mass above "LLeg", "RLeg", or anywhere above both ("Legs"); False ends it."""
+        """Keep the centre of mass above "LLeg", "RLeg", or anywhere above both ("Legs"); False ends the constraint."""
         leg = arguments.choice(supportLeg, "support leg", SUPPORTS)
         self.balance.support = leg if arguments.flag(isEnable, "isEnable") else None
 
     def wbGoToBalance(self, supportLeg: Any, duration: Any) -> Call:
-        """Bring the centre of mass above the middle of "LLeg", "RLeg" or "Legs"; returns whether it is there."""
+        """Bring the centre of mass above the middle of "LLeg", "RLeg" or "Legs"; returns whether it got there."""
         seconds = arguments.duration(duration, "duration")
         return self.nao.start_task(GoToBalance(self.nao, "wbGoToBalance", supportLeg, seconds))
 
     def wbGoToBalanceWithSpeed(self, supportLeg: Any, fractionMaxSpeed: Any) -> Call:
-        """The same, with no joint faster than a fraction of its maximum speed."""
+        """The same as wbGoToBalance, with no joint faster than a fraction of its maximum speed."""
         share = arguments.fraction(fractionMaxSpeed, "fractionMaxSpeed", positive=True)
         return self.nao.start_task(GoToBalance(self.nao, "wbGoToBalanceWithSpeed", supportLeg, _MIN_DURATION, share))
 
@@ -390,15 +391,16 @@ class WholeBodyControl(CartesianControl):
         control.hold(self.nao, effector)
 
     def wbSetEffectorControl(self, effectorName: Any, targetCoordinate: Any) -> None:
-        """Send a held effector to a target in FRAME_ROBOT; returns at once.
+        """Send a held effector to a target in FRAME_ROBOT; returns immediately.
 
-        The target of an arm is the position of its hand [x, y, z] [m], of the head its rotation [wx, wy, wz] [rad].
+        The target of an arm is the position of its hand, [x, y, z] [m]; that of the head is its rotation, [wx, wy, wz]
+        [rad].
         """
         effector = arguments.choice(effectorName, "effector", HELD)
         target = arguments.three(targetCoordinate, "targetCoordinate")
         control = self.nao.tasks.of(EffectorControl)
         if control is None or effector not in control.goals:
-            raise BadArgument(f"{effector} is not held: wbEnableEffectorControl({effector!r}, True) first")
+            raise BadArgument(f"{effector} is not held: call wbEnableEffectorControl({effector!r}, True) first")
         control.send(self.nao, effector, target)
 
     def wbEnableEffectorOptimization(self, effectorName: Any, isActive: Any) -> None:

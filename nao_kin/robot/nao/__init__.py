@@ -25,7 +25,7 @@ from nao_kin.robot.nao.rows import (
     Offset,
     OffsetRow,
     ShapeRow,
-    Version,
+    Version as Version,
     VisualRow,
 )
 from nao_kin.robot.nao.v6 import (
@@ -60,7 +60,6 @@ __all__ = [
     "Offset",
     "OffsetRow",
     "ShapeRow",
-    "Version",
     "VisualRow",
     "nao_parameters",
     "ros_names",

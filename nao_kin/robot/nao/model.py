@@ -27,7 +27,7 @@ from nao_kin.robot.urdf import UrdfTree, read_urdf
 
 # The file of the convex hulls of the meshes of all versions, beside the URDFs.
 HULLS = "collision_hulls.obj"
-# The package contains the files in a wheel; in a checkout they are beside it.
+# In a wheel the package contains the files; in a checkout they are beside the package.
 _PACKAGE = Path(__file__).resolve().parents[2]
 
 
@@ -58,7 +58,7 @@ class NaoModel(RobotModel):
         return nao_parameters(self.version)
 
     def _collision_shapes(self) -> Iterable[Shape]:
-        """Return the convex hulls of the meshes; the shapes in the URDF, for simulators, are simple ones around them."""
+        """Return the convex hulls of the meshes; the URDF has simple shapes around these hulls, for simulators."""
         return hulls_in(nao_urdf_path(self.version).with_name(HULLS).read_text(encoding="utf-8"))
 
     def to_body(self, q: ArrayLike) -> Floats:

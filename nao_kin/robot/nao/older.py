@@ -35,8 +35,8 @@ def mirrored(row: InertialRow) -> tuple[InertialRow, InertialRow]:
     return row, right
 
 
-# Inertia in the official files up to V5 of links without a mass (phalanges, hand, force sensors): without it the mass
-# matrix is singular. The V6 file has none.
+# Inertia that the official files up to V5 give to links without a mass (phalanges, hand, force sensors); without it the
+# mass matrix is singular. The V6 file gives these links no inertia.
 _PLACEHOLDER = InertialRow("", 2e-06, (0.0, 0.0, 0.0), (1.1e-09, 0.0, 0.0, 1.1e-09, 0.0, 1.1e-09), "U5")
 
 # fmt: off

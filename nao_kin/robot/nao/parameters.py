@@ -345,9 +345,10 @@ def _unit(axis: Vector) -> Vector:
 
 # --- The names of links and joints in ros-naoqi's `nao_description`, where they differ from those of this package.
 #
-# That description has no V6; the names of V6 follow the same rules.
+# `nao_description` has no V6; the names of V6 follow the same rules.
 
-# NAOqi's names of the torso and of the feet as bodies: additional links here, and no separate links there.
+# NAOqi's names of the torso and of the feet as bodies: additional links in our URDFs, no separate links in
+# `nao_description`.
 BODY_ALIASES = {"Torso": "torso", "LFoot": "l_ankle", "RFoot": "r_ankle"}
 _JOINTS = {
     "torso_fixed": "base_link_fixedjoint",
@@ -359,7 +360,8 @@ _JOINTS = {
     "MicroSurroundLeft_fixed": "MicroLeft_sensor_fixedjoint",
     "MicroSurroundRight_fixed": "MicroRight_sensor_fixedjoint",
 }
-# There, the gripper is the link that the hand joint turns; here, it is NAOqi's effector, which does not turn.
+# In `nao_description`, the gripper is the link that the hand joint turns; in our URDFs, it is NAOqi's effector, which
+# does not turn.
 _HANDS = {"LHand_link": "l_gripper", "l_gripper": "LArm", "RHand_link": "r_gripper", "r_gripper": "RArm"}
 _ANKLES = {"LAnklePitch_link": "LAnklePitch", "RAnklePitch_link": "RAnklePitch"}
 
@@ -367,7 +369,8 @@ _ANKLES = {"LAnklePitch_link": "LAnklePitch", "RAnklePitch_link": "RAnklePitch"}
 def ros_names(parameters: NaoParameters) -> dict[str, str]:
     """Return name in the URDF of this package → name in `nao_description`, for the robot, its links and its joints.
 
-    Two links with the same name there are one link there: here the second link is NAOqi's name for the same frame.
+    Two links that get the same name are one link in `nao_description`; in the URDF of this package the second link has
+    NAOqi's name for the same frame.
 
     Args:
         parameters: the numbers of a version.

@@ -72,7 +72,7 @@ _HAND = (HAND_OFFSET_X, 0.0, -HAND_OFFSET_Z)
 _KNEE = (0.0, 0.0, -THIGH_LENGTH)
 _ANKLE = (0.0, 0.0, -TIBIA_LENGTH)
 
-# In NAOqi's Body order. Roll turns about x, pitch about y, yaw about z, except in the arm, whose names follow
+# The joints are in NAOqi's Body order. Roll turns about x, pitch about y, yaw about z, except in the arm, whose names follow
 # the arm hanging down: ShoulderRoll and ElbowRoll turn about z, ElbowYaw and WristYaw about x.
 JOINTS: tuple[JointRow, ...] = (
     JointRow("HeadYaw", "Head", "torso", "Neck", (0.0, 0.0, NECK_OFFSET_Z), _Z, "twist", "J6"),
@@ -249,9 +249,9 @@ _INERTIALS: tuple[InertialRow, ...] = (
 
 _UP: Vector = (0.0, 0.0, 1.0)
 
-# From the official V6 URDF, and the same for every version. Cylinders represent NAOqi's capsules. The URDFs here have the
-# shapes of `collision_rows`, which contain the meshes. The boxes of the feet are
-# turned by a right angle there; here they are along the axes of the foot: length, width, height.
+# From the official V6 URDF, and the same for every version. Cylinders represent NAOqi's capsules. In that URDF the boxes
+# of the feet are turned by a right angle; these rows are along the axes of the foot: length, width, height. The URDFs of
+# this package have the shapes of `collision_rows` instead, which contain the meshes.
 # fmt: off
 COLLISION_SHAPES: tuple[ShapeRow, ...] = (
     ShapeRow("TorsoDownBackCollision", "torso", "sphere", (0.04,), (-0.03, 0.0, -0.06), _UP, "U6"),
@@ -278,7 +278,7 @@ COLLISION_SHAPES: tuple[ShapeRow, ...] = (
 )
 # fmt: on
 
-# No outline of a sole is published. These corners are on the edge of the flat of our own foot, and are used for every
+# No outline of a sole is published. These corners are on the edge of the flat underside of our foot mesh, and are used for every
 # version: 142 × 81 mm, inside the box of 160 × 90 mm around the foot.
 # fmt: off
 SOLE_OUTLINES: tuple[OutlineRow, ...] = (
@@ -436,8 +436,8 @@ POSTURES: tuple[PostureRow, ...] = (
 # fmt: on
 
 # NAOqi's postures do not contain the pose of the trunk. A robot that does not stand rests where its centre of mass is
-# lowest. This is the vertical there in the torso's frame, found by turning the shapes of V6 until no small rotation
-# lowers the centre of mass.
+# lowest. These vectors are the vertical in that pose, in the torso's frame, found by turning the shapes of V6 until no
+# small rotation lowers the centre of mass.
 REST: dict[str, Vector] = {
     "Sit": (0.310, -0.001, 0.951),
     "SitRelax": (0.155, -0.005, 0.988),

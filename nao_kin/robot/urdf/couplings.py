@@ -91,9 +91,9 @@ def drive_order(joints: Mapping[str, UrdfJoint], root: str, notes: list[str]) ->
 def share_limits(joints: list[UrdfJoint], notes: list[str]) -> list[UrdfJoint]:
     """Return the joints with every driving joint limited to values at which its mimic joints are inside their limits.
 
-    Limits that were copied from joint to joint can leave no value, or a single one, to joints that can all move alone:
-    a follower with the multiplier −1 and the limits [0, 1] of its driver. Then the driver's range does not change. It
-    is refused if one of these joints cannot move alone.
+    Limits that were copied from joint to joint can leave no value, or only one, to joints that can all move alone; for
+    instance, a follower with the multiplier −1 has the limits [0, 1] of its driver. Then the driver's range does not
+    change. If one of these joints cannot move alone and no value is left, the file is refused.
     """
     followers = _followers(joints)
     return [_sharing(joint, followers[joint.name], notes) if joint.name in followers else joint for joint in joints]
@@ -109,7 +109,7 @@ def _followers(joints: Iterable[UrdfJoint]) -> dict[str, list[UrdfJoint]]:
 
 
 def _sharing(driver: UrdfJoint, followers: Sequence[UrdfJoint], notes: list[str]) -> UrdfJoint:
-    """Return the driving joint with the limits that it shares with its mimic joints."""
+    """Return the driving joint, limited to values at which its mimic joints are inside their limits."""
     turning = [follower for follower in followers if follower.coupling.multiplier != 0.0]
     lower, upper, velocity = driver.lower, driver.upper, driver.velocity
     confined: list[str] = []
@@ -135,7 +135,7 @@ def _sharing(driver: UrdfJoint, followers: Sequence[UrdfJoint], notes: list[str]
         return replace(driver, velocity=velocity)
     if lower > upper:
         who, suits = (f"joint {names} follows", "both") if len(turning) == 1 else (f"joints {names} follow", "all")
-        raise Refused(f"{who} {quoted(driver.name)}, and no value suits {suits} their limits")
+        raise Refused(f"{who} {quoted(driver.name)}, and no value is inside the limits of {suits} of them")
     notes += confined
     return replace(driver, lower=lower, upper=upper, velocity=velocity)
 
@@ -178,7 +178,7 @@ def depth_first(children: Mapping[str, list[UrdfJoint]], root: str) -> list[Urdf
 def _drivers_first(
     siblings: list[UrdfJoint], branch: Mapping[str, set[str]], joints: Mapping[str, UrdfJoint]
 ) -> list[UrdfJoint]:
-    """Return siblings by name, each after the siblings whose branches drive a joint of its branch."""
+    """Return siblings sorted by name, but each after the siblings whose branches drive a joint of its branch."""
     holder = {name: sibling.name for sibling in siblings for name in branch[sibling.name]}
     before = {
         sibling.name: {

@@ -22,15 +22,15 @@ from nao_kin._core.files import read_bounded
 from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadArgument, BadInputFile, BadModel
 
-# Definitions may contain ${…} although the file is expanded, because they are no longer used.
+# Definitions may contain ${…} even in an expanded file, because they are no longer used.
 _DEFINITIONS = ("property", "arg", "include")
-# The expressions of xacro; other programs use $(…) with other names.
+# The expressions of xacro; other programs also use $(…), but with other names.
 _EXPRESSION = re.compile(r"\$\{|\$\((?:anon|arg|cwd|dirname|env|eval|find|optenv)\b")
 # Blank lines, and a byte order mark, before the text.
 _BLANK = re.compile(rb"\A[ \t\r\n]*(\xef\xbb\xbf)?[ \t\r\n]*")
 
 
-# Returns the URDF of a xacro source, which is described in words.
+# A function that expands a xacro source; it takes a description of the source for messages, and returns the URDF.
 Expand = Callable[[str], bytes]
 
 
@@ -40,9 +40,9 @@ def read_document(
     """Return the root element of an XML file without the elements of xacro, and the expanded text of a xacro source.
 
     Prefixes need not be bound and belong to the name; a namespace declaration is an ordinary attribute; blank lines may
-    precede the XML declaration. `expand` returns the URDF of a xacro source that is described in words; None if there
-    is no way to expand one. With `always`, it is called for any file that mentions xacro. Dropped elements are added to
-    the notes.
+    precede the XML declaration. `expand` takes a description of a xacro source for messages, and returns its URDF; None
+    if sources cannot be expanded. With `always`, it is called for any file that mentions xacro. Dropped elements are
+    added to the notes.
     """
     document = _document(path, content)
     if b"xacro" not in content and b"${" not in content and b"$(" not in content:
@@ -77,7 +77,7 @@ class _RootOnly(ET.TreeBuilder):
 
 
 def finite_numbers(text: str) -> list[float]:
-    """Return the numbers in a text; none if one of its words is not a finite number."""
+    """Return the numbers in a text; an empty list if one of its words is not a finite number."""
     try:
         numbers = [decimal(word) for word in text.split()]
     except ValueError:
@@ -124,11 +124,11 @@ class _Xacro:
     """The xacro elements in a document.
 
     Attributes:
-        count: how much of it is unexpanded: macros, conditions, ${…}.
+        count: number of unexpanded macros, conditions and ${…}.
         is_unexpanded: whether the document is still a source: it defines macros, has ${…} or $(find …) as a value, has
             links or joints inside an element of xacro, includes files and calls their macros, or has no link at all.
 
-    With `includes`, as in a file that is named .xacro, an included file counts as missing.
+    With `includes`, as for a file that is named .xacro, every include counts as unexpanded too.
     """
 
     def __init__(self, document: ET.Element, *, includes: bool = False) -> None:
@@ -140,7 +140,7 @@ class _Xacro:
             if name.startswith("xmlns:") and "xacro" in value
         }
         self._found = [name for element in document.iter() if (name := self._name(element)) is not None]
-        # Without a definition here or in an included file, a call is a leftover that cannot be expanded.
+        # Without a definition in this file or an included one, a call is a leftover that cannot be expanded.
         called = [element for element in document if self._name(element) not in (None, *_DEFINITIONS)]
         called = called if "include" in self._found else []
         self.count = sum(
@@ -191,7 +191,8 @@ class _Xacro:
 # any depth of the folders given, in the folders of ROS_PACKAGE_PATH and AMENT_PREFIX_PATH, in those of
 # CMAKE_PREFIX_PATH and of Gazebo's variables. The first place that has the file wins.
 
-# Variables with lists of folders: packages are in the subfolder "share" of the first two, and in the others themselves.
+# Variables with lists of folders. For the first two, packages are in the subfolder "share"; for the others, directly in
+# the folders.
 _PREFIXES = ("AMENT_PREFIX_PATH", "CMAKE_PREFIX_PATH")
 _MODEL_PATHS = ("GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "GAZEBO_MODEL_PATH")
 # ROS_PACKAGE_PATH names folders with packages at any depth; ROS searches to this depth.
@@ -343,7 +344,7 @@ def _is_package(folder: Path, package: str) -> bool:
 
 # --- Expansion of xacro sources by the package `xacro`, with our search for `$(find package)`.
 
-# xacro has its current file, arguments and macros in variables of the module.
+# xacro keeps its current file, arguments and macros in variables of its module, so one thread uses it at a time.
 _EXPANDING = threading.Lock()
 # The package in which xacro looks up ROS packages; it is part of ROS 2 and not on PyPI.
 _ROS_INDEX = "ament_index_python"
@@ -380,7 +381,7 @@ def expand_xacro(
 
 
 def xacro_values(arguments: Mapping[str, object] | None) -> dict[str, str]:
-    """Return arguments for xacro: texts, with true and false in lower case; none for None."""
+    """Return arguments for xacro as texts, with true and false in lower case; an empty dictionary for None."""
     arguments = {} if arguments is None else arguments
     if not isinstance(arguments, Mapping) or not all(isinstance(name, str) for name in arguments):
         raise BadArgument(f"xacro_arguments must be a mapping name → value, got {quoted(arguments)}")

@@ -31,7 +31,7 @@ from nao_kin.robot.urdf.document import (
 from nao_kin.robot.urdf.mjcf.reader import read_mjcf
 from nao_kin.robot.urdf.tree import TENSOR_LABELS, Inertial, Origin, UrdfJoint, UrdfTree, read_shapes, rename_links
 
-# The owner of an attribute: "joint" or "link", and its name.
+# The owner of an attribute, for messages: "joint" or "link", and its name.
 Owner = tuple[str, str]
 
 _MOVING = ("revolute", "continuous", "prismatic")
@@ -125,7 +125,7 @@ class _UrdfReader:
         if kind not in (*_MOVING, "fixed", _FLOATING):
             raise Refused(
                 f"joint {quoted(name)} has type {quoted(kind)}; supported: {', '.join(_MOVING)}, fixed, and floating "
-                "where it is all that the root link holds"
+                "if it is the only joint on the root link"
             )
         ends = []
         for tag in ("parent", "child"):
@@ -158,7 +158,7 @@ class _UrdfReader:
         return replace(joint, **found)
 
     def _range(self, joint: str, limit: ET.Element | None) -> tuple[float, float]:
-        """Return the smallest and largest value; missing or contradictory limits mean none."""
+        """Return the smallest and largest value; if limits are missing or contradictory, the joint has none."""
         if limit is None or (limit.get("lower") is None and limit.get("upper") is None):
             what = "no limits" if limit is None else "a limit without lower and upper: taken as unlimited"
             self.notes.append(f"joint {quoted(joint)} has {what}")
@@ -222,7 +222,7 @@ class _UrdfReader:
         return numbers[0]
 
     def _bound(self, joint: str, limit: ET.Element, attribute: str) -> float:
-        """Return a largest speed or effort; "inf", a negative number and a missing attribute mean none."""
+        """Return a largest speed or effort, infinite for "inf", a negative number or a missing attribute."""
         if limit.get(attribute, "inf").strip().lower() in ("inf", "+inf", "infinity"):
             return math.inf
         try:
@@ -263,7 +263,7 @@ class _UrdfReader:
         if len(roots) != 1:
             found = ", ".join(map(quoted, roots[:4])) or "none: the joints form a loop"
             raise Refused(f"a robot has one root link, found {found}")
-        # With one root and one parent each, links that are unreachable form a loop.
+        # With one root and one parent per link, links that cannot be reached from the root form a loop.
         children: dict[str, list[UrdfJoint]] = {}
         for joint in joints:
             children.setdefault(joint.parent, []).append(joint)
@@ -273,15 +273,15 @@ class _UrdfReader:
         return roots[0]
 
     def _base(self, root: str, links: dict[str, ET.Element], joints: dict[str, UrdfJoint]) -> str:
-        """Return the root; drop a root that holds only a floating joint, and return the link below it."""
+        """Return the root; drop a root whose only joint is floating, and return the link below it."""
         floating = [joint for joint in joints.values() if joint.kind == _FLOATING]
         if not floating:
             return root
         joint = floating[0]
         if len(floating) > 1 or [other for other in joints.values() if other.parent == root] != [joint]:
             raise Refused(
-                f"joint {quoted(joint.name)} is floating, which is read only where one floating joint is all that the "
-                f"root link {quoted(root)} holds"
+                f"joint {quoted(joint.name)} is floating, which is read only if it is the only floating joint, and the "
+                f"only joint on the root link {quoted(root)}"
             )
         del links[root], joints[joint.name]
         self.notes.append(
@@ -360,6 +360,6 @@ def read_robot(
     is_mjcf = file_format(path, content) == "mjcf"
     if is_mjcf and not xacro_values(xacro_arguments) and (xacro is None or xacro is False):
         return read_mjcf(path, package_dirs=package_dirs, content=content)
-    # This refuses to expand an MJCF, and arguments for a file that takes none.
+    # An MJCF comes here only with xacro=True or with arguments; this call refuses both.
     tree = read_urdf(path, package_dirs=package_dirs, xacro=xacro, xacro_arguments=xacro_arguments, content=content)
     return tree, None

@@ -64,7 +64,7 @@ class _Groups:
         return found
 
     def link(self, name: str) -> str:
-        """Return the name here of a link, which differs from that in the files if a joint has the same name."""
+        """Return a link's name in the tree, which differs from that in the files if a joint has the same name."""
         return self._renamed.get(name, name)
 
     def _members(self, group: ET.Element, inside: tuple[str, ...]) -> list[UrdfJoint]:

@@ -50,7 +50,7 @@ class Origin:
 
     @staticmethod
     def of(T: Floats) -> Origin:
-        """Return a pose, given as a matrix (4, 4), without −0."""
+        """Return the origin of a pose given as a matrix (4, 4), with 0 in place of −0."""
         (x, y, z), (roll, pitch, yaw) = ((part + 0.0).tolist() for part in (T[:3, 3], rpy_from_matrix(T[:3, :3])))
         return Origin((x, y, z), (roll, pitch, yaw))
 
@@ -279,7 +279,7 @@ class UrdfTree:
         inertials: link → its mass and inertia, if it has them.
         joints: all joints in depth-first order, every driving joint before its mimic joints.
         visuals: the visual shapes of the links.
-        shared_names: name that the file gives to a link and to a joint → the name of the link here.
+        shared_names: name that the file gives to a link and to a joint → the name of the link in this tree.
         notes: repairs, one line each.
         visual_notes: visual shapes that cannot be read, one line each.
         collisions: the shapes of the links for contacts.
@@ -311,7 +311,7 @@ class UrdfTree:
     offsets: Mapping[str, Origin] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
-        # All robots made from a tree share it.
+        # Read-only, because all robots made from a tree share the tree.
         for name in ("inertials", "shared_names", "offsets"):
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
 

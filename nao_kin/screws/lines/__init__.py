@@ -1,7 +1,7 @@
 """Lines in space in Plücker coordinates: direction and moment, about any origin.
 
-A line through the point p with unit direction e has, about the origin o, the moment n = (p − o) × e, which is the same
-for all its points p. The six numbers (e; n), in this order, are its Plücker coordinates.
+A line through the point p with unit direction e has the moment n = (p − o) × e about the origin o, which is the same
+for all points p of the line. The six numbers (e; n), in this order, are its Plücker coordinates.
 """
 
 from __future__ import annotations

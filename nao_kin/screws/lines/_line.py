@@ -108,7 +108,7 @@ class PluckerLine:
         coincident = np.abs(difference).max(axis=-1) <= _COINCIDENT * largest
         if coincident.any():
             index = first_index(coincident)
-            raise DegeneratePoints(f"p and q coincide{at_index(index)}: no line is distinguished")
+            raise DegeneratePoints(f"p and q coincide{at_index(index)}: they determine no line")
         e, _ = unit(difference, "q − p")
         p_near, q_near = p - o, q - o
         # The nearer point gives the moment the smaller rounding error.
@@ -202,10 +202,10 @@ class PluckerLine:
         return self._of(self.direction, self.moment + cross(self.origin - o, self.direction), o)
 
     def transformed(self, T_ab: ArrayLike) -> PluckerLine:
-        """A line given in frame b, in the coordinates of frame a; or a line of a moved by T_ab.
+        """The coordinates in frame a of a line given in frame b; also a line of frame a moved by T_ab.
 
-        e' = R e and p' = R p + t for every point p; the moment is about the same numbers `origin` as before. For origin
-        zero this is `motion_matrix(T_ab)` times the coordinates.
+        e' = R e and p' = R p + t for every point p; the coordinates of `origin` stay the same. For origin zero
+        this is `motion_matrix(T_ab)` times the coordinates.
 
         Args:
             T_ab: poses [[R, t], [0, 1]], shape (..., 4, 4).
@@ -229,7 +229,7 @@ class PluckerLine:
         return self._of(*(v.reshape(-1, 3)[picked] for v in (self.direction, self.moment, self.origin)))
 
     def __iter__(self) -> Iterator[PluckerLine]:
-        """The lines along the first batch axis; a single line is refused with `NotABatch`, which is a TypeError too."""
+        """The lines along the first batch axis; a single line raises `NotABatch`, which is a TypeError too."""
         if not self.batch_shape:
             raise NotABatch("a single PluckerLine contains no lines to iterate over: its batch shape is ()")
         return (self[i] for i in range(self.batch_shape[0]))
@@ -240,7 +240,7 @@ class PluckerLine:
 
     @classmethod
     def _of(cls, direction: Floats, moment: Floats, origin: Floats) -> PluckerLine:
-        # Without checks: for a line through its origin, rounding may make direction·moment large relative to it.
+        # Not checked: for a line through its origin, rounding may make direction·moment large relative to the moment.
         line = object.__new__(cls)
         line._freeze(direction, moment, origin)
         return line
@@ -301,7 +301,7 @@ def meet_plane(
         line: lines with directions e.
         point: p, a point of each plane, shape (..., 3) [m].
         normal: n, the normal of each plane, of any length but zero, shape (..., 3).
-        parallel_below: lines under this angle count as parallel to the plane [rad].
+        parallel_below: lines at a smaller angle to the plane count as parallel to it [rad].
 
     Examples:
         >>> ray = nk.lines.PluckerLine.from_point_direction([0, 0, 1], [1, 0, -1])

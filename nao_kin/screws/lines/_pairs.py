@@ -29,7 +29,7 @@ _PARALLEL = 1e-13
 
 @dataclass(frozen=True, eq=False)
 class CommonNormal:
-    """The shortest connection of two lines: foot_b = foot_a + offset · direction, to the last digit.
+    """The shortest connection of two lines, with foot_b = foot_a + offset · direction to the last digit.
 
     Attributes:
         foot_a: its point on the first line, to the rounding of its coordinates, shape (..., 3) [m]. For parallel lines,
@@ -66,9 +66,9 @@ def common_normal(
     Args:
         a: first lines.
         b: second lines, of a batch shape that broadcasts with that of `a`; the origins may differ.
-        parallel_below: lines under this angle count as parallel [rad]; the default is the rounding of a chain of a
+        parallel_below: lines at a smaller angle count as parallel [rad]; the default is the rounding of a chain of a
             hundred rotations.
-        coincident_below: parallel lines under this distance coincide and get no direction [m].
+        coincident_below: parallel lines at a smaller distance count as coincident and get no direction [m].
 
     Source: Angeles, Fundamentals of Robotic Mechanical Systems, 3.2.2 and 4.2.
 
@@ -86,7 +86,7 @@ def common_normal(
     along_a = dot(a_to_b, cross(e_b, normal))[..., None] / safe_sine
     along_b = dot(a_to_b, cross(e_a, normal))[..., None] / safe_sine
     skew_offset = dot(a_to_b, normal)
-    # The feet of nearly parallel lines are far away; the line with the nearer foot determines both.
+    # The feet of nearly parallel lines are far away; the foot that is nearer determines both.
     from_a = p_a + along_a * e_a
     from_b = b.point + along_b * e_b - skew_offset[..., None] * normal
     skew_foot = np.where(np.abs(along_a) <= np.abs(along_b), from_a, from_b)
@@ -113,8 +113,9 @@ def common_normal(
 def distance(a: PluckerLine, b: PluckerLine) -> Floats:
     """Distance between two lines, shape (...) [m], with the same result in either order.
 
-    It equals that of `common_normal`, except for lines that count as parallel there but are not exactly parallel. For
-    these it is the distance of the points closest to the origins of both, normal to the mean of the two directions.
+    It equals the `distance` of `common_normal`, except for lines that count as parallel there but are not exactly
+    parallel. For these it is the distance of the points closest to the origins of both, normal to the mean of the two
+    directions.
 
     Examples:
         >>> a = nk.lines.PluckerLine.through([0, 0, 0], [1, 0, 0])
@@ -190,8 +191,8 @@ def _compare(a: PluckerLine, b: PluckerLine, parallel_below: float) -> _Pair:
     e_a, e_b = a.direction, b.direction
     cosine = dot(e_a, e_b)
     same_way = np.copysign(1.0, cosine)[..., None] * e_a
-    # e_a × e_b from a difference, which is exact where the two are nearly equal or nearly opposite. Half the sum in
-    # place of one of the two makes it symmetric to the last bit, except for the sign.
+    # e_a × e_b is computed from a difference, which is exact where the two are nearly equal or nearly opposite. Half
+    # the sum in place of one of the two makes it symmetric to the last bit, except for the sign.
     mean = 0.5 * (e_b + same_way)
     crossed = np.copysign(1.0, cosine)[..., None] * cross(mean, e_b - same_way)
     sine = norm(crossed)
@@ -209,7 +210,7 @@ def _compare(a: PluckerLine, b: PluckerLine, parallel_below: float) -> _Pair:
 def _part_across(v: Floats, e: Floats) -> Floats:
     """The part of v at right angles to the unit vector e."""
     across = v - dot(v, e)[..., None] * e
-    # Once more: if the difference is short relative to v, rounding leaves a part along e.
+    # Repeated, because rounding leaves a part along e if the difference is short relative to v.
     return np.asarray(across - dot(across, e)[..., None] * e)
 
 

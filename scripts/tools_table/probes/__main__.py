@@ -1,4 +1,4 @@
-"""Load an export in a tool and print what it makes of it, as one line of JSON.
+"""Load an export in a tool, and print the results as one line of JSON.
 
 Example:
     python -m tools_table.probes mujoco FOLDER
@@ -16,7 +16,7 @@ from tools_table.probes.loaded import examine
 
 
 def main() -> int:
-    """One tool, one folder with an export and its `reference.json`."""
+    """Measure one tool with one folder that contains an export and its `reference.json`."""
     module, folder = sys.argv[1], Path(sys.argv[2])
     reference = json.loads((folder / "reference.json").read_text(encoding="utf-8"))
     try:

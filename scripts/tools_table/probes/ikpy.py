@@ -32,7 +32,7 @@ def _chain(path: Path, elements: list[str]) -> tuple[Chain, list[str]]:
 
 
 def _paths(path: Path) -> Iterator[list[str]]:
-    """From the trunk to every link without children: link, joint, link, joint, …, link."""
+    """Return the paths from the trunk to every link without children: link, joint, link, joint, …, link."""
     above = {}
     for joint in ET.parse(path).getroot().iter("joint"):
         parent, child = joint.find("parent"), joint.find("child")

@@ -1,4 +1,4 @@
-"""What a probe hands over of a loaded robot, and how that is compared with the reference."""
+"""The data that a probe returns about a loaded robot, and their comparison with the reference."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy.typing as npt
 Floats = npt.NDArray[np.float64]
 Poses = Mapping[str, Floats]
 
-# Of a pose [m, and entries of the rotation], and of two coupled joints in a simulation [rad].
+# Tolerances of a pose [m, and entries of the rotation], and of two coupled joints in a simulation [rad].
 SAME_POSE = 1e-6
 SAME_ANGLE = 0.01
 
@@ -22,12 +22,12 @@ class Loaded:
     """A robot in a tool.
 
     Attributes:
-        poses: angle of every joint → pose (4, 4) of every frame that the tool knows, in any common frame.
-        mass: what the tool thinks that the robot weighs [kg]; None where it has no masses.
-        meshes: how many meshes it shows; None where it shows none.
-        held: joints that a constraint of the tool holds, in simulation or in a solver.
-        told: joints of which the tool says what they follow, and leaves it to the caller.
-        simulate: let it move for a moment; the angles of the joints afterwards. None where it does not simulate.
+        poses: maps the angles of all joints to the pose (4, 4) of every frame of the tool, in any common frame.
+        mass: the mass of the robot in the tool [kg]; None if the tool has no masses.
+        meshes: the number of meshes that the tool shows; None if it shows no meshes.
+        held: mimic joints that a constraint of the tool couples, in simulation or in a solver.
+        told: mimic joints whose coupling the tool reports, and leaves to the caller.
+        simulate: simulates a moment, and returns the angles of the joints afterwards; None if the tool cannot simulate.
     """
 
     poses: Callable[[Mapping[str, float]], Poses]
@@ -39,14 +39,14 @@ class Loaded:
 
 
 def matrix(R: npt.ArrayLike, p: npt.ArrayLike) -> Floats:
-    """The pose of a rotation, shape (3, 3) or nine numbers by rows, and a position."""
+    """Return the pose with a rotation, shape (3, 3) or nine numbers by rows, and a position."""
     T = np.eye(4)
     T[:3, :3], T[:3, 3] = np.reshape(R, (3, 3)), p
     return T
 
 
 def from_wxyz(quaternion: npt.ArrayLike, p: npt.ArrayLike) -> Floats:
-    """The pose of a unit quaternion, scalar first, and a position."""
+    """Return the pose with a unit quaternion, scalar first, and a position."""
     w, x, y, z = np.asarray(quaternion, dtype=float) / np.linalg.norm(quaternion)
     R = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
@@ -57,7 +57,7 @@ def from_wxyz(quaternion: npt.ArrayLike, p: npt.ArrayLike) -> Floats:
 
 
 def examine(robot: Loaded, reference: Mapping[str, Any]) -> dict[str, Any]:
-    """The row of a robot: what it knows and how far that is from the reference."""
+    """Return the row of a robot: its data in the tool, and their differences from the reference."""
     expected = dict(zip(reference["links"], np.moveaxis(np.array(reference["poses"]), 1, 0), strict=True))
     drivers, followers = reference["drivers"], reference["followers"]
     coupled, alone = dict[str, float](), dict[str, float]()
@@ -65,7 +65,7 @@ def examine(robot: Loaded, reference: Mapping[str, Any]) -> dict[str, Any]:
         values = {name: series[sample] for name, series in drivers.items()}
         both = values | {name: series[sample] for name, series in followers.items()}
         _worst(coupled, robot.poses(both), expected, sample)
-        # What follows by itself is right although its own value is not.
+        # If the tool couples mimic joints itself, the poses are right although the given values of these joints are 0.
         _worst(alone, robot.poses(values | dict.fromkeys(followers, 0.0)), expected, sample)
     fingers = [link for link in alone if "Finger" in link or "Thumb" in link]
     feet = [link for link in alone if link in ("l_ankle", "r_ankle")]
@@ -89,7 +89,7 @@ def examine(robot: Loaded, reference: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _worst(errors: dict[str, float], poses: Poses, expected: Mapping[str, Floats], sample: int) -> None:
-    """Raise the error of each frame to that of this sample, all seen from the trunk."""
+    """Update the largest error of each frame with that of this sample; poses are relative to the trunk."""
     T_trunk_world = np.linalg.inv(poses["torso"])
     for link in poses.keys() & expected.keys():
         error = float(np.abs(T_trunk_world @ poses[link] - expected[link][sample]).max())

@@ -1,4 +1,4 @@
-"""mink: kinematics, and an inverse that keeps the couplings."""
+"""mink: kinematics, and inverse kinematics with the couplings."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def load(path: Path) -> Loaded:
 
 
 def _move(model: mujoco.MjModel) -> dict[str, float]:
-    """Reach with the left hand and turn the left leg, under the couplings as tasks."""
+    """Reach with the left hand and turn the left leg, with the couplings as tasks."""
     configuration = mink.Configuration(model)
     configuration.update_from_keyframe("StandInit")
     couplings = mink.EqualityConstraintTask(model, cost=1.0)

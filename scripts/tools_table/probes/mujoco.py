@@ -19,7 +19,7 @@ def load(path: Path) -> Loaded:
 
 
 def read(path: Path, simulate: Callable[[mujoco.MjModel], Mapping[str, float]]) -> Loaded:
-    """Load a scene that moves in a way of its own."""
+    """Load a scene, with a function that moves its robot."""
     model = mujoco.MjModel.from_xml_path(str(path))
     return Loaded(
         lambda values: poses(model, values),
@@ -31,7 +31,7 @@ def read(path: Path, simulate: Callable[[mujoco.MjModel], Mapping[str, float]]) 
 
 
 def poses(model: mujoco.MjModel, values: Mapping[str, float]) -> Poses:
-    """Bodies and sites, each with its pose."""
+    """Return the poses of bodies and sites."""
     data = mujoco.MjData(model)
     for name, value in values.items():
         data.joint(name).qpos = value
@@ -41,13 +41,13 @@ def poses(model: mujoco.MjModel, values: Mapping[str, float]) -> Poses:
 
 
 def shown_meshes(model: mujoco.MjModel) -> int:
-    """Geometries that are meshes and touch nothing."""
+    """Return the number of meshes that do not collide."""
     meshes = model.geom_type == mujoco.mjtGeom.mjGEOM_MESH
     return int(np.sum(meshes & (model.geom_contype == 0) & (model.geom_conaffinity == 0)))
 
 
 def equal_joints(model: mujoco.MjModel) -> list[str]:
-    """Joints that an equality ties to another one."""
+    """Return the joints that an equality constraint couples to another joint."""
     joints = model.eq_type == mujoco.mjtEq.mjEQ_JOINT
     return [model.joint(int(joint)).name for joint in model.eq_obj1id[joints]]
 

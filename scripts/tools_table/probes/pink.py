@@ -1,4 +1,4 @@
-"""pink: kinematics of a configuration of a model with couplings, and an inverse of it."""
+"""pink: kinematics and inverse kinematics of a model with its couplings."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def load(path: Path) -> Loaded:
 
 
 def _move(robot: pinocchio.RobotWrapper) -> dict[str, float]:
-    """Lift the left foot by two centimetres, with the trunk held."""
+    """Lift the left foot by two centimetres, with a fixed trunk."""
     model = robot.model
     q = np.clip(robot.q0, model.lowerPositionLimit, model.upperPositionLimit)
     # A straight leg cannot be shortened: its first motion does not lift the foot.

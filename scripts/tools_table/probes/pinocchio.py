@@ -16,19 +16,19 @@ def load(path: Path) -> Loaded:
 
 
 def read(path: Path) -> pinocchio.RobotWrapper:
-    """A robot that stands nowhere, with its couplings."""
+    """Return a robot with a floating base and its couplings."""
     floating = pinocchio.JointModelFreeFlyer()
     return pinocchio.RobotWrapper.BuildFromURDF(str(path), [str(path.parent)], floating, mimic=True)
 
 
 def of_model(robot: pinocchio.RobotWrapper) -> Loaded:
-    """A robot that Pinocchio has read."""
+    """Return the data of a robot that Pinocchio has read."""
     model = robot.model
 
     def poses(values: Mapping[str, float]) -> Poses:
         data, q = model.createData(), pinocchio.neutral(model)
         for name, joint in zip(model.names, model.joints, strict=True):
-            # What follows has its place in q too, that of the joint it follows.
+            # A mimic joint has an index in q too: that of its driver.
             if name in values and joint.shortname() != "JointModelMimic":
                 q[joint.idx_q] = values[name]
         pinocchio.framesForwardKinematics(model, data, q)

@@ -1,4 +1,4 @@
-"""placo: kinematics, and an inverse in which a gear task couples the hips."""
+"""placo: kinematics, and inverse kinematics in which a gear task couples the hips."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def load(path: Path) -> Loaded:
 
 
 def _move(robot: placo.RobotWrapper, joints: set[str]) -> dict[str, float]:
-    """Turn the left hip; a gear brings the right one with it."""
+    """Turn the left hip; a gear task moves the right one with it."""
     solver = placo.KinematicsSolver(robot)
     solver.mask_fbase(True)
     solver.add_gear_task().set_gear("RHipYawPitch", "LHipYawPitch", 1.0)

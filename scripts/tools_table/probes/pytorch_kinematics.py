@@ -1,4 +1,4 @@
-"""pytorch_kinematics: kinematics of many configurations at once, and their derivatives."""
+"""pytorch_kinematics: kinematics of batches of configurations, and their derivatives."""
 
 from __future__ import annotations
 

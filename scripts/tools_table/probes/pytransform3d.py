@@ -22,6 +22,6 @@ def load(path: Path) -> Loaded:
             frames.set_joint(name, value)
         return {link: frames.get_transform(link, "torso") for link in links}
 
-    # It reads a mesh when it draws it, by the name that it has found for it.
+    # pytransform3d reads a mesh only when it draws it, from this file name.
     found = [shape for shape in frames.visuals if isinstance(shape, Mesh) and Path(shape.filename).is_file()]
     return Loaded(poses, meshes=len(found))

@@ -12,7 +12,7 @@ from tools_table.probes.loaded import Loaded, Poses, from_wxyz
 
 
 def load(path: Path) -> Loaded:
-    """Load a URDF, and look at what of it would be logged."""
+    """Load a URDF, and count the meshes that would be logged."""
     tree = UrdfTree.from_file_path(str(path))
     joints = tree.joints()
     columns = [chunk.to_record_batch().schema.names for chunk in tree.stream().to_chunks()]

@@ -1,4 +1,4 @@
-"""viser: the scene that a browser is sent, frame by frame."""
+"""viser: the scene that it sends to a browser, frame by frame."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tools_table.probes.loaded import Loaded, Poses, from_wxyz
 
 
 def load(path: Path) -> Loaded:
-    """Load a URDF with its meshes; what is measured is the scene."""
+    """Load a URDF with its meshes, and measure the resulting scene."""
     server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
     robot = ViserUrdf(server, path)
     names = robot.get_actuated_joint_names()
@@ -27,7 +27,7 @@ def load(path: Path) -> Loaded:
 
 
 def _pose(node: str, nodes: Mapping[str, np.ndarray]) -> np.ndarray:
-    """A node hangs on all nodes whose name begins its own."""
+    """Return the pose of a node: the product of the poses of all nodes whose paths begin its path."""
     T = np.eye(4)
     parts = node.split("/")
     for length in range(1, len(parts) + 1):
@@ -36,6 +36,6 @@ def _pose(node: str, nodes: Mapping[str, np.ndarray]) -> np.ndarray:
 
 
 def _names(node: str) -> list[str]:
-    """The names that a link at this node can have: some links have slashes in their own name."""
+    """Return the possible names of the link at this node: the names of some links contain slashes."""
     parts = node.split("/")
     return ["/".join(parts[-length:]) for length in (1, 2, 3)]

@@ -15,7 +15,7 @@ import pinocchio as pin
 import pytest
 import trimesh
 import yourdfpy
-from loops import for_all
+from loops import first_now, for_all
 from manifold3d import Manifold, Mesh
 from scipy.spatial import ConvexHull
 
@@ -141,7 +141,7 @@ def test_a_mesh_is_closed_and_its_faces_and_normals_point_outwards(path: Path) -
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_a_mesh_has_no_cracks_no_slivers_and_no_folds(path: Path) -> None:
-    """What makes dark specks: edges that meet in no second triangle, triangles thinner than 0.05 mm, and folds."""
+    """No mesh has dark specks, which come from open edges, triangles thinner than 0.05 mm, and folds."""
     body = mesh(path.stem)
     _, uses = np.unique(body.edges_sorted, axis=0, return_counts=True)
     assert (uses == 2).all()
@@ -248,7 +248,7 @@ def test_a_foot_stays_within_the_outline_of_the_real_one() -> None:
 
 @for_all("side", ["L", "R"])
 def test_no_bend_of_the_knee_bares_what_is_inside(side: str) -> None:
-    """From all around, what is seen first of the knee is a shell."""
+    """From all directions, the first visible surface of the knee is a shell."""
     nao = robot("v6")
     links = [f"{side}Thigh", f"{side}Tibia"]
     shells = [(link, name) for link in links for name in visuals("v6")[link]]
@@ -334,7 +334,7 @@ def test_forearm_and_hand_fill_the_capsule_of_the_forearm() -> None:
 
 
 def distances(starts: np.ndarray, directions: np.ndarray, body: trimesh.Trimesh) -> np.ndarray:
-    """How far along its rays a mesh is first met, else infinity: start + t d = a + u (b − a) + v (c − a)."""
+    """Return the distance along each ray to a mesh, else infinity: start + t d = a + u (b − a) + v (c − a)."""
     a, b, c = np.moveaxis(body.vertices[body.faces], 1, 0)
     sides = np.stack([b - a, c - a], axis=-1)[None].repeat(len(starts), axis=0)
     columns = np.concatenate([-directions[:, None, :, None].repeat(len(a), axis=1), sides], axis=-1)
@@ -346,7 +346,7 @@ def distances(starts: np.ndarray, directions: np.ndarray, body: trimesh.Trimesh)
 
 
 def distance_to(shape: ShapeRow, points: np.ndarray) -> np.ndarray:
-    """How far points lie outside a primitive; NAOqi's cylinders are capsules of the printed total length."""
+    """Return the distances of points from a primitive; NAOqi's cylinders are capsules of the printed total length."""
     local = points - shape.center_m
     if shape.kind == "box":
         return np.linalg.norm(np.maximum(np.abs(local) - np.array(shape.size_m) / 2, 0), axis=1)
@@ -360,7 +360,7 @@ def distance_to(shape: ShapeRow, points: np.ndarray) -> np.ndarray:
 # --- in the hands of URDF readers ---------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("version", VERSIONS)
+@pytest.mark.parametrize("version", first_now(reversed(VERSIONS)))
 def test_pinocchio_loads_every_mesh_in_its_colour(
     version: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:

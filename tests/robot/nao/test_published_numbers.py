@@ -1,4 +1,4 @@
-"""Every number of the NAO, entry by entry: what was published, what the parameters say, and what the model does.
+"""Every number of the NAO, entry by entry: as published, in the parameters, and in the model.
 
 The table in data/published_numbers.json was gathered from the public sources that it names, not from this package.
 """

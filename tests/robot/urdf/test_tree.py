@@ -1,4 +1,4 @@
-"""What a URDF says once it is read: each number, name and default of the tree, without a model made of it."""
+"""The tree read from a URDF: its numbers, names and defaults, without a model made of it."""
 
 from __future__ import annotations
 
@@ -170,7 +170,7 @@ def test_a_constant_follower_confines_nobody(tmp_path: Path) -> None:
 def test_a_joint_that_cannot_move_alone_must_suit_the_other(
     tmp_path: Path, driver: tuple[float, float], follower: tuple[float, float]
 ) -> None:
-    with pytest.raises(BadModel, match="'B' follows 'A', and no value suits both their limits"):
+    with pytest.raises(BadModel, match="'B' follows 'A', and no value is inside the limits of both of them"):
         _read(
             tmp_path,
             _joint("A", "base", "a", _limit(*driver)),

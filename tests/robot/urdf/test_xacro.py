@@ -1,4 +1,4 @@
-"""Xacro sources, expanded on reading where that is asked for."""
+"""Xacro sources, expanded on reading if the caller asks for it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The viewer's pages in a real browser: what they compute, what they show, and whether they keep to themselves."""
+"""The viewer's pages in a real browser: their computations, their pictures, and that they send no other requests."""
 
 from __future__ import annotations
 
@@ -162,7 +162,7 @@ def test_every_posture_rests_on_the_floor_without_falling_over(page: Page, nao: 
 
 
 def _in_the_room(page: Page, frame: str) -> np.ndarray:
-    """Pose of a frame over the floor, z = 0, that the robot stands on."""
+    """Return the pose of a frame relative to the floor, which is at z = 0."""
     placed = "naoKin.robot.root.matrix.clone().multiply(naoKin.robot.pose(naoKin.robot.frames.get(frame)))"
     return np.reshape(page.run(f"(frame) => (naoKin.settle(), {placed}.elements)", frame), (4, 4)).T
 

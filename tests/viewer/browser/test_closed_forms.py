@@ -127,7 +127,7 @@ def as_rows(*columns: Floats) -> list[list[Any]]:
 
 
 def branches_of(job: Job, count: int) -> Floats:
-    """The branches of the page, shape (n, count, joints), nan where there are no more."""
+    """Return the branches of the page, shape (n, count, joints), filled up with NaN."""
     values = np.full((len(job.answers), count, len(job.limb["joints"])), np.nan)
     for i, answer in enumerate(job.answers):
         for k, branch in enumerate(answer["branches"]):
@@ -136,7 +136,7 @@ def branches_of(job: Job, count: int) -> Floats:
 
 
 def assert_equal_answers(job: Job, found: IKResult) -> None:
-    """As many branches, in the same order with the same values, and the same reasons."""
+    """Check that both answers have the same branches, in the same order, and the same reasons."""
     counts = np.array([len(answer["branches"]) for answer in job.answers])
     np.testing.assert_array_equal(counts, found.count)
     reasons = [answer["reason"] for answer in job.answers]
@@ -177,7 +177,7 @@ def at_limits(nao: nk.NaoModel, q: Floats, joints: list[str]) -> Floats:
 
 
 def configurations(nao: nk.NaoModel, joints: list[str]) -> Floats:
-    """Inside the limits, at their edges, and anywhere: 2000 of a V6 and 500 of every other version."""
+    """Return configurations inside the limits, at their edges, and anywhere: 2000 of a V6, 500 of other versions."""
     third = 700 if nao.version == "v6" else 180
     inside, edges = nao.random(3, third), at_limits(nao, nao.random(4, third), joints)
     anywhere = np.random.default_rng(5).uniform(-np.pi, np.pi, (third, nao.nq))
@@ -185,7 +185,7 @@ def configurations(nao: nk.NaoModel, joints: list[str]) -> Floats:
 
 
 def pushed(T: Floats) -> Floats:
-    """The same with every seventh target pushed away by 1 nm to 1 m."""
+    """Return poses with every seventh one pushed away by 1 nm to 1 m."""
     T = T.copy()
     rows = np.arange(0, len(T), 7)
     away = T[rows, :3, 3] / np.linalg.norm(T[rows, :3, 3], axis=1, keepdims=True)
@@ -286,7 +286,7 @@ def test_heads_and_gazes_are_solved_as_in_python(each_nao: nk.NaoModel, limits: 
 
 
 def assert_nearest(job: Job, found: IKResult) -> None:
-    """What is not reached is missed by no more than in Python."""
+    """Check that a target out of reach is missed by no more than in Python."""
     missed = [(i, answer["nearest"]["error"]) for i, answer in enumerate(job.answers) if answer.get("nearest")]
     assert missed
     rows, errors = (np.array(column) for column in zip(*missed, strict=True))

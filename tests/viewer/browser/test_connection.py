@@ -31,7 +31,7 @@ def _shows(page: Page, q: np.ndarray) -> bool:
 
 
 def _grip(page: Page, joint: str) -> tuple[float, float, float]:
-    """Press the mouse on the thumb of a slider; where that is, and how far it may go to the right."""
+    """Press the mouse on the thumb of a slider; return its position, and how far it can move to the right."""
     page.slider(joint).scroll_into_view_if_needed()
     box = page.slider(joint).bounding_box()
     share = page.slider(joint).evaluate("(s) => (s.value - s.min) / (s.max - s.min)")
@@ -206,7 +206,7 @@ def test_two_pages_whose_sliders_are_dragged_at_once_end_with_one_configuration(
 
 @pytest.mark.full
 def test_a_report_that_another_page_overtakes_is_kept_where_it_came_last(browser: Any, nao: nk.NaoModel) -> None:
-    """The other page's report arrives between this page's own and its echo."""
+    """The other page's report arrives between this page's own report and its echo from the program."""
     with Viewer(nao) as viewer, opened(browser, viewer.url) as page:
         page.type_number("HeadYaw", "25")
         assert _until_here(viewer, nao, "HeadYaw", np.radians(25.0))

@@ -65,7 +65,7 @@ def on_screen(page: Page, frame: str, by: tuple[float, float, float] = (0.0, 0.0
 
 
 def drag(page: Page, frame: str, by: Any, steps: int = 8) -> np.ndarray:
-    """Press on a handle and move by so many pixels, in steps, and hold it there; gives where the pointer is then."""
+    """Press on a handle, move it by some pixels in steps, and hold it; return the position of the pointer."""
     start = on_screen(page, frame)
     page.tab.mouse.move(*start)
     page.tab.mouse.down()
@@ -79,7 +79,7 @@ def said(page: Page) -> str:
 
 
 def assert_consistent(page: Page, nao: nk.NaoModel) -> np.ndarray:
-    """What the page draws is what its joint values mean, and they are inside all limits; gives them."""
+    """Check that the picture agrees with the joint values and that these are inside all limits; return them."""
     q = page.q
     frames = nao.semantics.end_effectors
     assert np.abs(page.poses(frames) - nao.fk(q, frames)).max() < 1e-6
@@ -286,7 +286,7 @@ ON_RING = """([axis, angle]) => {
 
 
 def turn(page: Page, frame: str, axis: int, angles: np.ndarray) -> None:
-    """Select a handle, take hold of its ring about an axis and go round as the ring is at the start."""
+    """Select a handle, grab its ring about an axis and move along the ring as it is at the start."""
     page.tab.mouse.click(*on_screen(page, frame))
     places = [page.run(ON_RING, [axis, float(angle)]) for angle in angles]
     page.tab.mouse.move(*places[0])
@@ -539,7 +539,7 @@ def ghosts_of(page: Page) -> list[tuple[str, list[float], bool]]:
 
 
 def assert_drawn_where_they_differ(page: Page, nao: nk.NaoModel, configurations: np.ndarray) -> set[tuple[int, str]]:
-    """Every copy is where forward kinematics has it, and drawn if the robot's own is elsewhere; gives those drawn."""
+    """Check that every ghost link has its pose and is drawn only if it differs from the robot's; return those drawn."""
     copies, drawn, q = ghosts_of(page), set(), page.q
     per_ghost = len(copies) // len(configurations)
     for i, (link, T, visible) in enumerate(copies):

@@ -1,4 +1,4 @@
-"""What a program does with the viewer beyond showing one robot: other robots, shapes, and hearing what pages do."""
+"""Uses of the viewer beyond showing one robot: other robots, shapes, and callbacks about what pages do."""
 
 from __future__ import annotations
 
@@ -366,7 +366,7 @@ def test_points_lines_and_meshes_are_in_a_saved_page(browser: Any, nao: nk.NaoMo
 
 def test_shapes_are_replaced_and_removed_in_an_open_page(page: Page, live: Viewer) -> None:
     memory = "() => (naoKin.viewer.render(), { ...naoKin.viewer.renderer.info.memory })"
-    # A page that falls behind gets what it lacks in the order in which it began to lack it.
+    # A page that falls behind gets the missing messages in the order in which they became outstanding.
     names = "(expected) => JSON.stringify([...naoKin.extras.shapes.keys()].sort()) === JSON.stringify(expected)"
     live.show_targets({})
     # What is drawn for a movement alone has a shape of its own.

@@ -1,4 +1,4 @@
-"""The viewer in a real JupyterLab, driven by keys and pointer, and in what is left of a notebook without its kernel."""
+"""The viewer in a real JupyterLab, used by keys and pointer, and in a notebook without its kernel."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def _address(folder: Path) -> str:
 def notebook(browser: Any, lab: tuple[str, Path]) -> Iterator[Any]:
     tab = browser.new_page(viewport={"width": 1100, "height": 900})
     tab.set_default_timeout(90_000)
-    # What JupyterLab asks or says where the machine is slow: which kernel, or that the server does not answer.
+    # The dialogs of JupyterLab on a slow machine: which kernel to use, or that the server does not answer.
     tab.add_locator_handler(tab.locator("dialog.jp-Dialog .jp-mod-accept"), lambda button: button.first.click())
     tab.goto(lab[0])
     tab.wait_for_selector(".jp-Notebook .jp-CodeCell")
@@ -244,7 +244,7 @@ def test_the_output_of_a_viewer_is_the_robot_and_nothing_else(live: bool, tmp_pa
 
 
 class _Widget:
-    """What a bridge asks of its widget, without a notebook."""
+    """A stand-in for the widget that a bridge uses, without a notebook."""
 
     def __init__(self) -> None:
         self.sent: list[list[bytes]] = []

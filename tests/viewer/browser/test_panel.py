@@ -137,7 +137,7 @@ def test_what_is_no_number_says_so_and_changes_nothing(page: Page, nao: nk.NaoMo
     press(page, "Tab")
     number = field(page, "HeadYaw")
     assert number.get_attribute("aria-invalid") == "true"
-    assert note(page, "HeadYaw") == "no number; expected −119.5° to 119.5°"
+    assert note(page, "HeadYaw") == "not a number; expected −119.5° to 119.5°"
     described = page.tab.locator(f"#{number.get_attribute('aria-describedby')}")
     assert described.inner_text() == note(page, "HeadYaw")
     assert np.array_equal(page.q, nao.posture("StandInit"))
@@ -153,7 +153,7 @@ def test_a_number_beyond_a_limit_stops_there_and_says_so(page: Page, nao: nk.Nao
     page.tab.keyboard.type("500")
     press(page, "Enter")
     assert page.q[0] == nao.upper[0]
-    assert note(page, "HeadYaw") == "its limit is 119.5°"
+    assert note(page, "HeadYaw") == "the limit is 119.5°"
 
 
 @pytest.mark.parametrize(
@@ -349,7 +349,7 @@ def test_one_drag_is_one_step_back_and_forth(page: Page, nao: nk.NaoModel) -> No
     tool(page, "Undo").click()
     assert np.array_equal(page.q, one)
     pull(page, "LHand", 10)
-    # What had been taken back is gone.
+    # Undone steps can no longer be redone.
     assert tool(page, "Redo").get_attribute("aria-disabled") == "true"
     press(page, "Control+y")
     assert page.q[1] == one[1]
@@ -679,7 +679,7 @@ def test_a_link_from_far_away_is_refused(browser: Any, document: Path) -> None:
     link = f"{document.as_uri()}#v=1&q=HeadYaw:0.5&camera=1000000,0,0,0,0,0.3"
     with another(browser, link) as tab:
         line = tab.locator("#message span").inner_text()
-        assert line == "The link leads nowhere: a camera 1.0e+6 m from the robot, expected at most 43 m"
+        assert line == "The link cannot be opened: the camera is 1.0e+6 m from the robot, expected at most 43 m"
         assert state_of(tab)["q"][0] == 0.0
         with another(browser, document) as usual:
             assert np.allclose(state_of(tab)["camera"], state_of(usual)["camera"], atol=1e-3)
@@ -721,13 +721,13 @@ def test_the_address_follows_and_is_no_step_of_the_browsers_history(browser: Any
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("chapter-2", "is no state of this page"),
+        ("chapter-2", "is not a state of this page"),
         ("v=7&q=", "version"),
         ("v=1&q=HeadYow:1", "nearest: HeadYaw"),
         ("v=1&q=HeadYaw:1e400", "expected a finite number"),
         ("v=1&q=__proto__:1&show=%3Cimg%3E", "unknown joint"),
-        ("v=1&show=%3Cimg%20src=x%3E", "unknown thing to show"),
-        ("v=1&q=%E0%A4%A", "no text of a link"),
+        ("v=1&show=%3Cimg%20src=x%3E", "unknown overlay"),
+        ("v=1&q=%E0%A4%A", "is not valid in a link"),
     ],
 )
 def test_a_link_that_is_none_changes_nothing(page: Page, nao: nk.NaoModel, text: str, reason: str) -> None:
@@ -909,8 +909,8 @@ def test_one_tab_stop_for_each_bar_of_buttons(browser: Any, document: Path) -> N
                 break
         assert stops[-1] == "HeadYaw"
         assert len(stops) < 25
-        assert [name for name in ("front", "Undo", "Stand", "Record what moves") if name in stops[:-1]] == [
-            *("front", "Undo", "Stand", "Record what moves")
+        assert [name for name in ("front", "Undo", "Stand", "Record the motion") if name in stops[:-1]] == [
+            *("front", "Undo", "Stand", "Record the motion")
         ]
         assert not {"side", "Redo", "StandInit", "Plots"} & set(stops)
         tab.locator(".tools [tabindex='0']").focus()
@@ -1048,7 +1048,7 @@ def test_a_finger_moves_a_slider_by_its_thumb_alone_and_scrolls_anywhere_else(br
         thumb = "(s) => (s.value - s.min) / (s.max - s.min) * (s.clientWidth - 22) + 11"
 
         def swipe(x: float, way: tuple[float, float]) -> tuple[float, float]:
-            """Swipe from a place on the slider; gives how far HeadYaw went [rad], and the panel [px]."""
+            """Swipe from a place on the slider; return how far HeadYaw moved [rad] and the panel scrolled [px]."""
             box, before = slider.bounding_box(), state_of(tab)["q"]
             start = (box["x"] + x, box["y"] + box["height"] / 2)
             for kind, shares in (("touchStart", [0.0]), ("touchMove", np.linspace(0.1, 1.0, 8)), ("touchEnd", [None])):

@@ -1,4 +1,4 @@
-"""Links under a real pointer: told, dragged, selected, measured; and handles moved by real keys."""
+"""Links under a real pointer: their tips, dragging, selecting and measuring; and handles moved by real keys."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ pytestmark = pytest.mark.slow
 
 SIZE = (1100, 640)
 
-# A place on the screen [px] at which a link is seen: as far inside its picture as a coarse grid tells.
+# A place on the screen [px] at which a link is visible, as far inside its picture as a coarse grid can find.
 SEEN = """(link) => {
     naoKin.settle();
     const { picker } = naoKin.pick;
@@ -123,7 +123,7 @@ def tip(page: Page) -> str:
 
 
 def _plain(text: str) -> str:
-    """With signs and spaces as they are typed."""
+    """Replace typographic signs and spaces by those of a keyboard."""
     return text.replace("\u00a0", " ").replace("−", "-")
 
 
@@ -232,7 +232,7 @@ LINKS = [
 
 
 def on_screen(page: Page, pose: np.ndarray, local: list[float]) -> np.ndarray:
-    """Where on the screen a point of a link would be with the link at a pose in the root."""
+    """Return the place on the screen of a point of a link, if the link had a given pose in the root."""
     to_screen = """(point) => {
         const at = new MeshCat.THREE.Vector3(...point).applyMatrix4(naoKin.robot.root.matrixWorld);
         const { clientX, clientY } = naoKin.pick.viewport.place(at);
@@ -476,20 +476,20 @@ def test_a_finger_turns_the_camera_until_the_limb_is_selected_by_a_tap(page: Pag
 
 
 def numbers(page: Page, *names: str) -> list[float]:
-    """What the read-out shows under these names, in m and rad."""
+    """Return the numbers of the read-out with these names, in m and rad."""
     shown = "(all) => Object.fromEntries(all.map((o) => [o.ariaLabel, Number(o.dataset.value)]))"
     values = page.tab.locator(".readout output:visible").evaluate_all(shown)
     return [values[name] for name in names]
 
 
 def read(page: Page) -> str:
-    """Whose pose the read-out shows."""
+    """Return the frame whose pose the read-out shows."""
     frame = page.tab.get_by_label("Frame", exact=True)
     return str(frame.evaluate("(select) => select.selectedOptions[0].text"))
 
 
 def all_of_the_pose(page: Page) -> None:
-    more = page.tab.get_by_role("button", name="Quaternion, axis and angle, copies")
+    more = page.tab.get_by_role("button", name="Quaternion, axis and angle, copying")
     if more.get_attribute("aria-expanded") == "false":
         more.click()
 
@@ -708,7 +708,7 @@ def test_letters_turn_a_handle_about_the_axes_of_its_frame(
         assert np.abs(after[:3, :3] - wanted).max() < 1e-6
     assert said(page).endswith(f"turned by 4.0° about {key}")
     assert page.run("() => naoKin.drag.rings.length") == (2 if frame == "LArm" else 3)
-    # Moved in the same hold, it keeps how it is turned; Escape gives back all of it.
+    # Moved in the same hold, it keeps its orientation; Escape undoes both.
     page.tab.keyboard.press("Shift+ArrowUp")
     assert said(page).endswith("mm in torso")
     moved = nao.fk(page.q, frame)

@@ -68,7 +68,7 @@ def rows(points: np.ndarray) -> list[tuple[float, ...]]:
 
 
 def slider(page: Page) -> Any:
-    return page.tab.get_by_label("Place of the cut")
+    return page.tab.get_by_label("Position of the cut")
 
 
 def put(page: Page, place: float) -> None:
@@ -221,7 +221,7 @@ def test_what_cannot_be_shown_is_refused(nao: nk.NaoModel, reach: ReachMap) -> N
         viewer.show_reach(3)  # type: ignore[arg-type]
     with pytest.raises(UnknownName, match="number of a voxel 'worst'"):
         viewer.show_reach(reach, by="worst")
-    with pytest.raises(BadArgument, match="is of nao_v5, and the robot on show is nao_v6"):
+    with pytest.raises(BadArgument, match="is of nao_v5, and the viewer shows nao_v6"):
         viewer.show_reach(replace(reach, settings=replace(reach.settings, robot="nao_v5")))
     with pytest.raises(UnknownName, match="unknown frame 'Nowhere'"):
         viewer.show_reach(replace(reach, settings=replace(reach.settings, reference="Nowhere")))

@@ -553,4 +553,4 @@ def test_a_browser_that_records_no_films_says_so(browser: Any, document: Path) -
         page.run("() => delete window.MediaRecorder")
         _open_menu(page)
         _click(page, "Record video")
-        assert page.tab.locator("#message span").inner_text() == "This browser records no video."
+        assert page.tab.locator("#message span").inner_text() == "This browser cannot record video."

@@ -1,4 +1,4 @@
-"""How the viewer sets a robot down: what stands stands, what sits sits and what lies lies, however it is shown."""
+"""How the viewer places a robot on the floor: standing, sitting and lying postures, however they are shown."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def page(browser: Any, nao: nk.NaoModel, tmp_path_factory: pytest.TempPathFactor
 
 
 def _set_down(page: Page, q: np.ndarray) -> np.ndarray:
-    """Pose over the floor of the root of a robot that is shown without one before it."""
+    """Return the pose of the root relative to the floor for a configuration shown as if it were the first."""
     page.run("(q) => { naoKin.shown.standing.forget(); naoKin.set(q, null); }", q.tolist())
     return _placement(page)
 

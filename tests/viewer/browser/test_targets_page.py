@@ -89,7 +89,7 @@ def test_the_arm_follows_a_ball_that_the_pointer_and_the_keys_move(
     assert until(lambda: np.linalg.norm(nao.position(live.q, "LArm") - ball.T) < 1e-3)
     held = ball.T
     page.tab.mouse.up()
-    # Along an arrow only one number changes; Escape gives back what was before.
+    # Along an arrow only one coordinate changes; Escape restores the state before.
     page.drag(page.place("ball", (0.0, 0.0, 0.05)), (0.0, -40.0))
     assert until(lambda: ball.T[2] > held[2] + 0.01)
     assert np.abs(ball.T - held)[:2].max() < 1e-9

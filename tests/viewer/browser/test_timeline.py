@@ -54,7 +54,7 @@ def times(page: Page) -> list[float]:
 
 
 def across(page: Page, time: float) -> tuple[float, float]:
-    """Where a time is on the track, in the lower part of it, where the keys are."""
+    """Return the place of a time on the track, in the lower part of the track, where the keys are."""
     box = page.tab.locator(".lane").bounding_box()
     return box["x"] + box["width"] * time / page.run("() => naoKin.player.editor.track.span"), (
         box["y"] + box["height"] - 18
@@ -90,7 +90,7 @@ def test_keys_are_added_behind_each_other_and_poses_between_are_those_of_python(
     assert times(page) == [0.0, 1.0, 2.5]
     keys = [nao.posture(name) for name in POSTURES]
     for interpolation in ("linear", "smooth"):
-        page.tab.get_by_label("Between the keys").select_option(interpolation)
+        page.tab.get_by_label("Interpolation").select_option(interpolation)
         motion = nk.Motion([0.0, 1.0, 2.5], nao.joint_names, keys, interpolation)
         at = [0.0, 0.1, 0.5, 0.77, 1.0, 1.25, 2.499, 2.5]
         for time, expected in zip(at, motion.configurations(nao, times=at).q, strict=True):
@@ -131,7 +131,7 @@ def test_a_key_is_dragged_retimed_duplicated_replaced_and_deleted(page: Page, na
     assert times(page) == [0.0, 1.0, 2.0, 3.0]
     assert np.abs(page.q - nao.posture("Crouch")).max() < 1e-12
     press(page, "Stand")
-    press(page, "Replace by what is shown")
+    press(page, "Replace by the current configuration")
     page.run("() => naoKin.player.seek(3)")
     assert np.abs(page.q - nao.posture("Stand")).max() < 1e-12
     page.tab.get_by_role("slider", name="Key 4 of 4").focus()
@@ -240,7 +240,7 @@ def test_the_last_step_that_is_undone_leaves_the_focus_where_it_is(page: Page) -
 @pytest.mark.full
 def test_smooth_keys_are_saved_as_they_are_or_sampled(page: Page, nao: nk.NaoModel, tmp_path: Path) -> None:
     make_keys(page)
-    page.tab.get_by_label("Between the keys").select_option("smooth")
+    page.tab.get_by_label("Interpolation").select_option("smooth")
     exact, sampled = (read_motion(save(page, kind, tmp_path)) for kind in ("JSON", "CSV"))
     assert exact == nk.Motion([0.0, 1.0, 2.0], nao.joint_names, [nao.posture(name) for name in POSTURES], "smooth")
     at = np.linspace(0.0, 2.0, 200)
@@ -307,7 +307,7 @@ KEYS = """() => {
 @pytest.mark.full
 def test_a_link_leads_to_the_key_frames_too(page: Page, browser: Any, nao: nk.NaoModel) -> None:
     make_keys(page)
-    page.tab.get_by_label("Between the keys").select_option("smooth")
+    page.tab.get_by_label("Interpolation").select_option("smooth")
     x, y = across(page, 1.5)
     page.tab.mouse.click(x, y - 12)
     page.tab.wait_for_function("() => location.hash.includes('keys=smooth:1.5:')")
@@ -329,7 +329,7 @@ def test_a_link_leads_to_the_key_frames_too(page: Page, browser: Any, nao: nk.Na
         before = other.run(KEYS)
         for bad in ("linear:0:HeadYow;0:1", "linear:0:HeadYaw;1:1;0:2", "linear:0:HeadYaw;0:<img>", ";" * 5000):
             other.run("(bad) => { location.hash = `v=1&keys=${bad}&q=HeadYaw:0.1`; }", bad)
-            assert "The link leads nowhere" in message(other)
+            assert "The link cannot be opened" in message(other)
             assert other.run(KEYS) == before
             other.tab.get_by_role("button", name="Close the message").click()
 
@@ -339,7 +339,7 @@ def test_a_link_without_room_for_the_key_frames_says_so(page: Page, nao: nk.NaoM
     motion = nk.Motion(np.arange(80.0), nao.joint_names, nao.random(3, 80), "smooth")
     write_motion(motion, tmp_path / "long.json")
     drop(page, tmp_path / "long.json")
-    page.tab.get_by_text("The address of this page goes without the 80 key frames").wait_for()
+    page.tab.get_by_text("The address of this page is without the 80 key frames").wait_for()
     assert "keys=" not in page.tab.url
     page.tab.context.grant_permissions(["clipboard-read", "clipboard-write"])
     press(page, "Copy a link to this state")
@@ -358,7 +358,7 @@ def test_keys_that_are_too_fast_are_named_and_slowed_down(page: Page, nao: nk.Na
     worst = nao.joint_names[int(rise.argmax())]
     assert f"{worst} needs {rise.max():.2f} s" in page.tab.locator(".tooFast").inner_text()
     for interpolation in ("linear", "smooth"):
-        page.tab.get_by_label("Between the keys").select_option(interpolation)
+        page.tab.get_by_label("Interpolation").select_option(interpolation)
         press(page, "Slow down")
         assert not page.tab.get_by_role("button", name="Slow down").is_visible()
         path = save(page, "JSON", tmp_path)
@@ -367,7 +367,7 @@ def test_keys_that_are_too_fast_are_named_and_slowed_down(page: Page, nao: nk.Na
 
 @pytest.mark.full
 def test_what_moves_is_recorded_played_and_made_into_keys(page: Page, nao: nk.NaoModel, tmp_path: Path) -> None:
-    press(page, "Record what moves")
+    press(page, "Record the motion")
     page.slider("HeadYaw").focus()
     for _ in range(12):
         page.tab.keyboard.press("Shift+ArrowRight")
@@ -424,7 +424,7 @@ def test_the_speed_is_chosen_for_keys_and_for_clips_of_python(browser: Any, nao:
 def test_trails_are_where_the_frames_go(page: Page, nao: nk.NaoModel) -> None:
     make_keys(page)
     press(page, "Trails of frames")
-    page.tab.get_by_label("Of all that is played").check()
+    page.tab.get_by_label("Along the whole motion").check()
     for frame in ("Head", "LLeg", "RLeg", "CameraTop", "CameraBottom", "RArm"):
         page.tab.get_by_role("checkbox", name=frame, exact=True).uncheck()
     corners = np.array(
@@ -502,7 +502,7 @@ def test_python_and_other_pages_follow_what_one_plays(browser: Any, nao: nk.NaoM
 @pytest.mark.full
 def test_what_python_displays_is_recorded(browser: Any, nao: nk.NaoModel) -> None:
     with Viewer(nao) as viewer, opened(browser, viewer.url, SIZE) as page:
-        press(page, "Record what moves")
+        press(page, "Record the motion")
         for share in np.linspace(0.0, 1.0, 11):
             viewer.display((1 - share) * nao.posture("StandInit") + share * nao.posture("Crouch"))
             page.tab.wait_for_timeout(60)

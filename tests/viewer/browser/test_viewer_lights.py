@@ -33,7 +33,7 @@ SEEN = """(names) => {
         return [(1 + x) / 2, (1 - y) / 2];
     });
 }"""
-# What the head takes of the picture, in pixels: left, right, top, bottom.
+# The extent of the head in the picture [px]: left, right, top, bottom.
 HEAD = """() => {
     const { Vector3 } = MeshCat.THREE;
     const { camera } = naoKin.viewer;

@@ -12,15 +12,17 @@ import { Pointer } from "./pointer.ts";
 import { TargetMove, TargetTurn } from "./targets.ts";
 
 /**
- * Taking hold of the robot: of a handle on a hand, a foot or the gaze, which the limb follows, of a ring that turns a hand
- * or a foot, of a link of the selected limb, which its joint follows, or of a target of the program. While something is held the trunk stays where it is; when it is let go the robot stands on the floor
- * again. Event of the page: "gesture" with `held`, when something is taken hold of and when it is let go: all that happens
- * in between is one change.
+ * Drags of the robot. You can drag a handle on a hand, a foot or the gaze, which the limb follows; a ring, which turns a
+ * hand or a foot; a link of the selected limb, which its joint follows; and a target of the program. During a drag the trunk
+ * stays where it is; afterwards the robot is placed on the floor again.
+ *
+ * Event of the page: "gesture", with `held` true when a drag begins and false when it ends. All changes in between are one
+ * step of undo.
  */
 export class Drag {
-  /** What is held, and what was before it. */
+  /** The current gesture, the first gesture of the same hold, and the state before it. */
   held: ({ gesture: Gesture; first: Gesture } & Snapshot) | null = null;
-  /** What is drawn as under the pointer, or has the focus. */
+  /** The grip that is highlighted because it is under the pointer or has the focus. */
   lit: Grip | null = null;
   limbs: Limb[];
   marks: Handles;
@@ -29,8 +31,8 @@ export class Drag {
   keys: HandleKeys;
 
   /**
-   * @param line where what stops a drag is said
-   * @param bar of the buttons that take handles by keyboard
+   * @param line the element that shows what stops a drag
+   * @param bar the bar of buttons for using the handles by keyboard
    */
   constructor(
     readonly page: App,
@@ -59,7 +61,7 @@ export class Drag {
     return this.holdables.length > 0;
   }
 
-  /** What can be taken hold of by keyboard: the handles, and the targets of the program. */
+  /** What can be moved by keyboard: the handles, and the targets of the program. */
   get holdables(): Holdable[] {
     const { page, limbs } = this;
     const handles = this.handles.map((handle) => ({
@@ -84,7 +86,7 @@ export class Drag {
     return [...handles, ...targets];
   }
 
-  /** The camera where its control has put it since the last picture. */
+  /** The camera, brought up to date with its control. */
   get camera() {
     return this.page.pick.viewport.camera;
   }
@@ -96,7 +98,10 @@ export class Drag {
     if (!on) this.light(null);
   }
 
-  /** What is under the pointer, and where in the world: a limb that follows a target has its handle at the same place. */
+  /**
+   * The grip under the pointer and its point in the world. Targets come first, because a limb that follows a target has its
+   * handle at the same place.
+   */
   at(event: Pointed) {
     const handles = this.marks.shown ? this.handles : [];
     for (const grips of [this.page.targets.grips, handles, this.rings]) {
@@ -116,7 +121,7 @@ export class Drag {
 
   take(grip: Grip, hold: Hold) {
     const { measure, selection } = this.page.pick;
-    // The panel reads what is held, unless it reads what is measured.
+    // The panel shows the pose of the limb that is held, unless it shows a measurement.
     if (grip.limb && !measure.active) selection.follow(grip.limb.frame);
     this.begin(() => grip.gesture(hold));
   }
@@ -128,7 +133,7 @@ export class Drag {
   begin(make: () => Gesture) {
     this.page.stance.settle();
     if (this.held) {
-      // By keyboard a handle is moved and turned in one hold: letting go is one change, and Escape gives back all of it.
+      // By keyboard a handle can be moved and turned in one hold, which is one step of undo; Escape undoes all of it.
       this.held.gesture.end();
       this.held.gesture = make();
       return;
@@ -149,13 +154,13 @@ export class Drag {
     this.held.gesture.end();
     this.held = null;
     this.say("");
-    // The legend goes only now: on a narrow page the picture grows by it.
+    // The legend is cleared only now, because on a narrow page the picture then grows.
     if (page.ghosts.entries.length > 0 && page.ghosts.copies.length === 0) clearGhosts(page);
     page.stance.restand();
     this.announce(false);
   }
 
-  /** Let go, and give back what was there before. */
+  /** Let go, and restore the state before the drag. */
   cancel() {
     if (!this.held) return;
     const { q, up, first } = this.held;

@@ -11,43 +11,43 @@ import type { Robot } from "../robot/robot.ts";
 import { THREE, boxOf } from "../three.ts";
 import { degrees, sentence } from "./stops.ts";
 
-// What a drag works with.
+// Types of a drag: limbs, handles, gestures, and how a limb follows a target.
 
 export type Limb = AnyLimb;
 
-/** A configuration that takes a limb to a target, and what there is to say about it; no q where it is not reached. */
+/** The configuration with a limb at its target, without q if that is not reached, and a message for the user. */
 interface Followed {
   q?: number[];
   says: string;
 }
 
-/** How a limb follows a target in the torso's frame. It changes nothing. */
+/** Computes how a limb follows a target in the torso's frame. It does not move the robot. */
 export interface Follower {
-  /** A target farther away is to be taken in steps of this length [m]. */
+  /** A target farther away than this is approached in steps of this length [m]. */
   stride?: number;
   follow(target: Vector, q: number[]): Followed;
-  /** All branches for the same target, whatever the limits. */
+  /** All branches for the same target, ignoring the limits. */
   branches(target: Vector, q: number[]): Branch[];
-  /** At the place where it was, with its frame turned by a rotation of the torso, row by row. */
+  /** Keep the place of the limb's frame at the start, and turn the frame by a rotation in the torso's axes, row by row. */
   turn?(rotation: Rotation, q: number[]): Followed;
 }
 
-/** Where a pointer takes hold of something, in the world. */
+/** Where a pointer grabs something, in the world. */
 export interface Hold {
   point: Vector3;
   ray: Ray;
 }
 
-/** What can be taken hold of: the knob of a handle or a target, an arrow, a ring. */
+/** Something that can be grabbed: the knob of a handle or a target, an arrow, or a ring. */
 export interface Grip {
   /** The limb that it moves, if it moves one. */
   limb?: Limb;
   isLine: boolean;
-  /** In the world: the middle of a knob, many points of a line. */
+  /** Points in the world: the middle of a knob, or many points along a line. */
   points(): Vector3[];
-  /** Draw it as what is under the pointer. */
+  /** Highlight it or not. */
   light(on: boolean): void;
-  /** What holding it does, by a pointer or by keys. */
+  /** Begin to drag it, with a pointer or, without a hold, with keys. */
   gesture(hold: Hold | null): Gesture;
 }
 
@@ -55,26 +55,26 @@ export interface Handle extends Grip {
   limb: Limb;
   mark: Group;
   knob: Sprite;
-  /** How far along x of its frame the knob is [m]. */
+  /** The distance of the knob from the frame's origin along x [m]. */
   ahead: number;
 }
 
-/** Something that is held and moved. */
+/** A drag in progress. */
 export interface Gesture {
-  /** Follow the pointer; gives what there is to say. */
+  /** Follow the pointer; returns a message, which may be empty. */
   move(ray: Ray, options: { level: boolean }): string;
-  /** It is let go. */
+  /** End the drag. */
   end(): void;
-  /** Give back what was before, where that is not the robot's configuration. */
+  /** Restore the state before the drag, if it is not the robot's configuration. */
   cancel?(): void;
 }
 
-// The search goes so many ways, and ends with steps of LAST_STEP [m], or after so many tries.
+// The search tries WAYS directions and ends when its steps are shorter than LAST_STEP [m], or after TRIES tries.
 const WAYS = 16;
 const TRIES = 100;
 export const LAST_STEP = 1e-4;
 
-/** Unit vectors all around in the plane of two directions that are at right angles. */
+/** Unit vectors in all directions of the plane of two orthogonal unit vectors. */
 export function directionsAround(right: Vector, up: Vector) {
   return Array.from({ length: WAYS }, (_, i) => {
     const angle = (i * 2 * Math.PI) / WAYS;
@@ -83,10 +83,10 @@ export function directionsAround(right: Vector, up: Vector) {
 }
 
 /**
- * The reachable place nearest to a target: from one that is reached in steps in a plane, each way, until they are a tenth
- * of a millimetre or too many were tried for one move of the pointer.
+ * The reachable place nearest to a target: a search in a plane, from a reachable place, in steps in several directions. It
+ * ends when the steps are a tenth of a millimetre, or after as many tries as one move of the pointer allows.
  *
- * @param from a place that is reached
+ * @param from a reachable place
  * @param directions unit vectors in the plane
  */
 export function nearestPlace(
@@ -140,7 +140,7 @@ export function footOf(robot: Robot, limb: Limb): Foot {
   return { low: Number.isFinite(low) ? low : 0, high, outline: convexHull(points) };
 }
 
-/** A box around a foot in the world of three.js, not the least one: that of its shapes' own boxes. */
+/** A box around a foot in the world of three.js, made of the boxes of its shapes, so not the smallest possible. */
 function boxAround(robot: Robot, limb: Limb) {
   const box = new THREE.Box3();
   for (const { mesh } of shapesOf(robot, limb)) {
@@ -149,10 +149,10 @@ function boxAround(robot: Robot, limb: Limb) {
   return box;
 }
 
-/** Whether a foot is where that of another leg is: their outlines from above, and their heights. */
+/** Whether a foot overlaps that of another leg, by their outlines from above and their heights. */
 export function feetCross(robot: Robot, limb: Limb, limbs: Limb[]) {
   if (limb.kind !== "leg") return false;
-  // The outlines take a millisecond, and most feet are apart by their boxes.
+  // The outlines take a millisecond to compute, and the boxes of most feet are already apart.
   const box = boxAround(robot, limb);
   const near = limbs.filter(
     (other) => other.kind === "leg" && other !== limb && box.intersectsBox(boxAround(robot, other)),
@@ -164,18 +164,18 @@ export function feetCross(robot: Robot, limb: Limb, limbs: Limb[]) {
     .some((other) => own.low < other.high && other.low < own.high && overlap(own.outline, other.outline));
 }
 
-// How a limb follows what is dragged, by its closed form: from a target in the torso's frame to a configuration inside
-// the limits, the other branches, and what there is to say.
+// How a limb follows the pointer by its closed form: from a target in the torso's frame to a configuration inside the
+// limits, the other branches, and a message for the user.
 
-// The most [rad] that a joint of the arm moves in a step, and the length of a step [m].
+// The largest move of an arm joint in a step [rad], and the length of a step [m].
 const [JUMP, STRIDE] = [0.3, 0.005];
 
 const isExplained = ({ reason }: Answer) => reason !== "REACHED" && reason !== "NOT_ENOUGH_JOINTS";
 
 /**
- * A hand keeps the direction of its forearm where that is possible, and else only its place counts. Either way the arm
- * goes on from where it is: what would take a joint farther than JUMP at once, to another posture that meets the place
- * too, is refused, and so the way to a place is gone in steps of STRIDE.
+ * The arm keeps the direction of its forearm if possible; otherwise only the place of the hand follows. Either way the arm
+ * moves continuously: a branch that would move a joint by more than JUMP in a step is refused, although it meets the place
+ * too. Therefore the way to a place is divided into steps of STRIDE.
  */
 class HandFollower implements Follower {
   stride = STRIDE;
@@ -216,7 +216,7 @@ class HandFollower implements Follower {
     return { says: isExplained(answer) ? sentence(answer) : "the forearm cannot turn farther from here" };
   }
 
-  /** Whether a branch is so near that the arm can go on to it. An arm outside its limits may come back inside. */
+  /** Return a test whether a branch is near enough to move to. An arm outside its limits may move farther, to return. */
   nearTo(reference: number[]) {
     const most = JUMP + Math.max(0, this.limb.excess(reference));
     return ({ values }: Branch) => values.every((value, i) => Math.abs(value - reference[i]) <= most);
@@ -228,8 +228,8 @@ class HandFollower implements Follower {
 }
 
 /**
- * A foot keeps its orientation. The motor of its HipYawPitch moves the other leg too: that foot stays on its place and its
- * sole as it is, and only turns about the sole's normal.
+ * A foot keeps its orientation. The motor of its HipYawPitch moves the other leg too: the other foot keeps its place and
+ * the normal of its sole, and turns only about that normal.
  */
 class FootFollower implements Follower {
   pose: Pose;
@@ -294,7 +294,7 @@ class FootFollower implements Follower {
   }
 }
 
-/** A camera looks at what is dragged, or as near past it as the limits allow. */
+/** A camera looks at the point that is dragged, or as near to it as the limits allow. */
 class GazeFollower implements Follower {
   constructor(readonly limb: Gaze) {}
 
@@ -312,7 +312,7 @@ class GazeFollower implements Follower {
   }
 }
 
-/** By the kind of limb. */
+/** The follower of each kind of limb. */
 export const FOLLOWERS: Record<string, new (limb: any, poseOf: (frame: string) => Pose, limbs: Limb[]) => Follower> = {
   arm: HandFollower,
   leg: FootFollower,

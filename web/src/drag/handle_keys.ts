@@ -17,19 +17,19 @@ interface Turning extends Gesture {
   step(angle: number): string;
 }
 
-/** What a button takes hold of: a handle, or a target. */
+/** What a button grabs: a handle or a target. */
 export interface Holdable {
   name: string;
-  /** Frame that its place is said in. */
+  /** The frame in which its position is announced. */
   base: string;
-  /** Axes that it turns about. */
+  /** The axes that it can turn about. */
   turns: Axis[];
   light(on: boolean): void;
   toMove(): Moving;
   toTurn(axis: Axis): Turning;
 }
 
-// How far an arrow key moves a handle [m], and with Shift; how far a letter turns its frame [rad].
+// How far an arrow key moves a handle [m], without and with Shift; how far a letter turns its frame [rad].
 const [STEP, LARGE] = [0.001, 0.01];
 const TURN = Math.PI / 180;
 
@@ -47,18 +47,18 @@ function titleOf({ turns }: Holdable) {
   const letters = namesOf(turns, ", ").toUpperCase();
   return [
     "Arrow keys move it by 1 mm, with Shift by 10 mm",
-    ...(turns.length > 0 ? [`${letters} turn it by 1° about these axes of its frame, with Shift back`] : []),
-    "Enter lets go, Escape gives back",
+    ...(turns.length > 0 ? [`${letters} turn it by 1° about these axes of its frame, with Shift the other way`] : []),
+    "Enter lets go, Escape undoes the move",
   ].join("; ");
 }
 
 /**
- * The handles by keyboard: a button for each, seen while the focus is among them. Arrow keys take hold of a handle and
- * move it in the plane that the camera faces, X, Y and Z turn its frame about its axes, as its rings do. Enter lets it go,
- * and Escape gives back what was before.
+ * The handles by keyboard: a button for each, visible while one of them has the focus. Arrow keys grab a handle and move it
+ * in the plane that faces the camera; X, Y and Z turn its frame about its axes, as its rings do. Enter lets it go, and
+ * Escape restores the state before.
  */
 export class HandleKeys {
-  /** What the handle that is held is held for: to be moved, or to be turned about an axis. */
+  /** How the handle is held: "move", or the name of the axis that it is turned about. */
   grip = "";
   shown = true;
 
@@ -69,13 +69,13 @@ export class HandleKeys {
     this.refresh();
   }
 
-  /** Make the buttons; one that has the focus keeps it. */
+  /** Make the buttons again; the one with the focus keeps it. */
   refresh() {
     const { bar, drag } = this;
     const focus = bar.contains(document.activeElement) ? document.activeElement?.textContent : null;
     if (focus && this.grip) drag.end();
     this.grip = "";
-    const hint = "Arrow keys move it by 1 mm, with Shift by 10 mm; X, Y, Z turn it by 1°, with Shift back";
+    const hint = "Arrow keys move it by 1 mm, with Shift by 10 mm; X, Y, Z turn it by 1°, with Shift the other way";
     const buttons = drag.holdables.map((held) => {
       const button = element("button", { type: "button", title: titleOf(held) }, held.name);
       button.onfocus = () => held.light(true);
@@ -84,7 +84,7 @@ export class HandleKeys {
       return button;
     });
     bar.replaceChildren(
-      element("span", { className: "hint" }, `${hint}; Enter lets go, Escape gives back`),
+      element("span", { className: "hint" }, `${hint}; Enter lets go, Escape undoes the move`),
       ...buttons,
     );
     if (focus) buttons.find(({ textContent }) => textContent === focus)?.focus();

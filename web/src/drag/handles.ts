@@ -10,7 +10,7 @@ import { LimbDrag, TurnDrag } from "./limb_drag.ts";
 
 type Page = PageWith<"ghosts" | "pick" | "robot" | "stance" | "studio" | "viewer">;
 
-/** A ring that keeps its size on the screen. */
+/** Make the knob of a handle: a circle that keeps its size on the screen. */
 export function makeKnob() {
   const ink = makeInk(96, 96);
   ink.beginPath();
@@ -29,14 +29,14 @@ export function makeKnob() {
   return knob;
 }
 
-/** A handle under the pointer is larger and brighter. */
+/** Draw a knob larger and brighter, or as usual. */
 export function highlight(knob: THREE.Sprite, on: boolean) {
   const [size, opacity] = on ? [0.018, 1] : [0.013, 0.75];
   knob.scale.set(size, size, 1);
   knob.material.opacity = opacity;
 }
 
-/** A faint line along x, from the camera to its handle. */
+/** Make a faint line along x, from the camera to its handle. */
 function makeSight(length: number) {
   const ends = [new THREE.Vector3(), new THREE.Vector3(length, 0, 0)];
   const line = new THREE.Line(
@@ -53,18 +53,18 @@ function makeSight(length: number) {
   return line;
 }
 
-// Within how many pixels of the mouse, or of a touch, a handle and a line are held.
+// The distance from the mouse or from a finger within which a knob is grabbed, and below the same for a line [px].
 const [POINT, FINGER] = [14, 28];
 const [LINE_POINT, LINE_FINGER] = [6, 16];
 
-/** Where a pointer is. */
+/** The position and the kind of a pointer. */
 export interface Pointed {
   clientX: number;
   clientY: number;
   pointerType: string;
 }
 
-/** What is under the pointer, and its point there: the nearest by what a mouse or a finger covers of it. */
+/** The grip under the pointer and its point there: the nearest one, measured in the grip's own grabbing distance. */
 export function nearest(viewport: Viewport, { clientX, clientY, pointerType }: Pointed, grips: Grip[]) {
   const [knob, line] = pointerType === "touch" ? [FINGER, LINE_FINGER] : [POINT, LINE_POINT];
   let found: { grip: Grip; point: THREE.Vector3 } | null = null;
@@ -80,13 +80,13 @@ export function nearest(viewport: Viewport, { clientX, clientY, pointerType }: P
   return found;
 }
 
-/** Points of a node's frame in the world. */
+/** Transform points from a node's frame into the world. */
 export function inWorld(points: THREE.Vector3[], node: THREE.Object3D) {
   node.updateWorldMatrix(true, false);
   return points.map((point) => point.clone().applyMatrix4(node.matrixWorld));
 }
 
-/** of a frame */
+/** An axis of a frame. */
 export interface Axis {
   name: string;
   axis: [number, number, number];
@@ -100,7 +100,7 @@ const circle = (radius: number) =>
     return new THREE.Vector3(radius * Math.cos(angle), radius * Math.sin(angle), 0);
   });
 
-/** A ring about an axis, and points of it in the frame of the axis. */
+/** Make a ring about an axis, and points on it in the frame of the axis. */
 export function makeRing({ axis, colour }: Axis, radius: number, scale: number) {
   const shape = new THREE.TorusGeometry(radius * scale, THICKNESS * scale, 8, 64);
   const mesh = new THREE.Mesh(shape, flatMaterial(colour, 21));
@@ -109,13 +109,13 @@ export function makeRing({ axis, colour }: Axis, radius: number, scale: number) 
   return { mesh, points: circle(radius * scale).map((point) => point.applyQuaternion(mesh.quaternion)) };
 }
 
-/** A turn of a limb's frame about its own axis. */
+/** A ring that turns a limb's frame about one of its own axes. */
 interface Ring extends Grip {
   axis: Axis;
   mesh: THREE.Mesh;
 }
 
-// Sizes in metres for a small robot; the points of a ring that are looked at.
+// Radius and thickness of a ring for a small robot [m], and the number of points tested along it.
 const [RADIUS, THICKNESS, SAMPLES] = [0.072, 0.0011, 64];
 
 export const AXES: Axis[] = [
@@ -126,22 +126,22 @@ export const AXES: Axis[] = [
 
 const TURNS: Record<string, Axis[]> = { leg: AXES, arm: AXES.slice(1) };
 
-/** The axes that a handle's frame may be turned about. */
+/** The axes that a handle's frame can be turned about. */
 export const turnsOf = ({ limb }: Handle) => TURNS[limb.kind] ?? [];
 
-// That of the gaze is at a share of the robot's size before the camera, of a small robot.
+// The handle of the gaze is in front of the camera at this share of the robot's size, which counts up to SMALL [m].
 const [SIGHT, SMALL] = [0.25, 1.5];
 
 /**
- * The handles of the limbs, and around the one of the selected limb the rings that turn its frame: about all three axes of
- * a foot; of a hand, whose arm has five joints, about the two that turn the direction of the forearm.
+ * The handles of the limbs, and the rings that turn the frame of the selected limb. A foot has rings about all three axes. A
+ * hand, whose arm has five joints, has rings about the two axes that turn the direction of the forearm.
  */
 export class Handles {
   shown = false;
   list: Handle[];
   rings: Ring[] = [];
 
-  /** @param answers ghosts of the other branches while a limb is dragged */
+  /** @param answers the ghosts of the other branches, shown while a limb is dragged */
   constructor(
     readonly page: Page,
     readonly limbs: Limb[],

@@ -9,11 +9,11 @@ import { Swept } from "./swept_angle.ts";
 type Page = PageWith<"panel" | "pick" | "robot" | "stance">;
 
 /**
- * How a link moves with the coordinate of the joint that carries it: about a line in the world, or along a direction; per
- * unit of the coordinate. Null for a link that no coordinate moves.
+ * How a link moves with the coordinate of the joint that carries it: about a line in the world or along a direction, with
+ * the rate per unit of the coordinate. Null for a link that no coordinate moves.
  *
- * Where several joints on the way to the link follow one coordinate, as those of a finger do, they add up: of the screw
- * ω = Σ mᵢ aᵢ, v = Σ mᵢ aᵢ × (p − oᵢ) of a point p the axis goes through p + ω × v / ω².
+ * If several joints that carry the link follow the same coordinate, as in a finger, their motions add up. With the screw
+ * ω = Σ mᵢ aᵢ, v = Σ mᵢ aᵢ × (p − oᵢ) at a point p, the axis passes through p + ω × v / ω².
  *
  * @param point on the link, in the world
  */
@@ -51,9 +51,9 @@ export function motionOf(robot: Robot, link: number, point: THREE.Vector3) {
     : null;
 }
 
-/** A link that is held: the joint that carries it follows the pointer, inside its limits; the trunk and all else stay. */
+/** Drag of a link: the joint that carries it follows the pointer inside its limits; the rest of the robot stays. */
 export class JointDrag implements Gesture {
-  /** What the pointer asks for, which limits may keep the joint from. */
+  /** The value that the pointer asks for, which may be outside the limits. */
   wanted: number;
   swept: Swept;
 

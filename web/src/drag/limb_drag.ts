@@ -22,13 +22,14 @@ import { Swept } from "./swept_angle.ts";
 
 type Page = PageWith<"ghosts" | "pick" | "robot" | "stance">;
 
-// Branches whose squared distance is above OTHER are two; the looks of their ghosts.
+// Two branches are different if their squared distance is above OTHER. Then the looks of their ghosts, inside the limits
+// and outside.
 const OTHER = 1e-6;
 const INSIDE = { colour: "#2f6fe0", opacity: 0.3 };
 const OUTSIDE = { colour: "#5c6678", opacity: 0.1 };
 
 /**
- * A handle that is held: the limb follows it in the plane that the camera faces, by its closed form, and the trunk stays.
+ * Drag of a handle: the limb follows it by its closed form in the plane that faces the camera; the trunk stays.
  */
 export class LimbDrag implements Gesture {
   follower: Follower;
@@ -48,19 +49,19 @@ export class LimbDrag implements Gesture {
     this.follower = new FOLLOWERS[limb.kind](limb, (frame) => this.poseOf(frame), limbs);
     const at = handle.knob.getWorldPosition(new THREE.Vector3());
     this.pulled = hold && page.pick.viewport.pulled(at, hold.ray);
-    // The sole is not to go below the floor, nor lower where it is below it.
+    // The sole must not go below the floor; a sole that is already below must not go lower.
     const isOnFloor = limb.kind === "leg" && !page.robot.about.floating;
     this.floor = isOnFloor ? at.y - Math.max(0, footOf(page.robot, limb).low) : -Infinity;
     this.place = this.inTorso(at);
   }
 
-  /** @param options whether the handle goes up and down only */
+  /** @param options `level` is whether the handle moves only up and down on the screen */
   move(ray: THREE.Ray, options: { level: boolean }) {
     const to = this.pulled?.(ray, options);
     return to ? this.moveTo(to) : (this.says ?? "");
   }
 
-  /** Go on from where the handle is, to the right and up on the screen [m]. */
+  /** Move the handle from its current place to the right and up on the screen [m]. */
   step(right: number, up: number) {
     return this.moveTo(this.page.pick.viewport.shift(this.inWorld(this.place), right, up));
   }
@@ -78,7 +79,7 @@ export class LimbDrag implements Gesture {
     this.ghosts.clear();
   }
 
-  /** Take the limb to a target in the torso's frame, or to the reachable one nearest to it in the plane of the drag. */
+  /** Move the limb to a target in the torso's frame, or to the nearest reachable point in the plane of the drag. */
   follow(target: Vector, notice: string) {
     const { page, follower, handle } = this;
     const near = this.approach(target);
@@ -96,7 +97,7 @@ export class LimbDrag implements Gesture {
       page.stance.set(followed.q);
       page.stance.settle();
       this.ghosts.show(others, page.robot.linkOf(handle.limb.joints[0]));
-      // What a camera looks at, or past, stays where it is dragged.
+      // The handle of the gaze stays under the pointer, even if the camera cannot look exactly at it.
       if (handle.ahead) handle.knob.position.copy(handle.mark.worldToLocal(this.inWorld(target)));
     }
     const crossing = feetCross(page.robot, handle.limb, this.limbs) ? "the feet cross" : "";
@@ -105,7 +106,8 @@ export class LimbDrag implements Gesture {
   }
 
   /**
-   * The place and the configuration from which a target is less than a stride away, or at which the straight way to it ends.
+   * Move towards a target in strides along a straight line; return the place and the configuration that are less than a
+   * stride from it, or at which the line leaves the reach.
    */
   approach(target: Vector) {
     const { follower, place } = this;
@@ -132,7 +134,7 @@ export class LimbDrag implements Gesture {
     return directionsAround(right, up);
   }
 
-  /** The other branches for a target as ghosts, fainter where a limit stands against them. */
+  /** The other branches for a target as ghosts, fainter if they are outside the limits. */
   others(target: Vector, q: number[]) {
     const { limb } = this.handle;
     const own = limb.values(q);
@@ -142,13 +144,13 @@ export class LimbDrag implements Gesture {
       .map(({ values }) => ({ q: limb.merged(q, values), ...(limb.isInside(values) ? INSIDE : OUTSIDE) }));
   }
 
-  // --- where things are ----------------------------------------------------------------------------------------
+  // --- frames --------------------------------------------------------------------------------------------------
 
   get torso() {
     return this.page.robot.frameNode(this.handle.limb.torso);
   }
 
-  /** of the world */
+  /** @param point in the world */
   inTorso(point: THREE.Vector3): Vector {
     return this.torso.worldToLocal(point.clone()).toArray();
   }
@@ -165,12 +167,12 @@ export class LimbDrag implements Gesture {
   }
 }
 
-// The way to an angle is gone in steps [rad], the last of which is halved so often where it is not reached.
+// The turn to an angle is made in steps [rad]; a step that cannot be made is halved up to HALVINGS times.
 const [STEP, HALVINGS] = [0.05, 8];
 
 /**
- * A ring that is held, by the pointer or by keys: the limb turns its frame about the axis of the ring, at its place, as far
- * as it can.
+ * Drag of a ring, by the pointer or by keys: the limb turns its frame about the axis of the ring, in place, as far as it
+ * can.
  */
 export class TurnDrag implements Gesture {
   follower: Follower;
@@ -201,13 +203,13 @@ export class TurnDrag implements Gesture {
     return this.turn();
   }
 
-  /** @param angle to go on by from where the frame is [rad] */
+  /** @param angle by which to turn from the current orientation [rad] */
   step(angle: number) {
     this.wanted = this.reached + angle;
     return this.turn();
   }
 
-  /** Turn as far towards the angle wanted as the limb can; gives what there is to say. */
+  /** Turn as far towards the wanted angle as the limb can; returns a message, which may be empty. */
   turn() {
     const { page } = this;
     let { q } = page.stance;
@@ -227,7 +229,7 @@ export class TurnDrag implements Gesture {
 
   end() {}
 
-  /** The turn by an angle in the torso's frame, row by row. */
+  /** The rotation by an angle about the ring's axis, in the torso's frame, row by row. */
   rotation(angle: number): Rotation {
     const { elements: m } = new THREE.Matrix4().makeRotationAxis(this.axis, angle);
     return [m[0], m[4], m[8], m[1], m[5], m[9], m[2], m[6], m[10]];

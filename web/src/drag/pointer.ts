@@ -6,18 +6,18 @@ import { motionOf } from "./joint_drag.ts";
 
 type Page = PageWith<"pick" | "robot" | "stance" | "viewer">;
 
-// A pointer that has come no farther [px] has not moved: a click, or a tap.
+// A pointer that moves no farther than this [px] clicks (mouse) or taps (finger).
 const [STILL, TAP] = [4, 10];
 
 /**
- * Where a pointer went down, and on what; `take` is how the robot is taken hold of there, null where that is for the camera.
+ * Where a pointer went down, and what is there; `take` begins a drag, and is null if the press is for the camera.
  */
 interface Press {
   id: number;
   clientX: number;
   clientY: number;
   shift: boolean;
-  /** Of the handle or the ring there. */
+  /** The frame of the handle or ring there. */
   frame: string | undefined;
   hit: Hit | null;
   take: (() => void) | null;
@@ -25,9 +25,9 @@ interface Press {
 }
 
 /**
- * What a pointer on the picture does. On a handle it takes hold of it, on a link of the selected limb of its joint; anywhere
- * else, with another button than the first, or with a key held down, it moves the camera, as meshcat's control has it. A
- * click selects, and measures when that is on or Shift is down.
+ * Handles the pointer on the picture. On a handle it drags the handle, and on a link of the selected limb the link's joint.
+ * Elsewhere, with another mouse button, or with a modifier key, it moves the camera by meshcat's control. A click selects;
+ * if measuring is on or Shift is down, it measures.
  */
 export class Pointer {
   press: Press | null = null;
@@ -37,10 +37,10 @@ export class Pointer {
     readonly drag: Drag,
     public pane: HTMLElement,
   ) {
-    // Before the camera's own control, which listens on the canvas inside.
+    // In the capture phase, so before the camera's own control, which listens on the canvas inside.
     pane.addEventListener("pointerdown", (event) => this.down(event), true);
     pane.addEventListener("pointermove", (event) => this.move(event));
-    // What begins on the picture may end anywhere: the camera's control takes the pointer with it.
+    // A press that begins on the picture may end anywhere, because the camera's control captures the pointer.
     window.addEventListener("pointerup", (event) => this.up(event));
     window.addEventListener("pointercancel", (event) => this.up(event));
     pane.addEventListener("pointerleave", (event) => this.leave(event));
@@ -49,7 +49,7 @@ export class Pointer {
 
   down(event: PointerEvent) {
     this.page.pick.hover.clear();
-    // A second finger makes no tap of the first.
+    // With a second finger, the first one is no tap.
     if (this.press) this.press.still = false;
     if (this.drag.held || this.press || event.button !== 0 || !event.isPrimary) return;
     this.page.stance.settle();
@@ -68,7 +68,7 @@ export class Pointer {
     this.pane.style.cursor = "grabbing";
   }
 
-  /** Whether a press on a link is for its joint, and not for the camera: its limb is selected. */
+  /** Whether a press on a link moves its joint and not the camera: its limb must be selected, and no modifier key down. */
   mayMove({ altKey, ctrlKey, metaKey, shiftKey }: PointerEvent, link: number) {
     const { measure, selection } = this.page.pick;
     if (measure.picking || altKey || ctrlKey || metaKey || shiftKey) return false;
@@ -116,7 +116,7 @@ export class Pointer {
     if (frame) selection.select(frame);
     else if (hit) selection.selectLink(hit.link);
     else selection.select(null);
-    // A finger does not hover: what it is on is told when it taps.
+    // A finger cannot hover, so the tip is shown on a tap.
     if (event.pointerType === "touch") hover.show(hit?.link ?? null, event);
   }
 
@@ -131,16 +131,16 @@ export class Pointer {
   }
 
   leave({ pointerType }: PointerEvent) {
-    // A finger that is lifted leaves too.
+    // A lifted finger sends this event too.
     if (this.press || pointerType === "touch") return;
     this.drag.light(null);
     this.page.pick.hover.clear();
   }
 
-  // Escape gives back what is held, or else takes away what is measured, or else what is selected.
+  // Escape undoes a drag; without one it clears the measurement, and without that the selection.
   key(event: KeyboardEvent) {
     if (event.key !== "Escape" || event.defaultPrevented) return;
-    // What is open over the picture closes, and takes nothing along.
+    // In an open dialog or menu, Escape only closes it.
     if (event.target instanceof Element && event.target.closest("dialog, [popover]")) return;
     const { measure, selection } = this.page.pick;
     if (this.drag.held) {

@@ -5,14 +5,14 @@ import type { About } from "../types.ts";
 export const degrees: (angle: number, digits: number) => string = (angle, digits) =>
   `${fixed((angle * 180) / Math.PI, digits)}°`;
 
-/** Why there is no branch, in degrees. */
+/** Write why there is no branch, with angles in degrees. */
 export function sentence({ reason, joint, needed, limit, limb }: Answer) {
   if (reason === "OUT_OF_REACH") return `out of reach by ${millimetres(needed)}`;
   if (reason === "NOT_ENOUGH_JOINTS") return `${limb.joints.length} joints do not make this pose`;
   if (joint < 0) return "no solution found";
   const bound = needed < limit ? "at least" : "at most";
   const where = reason === "JOINT_LIMIT" ? "" : " there (coupled limit)";
-  // As many digits as it takes to tell the two apart.
+  // As many digits as are needed to show that the two values differ.
   const digits = [1, 2, 3, 4, 5].find((n) => degrees(needed, n) !== degrees(limit, n)) ?? 6;
   return `${limb.joints[joint]} needs ${degrees(needed, digits)}, ${bound} ${degrees(limit, digits)}${where}`;
 }
@@ -22,11 +22,11 @@ function millimetres(metres: number) {
   return `${(1000 * metres).toFixed(digits)} mm`;
 }
 
-// How far one coordinate may go while all others stay. Pure: a robot's description and numbers.
+// How far one coordinate may move while all others stay. These functions need only the robot's description.
 
 /**
- * What stops a coordinate: its own range, or that of another one which depends on it. `column` and `bound` are of the
- *   coordinate whose range it is; `coupled` where a table says so
+ * What stops a coordinate: its own range, or that of another coordinate which depends on it. `column` and `bound` belong to
+ * the coordinate whose range it is; `coupled` is true for a coupled limit.
  */
 export interface Stop {
   column: number;
@@ -39,9 +39,9 @@ const clampedBack: (stop: Stop, from: number) => number = ({ bound, upper }, fro
   upper ? Math.max(bound, from) : Math.min(bound, from);
 
 /**
- * The value nearest to the one wanted that a coordinate may go to, from where it is in a straight line, and what stops it.
- * One that is outside its range may come back, and go no farther out. A coordinate whose range depends on this one does
- * not yield: the way ends where its range would leave it out.
+ * The value nearest to the wanted one that a coordinate can reach from its current value, and what stops it. A coordinate
+ * that is outside its range may return but not go farther out. Another coordinate whose range depends on this one is not
+ * moved: the motion ends where it would fall outside its range.
  */
 export function farthest(
   about: About,
@@ -64,7 +64,7 @@ export function farthest(
   return { value, stop };
 }
 
-/** The bound of the coordinate itself that a value is beyond. */
+/** The coordinate's own bound that the wanted value exceeds; null if there is none. */
 function ownStop(about: About, q: ArrayLike<number>, column: number, wanted: number): Stop | null {
   const coordinate = about.coordinates.find((candidate) => candidate.column === column);
   const tables = about.tables.filter(({ joint }) => joint === column);
@@ -82,8 +82,8 @@ function ownStop(about: About, q: ArrayLike<number>, column: number, wanted: num
 }
 
 /**
- * The share of a way, from 0 to 1, up to which a partner stays inside a bound that is linear between the places `at`.
- * A partner that is outside already only keeps it from getting farther out.
+ * The share of the motion, from 0 to 1, up to which the partner coordinate stays inside a bound that is linear between the
+ * values `at`. If the partner is already outside, the motion ends where it would be farther outside.
  */
 function shareInside(at: number[], bounds: number[], from: number, to: number, partner: number, upper: boolean) {
   const place = (share: number) => from + share * (to - from);

@@ -3,45 +3,45 @@ import type { Viewport } from "../pick/pick.ts";
 import type { Hold } from "./follow.ts";
 import { cross, direction as unit, dot, minus, plus, times, type Vector } from "../math/rotations.ts";
 
-// How a pointer turns something about an axis. Points and directions are three numbers each, in one frame; a ray is where
-// the camera is and a unit direction. Nothing here needs the page or three.js.
+// How a pointer turns something about an axis. Points and directions are three numbers each, in one frame; a ray is the
+// position of the camera and a unit direction. `SweptAngle` needs neither the page nor three.js.
 
 interface Ray {
   origin: Vector;
   direction: Vector;
 }
 
-/** a point on an axis and its unit direction */
+/** A point on an axis, and the axis's unit direction. */
 interface Line {
   origin: Vector;
   direction: Vector;
 }
 
-// An axis within 20° of the view plane is seen from the side.
+// An axis within 20° of the view plane counts as seen from the side: the sine of that angle.
 const FROM_THE_SIDE = Math.sin((20 * Math.PI) / 180);
 
-// A point is above or below the axis where the angle from there is less than 20°, by the cosine of the other one.
+// A point counts as at the edge, above or below the axis, within 20° of it: the cosine of the complement.
 const EDGE = FROM_THE_SIDE;
 
-// Something thin is rolled as if it were so many times thicker than the least distance from the axis.
+// A thin object is rolled as if its radius were at least this many times the least distance from the axis.
 const THIN = 2.5;
 
 const goneAlong: (a: Vector, s: number, b: Vector) => Vector = (a, s, b) => plus(a, times(s, b));
 
-/** Where a ray meets the plane through a point; null where it does not. */
+/** The point where a ray meets the plane through a point; null if it does not meet it. */
 function meet(ray: Ray, point: Vector, normal: Vector) {
   const along = dot(minus(point, ray.origin), normal) / dot(ray.direction, normal);
   return along > 0 && Number.isFinite(along) ? goneAlong(ray.origin, along, ray.direction) : null;
 }
 
 /**
- * The angle from one pointer to the next about an axis, for something grabbed at a point.
+ * The angle about an axis from one position of the pointer to the next, for an object grabbed at a point.
  *
- * Where the camera sees the axis from the front, the angle is that between the places at which both rays meet the plane
- * across the axis at the point. Where it sees it from the side, the surface is taken along by its near side, as a ball is
- * under a hand: the way of the pointer across the axis, in the plane through the point that faces the camera, over the
- * distance of the point from the axis. Above or below the axis, where the point is as near to its far side as to its near
- * side, `prefer` says which way it turns when it is pulled towards the axis.
+ * If the camera sees the axis from the front, both rays meet the plane normal to the axis through the point, and the angle
+ * is that between these two places about the axis. If the camera sees the axis from the side, the pointer rolls the near
+ * side, as a hand rolls a ball: the angle is the pointer's motion across the axis, in the plane through the point that faces
+ * the camera, divided by the distance of the point from the axis. At the edge, above or below the axis, the point belongs to
+ * the near and the far side alike; there `prefer` decides which way it turns when it is pulled towards the axis.
  */
 export class SweptAngle {
   centre: Vector;
@@ -50,7 +50,7 @@ export class SweptAngle {
   sign = 1;
   fromTheSide: boolean;
 
-  /** @param least distance from the axis [m] within which a pointer says no angle */
+  /** @param least distance from the axis [m] within which the pointer gives no angle */
   constructor(
     readonly axis: Line,
     readonly point: Vector,
@@ -64,19 +64,22 @@ export class SweptAngle {
     this.fromTheSide = Math.abs(dot(this.view, axis.direction)) < FROM_THE_SIDE;
   }
 
-  /** The direction on the screen, in the world, in which the near side goes with a positive angle; its length is a sine. */
+  /**
+   * The direction in which the near side moves on the screen for a positive angle, in the world. Its length is the sine of
+   * the angle between view and axis.
+   */
   get near() {
     return cross(this.view, this.axis.direction);
   }
 
-  /** Turn this way, if both are as good, when the point is pulled towards the axis. */
+  /** At the edge, turn this way when the point is pulled towards the axis. */
   prefer(way: 1 | -1) {
     const arm = minus(this.point, this.centre);
     if (!this.fromTheSide || Math.abs(dot(arm, this.view)) > EDGE * this.radius) return;
     this.sign = dot(arm, this.near) > 0 ? -way : way;
   }
 
-  /** @returns [rad]; 0 where the pointer says nothing */
+  /** @returns the angle [rad]; 0 if the pointer gives none */
   between(before: Ray, now: Ray): number {
     return this.fromTheSide ? this.rolled(before, now) : this.turned(before, now);
   }
@@ -95,15 +98,15 @@ export class SweptAngle {
     const [a, b] = [before, now].map((ray) => meet(ray, this.point, this.view));
     const { near } = this;
     const size = Math.hypot(...near);
-    // Seen along the axis, at the axis: the pointer turns nothing.
+    // No ray meets the plane, or the axis points at the camera: no angle.
     if (!a || !b || size < 1e-6) return 0;
     return (this.sign * dot(minus(b, a), near)) / size / Math.max(this.radius, THIN * this.least);
   }
 }
 
 /**
- * How far a pointer has come along an axis: between the places on the line through a grabbed point that are nearest to
- * the two rays. Seen end on, an axis says nothing.
+ * The distance of a pointer's motion along an axis: between the points nearest to the two rays on the line along the axis
+ * through the grabbed point. It is 0 if the axis points at the camera.
  *
  * @param direction of the axis, a unit vector
  * @returns [m]
@@ -121,10 +124,10 @@ export function sweptDistance(direction: Vector, point: Vector, before: Ray, now
 /** A ray of three.js in plain numbers. */
 const triples = ({ origin, direction }: Three.Ray) => ({ origin: origin.toArray(), direction: direction.toArray() });
 
-// A pointer so near to an axis [px] says no angle about it.
+// Nearer to an axis than this [px], the pointer gives no angle about it.
 const NEAR_AXIS = 10;
 
-/** A pointer that takes something along an axis in the world, or about it. */
+/** Follows a pointer that moves something along an axis in the world, or turns it about the axis. */
 export class Swept {
   angle: SweptAngle;
   direction: Vector;
@@ -139,12 +142,12 @@ export class Swept {
     this.angle = new SweptAngle(line, this.point, this.before.origin, NEAR_AXIS * viewport.metresPerPixel(point));
   }
 
-  /** How far it has turned since it was asked last [rad]. */
+  /** The angle turned since the last call [rad]. */
   about(ray: Three.Ray) {
     return this.since(ray, (before, now) => this.angle.between(before, now));
   }
 
-  /** How far it has come since it was asked last [m]. */
+  /** The distance moved since the last call [m]. */
   along(ray: Three.Ray) {
     return this.since(ray, (before, now) => sweptDistance(this.direction, this.point, before, now));
   }

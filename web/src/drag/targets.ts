@@ -17,25 +17,26 @@ type Row = Received["targets"]["targets"][number];
 
 type Drawn = Mesh | Group | Sprite;
 
-/** The knob, without an axis, an arrow along an axis of the target, or a ring about one. */
+/** The knob (without an axis), an arrow along an axis of the target, or a ring about one. */
 interface TargetGrip extends Grip {
   axis: Axis | null;
   turns: boolean;
   drawn: Drawn;
 }
 
-// Sizes in metres for a small robot: of a mark; of a ball, its arrows, from and to, and its rings.
+// Sizes for a small robot [m]: of a mark; of the ball of a target that can be dragged, the start and end of its arrows, and
+// its rings.
 const SIZE = 0.09;
 const [BALL, FROM, TO, RING] = [0.022, 0.034, 0.07, 0.056];
 const COLOUR = 0xc2255c;
 // The least time between two reports of a target [ms].
 const BETWEEN = 1000 / 30;
 
-/** A point or a pose in the robot's root; the grips of one that can be dragged. */
+/** A target: a point or a pose in the robot's root, with grips if it can be dragged. */
 export class Target {
   node = new THREE.Group();
   grips: TargetGrip[] = [];
-  /** How often it was moved in this page. */
+  /** Number of moves in this page. */
   count = 0;
 
   constructor(
@@ -46,7 +47,7 @@ export class Target {
     const isMark = row.source === undefined;
     const [radius, opacity] = isMark ? [0.16 * SIZE, 0.3] : [BALL, 0.5];
     const veil = new THREE.MeshBasicMaterial({ color: COLOUR, transparent: true, opacity, depthWrite: false });
-    // What is to be dragged is seen in the hand that holds it.
+    // A target that can be dragged is visible even inside the hand.
     veil.depthTest = isMark;
     const ball = new THREE.Mesh(new THREE.SphereGeometry(radius * scale, 28, 20), veil);
     ball.renderOrder = isMark ? 0 : 20;
@@ -76,7 +77,7 @@ export class Target {
     return this.grips[this.grips.length - 1];
   }
 
-  /** @param points of what is drawn, in the target's frame */
+  /** @param points of the grip, in the target's frame */
   add(drawn: Drawn, points: THREE.Vector3[], axis: Axis | null, gesture: Grip["gesture"], turns = false) {
     const grip = {
       ...{ axis, turns, drawn, gesture },
@@ -90,7 +91,7 @@ export class Target {
   }
 }
 
-/** What is under the pointer is brighter. */
+/** Draw a grip brighter while it is under the pointer. */
 function light(drawn: Drawn, on: boolean) {
   if (drawn instanceof THREE.Sprite) return highlight(drawn, on);
   drawn.traverse((part) => {
@@ -100,16 +101,16 @@ function light(drawn: Drawn, on: boolean) {
 }
 
 /**
- * The targets of the program, in the robot's root: marks, and those that can be dragged. Event of the page: "targets" when
- * there are others.
+ * The targets of the program, in the robot's root: marks, and targets that can be dragged. Event of the page: "targets",
+ * when the list of targets changes.
  */
 export class Targets {
   group = asMark(new THREE.Group());
   list: Target[] = [];
   gripsShown = true;
-  /** Where those that somebody took in this page were put, by name: what undo gives back. */
+  /** The poses, by name, of the targets that were moved in this page; undo restores them. */
   placed = new Map<string, number[]>();
-  /** Those that were moved, and the program has not been told. */
+  /** The moved targets that have not been reported to the program yet. */
   waiting = new Set<Target>();
 
   constructor(readonly page: Page) {
@@ -121,9 +122,9 @@ export class Targets {
   }
 
   /**
-   * Show these, and no others.
+   * Show these targets and no others.
    *
-   * @param rows matrices by columns; a point has no axes; those with a source can be dragged
+   * @param rows matrices column by column; a point has no axes; targets with a source can be dragged
    */
   show(rows: Row[]) {
     const keyOf = ({ name, point, source }: Row) => `${point} ${source !== undefined} ${name}`;
@@ -160,7 +161,7 @@ export class Targets {
     return this.gripsShown ? this.list.flatMap((target) => target.grips) : [];
   }
 
-  /** Move a target as somebody does in this page; the program is told soon. */
+  /** Move a target on behalf of the user; the program is told within 1/30 s. */
   move(target: Target, matrix: THREE.Matrix4) {
     target.node.matrix.copy(matrix);
     target.node.updateWorldMatrix(true, true);
@@ -172,16 +173,16 @@ export class Targets {
   }
 
   /**
-   * Keep where a target is. Event of the page: "placed".
+   * Remember the pose of a target, for undo. Event of the page: "placed".
    *
-   * @param own whether somebody has just moved it in this page
+   * @param own whether the user has just moved it in this page
    */
   note({ row, node }: Target, own: boolean) {
     this.placed = new Map(this.placed).set(row.name, node.matrix.toArray());
     this.page.dispatchEvent(new CustomEvent("placed", { detail: { own } }));
   }
 
-  /** Put those targets back that were elsewhere then. */
+  /** Move the targets back to earlier poses. */
   restore(placed: Targets["placed"]) {
     for (const [name, matrix] of placed) {
       const target = this.movable.find(({ row }) => row.name === name);
@@ -200,10 +201,10 @@ export class Targets {
   }
 }
 
-/** A target that is held. A page without a program says that nothing follows. */
+/** Drag of a target. Without a program, a message says that nothing follows the target. */
 class TargetGesture {
   before: THREE.Matrix4;
-  /** Its place, and the axis that it is held by, in the world. */
+  /** The target's place, and the direction of the axis that it is dragged by, in the world. */
   origin: THREE.Vector3;
   direction: THREE.Vector3 | null;
   swept: Swept | null;
@@ -236,10 +237,10 @@ class TargetGesture {
   }
 }
 
-/** It follows the pointer in the plane that the camera faces, or along one of its axes. */
+/** Drag that moves a target in the plane that faces the camera, or along one of its axes. */
 export class TargetMove extends TargetGesture implements Gesture {
   pulled: ReturnType<Viewport["pulled"]> | null;
-  /** How far it has come along the axis [m]. */
+  /** The distance moved along the axis [m]. */
   way = 0;
 
   constructor(page: Page, target: Target, axis: Axis | null, hold: Hold | null) {
@@ -247,12 +248,12 @@ export class TargetMove extends TargetGesture implements Gesture {
     this.pulled = hold && page.pick.viewport.pulled(this.origin, hold.ray);
   }
 
-  /** Where it is, in the robot's root. */
+  /** The target's position in the robot's root. */
   get place(): Vector {
     return new THREE.Vector3().setFromMatrixPosition(this.target.node.matrix).toArray();
   }
 
-  /** @param options whether it goes up and down only */
+  /** @param options `level` is whether the target moves only up and down on the screen */
   move(ray: THREE.Ray, options: { level: boolean }) {
     const { direction, origin, swept } = this;
     if (!swept || !direction) {
@@ -263,7 +264,7 @@ export class TargetMove extends TargetGesture implements Gesture {
     return this.moveTo(origin.clone().addScaledVector(direction, this.way));
   }
 
-  /** Go on from where it is, to the right and up on the screen [m]. */
+  /** Move the target from its current place to the right and up on the screen [m]. */
   step(right: number, up: number) {
     const now = new THREE.Vector3().setFromMatrixPosition(this.target.node.matrixWorld);
     return this.moveTo(this.page.pick.viewport.shift(now, right, up));
@@ -275,9 +276,9 @@ export class TargetMove extends TargetGesture implements Gesture {
   }
 }
 
-/** It turns about one of its axes. */
+/** Drag that turns a target about one of its axes. */
 export class TargetTurn extends TargetGesture implements Gesture {
-  /** How far it has turned [rad]. */
+  /** The angle turned so far [rad]. */
   reached = 0;
 
   constructor(
@@ -293,7 +294,7 @@ export class TargetTurn extends TargetGesture implements Gesture {
     return this.step(this.swept?.about(ray) ?? 0);
   }
 
-  /** @param angle to go on by [rad] */
+  /** @param angle by which to turn on [rad] */
   step(angle: number) {
     this.reached += angle;
     const turn = new THREE.Matrix4().makeRotationAxis(new THREE.Vector3(...this.axis.axis), this.reached);

@@ -22,13 +22,13 @@ import {
 import { Answer, Limb, leastCost, rigidRotation } from "./limb.ts";
 import type { ArmNumbers, Errors, Family } from "./limbs.ts";
 
-/** A pose of the hand: its orientation, and the place of the frame from the shoulder. */
+/** A pose of the hand: its orientation, and the position of the frame relative to the shoulder. */
 interface HandPose {
   R: Rotation;
   place: Vector;
 }
 
-/** Where the elbow can be, seen from the shoulder, when the frame stands at its place and the forearm lies along n. */
+/** The circle of possible elbow positions, relative to the shoulder, for a position of the frame and forearm axis n. */
 class ElbowCircle {
   n: Vector;
   along: number;
@@ -38,10 +38,10 @@ class ElbowCircle {
   beta: number;
 
   /**
-   * @param place of the frame, from the shoulder
-   * @param forearm its direction, not zero
-   * @param hand the frame from the elbow in the axes of the hand
-   * @param onAxis the distance [m] up to which the shoulder is on the line of the circle's middle
+   * @param place of the frame, relative to the shoulder
+   * @param forearm direction of the forearm, not zero
+   * @param hand position of the frame relative to the elbow, in the axes of the hand
+   * @param onAxis the distance [m] up to which the shoulder counts as on the axis of the circle
    */
   constructor(
     readonly place: Vector,
@@ -51,11 +51,11 @@ class ElbowCircle {
   ) {
     this.n = direction(forearm);
     const middle = minus(place, times(hand[0], this.n));
-    /** Where the middle is: so far along n, and so far across it, in the direction v. */
+    /** The centre of the circle is at along · n + across · v. */
     this.along = dot(middle, this.n);
     const v = minus(middle, times(this.along, this.n));
     this.across = norm(v);
-    // With the shoulder on the line any direction across will do.
+    // With the shoulder on the axis, any direction normal to n will do.
     this.v = direction(this.across <= onAxis ? acrossTo(this.n) : v);
     this.radius = Math.hypot(hand[1], hand[2]);
     this.beta = Math.atan2(hand[2], hand[1]);
@@ -67,7 +67,7 @@ class ElbowCircle {
     return [Math.hypot(along, across - radius), Math.hypot(along, across + radius)];
   }
 
-  /** The pose of the hand with which the elbow is at an angle on the circle, from the side of the shoulder. */
+  /** The pose of the hand with the elbow at an angle on the circle, measured from the side of the shoulder. */
   handAt(angle: number): HandPose {
     const { n, v, place } = this;
     const k = plus(times(Math.cos(angle), v), times(Math.sin(angle), cross(n, v)));
@@ -78,24 +78,25 @@ class ElbowCircle {
   }
 }
 
-/** A vector across a unit vector. */
+/** A vector normal to a unit vector. */
 function acrossTo(n: Vector): Vector {
   const s: Vector = Math.abs(n[0]) < 0.7 ? [1, 0, 0] : [0, 1, 0];
   return minus(s, times(dot(s, n), n));
 }
 
-// How far [m] the elbow may be from where the arm can have it, and from the axis of ShoulderPitch to be on it.
+// How far [m] the elbow may be from a position that the arm can reach, and how far from the axis of ShoulderPitch it may
+// be to count as on it.
 const REACHED = 1e-11;
 const ON_AXIS = 1e-12;
-// The sine of ElbowRoll up to which the axes of ElbowYaw and WristYaw are one.
+// The sine of ElbowRoll up to which the axes of ElbowYaw and WristYaw count as one.
 const PARALLEL = 1e-12;
-// The angle below which the elbow's two places on its circle are one.
+// The angle below which the elbow's two places on its circle count as one.
 const ONE_TURN = 1e-7;
 
 /**
- * The arm: four real branches for a pose of the hand that five joints can make, up to eight for its place and the
- * direction of the forearm, and one of many for its place alone (arm_place.js). With e the elbow in the upper arm and h
- * the frame from the elbow in the axes of the hand,
+ * The arm. A pose of the hand that five joints can make has four real branches; a position of the hand with a direction of
+ * the forearm has up to eight; for a position alone, arm_place.ts chooses one of infinitely many. With e the elbow in the
+ * upper arm and h the frame relative to the elbow in the axes of the hand,
  *
  *     R = Ry(q₁) Rz(q₂) Rx(q₃) Rz(q₄) Rx(q₅),  p = shoulder + Ry(q₁) Rz(q₂) e + R h.
  */
@@ -127,8 +128,8 @@ export class Arm extends Limb<ArmNumbers> {
   }
 
   /**
-   * All branches for the place of its frame in the torso and the direction of the forearm, its x axis: where the circle
-   * of the elbow meets the sphere about the shoulder, the hand's whole orientation follows.
+   * All branches for the position of the frame in the torso and the direction of the forearm, the frame's x axis. The
+   * elbow is where its circle meets the sphere about the shoulder; the orientation of the hand follows from that.
    *
    * @param forearm not zero
    */
@@ -154,9 +155,9 @@ export class Arm extends Limb<ArmNumbers> {
   }
 
   /**
-   * Whether the stretched arm is too short for a place, or the folded one too long; if so, that is blamed.
+   * Whether the stretched arm is too short for a position, or the folded arm too long; if so, the answer says so.
    *
-   * @param place from the shoulder
+   * @param place relative to the shoulder
    */
   isTooFar(place: Vector, answer: Answer) {
     const lower = norm(this.hand);
@@ -174,7 +175,7 @@ export class Arm extends Limb<ArmNumbers> {
     return { R: product(U, B), place: turned(U, plus(turned(B, this.hand), this.elbow)) };
   }
 
-  /** Enter the branches for a pose of the hand, if the elbow is where the arm can have it. */
+  /** Enter the branches for a pose of the hand, if the arm can reach its position of the elbow. */
   #enterBranches(hand: HandPose, answer: Answer) {
     const w = minus(hand.place, turned(hand.R, this.hand));
     if (!(Math.abs(norm(w) - this.upperArm) <= REACHED)) {
@@ -201,8 +202,8 @@ export class Arm extends Limb<ArmNumbers> {
   }
 
   /**
-   * Write the angles q₃ to q₅ from what the shoulder leaves of the hand's orientation, B = Rx(q₃) Rz(q₄) Rx(q₅). The first
-   * turn is taken from the first column of B, (cos q₄, cos q₃ sin q₄, sin q₃ sin q₄).
+   * Write the angles q₃ to q₅ from the hand's orientation relative to the upper arm, B = Rx(q₃) Rz(q₄) Rx(q₅). The angles
+   * q₃ and q₄ follow from the first column of B, (cos q₄, cos q₃ sin q₄, sin q₃ sin q₄).
    */
   #turnElbow(R: Rotation, q: number[], answer: Answer): Family {
     const B = product(transposed(shoulderRotation(q)), R);
@@ -219,9 +220,9 @@ export class Arm extends Limb<ArmNumbers> {
   }
 
   /**
-   * Enter the member of a family with the elbow on the axis of ShoulderPitch, about which the arm may turn.
+   * Enter the member of the family of solutions with the elbow on the axis of ShoulderPitch, about which the arm can turn.
    *
-   * @param other the family of the other triple
+   * @param other whether to use the other solution for q₃ to q₅, as in `toOtherTriple`
    */
   #aboutShoulderAxis(hand: HandPose, q: number[], other: boolean, answer: Answer) {
     const own = answer.reference[0];
@@ -249,7 +250,7 @@ function shoulderRotation(q: number[]) {
   return product(rotY(q[0]), rotZ(q[1]));
 }
 
-/** Write the angles that make the same orientation: Rx(q₃ + π) Rz(−q₄) Rx(q₅ + π). */
+/** Write the other angles q₃ to q₅ with the same orientation: Rx(q₃ + π) Rz(−q₄) Rx(q₅ + π). */
 function toOtherTriple(q: number[]) {
   [q[2], q[3], q[4]] = [wrapped(q[2] + Math.PI), -q[3], wrapped(q[4] + Math.PI)];
 }

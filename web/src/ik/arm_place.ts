@@ -3,21 +3,21 @@ import { distance, dot, rotX, turned, type Vector } from "../math/rotations.ts";
 import type { Arm } from "./arm.ts";
 import { Answer, ROUNDING } from "./limb.ts";
 
-// Choices of ElbowYaw and WristYaw that are tried each, and around how many valleys of theirs is searched.
+// Number of values tried for ElbowYaw and for WristYaw, and the number of minima on this grid that the search refines.
 const GRID = 15;
 const BEST = 6;
-// The last steps of the search [rad], and of the one around the reference only.
+// The last step of the whole search, and of the search around the reference only [rad].
 const LAST_STEP = 1e-9;
 const LAST_STEP_NEAR = 1e-4;
-// What a step is shortened by, by how much the directions then turn [rad], and the most steps.
+// After a step that fails: the factor on the step and the turn of its directions [rad]. Then the largest number of steps.
 const SHORTER = 0.7;
 const TURN = 0.3;
 const MOST_STEPS = 400;
-// Costs of what is outside the limits, and of choices with which the place cannot be met.
+// The cost of values outside the limits, and of choices with which the position cannot be met.
 const OUTSIDE = 1e3;
 const IMPOSSIBLE = 1e6;
 
-/** The best way to meet the place with one choice of ElbowYaw and WristYaw. */
+/** The best solution for one choice of ElbowYaw and WristYaw. */
 interface Member {
   cost: number;
   yaw: number;
@@ -26,10 +26,11 @@ interface Member {
 }
 
 /**
- * The arm for the place of its frame alone, which leaves two joints free: the member of that family nearest to the
- * reference. ElbowYaw and WristYaw are chosen, the other three follow in closed form, so that the place is met to
- * rounding, and the choice is searched for: on a grid, then around the best of it; or only around the reference, with
- * larger last steps, which is what a drag can wait for.
+ * The arm for a position of its frame alone, which leaves two joints free: the solution nearest to the reference.
+ *
+ * The search chooses ElbowYaw and WristYaw; the other three joints follow in closed form, so the position is met to
+ * rounding. It goes over a grid and then refines its best points. For a drag, which needs a fast answer, it looks only
+ * around the reference, with a larger last step.
  */
 export class ArmPlace {
   place: Vector;
@@ -76,7 +77,7 @@ export class ArmPlace {
     return this.#memberInside(reference[2], reference[4]);
   }
 
-  /** Of the members on a grid those that no neighbour is better than: the best of all lie side by side in one valley. */
+  /** The best local minima of the grid. Its best points alone would all lie side by side around one minimum. */
   #bestOfGrid() {
     const numbers = [...Array(GRID).keys()];
     const grid = numbers.map((i) =>
@@ -90,14 +91,14 @@ export class ArmPlace {
     return lowest.sort((a, b) => a.cost - b.cost).slice(0, BEST);
   }
 
-  /** From one member in steps to better ones, in eight directions, until the steps are too small. */
+  /** Search from one solution in eight directions for better ones, until the steps are too small. */
   #descend(start: Member, lastStep: number) {
     let best = start;
     const longest = 0.5 * Math.max(this.stepYaw, this.stepWrist);
     let [step, turn] = [longest, 0];
     for (let count = 0; step > lastStep && count < MOST_STEPS; count++) {
       const better = this.#betterAround(best, step, turn);
-      // Along a ridge a step may fail in all eight directions: these turn, and after a success steps grow again.
+      // In a narrow valley a step may fail in all eight directions, so these are turned; after a success steps grow again.
       [step, turn] = better ? [Math.min(2 * step, longest), turn] : [SHORTER * step, turn + TURN];
       best = better ?? best;
     }
@@ -118,15 +119,15 @@ export class ArmPlace {
     return this.#member(clamp(yaw, low, high), clamp(wrist, this.wrists[0], this.wrists[1]));
   }
 
-  /** The best of the four ways to meet the place with this ElbowYaw and WristYaw. */
+  /** The best of the four solutions for the position with this ElbowYaw and WristYaw. */
   #member(yaw: number, wrist: number): Member {
     const { place } = this;
     const [ex, ey] = this.arm.elbow;
     const [c3, s3] = [Math.cos(yaw), Math.sin(yaw)];
-    // The frame from the elbow, before ElbowRoll.
+    // The frame relative to the elbow, before ElbowRoll.
     const [gx, gy, gz] = turned(rotX(wrist), this.arm.hand);
     const squares = ex * ex + ey * ey + gx * gx + gy * gy + gz * gz;
-    // a cos q₄ + b sin q₄ = k from the distance of shoulder and frame
+    // a cos q₄ + b sin q₄ = k, from the distance between shoulder and frame
     const [a, b] = [ex * gx + ey * c3 * gy, ey * c3 * gx - ex * gy];
     const k = 0.5 * (dot(place, place) - squares) + ey * s3 * gz;
     const beyond = a * a + b * b - k * k;

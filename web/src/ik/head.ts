@@ -14,17 +14,17 @@ import {
 import { Answer, LIMIT, Limb, VERIFIED, rigidRotation } from "./limb.ts";
 import type { Family, GazeNumbers, HeadNumbers, Nearest } from "./limbs.ts";
 
-// Steps of the search for the nearest yaw, and halvings of the step after it.
+// Number of steps of the search for the nearest yaw, and of the halvings of the step that follow.
 const STEPS = 120;
 const FINER = 48;
 
-/** HeadYaw and HeadPitch, R = Rz(yaw) Ry(pitch), and the search for the values of both that come nearest to a target. */
+/** HeadYaw and HeadPitch, R = Rz(yaw) Ry(pitch), and the search for the values that come nearest to a target. */
 class Neck<Numbers extends HeadNumbers | GazeNumbers> extends Limb<Numbers> {
   /**
-   * The joint values with the smallest error: by search along the yaw, with the best pitch of each.
+   * The joint values with the smallest error: a search over the yaw, with the best pitch for each yaw.
    *
-   * @param bestPitch at the cosine and sine of a yaw, whatever the limits
-   * @param near a yaw to try beside the even steps
+   * @param bestPitch gives the best pitch for the cosine and sine of a yaw, ignoring the limits
+   * @param near a yaw to try in addition to the even steps
    */
   bestYaw(
     errorOf: (values: number[]) => number,
@@ -58,7 +58,7 @@ class Neck<Numbers extends HeadNumbers | GazeNumbers> extends Limb<Numbers> {
     return enforce ? [this.lower[0], this.upper[0]] : [-Math.PI, Math.PI];
   }
 
-  /** The pitch nearest to one that is allowed at a yaw. */
+  /** The allowed pitch at a yaw that is nearest to a pitch. */
   allowedPitch(yaw: number, pitch: number, enforce: boolean) {
     if (!enforce) return pitch;
     const [low, high] = [this.lower[1], this.upper[1]];
@@ -68,8 +68,8 @@ class Neck<Numbers extends HeadNumbers | GazeNumbers> extends Limb<Numbers> {
 }
 
 /**
- * The head, for an orientation: R = Rz(yaw) Ry(pitch) is made where its second column has no z. What is not reached is
- * answered with the `nearest` joint values, by angle.
+ * The head, for an orientation. Rz(yaw) Ry(pitch) can make R if the z entry of R's second column is zero. For other
+ * orientations the answer has the `nearest` joint values, by angle.
  */
 export class Head extends Neck<HeadNumbers> {
   /** The joint values for an orientation of the frame in the torso, the rotation of a pose. */
@@ -83,7 +83,7 @@ export class Head extends Neck<HeadNumbers> {
     if (error > VERIFIED) answer.blame("NOT_ENOUGH_JOINTS");
     else if (answer.admits(q)) answer.enter(q, [0, error]);
     if (answer.branches.length === 0) {
-      // The trace of Ry(−pitch) Rz(−yaw) R has one maximum.
+      // The pitch at which the trace of Ry(−pitch) Rz(−yaw) R has its only maximum.
       const bestPitch = (c: number, s: number) => Math.atan2(W[2] * c + W[5] * s - W[6], W[0] * c + W[3] * s + W[8]);
       answer.nearest = this.bestYaw((values) => orientationError(W, values), bestPitch, q[0], enforce);
     }
@@ -96,17 +96,17 @@ function orientationError(W: Rotation, [yaw, pitch]: number[]) {
   return angleBetween(product(rotZ(yaw), rotY(pitch)), W);
 }
 
-// Below so many metres from the yaw's axis, every yaw looks at a point as well as another.
+// A point nearer to the yaw's axis than this [m] is seen equally well with every yaw.
 const ON_AXIS = 1e-12;
-// A grid of looks over yaw and pitch, and the last steps of the searches from it [rad].
+// The size of the grid over yaw and pitch, and the last step of the searches that start from it [rad].
 const YAWS = 60;
 const PITCHES = 40;
 const LAST_STEP = 1e-10;
 
 /**
- * The head, for a point that a camera is to see. The camera at o in the head, with the optical axis n, has a point P of the
- * torso in the middle where P = neck + R (o + λ n), λ > 0. What is not reached is answered with the `nearest` joint values,
- * by angle.
+ * The head, for a point that a camera looks at. The camera, at o in the head with the optical axis n, has a point P of the
+ * torso in the centre of its image if P = neck + R (o + λ n) with λ > 0. For a point that it cannot look at, the answer has
+ * the `nearest` joint values, by angle.
  */
 export class Gaze extends Neck<GazeNumbers> {
   neck: Vector;
@@ -119,7 +119,7 @@ export class Gaze extends Neck<GazeNumbers> {
     super(numbers);
     const { neck, place, rotation } = this.geometry;
     this.neck = neck;
-    // o and n, which lie in the head's plane of x and z.
+    // o and n, which lie in the xz plane of the head.
     this.ahead = place[0];
     this.up = place[2];
     this.nx = rotation[0];
@@ -131,7 +131,7 @@ export class Gaze extends Neck<GazeNumbers> {
     const answer = new Answer(this, reference, enforce);
     const P = minus(target, this.neck);
     const [far, aside] = [norm(P), Math.hypot(P[0], P[1])];
-    // The camera along its optical axis and across.
+    // The position of the camera along its optical axis and normal to it.
     const along = this.ahead * this.nx + this.up * this.nz;
     const across = this.ahead * this.nz - this.up * this.nx;
     const beyond = (far - Math.abs(across)) * (far + Math.abs(across));
@@ -148,10 +148,10 @@ export class Gaze extends Neck<GazeNumbers> {
   }
 
   /**
-   * Enter the branches that have a point at a distance λ from the camera.
+   * Enter the branches that look at a point at the distance λ from the camera.
    *
-   * @param P from the neck
-   * @param aside its distance from the yaw's axis
+   * @param P relative to the neck
+   * @param aside distance of P from the yaw's axis
    */
   #look(P: Vector, aside: number, lambda: number, answer: Answer) {
     const [x, y, z] = P;
@@ -168,7 +168,7 @@ export class Gaze extends Neck<GazeNumbers> {
     }
   }
 
-  /** The yaw nearest to the one wanted at which the pitch is allowed; the wanted one if it is nowhere. */
+  /** The yaw nearest to the wanted one at which the pitch is allowed; the wanted yaw if there is none. */
   #freeYaw(pitch: number, wanted: number, enforce: boolean) {
     if (!enforce) return wanted;
     const best = clamp(wanted, this.lower[0], this.upper[0]);
@@ -178,7 +178,7 @@ export class Gaze extends Neck<GazeNumbers> {
       return low - slack <= pitch && pitch <= high + slack;
     };
     if (allowed(best, 0)) return best;
-    // The range is a polygon: the nearest yaw is at a bend, or where an edge has the pitch.
+    // The range is a polygon: the nearest yaw is at a corner, or where an edge has this pitch.
     const { at, lower, upper } = this.table;
     const yaws = [...at];
     for (let i = 1; i < at.length; i++) {
@@ -192,9 +192,9 @@ export class Gaze extends Neck<GazeNumbers> {
   }
 
   /**
-   * The look nearest to a point: down from the lowest of each valley of a grid.
+   * The joint values that look nearest to a point: a descent from each local minimum of a grid.
    *
-   * @param P from the neck
+   * @param P relative to the neck
    */
   #nearestGaze(P: Vector, enforce: boolean) {
     const [low, high] = this.yawRange(enforce);
@@ -218,11 +218,11 @@ export class Gaze extends Neck<GazeNumbers> {
   /**
    * The angle between the optical axis and the direction from the camera to a point.
    *
-   * @param P from the neck
+   * @param P relative to the neck
    */
   #error(P: Vector, [yaw, pitch]: number[]) {
     const [c, s, cp, sp] = [Math.cos(yaw), Math.sin(yaw), Math.cos(pitch), Math.sin(pitch)];
-    // The point as the head sees it, Ry(−pitch) Rz(−yaw) P, from the camera.
+    // The point relative to the camera in the axes of the head, Ry(−pitch) Rz(−yaw) P − o.
     const [x, y] = [c * P[0] + s * P[1], c * P[1] - s * P[0]];
     const [u, w] = [cp * x - sp * P[2] - this.ahead, sp * x + cp * P[2] - this.up];
     return Math.atan2(Math.hypot(w * this.nx - u * this.nz, y), u * this.nx + w * this.nz);
@@ -230,9 +230,9 @@ export class Gaze extends Neck<GazeNumbers> {
 }
 
 /**
- * In steps to nearer looks, until they are tiny.
+ * Descend to joint values that look nearer to the point, until the steps are tiny.
  *
- * @param look inside the limits
+ * @param look evaluates a yaw and a pitch, clamped to the limits
  */
 function lookDown(start: Nearest, firstStep: number, look: (yaw: number, pitch: number) => Nearest) {
   let best = start;

@@ -19,7 +19,7 @@ import {
 import { Answer, Limb, leastCost, rigidRotation } from "./limb.ts";
 import type { Errors, Family, LegNumbers } from "./limbs.ts";
 
-// A distance [m] that rounding may add to the reach.
+// How far [m] rounding may put a target out of reach.
 const ROUNDING = 1e-12;
 // The ankle of a straight leg may be out of reach by this [m], in a rounded pose for instance.
 const STRETCHED = 1e-6;
@@ -40,22 +40,22 @@ class LegTriangle {
     this.shortest = Math.abs(thigh - tibia);
   }
 
-  /** A distance of hip and ankle, or the one nearest to it that the leg can have, where it is off by up to `STRETCHED`. */
+  /** The distance of hip and ankle, moved into the leg's range if it is outside by at most `STRETCHED`. */
   reached(far: number) {
     const reached = Math.min(Math.max(far, this.shortest), this.longest);
     const short = Math.abs(far - reached);
     return short <= ROUNDING || short > STRETCHED ? far : reached;
   }
 
-  /** By how much a distance of hip and ankle is too large or too small [m]; 0 where the leg can have it. */
+  /** By how much a distance of hip and ankle is too large or too small [m]; 0 if the leg can reach it. */
   beyond(far: number) {
     const beyond = Math.max(far - this.longest, this.shortest - far);
     return beyond > ROUNDING ? beyond : 0;
   }
 
   /**
-   * The angles of the knee with hip and ankle so far apart, by the law of cosines for the half angle, which loses no
-   * digits at either end; straight or folded it has one.
+   * The angles of the knee for a distance of hip and ankle, by the law of cosines for the half angle, which loses no digits
+   * at either end. A straight or folded leg has one angle, any other two.
    */
   knees(far: number) {
     const { longest, shortest } = this;
@@ -66,12 +66,12 @@ class LegTriangle {
     return knee > Math.PI - STRAIGHT ? [Math.PI] : [knee, -knee];
   }
 
-  /** x and z of the ankle from the hip, in the axes of the thigh. */
+  /** x and z of the ankle relative to the hip, in the axes of the thigh. */
   ankleFromHip(knee: number) {
     return [-this.tibia * Math.sin(knee), -this.thigh - this.tibia * Math.cos(knee)];
   }
 
-  /** x and z of the hip from the ankle, in the axes of the foot with the ankle at zero. */
+  /** x and z of the hip relative to the ankle, in the axes of the foot, with the ankle joints at zero. */
   hipFromAnkle(knee: number) {
     return [-this.thigh * Math.sin(knee), this.tibia + this.thigh * Math.cos(knee)];
   }
@@ -87,18 +87,18 @@ function enter(foot: FootPose, made: FootPose, q: number[], answer: Answer) {
   answer.enter(q, [distance(made.place, foot.place), chord], "NONE", yawBetween(foot.F, made.F));
 }
 
-/** @returns of the sole */
+/** The normal of the sole. */
 function normalOf(F: Rotation): Vector {
   return [F[2], F[5], F[8]];
 }
 
-/** The turn about the common normal of two soles from one foot to the other. */
+/** The angle about the common normal of two soles that turns one foot to the other. */
 function yawBetween(from: Rotation, to: Rotation) {
   const E = product(transposed(from), to);
   return Math.atan2(E[3] - E[1], E[0] + E[4]);
 }
 
-// The distance [m] below which the hip is on the axis of AnkleRoll, and by which a foot may be moved for a limit's sake.
+// The distance [m] below which the hip counts as on the axis of AnkleRoll, and by which a foot may move to meet a limit.
 const ON_AXIS = 1e-12;
 // The distance [m] from the axis of AnkleRoll within which rounding may put the roll outside its limits.
 const NEAR_AXIS = 1e-5;
@@ -106,8 +106,8 @@ const NEAR_AXIS = 1e-5;
 const PARALLEL = 1e-12;
 
 /**
- * A pose of the foot: its orientation, and the place of the ankle from the hip, in axes turned by κ about x. A target that
- * a straight leg hardly reaches is moved onto its reach, by `short`.
+ * A pose of the foot: its orientation, and the position of the ankle relative to the hip, in axes turned by κ about x. A
+ * target slightly out of the straight leg's reach is moved into reach; `short` is the distance of that move.
  */
 interface FootPose {
   F: Rotation;
@@ -116,8 +116,8 @@ interface FootPose {
 }
 
 /**
- * The leg: eight real branches from the pose of the foot. With F the orientation of the foot and h the hip as the foot
- * sees it from the ankle,
+ * The leg: eight real branches for a pose of the foot. With F the orientation of the foot, and h the hip relative to the
+ * ankle in the axes of the foot,
  *
  *     h = Rx(−q₆) w,  w = L₁ (−sin(q₄ + q₅), cos(q₄ + q₅)) + L₂ (−sin q₅, cos q₅)  in the plane of x and z,
  *     F = Rx(κ) Ry(q₁) Rx(q₂ − κ) Ry(q₃) · Ry(q₄ + q₅) Rx(q₆).
@@ -132,7 +132,7 @@ export class Leg extends Limb<LegNumbers> {
     const { thigh, tibia, hip, place } = this.geometry;
     this.triangle = new LegTriangle(thigh, tibia);
     this.hip = hip;
-    // The frame from the ankle, in the axes of the foot.
+    // The frame relative to the ankle, in the axes of the foot.
     this.sole = place;
   }
 
@@ -148,9 +148,9 @@ export class Leg extends Limb<LegNumbers> {
   }
 
   /**
-   * All branches for a given HipYawPitch that keep the ankle's place and the normal of the sole: of two legs on one hip
-   * motor one says how the hip is, and this is what is left to the other. How far the foot is turned about that normal
-   * comes with each as `yaw`.
+   * All branches with a given HipYawPitch that keep the position of the ankle and the normal of the sole. When two legs
+   * share a hip motor and one leg determines its angle, these are the other leg's branches. `yaw` of a branch is the angle
+   * by which the foot turns about that normal.
    */
   stand(T: Pose, hipYawPitch: number, reference: number[]) {
     const answer = new Answer(this, reference, true);
@@ -158,7 +158,7 @@ export class Leg extends Limb<LegNumbers> {
     if (!foot) return answer.blame("NOT_RIGID");
     if (this.isTooFar(foot, answer)) return answer;
     answer.short = foot.short;
-    // The ankle from the hip, and the sole's normal, in the axes that HipYawPitch turns.
+    // The ankle relative to the hip, and the sole's normal, in the axes after HipYawPitch.
     const back = rotY(-hipYawPitch);
     const [x, y, z] = turned(back, foot.place);
     const normal = turned(back, normalOf(foot.F));
@@ -179,7 +179,7 @@ export class Leg extends Limb<LegNumbers> {
     return answer.concluded();
   }
 
-  /** The pose of the foot whose frame is in a pose in the torso; null if that is no rigid transform. */
+  /** The pose of the foot from the pose of its frame in the torso; null if that is no rigid transform. */
   footPose(T: Pose): FootPose | null {
     const R = rigidRotation(T);
     if (!R) return null;
@@ -201,7 +201,7 @@ export class Leg extends Limb<LegNumbers> {
     return { F: product(M, ankleRotation(q)), place: turned(M, [lx, 0, lz]), short: 0 };
   }
 
-  /** Whether the stretched leg is too short for a place, or the folded one too long; if so, that is blamed. */
+  /** Whether the stretched leg is too short for a position, or the folded leg too long; if so, the answer says so. */
   isTooFar({ place }: FootPose, answer: Answer) {
     const beyond = this.triangle.beyond(norm(place));
     if (beyond > 0) answer.blame("OUT_OF_REACH", -1, beyond);
@@ -241,7 +241,7 @@ export class Leg extends Limb<LegNumbers> {
   }
 
   /**
-   * AnkleRoll onto its limit, where the hip is so near its axis that the foot hardly moves.
+   * Put AnkleRoll on its limit if the hip is so near to the joint's axis that the foot hardly moves.
    *
    * @param height of the hip over that axis
    */
@@ -251,8 +251,8 @@ export class Leg extends Limb<LegNumbers> {
   }
 
   /**
-   * Write the hip's angles from what knee and ankle leave of the foot's orientation, M = Ry(q₁) Rx(ρ) Ry(q₃) with
-   * ρ = q₂ − κ. The first turn is taken from the second column of M, (sin q₁ sin ρ, cos ρ, cos q₁ sin ρ).
+   * Write the hip's angles from the orientation that the hip must make, given knee and ankle: M = Ry(q₁) Rx(ρ) Ry(q₃) with
+   * ρ = q₂ − κ. The angles q₁ and ρ follow from the second column of M, (sin q₁ sin ρ, cos ρ, cos q₁ sin ρ).
    */
   #turnHip(F: Rotation, q: number[], answer: Answer): Family {
     const M = product(F, transposed(ankleRotation(q)));
@@ -269,15 +269,16 @@ export class Leg extends Limb<LegNumbers> {
     return "NONE";
   }
 
-  /** Write the hip's angles that make the same orientation: Ry(q₁ + π) Rx(−ρ) Ry(q₃ + π). */
+  /** Write the hip's other angles with the same orientation: Ry(q₁ + π) Rx(−ρ) Ry(q₃ + π). */
   #toOtherTriple(q: number[]) {
     [q[0], q[1], q[2]] = [wrapped(q[0] + Math.PI), wrapped(2 * this.geometry.kappa - q[1]), wrapped(q[2] + Math.PI)];
   }
 
   /**
-   * Enter the member of a family with the hip on the axis of AnkleRoll: every q₆ meets the pose with its own hip.
+   * Enter the member of the family of solutions with the hip on the axis of AnkleRoll: every q₆ meets the pose, with its
+   * own angles of the hip.
    *
-   * @param other the family of the other triple
+   * @param other whether to use the hip's other angles, as in `#toOtherTriple`
    */
   #aboutAnkleAxis(foot: FootPose, q: number[], other: boolean, answer: Answer) {
     const own = answer.reference[5];

@@ -5,17 +5,17 @@ import type { Branch, Errors, Family, LimbNumbers, Nearest, Reason, Violation } 
 /** How far a joint may be outside its limits [rad]. */
 export const LIMIT = 1e-6;
 
-/** What rounding may add to an angle [rad]; a search passes a limit by no more. */
+/** How far rounding may change an angle [rad]; a search exceeds a limit by no more. */
 export const ROUNDING = 1e-9;
 
 /** The largest errors of a solution [m, rad]. */
 export const VERIFIED = 1e-10;
 
-// The largest defect of a rotation, and the largest of one that is left as it is.
+// The largest defect of a rotation matrix that is accepted, and the largest that is not corrected.
 const RIGID = 1e-6;
 const EXACT = 1e-14;
 
-/** The rotation of a rigid transform, brought nearer to one by a step of R ← R (3 − RᵀR)/2; null if it is none. */
+/** The rotation of a rigid transform, corrected by a step of R ← R (3 − RᵀR)/2; null if the transform is not rigid. */
 export function rigidRotation(T: Pose): Rotation | null {
   const R: Rotation = [T[0], T[1], T[2], T[4], T[5], T[6], T[8], T[9], T[10]];
   const [a, b, c, d, e, f, g, h, i] = R;
@@ -23,7 +23,7 @@ export function rigidRotation(T: Pose): Rotation | null {
   const defect = Math.max(...left.map(Math.abs));
   const determinant = a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g);
   const below = Math.abs(T[12]) + Math.abs(T[13]) + Math.abs(T[14]) + Math.abs(T[15] - 1);
-  // Comparisons with NaN are false.
+  // Written so that NaN is refused: comparisons with NaN are false.
   if (!(defect <= RIGID && Math.abs(determinant - 1) <= RIGID && below <= RIGID)) return null;
   if (!Number.isFinite(T[3] + T[7] + T[11])) return null;
   if (defect <= EXACT) return R;
@@ -31,13 +31,14 @@ export function rigidRotation(T: Pose): Rotation | null {
   return R.map((value, k) => value + 0.5 * step[k]) as Rotation;
 }
 
-// The search goes over so many steps of the range, and then halves its step so many times.
+// The search divides the range into STEPS steps and then halves its step HALVINGS times.
 const STEPS = 180;
 const HALVINGS = 48;
 
 /**
- * Of a family with one parameter in [low, high] the value with the smallest cost: on a grid, then by halving; null if all
- * are infinite. The reference's own value is tried too: what is met within rounding does not change a member that fits.
+ * Minimise the cost of a family of solutions over its parameter in [low, high], on a grid and then by halving. Null if all
+ * costs are infinite. The reference's own value is tried first, so that a solution that fits exactly is not changed by
+ * rounding.
  */
 export function leastCost(low: number, high: number, own: number, cost: (value: number) => number) {
   const step = (high - low) / STEPS;
@@ -54,30 +55,30 @@ export function leastCost(low: number, high: number, own: number, cost: (value: 
     around.forEach(attempt);
     width *= 0.5;
   }
-  // Once more, for the cost writes its member down, and the best is to be the last.
+  // Evaluate the best value once more: the cost function writes the solution, and the last one written is used.
   return cost(at) === Infinity ? null : at;
 }
 
 /**
- * What a closed form answers for one target: the branches, nearest to the reference first, or the reason for none. The
- * joint named is that of the branch that is least outside the limits.
+ * The answer of a closed form for one target: the branches, nearest to the reference first, or the reason why there is
+ * none. If limits are the reason, `joint` is that of the branch which exceeds them least.
  */
 export class Answer {
   branches: Branch[] = [];
 
-  /** What comes nearest, where the head or a camera does not reach its target. */
+  /** The joint values that come nearest if the head or a camera does not reach its target. */
   nearest: Nearest | undefined;
 
-  /** Why there is none, or REACHED. */
+  /** Why there is no branch, or REACHED. */
   reason: Reason = "NOT_CONVERGED";
   joint = -1;
   needed = 0;
   limit = 0;
 
-  /** How far the target was moved to be in reach [m], which the errors of branches include. */
+  /** How far the target was moved into reach [m]; the errors of the branches include this. */
   short = 0;
 
-  /** How far the branch that is blamed is outside the limits [rad]. */
+  /** How far the branch that gave the reason is outside the limits [rad]. */
   #excess = Infinity;
 
   constructor(
@@ -87,9 +88,11 @@ export class Answer {
   ) {}
 
   /**
-   * @param joint its place in the limb, or -1
+   * Set the reason why there is no branch.
+   *
+   * @param joint index of the joint in the limb, or -1
    * @param needed the value that the joint would need [rad]; without one, how far the target is out of reach [m]
-   * @param limit the end of the joint's range that is in the way [rad]
+   * @param limit the end of the joint's range that it would exceed [rad]
    */
   blame(reason: Reason, joint: number = -1, needed: number = 0, limit: number = 0) {
     this.reason = reason;
@@ -99,7 +102,7 @@ export class Answer {
     return this;
   }
 
-  /** Whether a branch is inside the limits; if not, it is blamed where none before was less outside. */
+  /** Whether a branch is inside the limits; if not, it gives the reason unless an earlier branch was less far outside. */
   admits(values: number[]) {
     if (!this.enforce || this.limb.isInside(values)) return true;
     const outside = this.limb.excess(values);
@@ -110,7 +113,7 @@ export class Answer {
     return false;
   }
 
-  /** Blame the joint that is farthest outside. */
+  /** Give the joint that is farthest outside its limits as the reason. */
   blameLimit(values: number[]) {
     const worst = this.limb.violations(values).reduce((a, b) => (b.outside > a.outside ? b : a));
     const { reason, joint, value, low, high } = worst;
@@ -118,8 +121,8 @@ export class Answer {
   }
 
   /**
-   * Take a branch in, if it is verified; without limits with the whole turns that bring each joint within half a turn of
-   * the reference.
+   * Add a branch if its errors are small enough. Without limits, each joint is shifted by whole turns to within half a turn
+   * of the reference.
    *
    * @param errors by forward kinematics
    */
@@ -139,25 +142,25 @@ export class Answer {
   }
 }
 
-// What a member of a family costs that is outside the limits, far more than any distance from the reference.
+// The cost of a solution outside the limits, far more than any distance from the reference.
 const OUTSIDE = 1e3;
 
-/** It has the numbers that describe it, open limits as ±Infinity. */
+/** The limb has the fields of its description, with open limits as ±Infinity. */
 export interface Limb<Numbers extends LimbNumbers> extends Omit<LimbNumbers, "kind" | "lower" | "upper" | "geometry"> {
   kind: Numbers["kind"];
   geometry: Numbers["geometry"];
 }
 
 /**
- * What the closed forms of all limbs share: joints, limits, and what is done where two joints turn about one line.
+ * The common base of the limbs' closed forms: joints, limits, and the choice of values if two joints turn about one line.
  *
- * These files are Python's nao_kin.ik once more, for the page: the same equations, which docs/inverse_kinematics.md
- * derives, and the same order of branches, reasons and families.
+ * These files repeat Python's nao_kin.ik for the page: the same equations, which docs/inverse_kinematics.md derives, and
+ * the same order of branches, reasons and families.
  */
 export class Limb<Numbers extends LimbNumbers> {
   lower: number[];
   upper: number[];
-  /** Of the frame in the link that carries it. */
+  /** The rotation of the frame in the link that carries it. */
   frameRotation: Matrix3;
 
   constructor(numbers: Numbers) {
@@ -179,19 +182,19 @@ export class Limb<Numbers extends LimbNumbers> {
     return merged;
   }
 
-  /** Whether a joint is outside its own range, whatever the table says. */
+  /** Whether a joint is outside its own range; the coupled limits are not considered. */
   isOutside(joint: number, value: number) {
     return value < this.lower[joint] - LIMIT || value > this.upper[joint] + LIMIT;
   }
 
-  /** The range that one joint has at a value of another; open without a table. */
+  /** The range of one joint at a value of another; without a table it is open. */
   tableRange(of: number): [number, number] {
     if (!this.table) return [-Infinity, Infinity];
     const { at, lower, upper } = this.table;
     return [interpolate(at, lower, of), interpolate(at, upper, of)];
   }
 
-  /** How far each joint is outside its range; the table counts for a joint that is inside its own. */
+  /** How far each joint is outside its range; the coupled limits count for a joint that is inside its own range. */
   violations(values: number[]): Violation[] {
     const found = values.map((value, joint) =>
       violation("JOINT_LIMIT", joint, value, this.lower[joint], this.upper[joint]),
@@ -203,12 +206,12 @@ export class Limb<Numbers extends LimbNumbers> {
     return found;
   }
 
-  /** How far the joint that is farthest outside its limits is outside them; less than 0 where all are inside. */
+  /** How far the worst joint is outside its limits; negative if all joints are inside. */
   excess(values: number[]) {
     return Math.max(-1, ...this.violations(values).map(({ outside }) => outside));
   }
 
-  /** Whether all joints are inside their limits, the table included. */
+  /** Whether all joints are inside their limits, including the coupled ones. */
   isInside(values: number[]) {
     if (values.some((value, joint) => this.isOutside(joint, value))) return false;
     if (!this.table) return true;
@@ -218,12 +221,12 @@ export class Limb<Numbers extends LimbNumbers> {
   }
 
   /**
-   * Two joints about one line, of which only first + sign · third = total is determined: the pair nearest to the
-   * reference, inside the ranges if there is one, is written into the values.
+   * Write the values of two joints that turn about one line, for which only first + sign · third = total is determined:
+   * the pair nearest to the reference, inside the ranges if possible.
    */
   lockPair([i, j]: [number, number], total: number, sign: 1 | -1, { reference, enforce }: Answer, values: number[]) {
     if (!enforce) {
-      // What the reference has too much, up to whole turns, is shared by both.
+      // The excess of the reference over the total, up to whole turns, is shared equally by both joints.
       const half = 0.5 * turnedTowards(reference[i] + sign * reference[j] - total, 0);
       [values[i], values[j]] = [reference[i] - half, reference[j] - sign * half];
       return;
@@ -247,7 +250,7 @@ export class Limb<Numbers extends LimbNumbers> {
     }
   }
 
-  /** What a member of a family is away from the reference; far more where it is outside the limits. */
+  /** The cost of a solution: its distance from the reference, and far more if it is outside the limits. */
   familyCost(values: number[], { reference, enforce }: Answer) {
     const outside = enforce ? this.excess(values) : 0;
     const near = enforce ? values : allTurnedTowards(values, reference);

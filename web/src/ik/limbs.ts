@@ -3,10 +3,10 @@ import { Arm } from "./arm.ts";
 import { Gaze, Head } from "./head.ts";
 import { Leg } from "./leg.ts";
 
-/** The closed form of a limb of the robot; its `kind` tells which. */
+/** The closed form of a limb of the robot; its `kind` tells which one. */
 export type AnyLimb = Leg | Arm | Head | Gaze;
 
-/** The closed form of each kind of limb, made of the numbers of a limb of that kind. */
+/** The class of each kind of limb, whose constructor takes the limb's description. */
 export const LIMB_CLASSES: Record<LimbNumbers["kind"], new (numbers: any) => AnyLimb> = {
   leg: Leg,
   arm: Arm,
@@ -14,17 +14,17 @@ export const LIMB_CLASSES: Record<LimbNumbers["kind"], new (numbers: any) => Any
   gaze: Gaze,
 };
 
-// What goes into the closed forms and what comes out of them.
+// Inputs and results of the closed forms.
 
-/** Numbers of a limb as `nk.ik.limbs` describes it. Lengths are in metres, angles in radians; an open limit is null. */
+/** A limb as `nk.ik.limbs` describes it. Lengths are in metres, angles in radians; an open limit is null. */
 interface Described<Kind extends string, Geometry> {
   kind: Kind;
   /** "L", "R" or "". */
   side: string;
-  /** The frame whose pose is asked for, and the frame in which it is given. */
+  /** The frame whose pose is the target, and below the frame in which the target is given. */
   frame: string;
   torso: string;
-  /** Their names from the torso outwards; value = multiplier · q[column] + offset. */
+  /** The joints' names from the torso outwards; value = multiplier · q[column] + offset. */
   joints: string[];
   columns: number[];
   multiplier: number[];
@@ -50,15 +50,15 @@ interface CoupledTable {
   upper: number[];
 }
 
-/** The frame in the link that carries it: its rotation there, and its place from the last centre of joints. */
+/** The frame in the link that carries it: its rotation, and its position relative to the last centre of joints. */
 interface FrameInLink {
   rotation: Rotation;
   place: Vector;
-  /** 0 where the frame has the axes of its link. */
+  /** 0 if the frame has the axes of its link. */
   turned: number;
 }
 
-/** The leg: the hip in the torso, and the frame from the ankle. */
+/** The leg: the hip in the torso, and the frame relative to the ankle. */
 interface LegGeometry extends FrameInLink {
   hip: Vector;
   /** Angle of HipYawPitch's axis (0, cos κ, sin κ). */
@@ -67,20 +67,20 @@ interface LegGeometry extends FrameInLink {
   sin_kappa: number;
   thigh: number;
   tibia: number;
-  /** By how much a target may be out of reach of the straight leg. */
+  /** How far a target may be out of reach of the straight leg. */
   stretched: number;
 }
 
-/** The arm: the shoulder in the torso, the elbow from it in the upper arm, the frame from the elbow. */
+/** The arm: the shoulder in the torso, the elbow relative to it in the upper arm, the frame relative to the elbow. */
 interface ArmGeometry extends FrameInLink {
   shoulder: Vector;
   elbow_x: number;
   elbow_y: number;
-  /** Metres that count as much as a radian, for the nearest pose; the page does not ask for that. */
+  /** The length that counts as much as a radian, for the nearest pose, which the page does not compute. */
   weight: number;
 }
 
-/** The head: the neck in the torso, the frame from it. */
+/** The head: the neck in the torso, and the frame relative to it. */
 interface HeadGeometry extends FrameInLink {
   neck: Vector;
 }
@@ -89,7 +89,7 @@ interface HeadGeometry extends FrameInLink {
 export type Reason =
   "REACHED" | "OUT_OF_REACH" | "JOINT_LIMIT" | "COUPLED_LIMIT" | "NOT_ENOUGH_JOINTS" | "NOT_CONVERGED" | "NOT_RIGID";
 
-/** Infinitely many solutions that a branch stands for: names of `nk.ik.Family`. */
+/** The kind of infinitely many solutions that a branch represents: names of `nk.ik.Family`. */
 export type Family = "NONE" | "ANKLE_AXIS" | "HIP_LOCK" | "SHOULDER_AXIS" | "ELBOW_LOCK" | "YAW_AXIS" | "REDUNDANT";
 
 /** Distance [m] and angle [rad] from a target. */
@@ -97,17 +97,17 @@ export type Errors = [number, number];
 
 /** One solution. */
 export interface Branch {
-  /** Of the joints [rad], from the torso outwards. */
+  /** Values of the joints [rad], from the torso outwards. */
   values: number[];
   errors: Errors;
   family: Family;
-  /** Squared, of the values from the reference. */
+  /** The squared distance of the values from the reference. */
   distance: number;
-  /** How far the foot is turned about the normal of its sole [rad], where that is given up; else 0. */
+  /** The angle by which the foot turns about the normal of its sole [rad], if that may change; else 0. */
   yaw: number;
 }
 
-/** A range of a joint, and how far its value is outside; less than 0 inside. */
+/** A range of a joint, and how far the value is outside it; negative inside. */
 export interface Violation {
   reason: "JOINT_LIMIT" | "COUPLED_LIMIT";
   joint: number;
@@ -117,7 +117,7 @@ export interface Violation {
   outside: number;
 }
 
-/** Joint values that come as near to a target as they can, and the angle [rad] that is left. */
+/** Joint values that come as near to a target as possible, and the remaining angle [rad]. */
 export interface Nearest {
   values: number[];
   error: number;

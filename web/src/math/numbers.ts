@@ -1,5 +1,5 @@
 /**
- * The value at x of what is linear between the places `at`, and constant outside of them.
+ * The value at x of a function that is linear between the places `at` and constant outside them.
  *
  * @param at ascending
  */
@@ -11,7 +11,7 @@ export function interpolate(at: readonly number[], values: readonly number[], x:
   return values[right - 1] + share * (values[right] - values[right - 1]);
 }
 
-/** The first number from 0 on at which something is so that stays so from there on; `count` where it is nowhere. */
+/** The first index at which a condition holds that holds for all later indices too; `count` if it holds for none. */
 export function firstWhere(count: number, isSo: (index: number) => boolean) {
   let [low, high] = [0, count];
   while (low < high) {
@@ -22,12 +22,12 @@ export function firstWhere(count: number, isSo: (index: number) => boolean) {
   return low;
 }
 
-/** The number nearest to a value in [low, high]; `high` where that is empty. */
+/** The number in [low, high] nearest to a value; `high` if the interval is empty. */
 export function clamp(value: number, low: number, high: number) {
   return Math.min(Math.max(value, low), high);
 }
 
-/** A number as people write it: rounded, with the true minus sign; no zero has a sign. */
+/** Write a rounded number with the minus sign −; zero has no sign. */
 export const fixed = (value: number, digits: number) =>
   value
     .toFixed(digits)
@@ -39,13 +39,13 @@ export function squaredDistance(a: readonly number[], b: readonly number[]) {
   return a.reduce((sum, value, i) => sum + (b[i] - value) ** 2, 0);
 }
 
-/** An angle from within (−3π, 3π] taken into (−π, π]. */
+/** Shift an angle in (−3π, 3π] into (−π, π]. */
 export function wrapped(angle: number) {
   if (angle > Math.PI) return angle - 2 * Math.PI;
   return angle <= -Math.PI ? angle + 2 * Math.PI : angle;
 }
 
-/** The same angle with the whole turns that bring it within half a turn of another, into (near − π, near + π]. */
+/** Shift an angle by whole turns to within half a turn of another, into (near − π, near + π]. */
 export function turnedTowards(angle: number, near: number) {
   return angle + 2 * Math.PI * Math.floor((near - angle) / (2 * Math.PI) + 0.5);
 }

@@ -1,6 +1,6 @@
 import { squaredDistance } from "./numbers.ts";
 
-// What the pure modules call their numbers. Angles are in radians. Matrices are flat and go row by row, as NumPy ravels them.
+// Vectors, rotations and poses. Angles are in radians. Matrices are flat arrays, row by row, as NumPy ravels them.
 
 export type Vector = [number, number, number];
 
@@ -39,7 +39,7 @@ export function norm(v: Vector) {
   return Math.hypot(...v);
 }
 
-/** The vector of length one along one that is not zero. */
+/** The unit vector along a nonzero vector. */
 export function direction(v: Vector): Vector {
   const length = norm(v);
   return [v[0] / length, v[1] / length, v[2] / length];
@@ -85,15 +85,15 @@ export function rotZ(angle: number): Rotation {
 /** The angle [rad] between two rotations, from the differences of their entries: ‖R − F‖ = 2 √2 sin(angle / 2). */
 export function angleBetween(R: Rotation, F: Rotation) {
   const half = Math.sqrt(0.125 * squaredDistance(R, F));
-  // Of a small angle the sine is the angle itself.
+  // For a small angle the sine equals the angle.
   return half < 1e-9 ? 2 * half : 2 * Math.asin(Math.min(1, half));
 }
 
 /**
- * Roll, pitch and yaw [rad] of R = Rz(yaw) Ry(pitch) Rx(roll): the yaw first, turned back out, and the other two from what
- * is left, so that nothing is lost where the pitch is a right angle. (three.js's Euler loses 4e-4 rad there.)
+ * Roll, pitch and yaw [rad] of R = Rz(yaw) Ry(pitch) Rx(roll). The yaw is computed first; the other two follow from
+ * Rz(−yaw) R, which stays accurate if the pitch is a right angle. (three.js's Euler loses 4e-4 rad there.)
  *
- * @param matrix by columns
+ * @param matrix column by column
  */
 export function rollPitchYaw({ elements: m }: { elements: ArrayLike<number> }): [number, number, number] {
   const yaw = Math.atan2(m[1], m[0]);

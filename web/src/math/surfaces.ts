@@ -27,7 +27,7 @@ export function inside(hull: Point[], p: Point) {
   return hull.every((corner, i) => turn(corner, hull[(i + 1) % hull.length], p) >= 0);
 }
 
-/** Whether two convex outlines have a point in common: no edge of one has all of the other outside. */
+/** Whether two convex outlines have a point in common, that is, no edge of one has the whole other outline outside. */
 export function overlap(a: Point[], b: Point[]) {
   const parts = (one: Point[], other: Point[]) =>
     one.some((corner, i) => other.every((p) => turn(corner, one[(i + 1) % one.length], p) <= 0));
@@ -35,11 +35,11 @@ export function overlap(a: Point[], b: Point[]) {
 }
 
 /**
- * Whether triangles enclose a solid and all face outwards: each edge is passed once in each direction, and the volume is
- * positive. Of such a solid nobody sees the backs.
+ * Whether triangles enclose a solid and all face outwards: each edge is used once in each direction, and the volume is
+ * positive. The back faces of such a solid are never visible.
  *
- * @param positions three coordinates after each other
- * @param index three corners after each other; null for the positions in their order
+ * @param positions three coordinates per vertex, one vertex after another
+ * @param index three vertices per triangle; null if the vertices are in order
  */
 export function isClosed(positions: ArrayLike<number>, index: ArrayLike<number> | null) {
   const places: Map<string, number> = new Map();
@@ -52,7 +52,7 @@ export function isClosed(positions: ArrayLike<number>, index: ArrayLike<number> 
   }
   const size = places.size;
   const at = (corner: number) => point[index ? index[corner] : corner];
-  /** Directed edge → how much more often it is passed forwards than backwards. */
+  /** For each edge the number of uses forwards minus the uses backwards. */
   const edges: Map<number, number> = new Map();
   const pass = (a: number, b: number) => {
     if (a === b) return;

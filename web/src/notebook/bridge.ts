@@ -1,9 +1,9 @@
-// The widget beside a page in a notebook: joins the page's frame to the kernel. See nao_kin/viewer/notebook.py.
+// The widget beside a page in a notebook: it connects the page's frame to the kernel. See nao_kin/viewer/notebook.py.
 
-// How often [ms] a frame is looked for, and one that does not answer yet is asked again.
+// How often [ms] the widget looks for the frame, or offers a port again to a page that has not answered.
 const AGAIN = 200;
 
-/** anywidget's */
+/** The model of anywidget. */
 interface Model {
   get: (name: string) => any;
   send: (content: object) => void;
@@ -11,7 +11,7 @@ interface Model {
   off: (event: string, listener: (...values: any[]) => void) => void;
 }
 
-/** One connection between a frame and the kernel; it is made again whenever the frame has been loaded again. */
+/** The connection between a frame and the kernel; it is renewed when the frame is reloaded. */
 class Bridge {
   frame: HTMLIFrameElement | null = null;
   port: MessagePort | null = null;
@@ -37,7 +37,7 @@ class Bridge {
     if (this.port || !this.frame?.contentWindow) return;
     const { port1, port2 } = new MessageChannel();
     port1.onmessage = ({ data }) => {
-      // The page keeps the port that it was offered last, and so what it says last comes through that one.
+      // The page uses the port that it was offered last, so the port of its last message is the one to use.
       this.port = port1;
       this.model.send(data);
     };

@@ -4,24 +4,24 @@ import { unrounded } from "../values/configurations.ts";
 import { Refused } from "../values/literals.ts";
 import type { Panel } from "./panel.ts";
 
-// How often [ms] the address follows; browsers refuse more than some hundred changes in half a minute.
+// How often [ms] the address is updated; browsers refuse more than a few hundred changes in half a minute.
 const PAUSE = 500;
-// How far the camera may be from where its preset put it, as a share of its distance, and still stand there.
+// Up to this distance from its preset the camera counts as at the preset, as a share of its distance from its target.
 const SAME_PLACE = 1e-4;
 
-// How far the camera of a link, and what it looks at, may be from the robot, in sizes of the robot.
+// How far the camera of a link and the point that it looks at may be from the robot, in sizes of the robot.
 const FURTHEST = 60;
 
 const bare = () => location.href.split("#", 1)[0];
 
-/** The state of the page in its address, behind the #, so that a link leads to it. */
+/** The state of the page, written in its address after the #, so that a link leads to it. */
 export class Address {
   page: Panel["page"];
   timer = 0;
   isOpen = false;
-  /** Whether it was said that the address goes without the key frames. */
+  /** Whether the user was told that the address leaves out the key frames. */
   saidSo = false;
-  /** Where the preset chosen last has put the camera. */
+  /** Where the last preset put the camera and the point that it looks at. */
   preset: number[] = [];
 
   constructor(readonly panel: Panel) {
@@ -39,21 +39,21 @@ export class Address {
     }
     panel.settings.addEventListener("units", later);
     for (const name of ["motion", "time"]) page.player.addEventListener(name, later);
-    // The page may have written its own state over the address before it hears of the new one.
+    // The page may overwrite the address with its own state before this event arrives, so the event's address is used.
     window.addEventListener("hashchange", ({ newURL }) => this.apply(new URL(newURL).hash));
   }
 
-  /** The page is all here: go where its link leads, if somebody followed one. */
+  /** When the page is complete, show the state in its link, if it was opened by one. */
   open() {
     if (this.page.role !== "") return;
     const [entry] = performance.getEntriesByType("navigation");
     const isNew = (entry as PerformanceNavigationTiming | undefined)?.type === "navigate";
-    // A live page that is loaded again is where the program has it now, not where it was.
+    // A live page that is reloaded shows the program's current state, not the state in its address.
     if (isNew || !this.page.connection.socket) this.apply();
     this.isOpen = true;
   }
 
-  /** Where the camera is, and what it looks at, with z up. */
+  /** The position of the camera and the point that it looks at, with z up. */
   places() {
     const { camera, controls } = this.page.viewer;
     return [camera.position, controls.target].flatMap(({ x, y, z }) => [x, -z, y]);
@@ -67,13 +67,13 @@ export class Address {
     return isThere ? (view ?? "three-quarter") : places;
   }
 
-  /** The key frames, and when they are shown; null where there are none. */
+  /** The key frames and the time that is shown; null without key frames. */
   get keys() {
     const { editor } = this.page.player;
     return editor.frames.count > 0 ? { frames: editor.frames, time: editor.now } : null;
   }
 
-  /** What a link leaves out, to be said. */
+  /** What a link leaves out, as words of a message. */
   get without() {
     const { keys } = this;
     if (!keys || writeKeys(this.page.robot.about, keys) !== null) return "";
@@ -81,7 +81,7 @@ export class Address {
     return `without the ${count} key frames, which are too long for a link (at most ${MOST_LINKED}, 9 kB); save them as a file`;
   }
 
-  /** What stands behind the #. */
+  /** The part of the address after the #. */
   get text() {
     const { page, panel } = this;
     const { shown, buttons } = page.toggles;
@@ -108,7 +108,7 @@ export class Address {
     // A clip would write a new address at every step.
     if (this.page.player.playback?.playing) return;
     const { without } = this;
-    if (without && !this.saidSo) this.panel.messages.say(`The address of this page goes ${without}.`);
+    if (without && !this.saidSo) this.panel.messages.say(`The address of this page is ${without}.`);
     this.saidSo = without !== "";
     try {
       history.replaceState(history.state, "", `${bare()}#${this.text}`);
@@ -120,24 +120,24 @@ export class Address {
   copy() {
     const { text, without } = this;
     const hasAddress = /^(https?|file):/.test(location.protocol);
-    const kind = hasAddress ? "Link" : "End of a link to this page, which has no address of its own,";
+    const kind = hasAddress ? "Link" : "End of a link (this page has no address of its own)";
     const what = without ? `${kind}, ${without},` : kind;
     return this.panel.exchange.copy(hasAddress ? `${bare()}#${text}` : `#${text}`, what);
   }
 
-  /** Go where the address leads; where it leads nowhere a message says so, and nothing changes. */
+  /** Show the state in the address; if it cannot be read, a message says so and nothing changes. */
   apply(hash: string = location.hash) {
     const text = hash.slice(1);
     if (!text) return;
     const { page, panel } = this;
     let state;
     try {
-      // Links of 0.3 name a button "joints" too.
+      // Links made by version 0.3 may also name a button "joints".
       state = readLink(page.robot.about, [...Object.keys(page.toggles.shown), "joints"], text);
       this.checkCamera(state);
     } catch (error) {
       if (!(error instanceof Refused)) throw error;
-      panel.messages.say(`The link leads nowhere: ${error.message}`, { bad: true });
+      panel.messages.say(`The link cannot be opened: ${error.message}`, { bad: true });
       return;
     }
     const { q, up, camera, shown, units, frame, keys } = state;
@@ -155,7 +155,7 @@ export class Address {
     else if (camera) this.look(camera);
   }
 
-  /** Refuse a place from which nothing of the robot is to be seen. */
+  /** Refuse a camera that is too far away to see the robot. */
   checkCamera({ camera, q = this.page.stance.q }: ReturnType<typeof readLink>) {
     const { robot, studio } = this.page;
     if (!Array.isArray(camera)) return;
@@ -163,7 +163,7 @@ export class Address {
     const away = Math.max(...[0, 3].map((at) => Math.hypot(...base.map((x, i) => camera[at + i] - x))));
     const most = FURTHEST * studio.size;
     if (away > most) {
-      throw new Refused(`a camera ${away.toPrecision(2)} m from the robot, expected at most ${most.toFixed(0)} m`);
+      throw new Refused(`the camera is ${away.toPrecision(2)} m from the robot, expected at most ${most.toFixed(0)} m`);
     }
   }
 

@@ -1,6 +1,6 @@
 const SVG = "http://www.w3.org/2000/svg";
 
-/** Strokes on a square of 16, drawn with a pen of 1.5. */
+/** The strokes of each icon on a square of 16 × 16, drawn with a line width of 1.5. */
 const STROKES = {
   undo: "M3 6.5h6.5a3.5 3.5 0 0 1 0 7H6M5.5 4 3 6.5 5.5 9",
   redo: "M13 6.5H6.5a3.5 3.5 0 0 0 0 7H10M10.5 4 13 6.5 10.5 9",
@@ -28,7 +28,7 @@ const STROKES = {
 
 export type IconName = keyof typeof STROKES;
 
-/** A small picture; what it means stands beside it or in its button's label. */
+/** An icon; the text beside it or its button's label gives its meaning. */
 function icon(name: IconName) {
   const svg = document.createElementNS(SVG, "svg");
   svg.setAttribute("viewBox", "0 0 16 16");
@@ -55,14 +55,14 @@ export function element<Tag extends keyof HTMLElementTagNameMap>(
 /** A button with a text. */
 export const button = (text: string, onclick: () => void) => element("button", { type: "button", onclick }, text);
 
-/** A button that is a picture; its label says what it does, its tool tip by which keys too. */
+/** A button with an icon; its label says what it does, and its tool tip also names the keys. */
 export function iconButton(name: IconName, label: string, onclick: () => void, keys: string = "") {
   const title = keys ? `${label} (${keys})` : label;
   return element("button", { type: "button", className: "icon-button", ariaLabel: label, title, onclick }, icon(name));
 }
 
 /**
- * Put a text on the clipboard. Where the browser does not allow it, the text is shown, selected, to be copied by hand.
+ * Copy a text to the clipboard. If the browser does not allow it, a dialog shows the text, selected, for you to copy.
  *
  * @returns whether it is on the clipboard
  */
@@ -72,7 +72,11 @@ export async function copyText(text: string, what: string): Promise<boolean> {
     return true;
   } catch {
     const field = element("textarea", { value: text, readOnly: true, rows: 8, ariaLabel: what });
-    const keys = element("p", {}, "The browser keeps the clipboard from this page: copy the text with Ctrl+C or ⌘C.");
+    const keys = element(
+      "p",
+      {},
+      "The browser does not let this page use the clipboard: copy the text with Ctrl+C or ⌘C.",
+    );
     openDialog(`Copy: ${what}`, keys, field);
     field.focus();
     field.select();
@@ -102,9 +106,9 @@ export function openDialog(title: string, ...children: (string | Node)[]) {
 }
 
 /**
- * Do what a key is for, unless another one is held with it that makes it a command of the browser.
+ * Run the action of a key, unless Ctrl, Alt or Meta is held, which makes it a command of the browser.
  *
- * @returns whether it is for anything
+ * @returns whether the key has an action
  */
 export function obeyKey(event: KeyboardEvent, does: Record<string, () => void>) {
   if (!Object.hasOwn(does, event.key) || event.ctrlKey || event.metaKey || event.altKey) return false;
@@ -113,13 +117,13 @@ export function obeyKey(event: KeyboardEvent, does: Record<string, () => void>) 
   return true;
 }
 
-/** A canvas to draw on, by its pen. */
+/** The drawing context of a new canvas. */
 export function makeInk(width: number, height: number) {
   const canvas = element("canvas", { width, height });
   return canvas.getContext("2d") as CanvasRenderingContext2D;
 }
 
-/** Put buttons into a bar that is one Tab stop: arrows, Home and End lead from one to the next. */
+/** Put buttons into a bar with a single Tab stop: arrow keys, Home and End move the focus between the buttons. */
 export function toolbar(bar: HTMLElement, label: string, ...children: HTMLElement[]) {
   bar.replaceChildren(...children);
   Object.assign(bar, { role: "toolbar", ariaLabel: label });
@@ -141,7 +145,7 @@ export function toolbar(bar: HTMLElement, label: string, ...children: HTMLElemen
 
 let count = 0;
 
-/** A button that opens what hangs under it. Escape and a press beside it close it. */
+/** Make the menu that a button opens. Escape and a press outside the menu close it. */
 export function menu(button: HTMLButtonElement, label: string, ...children: Node[]) {
   const named = { className: "menu", id: `menu-${count++}`, popover: "auto", role: "group", ariaLabel: label };
   const sheet = element("div", named, ...children);
@@ -156,7 +160,7 @@ export function menu(button: HTMLButtonElement, label: string, ...children: Node
   return sheet;
 }
 
-/** Put a sheet under a button, or over it where there is more room, inside the window. */
+/** Place a sheet below a button, or above it if there is more room, inside the window. */
 function place(sheet: HTMLElement, button: HTMLElement) {
   const gap = 4;
   const { left, right, top, bottom } = button.getBoundingClientRect();

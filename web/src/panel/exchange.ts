@@ -7,14 +7,14 @@ import type { Messages } from "./tools.ts";
 
 type Page = PageWith<"robot" | "stance">;
 
-/** Configurations out of the page and into it as text: by the clipboard, or by a field where that is forbidden. */
+/** Copies and pastes configurations as text: by the clipboard, or by a text field if the browser forbids that. */
 export class Exchange {
   constructor(
     readonly page: Page,
     readonly messages: Messages,
   ) {}
 
-  /** The formats that this robot can be copied as. */
+  /** The formats in which a configuration of this robot can be copied. */
   get formats() {
     return Object.entries(FORMATS).filter(([, { offered }]) => offered(this.page.robot.about));
   }
@@ -29,7 +29,7 @@ export class Exchange {
     if (await copyText(text, what)) this.messages.say(`${what} copied`);
   }
 
-  // What the clipboard holds, if the page may read it; else a field to paste into.
+  // Paste the text of the clipboard if the page may read it; else open a field to paste into.
   async paste() {
     let text;
     try {
@@ -71,9 +71,9 @@ export class Exchange {
   }
 
   /**
-   * Show the configuration that a text writes.
+   * Show the configuration in a text.
    *
-   * @returns why nothing has changed
+   * @returns why nothing changed, or null if the configuration is shown
    */
   show(text: string): string | null {
     const { robot, stance } = this.page;

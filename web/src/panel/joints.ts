@@ -5,10 +5,10 @@ import { format, parse, spoken, stepped, stepsOfKey, unitOf } from "../values/un
 import { button, element, toolbar } from "./element.ts";
 import type { Panel } from "./panel.ts";
 
-// Width of a thumb, and how near to its middle a finger is on it [px].
+// Width of a slider's thumb, and the distance from its middle within which a finger grabs it [px].
 const [THUMB, FINGER] = [22, 22];
 
-/** One joint of the panel: a slider between its limits, and its number, which can be typed over. */
+/** One joint of the panel: a slider between its limits, and a field with its value, which can be typed. */
 class JointRow {
   coordinate: Coordinate;
   isCoupled: boolean;
@@ -46,7 +46,7 @@ class JointRow {
     this.number.setAttribute("aria-describedby", this.note.id);
     this.number.onfocus = () => this.number.select();
     this.number.oninput = (event) => {
-      // The browser's own undo may lead back to what was there before.
+      // The browser's own undo may restore the number that was there before.
       const isUndone = (event as InputEvent).inputType === "historyUndo";
       this.isTyped = !isUndone || this.number.value !== format(this.value, this.unit);
       if (Number.isFinite(parse(this.number.value, this.unit))) this.complain("");
@@ -54,7 +54,7 @@ class JointRow {
     this.number.onkeydown = (event) => this.key(event);
     this.number.onblur = () => this.commit();
     const name = element("span", { className: "name", title: joint.name }, joint.name);
-    if (partner) name.append(element("i", { title: `One motor with ${partner}` }, "⚭"));
+    if (partner) name.append(element("i", { title: `Shares one motor with ${partner}` }, "⚭"));
     this.element = element(
       "div",
       { className: "joint" },
@@ -70,7 +70,7 @@ class JointRow {
     this.relabel();
   }
 
-  /** Whether the number is being typed: then it is left alone, and so is its undo. */
+  /** Whether the user is typing the number. Then the page does not overwrite it, and Ctrl+Z undoes the typing. */
   get isTyped() {
     return "typed" in this.number.dataset;
   }
@@ -83,7 +83,7 @@ class JointRow {
     return unitOf(this.coordinate.unit, this.panel.settings.units);
   }
 
-  /** A range of the coordinate as one of this joint. */
+  /** Convert a range of the coordinate to a range of this joint. */
   ofJoint(range: [number, number]): [number, number] {
     const { multiplier, offset } = this.joint;
     const [a, b] = range.map((value) => (multiplier === 0 ? 0 : multiplier * value) + offset);
@@ -96,8 +96,9 @@ class JointRow {
   }
 
   /**
-   * Move the slider with a finger on its thumb, from where that is. The slider itself lets fingers through to the row: it
-   * would jump to any place that a swipe over the panel begins on. A swipe that turns out to scroll gives the value back.
+   * Move the slider with a finger on its thumb, starting from the current value. The slider itself ignores touches, which
+   * go to the row, because it would jump to the place where a swipe over the panel begins. If the swipe turns out to scroll
+   * the panel, the old value is restored.
    */
   hold({ clientX, clientY, isPrimary, pointerId, target }: PointerEvent) {
     const { element, ends, joint, slider, value } = this;
@@ -121,16 +122,16 @@ class JointRow {
   // --- keys and typing -----------------------------------------------------------------------------------------
 
   /**
-   * Go the steps of a key.
+   * Change the value by the steps of a key.
    *
-   * @returns whether it has any
+   * @returns whether the key has any
    */
   step(event: KeyboardEvent): boolean {
     const steps = stepsOfKey(event);
     if (Number.isNaN(steps) || event.metaKey) return false;
     const [low, high] = this.ends;
     const value = Number.isFinite(steps) ? stepped(this.value, steps, this.unit) : steps;
-    // From outside the limits a step leads on, and never further out.
+    // From outside the limits a step may go back inside, but never farther out.
     this.set(clamp(value, Math.min(low, this.value), Math.max(high, this.value)));
     this.panel.page.stance.settle();
     return true;
@@ -148,7 +149,7 @@ class JointRow {
     }
   }
 
-  /** Take what was typed; gives whether it, or nothing, was a number. */
+  /** Set the typed number; returns false if the text is not a number. */
   commit() {
     if (!this.isTyped) return true;
     const { unit, number } = this;
@@ -159,14 +160,14 @@ class JointRow {
     const value = parse(number.value, unit);
     const [low, high] = this.ends;
     if (Number.isNaN(value)) {
-      this.complain(`no number; expected ${spoken(low, unit)} to ${spoken(high, unit)}`);
+      this.complain(`not a number; expected ${spoken(low, unit)} to ${spoken(high, unit)}`);
       return false;
     }
     const inside = clamp(value, low, high);
     this.set(inside);
     this.panel.page.stance.settle();
     this.giveBack();
-    if (inside !== value) this.note.textContent = `its limit is ${spoken(inside, unit)}`;
+    if (inside !== value) this.note.textContent = `the limit is ${spoken(inside, unit)}`;
     return true;
   }
 
@@ -174,20 +175,20 @@ class JointRow {
     this.isTyped = false;
     this.complain("");
     this.number.value = format(this.value, this.unit);
-    // What is typed next is another number.
+    // The number stays selected, so that typing replaces it.
     if (document.activeElement === this.number) this.number.select();
   }
 
-  /** @param reason none takes the complaint away */
+  /** @param reason an empty text removes the complaint */
   complain(reason: string) {
     this.note.textContent = reason;
     if (reason) this.number.setAttribute("aria-invalid", "true");
     else this.number.removeAttribute("aria-invalid");
   }
 
-  // --- what it shows -------------------------------------------------------------------------------------------
+  // --- display -------------------------------------------------------------------------------------------------
 
-  // In another unit, all of it.
+  // Write the row again, after the unit has changed.
   relabel() {
     this.isTyped = false;
     const { unit, ends, coordinate } = this;
@@ -204,7 +205,7 @@ class JointRow {
     const { slider, ends, joint, unit } = this;
     const value = joint.multiplier * q[joint.column] + joint.offset;
     if (value === this.value && !this.isCoupled) return;
-    // A number that is being typed is left alone.
+    // A number that is being typed is not overwritten.
     const isKept = this.isTyped && document.activeElement === this.number;
     const isNew = value !== this.value;
     this.value = value;
@@ -246,7 +247,7 @@ export class Postures {
   }
 }
 
-/** The joints in their chains, one slider each, and a field that looks for some of them. */
+/** The joints by chain, one slider each, and a field that filters them. */
 export class Joints {
   rows: JointRow[] = [];
   chains: { rows: JointRow[]; details: HTMLDetailsElement }[];

@@ -6,48 +6,48 @@ import { remember } from "./settings.ts";
 
 type Page = PageWith<"camera" | "player" | "robot" | "view" | "viewer">;
 
-/** What the list of keys says: where, and which keys do what. */
+/** The list of keys: for each place the keys and what they do. */
 const LIST = {
   Everywhere: [
     ["Ctrl+Z", "undo"],
     ["Ctrl+Shift+Z, Ctrl+Y", "redo"],
     ["Ctrl+V", "paste a configuration"],
-    ["Space", "play or pause the clip, on a button too"],
-    ["K", "add a key frame, where they are open"],
+    ["Space", "play or pause the motion, even with the focus on a button"],
+    ["K", "add a key frame, while the key frames are open"],
     ["/", "filter the joints"],
     ["P", "show or hide the panel"],
-    ["?", "this list"],
+    ["?", "show this list"],
   ],
   "Sliders and numbers of joints": [
-    ["↑ ↓ (sliders ← → too)", "one step: 1°, 1 mm, 1 %, 0.01 rad"],
-    ["Ctrl or Alt and these", "a tenth of that"],
-    ["Shift and these, Page up, Page down", "ten times that"],
-    ["Home, End", "the limits (sliders)"],
-    ["Enter, Escape", "take a typed number, or give the old one back"],
+    ["↑ ↓ (on sliders also ← →)", "one step: 1°, 1 mm, 1 %, 0.01 rad"],
+    ["The same with Ctrl or Alt", "a tenth of a step"],
+    ["The same with Shift, Page up, Page down", "ten steps"],
+    ["Home, End", "go to the limits (sliders)"],
+    ["Enter, Escape", "set the typed number, or restore the old one"],
   ],
   "Key frames": [
-    ["← →", "a tenth of a second earlier or later; with Shift a hundredth"],
-    ["↑ ↓, Home, End", "the key frame before and behind, the first, the last"],
+    ["← →", "move it 0.1 s earlier or later; with Shift 0.01 s"],
+    ["↑ ↓, Home, End", "go to the previous, the next, the first, the last key frame"],
     ["Delete", "delete the key frame"],
   ],
   "Handles (Tab, after the buttons over the picture)": [
     ["← → ↑ ↓", "move it by 1 mm; with Shift by 10 mm"],
-    ["X, Y, Z", "turn it by 1° about an axis of its frame; with Shift back"],
-    ["Enter, Escape", "let go, or give back what was before"],
+    ["X, Y, Z", "turn it by 1° about an axis of its frame; with Shift the other way"],
+    ["Enter, Escape", "let go, or undo the move"],
   ],
   "The picture": [
-    ["← → ↑ ↓", "go round the robot; with Shift three times as far"],
-    ["+ −", "nearer, further away"],
-    ["1 … 9", "the cameras in their order"],
-    ["0, Home", "all of the robot"],
+    ["← → ↑ ↓", "move the camera around the robot; with Shift three times as far"],
+    ["+ −", "move the camera nearer or farther away"],
+    ["1 … 9", "choose a camera, in the order of their buttons"],
+    ["0, Home", "show the whole robot"],
   ],
   "The line beside the panel": [
-    ["Arrows, Home, End", "the size of the panel"],
+    ["Arrows, Home, End", "change the size of the panel"],
     ["Enter", "hide the panel"],
   ],
 };
 
-/** Tell once, until the first action, what there is to drag, to click and to press. */
+/** Show a hint on dragging, clicking and keys, until the user first does something; it is shown only once. */
 export function giveHint({ page, settings }: Panel) {
   if (!settings.own || settings.kept("hint") === "seen") return;
   const { joints, limbs } = page.robot.about;
@@ -70,11 +70,11 @@ export function giveHint({ page, settings }: Panel) {
   };
 }
 
-/** Keys that work wherever the focus is, unless it is where they are typed. */
+/** Keys that work wherever the focus is, except in a text field. */
 export class Keys {
   constructor(readonly panel: Panel) {
     document.addEventListener("keydown", (event) => this.press(event));
-    // Some browsers press a button when Space goes up.
+    // Some browsers press a button when the Space key is released.
     document.addEventListener("keyup", (event) => this.plays(event) && event.preventDefault());
     document.addEventListener("paste", (event) => this.paste(event));
   }
@@ -90,7 +90,7 @@ export class Keys {
   }
 
   withCtrl({ key, shiftKey }: KeyboardEvent, target: Element) {
-    // A text has an undo of its own; a joint's number is one only while it is typed.
+    // A text field has its own undo; the field of a joint's number only while the user types in it.
     if (isTyped(target) && (target.closest(".joint") ? target.matches("[data-typed]") : target.value)) return null;
     const { past } = this.panel;
     const lower = key.toLowerCase();
@@ -98,7 +98,7 @@ export class Keys {
     return lower === "z" ? () => past.undo() : null;
   }
 
-  /** Whether a key is for what is played: not a letter of a text, nor what checks a box. */
+  /** Whether a key plays or pauses the motion: Space, unless it types a space or checks a box. */
   plays({ key, target }: KeyboardEvent) {
     if (key !== " " || !this.panel.page.player.loaded || !(target instanceof Element)) return false;
     return !isTyped(target) && !target.closest('dialog, input:is([type="checkbox"], [type="radio"])');
@@ -145,18 +145,18 @@ export class Keys {
   }
 }
 
-/** Whether keys pressed here are text. */
+/** Whether keys pressed in this element are typed text. */
 function isTyped(target: Element): target is HTMLInputElement | HTMLTextAreaElement {
   return target.matches('textarea, [contenteditable], input:not([type="range"], [type="radio"], [type="checkbox"])');
 }
 
-// How far [rad] an arrow key goes round the robot, how much nearer a step is, and how near the camera may come to straight
-// above and below.
+// How far [rad] an arrow key moves the camera around the robot, the factor of distance of a step nearer, and how close
+// [rad] the camera may come to straight above or below.
 const TURN = Math.PI / 36;
 const NEARER = 1 / 1.15;
 const POLE = 0.02;
 
-/** Let the camera be moved by keys while the picture has the focus. */
+/** Let keys move the camera while the picture has the focus. */
 export function bindViewKeys(page: Page) {
   const canvas = page.viewer.renderer.domElement;
   const { name, cameras } = page.robot.about;
@@ -180,13 +180,13 @@ export function bindViewKeys(page: Page) {
   });
 }
 
-/** The whole-body camera chosen last, or the usual one. */
+/** The preset chosen last if it shows the whole body, else the default one. */
 function whole({ view, robot }: Page) {
   const chosen = robot.about.cameras.find(({ name }) => name === view);
   return chosen && chosen.links.length === 0 ? chosen.name : "three-quarter";
 }
 
-/** Move the camera about what it looks at. */
+/** Move the camera around the point that it looks at. */
 function orbit(page: Page, around: number, down: number, further: number) {
   const { camera, controls } = page.viewer;
   const place = new THREE.Spherical().setFromVector3(camera.position.clone().sub(controls.target));

@@ -2,12 +2,12 @@ import { clamp } from "../math/numbers.ts";
 import { element, iconButton, obeyKey } from "./element.ts";
 import { remember, type Settings } from "./settings.ts";
 
-// How much of the window the panel may take [%], and what a key changes.
+// The least and the largest share of the window that the panel may take, and the step of a key [%].
 const [LEAST, MOST, STEP] = [15, 80, 2];
 
 /**
- * How the panel shares the window with the view: beside it, or under it where the window is narrow and high. It can be
- * resized by the line between them, and folded away.
+ * The layout of the panel and the view: the panel is beside the view, or under it if the window is narrow and high. The
+ * line between them resizes the panel, and the panel can be hidden.
  */
 export class Layout {
   stacked = matchMedia("(max-width: 47.5em) and (max-aspect-ratio: 1/1)");
@@ -56,13 +56,13 @@ export class Layout {
     this.announce();
   }
 
-  // The size that was chosen for this way of sharing, or the usual one.
+  // Restore the size that was chosen for this layout, or the default size.
   restore() {
     const size = parseFloat(this.settings.kept(this.along) ?? "");
     this.show(Number.isFinite(size) ? clamp(size, LEAST, MOST) : null);
   }
 
-  /** @param share of the window [%], null for the usual size */
+  /** @param share of the window [%], null for the default size */
   resize(share: number | null) {
     const size = share === null ? null : clamp(share, LEAST, MOST);
     remember(this.along, size === null ? "" : size.toFixed(1));
@@ -76,7 +76,7 @@ export class Layout {
     this.announce();
   }
 
-  // How large the panel is now [%].
+  // The current size of the panel [%].
   get share() {
     const [size, all] =
       this.along === "width" ? [this.aside.offsetWidth, innerWidth] : [this.aside.offsetHeight, innerHeight];

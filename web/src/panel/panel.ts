@@ -13,7 +13,7 @@ import { Robots } from "./robots.ts";
 import { Settings } from "./settings.ts";
 import { Head, Messages, Tools } from "./tools.ts";
 
-/** A part of the panel: what it looks like, and how it follows the robot if it does. */
+/** A section of the panel: its element, and its update with the robot's configuration if it needs one. */
 interface Section {
   element: HTMLElement;
   refresh?(): void;
@@ -31,7 +31,7 @@ export class Panel {
   keys: Keys;
   joints: Joints;
   readout: Readout;
-  /** From top to bottom; the read-out stands under all that scrolls. */
+  /** From top to bottom; the read-out stays below the sections that scroll. */
   sections: Section[];
 
   constructor(
@@ -76,9 +76,9 @@ export class Panel {
     };
   }
 
-  // All of the scene is here.
+  // The whole scene has arrived.
   complete() {
-    // A page that finds its program again begins no second time.
+    // Only once: a page that reconnects to its program keeps its state.
     if (this.address.isOpen) return;
     this.start = this.page.stance.snapshot();
     this.address.open();

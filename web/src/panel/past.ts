@@ -5,19 +5,19 @@ import type { Edited } from "../timeline/editor.ts";
 
 type Page = PageWith<"player" | "stance" | "targets">;
 
-/** What undo gives back: how the robot was, the targets that were moved, and the key frames; none before there are any. */
+/** The state that undo restores: the configuration, the moved targets, and the key frames once there are any. */
 type State = Snapshot & { edited?: Edited; placed: Targets["placed"] };
 
 /**
- * Undo and redo of what this page did to the robot, to targets and to the key frames. All that happens while a pointer or a key is down
- * is one step.
+ * Undo and redo of the changes that this page made to the robot, to targets and to the key frames. All changes while a
+ * pointer or a key is down are one step.
  *
  * Events: "changed".
  */
 export class Past extends EventTarget {
   history = new History<State>();
   now: State;
-  /** What was before the step that is under way. */
+  /** The state before the current step. */
   before: State | null = null;
   held = new Set<string>();
 
@@ -27,13 +27,13 @@ export class Past extends EventTarget {
     page.addEventListener("settled", (event) => this.settled((event as CustomEvent).detail.own));
     page.addEventListener("placed", (event) => this.settled((event as CustomEvent).detail.own));
     page.player.addEventListener("edited", () => this.settled(true));
-    // Undo of a drag that begins before the next picture gives the selection back, too.
+    // So that undo of a drag that begins before the next picture also restores the selected key.
     page.player.addEventListener("selected", () => this.settled(false));
     const begin = (what: string) => {
       this.finish();
       this.held.add(what);
     };
-    // What the event itself does, a click for one, comes after it and belongs to the same step.
+    // The effect of the event, such as a click, comes after it and belongs to the same step.
     const end = (what: string) => {
       this.held.delete(what);
       setTimeout(() => this.finish());
@@ -46,7 +46,7 @@ export class Past extends EventTarget {
     window.addEventListener(
       "keyup",
       ({ code, key }) => {
-        // On a Mac no key goes up that went down with ⌘, until ⌘ itself does.
+        // On a Mac, keys pressed with ⌘ send no keyup; they count as released when ⌘ is.
         if (key === "Meta") for (const what of this.held) if (what.startsWith("key ")) this.held.delete(what);
         end(`key ${code}`);
       },
@@ -55,7 +55,7 @@ export class Past extends EventTarget {
     window.addEventListener("blur", () => this.letGo());
   }
 
-  // Keys and pointers that go up in another window are not heard of.
+  // Keys and pointers that are released in another window send no event here.
   letGo() {
     this.held.clear();
     this.finish();
@@ -66,7 +66,7 @@ export class Past extends EventTarget {
     return { ...stance.snapshot(), edited: player.editor?.edited, placed: targets.placed };
   }
 
-  /** @param own whether this page made the change, rather than the program behind it or a clip */
+  /** @param own whether this page made the change, and not the program or a clip */
   settled(own: boolean) {
     const now = this.snapshot;
     if (own && !same(now, this.now)) {
@@ -79,7 +79,7 @@ export class Past extends EventTarget {
   finish() {
     if (this.held.size > 0) return;
     this.page.stance.settle();
-    // With the key frame that is selected, and the time on show.
+    // The snapshot includes the selected key frame and the time shown.
     this.now = this.snapshot;
     if (this.before && !same(this.before, this.now)) {
       this.history.push(this.before);
@@ -105,7 +105,7 @@ export class Past extends EventTarget {
     targets.restore(state.placed);
     stance.jump(state.q, state.up);
     stance.settle();
-    // It is no step of its own.
+    // Undo and redo are not steps themselves.
     this.now = this.snapshot;
     this.before = null;
     this.dispatchEvent(new Event("changed"));
@@ -121,29 +121,29 @@ function same(a: State, b: State) {
   );
 }
 
-/** What was before, and what was taken back: undo and redo of any state. */
+/** The past and future states for undo and redo. */
 export class History<State> {
   past: State[] = [];
   future: State[] = [];
 
-  /** @param most steps that can be taken back; older ones are forgotten */
+  /** @param most steps that can be undone; older ones are forgotten */
   constructor(readonly most: number = 200) {}
 
-  /** Keep what was before a step; what had been taken back is gone. */
+  /** Keep the state before a step; undone steps can no longer be redone. */
   push(before: State) {
     this.past.push(before);
     if (this.past.length > this.most) this.past.shift();
     this.future = [];
   }
 
-  /** The state before the last step; undefined where there is none. */
+  /** The state before the last step; undefined if there is none. */
   undo(now: State) {
     const state = this.past.pop();
     if (state !== undefined) this.future.push(now);
     return state;
   }
 
-  /** The state that was taken back last; undefined where there is none. */
+  /** The state that was undone last; undefined if there is none. */
   redo(now: State) {
     const state = this.future.pop();
     if (state !== undefined) this.past.push(now);

@@ -8,15 +8,15 @@ import { button, element, iconButton } from "./element.ts";
 import type { Panel } from "./panel.ts";
 
 /**
- * A list of all frames, the effectors first, after some places that are none.
+ * A select with all frames, the effectors first, after some entries that are not frames.
  *
- * @param places value and text
+ * @param places value and text of the entries that are not frames
  */
 function frameSelect(label: string, about: About, places: [string, string][] = []) {
   const others = about.frames.map(({ name }) => name).filter((name) => !about.effectors.includes(name));
   const group = (title: string, names: string[]) => {
     const made = element("optgroup", { label: title });
-    // The value says that it is a frame: one may be called floor.
+    // The prefix tells a frame from the other entries: a frame may be named "floor".
     made.append(...names.map((name) => element("option", { value: `frame:${name}` }, name)));
     return made;
   };
@@ -54,7 +54,7 @@ const share = (name: string, value: number): Shown => ({
   title: String(value),
 });
 
-/** Rows of numbers with their names: a rounded text each, the exact value in its tip and its data. */
+/** Rows of named numbers: each shows a rounded text, and its tool tip and data hold the exact value. */
 class Numbers {
   cells: { name: HTMLSpanElement; output: HTMLOutputElement }[];
   box: HTMLDivElement;
@@ -62,7 +62,7 @@ class Numbers {
   constructor(count: number, columns: number) {
     this.cells = Array.from({ length: count }, () => ({
       name: element("span", { ariaHidden: "true" }),
-      // Read on demand, not at every step of a motion.
+      // Screen readers read it on demand, not at every step of a motion.
       output: element("output", { ariaLive: "off" }),
     }));
     this.box = element(
@@ -79,7 +79,7 @@ class Numbers {
       const cell = shown[i];
       name.textContent = cell?.name ?? "";
       output.ariaLabel = cell?.name ?? null;
-      // −0.0 is 0.0.
+      // Write −0.0 as 0.0.
       output.textContent = cell?.text.replace(/^-(0(\.0*)?)(?![\d.])/, "$1") ?? "";
       output.title = cell?.title ?? "";
       output.dataset.value = String(cell?.value ?? "");
@@ -87,22 +87,22 @@ class Numbers {
   }
 }
 
-/** The card under the panel that reads what was clicked last: the pose of a frame in another one, or what is measured. */
+/** The card under the panel that shows what was clicked last: the pose of a frame in another one, or a measurement. */
 export class Readout {
-  /** Whether it reads what is measured. */
+  /** Whether it shows a measurement. */
   measuring = false;
-  /** Whether it says all of a pose. */
+  /** Whether it shows the rotation in more forms. */
   open = false;
   frame: HTMLSelectElement;
   reference: HTMLSelectElement;
   ends: HTMLSelectElement[];
   measure: HTMLButtonElement;
   more: HTMLButtonElement;
-  /** What is there for measuring only. */
+  /** The elements for measuring only. */
   line: HTMLElement[];
   numbers = new Numbers(6, 3);
   rotation = new Numbers(8, 4);
-  /** What else is said of a pose: its rotation in other numbers, and texts to copy. */
+  /** More of a pose: the rotation in other forms, and the buttons that copy it. */
   rest: HTMLDivElement;
   element: HTMLElement;
 
@@ -140,7 +140,7 @@ export class Readout {
         }),
       ),
     );
-    this.more = iconButton("more", "Quaternion, axis and angle, copies", () => {
+    this.more = iconButton("more", "Quaternion, axis and angle, copying", () => {
       this.open = !this.open;
       this.refresh();
     });
@@ -171,7 +171,7 @@ export class Readout {
     this.refresh();
   }
 
-  /** Pose of what poses are given in, in the robot's root. */
+  /** Pose of the reference frame in the robot's root. */
   get T_root_reference() {
     const { robot } = this.panel.page;
     const { value } = this.reference;
@@ -191,7 +191,7 @@ export class Readout {
     this.element.classList.toggle("measuring", measuring);
     this.measure.setAttribute("aria-pressed", String(measuring));
     this.more.setAttribute("aria-expanded", String(open));
-    // What is hidden would lose the focus to nothing.
+    // A hidden element would lose the focus.
     if (!measuring && this.line.some((part) => part === document.activeElement)) this.measure.focus();
     for (const part of this.line) part.hidden = !measuring;
     for (const part of [this.frame, this.more]) part.hidden = measuring;

@@ -5,8 +5,8 @@ import { button, element } from "./element.ts";
 import type { Panel } from "./panel.ts";
 
 /**
- * The robots of a scene that has several: each is looked at by a button, and those that were added are seen or hidden. The
- * panel moves its own one; the program that added the others moves them.
+ * The list of robots if a scene has several: a button looks at each, and a check box shows or hides each added robot. The
+ * panel moves its own robot; the program that added the others moves them.
  */
 export class Robots {
   page: Panel["page"];
@@ -56,7 +56,7 @@ export class Robots {
     return element("li", {}, label, look);
   }
 
-  /** Fill the view with one robot, from the side that is looked from. */
+  /** Fill the view with one robot, from the current direction. */
   look(robot: Robot) {
     const { page, panel } = this;
     const presets = page.robot.about.cameras.filter(({ links }) => links.length === 0);

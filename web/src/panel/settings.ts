@@ -3,7 +3,7 @@ import { element } from "./element.ts";
 
 const PREFIX = "nao-kin.";
 
-/** What the browser remembers under a name; null where it has nothing or is forbidden to. */
+/** The text that the browser stored under a name; null if there is none or storage is forbidden. */
 function remembered(name: string) {
   try {
     return localStorage.getItem(PREFIX + name);
@@ -12,28 +12,28 @@ function remembered(name: string) {
   }
 }
 
-/** Have the browser remember a text, where it may. */
+/** Store a text in the browser, if that is allowed. */
 export function remember(name: string, text: string) {
   try {
     localStorage.setItem(PREFIX + name, text);
   } catch {
-    // Forbidden or full: then it holds for this page only.
+    // Storage is forbidden or full: the setting then holds for this page only.
   }
 }
 
-const THEMES = { auto: "As the system", light: "Light", dark: "Dark" };
+const THEMES = { auto: "System", light: "Light", dark: "Dark" };
 
 /**
- * What a person prefers: units, colours, keys. Kept by the browser where it may.
+ * The user's preferences: units, colours and keys. The browser stores them if that is allowed.
  *
- * Events: "units" when another unit was chosen, "theme" when the colours were.
+ * Events: "units" when another unit is chosen, "theme" when other colours are.
  */
 export class Settings extends EventTarget {
   units: Choice;
   keys: boolean;
   theme: string | undefined;
 
-  /** @param own whether the page is for a person, rather than for a picture */
+  /** @param own whether the page is for a user, and not only for taking a picture */
   constructor(readonly own: boolean) {
     super();
     this.units = {
@@ -62,7 +62,7 @@ export class Settings extends EventTarget {
     this.dispatchEvent(new Event("units"));
   }
 
-  /** What the menu of settings offers, as it stands now. */
+  /** The fields of the settings menu, with the current choices. */
   fields() {
     const { units } = this;
     return [
@@ -85,9 +85,9 @@ export class Settings extends EventTarget {
 }
 
 /**
- * One of several.
+ * Make a group of radio buttons.
  *
- * @param options value → text
+ * @param options a text for each value
  */
 function choice(
   legend: string,

@@ -2,7 +2,7 @@ import { mirrored, randomWithin } from "../values/configurations.ts";
 import { element, iconButton, menu, toolbar } from "./element.ts";
 import type { Panel } from "./panel.ts";
 
-/** The name of the robot, what is to be known of it at once, and the settings of the page. */
+/** The head of the panel: the name of the robot, its degrees of freedom and notes, and the settings of the page. */
 export class Head {
   element: HTMLElement;
 
@@ -37,7 +37,7 @@ export class Head {
   }
 }
 
-// How long [ms] a message stays that nothing has to be done about.
+// How long [ms] a message stays that needs no action.
 const STAY = 6000;
 
 /** The line under the picture that says what a command did, or why it did nothing. */
@@ -46,7 +46,7 @@ export class Messages {
 
   constructor(readonly line: HTMLElement) {}
 
-  /** @param options what went wrong stays until it is closed */
+  /** @param options a message about a failure (`bad`) stays until the user closes it */
   say(text: string, { bad = false }: { bad?: boolean } = {}) {
     clearTimeout(this.timer);
     this.line.classList.toggle("bad", bad);
@@ -64,7 +64,7 @@ export class Messages {
   }
 }
 
-/** The bar of what is done to the whole configuration. */
+/** The toolbar for the whole configuration: undo, reset, mirror, copy and others. */
 export class Tools {
   undo: HTMLButtonElement;
   redo: HTMLButtonElement;
@@ -110,7 +110,7 @@ export class Tools {
 
   refresh() {
     const { history } = this.panel.past;
-    // A disabled button would lose the focus to nothing.
+    // aria-disabled, not disabled: a disabled button would lose the focus.
     this.undo.setAttribute("aria-disabled", String(history.past.length === 0));
     this.redo.setAttribute("aria-disabled", String(history.future.length === 0));
   }

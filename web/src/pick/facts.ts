@@ -3,9 +3,9 @@ import type { About, JointAbout } from "../types.ts";
 import { spoken, unitOf, type Choice } from "../values/units.ts";
 
 /**
- * A value of a coordinate as the panel writes it, with its unit.
+ * Write a value of a coordinate as the panel does, with its unit.
  *
- * @param kind "rad", "m" or "1", as the coordinate is described
+ * @param kind the coordinate's unit: "rad", "m" or "1"
  */
 export function unitText(value: number, kind: string, choice: Choice) {
   if (!Number.isFinite(value)) return value > 0 ? "∞" : "−∞";
@@ -21,10 +21,10 @@ export function joints(about: About, link: number) {
     .sort((a, b) => pathOf(a).length - pathOf(b).length);
 }
 
-/** The joint that moves a link, the last of those that carry it; null for a link that is fixed to the root. */
+/** The last joint that carries a link; null for a link that is fixed to the root. */
 export const jointOf = (about: About, link: number): JointAbout | null => joints(about, link).at(-1) ?? null;
 
-/** Whether two links are of one limb: joints of one chain move them. */
+/** Whether two links belong to one limb, that is, joints of the same chain move them. */
 export function isOneLimb(about: About, link: number, other: number) {
   const [one, two] = [link, other].map((number) => {
     const joint = jointOf(about, number);
@@ -35,7 +35,7 @@ export function isOneLimb(about: About, link: number, other: number) {
   return one !== null && one === two;
 }
 
-/** The name of a frame that is the link's own: the link's if it has one, else that of the nearest link which carries it. */
+/** The name of the frame to select for a link: the link's own frame, else that of the nearest link that carries it. */
 export function frameOf(about: About, link: number) {
   const { path } = about.links[link];
   const names = new Set(about.frames.map(({ name }) => name));
@@ -45,17 +45,17 @@ export function frameOf(about: About, link: number) {
   return carriers[0]?.name ?? about.frames.find((frame) => frame.link === link)?.name ?? null;
 }
 
-/** What kind of joint it is: the lower pair that it is, or is a part of. */
+/** The kind of a joint: its lower pair, or the pair that it is a part of. */
 export function pairOf({ pair, slides }: JointAbout) {
   const own = slides ? "prismatic" : "revolute";
   return !pair || pair === own ? `${own} pair` : `${own}, of a ${pair} pair`;
 }
 
 /**
- * A pose in numbers, in metres and radians. Quaternions are scalar first, with r0 > 0, or r0 = 0 and the first other
- * number that is not zero above it: what `nao_kin.rotations.quat_from_matrix` gives.
+ * A pose in numbers, in metres and radians. Quaternions are scalar first. As in `nao_kin.rotations.quat_from_matrix`,
+ * r0 > 0, or r0 = 0 and the first other nonzero number is positive.
  *
- * @param matrix by columns
+ * @param matrix column by column
  */
 export function poseNumbers(matrix: { elements: ArrayLike<number> }) {
   const { elements: m } = matrix;
@@ -74,10 +74,10 @@ export function poseNumbers(matrix: { elements: ArrayLike<number> }) {
 }
 
 /**
- * The unit quaternion of a rotation, from the longest row of the matrix 4 r rᵀ: exact at half a turn too.
+ * The unit quaternion of a rotation, from the longest row of the matrix 4 r rᵀ, which is accurate at half a turn too.
  *
- * @param matrix by columns
- * @returns scalar first, in canonical sign
+ * @param matrix column by column
+ * @returns scalar first, with the canonical sign
  */
 export function quaternionOf({ elements: m }: { elements: ArrayLike<number> }): number[] {
   const [d01, d02, d03] = [m[6] - m[9], m[8] - m[2], m[1] - m[4]];
@@ -98,7 +98,7 @@ export function quaternionOf({ elements: m }: { elements: ArrayLike<number> }): 
 const list = (values: number[]) => `[${values.map((value) => String(value + 0)).join(", ")}]`;
 
 /**
- * What is copied of a pose: the name of a button, and the text for the clipboard, in metres and radians with every digit.
+ * The forms in which a pose can be copied: the name of the button, and the text, in metres and radians with all digits.
  */
 export const COPIES: { name: string; title: string; text(pose: ReturnType<typeof poseNumbers>): string }[] = [
   {

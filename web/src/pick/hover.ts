@@ -9,7 +9,7 @@ import type { Picker } from "./pick.ts";
 
 type Page = PageWith<"panel" | "robot" | "viewer">;
 
-// Between the pointer and the tip [px].
+// The distance between the pointer and the tip [px].
 const BESIDE = 16;
 
 /** A card near the pointer: the link, the joint that moves it, its lower pair, its value and its range. */
@@ -18,11 +18,11 @@ class Tip {
   joint = element("span");
   pair = element("span", { className: "pair" });
   value = element("span");
-  // The same is said by the selection and the joint list, to those who have no pointer.
+  // Hidden from screen readers: the selection and the list of joints tell them the same.
   card = element("div", { className: "tip", hidden: true, ariaHidden: "true" });
   link: number | null = null;
 
-  /** @param view what the card stays inside */
+  /** @param view the element that the card stays inside */
   constructor(
     readonly page: Page,
     readonly view: HTMLElement,
@@ -44,7 +44,7 @@ class Tip {
     this.card.style.transform = `translate(${Math.max(0, aside)}px, ${Math.max(0, under)}px)`;
   }
 
-  /** Write the joint's value anew. */
+  /** Update the joint's value. */
   refresh() {
     if (this.link === null) return;
     const { robot, panel } = this.page;
@@ -63,7 +63,7 @@ class Tip {
   }
 }
 
-/** A tint over the shapes of a link: a second coat, so that it needs to know nothing of colours, limits and lights. */
+/** A tint over the shapes of a link, drawn as a second layer, so that it is independent of their colours. */
 class Highlight {
   link: number | null = null;
   coats: THREE.Mesh[] = [];
@@ -84,7 +84,7 @@ class Highlight {
   show(link: number | null): boolean {
     if (link === this.link) return false;
     this.link = link;
-    // The geometry is the shape's.
+    // The geometry belongs to the shape and is not disposed.
     for (const coat of this.coats) coat.removeFromParent();
     this.coats = this.robot.meshes
       .filter((shape) => shape.link === link)
@@ -98,7 +98,7 @@ class Highlight {
   }
 }
 
-/** What the pointer is over: a tinted link, and its tip. */
+/** Shows the link under the pointer: a tint on it, and its tip. */
 export class Hover {
   highlight: Highlight;
   tip: Tip;
@@ -116,9 +116,9 @@ export class Hover {
   }
 
   /**
-   * Look, before the next picture, what is under the pointer; of more places in between the last counts.
+   * Find what is under the pointer before the next picture; only the last position until then counts.
    *
-   * @param found is told the link, or null
+   * @param found is called with the link, or null
    */
   follow({ clientX, clientY }: { clientX: number; clientY: number }, found: (link: number | null) => void) {
     const isWaiting = this.waiting !== null;

@@ -6,13 +6,13 @@ import { unitOf, withUnit } from "../values/units.ts";
 
 type Page = PageWith<"labels" | "panel" | "robot" | "studio" | "viewer">;
 
-/** One end of what is measured: a frame, or a point that stays on its link. */
+/** One end of a measurement: a frame, or a point fixed to a link. */
 type End = { kind: "frame"; name: string } | { kind: "point"; link: number; local: THREE.Vector3 };
 
 const [SPOT, THREAD] = [0.006, 0.0014];
 const COLOUR = "#c2255c";
 
-/** Distance between two frames or points of the surface, drawn as a line. Event of the page: "measured". */
+/** Measures the distance between two frames or points of the surface, drawn as a line. Event of the page: "measured". */
 export class Measure {
   /** Whether a click picks a point. */
   picking = false;
@@ -44,7 +44,7 @@ export class Measure {
     this.changed();
   }
 
-  /** Take a frame or a point: the first end, or the second if only that one is open, or the first of new two. */
+  /** Take a frame or a point as the second end if only the first is set, else as the first end of a new measurement. */
   pick(end: End) {
     this.ends = this.ends[0] && !this.ends[1] ? [this.ends[0], end] : [end, null];
     this.changed();
@@ -68,7 +68,7 @@ export class Measure {
     this.page.dispatchEvent(new Event("measured"));
   }
 
-  /** Pose of an end in the robot's root; a point has the orientation of its link. */
+  /** The pose of an end in the robot's root; a point has the orientation of its link. */
   pose(end: End) {
     const { robot } = this.page;
     if (end.kind === "frame") return robot.pose(robot.linkOf(end.name));

@@ -12,9 +12,9 @@ type Page = PageWith<"labels" | "panel" | "robot" | "studio" | "viewer">;
 
 const SIZE = 0.062;
 
-/** The frame that is looked at: drawn as a triad with its name. Event of the page: "selected", of any click. */
+/** The selected frame, drawn as a triad with its name. Event of the page: "selected", at every click. */
 class Selection {
-  /** The one that the panel reads: selected last, at first a hand: poses of a head and of a torso change little. */
+  /** The frame whose pose the panel shows: the one selected last, at first a hand, whose pose changes most. */
   read: string;
   frame: string | null = null;
   triad: THREE.Group | null = null;
@@ -33,7 +33,7 @@ class Selection {
     this.select(frameOf(this.page.robot.about, link));
   }
 
-  /** @param frame that the panel reads from now on, drawn or not */
+  /** @param frame whose pose the panel shows from now on, drawn or not */
   follow(frame: string) {
     this.read = frame;
     this.page.dispatchEvent(new Event("selected"));
@@ -57,7 +57,7 @@ class Selection {
   }
 }
 
-/** What the pointer is over, what is selected, and what is measured. */
+/** The link under the pointer, the selection, and the measurement. */
 export class Pick {
   viewport: Viewport;
   picker: Picker;
@@ -74,14 +74,14 @@ export class Pick {
   }
 }
 
-/** The picture of the scene: which ray a place on the screen is, and where on the screen a point is seen. */
+/** Converts between places on the screen and rays or points in the scene. */
 export class Viewport {
   constructor(
     readonly viewer: MeshcatViewer,
     readonly pane: HTMLElement,
   ) {}
 
-  /** The camera where its control has put it since the last picture. */
+  /** The camera, with its world matrix up to date. */
   get camera() {
     const { camera } = this.viewer;
     camera.updateWorldMatrix(true, false);
@@ -98,7 +98,7 @@ export class Viewport {
     return caster.ray;
   }
 
-  /** Where a point of the world is seen [px]; null for one that is behind the camera. */
+  /** The place on the screen of a point in the world [px]; null for a point behind the camera. */
   place(point: THREE.Vector3) {
     const { left, top, width, height } = this.pane.getBoundingClientRect();
     const { x, y, z } = point.clone().project(this.camera);
@@ -107,9 +107,12 @@ export class Viewport {
   }
 
   /**
-   * Where a place goes that a pointer pulls in the plane that the camera faces; null where it says nothing.
+   * Return a function from a ray of the pointer to the new place of a point that it drags in the plane facing the camera.
+   * The function returns null if the ray does not meet the plane; with `level` the point moves only up and down on the
+   * screen.
    *
-   * @param from where the pointer takes hold of it
+   * @param at the point, in the world
+   * @param from the ray of the pointer when it grabs the point
    */
   pulled(at: THREE.Vector3, from: THREE.Ray) {
     const towards = this.camera.getWorldDirection(new THREE.Vector3());
@@ -134,7 +137,7 @@ export class Viewport {
     return [0, 1].map((column) => new THREE.Vector3().setFromMatrixColumn(matrixWorld, column));
   }
 
-  /** Metres of the world per pixel, at the depth of a point. */
+  /** Metres per pixel at the depth of a point. */
   metresPerPixel(point: THREE.Vector3) {
     const { camera } = this;
     const depth = point.clone().applyMatrix4(camera.matrixWorldInverse).z;
@@ -144,7 +147,7 @@ export class Viewport {
 }
 
 /**
- * What is met on the surface of the robot: the link, the point in the world, and the same point in the frame of the link.
+ * A point on the surface of the robot: its link, the point in the world, and the same point in the frame of the link.
  */
 export interface Hit {
   link: number;
@@ -152,7 +155,7 @@ export interface Hit {
   local: THREE.Vector3;
 }
 
-/** Finds what is under the pointer. */
+/** Finds the surface under the pointer. */
 export class Picker {
   caster = new THREE.Raycaster();
 
@@ -162,8 +165,8 @@ export class Picker {
   ) {}
 
   /**
-   * The first surface under a place on the screen. Triangles are tried only of the shapes whose bounding sphere the ray
-   * enters, from the nearest on, until what is left begins behind what was met.
+   * The first surface under a place on the screen. Only the triangles of shapes whose bounding sphere the ray enters are
+   * tested, the nearest shape first, until the remaining spheres begin behind the surface found.
    */
   at(place: { clientX: number; clientY: number }): Hit | null {
     const { caster, robot } = this;

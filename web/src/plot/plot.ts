@@ -27,19 +27,19 @@ LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING FROM,
 OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN
 THE SOFTWARE. */
 
-// The licence goes along where the bundle goes.
+// The bundle keeps this licence.
 export { uPlot };
 
 /** A line of a plot; its limits are drawn faintly. */
 interface Line {
   name: string;
   colour: string;
-  /** in the unit shown; null for none */
+  /** In the unit shown; null for no value. */
   values: (number | null)[];
   limits: (number | null)[];
-  /** after the point; null for four digits in all */
+  /** Digits after the decimal point; null for four significant digits. */
   digits: number | null;
-  /** of the unit */
+  /** The sign of the unit. */
   sign: string;
 }
 
@@ -50,10 +50,10 @@ function written(value: number, digits: number | null) {
   return digits === null ? String(Number(value.toPrecision(4))).replace("-", "−") : fixed(value, digits);
 }
 
-/** Numbers over time as a picture, with what they are at the present time. A press goes to a time. */
+/** A plot of numbers over time, with their values at the current time. A press on it moves to that time. */
 export class Plot {
   lines: Line[] = [];
-  /** Where the cursor is [s]. */
+  /** The time of the cursor [s]. */
   time = 0;
   times: number[] = [];
   values = element("div", { className: "values" });
@@ -63,7 +63,7 @@ export class Plot {
   outputs: HTMLOutputElement[] | undefined;
   plot: uPlot | undefined;
 
-  /** @param grows whether new points come to the same lines */
+  /** @param grows whether new points are added to the same lines */
   constructor(
     readonly title: string,
     chooser: HTMLElement,
@@ -137,7 +137,7 @@ export class Plot {
     this.plot.over.onpointerdown = (event) => this.grab(event);
   }
 
-  // What a picture says, in words.
+  // A description of the plot for screen readers.
   described() {
     const spans = this.lines.map(({ name, values, digits, sign }) => {
       let [low, high] = [Infinity, -Infinity];
@@ -184,9 +184,9 @@ export class Plot {
   }
 
   /**
-   * Put the cursor at a time.
+   * Move the cursor to a time.
    *
-   * @param valueOf a line, in the unit shown
+   * @param valueOf gives the value of a line, in the unit shown
    */
   setTime(time: number, valueOf: (line: number) => number) {
     this.time = time;
@@ -197,7 +197,7 @@ export class Plot {
     });
   }
 
-  // Before the plot is drawn it does not know where its times are.
+  // Place the cursor; before the plot is drawn, it cannot convert times to pixels.
   place() {
     const { plot, times } = this;
     if (!plot || plot.scales.x.max === undefined) return;

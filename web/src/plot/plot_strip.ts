@@ -12,18 +12,18 @@ import type { Curves } from "./streams.ts";
 const COLOURS = ["#d9480f", "#1c7ed6", "#2b8a3e", "#ae3ec9", "#a17a00", "#0c8599", "#c2255c", "#5f3dc4"];
 const AXES = { x: "#e03131", y: "#2f9e44", z: "#3b7ddd" };
 const [MOST_TIMES, MOST_PLACES, MOST_LINES] = [1500, 400, 6];
-// How long [ms] a change waits for the next one.
+// How long [ms] a change waits for further changes before the plots are drawn.
 const PATIENCE = 80;
 
 /**
- * Joint angles and the position of a frame over the time of what is played, and what the program plots. Hidden, it does
- * nothing; the first points that the program plots open it.
+ * The plots: joint angles and the position of a frame over the time of the motion that is played, and the program's plots.
+ * While hidden, it draws nothing; the first points that the program plots open it.
  */
 export class PlotStrip {
   coordinates: Coordinate[];
-  /** Columns of the joints chosen; null for those that move most. */
+  /** Columns of the chosen joints; null for the joints that move most. */
   chosen: Set<number> | null = null;
-  /** The robot in other configurations. */
+  /** A copy of the robot's tree that computes poses in other configurations. */
   skeleton: OffScreen | undefined = undefined;
   waiting: ReturnType<typeof setTimeout> | undefined = undefined;
   button: HTMLButtonElement;
@@ -33,12 +33,12 @@ export class PlotStrip {
   element = element("section", { className: "plots", hidden: true, ariaLabel: "Plots" });
   boxes?: { box: HTMLInputElement; column: number; label: HTMLLabelElement }[];
   drawn?: Coordinate[];
-  /** The program's plots, by title, with what they show. */
+  /** The program's plots and their curves, by title. */
   streams: Map<string, { plot: Plot; curves: Curves }> = new Map();
   /** Whether the program has plotted something. */
   begun = false;
   waitingPoints: ReturnType<typeof setTimeout> | undefined = undefined;
-  /** How long the program's plots took to draw [ms]. */
+  /** The time that drawing the program's plots took [ms]. */
   took = 0;
 
   constructor(readonly player: Player) {
@@ -53,7 +53,7 @@ export class PlotStrip {
     );
     this.frames.value = page.pick.selection.read;
     this.frames.onchange = () => this.update();
-    // What is read in the panel.
+    // The plot follows the frame that the panel shows.
     page.addEventListener("selected", () => {
       this.frames.value = page.pick.selection.read;
       this.later();
@@ -77,7 +77,7 @@ export class PlotStrip {
       box.onchange = () => this.choose();
       return { box, column, label: element("label", {}, box, joint) };
     });
-    const most = element("button", { type: "button" }, "Those that move most");
+    const most = element("button", { type: "button" }, "Joints that move most");
     most.onclick = () => {
       this.chosen = null;
       this.update();
@@ -106,12 +106,12 @@ export class PlotStrip {
       this.begun = true;
       this.open(true);
     }
-    // Many points take long to draw: three quarters of the time are for the rest of the page.
+    // Drawing many points is slow; waiting three times as long leaves three quarters of the time to the rest of the page.
     if (!this.element.hidden)
       this.waitingPoints ??= setTimeout(() => this.drawStreams(), Math.max(PATIENCE, 3 * this.took));
   }
 
-  /** Draw what the program plots. */
+  /** Draw the program's plots. */
   drawStreams() {
     clearTimeout(this.waitingPoints);
     this.waitingPoints = undefined;
@@ -163,7 +163,7 @@ export class PlotStrip {
     const { motion, page } = this.player;
     if (this.element.hidden) return;
     this.element.classList.toggle("bare", !motion);
-    // Their axes have the colours of the theme.
+    // Drawn again, because their axes have the colours of the theme.
     for (const { plot } of this.streams.values()) plot.clear();
     this.drawStreams();
     if (!motion) return [this.joints, this.places].forEach((plot) => plot.clear());
@@ -186,7 +186,7 @@ export class PlotStrip {
       }),
     );
     this.skeleton ??= new OffScreen(page.robot);
-    // Joints turn between two configurations, so straight lines of joint values are no straight ways.
+    // A straight line in joint values is a curve in space, so the path is sampled between the configurations too.
     const few = evenTimes(motion, MOST_PLACES);
     const [way] = this.skeleton.ways(motion, few, [page.robot.linkOf(this.frames.value)]);
     const { scale, digits, sign } = unitOf("m", units);

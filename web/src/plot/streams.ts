@@ -1,37 +1,37 @@
 import type { Received } from "../received.ts";
 import type { Motion } from "../timeline/motion.ts";
 
-/** Points of some lines: a time for each, and a value of each line, NaN for none. */
+/** Points of some lines: the time of each point, and one value per line, NaN for no value. */
 interface Chunk {
   times: Float64Array;
   values: Float64Array;
 }
 
-/** A plot of the program: its lines, and their points by the index of the first one of each message. */
+/** A plot of the program: its lines and their points, in chunks by the index of the chunk's first point. */
 interface Stream {
   run: number;
   lines: string[];
   chunks: Map<number, Chunk>;
-  /** How many points have come. */
+  /** Number of points received. */
   count: number;
 }
 
-/** What is drawn of a plot. */
+/** The curves of a plot, as they are drawn. */
 export interface Curves {
   lines: string[];
   times: number[];
-  /** of each line */
+  /** The values of each line. */
   values: (number | null)[][];
 }
 
-// Points of a plot that are kept.
+// The largest number of points kept for a plot.
 const MOST = 100_000;
 
 /** Numbers over time that the program plots, and those of a recording in this page. Event: "points". */
 export class Streams extends EventTarget {
   live: Map<string, Stream> = new Map();
   recorded = new WeakMap<Motion, Map<string, Curves>>();
-  /** What has come since a recording began; `from`: the time of a plot's points at which that was. */
+  /** The points since a recording began; `from` is the time of that beginning on the clock of each plot. */
   recording: { time: () => number; from: Map<string, number>; plots: Map<string, Curves> } | null = null;
 
   add({ name, run, lines, first, times, values }: Received["plot"]) {
@@ -50,7 +50,7 @@ export class Streams extends EventTarget {
     this.dispatchEvent(new Event("points"));
   }
 
-  /** What is drawn with a motion, or live: by the title of the plot. */
+  /** The curves by the title of their plot: those recorded with a motion, else the live ones. */
   curves(motion: Motion | null): Map<string, Curves> {
     const recorded = motion && this.recorded.get(motion);
     if (recorded) return recorded;
@@ -63,7 +63,7 @@ export class Streams extends EventTarget {
     );
   }
 
-  /** @param time since a recording began, which begins now [s] */
+  /** @param time gives the time since the recording began [s]; it begins now */
   begin(time: () => number) {
     this.recording = { time, from: new Map(), plots: new Map() };
   }
@@ -77,10 +77,10 @@ export class Streams extends EventTarget {
     const { recording } = this;
     if (!recording || times.length === 0) return;
     const curves = recording.plots.get(name) ?? empty(lines);
-    // Points have the program's time: the newest one has come just now.
+    // Points carry the program's time; the newest one has just arrived.
     const from = recording.from.get(name) ?? times[times.length - 1] - recording.time();
     const shifted = times.map((time) => time - from);
-    // What begins anew, or was made before the recording, is no part of it.
+    // Points from before the recording, or whose time went back, are not recorded.
     if (curves.times.length >= MOST || shifted[0] < Math.max(0, curves.times.at(-1) ?? 0)) return;
     recording.from.set(name, from);
     recording.plots.set(name, curves);

@@ -5,7 +5,7 @@ import { resize, type Studio } from "../scene/studio.ts";
 import type { Box3 } from "three";
 import type { Camera } from "../types.ts";
 
-/** Let the browser save a file. */
+/** Save a file through the browser. */
 export function download(blob: Blob, name: string) {
   const address = URL.createObjectURL(blob);
   const link = element("a", { href: address, download: name });
@@ -15,7 +15,7 @@ export function download(blob: Blob, name: string) {
   setTimeout(() => URL.revokeObjectURL(address), 10_000);
 }
 
-/** A file name made of a robot's name, which may be anything. */
+/** Make a valid file name from a robot's name, which may be any text. */
 export function fileName(robot: string, extension: string) {
   const plain = robot
     .replace(/[^\p{L}\p{N}_.-]+/gu, "_")
@@ -24,14 +24,14 @@ export function fileName(robot: string, extension: string) {
   return `${plain || "robot"}.${extension}`;
 }
 
-// The page's background, from above: the colours that the styles have for it, in light or dark.
+// The page's background from top to bottom: positions and the names of the colours in the styles.
 const SKY: [number, string][] = [
   [0, "--sky"],
   [0.55, "--haze"],
   [1, "--ground"],
 ];
 
-/** Draw the canvas, as it was drawn just now, over the page's background. */
+/** Draw the page's background, and the canvas over it, which must just have been drawn. */
 function paintCanvas(ink: CanvasRenderingContext2D, canvas: HTMLCanvasElement, width: number, height: number) {
   const sky = ink.createLinearGradient(0, 0, 0, height);
   const styles = getComputedStyle(document.documentElement);
@@ -42,10 +42,10 @@ function paintCanvas(ink: CanvasRenderingContext2D, canvas: HTMLCanvasElement, w
 }
 
 /**
- * A picture of the scene on the page's background, at its best.
+ * Take a picture of the scene on the page's background, in the best quality.
  *
- * @param preset where to look from; as the page does if none is given
- * @param over draws what stands over the scene
+ * @param preset where to look from; the page's own view if none is given
+ * @param over draws the labels over the scene
  */
 function takePicture(
   studio: Studio,
@@ -72,9 +72,9 @@ function takePicture(
 }
 
 /**
- * Save the view as a PNG, with what is written over it.
+ * Save the view as a PNG, with its labels.
  *
- * @param scale pixels for one of the screen's
+ * @param scale pixels of the picture per pixel of the screen
  */
 export async function saveScreenshot(page: App, scale: number): Promise<void> {
   const { pane, studio, robot } = page;
@@ -87,13 +87,13 @@ export async function saveScreenshot(page: App, scale: number): Promise<void> {
   const canvas = takePicture(studio, wide, high, undefined, robot, (ink) => paintOver(page, ink, wide, high));
   const blob = await new Promise((done: (blob: Blob | null) => void) => canvas.toBlob(done, "image/png"));
   if (blob) download(blob, fileName(robot.about.name, "png"));
-  else page.panel.messages.say("The browser made no picture of this size.", { bad: true });
+  else page.panel.messages.say("The browser could not make a picture of this size.", { bad: true });
 }
 
-// The shorter side of a picture in which letters of labels are as many pixels as in the page.
+// The length of a picture's shorter side at which its labels have the same size in pixels as in the page.
 const LABELS_ACROSS = 640;
 
-/** Draw the picture that the program asks for, and send it. */
+/** Draw the picture that the program requests, and send it. */
 export function sendPicture(page: App, { id, width, height, camera }: Received["capture"]) {
   const preset = page.robot.about.cameras.find(({ name }) => name === camera);
   const over = (ink: CanvasRenderingContext2D) => paintOver(page, ink, width, height);
@@ -101,13 +101,13 @@ export function sendPicture(page: App, { id, width, height, camera }: Received["
   page.send({ kind: "picture", id, data: picture.toDataURL("image/png") });
 }
 
-/** Paint the picture that was drawn last, with what the page writes over it. */
+/** Paint the picture that was drawn last, with the page's labels over it. */
 function paintPicture(page: App, ink: CanvasRenderingContext2D, width: number, height: number) {
   paintCanvas(ink, page.viewer.renderer.domElement, width, height);
   paintOver(page, ink, width, height);
 }
 
-/** Paint what the page writes over the picture onto one of another size. */
+/** Paint the page's labels onto a picture of another size. */
 function paintOver(page: App, ink: CanvasRenderingContext2D, width: number, height: number) {
   page.speech.paint(ink, width, height);
   const scale = Math.min(width, height) / LABELS_ACROSS;
@@ -117,14 +117,14 @@ function paintOver(page: App, ink: CanvasRenderingContext2D, width: number, heig
   ink.restore();
 }
 
-// A film ends by itself after so many seconds, or bytes: it is kept in memory until it is saved.
+// A video ends automatically after this many seconds or bytes, because it is kept in memory until it is saved.
 const [MOST_SECONDS, MOST_BYTES] = [120, 200e6];
 const [RATE, BITS] = [30, 12e6];
 const KINDS = ["video/webm;codecs=vp9", "video/webm;codecs=vp8", "video/webm", "video/mp4"];
 
-/** A film of the view: each picture that is drawn, with the labels over it. */
+/** Records a video of the view: each picture that is drawn, with its labels. */
 export class Video {
-  /** Told every second how long it has been recorded; null when it has ended. */
+  /** Called every second with the length so far, and with null at the end. */
   told: (seconds: number | null) => void = () => {};
   canvas = document.createElement("canvas");
   ink: CanvasRenderingContext2D;
@@ -134,14 +134,14 @@ export class Video {
     this.ink = this.canvas.getContext("2d", { alpha: false }) as CanvasRenderingContext2D;
   }
 
-  /** Why there can be none; "" where there can. */
+  /** Why the browser cannot record video; "" if it can. */
   static get obstacle() {
     if (typeof MediaRecorder === "undefined" || !("captureStream" in HTMLCanvasElement.prototype)) {
-      return "This browser records no video.";
+      return "This browser cannot record video.";
     }
     return KINDS.some((kind) => MediaRecorder.isTypeSupported(kind))
       ? ""
-      : "This browser records no WebM or MP4 video.";
+      : "This browser cannot record WebM or MP4 video.";
   }
 
   get recording() {
@@ -152,7 +152,7 @@ export class Video {
     const mimeType = KINDS.find((kind) => MediaRecorder.isTypeSupported(kind)) ?? "";
     const { pane } = this.page;
     const ratio = Math.min(window.devicePixelRatio, 2);
-    // Codecs want even numbers.
+    // Codecs need even sizes.
     this.canvas.width = 2 * Math.round((pane.clientWidth * ratio) / 2);
     this.canvas.height = 2 * Math.round((pane.clientHeight * ratio) / 2);
     const stream = this.canvas.captureStream(RATE);
@@ -184,7 +184,7 @@ export class Video {
     if (this.recorder?.state === "recording") this.recorder.stop();
   }
 
-  /** A picture has been drawn. */
+  /** Add the picture that has just been drawn. */
   add() {
     if (!this.recorder) return;
     const { width, height } = this.canvas;

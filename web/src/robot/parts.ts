@@ -3,7 +3,7 @@ import { THREE } from "../three.ts";
 import type { About } from "../types.ts";
 import type { Robot } from "./robot.ts";
 
-/** What robots are made of, under the names of Python: equal robots share a description, and equal shapes a geometry. */
+/** Descriptions and geometries by the names of Python: equal robots share a description, and equal shapes a geometry. */
 export class Parts {
   geometries: Map<string, THREE.BufferGeometry> = new Map();
   models: Map<string, About> = new Map();
@@ -16,12 +16,12 @@ export class Parts {
     if (!this.models.has(name)) this.models.set(name, about);
   }
 
-  /** @param name of a description that is there */
+  /** @param name of a description that has been received */
   model(name: string): About {
     return this.models.get(name) as About;
   }
 
-  /** Forget what none of these robots is made of. */
+  /** Remove the descriptions and geometries that none of these robots uses. */
   keep(robots: readonly Robot[]) {
     const models = new Set(robots.map(({ about }) => about));
     const used = new Set(robots.flatMap(({ meshes }) => meshes.map(({ mesh }) => mesh.geometry)));
@@ -34,7 +34,7 @@ export class Parts {
   }
 }
 
-/** @param geometry as three.js's loader takes it */
+/** @param geometry in the format of three.js's loader */
 export function makeGeometry(geometry: object): THREE.BufferGeometry {
   const { made } = new THREE.ObjectLoader().parseGeometries([{ ...geometry, uuid: "made" }]);
   return made as THREE.BufferGeometry;

@@ -9,7 +9,7 @@ import type { Parts } from "./parts.ts";
 import { Skeleton } from "./skeleton.ts";
 import { Standing } from "./standing.ts";
 
-/** The child of a node with a name, made where there is none. */
+/** The child of a node with a given name; it is made if it does not exist. */
 export function childNamed(node: THREE.Object3D, name: string): THREE.Object3D {
   const found = node.children.find((child) => child.name === name);
   if (found) return found;
@@ -19,7 +19,7 @@ export function childNamed(node: THREE.Object3D, name: string): THREE.Object3D {
   return made;
 }
 
-/** Whether a node is another one, or carried by it. */
+/** Whether a node is the holder or one of its descendants. */
 export const isInside = (node: THREE.Object3D, holder: THREE.Object3D): boolean =>
   node === holder || (node.parent !== null && isInside(node.parent, holder));
 
@@ -33,18 +33,18 @@ export function between(node: THREE.Object3D, other: THREE.Object3D) {
 // How far a joint may be outside its limits [rad, m]: the values of a clip are rounded to 32 bits.
 const SLACK = 1e-6;
 
-/** The robot on show: its skeleton, its shapes, its limits and its masses. */
+/** The robot: its tree, its shapes, its limits and its masses. */
 export class Robot extends Skeleton {
   frames: Map<string, number>;
   meshes: Shape[] = [];
   q: number[];
-  /** The vertical in the root's frame that a clip gives with them, of any length; zeros where it gives none. */
+  /** The vertical in the root's frame that a clip gives with the configurations, of any length; zeros if it gives none. */
   clipUp = [0, 0, 0];
 
-  /** @param share of the opacity of its shapes */
+  /** @param share factor on the opacity of its shapes */
   constructor(root: THREE.Object3D, about: About, parts: Parts, share: number) {
     super(root, about);
-    /** Name of every frame → number of its link. */
+    /** The index of the link of every frame. */
     this.frames = new Map(about.frames.map(({ name, link }) => [name, link]));
     for (const { link, geometry, matrix, colour, opacity, light, accent } of about.shapes) {
       const mesh = makeMesh(parts.geometries.get(geometry) as THREE.BufferGeometry, colour, share * opacity);
@@ -52,7 +52,7 @@ export class Robot extends Skeleton {
       this.nodes[link].add(mesh);
       this.meshes.push({ mesh, link, light, accent });
     }
-    /** The configuration. meshcat's clips write into this array of the root; all else does too: there is one truth. */
+    /** The configuration. There is only this one array, into which meshcat's clips and all other parts write. */
     this.q = [...about.neutral];
     Object.assign(root, { joint_values: this.q, up_values: this.clipUp });
   }
@@ -61,7 +61,7 @@ export class Robot extends Skeleton {
     return this.nodes[this.linkOf(name)];
   }
 
-  /** Number of the link that a frame belongs to. */
+  /** Index of the link that a frame belongs to. */
   linkOf(name: string) {
     const link = this.frames.get(name);
     if (link === undefined) throw new Error(`no frame ${name}`);
@@ -98,13 +98,13 @@ export class Robot extends Skeleton {
     return total > 0 ? sum.divideScalar(total).applyMatrix4(this.toRoot()) : null;
   }
 
-  /** Where the scene has z up and its floor at 0: the inverse of three.js's world there. */
+  /** The transform from three.js's world into the scene, which has z up and the floor at 0. */
   fromWorld() {
     const scene = this.root.parent as THREE.Object3D;
     return new THREE.Matrix4().copy(scene.matrixWorld).invert();
   }
 
-  /** Pose of the root over the floor. */
+  /** Pose of the root in the scene, whose floor is at z = 0. */
   placement() {
     return this.fromWorld().multiply(this.root.matrixWorld);
   }
@@ -121,7 +121,7 @@ export class Robot extends Skeleton {
       return { position: mesh.geometry.attributes.position, T, under };
     });
     let lowest = Infinity;
-    // Those first that may reach lowest: most of the others need no look then.
+    // The shapes that may reach lowest come first, so most of the others need not be searched.
     for (const { position, T, under } of shapes.sort((a, b) => a.under - b.under)) {
       if (under > lowest) break;
       for (let i = 0; i < position.count; i++) {
@@ -132,7 +132,7 @@ export class Robot extends Skeleton {
     return Number.isFinite(lowest) ? lowest : 0;
   }
 
-  /** Visit the vertices of the meshes that may reach under a height, over the floor. */
+  /** Visit the vertices, relative to the floor, of the meshes that may reach below a height. */
   eachVertex(visit: (vertex: THREE.Vector3) => void, height: number) {
     const fromWorld = this.fromWorld();
     const matrix = new THREE.Matrix4();
@@ -147,7 +147,7 @@ export class Robot extends Skeleton {
   }
 
   /**
-   * A sphere around all shapes, in the world of three.js; from their own spheres, so that it may be asked for in every frame.
+   * A sphere around all shapes, in the world of three.js; made from the spheres of the shapes, fast enough for every frame.
    */
   sphere(sphere: THREE.Sphere) {
     const own = new THREE.Sphere();
@@ -170,7 +170,7 @@ export class Robot extends Skeleton {
     return box.isEmpty() ? box.expandByPoint(new THREE.Vector3()) : box;
   }
 
-  /** The box around all shapes, or around those that the given links carry, in the world of three.js. */
+  /** The box around all shapes, or around the shapes that the given links carry, in the world of three.js. */
   box(links: number[]) {
     const box = new THREE.Box3();
     const wanted = new Set(links.map((link) => this.nodes[link]));
@@ -184,7 +184,7 @@ export class Robot extends Skeleton {
   }
 }
 
-/** A robot in the scene: its tree and shapes, how it stands, and the colours of its links. */
+/** A robot in the scene: its tree and shapes, its placement on the floor, and the colours of its links. */
 export class ShownRobot {
   robot: Robot;
   standing: Standing;
@@ -200,10 +200,10 @@ export class ShownRobot {
   }
 
   /**
-   * Bring it up to date with its configuration.
+   * Bring the robot up to date with its configuration.
    *
-   * @param up the vertical in the root's frame, where it is given
-   * @param isHeld whether it keeps its place, on the floor or not
+   * @param up the vertical in the root's frame; null if it is not given
+   * @param isHeld whether the root keeps its pose, even if the robot then leaves the floor
    */
   settle(up: ArrayLike<number> | null, isHeld: boolean = false) {
     const { robot } = this;

@@ -1,7 +1,7 @@
 import { clamp } from "../math/numbers.ts";
 import { convexHull, inside, type Point } from "../math/surfaces.ts";
 
-/** Directions spread evenly over the sphere, one after another, by the golden angle. */
+/** Directions spread evenly over the sphere by the golden angle, x, y, z of one after another. */
 export function directions(count: number) {
   const spread = new Float64Array(3 * count);
   const golden = Math.PI * (3 - Math.sqrt(5));
@@ -14,10 +14,10 @@ export function directions(count: number) {
 }
 
 /**
- * Of many points those that lie farthest in some direction: with enough directions, what can touch a floor.
+ * The points that lie farthest in some direction: with enough directions, these are the points that can touch a floor.
  *
  * @param points x, y, z of one after another
- * @param towards likewise
+ * @param towards the directions, in the same form
  */
 export function extremes(points: Float64Array, towards: Float64Array) {
   const found: Set<number> = new Set();
@@ -37,17 +37,17 @@ export function extremes(points: Float64Array, towards: Float64Array) {
   return Float64Array.from([...found].flatMap((i) => [points[i], points[i + 1], points[i + 2]]));
 }
 
-// Points so near the lowest one [m] touch the floor with it.
+// Points within this distance of the lowest one [m] touch the floor with it.
 const TOUCHING = 1e-5;
-// A body rolls from one corner to the next; so many rolls are more than any is seen to need.
+// A body rolls from one corner to the next; this number of rolls is more than any body was seen to need.
 const MOST_ROLLS = 300;
 
 const dot = (a: ArrayLike<number>, b: ArrayLike<number>) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 
 /**
- * The direction up in the frame of a rigid body when it has come to rest: put down with `up` up, it rolls over what it
- * touches the floor with, away from the nearest point of it, until its centre of mass is above it. That is the way
- * downhill to a local minimum of the height of the centre of mass, u·c − min u·p over the points p.
+ * The vertical in the frame of a rigid body at rest. The body is put down with `up` upwards; it then rolls about the points
+ * that touch the floor until its centre of mass is above their hull. This is a descent to a local minimum of the height of
+ * the centre of mass, u·c − min u·p over the points p.
  *
  * @param points x, y, z of one after another
  * @param centre of mass
@@ -71,9 +71,9 @@ export function settled(points: Float64Array, centre: ArrayLike<number>, up: Arr
 }
 
 /**
- * Where a body that stands with `up` up touches the floor, seen from above, from its centre of mass.
+ * The points where a body touches the floor, seen from above, relative to its centre of mass.
  *
- * @param least how far down a point touches it
+ * @param least the distance downwards from which on a point touches the floor
  */
 export function touching(
   points: Float64Array,
@@ -92,7 +92,7 @@ export function touching(
   return contacts;
 }
 
-/** How far the lowest of the points lies in a direction. */
+/** The largest coordinate of the points along a direction. */
 export function depth(points: Float64Array, down: ArrayLike<number>) {
   let most = -Infinity;
   for (let i = 0; i < points.length; i += 3) {
@@ -102,10 +102,10 @@ export function depth(points: Float64Array, down: ArrayLike<number>) {
 }
 
 /**
- * Angle by which `down` turns towards `side` until another point comes to the floor.
+ * The angle by which `down` turns towards `side` until another point touches the floor.
  *
- * @param floor how far down it is
- * @param pivot where along `side` the body touches the floor
+ * @param floor the coordinate of the floor along `down`
+ * @param pivot the coordinate along `side` of the point about which the body rolls
  */
 function roomToRoll(points: Float64Array, floor: number, down: number[], side: number[], pivot: number) {
   let cotangent = -Infinity;
@@ -120,7 +120,7 @@ function roomToRoll(points: Float64Array, floor: number, down: number[], side: n
 }
 
 /**
- * The point nearest to the origin of the convex hull of some.
+ * The point of the convex hull of some points that is nearest to the origin.
  *
  * @param points at least one
  */
@@ -130,7 +130,7 @@ function nearestToOrigin(points: Point[]): Point {
   return nearestOnRim(hull.length > 0 ? hull : points);
 }
 
-/** The point nearest to the origin of the edges of an outline, inside or outside of it. */
+/** The point on the edges of an outline that is nearest to the origin, which may be inside or outside. */
 export function nearestOnRim(corners: Point[]): Point {
   return corners
     .map((corner, i) => nearestOnEdge(corner, corners[(i + 1) % corners.length]))
@@ -144,25 +144,25 @@ function nearestOnEdge(a: Point, b: Point) {
   return { x: a.x + share * x, y: a.y + share * y };
 }
 
-/** Two directions at right angles to another one and to each other. */
+/** Two unit vectors normal to a direction and to each other. */
 function tangents(n: ArrayLike<number>) {
-  // The axis farthest from n gives the cross product its greatest length.
+  // The cross product with an axis that is far from n, so that it is not small.
   const flat = Math.abs(n[0]) < 0.6 ? [0, -n[2], n[1]] : [n[2], 0, -n[0]];
   const length = Math.hypot(...flat);
   const e1 = flat.map((value) => value / length);
   return [e1, [n[1] * e1[2] - n[2] * e1[1], n[2] * e1[0] - n[0] * e1[2], n[0] * e1[1] - n[1] * e1[0]]];
 }
 
-// A joint that is farther away than this [rad, m] is somewhere else: one arm that is moved makes no other posture.
+// A joint's difference counts up to this [rad, m], so that moving one arm does not make another posture nearest.
 const ELSEWHERE = 0.5;
-// How much nearer another posture must be before it takes over from the one before.
+// The factor by which another posture must be nearer to replace the one before.
 const CLEARLY = 0.85;
 
 /**
- * Number of the posture that a configuration is nearest to.
+ * The index of the posture nearest to a configuration.
  *
  * @param postures at least one
- * @param before the one that it was nearest to a step earlier
+ * @param before the nearest posture one step earlier
  */
 export function nearestPosture(q: ArrayLike<number>, postures: { q: number[] }[], before: number | null = null) {
   const distances = postures.map((posture) =>

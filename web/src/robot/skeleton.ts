@@ -3,7 +3,7 @@ import type { Motion } from "../timeline/motion.ts";
 import type { About } from "../types.ts";
 import { childNamed, type Robot } from "./robot.ts";
 
-/** The robot's tree of nodes: joint values in, poses out. */
+/** The robot's tree of nodes, which turns joint values into poses. */
 export class Skeleton {
   nodes;
   joints;
@@ -43,13 +43,13 @@ export class Skeleton {
     return this.toRoot().multiply(this.nodes[link].matrixWorld);
   }
 
-  /** From the world of three.js into that frame. */
+  /** The transform from the world of three.js into that frame. */
   toRoot() {
     return new THREE.Matrix4().copy(this.root.matrixWorld).invert();
   }
 }
 
-/** The robot's tree once more, bare and out of the scene: for the poses of its links in any configuration. */
+/** A copy of the robot's tree without shapes and outside the scene, for poses in other configurations. */
 export class OffScreen extends Skeleton {
   constructor(robot: Robot) {
     const root = robot.root.clone(true);
@@ -62,9 +62,9 @@ export class OffScreen extends Skeleton {
   }
 
   /**
-   * The ways of some links through a motion, in the frame of the robot's root.
+   * The paths of some links during a motion, in the frame of the robot's root.
    *
-   * @returns for each link a place at each time
+   * @returns for each link its position at each time
    */
   ways(motion: Motion, times: ArrayLike<number>, links: readonly number[]): THREE.Vector3[][] {
     const ways: THREE.Vector3[][] = links.map(() => []);

@@ -11,41 +11,42 @@ interface Pose {
   up: number[];
 }
 
-// How far [m] both soles, or one alone, may be above the lowest point of the robot that stands on them.
+// How far [m] the soles may be above the robot's lowest point if it stands on both, and on one.
 const [BOTH, ONE] = [0.008, 0.003];
 // How far above the floor something may be and still carry the robot [m].
 const CARRYING = 0.005;
-// Configurations of which no joint differs by more [rad, m] are steps of one movement.
+// Two configurations are steps of one movement if no joint differs by more than this [rad, m].
 const STEP = 0.5;
-// So many directions find the points of a rounded link that can touch the floor to a small part of a millimetre.
+// Enough directions to find the points of a rounded link that can touch the floor, to a small part of a millimetre.
 const TOWARDS = directions(800);
 const VERTICAL = new THREE.Vector3(0, 0, 1);
 const TRUNK_UPRIGHT = [0, 0, 1];
 
 /**
- * Sets a robot with a fixed base down on the floor.
+ * Places a robot with a fixed base on the floor.
  *
- * It stands on both soles, or on one, where they are under everything else and its centre of mass is above what touches
- * the floor. Else the nearest posture says what is meant. If that one lies or sits, the robot is put down with its
- * direction up, and settles. If it stands, so does the robot, though it would fall: on the sole that is under everything
- * else, or with the trunk upright.
+ * The robot stands on both soles or on one if they are below everything else and its centre of mass is above the area that
+ * touches the floor. Otherwise the nearest posture decides. If that posture lies or sits, the robot is put down with the
+ * posture's vertical and rolls until it is at rest. If it stands, the robot stands too, although it would fall: on the sole
+ * that is below everything else, or with the trunk upright.
  *
- * While it moves in small steps a robot that lies or sits goes on from where it is, until another posture is clearly nearer.
+ * During a movement in small steps, a robot that lies or sits continues from its present vertical, until another posture is
+ * clearly nearer.
  */
 export class Standing {
-  /** How it was set down last. */
+  /** The last placement. */
   last: Pose | null = null;
   constructor(readonly robot: Robot) {}
 
-  /** Set it down next as if it had not been shown before. */
+  /** Let the next placement ignore the ones before. */
   forget() {
     this.last = null;
   }
 
   /**
-   * Put the robot onto the floor in the configuration that its nodes are in.
+   * Place the robot on the floor in the configuration of its nodes.
    *
-   * @param up direction in the root's frame; null for the one found by itself
+   * @param up the vertical in the root's frame; null to find it from the configuration
    */
   place(q: number[], up: ArrayLike<number> | null) {
     const { root } = this.robot;
@@ -75,8 +76,8 @@ export class Standing {
   }
 
   /**
-   * The direction up with which the robot stands on both soles, or on the one that turns it least; null if no sole is
-   * under it.
+   * The vertical with which the robot stands on both soles, or on the one sole that tilts the trunk least; null if no sole
+   * is below everything else.
    */
   onSoles(points: Float64Array) {
     const soles = this.robot.about.soles.map((link) => {
@@ -97,7 +98,7 @@ export class Standing {
     return ways.sort((a, b) => b.z - a.z)[0] ?? null;
   }
 
-  /** What can touch the floor, in the root's frame. */
+  /** The points that can touch the floor, in the root's frame. */
   points() {
     const outlines = outlinesOf(this.robot);
     const points = new Float64Array(outlines.reduce((sum, { points: { length } }) => sum + length, 0));
@@ -117,7 +118,7 @@ export class Standing {
   }
 }
 
-/** Whether the centre of mass is above what the robot stands on. */
+/** Whether the centre of mass is above the area that the robot stands on. */
 function isBalanced(points: Float64Array, centre: number[], up: number[]) {
   const down = up.map((value) => -value);
   const hull = convexHull(touching(points, depth(points, down) - CARRYING, down, centre));
@@ -125,10 +126,10 @@ function isBalanced(points: Float64Array, centre: number[], up: number[]) {
 }
 
 type Outline = { link: number; points: Float64Array };
-/** Of a description, which equal robots share. */
+/** The outlines by description, which equal robots share. */
 const OUTLINES: WeakMap<About, Outline[]> = new WeakMap();
 
-/** Of each link the points that can touch the floor, in its frame. */
+/** The points of each link that can touch the floor, in the frame of the link. */
 function outlinesOf(robot: Robot): Outline[] {
   const known = OUTLINES.get(robot.about);
   if (known) return known;

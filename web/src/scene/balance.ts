@@ -5,15 +5,15 @@ import { nearestOnRim } from "../robot/settling.ts";
 import { THREE } from "../three.ts";
 import type { Studio } from "./studio.ts";
 
-// How far above the floor something may be and still touch it [m].
+// A point up to this height above the floor counts as touching it [m].
 const TOUCHING = 0.005;
 const INK = 0x20242c;
 const [STANDS, FALLS] = [0x2f9e64, 0xd6453d];
 const OVER = { depthTest: false, transparent: true };
 
 /**
- * The centre of mass over its projection, and the hull of what touches the floor, with its corners: green while the one
- * is in the other. A line to the nearest edge is the margin.
+ * Draws the centre of mass with its projection on the floor, and the hull of all points that touch the floor: green while
+ * the projection is inside the hull, else red. A line to the nearest edge shows the margin.
  */
 export class Balance {
   shown = { com: false, support: false };
@@ -40,7 +40,7 @@ export class Balance {
     scene: THREE.Scene,
     studio: Studio,
   ) {
-    // Made once: new materials in each step of a movement would be new programs for the graphics card.
+    // Made only once: the graphics card would have to compile new materials in each step of a movement.
     const size = studio.markScale;
     this.ball = new THREE.Mesh(new THREE.SphereGeometry(0.018 * size, 32, 24), quarteredMaterial());
     this.ball.renderOrder = 20;
@@ -114,7 +114,7 @@ export class Balance {
   }
 }
 
-// The engineer's sign of a centre of mass: a ball in four black and white quarters.
+// The usual symbol of a centre of mass: a ball with black and white quarters.
 function quarteredMaterial() {
   const ink = makeInk(128, 64);
   ink.fillStyle = "#ffffff";

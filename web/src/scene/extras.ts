@@ -11,7 +11,7 @@ type Page = PageWith<"robot" | "studio" | "viewer">;
 /**
  * A material that light does not change.
  *
- * @param order of drawing; from 1 on it is seen through what stands before it
+ * @param order of drawing; from 1 on, the object is visible through objects in front of it
  */
 export const flatMaterial = (colour: string, order: number) =>
   new THREE.MeshBasicMaterial({
@@ -86,16 +86,16 @@ export function makeScrew(slides: boolean, colour: string, size: number) {
   return screw;
 }
 
-/** What belongs to the shapes, to each a part of it. */
+/** The fields of a message with a shape; each kind of shape uses some of them. */
 type Shape = Required<Received["extra"]>;
 
-/** @param colour as on screens, from 0 to 1 */
+/** @param colour in sRGB, from 0 to 1 */
 const screenColour = (colour: Vector) => new THREE.Color(...colour).convertSRGBToLinear();
 
 /**
  * Points as discs that keep their size in the scene.
  *
- * @param message colours as on screens
+ * @param message with colours in sRGB
  */
 function makePoints({ positions, colour, colours, size }: Shape) {
   const geometry = new THREE.BufferGeometry();
@@ -108,7 +108,7 @@ function makePoints({ positions, colour, colours, size }: Shape) {
     alphaTest: 0.5,
   });
   const points = new THREE.Points(geometry, material);
-  // three.js takes the size for that of a camera with a right angle of view.
+  // three.js assumes a camera with a field of view of 90°, so the size is scaled by the camera's own.
   points.onBeforeRender = (_renderer, _scene, camera) => {
     material.size = size * camera.projectionMatrix.elements[5];
   };
@@ -127,7 +127,7 @@ function makeMesh({ parts }: Shape) {
   return group;
 }
 
-/** A round line: a cylinder for each of its pieces, a ball at each of its points. */
+/** A round line: a cylinder for each segment and a ball at each point. */
 function makeLine({ positions, colour, width }: Shape) {
   const { Vector3 } = THREE;
   const count = positions.length / 3;
@@ -152,7 +152,7 @@ function makeLine({ positions, colour, width }: Shape) {
   });
   const group = new THREE.Group();
   for (const mesh of [rods, balls]) {
-    mesh.frustumCulled = false; // what is reckoned for one piece does not hold for all
+    mesh.frustumCulled = false; // three.js would test the bounds of a single piece
     mesh.castShadow = true;
     group.add(mesh);
   }
@@ -164,7 +164,7 @@ function shiny(colour: Vector, opacity: number) {
   return new THREE.MeshPhongMaterial(look);
 }
 
-/** Colours as light is reckoned, of those on screens; with 16 bits, for the dark ones lie close. */
+/** Convert sRGB colours to linear ones, with 16 bits, because dark colours lie close together. */
 function linear(colours: Uint8Array) {
   const table = Uint16Array.from({ length: 256 }, (_, i) =>
     Math.round(65535 * new THREE.Color(i / 255, 0, 0).convertSRGBToLinear().r),
@@ -172,7 +172,7 @@ function linear(colours: Uint8Array) {
   return Uint16Array.from(colours, (value) => table[value]);
 }
 
-// What a point looks like: it shows where this is white.
+// The mask of a point, which is visible where the mask is white.
 function disc() {
   const ink = makeInk(64, 64);
   ink.fillStyle = "#000000";
@@ -190,13 +190,13 @@ const MAKERS: Record<string, (message: Shape) => THREE.Object3D> = {
   line: makeLine,
 };
 
-/** Shapes that are no part of a robot, by name: in the world, or carried by a frame of the page's own robot. */
+/** Shapes that are not part of a robot, by name: in the world, or carried by a frame of the page's own robot. */
 export class Extras {
   shapes: Map<string, THREE.Object3D> = new Map();
 
   constructor(readonly page: Page) {}
 
-  /** Draw a shape, instead of the one of the same name. */
+  /** Draw a shape, which replaces the one of the same name. */
   add(message: Received["extra"]) {
     const { name, shape, frame } = message;
     if (!Object.hasOwn(MAKERS, shape)) return;
@@ -207,7 +207,7 @@ export class Extras {
     this.page.studio.moved();
   }
 
-  /** Forget all shapes but these. */
+  /** Remove all shapes but these. */
   keep(names: string[]) {
     const kept = new Set(names);
     for (const name of [...this.shapes.keys()]) if (!kept.has(name)) this.remove(name);

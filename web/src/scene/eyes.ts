@@ -10,15 +10,15 @@ import type { Studio } from "./studio.ts";
 
 type Page = PageWith<"eyes" | "pane" | "robot" | "viewer">;
 
-// A field of view that nobody has told [rad], and how far the drawn frustum reaches, as a share of the robot's size.
+// The field of view if it is unknown [rad], and the length of the drawn frustum as a share of the robot's size.
 const USUAL = { horizontal: 1.0, vertical: 0.8 };
 const REACH = 0.3;
 const [NEAR, FAR] = [0.025, 60];
-// Where the football lies, as shares of the height of the camera: NAO's upper camera sees all of it, the lower one its lower
-// half, and it has the size of a ball of the RoboCup Standard Platform League.
+// The distance and the radius of the football, as shares of the height of the camera. NAO's upper camera then sees all of
+// it and the lower camera its lower half, and it has the size of a ball of the RoboCup Standard Platform League.
 const [AHEAD, RADIUS] = [2.1, 0.1];
 
-/** Let a camera of three.js, which looks along −z with y up, look along x with z up as a camera of the robot does. */
+/** Turn a camera of three.js, which looks along −z with y up, so that it looks along x with z up, as the robot's do. */
 function lookAhead(camera: THREE.PerspectiveCamera) {
   const { Vector3 } = THREE;
   const turn = new THREE.Matrix4().makeBasis(new Vector3(0, -1, 0), new Vector3(0, 0, 1), new Vector3(-1, 0, 0));
@@ -31,7 +31,7 @@ function setField(camera: THREE.PerspectiveCamera, { horizontal, vertical }: Eye
   camera.updateProjectionMatrix();
 }
 
-/** The frame in the page around what a camera sees. */
+/** Make the frame in the page around the camera's picture. */
 export function makeSight(page: Page) {
   const onchange = () => {
     page.eyes.show(select.value);
@@ -47,7 +47,7 @@ export function makeSight(page: Page) {
   return { box, picture, select, field, pane: page.pane };
 }
 
-/** A football of radius 1: black where a regular icosahedron has its corners. */
+/** A football of radius 1, black around the corners of a regular icosahedron. */
 function makeFootball() {
   const geometry = new THREE.SphereGeometry(1, 64, 48);
   const golden = (1 + Math.sqrt(5)) / 2;
@@ -74,7 +74,7 @@ function makeFootball() {
   return ball;
 }
 
-/** What the program shows as the image of a camera. */
+/** An image of a camera from the program. */
 interface Shown {
   texture: THREE.Texture | null;
   /** The newest image, while an older one is decoded. */
@@ -82,7 +82,7 @@ interface Shown {
   decoding: boolean;
 }
 
-/** The picture in a file; null where it is none. */
+/** Decode an image file; null if it is not an image. */
 async function decoded(file: Blob) {
   const picture = new Image();
   picture.src = URL.createObjectURL(file);
@@ -97,8 +97,8 @@ async function decoded(file: Blob) {
 }
 
 /**
- * What the robot's own cameras see, or what the program shows for them, in a corner of the picture; their frustums, and the
- * ground in view.
+ * Shows in a corner of the picture what one of the robot's cameras sees, or an image from the program; also draws the
+ * frustums of the cameras and the ground in view.
  */
 export class Eyes {
   camera = new THREE.PerspectiveCamera();
@@ -106,10 +106,10 @@ export class Eyes {
   cleared = new THREE.Color();
   eye: Eye | null = null;
   ball = makeFootball();
-  /** Frustums that are drawn, on the links of their cameras. */
+  /** The drawn frustums, each on the link of its camera. */
   frustums: THREE.Object3D[] = [];
   images: Map<string, Shown> = new Map();
-  /** An image, and the camera that looks at it. */
+  /** The rectangle on which an image is drawn. */
   sheet = new THREE.Mesh(new THREE.PlaneGeometry(2, 2), new THREE.MeshBasicMaterial({ toneMapped: false }));
   flat = new THREE.OrthographicCamera(-1, 1, 1, -1, -1, 1);
   footprint: Footprint;
@@ -129,7 +129,7 @@ export class Eyes {
     return this.robot.about.eyes;
   }
 
-  /** Look through a camera of the robot. */
+  /** Look through a camera of the robot; null for none. */
   show(name: string | null) {
     this.eye = this.eyes.find((eye) => eye.name === name) ?? null;
     this.sight.box.hidden = !this.eye;
@@ -148,7 +148,7 @@ export class Eyes {
     if (!hadBall) this.kickOff();
   }
 
-  /** Put the football before the robot. */
+  /** Put the football in front of the robot. */
   kickOff() {
     const height = Math.max(this.camera.getWorldPosition(new THREE.Vector3()).y, 0.2 * this.studio.size);
     const [x, y] = this.studio.place;
@@ -157,7 +157,7 @@ export class Eyes {
     this.ball.updateMatrixWorld();
   }
 
-  /** Draw the frustum of the camera that is looked through, and of those that have an image, with that at its far end. */
+  /** Draw the frustums of the camera in use and of all cameras with an image, which is drawn at the frustum's far end. */
   drawFrustums() {
     for (const frustum of this.frustums) {
       for (const part of frustum.children) if (part instanceof THREE.Mesh) part.material.map = null;
@@ -170,7 +170,7 @@ export class Eyes {
       lookAhead(shape);
       setField(shape, eye, 0.03 * size, REACH * size);
       const helper = asMark(new THREE.CameraHelper(shape));
-      // Under its camera its own matrix has nothing to add.
+      // The helper is a child of its camera, so its own matrix is the identity.
       helper.matrix = new THREE.Matrix4();
       shape.add(helper);
       const map = this.images.get(eye.name)?.texture;
@@ -194,7 +194,7 @@ export class Eyes {
     this.studio.viewer.set_dirty();
   }
 
-  /** Draw the ground that the camera sees that is looked through. */
+  /** Draw the ground that the camera in use sees. */
   drawGround() {
     if (!this.eye) {
       if (this.footprint.corners.length > 0) this.footprint.draw([]);
@@ -206,7 +206,10 @@ export class Eyes {
     );
   }
 
-  /** Show an image for a camera, once it is decoded; its first one is looked at, unless that of another one is. */
+  /**
+   * Decode an image of a camera and show it. The first image of a camera selects that camera, unless the selected one has an
+   * image.
+   */
   async setImage({ camera, format, data }: Received["image"]) {
     const known = this.images.get(camera);
     const shown: Shown = known ?? { texture: null, waiting: null, decoding: false };
@@ -242,7 +245,7 @@ export class Eyes {
     }
   }
 
-  /** Forget the images of all cameras but these. */
+  /** Remove the images of all cameras but these. */
   keepImages(cameras: string[]) {
     for (const [name, { texture }] of this.images) {
       if (cameras.includes(name)) continue;
@@ -252,21 +255,21 @@ export class Eyes {
     this.drawFrustums();
   }
 
-  /** The field of view as people write it, or "" where it is not known. */
+  /** The field of view as text, or "" if it is unknown. */
   get field() {
     if (!this.eye?.horizontal || !this.eye.vertical) return "";
     const degrees = (angle: number) => `${THREE.MathUtils.radToDeg(angle).toFixed(1)}°`;
     return `${degrees(this.eye.horizontal)} × ${degrees(this.eye.vertical)}`;
   }
 
-  /** Draw what it sees over the picture. */
+  /** Draw the camera's picture over the picture of the scene. */
   draw(draw: (camera: THREE.Camera) => void) {
     if (!this.eye) return;
     const { renderer } = this.studio.viewer;
     const pane = renderer.domElement.getBoundingClientRect();
     const frame = this.sight.picture.getBoundingClientRect();
     if (frame.width === 0 || pane.width === 0) return;
-    // A picture for a file may be larger than the page.
+    // The renderer's size, not the pane's: a picture for a file may be larger than the page.
     const size = renderer.getSize(new THREE.Vector2());
     const scale = size.x / this.sight.pane.clientWidth;
     const [x, y] = [scale * (frame.left - pane.left), size.y - scale * (frame.bottom - pane.top)];
@@ -292,7 +295,7 @@ export class Eyes {
     renderer.setClearColor(this.cleared, alpha);
   }
 
-  /** Draw all of an image, with space beside it where its shape is another one. */
+  /** Draw the whole image, with a margin if its aspect ratio differs. */
   drawImage(texture: THREE.Texture, aspect: number) {
     const share = texture.image.width / texture.image.height / aspect;
     this.sheet.scale.set(Math.min(1, share), Math.min(1, 1 / share), 1);
@@ -303,7 +306,7 @@ export class Eyes {
     renderer.render(this.sheet as any, this.flat);
   }
 
-  /** A camera does not see what is drawn over the robot. */
+  /** Hide the marks over the robot, which its camera does not see. */
   hideMarks() {
     const marks: THREE.Object3D[] = [];
     this.studio.viewer.scene.traverseVisible((node) => {

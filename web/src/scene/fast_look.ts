@@ -2,10 +2,10 @@ import { THREE } from "../three.ts";
 import type { RobotMesh, Shape } from "../types.ts";
 import { FINISHES, SHOULDER } from "./materials.ts";
 
-// Pixels of one ball, and the share of its radius that is looked up.
+// The size of one ball in pixels, and the share of its radius that is used.
 const [CELL, WITHIN] = [64, 0.94];
 const NAMES = Object.keys(FINISHES) as (keyof typeof FINISHES)[];
-// Columns of the balls: black and white, in the light and in its shadow.
+// The balls of a finish: black and white, each in the light and in its shadow.
 const COLUMNS = 4;
 
 const VERTEX = /* glsl */ `
@@ -52,7 +52,7 @@ const FRAGMENT = /* glsl */ `
     #ifdef DOUBLE_SIDED
       normal *= gl_FrontFacing ? 1.0 : -1.0;
     #endif
-    // The normal as one sees it who looks along the ray to this pixel.
+    // The normal in a frame that looks along the ray to this pixel.
     vec3 eye = normalize(vToEye);
     vec3 x = normalize(vec3(eye.z, 0.0, -eye.x));
     vec2 at = ${(0.5 * WITHIN).toFixed(3)} * vec2(dot(x, normal), dot(cross(eye, x), normal)) + 0.5;
@@ -68,12 +68,12 @@ const FRAGMENT = /* glsl */ `
 `;
 
 /**
- * The robot as it looks at rest, for a tenth of the work, while something moves.
+ * Draws the robot during a movement almost as it looks at rest, for a tenth of the work.
  *
- * How light falls on a surface of one finish depends, as far as the lights are and no shape stands before another, on
- * nothing but its normal as the camera sees it. So balls are drawn with the true materials, black and white ones, in the
- * key light and in its shadow, and each pixel of the robot looks up there. Light grows linearly with the colour: between
- * black and white is every other one.
+ * With distant lights, and apart from shadows, the shade of a surface depends only on its finish, its colour and its normal
+ * relative to the camera. So for each finish, black and white balls are drawn with the true materials, in the key light and
+ * in its shadow, and each pixel of the robot looks up the shade of its normal on the balls. The shade is linear in the
+ * colour, so every colour lies between black and white.
  */
 export class FastLook {
   target;
@@ -120,7 +120,7 @@ export class FastLook {
     this.scene.add(this.balls);
   }
 
-  /** Draw the world with these shapes looked up instead of lit. */
+  /** Draw the scene, with the shades of these shapes looked up on the balls. */
   draw(shapes: Shape[], camera: THREE.Camera) {
     this.look(camera);
     const own = shapes.map(({ mesh }) => mesh.material);
@@ -131,12 +131,12 @@ export class FastLook {
     shapes.forEach(({ mesh }, i) => (mesh.material = own[i]));
   }
 
-  /** Draw the balls as a camera sees them, unless it looks as it did. */
+  /** Draw the balls for a camera, unless its orientation is unchanged. */
   look(camera: THREE.Camera) {
     camera.getWorldQuaternion(this.camera.quaternion);
     if (this.camera.quaternion.angleTo(this.seen) < 1e-4) return;
     this.seen.copy(this.camera.quaternion);
-    // The balls stand in the camera's plane; the lights stay in the world.
+    // The balls face the camera; the lights stay fixed in the world.
     this.balls.quaternion.copy(this.scene.quaternion).invert().multiply(this.camera.quaternion);
     this.scene.environment = this.world.environment;
     const { renderer } = this;

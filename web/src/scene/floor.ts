@@ -1,7 +1,7 @@
 import { THREE, makeScreen } from "../three.ts";
 import type { Studio } from "./studio.ts";
 
-/** Give the floor of the scene the colours that the styles have for it: in light or dark, with more contrast or less. */
+/** Give the floor the colours of the styles, for the light or dark theme and for high contrast. */
 export function paintFloor({ floor, viewer }: Studio) {
   const styles = getComputedStyle(document.documentElement);
   const { ink, shade, strength } = floor.uniforms;
@@ -13,15 +13,15 @@ export function paintFloor({ floor, viewer }: Studio) {
   viewer.set_dirty();
 }
 
-/** A registered property of the styles, which browsers give as rgb(…) or rgba(…). */
+/** Read a registered property of the styles, which browsers give as rgb(…) or rgba(…). */
 function colourOf(styles: CSSStyleDeclaration, property: string) {
   const [red, green, blue, alpha = 1] = (styles.getPropertyValue(property).match(/[\d.]+/g) ?? []).map(Number);
   return { colour: new THREE.Color(red / 255, green / 255, blue / 255).convertSRGBToLinear(), alpha };
 }
 
-/** What is drawn for the contact shadow alone is on this layer. */
+/** The layer of the shapes that are drawn for the contact shadow. */
 export const ROBOT_LAYER = 1;
-// Pixels of the picture from below, and metres over the floor within which a shape darkens it.
+// The size in pixels of the picture from below, and the height above the floor up to which a shape darkens it [m].
 const [SIZE, HEIGHT] = [128, 0.04];
 const BLUR = [2.2, 1.1];
 
@@ -49,10 +49,10 @@ const BLURRED = /* glsl */ `
   }
 `;
 
-/** The soft dark patch where the robot touches the floor: a picture of it from below, blurred. */
+/** The soft shadow where the robot touches the floor: a blurred picture of the robot from below. */
 export class Contact {
   targets;
-  /** From the world to the picture. */
+  /** The transform from the world to the picture. */
   matrix = new THREE.Matrix4();
   camera = new THREE.OrthographicCamera(-1, 1, 1, -1, -0.005, HEIGHT);
   depth = new THREE.ShaderMaterial({
@@ -82,7 +82,7 @@ export class Contact {
     return this.targets[0].texture;
   }
 
-  /** Draw it anew. */
+  /** Draw the shadow again. */
   draw(scene: THREE.Scene, centre: THREE.Vector3, radius: number) {
     const { camera, renderer } = this;
     Object.assign(camera, { left: -radius, right: radius, top: radius, bottom: -radius });
@@ -120,11 +120,11 @@ export class Contact {
   }
 }
 
-// Metres between the lines, and between the strong ones, for a small robot.
+// The distance between the lines, and between the strong lines, for a small robot [m].
 const [STEP, STRONG] = [0.1, 0.5];
-// How far there is floor, for a small robot: lines end after a metre, shadows here.
+// The size of the floor for a small robot [m]: lines end after a metre, shadows here.
 const FAR = 1.5;
-// How far it goes for a camera of the robot.
+// The size of the ground for a camera of the robot [m].
 const HORIZON = 40;
 
 const VERTEX = /* glsl */ `
@@ -154,13 +154,13 @@ const LINES = /* glsl */ `
     vec2 pixel = max(fwidth(at), vec2(1e-5));
     vec2 away = abs(fract(at - 0.5) - 0.5);
     vec2 line = smoothstep(0.5 * width * pixel + pixel * 0.5, max(0.5 * width * pixel - pixel * 0.5, 0.0), away);
-    // Lines closer than pixels become the grey that they are on average.
+    // Lines closer together than pixels become their average grey.
     line = mix(line, vec2(0.02), smoothstep(0.25, 0.6, pixel));
     return max(line.x, line.y);
   }
 `;
 
-// Lines, the shadow of the key light, and what is dark where something stands or lies: each a share of what is behind.
+// The lines, the shadow of the key light, and the contact shadow; each covers a share of what is behind.
 const FRAGMENT = /* glsl */ `
   #include <common>
   #include <packing>
@@ -180,7 +180,7 @@ const FRAGMENT = /* glsl */ `
       vec2 texel = 1.0 / directionalLightShadows[0].shadowMapSize;
       float sum = 0.0;
       #if TAPS > 4
-        // A disc of places, turned by another angle in each pixel.
+        // Samples on a disc, turned by a different angle in each pixel.
         float turn = 6.2832 * fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));
         for (int i = 0; i < TAPS; i++) {
           float r = 5.0 * sqrt((float(i) + 0.5) / float(TAPS));
@@ -213,7 +213,7 @@ const FRAGMENT = /* glsl */ `
   }
 `;
 
-// The floor as a camera of the robot sees it: solid, to the horizon.
+// The floor for a camera of the robot: opaque, up to the horizon.
 const GROUND = /* glsl */ `
   ${LINES}
   uniform vec3 ground;
@@ -226,7 +226,7 @@ const GROUND = /* glsl */ `
   }
 `;
 
-/** The floor: a grid that fades into the distance, and the shadows on it. */
+/** The floor: a grid that fades with the distance, and the shadows on it. */
 export class Floor {
   node = new THREE.Group();
   uniforms;
@@ -234,7 +234,7 @@ export class Floor {
   fast;
   scale = 1;
   plane;
-  /** Drawn for the cameras of the robot only. */
+  /** The ground, which is drawn only for the cameras of the robot. */
   ground;
 
   constructor(contact: { matrix: THREE.Matrix4; texture: THREE.Texture }) {
@@ -285,7 +285,7 @@ export class Floor {
   }
 
   /**
-   * A grid of decimetres for a small robot, of metres for a large one.
+   * Fit the grid to the robot: lines every decimetre for a small robot, every metre for a large one.
    *
    * @param size of the robot [m]
    */
@@ -296,7 +296,7 @@ export class Floor {
     this.plane.geometry = new THREE.CircleGeometry(FAR * this.scale, 48);
   }
 
-  /** The grid goes from one of its strong lines to the next, and seems to have no end. */
+  /** Move the grid along with the robot in whole steps of its strong lines, so that it seems endless. */
   goAlong(place: number[]) {
     const step = STRONG * this.scale;
     const [near, aside] = place.map((coordinate) => Math.round(coordinate / step) * step);

@@ -1,12 +1,12 @@
 import { THREE } from "../three.ts";
 import { asMark } from "./marks.ts";
 
-/** Where ground that reaches to the horizon is cut off, measured forwards [m]. */
+/** The distance forwards at which ground that reaches the horizon is cut off [m]. */
 const REACH = 10;
 const COLOUR = 0x2f6fd0;
 
 /**
- * The level ground at height 0 that a camera sees: its corners on the floor, clockwise in the image from its upper left.
+ * The part of the floor that a camera sees: its corners, clockwise in the image from the upper left.
  *
  * @param pose of the camera over the floor: x forwards, y to the left, z upwards
  * @param horizontal angle of view [rad]
@@ -15,7 +15,7 @@ const COLOUR = 0x2f6fd0;
 export function groundInView(pose: THREE.Matrix4, horizontal: number, vertical: number): THREE.Vector2[] {
   const eye = new THREE.Vector3().setFromMatrixPosition(pose);
   const [forwards, up] = [0, 2].map((axis) => new THREE.Vector3().setFromMatrixColumn(pose, axis));
-  // For a camera that looks straight down the top of the image is forwards.
+  // If a camera looks straight down, the top of its image counts as forwards.
   const level = Math.hypot(forwards.x, forwards.y) > 1e-9 ? forwards : up;
   level.setZ(0).normalize();
   const [y, z] = [Math.tan(horizontal / 2), Math.tan(vertical / 2)];
@@ -25,7 +25,7 @@ export function groundInView(pose: THREE.Matrix4, horizontal: number, vertical: 
     [-y, -z],
     [y, -z],
   ].map(([left, above]) => new THREE.Vector3(1, left, above).transformDirection(pose));
-  // Positive for rays that meet the floor before the reach; linear, so that an edge is cut where it is 0.
+  // Positive for rays that meet the floor within reach, and linear along an edge, which is cut where it is 0.
   const inside = rays.map((ray) => -REACH * ray.z - eye.z * ray.dot(level));
   const corners = rays.flatMap((ray, i) => {
     const k = (i + 1) % 4;

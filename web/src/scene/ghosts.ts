@@ -8,12 +8,12 @@ import type { Received } from "../received.ts";
 
 type Page = PageWith<"ghosts" | "show" | "stance" | "toggles">;
 
-// Of one that is to compare with.
+// The colour of a ghost for comparison.
 const COMPARED = "#3f7fd9";
-// Neither the blue nor the grey of the branches while a limb is dragged.
+// Colours that differ from the blue and the grey of the branches during a drag.
 export const GHOST_COLOURS = ["#e8590c", "#2f9e44", "#c2255c", "#7c4ddb", "#0c8599", "#b08900", "#7a4a2b", "#e64fa0"];
 
-// Poses whose entries [1, m] differ by no more are one.
+// Poses whose entries [1, m] differ by no more than this count as equal.
 const SAME = 1e-6;
 
 interface GhostLook {
@@ -24,15 +24,15 @@ interface GhostLook {
 
 type Copy = THREE.Mesh<THREE.BufferGeometry, THREE.Material>;
 
-/** Pale copies of the links that other configurations put elsewhere; they stay with the robot's root. */
+/** Ghosts: pale copies of the links that other configurations put elsewhere, in the robot's root. */
 export class Ghosts {
-  /** Of the legend: none for what is only to compare with. */
+  /** The entries of the legend; none for ghosts for comparison. */
   entries: HTMLElement[] = [];
   group = asMark(new THREE.Group());
   skeleton: OffScreen;
   /**
-   * One for each ghost, kept when it goes: of another one the graphics card would build its program anew, in each step
-   * of a drag.
+   * One material for each ghost, kept when the ghost is removed: otherwise the graphics card would compile a new one in each
+   * step of a drag.
    */
   materials: THREE.MeshPhongMaterial[] = [];
   shapes;
@@ -44,9 +44,9 @@ export class Ghosts {
   }
 
   /**
-   * Draw these instead of those before.
+   * Draw these ghosts instead of the ones before.
    *
-   * @param carrier only links that this one carries
+   * @param carrier only the links that this link carries are drawn
    */
   show(ghosts: GhostLook[], carrier: number = 0) {
     this.clear();
@@ -72,7 +72,7 @@ export class Ghosts {
     return this.group.children as Copy[];
   }
 
-  /** Show the links that are not where the robot has them. */
+  /** Show only the links whose pose differs from the robot's. */
   refresh() {
     if (this.group.children.length === 0) return;
     const toRoot = this.robot.toRoot();
@@ -85,12 +85,12 @@ export class Ghosts {
     }
   }
 
-  /** Take them away if they are other answers to what is asked no more. */
+  /** Remove the ghosts if they are branches of an earlier target. */
   clearAnswers() {
     if (this.entries.length > 0) this.clear();
   }
 
-  /** Take them away; the shapes' geometries are the robot's. */
+  /** Remove the ghosts. The geometries belong to the robot and are not disposed. */
   clear() {
     this.group.remove(...this.copies);
   }
@@ -100,7 +100,7 @@ function makeMaterial(place: number) {
   return new THREE.MeshPhongMaterial({
     transparent: true,
     shininess: 12,
-    // Of surfaces in one place the robot's is seen, and then the first ghost's.
+    // Where surfaces coincide, the robot's is visible, and after it the first ghost's.
     polygonOffset: true,
     polygonOffsetFactor: place + 1,
     polygonOffsetUnits: place + 1,
@@ -108,10 +108,10 @@ function makeMaterial(place: number) {
 }
 
 /**
- * Show configurations as ghosts, each in a colour of its own; the legend numbers them. Without numbers they are to compare
- * with.
+ * Show configurations as ghosts, each in its own colour and numbered in the legend. Without a first number they are ghosts
+ * for comparison.
  *
- * @param message one after another; number of the first
+ * @param message with the configurations one after another, and the number of the first
  */
 export function showGhosts(page: Page, { qs, count, opacity, first }: Received["ghosts"]) {
   const width = qs.length / count;
@@ -130,7 +130,7 @@ export function clearGhosts(page: Page) {
   showGhosts(page, { qs: new Float64Array(0), count: 0, opacity: 1, first: null });
 }
 
-/** The configuration of now stays as a pale copy. */
+/** Keep the current configuration as a ghost. */
 export function keepGhost(page: Page) {
   showGhosts(page, { qs: Float64Array.from(page.stance.q), count: 1, opacity: 0.3, first: null });
 }

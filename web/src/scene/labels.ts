@@ -6,24 +6,24 @@ interface Label {
   node: THREE.Object3D;
   colour: string | null;
   anchor: Anchor;
-  /** from the camera, in [−1, 1] */
+  /** The depth seen from the camera, in [−1, 1]. */
   depth: number;
 }
 
 const FONT = "600 12px system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif";
 const [HEIGHT, PADDING, LONGEST] = [17, 5, 60];
 
-/** Names over the picture, each with a line to what it names; none covers another. */
+/** Labels over the picture, each with a line to its point; no label covers another. */
 export class Labels {
   canvas = document.createElement("canvas");
   ink: CanvasRenderingContext2D;
-  /** Labels of each who draws them. */
+  /** The labels by their owner, the part of the page that sets them. */
   owners: Map<object, Label[]> = new Map();
   point = new THREE.Vector3();
-  /** What was placed last: the texts, and where. */
+  /** The texts and places of the labels drawn last. */
   shown: { text: string; at: Rectangle }[] = [];
 
-  /** @param bar over the picture, which labels keep clear of */
+  /** @param bar the bar over the picture, which labels must not cover */
   constructor(
     readonly viewer: MeshcatViewer,
     readonly pane: HTMLElement,
@@ -37,12 +37,12 @@ export class Labels {
   }
 
   /**
-   * Write the labels of one who draws them anew.
+   * Replace the labels of an owner.
    *
-   * @param labels at the origins of nodes
+   * @param labels each is at the origin of its node
    */
   set(owner: object, labels: { text: string; node: THREE.Object3D; colour?: string }[]) {
-    // Only then: a canvas takes long to find its first font.
+    // Only if there are labels, because a canvas is slow to load its first font.
     if (labels.length > 0) this.ink.font = FONT;
     const made = labels.map(({ text, node, colour = null }) => {
       const letters = [...text];
@@ -54,7 +54,7 @@ export class Labels {
     this.canvas.hidden = [...this.owners.values()].every(({ length }) => length === 0);
   }
 
-  /** Draw them where the last picture has what they name. */
+  /** Draw the labels for the last picture. */
   draw() {
     this.shown = [];
     if (this.canvas.hidden) return;
@@ -75,11 +75,11 @@ export class Labels {
   }
 
   /**
-   * Draw them on a picture of the scene.
+   * Draw the labels on a picture of the scene.
    *
    * @param width of the picture, in the pixels that letters are measured in
-   * @param top height of what covers the picture's upper edge
-   * @param covered other parts that are
+   * @param top height of the bar over the picture's upper edge
+   * @param covered other parts of the picture that are covered
    */
   paint(ink: CanvasRenderingContext2D, width: number, height: number, top: number = 0, covered: Rectangle[] = []) {
     const { camera } = this.viewer;
@@ -91,7 +91,7 @@ export class Labels {
       anchor.y = (0.5 - 0.5 * y) * height;
       label.depth = z;
     }
-    // The nearest come first to a place.
+    // The nearest labels choose their place first.
     labels.sort((a, b) => a.depth - b.depth);
     const picture = { x: 4, y: top + 4, width: width - 8, height: height - top - 8 };
     const places = placeLabels(
@@ -103,7 +103,7 @@ export class Labels {
     const [text, paper] = [style.getPropertyValue("--ink"), style.getPropertyValue("--panel")];
     Object.assign(ink, { font: FONT, textBaseline: "middle", lineWidth: 1 });
     this.shown = labels.flatMap((label, i) => (places[i] ? [{ text: label.text, at: places[i] }] : []));
-    // First all lines: a name may cover another's line, but no line a name.
+    // All lines first: a label may cover another label's line, but no line may cover a label.
     ink.strokeStyle = ink.fillStyle = text;
     labels.forEach(({ anchor }, i) => {
       const at = places[i];
@@ -152,7 +152,7 @@ function paintLabel(
   ink.fillText(label.text, left, y + height / 2 + 0.5);
 }
 
-/** top left corner and size */
+/** The top left corner and the size. */
 interface Rectangle {
   x: number;
   y: number;
@@ -161,14 +161,14 @@ interface Rectangle {
 }
 
 /**
- * What wants a label: the point that it belongs to and its size, in pixels. `place` is the number of the place it was given
- * before, and is written.
+ * A label to place: its point and its size, in pixels. `place` is the index of its place in the last picture, which
+ * `placeLabels` updates.
  */
 interface Anchor extends Rectangle {
   place: number;
 }
 
-// Places around a point, nearest first: a ring of directions at each distance [px].
+// The possible places around a point, nearest first: a ring of directions at each distance [px].
 const DISTANCES = [9, 22, 38, 58, 84, 116, 156, 204];
 const DIRECTIONS = 12;
 const PLACES = DISTANCES.flatMap((distance, ring) =>
@@ -177,18 +177,19 @@ const PLACES = DISTANCES.flatMap((distance, ring) =>
     return { x: Math.cos(angle), y: Math.sin(angle), distance };
   }),
 );
-// Of more labels than that, only those that find room close to their points stay: long lines crossing each other help nobody.
+// If there are more than MANY labels, only those that find room within CLOSE [px] of their point are drawn, because many
+// long lines would cross.
 const [MANY, CLOSE] = [40, 22];
-// Pixels kept free around each label.
+// Free space around each label [px].
 const GAP = 2;
 
 /**
- * Where labels stand so that none covers another or leaves the picture. Each takes the place that it had, if that is still
- * free, so that labels do not jump about while something moves, else the nearest one.
+ * Place labels so that none covers another or leaves the picture. Each label keeps its last place if that is still free, so
+ * that labels do not jump during a movement; otherwise it takes the nearest free place.
  *
  * @param anchors the most important first
- * @param covered parts of the picture that are
- * @returns null for a label that no room is left for, or whose point is outside the picture
+ * @param covered parts of the picture that are covered
+ * @returns null for a label without room, or whose point is outside the picture
  */
 export function placeLabels(anchors: Anchor[], picture: Rectangle, covered: Rectangle[] = []): (Rectangle | null)[] {
   const taken = [...covered];
@@ -210,11 +211,11 @@ export function placeLabels(anchors: Anchor[], picture: Rectangle, covered: Rect
   });
 }
 
-/** The label in a direction from its point: beside it, with the nearest point of its edge at that distance. */
+/** The rectangle of a label in a direction from its point, with the nearest point of its edge at the given distance. */
 function placed({ x, y, width, height }: Anchor, place: { x: number; y: number; distance: number }): Rectangle {
   const centreX = x + place.x * (place.distance + 0.5 * width * Math.abs(place.x));
   const centreY = y + place.y * (place.distance + 0.5 * height);
-  // A direction that is mostly up or down still clears the label's height.
+  // Half the height is added in every direction, so that a label above or below its point does not cover it.
   return {
     x: centreX - 0.5 * width + 0.35 * width * Math.sign(place.x) * (1 - Math.abs(place.x)),
     y: centreY - 0.5 * height,

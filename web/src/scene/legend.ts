@@ -3,7 +3,7 @@ import { element } from "../panel/element.ts";
 import type { Vector } from "../types.ts";
 
 /**
- * Red, green, blue at a share of the way through equally spaced colours.
+ * Interpolate between equally spaced colours; returns red, green and blue.
  *
  * @param share from 0 to 1
  */
@@ -14,7 +14,7 @@ export function onScale(stops: Vector[], share: number): Vector {
   return [r, g, b];
 }
 
-/** A bar in these colours, for the legend. */
+/** A bar of the legend that shows a colour scale. */
 export function scaleBar(stops: Vector[]) {
   const css = (rgb: Vector) => `rgb(${rgb.map((value) => Math.round(255 * value)).join(",")})`;
   const bar = element("span", { className: "bar" });
@@ -22,7 +22,7 @@ export function scaleBar(stops: Vector[]) {
   return bar;
 }
 
-/** The legend under the picture. Colours of links, kinds of joints, what is reached and ghosts each have a part of it. */
+/** The legend under the picture, with parts for the colours of links, joint pairs, reach, ghosts and others. */
 export class Legend {
   parts: Map<string, (string | Node)[]> = new Map(
     ["colours", "chains", "pairs", "reach", "ghosts", "trails"].map((part) => [part, []]),
@@ -31,9 +31,9 @@ export class Legend {
   constructor(public box: HTMLElement) {}
 
   /**
-   * Write a part anew.
+   * Replace a part of the legend.
    *
-   * @param children none takes the part away
+   * @param children the content; without any, the part is removed
    */
   set(part: string, children: (string | Node)[]) {
     this.parts.set(part, children);
@@ -43,7 +43,7 @@ export class Legend {
   }
 }
 
-/** A dot in a colour, and what it stands for. */
+/** An entry of the legend: a dot in a colour, and its meaning. */
 export function entry(text: string, colour: string) {
   const dot = element("span", { className: "dot" });
   dot.style.background = colour;

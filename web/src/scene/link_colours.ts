@@ -18,11 +18,11 @@ export const PAIR_COLOURS: Record<string, string> = {
   other: "#5c6678",
 };
 
-/** Colours of chains, apart from each other for the colour-blind too (Okabe and Ito), without orange and red. */
+/** Colours of chains, which colour-blind people can tell apart (Okabe and Ito), without orange and red. */
 const CHAIN_COLOURS = ["#56b4e9", "#009e73", "#f0e442", "#0072b2", "#cc79a7", "#8f9aa8", "#7c4ddb", "#b08900"];
 
 /**
- * The colour of each chain of a robot, and of all links that the joints of the chain carry, up to those of another chain.
+ * The colour of each chain of a robot, and of the links that its joints carry, up to the links of the next chain.
  */
 export function chainColours(about: About): {
   chains: { title: string; colour: string }[];
@@ -35,7 +35,7 @@ export function chainColours(about: About): {
     for (const { name, link } of about.joints) if (names.has(name)) links.set(link, colour);
     return { title, colour };
   });
-  // What is fixed to a link, or follows it as fingers do, has its colour: parents come first.
+  // A link that is fixed to its parent or mimics it, such as a finger, has the parent's colour; parents come first.
   const numbers = new Map(about.links.map(({ path }, link) => [path.join("/"), link]));
   about.links.forEach(({ path }, link) => {
     if (links.has(link)) return;
@@ -49,14 +49,14 @@ export function chainColours(about: About): {
   return { chains, links };
 }
 
-// What a light is made of: its colour comes from within.
+// The dark glass of a light, whose colour is emitted.
 const GLASS = new THREE.Color(0x2b3038).convertSRGBToLinear();
 const RED = new THREE.Color(0xd92d20).convertSRGBToLinear();
 
-/** The colours of the accents of NAO's editions. */
+/** The accent colours of NAO's editions. */
 export const EDITIONS: Record<string, number> = { orange: 0xde541c, blue: 0x1f5fae, red: 0xb5161c, grey: 0x7d828a };
 
-/** The colours of the links: red where a joint is outside its limits, by a number, by their chain, or their own. */
+/** The colours of the links: red if a joint is outside its limits, else by a scale, by chain, or their own colours. */
 export class LinkColours {
   scale: Map<number, Vector> = new Map();
   chains: Map<number, string> = new Map();
@@ -65,13 +65,13 @@ export class LinkColours {
 
   constructor(readonly robot: Robot) {}
 
-  /** @param scale link → red, green, blue */
+  /** @param scale red, green and blue of each link */
   setScale(scale: Map<number, Vector>) {
     this.scale = scale;
     this.paintAll();
   }
 
-  /** @param chains link → colour */
+  /** @param chains the colour of each link */
   setChains(chains: Map<number, string>) {
     this.chains = chains;
     this.paintAll();
@@ -93,7 +93,7 @@ export class LinkColours {
     this.robot.meshes.forEach((shape) => this.paint(shape));
   }
 
-  /** Give a shape the colour that it is to have. A light that is lit shines in its own, whatever its link's. */
+  /** Set the colour of a shape. A light that is on keeps its own colour. */
   paint({ mesh, link, accent }: Shape) {
     const { color } = mesh.material;
     const rgb = this.scale.get(link);
@@ -107,12 +107,12 @@ export class LinkColours {
   }
 }
 
-// Sizes in radii of the light.
+// The glow of a light: size and lift in radii of the light.
 const GLOW = { size: 5.5, lift: 4, opacity: 0.3 };
 
 type Light = Shape & { glow: THREE.Sprite };
 
-/** Lights of the robot, each dark glass that shines in a colour, with a glow around it. */
+/** The lights of the robot: dark glass that emits a colour, with a glow around it. */
 export class Lights {
   shapes: Map<string, Light> = new Map();
 
@@ -126,14 +126,14 @@ export class Lights {
         link,
         robot.meshes.filter((other) => other.link === link),
       );
-      // Set into a shell, it throws no shadow beyond it.
+      // A light is set into a shell, so its own shadow is not needed.
       shape.mesh.castShadow = false;
       this.shapes.set(light, { ...shape, glow: makeGlow(shape.mesh, box, robot.nodes[link]) });
     }
   }
 
   /**
-   * Light these, and no others.
+   * Switch on these lights and no others.
    *
    * @param lights red, green and blue from 0 to 1
    */
@@ -157,8 +157,8 @@ export class Lights {
 }
 
 /**
- * A soft disc around a light, that faces the camera and fades where the light looks away from it. The light looks away from
- * the middle of its link.
+ * A soft disc around a light, which faces the camera and fades if the light points away from the camera. The light points
+ * away from the centre of its link.
  */
 function makeGlow(mesh: RobotMesh, box: THREE.Box3, node: THREE.Object3D) {
   const { Sprite, SpriteMaterial, Vector3 } = THREE;
@@ -176,7 +176,7 @@ function makeGlow(mesh: RobotMesh, box: THREE.Box3, node: THREE.Object3D) {
     towards.setFromMatrixPosition(camera.matrixWorld).sub(place).normalize();
     facing.copy(outwards).transformDirection(node.matrixWorld);
     glow.material.opacity = GLOW.opacity * glow.userData.strength * clamp(2 * facing.dot(towards), 0, 1);
-    // Before the shape that the light is in, and behind what stands before that.
+    // In front of the shape that contains the light, and behind anything in front of that shape.
     place.addScaledVector(towards, GLOW.lift * radius);
     [elements[12], elements[13], elements[14]] = place.toArray();
   };
@@ -186,7 +186,7 @@ function makeGlow(mesh: RobotMesh, box: THREE.Box3, node: THREE.Object3D) {
 
 let disc: THREE.Texture | null = null;
 
-/** One texture for all of them. */
+/** The texture that all glows share. */
 function softDisc() {
   if (!disc) {
     const ink = makeInk(128, 128);

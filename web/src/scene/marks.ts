@@ -6,13 +6,13 @@ import type { Labels } from "./labels.ts";
 import { PAIR_COLOURS } from "./link_colours.ts";
 import type { Studio } from "./studio.ts";
 
-/** Say of a node that it is drawn over the robot and no part of it: copies of the robot leave it out. */
+/** Mark a node as an overlay, not part of the robot: copies of the robot leave it out. */
 export function asMark<Node extends Object3D>(node: Node): Node {
   node.userData.mark = true;
   return node;
 }
 
-/** Take a node out of the scene, and give back what it holds on the graphics card. */
+/** Remove a node from the scene and free its resources on the graphics card. */
 export function dispose(node: Object3D) {
   disposeChildren(node);
   const { geometry, material } = node as any;
@@ -33,8 +33,8 @@ export class Frames {
 
   /**
    * @param names frames to draw when they are shown
-   * @param usual length of the arrows [m], shorter where there are many
-   * @param size that was asked for, instead of that
+   * @param usual default length of the arrows [m]; they are shorter if there are many frames
+   * @param size length of the arrows that was asked for, instead of the default [m]
    */
   constructor(
     readonly robot: Robot,
@@ -63,7 +63,7 @@ export class Frames {
 
 const LENGTH = 0.07;
 
-/** The axes of the joints as screws, in the colour of the lower pair that each belongs to, and with its name. */
+/** The axes of the joints, each in the colour of its lower pair and labelled with its name. */
 export class JointAxes {
   screws: THREE.Group[] = [];
 
@@ -73,12 +73,12 @@ export class JointAxes {
     readonly labels: Labels,
   ) {}
 
-  /** @returns the pairs that are there, with their colours */
+  /** @returns the kinds of lower pairs drawn, with their colours */
   show(on: boolean): Map<string, string> {
     for (const screw of this.screws) dispose(screw);
     this.screws = [];
     const pairs = new Map();
-    /** Number of the pair → its label: axes that meet in one pair share it. */
+    /** The label of each pair: the axes of one pair share a label. */
     const labels: Map<number, { text: string; node: THREE.Object3D; colour: string }> = new Map();
     for (const { name, pair, group, slides, axis, node } of on ? this.robot.joints.filter((joint) => joint.pair) : []) {
       const colour = PAIR_COLOURS[pair] ?? PAIR_COLOURS.other;

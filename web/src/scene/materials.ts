@@ -2,9 +2,8 @@ import { isClosed } from "../math/surfaces.ts";
 import { THREE } from "../three.ts";
 import type { RobotMesh } from "../types.ts";
 
-// Radiance from every direction in a white room: a wide soft box above, a tall one on each side of the camera's usual
-// place, a bright strip behind. y is up, x where the robot looks. Their edges are soft already, so that the map needs no
-// blur of its own.
+// Radiance from every direction in a white room: a wide soft box above, a tall one on each side of the camera's default
+// place, and a bright strip behind. y is up; the robot looks along x. The edges are already soft, so the map is not blurred.
 const ROOM = /* glsl */ `
   varying vec3 vDirection;
   float box(vec3 d, vec3 axis, vec3 across, vec2 size, float edge) {
@@ -30,7 +29,7 @@ const ROOM = /* glsl */ `
   }
 `;
 
-/** What surfaces mirror, and what lights them from all around: a room made in code. */
+/** Make the environment map that surfaces reflect and that lights them from all sides: a room computed in a shader. */
 export function makeEnvironment(renderer: THREE.WebGLRenderer): THREE.Texture {
   const room = new THREE.Mesh(
     new THREE.SphereGeometry(10, 48, 32),
@@ -70,25 +69,25 @@ export const SHOULDER = /* glsl */ `
   }
 `;
 
-/** What a surface is like, apart from its colour. */
+/** The properties of a surface apart from its colour. */
 interface Finish {
   roughness: number;
   metalness: number;
 }
 
-/** The finishes: painted shells, unpainted grey, rubber and what is dark. */
+/** The finishes: painted shells; unpainted grey; rubber and other dark surfaces. */
 export const FINISHES: Record<"gloss" | "satin" | "rubber", Finish> = {
   gloss: { roughness: 0.3, metalness: 0 },
   satin: { roughness: 0.48, metalness: 0 },
   rubber: { roughness: 0.72, metalness: 0 },
 };
-// Luminance under which a colour is dark, and chroma from which one is paint.
+// The luminance below which a colour counts as dark, and the chroma from which a colour counts as paint.
 const [DARK, PAINT, PALE] = [0.12, 0.25, 0.75];
 
 /**
- * The finish that goes with a colour of a URDF, which says no more of a surface.
+ * Guess the finish from a colour of a URDF, which does not describe a surface further.
  *
- * @param colour as the screen has it
+ * @param colour in sRGB
  */
 function finishOf({ r, g, b }: { r: number; g: number; b: number }): keyof typeof FINISHES {
   const luminance = 0.2126 * r + 0.7152 * g + 0.0722 * b;
@@ -97,23 +96,23 @@ function finishOf({ r, g, b }: { r: number; g: number; b: number }): keyof typeo
   return luminance < 2.5 * DARK ? "rubber" : "satin";
 }
 
-// One function for all materials, so that those of one kind share a program.
+// The same function for all materials, so that materials of one kind share a compiled shader.
 function keepShading(shader: THREE.Shader) {
   shader.fragmentShader = shader.fragmentShader.replace("#include <tonemapping_fragment>", SHOULDER);
 }
 
 /**
- * A shape of the robot, in the material that its colour stands for. Colours in a URDF are those of a screen; light is
- * reckoned in linear ones.
+ * Make a shape of the robot, with the finish that its colour suggests. Colours in a URDF are sRGB; the renderer computes
+ * with linear ones.
  *
  * @param geometry that other shapes may share
- * @param colour 0xRRGGBB, as the screen has it
+ * @param colour 0xRRGGBB, in sRGB
  */
 export function makeMesh(geometry: THREE.BufferGeometry, colour: number, opacity: number): RobotMesh {
   const color = new THREE.Color(colour);
   const finish = finishOf(color);
   const { attributes, index, userData } = geometry;
-  // Open or inside out, its backs are seen: they cost twice, and bear specks where their own shadow falls on them.
+  // Back faces are drawn only if the mesh is open or inside out: they double the cost, and their own shadow makes specks.
   userData.isClosed ??= isClosed(attributes.position.array, index?.array ?? null);
   const side = userData.isClosed ? THREE.FrontSide : THREE.DoubleSide;
   color.convertSRGBToLinear();

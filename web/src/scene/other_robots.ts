@@ -6,7 +6,7 @@ type Page = PageWith<"parts" | "robot" | "studio" | "viewer">;
 
 const ground = (number: number) => `ground:${number}`;
 
-/** a robot, and whether it is to be seen */
+/** An added robot, and whether it is visible. */
 export interface Other {
   name: string;
   shown: ShownRobot;
@@ -14,15 +14,15 @@ export interface Other {
 }
 
 /**
- * The robots beside the page's own, each on a ground of its own, by the numbers that Python gives them. Event of the page:
- * "robots", when they are others.
+ * The robots besides the page's own, each on its own ground node, by the numbers that Python gives them. Event of the page:
+ * "robots", when the list changes.
  */
 export class OtherRobots {
   robots: Map<number, Other> = new Map();
 
   constructor(readonly page: Page) {}
 
-  /** The nodes of a robot are there: they become a robot. */
+  /** Make a robot from its nodes, which have been received. */
   add({ robot: number, name, model, opacity }: Received["robot_added"]) {
     const { parts, viewer, studio } = this.page;
     const root = viewer.scene_tree.find([ground(number), "robot"]).object;
@@ -53,7 +53,7 @@ export class OtherRobots {
     if (isOther) this.page.dispatchEvent(new Event("robots"));
   }
 
-  /** Forget all robots but these, and what only those were made of. */
+  /** Remove all robots but these, and the descriptions and geometries that only the removed ones used. */
   keep(numbers: number[]) {
     for (const number of [...this.robots.keys()]) {
       if (!numbers.includes(number)) this.remove(number);
@@ -62,14 +62,15 @@ export class OtherRobots {
   }
 
   /**
-   * The box around all robots that are seen, in the world of three.js; around some links of the page's own where they are named.
+   * The box around all visible robots, in the world of three.js; if links are given, the box around these links of the page's
+   * own robot.
    */
   box(links: number[]) {
     const box = this.page.robot.box(links);
     for (const { shown, visible } of links.length === 0 ? this.robots.values() : []) {
       if (!visible) continue;
       const { robot } = shown;
-      robot.root.updateWorldMatrix(true, true); // its ground may have moved since
+      robot.root.updateWorldMatrix(true, true); // its ground may have moved in the meantime
       box.union(robot.box([]));
     }
     return box;

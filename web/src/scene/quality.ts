@@ -1,6 +1,6 @@
 /**
- * How a frame is drawn: with all that the resting picture has or not, at how many pixels for one of the screen's, and with
- * shadows drawn anew in every frame or in each second one.
+ * How a frame is drawn: `fine` in the quality of the picture at rest, `ratio` pixels per pixel of the screen, and shadows
+ * drawn again in every frame or in every second one.
  */
 interface Level {
   fine: boolean;
@@ -16,28 +16,29 @@ export const LEVELS: Level[] = [
   { fine: false, ratio: 0.5, shadows: 2 },
 ];
 
-// Milliseconds: a frame that takes longer is too slow, one that takes less leaves room; so long after the last change
-// the picture is at rest; changes that follow each other within so long are a movement.
+// Times in milliseconds: a frame above SLOW is too slow, one below QUICK leaves time for better quality; REST after the
+// last change the picture is at rest; changes within CONTINUOUS of each other are a movement.
 const [SLOW, QUICK] = [40, 19];
 export const REST = 150;
 const CONTINUOUS = 400;
-// Frames over which the time is averaged, and after which a better level is tried; each time that fails, twice as many.
+// The number of frames over which the time is averaged, and after which a better level is tried; this number doubles
+// each time the better level fails, up to MOST_PATIENCE.
 const [AVERAGE, PATIENCE, MOST_PATIENCE] = [4, 40, 5000];
 
 /**
- * Chooses how to draw each frame from how long the last ones took: nothing is asked of the graphics card but its speed.
+ * Chooses how to draw each frame from the time that the last frames took, without any other knowledge of the graphics card.
  * All times are in milliseconds.
  */
 export class Quality {
-  // Where it may be too slow to begin with the best; a fast one is there after a second of movement.
+  // Not the best level at first, which may be too slow; a fast graphics card reaches it after a second of movement.
   level = 1;
   patience = PATIENCE;
   changedAt = -Infinity;
   moving = false;
-  // While a pointer holds the view, its first change is one of many.
+  // Whether a pointer holds the view, so that the first change counts as part of a movement.
   expected = false;
   frames: number;
-  /** The level that was tried last, and has not failed. */
+  /** The better level that was tried last; null if a level has been too slow since. */
   triedAt: number | null = null;
   time: number;
   quick: number;
@@ -47,7 +48,7 @@ export class Quality {
   }
 
   /**
-   * How to draw the frame of now. One change alone is drawn at its best at once: nothing flickers.
+   * Choose how to draw the current frame. A single change is drawn in the best quality immediately, so nothing flickers.
    *
    * @param changed whether robot or camera have moved since the last frame
    */
@@ -61,7 +62,7 @@ export class Quality {
     return this.moving ? LEVELS[this.level] : LEVELS[0];
   }
 
-  /** A frame with a change has been drawn by now, and took so long until the next one could begin. */
+  /** Take the time that a frame with a change took until the next frame could begin. */
   took(now: number, time: number) {
     this.changedAt = now;
     if (!this.moving) return;
@@ -74,7 +75,7 @@ export class Quality {
       if (isSlow && this.level < LEVELS.length - 1) {
         if (this.triedAt === this.level) this.patience = Math.min(2 * this.patience, MOST_PATIENCE);
         this.triedAt = null;
-        // Far too slow, it is not worth trying the levels between.
+        // If it is far too slow, the levels between are skipped.
         this.level = time > 3 * AVERAGE * SLOW ? LEVELS.length - 1 : this.level + 1;
         this.quick = 0;
       }

@@ -15,22 +15,22 @@ interface Voxel {
 }
 
 /**
- * A map of voxels in a frame: the place of the first [m], three whole numbers of each from there, and a value of each as a
- * share of 65535.
+ * A map of voxels in a frame: the position of the first voxel [m], the three integer coordinates of each voxel from there,
+ * and the value of each voxel as a share of 65535.
  */
 type ReachMap = Required<Received["reach"]> & { stops: Vector[] };
 
 const AXES = ["x", "y", "z"];
-// What the sides of a voxel have of its colour, along x and y, upwards and downwards; along the cut it is all of it. Behind
-// the layer that is cut it is less.
+// The brightness of a voxel's sides along x and y, of its top and of its bottom; the side on the cut has the full colour.
+// BEHIND is the brightness of the layers behind the cut.
 const [SHADES, UP, DOWN, BEHIND] = [[0.6, 0.5], 0.8, 0.35, 0.75];
 
-/** Voxels that a hand reaches, coloured by a number each, behind a plane that a slider moves. */
+/** The voxels that a hand reaches, coloured by a value, cut by a plane that a slider moves. */
 export class Reach {
-  // What comes with a map, in `show`.
+  // These are set with a map, in `show`.
   voxel: number;
   voxels: Voxel[];
-  /** Least and most along each axis. */
+  /** The least and the largest coordinate along each axis. */
   box: [number, number][];
   mesh: THREE.InstancedMesh;
   rim: THREE.LineLoop;
@@ -42,7 +42,12 @@ export class Reach {
     { ariaLabel: "Axis of the cut", onchange: () => this.turn() },
     ...AXES.map((name) => element("option", { value: name }, name)),
   );
-  slider = element("input", { type: "range", step: "any", ariaLabel: "Place of the cut", oninput: () => this.cut() });
+  slider = element("input", {
+    type: "range",
+    step: "any",
+    ariaLabel: "Position of the cut",
+    oninput: () => this.cut(),
+  });
   place = element("output");
   flip = element("button", { type: "button", title: "Show the other side" }, "⇄");
 
@@ -57,7 +62,7 @@ export class Reach {
     bar.replaceChildren("Cut", this.axis, this.slider, this.place, this.flip);
   }
 
-  /** Draw a map instead of the one before; one without voxels only takes that away. */
+  /** Draw a map instead of the one before; a map without voxels only removes that one. */
   show(message: Received["reach"]) {
     const { frame, voxel, first, cells, values, stops, label, low, high, cut } = message as ReachMap;
     this.clear();
@@ -79,10 +84,10 @@ export class Reach {
       return [least - voxel / 2, most + voxel / 2];
     });
     const side = 0.94 * voxel;
-    // No light falls on them: a colour in the cut is to be found again in the legend.
+    // Not lit, so that the colours in the cut equal those of the legend.
     const material = new THREE.MeshBasicMaterial({ vertexColors: true });
     this.mesh = new THREE.InstancedMesh(new THREE.BoxGeometry(side, side, side), material, this.voxels.length);
-    this.mesh.frustumCulled = false; // what is reckoned for one voxel does not hold for all
+    this.mesh.frustumCulled = false; // three.js would test the bounds of a single voxel
     const ink = new THREE.LineBasicMaterial({ color: 0x20242c });
     this.rim = new THREE.LineLoop(new THREE.BufferGeometry().setFromPoints(Array(4).fill(new THREE.Vector3())), ink);
     this.rim.frustumCulled = false;
@@ -101,9 +106,9 @@ export class Reach {
   }
 
   /**
-   * Cut along the axis that is chosen: the slider goes from one end of the voxels to the other.
+   * Cut along the chosen axis: the slider moves from one end of the voxels to the other.
    *
-   * @param place where it begins; the middle if none is given
+   * @param place the first position of the cut; the middle if none is given
    */
   turn(place?: number) {
     const [least, most] = this.box[this.along];
@@ -113,7 +118,7 @@ export class Reach {
     this.arrange();
   }
 
-  // Voxels are seen as cubes by the shades of their sides.
+  // Shade the sides of the voxels, so that they look like cubes.
   shade() {
     const { geometry } = this.mesh;
     const { normal } = geometry.attributes;
@@ -135,7 +140,7 @@ export class Reach {
     return AXES.indexOf(this.axis.value);
   }
 
-  // Voxels in the order in which the plane meets them, so that drawing fewer of them is a cut.
+  // Sort the voxels in the order in which the plane meets them, so that drawing only the first ones makes the cut.
   arrange() {
     const sign = this.flipped ? -1 : 1;
     const { along } = this;
@@ -146,7 +151,7 @@ export class Reach {
     this.cut();
   }
 
-  // The layer in the cut in the colours of the legend, all behind it darker.
+  // Colour the layer in the cut as in the legend, and all voxels behind it darker.
   colour() {
     const { along, mesh, voxel, voxels } = this;
     const layer = voxels[mesh.count - 1]?.centre[along] ?? 0;

@@ -2,13 +2,13 @@ import { isInside, type Robot } from "../robot/robot.ts";
 import { THREE, cornersOf } from "../three.ts";
 import type { MeshcatViewer } from "../types.ts";
 
-// Letters, and sizes in pixels; `across` is the shorter side of a picture in which they are pixels.
+// The largest number of letters (`most`), and sizes in pixels for a picture whose shorter side is `across`.
 const BUBBLE = { most: 280, gap: 16, corner: 14, tail: 11, across: 560 };
 
-/** of the head */
+/** The side of the head on which the bubble is. */
 type Side = "right" | "left" | "above" | "below";
 
-/** A bubble beside the head with what the robot says; screen readers read it. */
+/** A speech bubble beside the head with the words of the robot; screen readers read it. */
 export class Speech {
   node;
   corners: THREE.Vector3[];
@@ -35,7 +35,7 @@ export class Speech {
     this.viewer.set_dirty();
   }
 
-  /** Put the bubble beside the head; on every frame that is drawn. */
+  /** Put the bubble beside the head; called for every frame. */
   place() {
     if (!this.bubble.textContent) return;
     const pane = this.viewer.renderer.domElement;
@@ -50,8 +50,8 @@ export class Speech {
   }
 
   /**
-   * Where the bubble stands in a picture of this size under a bar, on which side of the head, and where along its edge the
-   * tail is: the first side with room for it, and under the head where there is none.
+   * Place the bubble in a picture of this size under a bar: its position, the side of the head, and the position of the tail
+   * along its edge. It takes the first side with room, or below the head if there is none.
    */
   spot(width: number, height: number, bar: number): { x: number; y: number; side: Side; tail: number } {
     const { gap, corner } = BUBBLE;
@@ -78,7 +78,7 @@ export class Speech {
     return { x, y, side, tail: within(at, 1.5 * corner, edge - 1.5 * corner) };
   }
 
-  /** The same bubble on a picture. */
+  /** Paint the bubble on a picture. */
   paint(ink: CanvasRenderingContext2D, width: number, height: number) {
     if (!this.bubble.textContent) return;
     const { corner: r, tail: size } = BUBBLE;
@@ -113,7 +113,7 @@ export class Speech {
         [after, -size],
         [after, 1],
       ],
-    }[side]; // clockwise, as the rectangle is
+    }[side]; // clockwise, as the rectangle is drawn
     ink.moveTo(corners[0][0], corners[0][1]);
     ink.lineTo(corners[1][0], corners[1][1]);
     ink.lineTo(corners[2][0], corners[2][1]);
@@ -128,7 +128,7 @@ export class Speech {
     ink.restore();
   }
 
-  /** The lines that the browser has broken the text into, and where they begin in the bubble. */
+  /** The lines into which the browser has broken the text, and their positions in the bubble. */
   lines() {
     const node = this.bubble.firstChild as Text;
     const { left, top } = this.bubble.getBoundingClientRect();

@@ -10,9 +10,10 @@ import { makeEnvironment } from "./materials.ts";
 import { LEVELS, Quality, REST } from "./quality.ts";
 
 /**
- * Move the camera so that what a preset looks at just fills the view, under a bar that takes a share of its height.
+ * Move the camera so that a box just fills the view, seen from the direction of a preset, below a bar that takes a share of
+ * the view's height.
  *
- * @param box around what it looks at, in the world of three.js
+ * @param box to look at, in the world of three.js
  * @param size of the robot [m]
  */
 function lookAt({ camera, controls }: MeshcatViewer, preset: Camera, box: THREE.Box3, size: number, bar: number) {
@@ -21,7 +22,7 @@ function lookAt({ camera, controls }: MeshcatViewer, preset: Camera, box: THREE.
   camera.near = 0.02 * size;
   camera.far = 60 * size;
   const centre = box.getCenter(new Vector3());
-  // The world of three.js has y up: z of the robot is its y, and y its −z.
+  // The world of three.js has y up: the robot's z is its y, and the robot's y its −z.
   const [x, y, z] = preset.direction;
   const back = new Vector3(x, z, -y).normalize();
   const right = new Vector3(0, 1, 0).cross(back).normalize();
@@ -36,26 +37,26 @@ function lookAt({ camera, controls }: MeshcatViewer, preset: Camera, box: THREE.
     const reach = Math.max(Math.abs(corner.dot(right)) / wide, Math.abs(corner.dot(up)) / tall);
     distance = Math.max(distance, reach + corner.dot(back));
   }
-  // The camera sits in meshcat's node that turns z up again; its coordinates are those of the world.
+  // The coordinates of the camera are those of the world, although it is in meshcat's node, which turns z up.
   camera.position.copy(centre).addScaledVector(back, distance);
-  // The picture moves down by half of what the bar hides; the camera still turns about the middle of the robot.
+  // The picture moves down by half the height of the bar; the camera still turns about the middle of the box.
   const { aspect } = camera;
   camera.setViewOffset(1, 1, 0, -hidden / 4, 1, 1);
   camera.aspect = aspect;
   camera.updateProjectionMatrix();
   controls.target.copy(centre);
-  // Further away the robot is but a dot.
+  // Farther away the robot would be only a dot.
   controls.maxDistance = camera.far / 2;
   controls.update();
 }
 
-// How far a robot goes before the camera does, as a share of its size; the key light's place, from the robot.
+// How far a robot walks before the camera follows, as a share of its size. KEY is the direction of the key light.
 const SLACK = 0.15;
 const ROUNDING = 1e-12;
 const SEEN_THROUGH = 0.28;
 const KEY = new THREE.Vector3(0.75, 0.85, 2.6).normalize();
 
-/** Light, floor, materials and cameras: how the scene looks, and how much of that a frame may cost. */
+/** Lights, floor, shadows and camera: the look of the scene, and the quality in which each frame is drawn. */
 export class Studio {
   key = new THREE.DirectionalLight(0xfffaf2, 0.44);
   smoothing: Smoothing;
@@ -68,20 +69,20 @@ export class Studio {
   robots: Robot[] = [];
   shapes: Shape[] = [];
   quality = new Quality();
-  // Pictures are always drawn at their best.
+  // Whether every frame is drawn in the best quality, as for a picture.
   alwaysFine = false;
   robotMoved = true;
-  // Frames since the shadows were those of the robot.
+  // Number of frames with a moved robot since the shadows were drawn.
   shadowsOld = 0;
   seen = new Float64Array(32);
   sphere = new THREE.Sphere();
   part = new THREE.Sphere();
   ratio: number;
-  // The share of their own opacity that shapes have, and whether the axes inside are to be seen.
+  // The factor on the opacity of the shapes, and whether the joint axes inside must be visible.
   opacity = 1;
   axesShown = false;
   eyes: Eyes | null = null;
-  /** When the drawing of a change began that is not known to be done. */
+  /** When the drawing of a change began; null if no such drawing is unfinished. */
   began: number | null = null;
   isAwaiting = false;
   resting: number | undefined;
@@ -92,7 +93,7 @@ export class Studio {
     for (const name of ["Grid", "Axes", "Lights"]) viewer.set_property([name], "visible", false);
 
     scene.environment = makeEnvironment(renderer);
-    // Ghosts, voxels and marks do not mirror the room: this lights them from all around.
+    // Ghosts, extras and marks do not use the environment map; this light reaches them from all sides.
     const around = new THREE.HemisphereLight(0xffffff, 0xaab4c6, 0.16);
     this.key.castShadow = true;
     for (const light of [around, this.key]) light.layers.enable(ROBOT_LAYER);
@@ -108,7 +109,7 @@ export class Studio {
     viewer.controls.addEventListener("end", () => (this.quality.expected = false));
   }
 
-  // What is drawn over a robot grows with it, up to that of a human.
+  // Marks over a robot grow with its size, up to the size of a human.
   get markScale() {
     return Math.min(this.size, 1.5);
   }
@@ -119,7 +120,7 @@ export class Studio {
     this.floor.fit(this.size);
   }
 
-  /** Draw a robot, too. */
+  /** Add a robot to the drawn ones. */
   adopt(robot: Robot) {
     for (const { mesh } of robot.meshes) mesh.layers.enable(ROBOT_LAYER);
     this.robots.push(robot);
@@ -135,14 +136,13 @@ export class Studio {
     this.moved();
   }
 
-  /** A robot is elsewhere than in the last picture. */
+  /** Note that a robot has moved since the last picture. */
   moved() {
     this.robotMoved = true;
   }
 
   /**
-   * A robot that walks stays in the picture: what looks at it goes along over the floor, on a slack rope, so that one that
-   * only sways leaves it where it is.
+   * Move the camera along with a walking robot, as if on a slack rope: a robot that only sways does not move the camera.
    */
   goAlong(x: number, y: number) {
     const way = [x - this.place[0], y - this.place[1]];
@@ -159,7 +159,7 @@ export class Studio {
     this.floor.goAlong(this.place);
   }
 
-  /** Draw a frame: as fast as it has to be while something moves, and at its best when it rests. */
+  /** Draw a frame: as fast as necessary during a movement, and in the best quality at rest. */
   draw() {
     const { viewer, quality } = this;
     const { camera, controls, scene } = viewer;
@@ -191,13 +191,13 @@ export class Studio {
       requestAnimationFrame((now) => {
         this.isAwaiting = false;
         this.done(now);
-        // Of a frame that has been drawn since it was asked for, the next one tells.
+        // If a frame has been drawn since this one was requested, the next request tells its time.
         if (this.began !== null) this.awaitNext();
       });
     this.isAwaiting = true;
   }
 
-  /** The browser asks for the next frame: so long did the last one take. */
+  /** The browser is ready for the next frame, which gives the time that the last one took. */
   done(now: number) {
     if (this.began === null || now < this.began) return;
     this.quality.took(now, now - this.began);
@@ -214,7 +214,7 @@ export class Studio {
       [16, camera.projectionMatrix],
     ] as [number, THREE.Matrix4][]) {
       for (let i = 0; i < 16; i++) {
-        // The controls turn the camera by roundings each time they are asked.
+        // Each update of the controls turns the camera by rounding errors.
         moved ||= Math.abs(this.seen[offset + i] - elements[i]) > ROUNDING;
         this.seen[offset + i] = elements[i];
       }
@@ -222,13 +222,13 @@ export class Studio {
     return moved;
   }
 
-  /** @param ratio pixels of the picture for one of the page's */
+  /** @param ratio pixels of the picture per pixel of the page */
   setRatio(ratio: number) {
     const { renderer } = this.viewer;
     if (renderer.getPixelRatio() !== ratio) renderer.setPixelRatio(ratio);
   }
 
-  // The light's shadow is fitted to the robots, so that all of its pixels are used.
+  // Draw the shadow of the key light, whose map is fitted to the robots, so that all of its pixels are used.
   castShadows(texels: number) {
     if (this.robots.length === 0) return;
     this.shadowsOld = 0;
@@ -236,10 +236,10 @@ export class Studio {
     this.robots[0].sphere(sphere);
     for (const robot of this.robots.slice(1)) sphere.union(robot.sphere(this.part));
     const { center } = sphere;
-    // In steps, so that the shadow of a limb that moves does not swim on one that does not.
+    // The radius changes in steps, so that the shadow on a resting limb does not flicker while another limb moves.
     const radius = 1.1 ** Math.ceil(Math.log(sphere.radius) / Math.log(1.1));
     this.contact.draw(viewer.scene, center, radius);
-    // Lights stand in the scene, which has z up.
+    // The lights are in the scene, which has z up.
     const [x, y, z] = [center.x, -center.z, center.y];
     key.target.position.set(x, y, z);
     key.position
@@ -255,19 +255,19 @@ export class Studio {
     Object.assign(camera, { left: -radius, right: radius, top: radius, bottom: -radius });
     Object.assign(camera, { near: 0.9 * radius, far: 3.1 * radius + 3 * Math.max(0, z) });
     camera.updateProjectionMatrix();
-    // A texel in metres, seen at a slant.
+    // The size of three texels [m], for surfaces at a slant to the light.
     key.shadow.normalBias = 3 * (radius / mapSize.x);
     key.shadow.bias = -0.0001;
     viewer.renderer.shadowMap.needsUpdate = true;
   }
 
-  /** Let the axes inside the robot be seen. */
+  /** Make the robot transparent, so that the joint axes inside are visible. */
   seeThrough(on: boolean) {
     this.axesShown = on;
     this.setOpacity(this.opacity);
   }
 
-  /** @param share of their own opacity that shapes have */
+  /** @param share factor on the shapes' own opacity */
   setOpacity(share: number) {
     this.opacity = share;
     const least = this.axesShown ? Math.min(share, SEEN_THROUGH) : share;
@@ -284,7 +284,7 @@ export class Studio {
   /**
    * Look from one of the presets.
    *
-   * @param bar share of the picture's height that a bar hides
+   * @param bar share of the picture's height that a bar covers
    */
   look(preset: Camera | undefined, robots: { box(links: number[]): THREE.Box3 }, bar: number = 0) {
     if (!preset) return;
@@ -294,7 +294,7 @@ export class Studio {
 }
 
 export function resize(viewer: MeshcatViewer, width: number, height: number) {
-  // In a frame that is hidden the picture has no shape yet, and the camera is to have a place all the same.
+  // In a hidden iframe the picture has no size yet, but the camera needs a valid aspect ratio.
   viewer.camera.aspect = width > 0 && height > 0 ? width / height : 1;
   viewer.camera.updateProjectionMatrix();
   viewer.renderer.setSize(width, height);

@@ -9,25 +9,25 @@ import { asMark } from "./marks.ts";
 
 type Page = PageWith<"legend" | "robot" | "studio" | "viewer">;
 
-/** behind what moves, or of all that is played */
+/** No trails, the past path of each frame, or its path during the whole motion. */
 export type Mode = "off" | "behind" | "whole";
 
-// Places of a trail at most, and how far apart they are at least; the radius of its tube [m].
+// The largest number of points of a trail, the least distance between them, and the radius of its tube [m].
 const MOST = 400;
 const [APART, RADIUS] = [0.001, 0.0016];
-// Time between two drawings of a trail that grows, and how long a change of what is played waits for the next [ms].
+// The time between two drawings of a growing trail, and the time that a change waits for further changes [ms].
 const PATIENCE = 100;
 
-/** Lines that chosen frames leave behind, in the frame of the robot's root: the world where its base floats. */
+/** Draws the paths of chosen frames, in the frame of the robot's root, or in the world if its base floats. */
 export class Trails {
   mode: Mode = "off";
   frames: Set<string>;
-  /** Where each frame has been. */
+  /** The past positions of each frame. */
   past: Map<string, THREE.Vector3[]> = new Map();
-  /** The robot in other configurations. */
+  /** A copy of the robot's tree that computes poses in other configurations. */
   skeleton: OffScreen | undefined = undefined;
   waiting: ReturnType<typeof setTimeout> | undefined = undefined;
-  // Kept, for a trail is drawn anew ten times a second while it grows.
+  // Kept, because a growing trail is drawn again ten times per second.
   materials = GHOST_COLOURS.map(
     (colour) => new THREE.MeshBasicMaterial({ color: new THREE.Color(colour).convertSRGBToLinear() }),
   );
@@ -100,7 +100,7 @@ export class Trails {
     const { motion } = this.player;
     if (!motion) return [];
     this.skeleton ??= new OffScreen(this.page.robot);
-    // Joints turn between two samples, so straight lines of joint values are no straight ways.
+    // A straight line in joint values is a curve in space, so the path is sampled between the motion's times too.
     const times = evenTimes(motion, MOST);
     return this.skeleton.ways(
       motion,
@@ -110,9 +110,9 @@ export class Trails {
   }
 }
 
-/** A thin tube along places; null where they are all one. */
+/** A thin tube along some points; null if they are all in one place. */
 function makeTube(way: THREE.Vector3[], material: THREE.Material, radius: number) {
-  // Two places in one would have no direction.
+  // Coincident points would give the curve no direction.
   const apart = way.filter((place, i) => i === 0 || place.distanceTo(way[i - 1]) > 1e-5);
   if (apart.length < 2) return null;
   const curve = new THREE.CatmullRomCurve3(apart, false, "centripetal");

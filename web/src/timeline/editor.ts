@@ -6,13 +6,13 @@ import type { Player } from "./player.ts";
 import { thinned } from "./recorder.ts";
 import { Track } from "./track.ts";
 
-/** The buttons over the track of key frames, and what they say of keys that are too fast. */
+/** The buttons over the track of key frames, and the message about motion between keys that is too fast. */
 class KeyTools {
   add = element("button", { type: "button", className: "add", title: "Add key (K)" }, "Add key");
   ofKey: HTMLButtonElement[];
   interpolation = element(
     "select",
-    { ariaLabel: "Between the keys", title: "Between the keys" },
+    { ariaLabel: "Interpolation", title: "Interpolation between the keys" },
     element("option", { value: "linear" }, "Linear"),
     element("option", { value: "smooth" }, "Smooth"),
   );
@@ -22,9 +22,9 @@ class KeyTools {
 
   constructor(readonly editor: Editor) {
     this.add.onclick = () => editor.adding();
-    /** What is done to the key that is selected. */
+    /** The buttons that act on the selected key. */
     this.ofKey = [
-      iconButton("replace", "Replace by what is shown", () => editor.replacing()),
+      iconButton("replace", "Replace by the current configuration", () => editor.replacing()),
       iconButton("copy", "Duplicate the key", () => editor.duplicating()),
       iconButton("trash", "Delete the key", () => editor.remove(editor.selected), "Del"),
     ];
@@ -41,33 +41,33 @@ class KeyTools {
 
   refresh(tooFast: { text: string }[]) {
     const { selected, frames } = this.editor;
-    const more = tooFast.length > 1 ? ` and ${tooFast.length - 1} more` : "";
+    const more = tooFast.length > 1 ? `; ${tooFast.length - 1} more too fast` : "";
     const problem = tooFast.length > 0 ? `${tooFast[0].text}${more}` : "";
-    // A text that stays is not read out again.
+    // An unchanged text is not set again, because a screen reader would read it again.
     if (this.problem.textContent !== problem) this.problem.textContent = problem;
     this.slow.hidden = tooFast.length === 0;
     this.interpolation.value = frames.interpolation;
-    // A disabled button would lose the focus to nothing.
+    // aria-disabled, not disabled: a disabled button would lose the focus.
     for (const tool of this.ofKey) tool.setAttribute("aria-disabled", String(selected < 0));
   }
 }
 
-/** What undo gives back of the key frames. */
+/** The state of the key frames that undo restores. */
 export interface Edited {
   frames: KeyFrames;
   selected: number;
-  /** of the playhead */
+  /** The time of the playhead. */
   time: number;
 }
 
-// How far [rad, m] key frames made of a clip may be beside it.
+// How far [rad, m] key frames made from a clip may differ from it.
 const TOLERANCE = (0.5 * Math.PI) / 180;
 
-/** Key frames as they are edited: the track that they stand on, and the tools over it. */
+/** The editor of key frames: their track, and the buttons over it. */
 export class Editor {
   frames = new KeyFrames();
   selected = -1;
-  /** What was before the drag of a key, and which key it is. */
+  /** The key frames before the drag of a key, and the place of that key. */
   before = { frames: this.frames, selected: this.selected };
   element = element("section", { className: "keys", hidden: true, ariaLabel: "Key frames" });
   names: Map<number, string>;
@@ -110,7 +110,10 @@ export class Editor {
     return this.player.keys?.time ?? 0;
   }
 
-  /** @param byHand then without keys they are made of the clip, and it is played again when they are left */
+  /**
+   * @param byHand whether the user opens or closes the editor: if there are no keys yet, opening makes them from the clip,
+   *   and closing returns to the clip
+   */
   open(on: boolean, byHand: boolean = false) {
     if (this.isOpen === on) return;
     this.element.hidden = !on;
@@ -136,10 +139,7 @@ export class Editor {
     const few = thinned(motion, TOLERANCE, MOST_KEYS);
     if (!few) {
       this.open(false);
-      this.player.say(
-        `The clip moves in more ways than ${MOST_KEYS} key frames can hold; it is played, not edited.`,
-        true,
-      );
+      this.player.say(`This clip needs more than ${MOST_KEYS} key frames, so it can be played but not edited.`, true);
       return;
     }
     const { time } = this.player;
@@ -177,7 +177,8 @@ export class Editor {
   }
 
   adding() {
-    if (this.frames.count >= MOST_KEYS) return this.player.say(`There are ${MOST_KEYS} key frames: that is all.`, true);
+    if (this.frames.count >= MOST_KEYS)
+      return this.player.say(`There are already ${MOST_KEYS} key frames, the maximum.`, true);
     const { page } = this.player;
     const time = this.frames.nextTime(this.now);
     if (time > LATEST && this.isFull()) return;
@@ -190,11 +191,11 @@ export class Editor {
     this.added(this.frames.duplicating(this.selected));
   }
 
-  /** Whether no key fits behind the last one; then it is said. */
+  /** Whether there is no room for a key after the last one; if so, a message says so. */
   isFull() {
     const last = this.frames.keys.at(-1)?.time ?? 0;
     if (last <= LATEST - GAP) return false;
-    this.player.say("Key frames end after an hour.", true);
+    this.player.say("A key frame cannot be later than one hour.", true);
     return true;
   }
 
@@ -228,7 +229,7 @@ export class Editor {
     this.player.seek(this.selected < 0 ? this.now : this.frames.keys[this.selected].time);
   }
 
-  // --- by hand ---------------------------------------------------------------------------------------------------
+  // --- pointer and keyboard --------------------------------------------------------------------------------------
 
   seek(time: number) {
     this.selected = -1;
@@ -271,7 +272,7 @@ export class Editor {
     });
   }
 
-  // --- what is seen ----------------------------------------------------------------------------------------------
+  // --- drawing ---------------------------------------------------------------------------------------------------
 
   draw() {
     const { keys, motion } = this.frames;
@@ -279,7 +280,7 @@ export class Editor {
     const tooFast = found.map(({ segment, column, needs }) => ({
       from: keys[segment].time,
       to: keys[segment + 1].time,
-      text: `${this.names.get(column)} needs ${needs.toFixed(2)} s`,
+      text: `too fast: ${this.names.get(column)} needs ${needs.toFixed(2)} s`,
     }));
     this.track.draw(this.frames, this.selected, tooFast);
     this.track.setTime(this.now);

@@ -9,7 +9,7 @@ const HAND_UNITS: Record<string, number> = { 1: 1, "%": 0.01 };
 const ANGLE_UNITS: Record<string, number> = { rad: 1, deg: DEGREE, "°": DEGREE, m: 1 };
 
 /**
- * The joints of a CSV table: a header with units, a column of times, and one for each joint.
+ * Read the joints of a CSV table: a header with units, a column of times, and a column for each joint.
  *
  * @throws {Refused}
  */
@@ -73,7 +73,7 @@ function headingOf(heading: string, place: string) {
 const FIELDS = ["format", "units", "interpolation", "joint_names", "times", "keys"];
 
 /**
- * The joints of a JSON document, and what lies between their keys.
+ * Read the joints of a JSON document and their interpolation.
  *
  * @throws {Refused}
  */
@@ -84,7 +84,7 @@ function fromJson(text: string) {
   }
   const { interpolation = "linear", joint_names: names, times, keys, units = {} } = document;
   if (interpolation === "bezier") {
-    throw new Refused("Bézier curves are not read here; nao-kin motion convert --rate 50 samples them");
+    throw new Refused("this page cannot read Bézier curves; sample them with nao-kin motion convert --rate 50");
   }
   if (interpolation !== "linear" && interpolation !== "smooth") {
     throw new Refused(`interpolation is ${shown(interpolation)}, expected linear or smooth`);
@@ -158,22 +158,22 @@ function numbers(list: unknown, path: string, count: number | null): number[] {
   return list;
 }
 
-/** @param value from a file, for a message */
+/** Write a value of a file for a message. */
 function shown(value: unknown) {
   if (value === undefined) return "missing";
   return quoted(typeof value === "string" ? value : (JSON.stringify(value) ?? String(value)).slice(0, 80));
 }
 
-/** Bytes of a file that is read at all. */
+/** The largest file that is read [bytes]. */
 export const MOST_BYTES = 32_000_000;
 
-// What Python's viewer takes for a place of a joint [rad, m].
+// The largest joint value that Python's viewer accepts [rad, m].
 const FURTHEST = 1e6;
 
 /**
- * The motion in a CSV or JSON file as nao_kin.motion writes them.
+ * Read the motion in a CSV or JSON file, in the formats that nao_kin.motion writes.
  *
- * @param q where the joints are that the file does not name
+ * @param q the values of the joints that the file does not name
  * @throws {Refused}
  */
 export function readMotion(robot: Pick<About, "joints">, text: string, q: ArrayLike<number>) {
@@ -191,14 +191,14 @@ export function readMotion(robot: Pick<About, "joints">, text: string, q: ArrayL
   if (tracks.length === 0) throw new Refused("no joints; expected a column for each joint that moves");
   const shared = tracks.every(({ times }) => String(times) === String(tracks[0].times));
   if (interpolation === "smooth" && !shared) {
-    throw new Refused("smooth joints with times of their own; nao-kin motion convert --rate 50 samples them");
+    throw new Refused("smooth joints whose times differ; sample them with nao-kin motion convert --rate 50");
   }
   const times = shared ? tracks[0].times : [...new Set(tracks.flatMap((track) => track.times))].sort((a, b) => a - b);
   if (times.length > MOST_ROWS) throw new Refused(`${times.length} times, more than ${MOST_ROWS}`);
   return assembled(robot, tracks, times, q, interpolation === "smooth" ? "smooth" : "linear");
 }
 
-/** @param times of all */
+/** @param times of all tracks together */
 function assembled(
   { joints }: Pick<About, "joints">,
   tracks: Track[],
@@ -208,7 +208,7 @@ function assembled(
 ) {
   const values = new Float64Array(times.length * q.length);
   times.forEach((_, i) => values.set(Array.from(q), i * q.length));
-  /** Joints of one motor give it the mean of what each says. */
+  /** The values that the joints of a motor give it; it gets their mean. */
   const motors: Map<number, Float64Array[]> = new Map();
   for (const { name, times: own, values: keys } of tracks) {
     const joint = joints.find((candidate) => candidate.name === name);
@@ -216,7 +216,7 @@ function assembled(
     const all = own.length === times.length ? keys : times.map((time) => interpolate(own, keys, time));
     const column = Float64Array.from(all, (value) => (value - joint.offset) / joint.multiplier);
     const beyond = all[column.findIndex((value) => !(Math.abs(value) <= FURTHEST))];
-    if (beyond !== undefined) throw new Refused(`${quoted(name)} is ${beyond}, which is no place of a joint`);
+    if (beyond !== undefined) throw new Refused(`${quoted(name)} is ${beyond}, which is too large for a joint value`);
     motors.set(joint.column, [...(motors.get(joint.column) ?? []), column]);
   }
   for (const [column, sources] of motors) {
@@ -228,16 +228,16 @@ function assembled(
   return new Motion(times, values, interpolation);
 }
 
-/** Samples a second of a smooth motion in a format that knows straight lines only. */
+/** Samples per second of a smooth motion in a format that has straight lines only. */
 const SAMPLES = 50;
 
-// What the header of a CSV file cannot hold, or takes for its column of times.
+// A joint's name that the header of a CSV file cannot hold, or that would be read as its column of times.
 const NO_HEADING = /[[\](),;\t\r\n"]|^\s|\s$|^(time|t)$/i;
 
 const rowsOf = (coordinates: Coordinate[], { values, width, count }: Motion) =>
   Array.from({ length: count }, (_, i) => coordinates.map(({ column }) => values[i * width + column]));
 
-/** The JSON file of nao_kin.motion: every number as it is. */
+/** Write the JSON file of nao_kin.motion, with all digits. */
 export function jsonText({ coordinates }: Pick<About, "coordinates">, motion: Motion) {
   const rows = rowsOf(coordinates, motion).map((row) => `  ${JSON.stringify(row)}`);
   return `{"format": "nao_kin motion",
@@ -251,8 +251,8 @@ ${rows.join(",\n")}]}
 }
 
 /**
- * The CSV file of nao_kin.motion: seconds and radians, hands as shares. It knows straight lines only, so a smooth motion
- * is sampled.
+ * Write the CSV file of nao_kin.motion: seconds and radians, hands as shares. It has straight lines only, so a smooth
+ * motion is sampled.
  *
  * @throws {Refused} a joint's name that a header cannot hold
  */
@@ -276,13 +276,13 @@ export const WRITERS: Record<
   json: { type: "application/json", write: jsonText },
 };
 
-/** A motion of straight lines: at the keys as before, between them many samples a second. */
+/** Sample a smooth motion to one of straight lines, which keeps the keys. */
 function sampled(motion: Motion) {
   const times = new Set(Array.from(motion.times));
   const steps = Math.floor((motion.end - motion.start) * SAMPLES);
   for (let step = 1; step <= steps; step++) {
     const time = motion.start + step / SAMPLES;
-    // No sample beside a key that is there anyway.
+    // No sample next to a key, which is kept anyway.
     const key = motion.segment(time);
     const near = [key, key + 1].some((i) => Math.abs(motion.times[i] - time) < 1e-3);
     if (!near && time < motion.end) times.add(time);

@@ -1,7 +1,7 @@
 import { clamp } from "../math/numbers.ts";
 import { Motion, type Interpolation } from "./motion.ts";
 
-/** a segment, which number is too fast, and the time [s] it would need */
+/** A segment, the column that is too fast in it, and the time [s] that the segment would need. */
 interface Excess {
   segment: number;
   column: number;
@@ -11,13 +11,13 @@ interface Excess {
 // Rounds in which a change of one segment may change the slopes, and so the speeds, of the next.
 const MOST_ROUNDS = 30;
 
-// A share by which a limit is passed without a word: times are rounded.
+// A limit may be exceeded by this share without a message, because times are rounded.
 const ROUNDING = 1e-9;
 
 /**
- * The segments that ask for more than a speed limit allows, each with the number that is worst.
+ * The segments that exceed a speed limit, each with the column that needs most time.
  *
- * @param limits of each number of q [1/s]; null for none
+ * @param limits the speed limit of each number of q [1/s]; null for none
  */
 export function excesses(motion: Motion, limits: readonly (number | null)[]): Excess[] {
   const found = [];
@@ -35,8 +35,8 @@ export function excesses(motion: Motion, limits: readonly (number | null)[]): Ex
 }
 
 /**
- * Times for the keys of a motion at which every speed limit is kept: segments that are too fast take as long as they
- * need, in whole milliseconds, and all behind them comes later.
+ * New times of a motion's keys that keep every speed limit: segments that are too fast take as long as they need, in
+ * whole milliseconds, and all later keys move later.
  */
 export function slowedTimes(motion: Motion, limits: readonly (number | null)[]): number[] {
   let slowed = motion;
@@ -57,26 +57,25 @@ export function slowedTimes(motion: Motion, limits: readonly (number | null)[]):
   return Array.from(slowed.times);
 }
 
-/** a time [s] and the configuration then */
+/** A time [s] and the configuration at that time. */
 export interface Key {
   time: number;
   q: readonly number[];
 }
 
-/** The least time between two keys, and the latest time of one [s]. */
+/** The least time between two keys, and the latest time of a key [s]. */
 export const GAP = 0.01;
 export const LATEST = 3600;
 
-/** How many keys there may be. */
+/** The largest number of keys. */
 export const MOST_KEYS = 500;
 
-/** How much later a key stands that is added behind the last [s]. */
+/** The time between the last key and one that is added after it [s]. */
 const STEP = 1;
 
 /**
- * Key frames in order of time. Nothing changes them: what edits them gives new ones.
- *
- * What adds or moves a key gives its place too.
+ * Key frames in order of time. They are immutable: the methods that edit them return new ones. Methods that add or move a
+ * key also return its place.
  */
 export class KeyFrames {
   /** @param keys ascending in time */
@@ -94,7 +93,7 @@ export class KeyFrames {
     return this.keys.length;
   }
 
-  /** The motion through the keys; null where there are none. */
+  /** The motion through the keys; null without keys. */
   get motion() {
     if (this.count === 0) return null;
     return Motion.of(
@@ -104,12 +103,12 @@ export class KeyFrames {
     );
   }
 
-  /** The place of the key at a time; −1 where there is none. */
+  /** The place of the key at a time; −1 if there is none. */
   at(time: number) {
     return this.keys.findIndex((key) => Math.abs(key.time - time) < GAP / 2);
   }
 
-  /** When a key that is added now is to be: now, or behind the last key where one is here already. */
+  /** The time for a new key: the given time, or after the last key if there is a key at that time already. */
   nextTime(time: number) {
     if (this.count === 0 || this.at(time) < 0) return time;
     return this.keys[this.count - 1].time + STEP;
@@ -119,12 +118,12 @@ export class KeyFrames {
     return this.putting(this.keys, { time, q: Array.from(q) });
   }
 
-  /** @param place of the key that is put behind the last once more */
+  /** @param place of the key that is copied to after the last key */
   duplicating(place: number) {
     return this.adding(this.keys[this.count - 1].time + STEP, this.keys[place].q);
   }
 
-  /** @param time wanted; the nearest that is free is taken */
+  /** @param time wanted; the nearest free time is used */
   moving(place: number, time: number) {
     return this.putting(this.keys.toSpliced(place, 1), { ...this.keys[place], time });
   }
@@ -141,7 +140,7 @@ export class KeyFrames {
     return new KeyFrames(this.keys, interpolation);
   }
 
-  /** @param times for the keys, ascending */
+  /** @param times new times of the keys, ascending */
   retimed(times: ArrayLike<number>) {
     return new KeyFrames(
       this.keys.map(({ q }, i) => ({ time: times[i], q })),
@@ -160,7 +159,7 @@ export class KeyFrames {
   }
 }
 
-/** The time nearest to the one wanted, in whole milliseconds, that is no nearer than GAP to any other. */
+/** The time nearest to the wanted one, in whole milliseconds, that is at least GAP from every other key. */
 function freeTime(others: readonly number[], wanted: number) {
   const rounded = (time: number) => Math.round(time * 1000) / 1000;
   const inside = clamp(rounded(wanted), 0, LATEST);

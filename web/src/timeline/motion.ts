@@ -1,13 +1,13 @@
 import { clamp, firstWhere } from "../math/numbers.ts";
 
-/** the keys of one joint */
+/** The keys of one joint. */
 export interface Track {
   name: string;
   times: number[];
   values: number[];
 }
 
-/** Keys of a joint that are read at all. */
+/** The largest number of keys of a joint that is read. */
 export const MOST_ROWS = 50_000;
 
 export const DEGREE = Math.PI / 180;
@@ -38,10 +38,10 @@ function smoothSlopes(times: ArrayLike<number>, value: (key: number) => number):
 export type Interpolation = "linear" | "smooth";
 
 /**
- * Configurations at times, and what lies between them: straight lines, or the monotone cubic that is at rest at both
- * ends. Before the first and after the last time the robot stands still. It is not changed once it is made.
+ * Configurations at times and the interpolation between them: straight lines, or the monotone cubic that is at rest at
+ * both ends. Before the first and after the last time the robot stands still. A motion is immutable.
  *
- * Joints of one motor are one number of a configuration, so they stay coupled.
+ * Joints that share a motor are one number of a configuration, so they stay coupled.
  */
 export class Motion {
   width: number;
@@ -86,7 +86,7 @@ export class Motion {
     return Array.from({ length: this.width }, (_, column) => this.values[index * this.width + column]);
   }
 
-  /** Which segment a time is in: a time of its own begins one, the last belongs to the one before. */
+  /** The segment of a time: the time of a key belongs to the segment after it, the last time to the last segment. */
   segment(time: number) {
     const next = firstWhere(this.count, (i) => this.times[i] > time);
     return clamp(next - 1, 0, Math.max(this.count - 2, 0));
@@ -110,7 +110,7 @@ export class Motion {
   /** The largest speed of a number in a segment [1/s]. */
   fastest(segment: number, column: number) {
     const [p, r, rise] = this.controls(segment, column);
-    // A third of the derivative, a quadratic: greatest at an end, or where it turns.
+    // A third of the derivative is a quadratic, which is largest at an end or at its vertex.
     const [a, b, c] = [p, r - p, rise - r];
     const turn = (a - b) / (a - 2 * b + c);
     const between = turn > 0 && turn < 1 ? (1 - turn) ** 2 * a + 2 * turn * (1 - turn) * b + turn ** 2 * c : 0;
@@ -129,18 +129,18 @@ export class Motion {
   }
 }
 
-/** Times that show a motion: its own where straight lines lie between them, else evenly spaced ones. */
+/** Times to draw a motion at: its own if it has straight lines, else evenly spaced ones. */
 export function sampleTimes(motion: Motion, most: number) {
   if (motion.count <= most && motion.interpolation === "linear") return Array.from(motion.times);
   return evenTimes(motion, most);
 }
 
-/** @param count from its start to its end */
+/** @param count number of times, from the motion's start to its end */
 export function evenTimes({ start, end }: Motion, count: number) {
   return Array.from({ length: count }, (_, i) => (i === count - 1 ? end : start + ((end - start) * i) / (count - 1)));
 }
 
-/** Those of some numbers of a configuration that go furthest, in the order given. */
+/** The columns whose values have the largest ranges, in the order given. */
 export function busiest({ values, width, count }: Motion, columns: readonly number[], most: number) {
   const ranges = columns.map((column) => {
     let [low, high] = [Infinity, -Infinity];

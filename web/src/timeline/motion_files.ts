@@ -6,12 +6,12 @@ import { KeyFrames, MOST_KEYS } from "./key_frames.ts";
 import { Motion } from "./motion.ts";
 import type { Player } from "./player.ts";
 
-// A file of at most so many configurations is taken as key frames, a longer one as a clip.
+// A file with at most this many configurations is opened as key frames, a longer one as a clip.
 const FEW = 60;
 
-/** Motions out of the page and into it as files: by a menu, or dropped on the page. */
+/** Saves and opens motions as files: by a menu, or by dropping a file on the page. */
 export class MotionFiles {
-  /** Files that were opened. */
+  /** Number of files opened. */
   opened = 0;
   button = iconButton("file", "Motion files", () => {});
   field = element("input", { type: "file", accept: ".csv,.tsv,.txt,.json", hidden: true, tabIndex: -1 });
@@ -83,7 +83,7 @@ export class MotionFiles {
     try {
       const { robot, stance } = player.page;
       const text = await file.text();
-      // A short file that was opened after a long one is read before it.
+      // Only the file opened last is shown: a short one may be read before a long one that was opened earlier.
       if (number === this.opened) this.take(name, readMotion(robot.about, text.replace(/^\ufeff/, ""), stance.q));
     } catch (error) {
       player.say(`${name}: ${error instanceof Refused ? error.message : "cannot be read"}`, true);
@@ -92,7 +92,7 @@ export class MotionFiles {
 
   take(name: string, read: Motion) {
     const { player } = this;
-    // Time begins at 0 here.
+    // The page's time begins at 0.
     const motion =
       read.start < 0
         ? new Motion(

@@ -7,7 +7,7 @@ export class ClipPlayback {
   known: Motion | null | undefined;
 
   /**
-   * @param begin called before the clip, rather than anything else, says how the robot stands
+   * @param begin called before the clip takes over the robot's vertical
    * @param fps configurations per second
    */
   constructor(
@@ -15,7 +15,7 @@ export class ClipPlayback {
     readonly begin: () => void,
     readonly fps: number,
   ) {
-    // An action that is not under way takes no notice of seeking.
+    // An action that is not playing ignores seeking.
     for (const action of this.animator.actions) action.play();
     if (this.playing) this.begin();
     else this.seek(0);
@@ -37,7 +37,7 @@ export class ClipPlayback {
     return this.animator.playing;
   }
 
-  /** The same as configurations; null where the clip moves something else. */
+  /** The clip as a motion; null if the clip moves anything but the robot's configuration. */
   get motion(): Motion | null {
     if (this.known === undefined) {
       const tracks = this.animator.actions.flatMap((action) => action.getClip().tracks);
@@ -61,13 +61,14 @@ export class ClipPlayback {
   seek(time: number) {
     this.pause();
     this.begin();
-    // The mixer writes what differs from what it wrote last, though the robot may have been moved since; stopped, it forgets it.
+    // The mixer writes only values that differ from those it wrote last, but the robot may have moved since. Stopping the
+    // actions makes it forget these values.
     for (const action of this.animator.actions) action.stop().play();
     this.animator.seek(time);
     this.animator.display_progress(time);
   }
 
-  /** @param on whether it begins again when it ends */
+  /** @param on whether playback begins again at the end */
   setLoop(on: boolean) {
     for (const action of this.animator.actions) action.setLoop(THREE.LoopRepeat, on ? Infinity : 1);
   }
@@ -109,7 +110,7 @@ export class MotionPlayback {
 
   pause() {
     this.playing = false;
-    // Played again before the next picture, it would else go on twice as fast.
+    // Otherwise, playing again before the next picture would make it run twice as fast.
     cancelAnimationFrame(this.request);
   }
 
@@ -126,7 +127,7 @@ export class MotionPlayback {
     this.show(this.motion.at(time));
   }
 
-  /** @param time may be behind the end, where the robot stands still */
+  /** @param time may be after the end, where the robot stands still */
   seek(time: number) {
     this.pause();
     this.time = Math.max(0, time);

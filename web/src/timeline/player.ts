@@ -9,9 +9,13 @@ import { MotionFiles } from "./motion_files.ts";
 import { ClipPlayback, MotionPlayback } from "./playback.ts";
 import { Recording } from "./recorder.ts";
 
-const MODES: Record<Mode, string> = { off: "None", behind: "Behind what moves", whole: "Of all that is played" };
+const MODES: Record<Mode, string> = {
+  off: "None",
+  behind: "Behind the moving frames",
+  whole: "Along the whole motion",
+};
 
-/** Which frames leave a trail, and when. */
+/** The menu that chooses the frames with a trail, and the kind of trail. */
 class TrailsMenu {
   button = iconButton("trail", "Trails of frames", () => {});
   menu: HTMLDivElement;
@@ -49,11 +53,11 @@ const SPEEDS = [0.1, 0.25, 0.5, 0.75, 1, 1.5, 2, 3, 4];
 /**
  * The bar under the view: it plays the clip from Python, a recording or key frames, one at a time.
  *
- * Events: "motion" when another one is played, or it was changed; "time" when the time shown is another one; "selected" when
- * a key frame is; "edited" when the key frames were changed.
+ * Events: "motion" when another motion is played or the motion has changed; "time" when the time shown changes; "selected"
+ * when a key frame is selected; "edited" when the key frames have changed.
  */
 export class Player extends EventTarget {
-  // What comes with the robot, in `start`.
+  // These are made with the robot, in `start`.
   editor: Editor;
   recording: Recording;
   plots: PlotStrip;
@@ -64,14 +68,14 @@ export class Player extends EventTarget {
   /** The clip from Python, a recording, or a file. */
   clip: Playback | null = null;
   keys: MotionPlayback | null = null;
-  /** The one of the two that is played. */
+  /** The one that is played: the clip or the key frames. */
   playback: Playback | null = null;
-  /** What the bar shows. */
+  /** The state that the bar shows. */
   shownState: string | undefined = undefined;
   button: HTMLButtonElement;
   scrubber = element("input", { type: "range", min: "0", step: "any", ariaLabel: "Time" });
   clock = element("output", { ariaLive: "off" });
-  loop = element("button", { type: "button", className: "loop", title: "Play again and again" }, "↻");
+  loop = element("button", { type: "button", className: "loop", title: "Repeat" }, "↻");
   speeds = element(
     "select",
     { ariaLabel: "Speed", title: "Speed" },
@@ -80,7 +84,7 @@ export class Player extends EventTarget {
   sheets = element("div", { className: "sheets" });
   tools = element("div", { className: "actions" });
 
-  /** @param begin called before the clip, rather than anything else, says how the robot stands */
+  /** @param begin called before the clip takes over the robot's vertical */
   constructor(
     public page: App,
     public bar: HTMLElement,
@@ -89,7 +93,7 @@ export class Player extends EventTarget {
     super();
     this.button = element("button", { type: "button", className: "play", onclick: () => this.toggle() });
     this.scrubber.oninput = () => this.seek(Number(this.scrubber.value));
-    this.loop.ariaLabel = "Play again and again";
+    this.loop.ariaLabel = "Repeat";
     this.loop.onclick = () => this.setLoop(!this.looping);
     this.speeds.onchange = () => this.setSpeed(Number(this.speeds.value));
     const own = element("div", { className: "own" }, this.button, this.scrubber, this.clock, this.loop, this.speeds);
@@ -98,7 +102,7 @@ export class Player extends EventTarget {
     page.addEventListener("started", () => this.start());
   }
 
-  // The robot is there, and the panel.
+  // Called when the robot and the panel have been made.
   start() {
     this.editor = new Editor(this);
     this.recording = new Recording(this);
@@ -125,7 +129,7 @@ export class Player extends EventTarget {
     return this.playback !== null;
   }
 
-  /** What is played, as configurations over time. */
+  /** The motion that is played, as configurations over time. */
   get motion() {
     return this.playback?.motion ?? null;
   }
@@ -134,17 +138,17 @@ export class Player extends EventTarget {
     return this.playback?.time ?? 0;
   }
 
-  /** @param message of meshcat: a clip has come */
+  /** @param message of meshcat with a new clip */
   load({ animations, options }: { animations?: { clip: { fps?: number } }[]; options: { repetitions: number } }) {
     if (this.page.viewer.animator.actions.length === 0) return this.unload();
     this.keys?.pause();
-    // What pauses the clip before would pause this one: the animator plays it already.
+    // The animator already plays the new clip, so pausing the old one would pause the new one.
     if (this.playback instanceof ClipPlayback) this.playback = null;
     this.looping = !(options.repetitions <= 1);
     this.setClip(new ClipPlayback(this.page.viewer, this.begin, animations?.[0]?.clip.fps ?? 30));
   }
 
-  // The clip from Python is over.
+  // Remove the clip from Python.
   unload() {
     const { animator } = this.page.viewer;
     if (animator.playing) animator.pause();
@@ -153,14 +157,14 @@ export class Player extends EventTarget {
     if (this.playback instanceof ClipPlayback) this.change(this.keys);
   }
 
-  /** @param clip what is played from now on, rather than key frames */
+  /** @param clip the clip to play from now on, instead of key frames */
   setClip(clip: Playback) {
     this.clip = clip;
     this.editor.open(false);
     this.change(clip);
   }
 
-  /** Key frames have come, were changed, or are gone. */
+  /** Take over new or changed key frames; null if there are none any more. */
   setKeys(motion: Motion | null) {
     if (!motion) this.keys = null;
     else if (this.keys) this.keys.motion = motion;
@@ -213,13 +217,13 @@ export class Player extends EventTarget {
     this.playback?.setSpeed(speed);
   }
 
-  /** Show a configuration of a motion of this page; other pages follow. */
+  /** Show a configuration of a motion of this page, and report it, so that other pages follow. */
   show(q: number[]) {
     this.page.stance.put(q, null, false);
     this.page.reports.playing("played", q);
   }
 
-  /** Bring the bar up to date; on every picture. */
+  /** Bring the bar up to date; called for every picture. */
   refresh() {
     if (!this.playback) return;
     const { playing, time, duration } = this.playback;
@@ -237,7 +241,7 @@ export class Player extends EventTarget {
     this.dispatchEvent(new Event("time"));
   }
 
-  /** A button of the bar that is on or off. */
+  /** Make a button of the bar that is on or off. */
   switch(name: IconName, label: string, onclick: () => void) {
     const button = iconButton(name, label, onclick);
     button.setAttribute("aria-pressed", "false");

@@ -3,8 +3,8 @@ import { Motion } from "./motion.ts";
 import type { Player } from "./player.ts";
 
 /**
- * The samples of a motion that suffice: straight lines between them stay within a tolerance of all others (Ramer,
- * Douglas and Peucker, each number for itself). Null where that takes more than some number of them.
+ * Reduce the samples of a motion, so that straight lines between the remaining ones stay within a tolerance of all others
+ * (Ramer, Douglas and Peucker, for each number separately). Null if that takes more than `most` samples.
  */
 export function thinned(motion: Motion, tolerance: number, most: number) {
   const { times, values, width, count } = motion;
@@ -33,7 +33,7 @@ export function thinned(motion: Motion, tolerance: number, most: number) {
   );
 }
 
-/** The button that records what moves, whoever moves it, and the clip that comes of it. */
+/** The button that records the robot's motion, whatever moves it, and makes a clip of it. */
 export class Recording {
   recorder: Recorder | null = null;
   began = 0;
@@ -42,7 +42,7 @@ export class Recording {
   timer: number | undefined;
 
   constructor(readonly player: Player) {
-    this.button = player.switch("record", "Record what moves", () => (this.recorder ? this.stop() : this.start()));
+    this.button = player.switch("record", "Record the motion", () => (this.recorder ? this.stop() : this.start()));
     this.button.classList.add("record");
     this.button.append(this.clock);
   }
@@ -71,7 +71,9 @@ export class Recording {
     recorder.add(this.time, this.player.page.stance.q);
     this.show();
     if (recorder.rate === rate) return;
-    this.player.say(`The recording is long: from now on ${recorder.rate.toFixed(1)} configurations a second are kept.`);
+    this.player.say(
+      `The recording is long: from now on ${recorder.rate.toFixed(1)} configurations per second are kept.`,
+    );
   }
 
   show() {
@@ -87,7 +89,7 @@ export class Recording {
     this.recorder = null;
     this.clock.textContent = "";
     this.button.setAttribute("aria-pressed", "false");
-    this.button.ariaLabel = this.button.title = "Record what moves";
+    this.button.ariaLabel = this.button.title = "Record the motion";
     const motion = recorder?.motion;
     player.page.streams.end(motion);
     if (!motion) return;
@@ -97,15 +99,15 @@ export class Recording {
   }
 }
 
-/** Samples a second, while there is room. */
+/** Samples per second, while there is room. */
 const RATE = 30;
 
-// Numbers that are kept at most: 36 000 samples of a NAO, 20 minutes at 30 a second.
+// The largest count of numbers kept: 36 000 samples of a NAO, 20 minutes at 30 per second.
 const MOST_NUMBERS = 36_000 * 25;
 
 /**
- * Configurations over time in memory of bounded size: when it is full, every second sample is dropped, and from then on
- * half as many are taken. So a recording of any length is there from its beginning.
+ * Records configurations over time in memory of bounded size: when it is full, every second sample is dropped and the rate
+ * is halved. So even a long recording is kept from its beginning.
  */
 export class Recorder {
   rate = RATE;
@@ -131,13 +133,13 @@ export class Recorder {
   }
 
   /**
-   * Take a sample, unless the last one is too young.
+   * Take a sample, unless the last one is too recent.
    *
-   * @param whatever take it all the same: the last one of a recording
+   * @param whatever take it in any case, as the last sample of a recording
    */
   add(time: number, q: ArrayLike<number>, whatever: boolean = false) {
     const age = time - this.end;
-    // Timers are not punctual: a tenth too early is early enough.
+    // Timers are not exact, so a sample may come a tenth of the interval early.
     if (this.count > 0 && (age <= 0 || (!whatever && age < 0.9 / this.rate))) return;
     if (this.count === this.most) this.halve();
     this.times[this.count] = time;
@@ -156,7 +158,7 @@ export class Recorder {
     this.rate /= 2;
   }
 
-  /** What was recorded; null where that is nothing. */
+  /** The recorded motion; null if there are no samples. */
   get motion() {
     if (this.count === 0) return null;
     return new Motion(this.times.slice(0, this.count), this.values.slice(0, this.count * this.width));

@@ -4,24 +4,25 @@ import type { KeyFrames } from "./key_frames.ts";
 
 const STEPS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600];
 const MOST_TICKS = 9;
-// The least span of the track, and its share behind the last key.
+// The least span of the track [s], and the factor of its span over the time of the last key.
 const [SHORTEST, ROOM] = [2, 1.15];
 
 /**
- * The line that key frames stand on. Keys are taken and moved with a pointer; beside them it goes to a time. what is done on the track
+ * What the track calls when the user acts on it: a pointer selects and moves keys, and elsewhere it moves to a time.
  */
 interface Hands {
   select: (place: number) => void;
-  /** a key is taken */
+  /** A pointer grabs a key. */
   grab: (place: number) => void;
-  /** the key that was taken */
+  /** The grabbed key is moved to a time. */
   drag: (time: number) => void;
   release: () => void;
   seek: (time: number) => void;
-  /** a key of the keyboard on a key frame */
+  /** A key of the keyboard is pressed on a key frame. */
   press: (event: KeyboardEvent, place: number) => void;
 }
 
+/** The track on which the key frames are drawn. */
 export class Track {
   span = 0;
   diamonds: HTMLElement[] = [];
@@ -49,7 +50,7 @@ export class Track {
     if (event.button !== 0) return;
     const key = event.target instanceof Element ? event.target.closest(".key") : null;
     const place = key ? this.diamonds.indexOf(key as HTMLElement) : -1;
-    // Where the pointer is beside the key that it takes.
+    // The difference between the time of the grabbed key and that of the pointer.
     const offset = place < 0 ? 0 : Number(key?.getAttribute("aria-valuenow")) - this.timeAt(event);
     event.preventDefault();
     this.element.setPointerCapture(event.pointerId);

@@ -15,19 +15,19 @@ export function rangeOf(
   return [low, high];
 }
 
-/** The configuration seen in a mirror between left and right; a floating base stays. */
+/** The configuration mirrored between left and right; a floating base stays. */
 export function mirrored({ mirror }: Pick<About, "mirror">, q: ArrayLike<number>) {
   const image = Array.from(q);
-  // Adding zero takes the sign off a negative zero.
+  // Adding zero turns a negative zero into zero.
   for (const { column, of, multiplier, offset } of mirror) image[column] = multiplier * q[of] + offset + 0;
   return image;
 }
 
 /**
- * A configuration inside all limits, coupled ones included, each joint uniform in its range; one without limits is
- * uniform in half a turn to either side. A floating base stays.
+ * A random configuration inside all limits, including the coupled ones. Each joint is uniform in its range; a joint without
+ * limits is uniform within half a turn to either side. A floating base stays.
  *
- * @param random uniform in [0, 1)
+ * @param random gives uniform numbers in [0, 1)
  */
 export function randomWithin(
   about: Pick<About, "coordinates" | "tables">,
@@ -54,7 +54,7 @@ export function randomWithin(
   return values;
 }
 
-/** Values that rounding took out of their ranges, on the limits again; those further outside stay there. */
+/** Put values that rounding moved out of their ranges back on the limits; values farther outside stay. */
 export function unrounded(about: Pick<About, "coordinates" | "tables">, q: number[], rounding: number) {
   const values = [...q];
   for (const coordinate of about.coordinates) {
@@ -80,7 +80,7 @@ function angles({ naoqi, joints }: About, q: ArrayLike<number>) {
 
 const field = (text: string) => (/[",;\t\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
 
-/** The texts that a configuration is copied as. Numbers have all their digits, in rad, m and shares. */
+/** The formats in which a configuration is copied. Numbers have all their digits, in rad, m and shares. */
 export const FORMATS: Record<
   string,
   {

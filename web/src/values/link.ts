@@ -6,7 +6,7 @@ import { quoted } from "./names.ts";
 import { jointsAtZero, withValues } from "./reading.ts";
 import type { Choice } from "./units.ts";
 
-// Links give joints to a millionth: of a radian, that moves no hand by a micrometre.
+// Links round joint values to a millionth; a millionth of a radian moves no hand by a micrometre.
 export const ROUNDING = 1e-6;
 
 const NUMBER = /^-?\d{1,9}(\.\d{1,17})?$/;
@@ -17,7 +17,7 @@ const rounded = (value: number, digits: number = 6) =>
     .replace(/\.?0+$/, "")
     .replace(/^-0$/, "0");
 
-/** What is before the sign, and after it. */
+/** The parts of a text before and after the sign. */
 function splitAt(text: string, sign: string): [string, string] {
   const at = text.indexOf(sign);
   return at < 0 ? [text, ""] : [text.slice(0, at), text.slice(at + 1)];
@@ -27,23 +27,23 @@ function decoded(text: string) {
   try {
     return decodeURIComponent(text);
   } catch {
-    throw new Refused(`${quoted(text)} is no text of a link`);
+    throw new Refused(`${quoted(text)} is not valid in a link`);
   }
 }
 
-/** All that a link to a page says. */
+/** The state of a page that a link holds. */
 interface State {
   q: number[];
-  /** the vertical in the root's frame, null for what the robot stands on by itself */
+  /** The vertical in the root's frame; null to let the page place the robot on the floor. */
   up: number[] | null;
-  /** a preset, or the places of the camera and of what it looks at */
+  /** A preset, or the position of the camera and the point that it looks at. */
   camera: string | number[];
-  /** what is drawn over the robot */
+  /** The overlays that are on. */
   shown: string[];
   units: Choice;
-  /** whose pose is read out */
+  /** The frame whose pose the panel shows. */
   frame: string;
-  /** the key frames, if there are any */
+  /** The key frames; null if there are none. */
   keys: KeysShown | null;
 }
 
@@ -63,7 +63,7 @@ function oneOf(name: string, valid: readonly string[], kind: string) {
   return name;
 }
 
-/** A configuration with its base elsewhere. */
+/** A configuration with another pose of its base. */
 function withBase(q: number[], base: number[]) {
   if (!(Math.hypot(...base.slice(3)) > 1e-3)) throw new Refused("a base with no orientation");
   return [...base, ...q.slice(base.length)];
@@ -85,19 +85,19 @@ const READERS: Record<string, (value: string, reading: Reading) => Partial<State
   },
   base(value, { about, state }) {
     const numbers = numbersOf(value, 7, "base");
-    if (!about.floating) throw new Refused("a base that moves, which this robot does not have");
+    if (!about.floating) throw new Refused("the link has a floating base, which this robot does not have");
     return { q: withBase(state.q ?? about.neutral, numbers) };
   },
   up(value) {
     const up = numbersOf(value, 3, "up");
-    if (!(Math.hypot(...up) > 1e-3)) throw new Refused("up is no direction");
+    if (!(Math.hypot(...up) > 1e-3)) throw new Refused("up is zero, which is no direction");
     return { up };
   },
   camera(value, { about }) {
     if (value.includes(",")) {
       const places = numbersOf(value, 6, "camera");
       if (places.every((x, i) => Math.abs(x - places[(i + 3) % 6]) < 1e-3)) {
-        throw new Refused("a camera that looks at itself");
+        throw new Refused("the camera looks at its own position");
       }
       return { camera: places };
     }
@@ -110,7 +110,7 @@ const READERS: Record<string, (value: string, reading: Reading) => Partial<State
     };
   },
   show: (value, { toggles }) => ({
-    shown: value ? value.split(",").map((name) => oneOf(decoded(name), toggles, "thing to show")) : [],
+    shown: value ? value.split(",").map((name) => oneOf(decoded(name), toggles, "overlay")) : [],
   }),
   units(value) {
     const [angle, length] = splitAt(value, ",");
@@ -130,8 +130,8 @@ const READERS: Record<string, (value: string, reading: Reading) => Partial<State
 };
 
 /**
- * What stands after the # of a link. Joints at zero are left out, as `nao.configuration({…})` does; and key frames, where
- * there is no room for them.
+ * Write the part of a link after the #. Joints at zero are left out, as in `nao.configuration({…})`; key frames are left out
+ * if they are too long.
  */
 export function writeLink(about: About, { q, up, camera, shown, units, frame, keys }: State) {
   const joints = about.coordinates
@@ -156,9 +156,9 @@ export function writeLink(about: About, { q, up, camera, shown, units, frame, ke
 }
 
 /**
- * What a link says; what it leaves out is not in the answer.
+ * Read the state in a link; fields that the link leaves out are not in the result.
  *
- * @param toggles that a link may name
+ * @param toggles the overlays that a link may name
  * @throws {Refused}
  */
 export function readLink(about: About, toggles: readonly string[], text: string): Partial<State> {
@@ -170,43 +170,43 @@ export function readLink(about: About, toggles: readonly string[], text: string)
   if (version !== VERSION) {
     throw new Refused(
       version === undefined
-        ? `${quoted(text)} is no state of this page`
-        : `a link of version ${quoted(version)}, this page reads ${VERSION}`,
+        ? `${quoted(text)} is not a state of this page`
+        : `the link has version ${quoted(version)}, but this page reads version ${VERSION}`,
     );
   }
   const state: Partial<State> = {};
   for (const [key, value] of parts) {
     if (key === "v") continue;
-    if (!Object.hasOwn(READERS, key)) throw new Refused(`nothing is called ${quoted(key)} in a link`);
+    if (!Object.hasOwn(READERS, key)) throw new Refused(`unknown field ${quoted(key)} in the link`);
     Object.assign(state, READERS[key](value, { about, toggles, state }));
   }
   return state;
 }
 
-/** key frames, and the time that is on show [s] */
+/** The key frames, and the time shown [s]. */
 interface KeysShown {
   frames: KeyFrames;
   time: number;
 }
 
-// Key frames as a link has them:
+// The format of key frames in a link:
 //
 //   linear:1.5:HeadYaw,LKneePitch;0:5yc4,-7ps;1.5:,8w
 //
-// What lies between them, the time that is on show, and the joints that are anywhere but at zero; then each key, its time
-// and the values of these joints: millionths of a radian or metre in base 36, nothing for that of the key before.
+// First the interpolation, the time shown, and the joints that are ever nonzero. Then for each key its time and the values
+// of these joints, in millionths of a radian or metre in base 36; an empty value is that of the key before.
 
-/** How many key frames a link has room for, and how many characters: sixty in which all joints of a NAO move fit. */
+/** The largest number of key frames in a link, and of their characters: enough for sixty that move all joints of a NAO. */
 export const MOST_LINKED = 60;
 const LONGEST_KEYS = 9000;
 
-// In the place of a joint's name, the pose of a floating base; no name has this sign, for it is written as %40.
+// Stands for the pose of a floating base in the list of joints; in a joint's name this sign would be written as %40.
 const BASE = "@";
 const BASE_COLUMNS = [0, 1, 2, 3, 4, 5, 6];
 
 const WHOLE = /^-?[0-9a-z]{1,8}$/;
 
-/** @returns null where a link has no room for them */
+/** @returns null if they are too long for a link */
 export function writeKeys(about: About, { frames: { keys, interpolation }, time }: KeysShown): string | null {
   if (keys.length > MOST_LINKED) return null;
   const whole = keys.map(({ q }) => q.map((value) => Math.round(value / ROUNDING)));
@@ -236,7 +236,7 @@ export function readKeys(about: About, text: string): KeysShown {
   const names = list === "" ? [] : list.split(",");
   const hasBase = names[0] === BASE;
   if (hasBase !== about.floating) {
-    throw new Refused(`key frames ${hasBase ? "with" : "without"} a base that moves, unlike this robot`);
+    throw new Refused(`key frames ${hasBase ? "with" : "without"} a floating base, unlike this robot`);
   }
   const joints = names.slice(hasBase ? 1 : 0).map(decoded);
   const count = joints.length + (hasBase ? BASE_COLUMNS.length : 0);
@@ -247,7 +247,7 @@ export function readKeys(about: About, text: string): KeysShown {
     values = changed(values, count === 0 && written === "" ? [] : written.split(","), at);
     const before = keys.at(-1)?.time ?? -Infinity;
     const now = timeOf(at);
-    if (!(now > before)) throw new Refused(`a key frame at ${at} s behind one at ${before} s`);
+    if (!(now > before)) throw new Refused(`a key frame at ${at} s follows one at ${before} s`);
     keys.push({ time: now, q: configuration(about, hasBase, joints, values) });
   }
   return { frames: new KeyFrames(keys, interpolation), time: timeOf(time) };
@@ -267,7 +267,7 @@ function changed(before: number[], parts: string[], at: string) {
   }
   return parts.map((part, i) => {
     if (part === "") return before[i];
-    if (!WHOLE.test(part)) throw new Refused(`${quoted(part)} is no value of a key frame`);
+    if (!WHOLE.test(part)) throw new Refused(`${quoted(part)} is not a value of a key frame`);
     return Number.parseInt(part, 36);
   });
 }

@@ -1,15 +1,15 @@
-/** A text that is not read, or values that are not written: one line that says what is wrong, and where. */
+/** The error of a text that cannot be read, or of values that cannot be written; the message says what is wrong, and where. */
 export class Refused extends Error {}
 
 const DECIMAL = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
 
-/** The number that a text writes in decimals; NaN where it writes none. */
+/** The value of a decimal number; NaN if the text is not one. */
 export const decimal = (text: string) => (DECIMAL.test(text) ? Number(text) : NaN);
 
 const DELIMITERS = [",", ";", "\t"];
 
 /**
- * The records of a CSV text and the lines that they begin in; the header line says what separates fields. Empty records
+ * Read the records of a CSV text and the lines in which they begin. The header line determines the delimiter; empty records
  * are left out.
  *
  * @throws {Refused}
@@ -47,8 +47,8 @@ export function readRecords(text: string): { fields: string[]; line: number }[] 
   return records;
 }
 
-// Reads the little that a configuration is written in: JSON, and the part of Python that names values and calls one
-// function with them. Nothing is executed.
+// Reads the syntax in which configurations are written: JSON, and the part of Python that assigns names to values and calls
+// a function with them. Nothing is executed.
 
 export type Value = number | string | Value[] | Entries | Call | Name;
 interface Name {
@@ -56,12 +56,12 @@ interface Name {
   name: string;
 }
 
-/** The entries of an object, in their order and with repeated keys. */
+/** The entries of an object, in order and including repeated keys. */
 export class Entries {
   list: { key: string; value: Value; line: number }[] = [];
 }
 
-/** A call of a function by its last name, and what it was given. */
+/** A call: the last part of the function's name, and the arguments. */
 export class Call {
   constructor(
     readonly name: string,
@@ -71,7 +71,7 @@ export class Call {
   ) {}
 }
 
-// Lists within lists, and calls within calls, that are read.
+// The deepest nesting of lists and calls that is read.
 const DEEPEST = 8;
 
 const SPACE = /(?:[\s;]|#[^\n]*|\\\r?\n)*/y;
@@ -89,7 +89,7 @@ class Reader {
 
   constructor(readonly text: string) {}
 
-  // Counted on from where it was asked for last, or a long text would be gone through for every entry.
+  // Counts on from the last call, because counting from the start for every entry would be slow in a long text.
   get line() {
     const { counted } = this;
     for (; counted.at < this.at; counted.at++) if (this.text[counted.at] === "\n") counted.line += 1;
@@ -135,7 +135,7 @@ class Reader {
   }
 
   value(depth: number): Value {
-    if (depth > DEEPEST) throw new Refused(`line ${this.line}: lists in lists in lists`);
+    if (depth > DEEPEST) throw new Refused(`line ${this.line}: lists are nested too deeply`);
     this.match(SPACE);
     if (this.take("{")) return this.entries(depth + 1);
     if (this.take("[")) return this.list("]", depth + 1);
@@ -160,7 +160,7 @@ class Reader {
     return values;
   }
 
-  /** Whether only blanks separate the next number from these, as NumPy prints them. */
+  /** Whether the next number follows these after blanks only, as NumPy prints arrays. */
   goesOn(values: Value[]) {
     NUMBER.lastIndex = this.at;
     return typeof values.at(-1) === "number" && /\s/.test(this.text[this.at - 1]) && NUMBER.test(this.text);
@@ -190,7 +190,7 @@ class Reader {
       else given.push(value);
       if (!this.take(",") && !this.ends(")")) throw this.fail(", or )");
     }
-    // NumPy's own kinds of numbers, as it prints them.
+    // NumPy's number types as it prints them, such as np.float64(0.5).
     if (/\bfloat(32|64)$/.test(name) && given.length === 1 && typeof given[0] === "number") return given[0];
     return new Call(name.slice(name.lastIndexOf(".") + 1), given, named, line);
   }
@@ -212,7 +212,7 @@ function unescaped(text: string) {
 }
 
 /**
- * The values of the statements of a text, the names that it gives to some of them put in.
+ * Read the values of the statements of a text; names that the text assigned are replaced by their values.
  *
  * @throws {Refused}
  */

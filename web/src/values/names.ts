@@ -1,14 +1,14 @@
-// Characters of a name that are compared, and that a message shows.
+// The largest number of characters of a name that are compared, and that a message shows.
 const COMPARED = 60;
 const SHOWN = 40;
 
-/** A name from elsewhere, as a message shows it. */
+/** Quote a name from a file or the user for a message. */
 export const quoted = (name: string) => `"${name.length > SHOWN ? `${name.slice(0, SHOWN - 1)}…` : name}"`;
 
-/** Whether a joint is a hand, given as a share from closed to open. */
+/** Whether a joint is a hand, whose value is a share from closed to open. */
 export const isHand = (name: string) => name === "LHand" || name === "RHand";
 
-/** The valid names that take the fewest changes of letters, best first; none where half the letters differ. */
+/** The valid names with the fewest changed letters, best first; names that differ in half the letters are left out. */
 export function nearest(name: string, valid: readonly string[], count: number = 3) {
   const wanted = name.slice(0, COMPARED).toLowerCase();
   return valid
@@ -19,13 +19,13 @@ export function nearest(name: string, valid: readonly string[], count: number = 
     .map(({ candidate }) => candidate);
 }
 
-/** What to say of a name that is none. */
+/** The message about an unknown joint name. */
 export function unknown(name: string, valid: readonly string[]) {
   const near = nearest(name, valid);
-  return `unknown joint ${quoted(name)} ${near.length ? `(nearest: ${near.join(", ")})` : "(no name is like it)"}`;
+  return `unknown joint ${quoted(name)} ${near.length ? `(nearest: ${near.join(", ")})` : "(no similar name)"}`;
 }
 
-/** Whether a name has every word that is looked for in it; letter case counts for nothing. */
+/** Whether a name contains every word of a search, ignoring case. */
 export function matches(name: string, sought: string) {
   const lower = name.toLowerCase();
   return sought

@@ -2,28 +2,28 @@ import type { About } from "../types.ts";
 import { Call, Entries, Refused, decimal, isName, readRecords, readStatements, type Value } from "./literals.ts";
 import { isHand, quoted, unknown } from "./names.ts";
 
-/** A joint's value as it was written, and the line, 0 where there is none to name. */
+/** A joint's value as it was written, and its line, 0 if it is unknown. */
 interface Written {
   name: string;
   value: Value;
   line: number;
 }
 
-// Characters of a text that is read at all: some thirty times those of a NAO's configuration.
+// The longest text that is read: about thirty times the length of a NAO's configuration.
 const LONGEST = 100_000;
 
-// How far two joints of one motor may disagree, as in nao_kin.robot.
+// How far the values of two joints that share a motor may differ, as in nao_kin.robot.
 const COUPLING_TOLERANCE = 1e-6;
 
-// How far outside its limits, or from zero without them, a joint is shown: further is no joint value [rad, m].
+// Values farther outside the limits than this, or from zero without limits, are refused [rad, m].
 const FURTHEST = 2 * Math.PI;
 const FURTHEST_OPEN = 1000;
 
 /**
- * A configuration with some joints at other values.
+ * Set some joints of a configuration to new values.
  *
- * @throws {Refused} an unknown joint, one named twice, no number, two joints of one motor that disagree, a value
- *   that no joint has
+ * @throws {Refused} an unknown joint, a joint given twice, a value that is not a number, two joints of one motor with
+ *   different values, a value far outside the limits
  */
 export function withValues(about: About, q: ArrayLike<number>, written: Written[]) {
   const joints = new Map(about.joints.map((joint) => [joint.name, joint]));
@@ -39,7 +39,7 @@ export function withValues(about: About, q: ArrayLike<number>, written: Written[
     if (typeof value !== "number" || !Number.isFinite(value)) {
       throw fail(`${name} is ${shown(value)}, expected a finite number`);
     }
-    // A joint that a motor does not move has nothing to say.
+    // A joint with multiplier 0 does not move, so its value is ignored.
     if (joint.multiplier === 0) continue;
     const coordinate = (value - joint.offset) / joint.multiplier;
     const before = set.get(joint.column);
@@ -87,7 +87,7 @@ function fromEntries({ list }: Entries) {
 function fromCsv(text: string): Written[] {
   const [header, ...rows] = readRecords(text);
   if (rows.length === 0) {
-    throw new Refused("a line of names and no values; expected JSON, CSV, Python or NAOqi");
+    throw new Refused("names without values; expected JSON, CSV, Python or NAOqi");
   }
   const [{ fields, line }] = rows;
   if (rows.length > 1) throw new Refused(`${rows.length} rows of values, expected one`);
@@ -117,7 +117,7 @@ const CALLS: Record<
     const { names, angles, line } = namesAndAngles(about, call);
     const absolute = call.named.get("isAbsolute") ?? call.given[3];
     if (absolute !== undefined && isName(absolute) && absolute.name === "False") {
-      throw new Refused(`line ${line}: angleInterpolation by relative angles, expected absolute ones`);
+      throw new Refused(`line ${line}: angleInterpolation with relative angles, expected absolute ones`);
     }
     // Each joint has a list of keys; a single key may stand without one.
     const keys = names.length === 1 && !Array.isArray(angles[0]) ? [angles] : angles;
@@ -132,7 +132,7 @@ const CALLS: Record<
   },
 };
 
-/** The joints of one of NAOqi's names, in its order, as in nao_kin.naoqi.names. */
+/** The joints that a name of NAOqi stands for, in NAOqi's order, as in nao_kin.naoqi.names. */
 function jointsOf({ naoqi, chains, joints }: About, name: string): string[] {
   const within = (titles: string[]) =>
     titles.flatMap((title) => chains.find((chain) => chain.title === title)?.joints.map((joint) => joint.name) ?? []);
@@ -153,10 +153,10 @@ function jointsOf({ naoqi, chains, joints }: About, name: string): string[] {
   }
 }
 
-/** What an array of NumPy is made of; any other value is itself. */
+/** The list in an array of NumPy; any other value is returned unchanged. */
 const unwrapped = (value: Value) => (value instanceof Call && value.name === "array" ? value.given[0] : value);
 
-/** The first two arguments of a call of NAOqi. */
+/** The joint names and the angles of a call of NAOqi. */
 function namesAndAngles(about: About, { name, given, named, line }: Call) {
   const first = named.get("names") ?? given[0];
   const second = unwrapped(named.get("angles") ?? named.get("angleLists") ?? given[1]);
@@ -178,12 +178,12 @@ function paired(names: string[], values: Value[], line: number) {
 
 function shown(value: Value) {
   if (typeof value === "string") return quoted(value);
-  if (typeof value === "number") return Number.isNaN(value) ? "no number" : "a number too large for floating point";
+  if (typeof value === "number") return Number.isNaN(value) ? "not a number" : "a number too large for floating point";
   if (isName(value)) return value.name.slice(0, 40);
   return Array.isArray(value) ? "a list" : value instanceof Call ? `a call of ${quoted(value.name)}` : "an object";
 }
 
-/** The numbers of a list or an array that has nothing else, or only one row. */
+/** The numbers of a list or array that contains only numbers, or a single row of them; else an empty list. */
 function rowOf(value: Value): Value[] {
   const list = unwrapped(value);
   if (!Array.isArray(list)) return [];
@@ -191,7 +191,7 @@ function rowOf(value: Value): Value[] {
   return list.every((entry) => typeof entry === "number") ? list : [];
 }
 
-/** Values without names: all of the robot's own, in the order of q, or all of NAOqi's Body. */
+/** Read values without names: the robot's joint values in the order of q, or the values of NAOqi's Body. */
 function numbered({ coordinates, naoqi }: About, values: Value[]) {
   const own = coordinates.map(({ joint }) => joint);
   const names = values.length === own.length ? own : naoqi;
@@ -203,7 +203,7 @@ function numbered({ coordinates, naoqi }: About, values: Value[]) {
 }
 
 function recognised(about: About, text: string): { kind: string; written: Written[]; others: "stay" | "zero" } {
-  // A header names joints, and no joint has one of these in its name unless it is quoted.
+  // A first line without these characters is the header of a CSV; a joint's name contains them only in quotes.
   const first = text.trimStart().split("\n", 1)[0];
   if (/^[\d\s.,;e+-]+$/i.test(text)) return numbered(about, readStatements(`[${text}]`)[0] as Value[]);
   if (!/[[{(=]|^(#|(import|from)\b)/.test(first)) {
@@ -224,16 +224,15 @@ function recognised(about: About, text: string): { kind: string; written: Writte
   const known = Object.keys(CALLS).join(", ");
   const found = calls.at(-1);
   if (found) throw new Refused(`line ${found.line}: a call of ${quoted(found.name)}, expected one of ${known}`);
-  throw new Refused(`no joints and values in it; expected JSON, CSV, a list of numbers, or a call of ${known}`);
+  throw new Refused(`no joint values found; expected JSON, CSV, a list of numbers, or a call of ${known}`);
 }
 
 /**
- * The configuration that a text writes as JSON, CSV, Python or a call of NAOqi.
+ * Read the configuration in a text: JSON, CSV, Python or a call of NAOqi.
  *
- * Joints that the text does not name stay as they are; those that `configuration({…})` does not name are at zero, as in
- * Python.
+ * Joints that the text does not name keep their values; with `configuration({…})` they are at zero, as in Python.
  *
- * @param q the configuration on show
+ * @param q the configuration shown
  * @throws {Refused}
  */
 export function readConfiguration(

@@ -32,13 +32,13 @@ const UNITS: Record<"deg" | "rad" | "mm" | "m" | "percent", Unit> = {
 
 export const USUAL: Choice = { angle: "deg", length: "mm" };
 
-// Characters that a typed number may have.
+// The largest number of characters of a typed number.
 const LONGEST = 40;
 
 /**
- * The unit that the coordinates of one kind are shown in.
+ * The unit in which coordinates of one kind are shown.
  *
- * @param kind "rad", "m" or "1", as Python says it
+ * @param kind the coordinate's unit in Python: "rad", "m" or "1"
  */
 export function unitOf(kind: string, choice: Choice) {
   if (kind === "1") return UNITS.percent;
@@ -46,22 +46,22 @@ export function unitOf(kind: string, choice: Choice) {
 }
 
 /**
- * A value as a number without its unit.
+ * Write a value as a number without its unit.
  *
  * @param value in rad, m or as a share
  */
 export const format = (value: number, { scale, digits: usual }: Unit, digits: number = usual) =>
   fixed(value * scale, digits);
 
-/** The same with its unit. */
+/** Write a value with its unit. */
 export const withUnit = (value: number, unit: Unit, digits?: number) =>
   `${format(value, unit, digits)}${unit.sign === "°" ? "" : " "}${unit.sign}`;
 
-/** The same in one line. */
+/** Write a value with its unit, with a space that does not break. */
 export const spoken = (value: number, unit: Unit, digits?: number) =>
   withUnit(value, unit, digits).replace(" ", "\u00a0");
 
-/** The value that a typed number means; NaN where it is none. A decimal comma is read as a point. */
+/** The value of a typed number; NaN if it is not a number. A decimal comma is read as a point. */
 export function parse(text: string, unit: Unit) {
   const trimmed = text.trim();
   if (trimmed.length > LONGEST) return NaN;
@@ -73,7 +73,7 @@ export function parse(text: string, unit: Unit) {
   return Number.isFinite(value) ? value : NaN;
 }
 
-/** A value some steps further, without the noise of binary fractions. */
+/** A value changed by some steps, without rounding noise. */
 export const stepped = (value: number, steps: number, { scale, step }: Unit) =>
   Number((value * scale + steps * step).toFixed(9)) / scale;
 
@@ -82,7 +82,7 @@ const STEPS: Record<string, number> = {
   ...{ PageUp: 10, PageDown: -10, Home: -Infinity, End: Infinity },
 };
 
-/** How many steps a key means, NaN for one that means none; ±Infinity is an end of the range. */
+/** The number of steps of a key, NaN for a key without any; ±Infinity is an end of the range. */
 export function stepsOfKey({
   key,
   shiftKey,

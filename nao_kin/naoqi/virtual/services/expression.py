@@ -48,7 +48,7 @@ Part = tuple[str, int | None]
 
 
 def groups() -> dict[str, tuple[Part, ...]]:
-    """Return NAOqi's groups and second names of LEDs, with their LEDs."""
+    """Return NAOqi's groups and alternative names of LEDs, with their LEDs."""
     eyes, ears = LEFT_EYE + RIGHT_EYE, LEFT_EAR + RIGHT_EAR
     found: dict[str, tuple[str, ...]] = {
         "FaceLeds": eyes,
@@ -61,7 +61,7 @@ def groups() -> dict[str, tuple[Part, ...]]:
         "FeetLeds": FEET,
         "AllLeds": ALL,
     }
-    # The eyes' LEDs in pairs, and by their second names, which count backwards in the right eye.
+    # The eyes' LEDs in pairs, and by their alternative names, which count backwards in the right eye.
     for number, (left, right) in enumerate(zip(LEFT_EYE, RIGHT_EYE, strict=True)):
         found |= {f"FaceLed{number}": (left, right), f"LeftFaceLed{number + 1}": (left,)}
         found[f"RightFaceLed{8 - number}"] = (right,)
@@ -93,23 +93,23 @@ _SUFFIX = "/Actuator/Value"
 _PREFIX = "Device/SubDeviceList/"
 _OFF_ON = (0.0, 1.0)
 _NAMES = ("black", "blue", "green", "cyan", "red", "magenta", "yellow", "white")
-# Red, green and blue of each: the binary numbers from 000 to 111.
+# Red, green and blue of each colour: the binary numbers from 000 to 111.
 _NAMED: dict[str, Colour] = dict(zip(_NAMES, itertools.product(_OFF_ON, _OFF_ON, _OFF_ON), strict=True))
 _STEPS_PER_SECOND = 20
 _MAX_FRAMES = 10_000
 
 
 class ALLeds(Service):
-    """The LEDs, with their colours for the state and the watcher (`Change` of kind "leds": name → r, g, b, 0 to 1).
+    """The LEDs. The watcher gets a `Change` of kind "leds" (name → r, g, b from 0 to 1) for new colours.
 
     Groups: AllLeds, FaceLeds, LeftFaceLeds, RightFaceLeds, EarLeds, LeftEarLeds, RightEarLeds, BrainLeds, ChestLeds,
-    FeetLeds, LeftFootLeds, RightFootLeds, FaceLed0 to FaceLed7 for one of each eye, and every single LED; each also
-    with Red, Green or Blue at the end for one channel, as in FaceLedsRed; and the actuators' names in ALMemory, as in
-    Face/Led/Red/Left/0Deg/Actuator/Value. The ears are only blue and the head only white: they show the brightest
-    channel.
+    FeetLeds, LeftFootLeds, RightFootLeds, FaceLed0 to FaceLed7 for one LED of each eye, and every single LED. With
+    Red, Green or Blue at the end, a name means one channel, as in FaceLedsRed. The actuators' names in ALMemory are
+    accepted too, such as Face/Led/Red/Left/0Deg/Actuator/Value. The ears are only blue and the head only white: they
+    show the brightest channel.
 
-    The last call for an LED has priority: it takes the LED from a running fade or effect, which continues with the
-    others. `colours` has the r, g, b of each LED.
+    The last call for an LED has priority: it takes the LED from a running fade or effect, which continues with its
+    other LEDs. `colours` has the r, g, b of each LED.
     """
 
     name = "ALLeds"
@@ -148,7 +148,7 @@ class ALLeds(Service):
     # --- light ----------------------------------------------------------------------------------------------------
 
     def on(self, name: Any) -> None:
-        """Light an LED or group fully, in white or its only colour."""
+        """Light an LED or group fully, in white or in the only colour of the LED."""
         self._fade(self._parts(name), (1.0, 1.0, 1.0))
 
     def off(self, name: Any) -> None:
@@ -243,11 +243,11 @@ class ALLeds(Service):
         self.nao.log.change("leds", {led: self.colours[led] for led in colours})
 
     def _fade(self, parts: tuple[Part, ...], colour: Colour, seconds: float = 0.0) -> Call:
-        """Fade LEDs to a colour; at once in zero seconds."""
+        """Fade LEDs to a colour; set it immediately for zero seconds."""
         return self._play([(self._with(parts, colour), seconds)])
 
     def _cycle(self, names: tuple[str, ...], duration: Any) -> Call:
-        """Show one colour after the other in the eyes, four a second, and then the previous colours."""
+        """Show one colour after the other in the eyes, four per second, and then the previous colours."""
         seconds = arguments.duration(duration, "duration")
         count = min(math.ceil(seconds * 4), _MAX_FRAMES)
         return self._eyes(lambda i, _: _NAMED[names[i % len(names)]], count, seconds / count, seconds)
@@ -259,7 +259,7 @@ class ALLeds(Service):
         return self._play([*frames, (before, seconds)], smooth=False)
 
     def _play(self, frames: list[tuple[dict[str, Colour], float]], *, smooth: bool = True) -> Call:
-        """Show colours at times from now, interpolated if `smooth`; the call ends with the last."""
+        """Show colours at times from now, interpolated if `smooth`; the call ends with the last colour."""
         begin = self.nao.clock.now
         call = Call(lambda: call.finish())
         start = {led: self.colours[led] for led in frames[-1][0]}
@@ -309,9 +309,9 @@ def _mixed(one: Colour, other: Colour, share: float) -> Colour:
     return (r, g, b)
 
 
-# --- ALTextToSpeech: words that take time, without a sound.
+# --- ALTextToSpeech: speech that takes time, but makes no sound.
 
-# The duration of a text: a pause before it [s], and its characters at speed 100 [1/s].
+# The duration of a text: a pause before it [s], and the number of characters per second at speed 100.
 BEFORE_SPEAKING = 0.3
 CHARACTERS_PER_SECOND = 14.0
 _LANGUAGES = ("English", "French", "German", "Italian", "Spanish", "Japanese", "Chinese")
@@ -328,7 +328,7 @@ def _language(value: Any, _: str) -> str:
     Setting("Volume", "Set the volume, from 0 to 1; without effect.", 1.0, ("volume",), arguments.fraction),
 )
 class ALTextToSpeech(Service):
-    r"""Texts, spoken one after the other, in the log and for the watcher; without a voice.
+    r"""Speaks texts one after the other, without sound: they go to the log and to the watcher.
 
     A text takes 0.3 s and 1/14 s for each character, scaled by the parameter "speed" (100 is normal), and its
     `\pau=milliseconds\`; other tags take no time. The watcher gets a `Change` of kind "speech" with the text at its
@@ -358,7 +358,7 @@ class ALTextToSpeech(Service):
         return call
 
     def stopAll(self) -> None:
-        """Stop speaking at once; pending texts end."""
+        """Stop speaking immediately, and drop the pending texts."""
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
@@ -372,7 +372,7 @@ class ALTextToSpeech(Service):
         return list(_LANGUAGES)
 
     def getAvailableVoices(self) -> list[str]:
-        """The name of one voice."""
+        """The name of the only voice."""
         return ["naoenu"]
 
     def setParameter(self, pEffectName: Any, pEffectValue: Any) -> None:

@@ -35,7 +35,7 @@ _ABILITY = Setting(
 class ALAutonomousLife(Service):
     """The state of autonomous life, which is stored; the robot does nothing by itself.
 
-    As on the robot, "disabled" makes it rest, and "solitary" and "interactive" wake it up.
+    As on a real NAO, "disabled" makes the robot rest, and "solitary" and "interactive" wake it up.
     """
 
     name = "ALAutonomousLife"
@@ -47,7 +47,7 @@ class ALAutonomousLife(Service):
         return self._state
 
     def setState(self, state: Any) -> Call | None:
-        """Change the state; "disabled" returns when the robot rests."""
+        """Change the state; with "disabled", returns when the robot is at rest."""
         wanted = arguments.choice(state, "state", _STATES)
         before, self._state = self._state, wanted
         self.nao.log.change("life", wanted)
@@ -67,11 +67,11 @@ class ALAutonomousLife(Service):
 
 @constant_answers(
     systemVersion=("2.8", "The version of NAOqi whose documentation this follows: 2.8."),
-    freeMemory=(0, "0: not looked at here."),
-    totalMemory=(0, "0: not looked at here."),
+    freeMemory=(0, "Always 0: not measured here."),
+    totalMemory=(0, "Always 0: not measured here."),
 )
 class ALSystem(Service):
-    """Names and versions, without those of this machine."""
+    """The robot's name, model and versions."""
 
     name = "ALSystem"
 
@@ -92,7 +92,7 @@ class ALSystem(Service):
 
 
 class ALBattery(Service):
-    """A full battery, or the charge inserted in ALMemory's key."""
+    """A full battery, unless a script inserts another charge in ALMemory."""
 
     name = "ALBattery"
 
@@ -175,7 +175,7 @@ class _Ability(Service):
         return bool(self.nao.services["ALAutonomousLife"].invoke("getAutonomousAbilityEnabled", self.ability))
 
     def isRunning(self, id: Any = None) -> bool:
-        """False; with an id, whether a motion task is not over."""
+        """False; with an id, whether this motion task is running or waiting."""
         return False if id is None else super().isRunning(id)
 
 
@@ -203,7 +203,7 @@ def _strategy(value: Any, what: str) -> str:
     Setting("BackgroundStrategy", 'Stored: "none" or "backToNeutral".', "backToNeutral", ("strategy",), _strategy),
 )
 class ALAutonomousMoves(Service):
-    """Autonomous movements between those of scripts, before NAOqi 2.5; there are none here."""
+    """The service for autonomous movements before NAOqi 2.5; the robot makes none here."""
 
     name = "ALAutonomousMoves"
 

@@ -124,8 +124,8 @@ class ALMemory(Service):
     sensor; footContact, leftFootContact and rightFootContact; postures; `robotIsWakeUp`; `DCM/Time`. RHipYawPitch has
     the values of LHipYawPitch. The other keys are constant.
 
-    An inserted value replaces the robot's own until it is removed; under the key of a switch or sonar, ALTouch and
-    ALSonar sense it, and raise their events.
+    An inserted value replaces the robot's own until it is removed. ALTouch and ALSonar sense a value that is inserted
+    under the key of a switch or a sonar, and raise their events.
     """
 
     name = "ALMemory"
@@ -144,7 +144,7 @@ class ALMemory(Service):
     # --- values ---------------------------------------------------------------------------------------------------
 
     def getData(self, key: Any, iDummy: Any = 0) -> Any:
-        """The value of a key; an error for an unknown one. A second argument, of old scripts, is ignored."""
+        """The value of a key; an error for an unknown key. The second argument of old scripts is ignored."""
         return self._value(arguments.text(key, "key"))
 
     def getListData(self, keyList: Any) -> list[Any]:
@@ -166,7 +166,7 @@ class ALMemory(Service):
             self._keep(_key(pair[0]), pair[1])
 
     def removeData(self, key: Any) -> None:
-        """Remove a value, or an inserted one that replaces the robot's own; an error for an unknown key."""
+        """Remove an inserted value, so that the robot's own is read again; an error for an unknown key."""
         name = arguments.text(key, "key")
         if name not in self._values:
             raise self._unknown(name)
@@ -202,7 +202,7 @@ class ALMemory(Service):
     # --- events ---------------------------------------------------------------------------------------------------
 
     def declareEvent(self, eventName: Any, extractorName: Any = "") -> None:
-        """List an event before it is raised."""
+        """Add an event to the list of events before it is raised."""
         self._events.add(_key(eventName))
 
     def getEventList(self) -> list[str]:
@@ -225,7 +225,7 @@ class ALMemory(Service):
         Four arguments are key, service, message and method; with three, the message is the service's name.
         """
         if len(more) > 1:
-            raise BadArgument("takes an event, a service, a message or none, and a method")
+            raise BadArgument("takes an event, a service, optionally a message, and a method")
         function = arguments.text(more[0] if more else callbackMethod, "callbackMethod")
         note = arguments.text(callbackMethod if more else callbackModule, "message")
         key = _key(name)
@@ -233,7 +233,7 @@ class ALMemory(Service):
         self._modules.setdefault(key, {})[arguments.text(callbackModule, "callbackModule")] = (function, note)
 
     def unsubscribeToEvent(self, name: Any, callbackModule: Any) -> None:
-        """No longer call a service."""
+        """End the calls of a service at an event."""
         module = arguments.text(callbackModule, "callbackModule")
         if self._modules.get(_key(name), {}).pop(module, None) is None:
             raise BadArgument(f"{module} has not subscribed to {name}")
@@ -247,7 +247,7 @@ class ALMemory(Service):
         return sorted(self._modules.get(_key(name), {}))
 
     def _announce(self, key: str, value: Any) -> None:
-        """Raise an event of the robot; values of its own keys are not stored."""
+        """Raise an event of the robot; the values of the robot's own keys are not stored."""
         if key not in self._own:
             self._values[key] = value
         self._raise(key, value)
@@ -284,7 +284,7 @@ class ALMemory(Service):
         return UnknownName("key", key, tuple(sorted({*self._values, *self._own})))
 
     def _own_keys(self) -> dict[str, Any]:
-        """The robot's own keys, with a constant or a function that returns the value."""
+        """Return the robot's own keys, each with a constant or with a function that returns its value."""
         joints = self.nao.joints.column
         own = constants(joints)
         for joint in joints:
@@ -315,27 +315,27 @@ class ALMemory(Service):
         return float(getattr(joints, quantity)[joints.column[joint]])
 
     def _led(self, led: str, channel: int | None) -> float:
-        """Brightness of a channel of an LED, from 0 to 1; of an LED with one colour, its brightest channel."""
+        """Return the brightness of a channel of an LED, from 0 to 1; for an LED of one colour, its brightness."""
         colour = self.nao.services["ALLeds"].colours[led]  # type: ignore[attr-defined]
         return float(max(colour) if channel is None else colour[channel])
 
     def _switched(self, event: str) -> float:
-        """1.0 while a switch that raises an event is pressed."""
+        """Return 1.0 while a switch that raises this event is pressed, else 0.0."""
         touch = self.nao.services["ALTouch"]
         return float(touch._is_raised(event))  # type: ignore[attr-defined]
 
     def _contact(self, foot: str) -> bool:
-        """Whether the robot stands with this sole on the floor."""
+        """Return whether the robot stands with this sole on the floor."""
         q = self.nao.joints.q()
         height = (self.nao.base.torso(q) @ self.nao.robot.fk(q, foot))[2, 3]
         return self.nao.base.support is not None and bool(height <= _ON_FLOOR)
 
     def _torso_angle(self, axis: int) -> float:
-        """Roll, pitch or yaw of the torso in the world, as its inertial sensor measures them at rest [rad]."""
+        """Return roll, pitch or yaw of the torso in the world, as its inertial sensor measures it at rest [rad]."""
         return float(position6d(self.nao.base.torso(self.nao.joints.q()))[3 + axis])
 
     def _acceleration(self, axis: int) -> float:
-        """The acceleration that the torso's accelerometer measures at rest: gravity, upwards [m/s²]."""
+        """Return the acceleration that the torso's accelerometer measures at rest: gravity, upwards [m/s²]."""
         return _GRAVITY * float(self.nao.base.vertical(self.nao.joints.q())[axis])
 
 
@@ -373,7 +373,7 @@ class ALTouch(Service):
         return [[sensor, pressed] for sensor, pressed in self._pressed.items()]
 
     def _is_raised(self, event: str) -> float:
-        """1.0 while a sensor of an event is pressed, else 0.0."""
+        """Return 1.0 while a sensor of this event is pressed, else 0.0."""
         return float(any(self._pressed[sensor] for sensor, (raised, _) in SWITCHES.items() if raised == event))
 
     def _sensed(self, key: str, value: Any) -> None:
@@ -393,8 +393,8 @@ class ALTouch(Service):
 class ALSonar(Service):
     """The two sonars; ALMemory's keys Device/SubDeviceList/US/Left/Sensor/Value and …/Right/… hold their distances.
 
-    While a script subscribes, each inserted distance raises SonarLeftDetected or SonarRightDetected if it is below
-    0.5 m, else SonarLeftNothingDetected or SonarRightNothingDetected, with the distance.
+    While a script is subscribed, each inserted distance raises SonarLeftDetected or SonarRightDetected if it is below
+    0.5 m, else SonarLeftNothingDetected or SonarRightNothingDetected. The value of the event is the distance.
     """
 
     name = "ALSonar"

@@ -1,4 +1,4 @@
-"""ALMotion, joined from its topics; here joints, stiffness and general tools."""
+"""ALMotion, joined from its topics; those of joints, stiffness and general tools are in this file."""
 
 from __future__ import annotations
 
@@ -36,37 +36,37 @@ _CLOSE = "Close a hand at its maximum speed, and remove its stiffness."
 class JointControl(Service):
     """The methods of ALMotion that move joints by angles.
 
-    - angleInterpolation moves the joints, when they are free, from the commanded values through the keys at their
-      times, along a monotone cubic that is at rest at both ends.
+    - angleInterpolation waits until the joints are free, and moves them from the commanded values through the keys at
+      their times, along a monotone cubic that is at rest at both ends.
     - angleInterpolationWithSpeed moves all joints straight to their targets: the slowest at the fraction of its maximum
       speed, the others so that all arrive together.
-    - angleInterpolationBezier follows NAOqi's handles, and starts at rest.
-    - setAngles and changeAngles return at once; each joint moves at the fraction of its own maximum speed.
+    - angleInterpolationBezier follows the Bezier handles that NAOqi defines, and starts at rest.
+    - setAngles and changeAngles return immediately; each joint moves at the fraction of its own maximum speed.
 
-    If keys require more than a joint's maximum speed, the command is at the keys in time, and the joint follows late;
+    If keys require more than a joint's maximum speed, the command reaches the keys in time and the joint lags behind;
     the log says so. The blocking methods return when the command is at its last key.
     """
 
     def getAngles(self, names: Any, useSensors: Any) -> list[float]:
-        """Measured or commanded angles of a joint, a chain, a group, or a list of these [rad; 0 to 1 for the hands]."""
+        """Measured or commanded angles of a joint, chain or group, or of a list of these [rad; 0 to 1 for hands]."""
         columns = self.nao.joints.columns(language.joint_names(self.nao.robot, names))
         sensor = arguments.flag(useSensors, "useSensors")
         values: Floats = (self.nao.joints.sensor if sensor else self.nao.joints.command)[columns]
         return [float(value) for value in values]
 
     def setAngles(self, names: Any, angles: Any, fractionMaxSpeed: Any) -> None:
-        """Send joints to angles at a fraction of their maximum speeds, above 0; returns at once.
+        """Send joints to angles at a fraction of their maximum speeds, above 0; returns immediately.
 
-        angles is one for all joints, or a list of one for each [rad].
+        angles is one angle for all joints, or a list of one angle for each [rad].
         """
         self._approach("setAngles", names, angles, fractionMaxSpeed)
 
     def angleInterpolation(self, names: Any, angleLists: Any, timeLists: Any, isAbsolute: Any) -> Call:
-        """Move joints through angles at times; returns when the last is reached.
+        """Move joints through angles at times; returns when the last angle is reached.
 
-        angleLists is an angle, a list of one for each joint, or a list of a list for each; for one joint also its list
-        [rad]. timeLists has a time for each angle, ascending, above 0 [s]. With isAbsolute False, angles are relative
-        to the commanded ones.
+        angleLists is one angle, a list of one angle for each joint, or a list of one list for each joint; for one joint
+        also just its list [rad]. timeLists has a time for each angle, ascending, above 0 [s]. With isAbsolute False,
+        angles are relative to the commanded ones.
         """
         joints = self.joints(names)
         angles, times = arguments.timed(angleLists, timeLists, joints, "angles")
@@ -81,7 +81,7 @@ class JointControl(Service):
     def angleInterpolationWithSpeed(self, names: Any, targetAngles: Any, maxSpeedFraction: Any) -> Call:
         """Move joints to angles, the slowest at a fraction of its maximum speed; returns at the end.
 
-        targetAngles is one for all joints, or a list of one for each [rad].
+        targetAngles is one angle for all joints, or a list of one angle for each [rad].
         """
         joints = self.joints(names)
         targets = arguments.one_each(targetAngles, joints, "targetAngles")
@@ -91,9 +91,9 @@ class JointControl(Service):
     def angleInterpolationBezier(self, jointNames: Any, times: Any, controlPoints: Any) -> Call:
         """Move joints along Bezier curves in time and angle; returns when the last key is reached.
 
-        times and controlPoints have a list for each joint. For each time, ascending, above 0 [s], a point is an angle,
-        or [angle, handle before, handle after], a handle being [type, offset in time, offset in angle] [s, rad]. The
-        type is ignored. A missing handle is horizontal, with a third of the length of its segment.
+        times and controlPoints have a list for each joint. Times ascend and are above 0 [s]. For each time there is a
+        point: an angle, or [angle, handle before, handle after]. A handle is [type, offset in time, offset in angle]
+        [s, rad]; its type is ignored. A missing handle is horizontal, with a third of the length of its segment.
         """
         joints = self.joints(jointNames, "jointNames")
         rows = arguments.list_each(times, joints, "times")
@@ -193,7 +193,7 @@ class StiffnessControl(Service):
         return bool((self.nao.joints.stiffness[columns] > 0.0).all())
 
     def setStiffnesses(self, names: Any, stiffnesses: Any) -> None:
-        """Set stiffnesses at once: one for all joints, or a list of one for each, from 0 to 1."""
+        """Set stiffnesses from 0 to 1 immediately: one for all joints, or a list of one for each."""
         joints = self.joints(names)
         values = arguments.one_each(stiffnesses, joints, "stiffnesses")
         _check_stiffnesses(joints, values[:, None])
@@ -205,9 +205,9 @@ class StiffnessControl(Service):
         return [float(stiffness[column]) for column in self.nao.joints.columns(self.joints(jointName))]
 
     def stiffnessInterpolation(self, names: Any, stiffnessLists: Any, timeLists: Any) -> Call:
-        """Change stiffnesses on straight lines through values at times; returns when the last is reached.
+        """Change stiffnesses on straight lines through values at times; returns when the last value is reached.
 
-        stiffnessLists and timeLists are as angleLists and timeLists of angleInterpolation.
+        stiffnessLists and timeLists have the forms of angleLists and timeLists of angleInterpolation.
         """
         joints = self.joints(names)
         keys, times = arguments.timed(stiffnessLists, timeLists, joints, "stiffnesses")
@@ -242,7 +242,7 @@ _COLLIDES = 'Stored for "Arms", "LArm" or "RArm"; nothing collides here.'
 _OUTSIDE = "ExternalCollisionProtection", "external collision protection"
 
 
-@former_names("The same under its name before NAOqi 1.14.", getJointNames="getBodyNames")
+@former_names("The same as {}, under its name before NAOqi 1.14.", getJointNames="getBodyNames")
 @settings(
     _switch("FallManager", "fall manager", "Stored; nothing falls here."),
     _switch("SmartStiffness", "smart stiffness", "Stored; stiffness is not adapted here. Always True.", answer=True),
@@ -279,16 +279,16 @@ class GeneralTools(Service):
         return sorted(name.removeprefix("ImuTorso") for name in frames)
 
     def getLimits(self, name: Any) -> list[list[float]]:
-        """[minAngle, maxAngle, maxVelocity, maxTorque] of each joint of a joint, chain or group."""
+        """[minAngle, maxAngle, maxVelocity, maxTorque] of a joint, or of each joint of a chain or group."""
         return [[float(value) for value in row] for row in limits(self.nao.robot, name)]
 
     def getMotionCycleTime(self) -> int:
-        """Milliseconds of ALMotion's cycle, as NAOqi documents them: 20; a tick of the virtual NAO has 10."""
+        """The period of ALMotion's cycle as NAOqi documents it: 20 ms; a tick of the virtual NAO takes 10 ms."""
         return 20
 
     def getRobotConfig(self) -> list[list[Any]]:
         """Names and values of the robot's configuration."""
-        # As NAOqi writes them: VERSION_60 of a V6, VERSION_33 of a V3.3.
+        # NAOqi writes VERSION_60 for a V6, VERSION_33 for a V3.3.
         version = f"VERSION_{self.nao.robot.version.removeprefix('v').replace('.', ''):0<2}"
         config = {"Model Type": "naoH25", "Head Version": version, "Body Version": version, "Laser": False}
         config |= dict.fromkeys(("Legs", "Arms", "Extended Arms", "Hands"), True)
@@ -327,21 +327,21 @@ class GeneralTools(Service):
         return [[task.name, task.id] for task in self.nao.tasks.all]
 
     def areResourcesAvailable(self, resourceNames: Any) -> bool:
-        """Whether no blocking task has reserved any of these joints."""
+        """True if no blocking task has reserved any of these joints."""
         return self.nao.tasks.booked().isdisjoint(self.joints(resourceNames, "resourceNames"))
 
     def killTask(self, motionTaskID: Any) -> bool:
-        """End a task in its current state; return whether there was one with this id."""
+        """End a task before it is done; returns whether there was one with this id."""
         number = arguments.whole(motionTaskID, "motionTaskID")
         return self.nao.tasks.kill(lambda task: task.id == number)
 
     def killTasksUsingResources(self, resourceNames: Any) -> None:
-        """End the blocking tasks that hold any of these joints, or wait for them; as in NAOqi, no reactive ones."""
+        """End the blocking tasks that hold these joints or wait for them; as in NAOqi, reactive tasks continue."""
         needed = frozenset(self.joints(resourceNames, "resourceNames"))
         self.nao.tasks.kill(lambda task: not task.reactive and not needed.isdisjoint(task.joints))
 
     def killAll(self) -> None:
-        """End all tasks in their current state."""
+        """End all tasks before they are done."""
         self.nao.tasks.kill()
 
     # --- reflexes, which are not simulated ------------------------------------------------------------------------
@@ -383,7 +383,7 @@ class ALMotion(JointControl, StiffnessControl, WholeBodyControl, Locomotion, Gen
     name = "ALMotion"
 
     def kernels_for(self, name: str, given: tuple[Any, ...]) -> frozenset[str]:
-        """Name the kernels of arms that go to a pose at once, of the torso, of a walk and of the whole body."""
+        """Return the kernels that a call needs to move arms or the torso by pose, to walk, or for the whole body."""
         named = str(given[:1]) if name.startswith(_MOVES) else ""
         needed = {kernel for part, kernels in _KERNELS.items() if part in named for kernel in kernels}
         if name.startswith(_WALKS) and not name.endswith("Active"):

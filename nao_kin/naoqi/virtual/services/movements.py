@@ -69,7 +69,7 @@ class GoToPosture(AtSpeed):
         return done
 
     def end(self, nao: VirtualNao, *, killed: bool) -> None:
-        """Report whether the posture is reached, and stand on a foot in a posture on feet."""
+        """Set the result to whether the posture was reached; if it is a posture on the feet, stand on a foot."""
         if killed or self.started is None:
             return
         # The last command is applied at the end of this tick; check whether the joints could follow.
@@ -86,7 +86,7 @@ class GoToPosture(AtSpeed):
             nao.announce("PostureFamilyChanged", _FAMILIES.get(self._posture, "Unknown"))
 
 
-@variants("goToPosture", "_go", applyPosture=("", "The same; in NAOqi, without path planning."))
+@variants("goToPosture", "_go", applyPosture=("", "The same as goToPosture; in NAOqi, without path planning."))
 class ALRobotPosture(Service):
     """Predefined postures, each reached on a straight line in joint space.
 
@@ -105,7 +105,7 @@ class ALRobotPosture(Service):
         return list(dict.fromkeys(_FAMILIES.values()))
 
     def getPosture(self) -> str:
-        """The predefined posture within 0.1 rad of all joints except the hands; "Unknown" for none."""
+        """The predefined posture from which no joint differs by more than 0.1 rad, except the hands; or "Unknown"."""
         body = self.nao.joints.sensor
         checked = [index for index, name in enumerate(self.nao.joints.names) if name not in _HANDS]
         distances = {
@@ -116,7 +116,7 @@ class ALRobotPosture(Service):
         return nearest if distances[nearest] <= _NEAR else "Unknown"
 
     def getPostureFamily(self) -> str:
-        """The family of the posture; between postures "Standing", "Crouching" or "Unknown"."""
+        """The family of the predefined posture; in any other posture "Standing", "Crouching" or "Unknown"."""
         posture = self.getPosture()
         if posture in _FAMILIES:
             return _FAMILIES[posture]
@@ -126,10 +126,10 @@ class ALRobotPosture(Service):
         return "Crouching" if float(knees.min()) > _BENT_KNEES else "Standing"
 
     def goToPosture(self, postureName: Any, maxSpeedFraction: Any) -> Call | bool:
-        """Move to a posture at a fraction of the maximum speeds, above 0; a fraction above 1 is used as 1.
+        """Move to a posture at a fraction of the maximum speeds, above 0; a fraction above 1 counts as 1.
 
-        Returns True if it is reached; False if it is unknown, the task was killed, or joints have no stiffness. The
-        hands move too, but do not count: openHand and closeHand leave them without stiffness.
+        Returns True if the posture is reached; False if it is unknown, the task was killed, or joints have no
+        stiffness. The hands move too, but do not count: openHand and closeHand leave them without stiffness.
         """
         return self._go("goToPosture", postureName, maxSpeedFraction)
 
@@ -154,13 +154,13 @@ class ALRobotPosture(Service):
 
 
 def _between(one: Floats, other: Floats, share: float) -> Floats:
-    """Return a direction on the arc between two; for opposite ones, the second."""
+    """Return the direction at a fraction of the arc between two directions; the second one if they are opposite."""
     mixed = (1.0 - share) * one + share * other
     length = float(np.linalg.norm(mixed))
     return other if length < 1e-6 else mixed / length
 
 
-# --- ALTracker: the head looks at a point, an arm points at it.
+# --- ALTracker: the head looks at a point, or an arm points at it.
 
 _HEAD = ("HeadYaw", "HeadPitch")
 _CAMERA = "CameraTop"
@@ -176,8 +176,8 @@ class ALTracker(Service):
     def lookAt(self, pPosition: Any, pFrame: Any, pMaxSpeed: Any, pUseWholeBody: Any = None) -> Call:
         """Turn the head until a point [x, y, z] [m] is in the centre of the top camera's image, as far as limits allow.
 
-        pFrame may be left out, as in old scripts, and is then FRAME_TORSO. pUseWholeBody has no effect: the head turns
-        alone.
+        Without pFrame, as in old scripts, the point is in FRAME_TORSO. pUseWholeBody has no effect: only the head
+        turns.
         """
         if pUseWholeBody is None:
             pFrame, pMaxSpeed, pUseWholeBody = FRAME_TORSO, pFrame, pMaxSpeed
@@ -192,7 +192,7 @@ class ALTracker(Service):
         return self.nao.start_task(AtSpeed("lookAt", self.nao, _HEAD, angles, share))
 
     def pointAt(self, pEffector: Any, pPosition: Any, pFrame: Any, pMaxSpeed: Any) -> Call:
-        """Stretch an arm towards a point [x, y, z], so that shoulder, hand and point are in line, if limits allow [m].
+        """Stretch an arm towards a point [x, y, z] [m], so that shoulder, hand and point are in line, if limits allow.
 
         pEffector is "LArm", "RArm", or "Arms" for the one on the point's side.
         """
@@ -218,8 +218,9 @@ class ALTracker(Service):
 def pointing(robot: NaoModel, side: str, point: Floats) -> Floats:
     """Return joint values, ShoulderPitch to WristYaw, of a stretched arm that points at a point in the torso (3,).
 
-    With pitch p and roll r of the shoulder, the hand is at Ry(p) Rz(r) h from it, where h is its position at zero. The
-    roll determines y of the direction to the point, then the pitch x and z. Limits are ignored.
+    With pitch p and roll r of the shoulder, the hand is at Ry(p) Rz(r) h from the shoulder, where h is its position
+    with both at zero. The roll is found from y of the direction to the point, then the pitch from x and z. Limits are
+    ignored.
     """
     names = [f"{side}{joint}" for joint in _ARM]
     columns = [robot.joint_names.index(name) for name in names]
@@ -232,7 +233,7 @@ def pointing(robot: NaoModel, side: str, point: Floats) -> Floats:
     way = point - shoulder
     distance = float(np.linalg.norm(way))
     if distance < 1e-6:
-        raise BadArgument("pPosition is in the shoulder")
+        raise BadArgument("pPosition is in the shoulder, so it has no direction from there")
     x, y, z = way * float(np.linalg.norm(hand)) / distance
     radius = math.hypot(hand[0], hand[1])
     roll = math.asin(min(max(y / radius, -1.0), 1.0)) - math.atan2(hand[1], hand[0])
@@ -258,19 +259,19 @@ class Playing(Interpolation):
 
 
 @former_names(
-    "The same under its name before NAOqi 1.22.",
+    "The same as {}, under its name before NAOqi 1.22.",
     getBehaviorNames="getInstalledBehaviors",
     isBehaviorPresent="isBehaviorInstalled",
 )
 @former_names("The same as {}: behaviours are not preloaded here.", isBehaviorLoaded="isBehaviorRunning")
 @former_names("The same as {}.", getLoadedBehaviors="getRunningBehaviors")
-@former_names("Without effect; whether there is such a behaviour.", preloadBehavior="isBehaviorInstalled")
+@former_names("Without effect; returns whether there is such a behaviour.", preloadBehavior="isBehaviorInstalled")
 class ALBehaviorManager(Service):
     """The behaviours (.xar) in the folder of `nao-kin serve --behaviors FOLDER`, or of `VirtualNao(behaviors=FOLDER)`.
 
     The file dance/behavior_1/behavior.xar is the behaviour dance/behavior_1, the file wave.xar is wave. Its timeline is
-    played: joints move from their commanded values to its first keys, and through the others. If there are several
-    timelines, wave/1 is the first, and wave/NAME that of a box. Boxes and scripts are not run.
+    played: joints move from their commanded values to its first keys, and then through the others. If a file has
+    several timelines, wave/1 is the first one, and wave/NAME the one of a box. Boxes and scripts are not run.
     """
 
     name = "ALBehaviorManager"
@@ -288,7 +289,7 @@ class ALBehaviorManager(Service):
         return self._play("runBehavior", name)
 
     def startBehavior(self, name: Any) -> None:
-        """Play a behaviour; returns at once."""
+        """Play a behaviour; returns immediately."""
         self._play("startBehavior", name)
 
     def stopBehavior(self, name: Any) -> None:
@@ -312,7 +313,7 @@ class ALBehaviorManager(Service):
         """Start a behaviour as a task of this name; reject unknown, running and unreadable behaviours."""
         wanted, files = arguments.text(name, "name"), self._files()
         if self.nao.behaviors is None:
-            raise BadArgument("no behaviours are installed; nao-kin serve and run take a folder of them, --behaviors")
+            raise BadArgument("no behaviours are installed; give nao-kin serve or run --behaviors FOLDER")
         file = max((file for file in files if f"{wanted}/".startswith(f"{file}/")), key=len, default=None)
         if file is None:
             raise UnknownName("behaviour", wanted, tuple(files))
@@ -322,7 +323,7 @@ class ALBehaviorManager(Service):
         return self.nao.start_task(Playing(task, wanted, motion))
 
     def _read(self, path: Path, timeline: str, name: str) -> Motion:
-        """Return the motion of a timeline in a file; for an empty `timeline`, of its only one."""
+        """Return the motion of a timeline in a file; if `timeline` is empty, of its only timeline."""
         try:
             return read_motion(path, format="xar", timeline=timeline or None, robot=self.nao.robot)
         except BadInputFile:
@@ -353,14 +354,14 @@ class ALAnimationPlayer(Service):
         if "[posture]" in name:
             family = self.nao.services["ALRobotPosture"].invoke("getPostureFamily")
             if family not in _POSTURES:
-                raise BadArgument(f"[posture] stands for Stand or Sit, and the robot's family of postures is {family}")
+                raise BadArgument(f"[posture] stands for Stand or Sit, but the robot's family of postures is {family}")
             name = name.replace("[posture]", _POSTURES[family])
         manager = self.nao.services["ALBehaviorManager"]
         return manager._play("ALAnimationPlayer.run", name)  # type: ignore[attr-defined, no-any-return]
 
 
 def led_in(motion: Motion, start: Floats) -> Motion:
-    """Return the motion with a key of every joint at time zero, at its value in `start` (n,), handles horizontal."""
+    """Return the motion with a key of every joint at time zero: its value in `start` (n,), with horizontal handles."""
     curves = motion.as_bezier()
     assert curves.handles is not None
     times, keys, handles = list(curves.times), list(curves.keys), list(curves.handles)

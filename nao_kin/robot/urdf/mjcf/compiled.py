@@ -55,7 +55,7 @@ def mesh_asset(mesh: Any, file: Path | None, home: Path) -> MeshAsset:
 
 
 class MeshFiles:
-    """The search for the mesh files of a `mujoco.MjSpec`; other folders are searched last."""
+    """The search for the mesh files of a `mujoco.MjSpec`; the folders that the caller gives are searched last."""
 
     def __init__(self, spec: Any, path: Path, content: bytes, folders: tuple[Path, ...]) -> None:
         self._spec, self._home, self._folders = spec, path.parent, folders
@@ -96,7 +96,7 @@ class MeshFiles:
 
 
 def _attached(path: Path, content: bytes | None = None) -> Iterator[tuple[str, Path, str]]:
-    """Yield prefix, folder and `meshdir` of the models that a file attaches, and of those that these attach."""
+    """Yield prefix, folder and `meshdir` of the models that a file attaches, and of the models that these attach."""
     elements = list(_elements(path, path.parent, content))
     models = {
         model.get("name") or _model_name(path.parent / model.get("file", "")): model
@@ -119,7 +119,7 @@ def _model_name(file: Path) -> str:
 
 
 def _elements(path: Path, home: Path, content: bytes | None = None) -> Iterator[ET.Element]:
-    """Yield the elements of a file and of those that it includes; none of a file that is not readable XML."""
+    """Yield the elements of a file and of the files that it includes, without files that are not readable XML."""
     try:
         document = ET.fromstring(path.read_bytes() if content is None else content)
     except (OSError, ET.ParseError, ValueError):
@@ -133,7 +133,7 @@ def _elements(path: Path, home: Path, content: bytes | None = None) -> Iterator[
 
 # --- The compiled model.
 
-# In MuJoCo a moving body must have a mass. A body whose meshes are missing gets this one, which is not used later.
+# In MuJoCo a moving body must have a mass. A body whose meshes are missing gets this mass, which is not used later.
 _NO_MASS = 1e-14
 _TINY = 1e-3
 # Arrays that must be finite; ranges may be infinite.
@@ -203,7 +203,8 @@ def _parsed(mujoco: ModuleType, path: Path, content: bytes) -> Any:
     """Return the `mujoco.MjSpec` of a file; from MuJoCo 4 on it reads MJCF only from files named .xml."""
     if path.suffix == ".xml" and path.is_file():
         return mujoco.MjSpec.from_file(str(path))
-    # Not under its own name: MuJoCo confuses an attached file of that name, in any folder, with this one, and hangs.
+    # The content gets another name: MuJoCo would confuse it with an attached file of its own name, in any folder, and
+    # hang.
     name = f"{path}.xml"
     return mujoco.MjSpec.from_file(name, include={name: content})
 
@@ -244,7 +245,7 @@ def _check_finite(model: Any, path: Path) -> None:
 
 @dataclass(frozen=True, eq=False)
 class _Shape:
-    """A geom with a mesh, or with only a pose: then without the mesh."""
+    """A geom with a mesh; `asset` is None for a geom of which only the pose is known."""
 
     geom: Any
     body: Any
@@ -255,7 +256,7 @@ class _Shape:
 def _strip_shapes(
     spec: Any, path: Path, content: bytes, package_dirs: tuple[Path, ...], notes: list[str]
 ) -> list[_Shape]:
-    """Remove from a model what only pictures need, and return the geoms that are meshes."""
+    """Remove from a model the parts that only pictures need; return the geoms with meshes or without known shapes."""
     mujoco = import_mujoco()
     for compiler in _compilers(spec):
         compiler.discardvisual = compiler.fusestatic = False

@@ -88,11 +88,11 @@ def free_joint(model: Any, body: int) -> int | None:
 
 
 def _ball_limits(model: Any, joint: int) -> tuple[float, float, float]:
-    """Return limits of the turns about x, y and z: the smallest box with all turns up to the joint's largest angle."""
+    """Return limits of the turns about x, y and z: the smallest box that contains all rotations the joint allows."""
     if not model.jnt_limited[joint]:
         return math.inf, math.inf, math.inf
     largest = float(model.jnt_range[joint, 1])
-    # Up to a right angle, each of the three turns is at most the total turn.
+    # If the total turn is at most a right angle, none of the three turns exceeds it.
     return (largest, largest, largest) if largest <= math.pi / 2 else (math.inf, math.pi / 2, math.inf)
 
 
@@ -150,7 +150,7 @@ class Couplings:
     locked: dict[str, float] = field(default_factory=dict)
 
     def follow(self, name: str, mimic: Mimic) -> bool:
-        """Make a joint follow another one, or the reverse if it already follows; False if neither is possible."""
+        """Make a joint follow another one, or the reverse if it already follows one; False if neither is possible."""
         if self._leads_to(mimic.joint, name):
             return False
         if name not in self.mimics and name not in self.locked:

@@ -113,7 +113,7 @@ class _MjcfReader:
         # Body → its coordinates, and its pose in the frame of the last coordinate.
         self.chains = {body: joint_coordinates(self.model, body) for body in self.bodies if body != self.root}
         self.taken = set[str]()
-        # Site with an unchanged name → its body, and its pose there.
+        # Site with an unchanged name → its body, and its pose in the frame of that body.
         self.placed: dict[str, tuple[int, Floats]] = {}
 
     def read(self) -> tuple[UrdfTree, Semantics]:
@@ -159,7 +159,7 @@ class _MjcfReader:
         return tree, semantics
 
     def _name_coordinates(self, bodies: dict[int, str]) -> None:
-        """Name the coordinates that have no name after their bodies, and rename balls that share a name."""
+        """Give coordinates without a name the names of their bodies, and rename balls that share a name."""
         every = [coordinate for chain, _ in self.chains.values() for coordinate in chain]
         self.taken |= {coordinate.joint.name for coordinate in every if coordinate.joint.name}
         single = {coordinate.joint.name for coordinate in every if not coordinate.is_ball}
@@ -216,7 +216,7 @@ class _MjcfReader:
                 T[:3, :3] = T[:3, :3] @ _R_CAMERA_FRAME
             placed = self.placed.get(name)
             if placed is not None and placed[0] == body and np.allclose(placed[1], T, rtol=0.0, atol=1e-9):
-                found[index] = name  # a camera at a site of the same name: one frame
+                found[index] = name  # a camera at a site of the same name shares one frame with it
                 continue
             if name in self.taken:
                 renamed.append(name)
@@ -251,14 +251,14 @@ class _MjcfReader:
         for place, coordinate in enumerate(chain):
             if coordinate.part == 2:
                 three = ", ".join(quoted(turn.joint.name) for turn in chain[place - 2 : place + 1])
-                limit = "; its limit on the whole turn is one on each" if self.model.jnt_limited[coordinate.id] else ""
+                limit = "; its limit on the angle applies to each" if self.model.jnt_limited[coordinate.id] else ""
                 self.notes.append(
                     f"ball joint {quoted(str(self.model.joint(coordinate.id).name))} made of three about x, y and z: "
                     f"{three}{limit}"
                 )
 
     def _semantics(self, own: list[JointCoordinate], cameras: Mapping[int, str], sites: Mapping[int, str]) -> Semantics:
-        """Return cameras and sensors as frames, and named keyframes as postures; the first is shown first."""
+        """Return cameras and sensors as frames, and named keyframes as postures, of which the first is the start."""
         model, base, postures = self.model, self.base, dict[str, Posture]()
         for key in range(int(model.nkey)):
             name, q = str(model.key(key).name), model.key_qpos[key]
@@ -287,7 +287,7 @@ class _MjcfReader:
 # --- Cameras, keyframes and sensors as semantics.
 
 _R_CAMERA_FRAME = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [-1.0, 0.0, 0.0]])
-"""Axes of our cameras in those of MuJoCo's: ours look along x with z up, MuJoCo's along −z with y up."""
+"""Axes of our camera frames in MuJoCo's: our cameras look along x with z up, MuJoCo's along −z with y up."""
 
 # Sensors at a site, by their names in `mujoco.mjtSensor`.
 _SENSORS = {"mjSENS_ACCELEROMETER": "accelerometers", "mjSENS_GYRO": "gyrometers", "mjSENS_TOUCH": "force_sensors"}
