@@ -21,7 +21,7 @@ _MOST_RANDOM = 100_000
 
 @dataclass(frozen=True)
 class NextPosture:
-    """The posture whose observation would tell most about the offsets.
+    """The posture whose observation would shrink the uncertainty of the offsets most.
 
     Attributes:
         q: the configuration, shape (nq,).
@@ -75,6 +75,9 @@ def next_posture(
     if not isinstance(calibration, Calibration):
         raise BadArgument(f"expected a Calibration, as calibrate returns it, got {quoted(calibration)}")
     problem, robot = calibration._problem, calibration.robot
+    free = [i for i, label in enumerate(calibration.labels) if label not in calibration.held]
+    if not free:
+        raise BadArgument("all offsets are held at zero: observe more first")
     if candidates is None:
         if any(one.kind == "contacts" for one in problem.observations):
             raise BadArgument("random postures do not stand on both soles: give candidates")
@@ -98,9 +101,6 @@ def next_posture(
     values, vectors = np.linalg.eigh(calibration._covariance)
     L = vectors * np.sqrt(np.maximum(values, 0.0))
     M = np.eye(problem.size) + np.swapaxes(J @ L, -1, -2) @ (J @ L)
-    free = [i for i, label in enumerate(calibration.labels) if label not in calibration.held]
-    if not free:
-        raise BadArgument("all offsets are held at zero: observe more first")
     after = L[free] @ np.linalg.solve(M, np.broadcast_to(L[free].T, (len(q), problem.size, len(free))))
     now = np.linalg.slogdet(calibration.covariance[np.ix_(free, free)])[1]
     gain = 0.5 * (now - np.linalg.slogdet(after)[1])

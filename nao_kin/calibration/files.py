@@ -13,7 +13,7 @@ import numpy as np
 from nao_kin._core.arrays import Floats, as_floats
 from nao_kin._core.files import described, read_json, read_text
 from nao_kin._core.text import quoted
-from nao_kin.calibration.observations import AnyObservation, Contacts, Pixels, Poses
+from nao_kin.calibration.observations import AnyObservation, Contacts, Pixels, Poses, errors_of
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, UnknownName
 from nao_kin.robot import RobotModel, check_robot, pose_of
 from nao_kin.world import camera
@@ -44,10 +44,10 @@ def read_observations(robot: RobotModel, path: Path | str) -> dict[str, Any]:
         path: the file, "-" for standard input.
 
     Returns:
-        {"observations": […], "joints": …, "frames": …, "start": …}, of which calibrate takes all.
+        {"observations": […], "joints": …, "frames": …, "start": …}, all of them arguments of `calibrate`.
 
     Raises:
-        BadInputFile: the file cannot be read, or what it says is not understood; names the observation and posture.
+        BadInputFile: the file cannot be read or is not valid; the message names the observation and posture.
 
     Examples:
         >>> arguments = nk.calibration.read_observations(nk.load_nao(), "observations.json")  # doctest: +SKIP
@@ -90,7 +90,8 @@ def _observation(robot: RobotModel, given: Any) -> AnyObservation:
         _check_members(one, {"joints"} | of_seen, f"seen {number}: ")
         joints = _object(one.get("joints", {}), f"joints of seen {number}")
         with_posture = robot.configuration if posture is None else partial(robot.posture, posture)
-        rows.append(with_posture(joints, limits="ignore"))
+        with errors_of(f"seen {number}"):
+            rows.append(with_posture(joints, limits="ignore"))
     own = {key: given[key] for key in _PASSED_ON if key in given}
     if kind == "contacts":
         return Contacts(np.array(rows), **own)

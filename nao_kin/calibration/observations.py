@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats, as_numbers, cross_matrix, rigid_inverse
+from nao_kin._core.arrays import Floats, as_floats, cross_matrix, rigid_inverse, shaped
 from nao_kin._core.text import quoted
 from nao_kin.calibration.unknowns import Moving, State
-from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.robot import RobotModel
-from nao_kin.rotations import check_rotation, log, right_jacobian_inverse
-from nao_kin.world import Camera
+from nao_kin.errors import BadArgument, NaoKinError, WrongShape
+from nao_kin.robot import RobotModel, rigid_poses
+from nao_kin.rotations import log, right_jacobian_inverse
+from nao_kin.world import Camera, as_pixels
 
-# Whitened residual of a point that is behind the camera while the search is on its way.
+# Residual, in units of its noise, of a point that is behind the camera during the search.
 BEHIND = 1e4
 
 
@@ -63,8 +64,8 @@ class Pixels:
         points = as_floats(self.points, (3,), "points")
         if points.ndim != 2:
             raise WrongShape("points", "(k, 3)", points.shape)
-        pixels = _one_each(as_numbers(self.pixels, "pixels"), self.q, (len(points), 2), "pixels")
-        (noise,) = _noise([self.noise], "noise of pixels")
+        pixels = _one_each(as_pixels(self.pixels), self.q, (len(points), 2), "pixels")
+        noise = _noise(self.noise, (), "noise of pixels")
         _known(robot, self.camera.frame, self.frame)
 
         def measure(state: State, q: Floats, trial: bool = False) -> Seen:
@@ -76,13 +77,13 @@ class Pixels:
             moved = R @ (place.J[..., None, :3, :] - cross_matrix(points) @ place.J[..., None, 3:, :])
             return Seen(self.camera.project(seen) / noise, self.camera.pixel_jacobian(seen) @ moved / noise)
 
-        names = tuple(name for name in (self.board,) if name is not None)
-        return Checked("pixels", "point", q, measure, pixels / noise, names, self)
+        poses = _named((self.board, f"board on {self.frame or 'the root'}"))
+        return Checked("pixels", "point", q, measure, pixels / noise, poses, self)
 
 
 @dataclass(frozen=True)
 class Poses:
-    """Poses of a frame from outside, for example from motion capture.
+    """Poses of a frame measured from outside, for example by motion capture.
 
     T_world_marker = T_world_reference · T_reference_frame(q) · T_frame_marker, of which the first and the last are
     either known or unknown and estimated. Residuals are the translation and the rotation vector of
@@ -110,9 +111,8 @@ class Poses:
     def _checked(self, robot: RobotModel) -> Checked:
         """Return the checked observation."""
         q = _configurations(robot, self.q)
-        poses = _one_each(as_floats(self.poses, (4, 4), "poses"), self.q, (4, 4), "poses")
-        check_rotation(poses[:, :3, :3])
-        noise = np.repeat(_noise(self.noise, "noise of poses", 2), 3)
+        poses = _one_each(rigid_poses(self.poses, "poses"), self.q, (4, 4), "poses")
+        noise = np.repeat(_noise(self.noise, (2,), "noise of poses"), 3)
         _known(robot, self.frame, self.reference)
 
         def measure(state: State, q: Floats, trial: bool = False) -> Seen:
@@ -124,7 +124,8 @@ class Poses:
             residuals = np.concatenate((error.T[:, :3, 3], turn), axis=1)
             return Seen((residuals / noise)[:, None], (J / noise[:, None])[:, None])
 
-        names = tuple(name for name in (self.world, self.marker) if name is not None)
+        world = self.world, f"world of {self.reference or 'the root'}"
+        names = _named(world, (self.marker, f"marker on {self.frame}"))
         return Checked("poses", "", q, measure, np.zeros((len(q), 1, 6)), names, self)
 
 
@@ -152,8 +153,8 @@ class Contacts:
     def _checked(self, robot: RobotModel) -> Checked:
         """Return the checked observation."""
         q = _configurations(robot, self.q)
-        (height,) = as_floats([self.height], (1,), "height")
-        noise = _noise(self.noise, "noise of contacts", 2)[[0, 1, 1]]
+        height = shaped(self.height, (), "height")
+        noise = _noise(self.noise, (2,), "noise of contacts")[[0, 1, 1]]
         _known(robot, self.frame, self.reference)
 
         def measure(state: State, q: Floats, trial: bool = False) -> Seen:
@@ -180,7 +181,7 @@ class Checked:
         q: configurations, shape (n, nq).
         measure: predicted numbers over their noise at configurations; at those of a trial nothing was measured.
         measured: the measured numbers over their noise, shape (n, items, numbers); NaN where nothing was seen.
-        poses: the names of unknown poses.
+        poses: name and meaning of each unknown pose.
         given: the observation as given.
     """
 
@@ -189,7 +190,7 @@ class Checked:
     q: Floats
     measure: Callable[..., Seen]
     measured: Floats
-    poses: tuple[str, ...]
+    poses: tuple[tuple[str, str], ...]
     given: Any
 
     def at(self, state: State) -> Seen:
@@ -231,10 +232,27 @@ def _known(robot: RobotModel, *frames: str | None) -> None:
     robot.frame_ids([frame for frame in frames if frame is not None])
 
 
-def _noise(values: ArrayLike, what: str, count: int = 1) -> Floats:
-    noise = as_floats(values, (count,), what)
-    if noise.shape != (count,) or not (noise > 0.0).all():
-        raise BadArgument(
-            f"{what} must be {count} positive {'number' if count == 1 else 'numbers'}, got {quoted(values)}"
-        )
+@contextmanager
+def errors_of(where: str) -> Iterator[None]:
+    """Name the place of an error at the beginning of its message."""
+    try:
+        yield
+    except NaoKinError as error:
+        error.args = (f"{where}: {error}",)
+        raise
+
+
+def _named(*poses: tuple[str | None, str]) -> tuple[tuple[str, str], ...]:
+    """Return names and meanings of those poses that have a name."""
+    named = tuple((name, meaning) for name, meaning in poses if name is not None)
+    for name, meaning in named:
+        if not isinstance(name, str):
+            raise BadArgument(f"the name of a {meaning} must be a text, got {quoted(name)}")
+    return named
+
+
+def _noise(values: ArrayLike, shape: tuple[int, ...], what: str) -> Floats:
+    noise = shaped(values, shape, what)
+    if not (noise > 0.0).all():
+        raise BadArgument(f"{what} must be positive, got {quoted(values)}")
     return noise

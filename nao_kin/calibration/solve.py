@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from nao_kin._core.arrays import Floats, choice, shaped
 from nao_kin._core.text import quoted
 from nao_kin._core.warn import need_extra
-from nao_kin.calibration.observations import BEHIND, AnyObservation, Checked, Contacts, Pixels, Poses, Seen
+from nao_kin.calibration.observations import BEHIND, AnyObservation, Checked, Contacts, Pixels, Poses, Seen, errors_of
 from nao_kin.calibration.starts import add_starts
 from nao_kin.calibration.unknowns import LARGEST_ANGLE, LARGEST_SHIFT, Unknowns
 from nao_kin.errors import BadArgument
@@ -22,7 +22,7 @@ from nao_kin.screws import nearest_pose
 
 # Residuals beyond this many standard deviations count with their magnitude, not with its square.
 _HUBER = 3.0
-# An item is an outlier if noise alone makes one so large in a million.
+# An item is an outlier if noise alone makes its residual so large with a smaller probability than this.
 _RARE = 1e-6
 # With more outliers than this share of all items, the observations contradict each other.
 _MOST_OUTLIERS = 1 / 3
@@ -68,7 +68,7 @@ class Calibration:
         values: these numbers, shape (n,).
         covariance: their covariance for the stated noise, shape (n, n); zero for numbers held at zero.
         held: the labels of numbers held at zero, because the data cannot tell them from others.
-        notes: one sentence for each of these, and for whatever else a person should know.
+        notes: one sentence for each of these, and for outliers and residuals larger than the noise.
         residuals: for each observation, residuals in standard deviations, shape (items seen, numbers).
         initial_residuals: the same before the calibration.
         outliers: items beyond their noise, the largest first.
@@ -146,7 +146,7 @@ def calibrate(
     to 3.
 
     The data do not determine a combination of unknowns if the standard deviation along it, from the singular values of
-    J, is more than calibrations ever meet: 0.2 rad or 0.1 m. Of each such combination one offset is held at zero.
+    J, is larger than any offset in practice: 0.2 rad or 0.1 m. Of each such combination one offset is held at zero.
 
     Args:
         robot: the nominal robot.
@@ -255,11 +255,16 @@ class Problem:
         given = list(observations) if isinstance(observations, Iterable) else [observations]
         if not isinstance(start, Mapping):
             raise BadArgument(f"start must map names to poses, got {quoted(start)}")
-        for one in given:
+        self.observations: list[Checked] = []
+        for number, one in enumerate(given):
             if not isinstance(one, Pixels | Poses | Contacts):
                 raise BadArgument(f"expected observations: Pixels, Poses or Contacts, got {quoted(one)}")
-        self.observations: list[Checked] = [one._checked(robot) for one in given]
-        names = dict.fromkeys(name for one in self.observations for name in one.poses)
+            with errors_of(f"observation {number}"):
+                self.observations.append(one._checked(robot))
+        names = dict[str, str]()
+        for name, meaning in (pose for one in self.observations for pose in one.poses):
+            if names.setdefault(name, meaning) != meaning:
+                raise BadArgument(f"{quoted(name)} names a {names[name]} and a {meaning}: give them different names")
         self.unknowns = Unknowns(robot, joints, frames, names)
         self.labels, self.size = self.unknowns.labels, len(self.unknowns.labels)
         self._scales = np.where(np.array(self.unknowns.units) == "m", LARGEST_SHIFT, LARGEST_ANGLE)

@@ -18,7 +18,7 @@ _FLAT = 1e-6
 
 def add_starts(state: State, observation: Checked, starts: dict[str, Floats]) -> None:
     """Estimate the poses that an observation needs and that have no start yet."""
-    if all(name in starts for name in observation.poses):
+    if all(name in starts for name, _ in observation.poses):
         return
     given = observation.given
     if isinstance(given, Pixels):
@@ -85,7 +85,10 @@ def _pose_of_points(points: Floats, rays: Floats) -> Floats | None:
     M *= np.sign((rays * (local @ M.T)).sum())
     columns = M[:, :rank] if rank == 3 else np.column_stack((M[:, :2], np.cross(M[:, 0], M[:, 1])))
     full = B if rank == 3 else np.column_stack((B, np.cross(B[:, 0], B[:, 1])))
-    R = nearest_rotation(columns @ full.T)
+    try:
+        R = nearest_rotation(columns @ full.T)
+    except BadArgument:  # the rays are in a plane, or nearly one ray
+        return None
     return join_poses(R, size * M[:, rank] - R @ centre)
 
 

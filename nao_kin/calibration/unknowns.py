@@ -16,8 +16,8 @@ from nao_kin.rotations import euler_rate_jacobian, matrix_from_rpy
 from nao_kin.screws import adjoint
 
 COORDINATES = ("x", "y", "z", "roll", "pitch", "yaw")
-# A change of an unknown that calibrations still meet [rad or a joint's unit; m]: numbers with a larger standard
-# deviation are not determined by the data.
+# Largest offsets in practice [rad or a joint's unit; m]: the data do not determine a number with a larger standard
+# deviation.
 LARGEST_ANGLE, LARGEST_SHIFT = 0.2, 0.1
 
 
@@ -91,8 +91,9 @@ class Unknowns:
         robot.frame_ids([frame])
         link = self._link(frame)
         if link not in self._parents:
-            mover = next((j.name for j in robot.tree.moving_joints if link in (j.child, j.name)), robot.name)
-            raise BadArgument(f"frame {quoted(frame)} is moved by {mover}: a calibrated frame is fixed to a link")
+            mover = next((j.name for j in robot.tree.moving_joints if link in (j.child, j.name)), None)
+            why = "is the root link" if mover is None else f"is moved by {mover}"
+            raise BadArgument(f"frame {quoted(frame)} {why}: a calibrated frame is fixed to a link")
         for joint in robot.tree.moving_joints:
             if link in self._above(joint.parent):
                 raise BadArgument(f"frame {quoted(frame)} carries the joint {joint.name}: calibrate that joint")

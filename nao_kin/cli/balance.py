@@ -40,7 +40,7 @@ def balance(
 
     The margin is the distance of the centre of mass, seen from above, from the edge of the support polygon, negative
     outside. The robot tips over an edge when it is tilted by more than the tilt angle. FILE is as for nao-kin fk; a row
-    that touches the floor in less than an area has no margin.
+    whose contacts span no area has no margin.
     """
     down = None if gravity is None else numbers_of(gravity, "--gravity", 3)
     model = robot.load()

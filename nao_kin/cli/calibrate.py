@@ -20,7 +20,7 @@ def calibrate(
     file: str = argument("FILE", "A JSON file of observations, - for standard input."),
     output: str | None = option("FILE", "Write the offsets as TOML, for --offsets.", "--output", "-o"),
     refuse: bool = flag("Refuse numbers that the data cannot tell apart, instead of holding some at zero."),
-    next_: bool = flag("Say which posture to observe next.", "--next"),
+    next_: bool = flag("Print the posture to observe next.", "--next"),
     seed: int = option("N", "Seed of the candidates of --next.", default=0),
     deg: bool = flag("Print angles in degrees."),
     force: bool = FORCE,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -49,8 +49,9 @@ def camera(
     """Print what a camera of a robot that stands on the floor sees.
 
     With pixels, the points of the ground that they show; with points, their pixels; without either, the numbers of the
-    camera, its horizon and the part of the ground that it sees. In the world x and y are zero below the root link, x is
-    forward, and the floor is z = 0. The lens has no distortion. A row without answer has empty numbers.
+    camera, its horizon and the part of the ground that it sees, with --json a polygon cut off at 10 m. In the world x
+    and y are zero below the root link, x is forward, and the floor is z = 0. The lens has no distortion. A row without
+    answer has empty numbers.
     """
     if (pixel is not None) + (point is not None) + (file is not None) > 1:
         raise BadArgument("--pixel, --point and FILE are three inputs; give one")
@@ -78,11 +79,27 @@ def camera(
         return
     if headings == _PIXEL:
         ground = world.pixel_to_ground(model, q, rows, found, height=height)
-        answers, names, good = ground.points, _POINT, {"valid": ground.valid}
+        columns, answers, good = (*headings, *_POINT, "valid"), ground.points, ground.valid
     else:
         image = world.project(model, q, rows, found)
-        answers, names, good = image.pixels, _PIXEL, {"visible": image.visible}
-    _print_rows(model, found, (headings, rows), (names, answers, good), many=many, csv=csv, json=json)
+        columns, answers, good = (*headings, *_PIXEL, "visible"), image.pixels, image.visible
+    numbers = np.column_stack([np.atleast_2d(rows), np.atleast_2d(answers)]).tolist()
+    lines = [
+        (*(None if math.isnan(number) else number for number in row), fine)
+        for row, fine in zip(numbers, np.atleast_1d(good).tolist(), strict=True)
+    ]
+    if json:
+        documents = [dict(zip(columns, line, strict=True)) for line in lines]
+        head = {"robot": model.name, "camera": found.name, "size": [found.width, found.height]}
+        print_json({**head, "rows": documents} if many else {**head, **documents[0]})
+    elif csv:
+        for cells in (columns, *(["" if cell is None else str(cell) for cell in line] for line in lines)):
+            sys.stdout.write(",".join(cells).replace("True", "true").replace("False", "false") + "\n")
+    else:
+        units = [f"{name}\n[{'px' if name in _PIXEL else 'm'}]" for name in columns[:-1]]
+        shown = (["–" if cell is None else fixed(cell) for cell in line[:-1]] for line in lines)
+        table = ([*cells, "yes" if line[-1] else "no"] for cells, line in zip(shown, lines, strict=True))
+        print_table([*units, columns[-1]], table, numbers=units)
 
 
 def _read(file: str) -> tuple[tuple[str, ...], Floats]:
@@ -97,46 +114,6 @@ def _read(file: str) -> tuple[tuple[str, ...], Floats]:
     table = TableColumns(headings, (), tuple(map(head.index, headings)))
     rows = [table.numbers(file, fields, line) for line, fields in records]
     return headings, np.array(rows, dtype=np.float64).reshape(-1, len(headings))
-
-
-def _print_rows(
-    model: RobotModel,
-    found: Camera,
-    given: tuple[tuple[str, ...], Floats],
-    answered: tuple[tuple[str, ...], Floats, dict[str, Any]],
-    *,
-    many: bool,
-    csv: bool,
-    json: bool,
-) -> None:
-    """Print each row with its answer."""
-    (headings, rows), (names, answers, good) = given, answered
-    (flag_name, mask), *_ = good.items()
-    lines = [
-        (*row, *(None if math.isnan(number) else number for number in answer), bool(fine))
-        for row, answer, fine in zip(
-            np.atleast_2d(rows).tolist(), np.atleast_2d(answers).tolist(), np.atleast_1d(mask), strict=True
-        )
-    ]
-    columns = (*headings, *names, flag_name)
-    if json:
-        documents = [dict(zip(columns, line, strict=True)) for line in lines]
-        head = {"robot": model.name, "camera": found.name, "size": [found.width, found.height]}
-        print_json({**head, "rows": documents} if many else {**head, **documents[0]})
-    elif csv:
-        sys.stdout.write(",".join(columns) + "\n")
-        for line in lines:
-            cells = (
-                "" if cell is None else str(cell).lower() if isinstance(cell, bool) else repr(cell) for cell in line
-            )
-            sys.stdout.write(",".join(cells) + "\n")
-    else:
-        units = {name: f"{name}\n[{'px' if name in _PIXEL else 'm'}]" for name in columns[:-1]}
-        cells_of = (
-            ["–" if cell is None else fixed(cell) for cell in line[:-1]] + ["yes" if line[-1] else "no"]
-            for line in lines
-        )
-        print_table([*units.values(), flag_name], cells_of, numbers=list(units.values()))
 
 
 def _print_numbers(model: RobotModel, q: Floats, found: Camera, deg: bool, json: bool) -> None:
@@ -170,11 +147,12 @@ def _print_numbers(model: RobotModel, q: Floats, found: Camera, deg: bool, json:
         "field of view": f"{math.degrees(across):.1f}° × {math.degrees(high):.1f}°",
         "focal lengths": f"{found.fx:.1f}, {found.fy:.1f} pixels",
         "position": ", ".join(f"{value + 0.0:.3f}" for value in T[:3, 3]) + " m above the floor",
-        "tilt": f"{math.degrees(rpy[1]):.1f}° down",
+        "tilt": f"{abs(math.degrees(rpy[1])):.1f}° {'up' if rpy[1] < 0.0 else 'down'}",
         "horizon": "not in the image"
         if ends is None
         else f"from ({ends[0, 0]:.0f}, {ends[0, 1]:.0f}) to ({ends[1, 0]:.0f}, {ends[1, 1]:.0f})",
-        "sees the ground": f"from {polygon[:, 0].min():.2f} m to {polygon[:, 0].max():.2f} m ahead"
+        "sees the ground": f"from {polygon[:, 0].min():.2f} m ahead to "
+        + ("the horizon" if line.visible else f"{polygon[:, 0].max():.2f} m")
         if len(polygon)
         else "not at all",
     }

@@ -1,4 +1,4 @@
-"""`nao-kin odometry`: where a robot has walked, from a log of its joints."""
+"""`nao-kin odometry`: the trajectory of a robot's trunk, from a log of its joints."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def odometry(
     json: bool = JSON,
     robot: RobotOptions,
 ) -> None:
-    """Print where the root link has been: one sole at a time is flat on the floor, and its leg carries the trunk.
+    """Print the trajectory of the root link: one sole at a time is flat on the floor, and its leg carries the trunk.
 
     The world has its origin on the floor between the feet in the first row, x ahead and z up. Each row of LOG gives one
     row of CSV: time, position [m], roll, pitch, yaw, and the sole in place.

@@ -39,10 +39,10 @@ Rows = NDArray[np.intp]
 
 # EAIK solves up to this number of joints.
 _MOST_JOINTS = 6
-# EAIK misses solutions of chains of few joints for a point on their axes, so it is given one beside the frame [m]; and
-# poses with which its decomposition of a chain is tried.
+# EAIK misses solutions of chains of few joints for a point on their axes, so it is given a point beside the frame [m].
+# Number of poses with which its decomposition of a chain is tried.
 _TIP, _PROBES = np.array([0.0731, 0.1137, 0.1913]), 4
-# Targets solved at a time, and fewer than are worth EAIK's threads.
+# Targets solved at a time, and the least number that is worth EAIK's threads.
 _BLOCK, _FEW = 2048, 200
 # Errors [m, rad] below which an answer is left as it is, and below which a search refines it: near a singularity,
 # square roots have half the digits.
@@ -52,7 +52,7 @@ _SAME, _SAME_MEMBER = 1e-6, 1e-4
 # Joints with a range of more turns get their whole turns from the reference.
 _TURNS = 3.0
 # Axes are dependent if a singular value of the Jacobian, with lengths in units of `ANGLE_WEIGHT`, is below `_SINGULAR`;
-# the determinant of JᵀJ tells sooner that none is.
+# none is if the determinant of JᵀJ is above `_REGULAR`, which is faster to compute.
 _SINGULAR, _REGULAR = 1e-7, 1e-6
 # Steps along dependent axes [rad], of which in a family a share of at least `_STAYED` stays after a search for a
 # solution with this error; starts and most steps of the search for the member nearest to the reference, with an error

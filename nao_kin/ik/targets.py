@@ -15,14 +15,16 @@ from nao_kin._core.arrays import (
     as_vectors,
     choice,
     common_batch,
-    first_index,
     whole_number,
 )
-from nao_kin.errors import BadArgument, NotARotation, NotFinite, OutsideLimits, WrongShape, at_index
+from nao_kin.errors import NotFinite, OutsideLimits, WrongShape
 from nao_kin.ik.limit_regions import LimitRegion
-from nao_kin.ik.ranges import RIGID, ROUNDING
-from nao_kin.robot import RobotModel
-from nao_kin.rotations import RotationDefects, check_rotation, nearest_rotation
+from nao_kin.robot import (
+    RobotModel,
+    refuse_not_rigid as refuse_not_rigid,
+    refuse_not_rotation as refuse_not_rotation,
+    rigid_poses as rigid_poses,
+)
 
 Limits = Literal["enforce", "ignore"]
 Shape: TypeAlias = tuple[int, ...]
@@ -37,37 +39,6 @@ def as_poses(T: ArrayLike, what: str) -> Floats:
     with np.errstate(over="ignore"):
         poses = as_floats(T, (4, 4), what)
     return as_vectors(poses, what, 4, rows=True)
-
-
-def rigid_poses(T: ArrayLike, what: str) -> Floats:
-    """Return a copy of poses of shape (..., 4, 4) with the nearest rotations; raise for the first one not rigid."""
-    poses = as_poses(T, what)
-    off = refuse_not_rigid(poses, what).orthogonality > ROUNDING
-    nearest: Floats = poses.copy()
-    if np.any(off):
-        nearest[off, :3, :3] = nearest_rotation(poses[off, :3, :3])
-    nearest[..., 3, :] = 0.0, 0.0, 0.0, 1.0
-    return nearest
-
-
-def refuse_not_rigid(T: Floats, what: str) -> RotationDefects:
-    """Return the defects of the poses' rotations; raise NotARotation or BadArgument for the first one not rigid."""
-    defects = refuse_not_rotation(T[..., :3, :3], what)
-    wrong = np.abs(T[..., 3, :] - np.array([0.0, 0.0, 0.0, 1.0])).sum(axis=-1) > RIGID
-    if wrong.any():
-        index = first_index(wrong)
-        row = ", ".join(f"{value:.6g}" for value in T[index][3])
-        raise BadArgument(f"{what}{at_index(index)} is not a rigid transform: its last row is {row}, not 0, 0, 0, 1")
-    return defects
-
-
-def refuse_not_rotation(R: Floats, what: str) -> RotationDefects:
-    """Return the defects of matrices; raise NotARotation, with the argument's name, for the first non-rotation."""
-    try:
-        return check_rotation(R)
-    except NotARotation as error:
-        error.args = (f"{what}: {error}",)
-        raise
 
 
 def is_enforced(limits: object) -> bool:

@@ -31,8 +31,8 @@ from nao_kin.robot.ground import (
     SetDown,
     common_down as common_down,
     level_axes as level_axes,
-    named_soles as named_soles,
     points_on_floor as points_on_floor,
+    rows_with_gravity as rows_with_gravity,
 )
 from nao_kin.robot.kinematics import (
     WORLD as WORLD,
@@ -55,8 +55,20 @@ from nao_kin.robot.motors import (
     other_side as other_side,
 )
 from nao_kin.robot.nao.model import NaoModel, load_nao, nao_urdf_path as nao_urdf_path
-from nao_kin.robot.offsets import pose_of as pose_of, read_offsets as read_offsets, write_offsets as write_offsets
-from nao_kin.robot.support_polygon import SupportPolygon, polygon_below as polygon_below, sole_corners as sole_corners
+from nao_kin.robot.offsets import (
+    pose_of as pose_of,
+    read_offsets as read_offsets,
+    refuse_not_rigid as refuse_not_rigid,
+    refuse_not_rotation as refuse_not_rotation,
+    rigid_poses as rigid_poses,
+    write_offsets as write_offsets,
+)
+from nao_kin.robot.support_polygon import (
+    SupportPolygon,
+    named_soles as named_soles,
+    polygon_below as polygon_below,
+    sole_corners as sole_corners,
+)
 
 __all__ = [
     "Clearance",

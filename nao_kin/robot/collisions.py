@@ -108,11 +108,11 @@ _SAMPLES = 1000
 _CHUNK = 4096
 # Configurations whose pairs are tested for nearness at once.
 _FEW = 64
-# Sides of the prism around a cylinder: it is by 0.5 % of the radius larger.
+# Sides of the prism around a cylinder: it is larger by 0.5 % of the radius.
 _SIDES = 32
 # Hulls flatter than this have no volume [m].
 _THIN = 1e-6
-# Vertices of meshes that are farther away are mistakes [m].
+# Vertices of meshes that are farther away are errors of the file [m].
 _LARGEST = 1e6
 _SIGNED = coal.DistanceRequest()
 _SIGNED.enable_signed_distance = True
@@ -146,7 +146,7 @@ def round_shape(link: str, ends: Floats, radius: float) -> Shape:
 
 
 def hull_shape(link: str, points: Floats) -> Shape:
-    """Return the convex hull of points in a link, shape (n, 3) [m]; what is flat gets a thickness of 2 µm."""
+    """Return the convex hull of points in a link, shape (n, 3) [m]; flat points get a thickness of 2 µm."""
     axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2]
     if len(axes) < 3 or np.ptp(points @ axes[2]) < _THIN:
         points = (points[:, None] + _THIN * np.concatenate([np.eye(3), -np.eye(3)])).reshape(-1, 3)
@@ -280,7 +280,7 @@ class LinkShapes:
         self._places, self._owner = np.ascontiguousarray(table[:, :2]), table[:, 2]
 
     def clearance(self, q: Floats, below: float = np.inf) -> Clearance:
-        """Return the clearance of configurations (..., nq); distances from `below` on are this number, of no pair."""
+        """Return the clearance of configurations (..., nq); a distance of `below` or more is `below`, of no pair."""
         rows = q.reshape(-1, q.shape[-1])
         gaps, which = np.full(len(rows), below), np.full(len(rows), -1, dtype=np.int64)
         compiled = clearances.in_memory or (len(rows) >= CROSSOVER and may_compile())
@@ -359,14 +359,14 @@ class LinkShapes:
         return tuple(found)
 
 
-# Random configurations drawn at once, and in vain before giving up.
+# Random configurations drawn at a time, and drawn without success before giving up.
 _DRAWN, _MOST_DRAWN = 256, 100_000
 
 
 def random_free(
     robot: RobotModel, shapes: LinkShapes, rng: np.random.Generator | int | None, n: int | tuple[int, ...] | None
 ) -> Floats:
-    """Return random configurations in which no links overlap: others are drawn again."""
+    """Return random configurations in which no links overlap; those that overlap are drawn again."""
     wanted = robot.random(rng, n)  # checks the arguments
     generator = np.random.default_rng(rng)
     rows = wanted.reshape(-1, robot.nq)

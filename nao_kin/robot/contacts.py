@@ -1,4 +1,4 @@
-"""Which links of a robot touch in many configurations, and which pairs need no check: tested with the library coal."""
+"""Contact tests between links with the collision library coal, and the pairs of links that need no check."""
 
 from __future__ import annotations
 
@@ -203,14 +203,19 @@ def disabled_collisions(robot: RobotModel, contacts: Contacts, *, samples: int, 
     """Return the pairs of links with shapes that need no collision check, and the reason.
 
     "Adjacent": `adjacent_links`. "Default": they touch in the start posture, or without one with every joint at zero,
-    or in the middle of its range if zero is outside. "Always": they touch in more than 95 % of `samples` random
-    configurations inside the limits. "Never": they touch in none of them, and in no posture.
+    or in the middle of its range if zero is outside; or two hinges are between them, and they touch in some posture.
+    "Always": they touch in more than 95 % of `samples` random configurations inside the limits. "Never": they touch in
+    none of them, and in no posture.
     """
     adjacent = adjacent_links(robot.tree, contacts.links)
     reasons = {pair: ADJACENT for pair in contacts.pairs if pair in adjacent}
     unknown = set(contacts.pairs) - set(reasons)
-    touching = contacts.count(_default(robot)[None], unknown)
-    reasons |= {pair: DEFAULT for pair in unknown if touching[pair]}
+    names = robot.posture_names
+    postures = np.array([robot.posture(name) for name in names]).reshape(len(names), robot.nq)
+    near = unknown & _two_joints_apart(robot.tree)
+    for configurations, pairs in ((_default(robot)[None], unknown), (postures, near)):
+        touching = contacts.count(configurations, pairs, limit=1)
+        reasons |= {pair: DEFAULT for pair in pairs if touching[pair]}
     unknown -= set(reasons)
 
     q, counts = robot.random(seed, samples), dict.fromkeys(unknown, 0)
@@ -223,7 +228,7 @@ def disabled_collisions(robot: RobotModel, contacts: Contacts, *, samples: int, 
         for pair, count in contacts.count(q[start : min(start + _AT_ONCE, counted)], undecided).items():
             counts[pair] += count
     reasons |= {pair: ALWAYS for pair in unknown if counts[pair] > ALWAYS_FROM * counted}
-    rest = np.array([*(robot.posture(name) for name in robot.posture_names), *q[counted:]])
+    rest = np.concatenate([postures, q[counted:]])
     unseen = {pair for pair in unknown if not counts[pair]}
     for start in range(0, len(rest), _REST_AT_ONCE):
         touching = contacts.count(rest[start : start + _REST_AT_ONCE], unseen, limit=1)
@@ -253,6 +258,13 @@ def adjacent_links(tree: UrdfTree, shaped: Collection[str]) -> set[LinkPair]:
             pairs |= {(min(a, b), max(a, b)) for first, second in several for a in first for b in second}
             nearest[link] = [other for others in beyond for other in others]
     return pairs
+
+
+def _two_joints_apart(tree: UrdfTree) -> set[LinkPair]:
+    """Return pairs of a link and the parent of its parent, both moved by hinges."""
+    parents = {joint.child: joint.parent for joint in tree.joints if joint.kind == "revolute"}
+    pairs = ((link, parents[parent]) for link, parent in parents.items() if parent in parents)
+    return {(min(a, b), max(a, b)) for a, b in pairs}
 
 
 def _at_one_point(joint: UrdfJoint) -> bool:

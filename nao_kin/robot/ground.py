@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_batch, check_tolerance, choice, join_poses, unit
+from nao_kin._core.arrays import Floats, as_batch, check_tolerance, choice, common_batch, join_poses, unit
 from nao_kin.errors import BadArgument
 from nao_kin.robot.geometry import shape_geometry
-from nao_kin.robot.support_polygon import SupportPolygon, sole_corners
+from nao_kin.robot.support_polygon import SupportPolygon, named_soles, sole_corners
 from nao_kin.robot.urdf import Cylinder, Sphere, UnreadableShape
 from nao_kin.rotations import rotation_between
 
@@ -30,13 +30,14 @@ if TYPE_CHECKING:
 _BOTH, _ONE = 0.008, 0.003
 # How far above the floor a point may be and still touch it [m].
 TOUCHING = 0.005
-# Points so near the lowest one touch the floor with it, while the robot rolls over an edge [m].
+# While the robot rolls over an edge, points within this distance of the lowest one touch the floor [m].
 _ROLLING = 1e-5
-# A body rolls from one corner to the next; more rolls than any needs.
+# Most rolls from one edge to the next; no body needs so many.
 _MOST_ROLLS = 300
-# A joint that is farther away than this is in another posture, however far: one moved arm makes no other posture.
+# Largest difference that counts between a joint and that of a posture [rad]: one moved arm makes no other posture.
 _ELSEWHERE = 0.5
-# So many directions find the points of a rounded link that can touch the floor to a small part of a millimetre.
+# Directions in which the outermost points of a link are found: a rounded link is then placed on the floor to a small
+# fraction of a millimetre.
 _DIRECTIONS = 800
 # Configurations that are set down at a time: larger products of matrices are split among threads, which costs more.
 _AT_ONCE = 256
@@ -59,7 +60,7 @@ class SetDown:
         corner_soles: the index of each corner's sole, shape (k,).
         corners_touching: whether each corner touches the floor, shape (..., k).
         links: whether each link touches the floor with its shapes, in the order of `robot.link_names`.
-        stands: whether it was set down on soles; else on whatever is lowest, shape (...).
+        stands: whether it was set down on soles; otherwise it rests on its lowest points; shape (...).
     """
 
     T_world_base: Floats
@@ -83,41 +84,38 @@ def set_down(
     """Set a robot down; the arguments are those of `RobotModel.set_down`."""
     floor = _floor_of(robot)
     names = named_soles(robot, soles)
-    if soles is not None and not names:
-        raise BadArgument("soles must name at least one frame; None for the soles of the robot's semantics")
     check_tolerance(tolerance)
-    feet = Feet.of(robot, names)
+    feet = Feet.of(robot, names, or_origin=True)
     if not names and not len(floor.points):
         raise BadArgument(f"{robot.name} has neither soles nor shapes to be set down on")
-    array = robot.checked(q)
-    batch = array.shape[:-1]
-    down = None
-    if gravity is not None:
-        down = unit(as_batch(gravity, (3,), "gravity"), "gravity")[0]
-        batch = np.broadcast_shapes(batch, down.shape[:-1])
-        down = np.broadcast_to(down, (*batch, 3)).reshape(-1, 3)
-    rows = np.broadcast_to(array, (*batch, robot.nq)).reshape(-1, robot.nq)
+    batch, rows, down = rows_with_gravity(robot, q, gravity)
     parts = [
-        _rows_down(robot, floor, feet, rows[k : k + _AT_ONCE], soles is not None, down, k, tolerance)
-        for k in range(0, max(1, len(rows)), _AT_ONCE)
+        _rows_down(robot, floor, feet, rows[part], soles is not None, None if down is None else down[part], tolerance)
+        for part in (slice(k, k + _AT_ONCE) for k in range(0, max(1, len(rows)), _AT_ONCE))
     ]
     T, corners, on_floor, links, stands = (
         np.concatenate(part).reshape((*batch, *part[0].shape[1:])) for part in zip(*parts, strict=True)
     )
-    touching = (
-        np.stack([on_floor[..., feet.owner == k].any(axis=-1) for k in range(len(names))], axis=-1)
-        if names
-        else (np.zeros((*batch, 0), dtype=np.bool_))
-    )
+    touching = np.zeros((*batch, len(names)), dtype=np.bool_)
+    for k in range(len(names)):
+        touching[..., k] = on_floor[..., feet.owner == k].any(axis=-1)
     return SetDown(T, names, touching, corners, feet.owner, on_floor, links, stands)
 
 
-def named_soles(robot: RobotModel, soles: Sequence[str] | str | None) -> tuple[str, ...]:
-    """Return the names of soles, those of the semantics for None, after checking that they are frames."""
-    if soles is None:
-        return robot.semantics.soles
-    robot.frame_ids(soles)
-    return (soles,) if isinstance(soles, str) else tuple(soles)
+def rows_with_gravity(
+    robot: RobotModel, q: ArrayLike, gravity: ArrayLike | None
+) -> tuple[tuple[int, ...], Floats, Floats | None]:
+    """Return the common batch shape of configurations and gravity, and both with one row for each member.
+
+    Gravity is returned as unit vectors, shape (n, 3), or None if it is not given.
+    """
+    array, down = robot.checked(q), None
+    batch = array.shape[:-1]
+    if gravity is not None:
+        given = unit(as_batch(gravity, (3,), "gravity"), "gravity")[0]
+        batch = common_batch("configurations and gravity", batch, given.shape[:-1])
+        down = np.broadcast_to(given, (*batch, 3)).reshape(-1, 3)
+    return batch, np.broadcast_to(array, (*batch, robot.nq)).reshape(-1, robot.nq), down
 
 
 def points_on_floor(robot: RobotModel, q: Floats, T_world_base: Floats, tolerance: float) -> Floats:
@@ -135,15 +133,18 @@ class Feet(NamedTuple):
     owner: NDArray[np.intp]
 
     @staticmethod
-    def of(robot: RobotModel, names: tuple[str, ...], kind: OutlineKind | None = None) -> Feet:
-        """Return the soles of a robot with their outlines; with None an origin stands for a sole without outline."""
-        robot.frame_ids(names)
-        outlines = [
-            _outline_or_origin(robot, name) if kind is None else sole_outline(robot, name, kind) for name in names
-        ]
-        counts = [len(outline) for outline in outlines]
+    def of(robot: RobotModel, names: tuple[str, ...], kind: OutlineKind = "sole", *, or_origin: bool = False) -> Feet:
+        """Return the soles of a robot with their outlines; with `or_origin`, the origin replaces a missing outline."""
+        outlines = []
+        for name in names:
+            try:
+                outlines.append(sole_outline(robot, name, kind))
+            except BadArgument:
+                if not or_origin:
+                    raise
+                outlines.append(np.zeros((1, 3)))
         points = np.concatenate([*outlines, np.empty((0, 3))])
-        return Feet(names, points, np.repeat(np.arange(len(names)), counts))
+        return Feet(names, points, np.repeat(np.arange(len(names)), [len(outline) for outline in outlines]))
 
     def placed(self, T_soles: Floats) -> Floats:
         """Return the corners of soles at T_soles (n, S, 4, 4), shape (n, k, 3)."""
@@ -184,13 +185,6 @@ def sole_outline(robot: RobotModel, sole: str, kind: OutlineKind = "sole") -> Fl
     return np.pad(vertices, ((0, 0), (0, 1)))
 
 
-def _outline_or_origin(robot: RobotModel, sole: str) -> Floats:
-    try:
-        return sole_outline(robot, sole)
-    except BadArgument:
-        return np.zeros((1, 3))
-
-
 # --- The points that can touch the floor.
 
 
@@ -228,14 +222,18 @@ class Floor(NamedTuple):
         if not self.links or not len(T):
             return lowest
         # A link is looked at where its sphere reaches lower than all links before, the deepest ones first.
-        most = np.einsum("nk,nlkj,lj->nl", down, T[..., :3, :3], self.centres) + self.radii
-        most += np.einsum("nk,nlk->nl", down, T[..., :3, 3])
+        most = self._deepest(T, down)
         most[:, list(without)] = -np.inf
         for k in np.argsort(-most.max(axis=0), kind="stable"):
             rows = np.flatnonzero(most[:, k] > lowest)
             if len(rows):
                 lowest[rows] = np.maximum(lowest[rows], self._depth_of(k, T[rows], down[rows], exact))
         return lowest
+
+    def _deepest(self, T: Floats, down: Floats) -> Floats:
+        """Return how far down the spheres of the links reach, shape (n, L)."""
+        centres = np.einsum("nk,nlkj,lj->nl", down, T[..., :3, :3], self.centres)
+        return np.asarray(centres + np.einsum("nk,nlk->nl", down, T[..., :3, 3]) + self.radii)
 
     def _depth_of(self, k: int, T: Floats, down: Floats, exact: bool = False) -> Floats:
         points = self.vertices[k] if exact else self.points[self.starts[k] : self.starts[k + 1]]
@@ -244,8 +242,7 @@ class Floor(NamedTuple):
 
     def touching(self, T: Floats, down: Floats, least: Floats) -> NDArray[np.bool_]:
         """Return which links have a point at least so far down, shape (n, L)."""
-        most = np.einsum("nk,nlkj,lj->nl", down, T[..., :3, :3], self.centres) + self.radii
-        found: NDArray[np.bool_] = most + np.einsum("nk,nlk->nl", down, T[..., :3, 3]) >= least[:, None]
+        found: NDArray[np.bool_] = self._deepest(T, down) >= least[:, None]
         for k in range(len(self.links)):
             rows = np.flatnonzero(found[:, k])
             if len(rows):
@@ -321,7 +318,7 @@ def _outermost(shape: Any, packages: Any) -> Floats:
 
 @functools.cache
 def _directions() -> Floats:
-    """Return directions spread evenly over the sphere, one after another, by the golden angle."""
+    """Return directions spread evenly over the sphere, each turned by the golden angle from the one before."""
     index = np.arange(_DIRECTIONS)
     z = 1.0 - (2 * index + 1) / _DIRECTIONS
     turn = np.pi * (3.0 - np.sqrt(5.0)) * index
@@ -344,7 +341,6 @@ def _rows_down(
     rows: Floats,
     given: bool,
     gravity: Floats | None,
-    first: int,
     tolerance: float,
 ) -> tuple[Floats, Floats, NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]:
     """Return T_world_base, the corners, which of them touch, which links touch, and which rows stand."""
@@ -354,7 +350,7 @@ def _rows_down(
     used = np.ones((len(rows), len(feet.names)), dtype=np.bool_)
     stands = np.full(len(rows), given)
     if gravity is not None:
-        down = gravity[first : first + len(rows)]
+        down = gravity
     elif given:
         down = common_down(T_soles)
     else:
@@ -445,10 +441,10 @@ def _is_balanced(points: Floats, centre: Floats, down: Floats) -> bool:
 
 
 def _settled(points: Floats, centre: Floats, down: Floats) -> Floats:
-    """Return the direction down of a rigid body that has come to rest, begun from a direction down.
+    """Return the direction down of a rigid body after it has rolled to rest from a given direction down.
 
-    It rolls over the edge that is nearest to its centre of mass until that is above what it touches: the way downhill
-    to a local minimum of the height of the centre of mass.
+    It rolls over the edge nearest to its centre of mass until the centre is above the contacts: each roll lowers the
+    centre of mass, until its height has a local minimum.
     """
     for _ in range(_MOST_ROLLS):
         across = level_axes(-down)

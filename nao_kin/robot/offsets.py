@@ -11,16 +11,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats, join_poses, split_poses
+from nao_kin._core.arrays import Floats, as_floats, as_vectors, first_index, join_poses
 from nao_kin._core.files import read_toml, write_document
 from nao_kin._core.text import quoted
-from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, UnknownName, WrongShape, nearest_names
+from nao_kin.errors import BadArgument, BadInputFile, NotARotation, UnknownName, WrongShape, at_index, nearest_names
 from nao_kin.robot.urdf import Origin, UrdfTree
-from nao_kin.rotations import angle_between, check_rotation, matrix_from_rpy, rpy_from_matrix
+from nao_kin.rotations import (
+    RotationDefects,
+    angle_between,
+    check_rotation,
+    matrix_from_rpy,
+    nearest_rotation,
+    rpy_from_matrix,
+)
 
 _KINDS = ("joints", "frames")
 # Decimal places of millimetres and degrees in notes: smaller values are rounding errors.
 _DIGITS = 6
+# Largest defect of a pose, as of rotations, and the largest that is not corrected.
+_RIGID, _ROUNDING = 1e-6, 1e-14
 
 
 def with_offsets(tree: UrdfTree, joints: Mapping[str, ArrayLike], frames: Mapping[str, ArrayLike]) -> UrdfTree:
@@ -100,12 +109,42 @@ def pose_of(value: ArrayLike, what: str) -> Floats:
         return join_poses(matrix_from_rpy(array[3:]), array[:3])
     if array.shape != (4, 4):
         raise WrongShape(what, "(6,) or (4, 4)", array.shape)
-    R, _ = split_poses(array, what)
     try:
-        check_rotation(R)
-    except NaoKinError as error:
-        raise BadArgument(f"{what}: {error}") from None
-    return np.array(array)
+        return rigid_poses(array, what)
+    except NotARotation as error:
+        raise BadArgument(str(error)) from None
+
+
+def rigid_poses(T: ArrayLike, what: str) -> Floats:
+    """Return a copy of poses of shape (..., 4, 4) with the nearest rotations; raise for the first one not rigid."""
+    with np.errstate(over="ignore"):
+        poses = as_vectors(as_floats(T, (4, 4), what), what, 4, rows=True)
+    off = refuse_not_rigid(poses, what).orthogonality > _ROUNDING
+    nearest: Floats = poses.copy()
+    if np.any(off):
+        nearest[off, :3, :3] = nearest_rotation(poses[off, :3, :3])
+    nearest[..., 3, :] = 0.0, 0.0, 0.0, 1.0
+    return nearest
+
+
+def refuse_not_rigid(T: Floats, what: str) -> RotationDefects:
+    """Return the defects of the poses' rotations; raise NotARotation or BadArgument for the first one not rigid."""
+    defects = refuse_not_rotation(T[..., :3, :3], what)
+    wrong = np.abs(T[..., 3, :] - np.array([0.0, 0.0, 0.0, 1.0])).sum(axis=-1) > _RIGID
+    if wrong.any():
+        index = first_index(wrong)
+        row = ", ".join(f"{value:.6g}" for value in T[index][3])
+        raise BadArgument(f"{what}{at_index(index)} is not a rigid transform: its last row is {row}, not 0, 0, 0, 1")
+    return defects
+
+
+def refuse_not_rotation(R: Floats, what: str) -> RotationDefects:
+    """Return the defects of matrices; raise NotARotation, with the argument's name, for the first non-rotation."""
+    try:
+        return check_rotation(R)
+    except NotARotation as error:
+        error.args = (f"{what}: {error}",)
+        raise
 
 
 def _after(origin: Origin, T: Floats) -> Origin:

@@ -103,6 +103,24 @@ def _half_hull(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
     return hull
 
 
+def named_soles(robot: RobotModel, soles: Sequence[str] | str | None, *, needed: bool = False) -> tuple[str, ...]:
+    """Return the names of soles, those of the semantics for None, after checking that they are frames.
+
+    Raise `BadArgument` if none are named, or with `needed` if the semantics have none.
+    """
+    if soles is None:
+        if needed and not robot.semantics.soles:
+            raise BadArgument(
+                f"{robot.name} has no soles in its semantics; name the standing frames, as in soles=[…] (--sole)"
+            )
+        return robot.semantics.soles
+    robot.frame_ids(soles)
+    names = (soles,) if isinstance(soles, str) else tuple(soles)
+    if not names:
+        raise BadArgument("soles must name at least one frame; None for the soles of the robot's semantics")
+    return names
+
+
 def sole_corners(robot: RobotModel, sole: str) -> NDArray[np.float64]:
     """Return points of a sole in its own frame, shape (k, 3) [m]: all frames on the foot in the plane of the sole.
 
@@ -132,11 +150,7 @@ def support_polygon(
     robot: RobotModel, q: ArrayLike, soles: Sequence[str] | None, reference: str | None
 ) -> SupportPolygon:
     """Return the support polygon of a robot; the arguments are those of `RobotModel.support_polygon`."""
-    named = robot.semantics.soles if soles is None else soles
-    robot.frame_ids(named)
-    names = (named,) if isinstance(named, str) else tuple(named)
-    if not names:
-        raise BadArgument(f"{robot.name} has no soles in its semantics; name the standing frames, as in soles=[…]")
+    names = named_soles(robot, soles, needed=True)
     row = robot.checked(q)
     if row.ndim != 1:
         raise WrongShape("q", f"({robot.nq},), one configuration", row.shape)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_batch, rigid_inverse, unit
+from nao_kin._core.arrays import Floats, as_batch, rigid_inverse
 from nao_kin._kernels.cache import CachedKernel, Floats1, Floats2, Floats3, Ints1, first_rows
 from nao_kin.errors import BadArgument
 from nao_kin.robot import (
@@ -26,6 +26,7 @@ from nao_kin.robot import (
     level_axes,
     named_soles,
     points_on_floor,
+    rows_with_gravity,
 )
 from nao_kin.rotations import rot_z, rpy_from_matrix
 
@@ -37,8 +38,8 @@ _AT_ONCE = 2048
 class Balance:
     """Balance of one configuration or of a batch, in the world of `set_down`.
 
-    The support polygon has up to e vertices; where one of a batch has fewer, the last ones are NaN. A batch has NaN
-    throughout for a configuration that touches the floor in less than an area.
+    The support polygon has up to e vertices; where one of a batch has fewer, the last ones are NaN. In a batch, a
+    configuration whose contacts span no area has NaN throughout.
 
     Attributes:
         down: the robot set down: pose of the root link, and what touches.
@@ -89,8 +90,8 @@ def balance(
         tolerance: height up to which a point touches the floor [m].
 
     Raises:
-        BadArgument: one configuration that touches the floor in less than an area; a sole without outline; a robot
-            without mass; what `set_down` refuses.
+        BadArgument: a single configuration whose contacts span no area; a sole without outline; a robot without mass;
+            what `set_down` refuses.
         ZeroNorm: zero gravity.
 
     Examples:
@@ -120,7 +121,7 @@ def balance(
             points = _with_hull(points, k, points_on_floor(robot, rows[k], T_world_base[k], tolerance))
     vertices, margins, nearest = _hulls(points, com[:, :2])
     if not batch and nearest[0] < 0:
-        raise BadArgument(f"{robot.name} touches the floor in no area: there is no support polygon")
+        raise BadArgument(f"the contacts of {robot.name} with the floor span no area: there is no support polygon")
     vertices = vertices[:, : max(3, int(np.isfinite(vertices[..., 0]).sum(axis=1).max(initial=3)))]
     following = np.roll(vertices, -1, axis=1)
     last = np.isfinite(vertices[..., 0]) & ~np.isfinite(following[..., 0])
@@ -164,16 +165,9 @@ def margin(
         [0.069, 0.067]
     """
     check_robot(robot)
-    names = named_soles(robot, soles)
-    if not names:
-        raise BadArgument(f"{robot.name} has no soles in its semantics; name the standing frames, as in soles=[…]")
-    feet, array = Feet.of(robot, names, outline), robot.checked(q)
-    batch, given = array.shape[:-1], None
-    if gravity is not None:
-        given = unit(as_batch(gravity, (3,), "gravity"), "gravity")[0]
-        batch = np.broadcast_shapes(batch, given.shape[:-1])
-        given = np.broadcast_to(given, (*batch, 3)).reshape(-1, 3)
-    rows = np.broadcast_to(array, (*batch, robot.nq)).reshape(-1, robot.nq)
+    names = named_soles(robot, soles, needed=True)
+    feet = Feet.of(robot, names, outline)
+    batch, rows, given = rows_with_gravity(robot, q, gravity)
     found = np.empty(len(rows))
     for start in range(0, len(rows), _AT_ONCE):
         part = slice(start, start + _AT_ONCE)
@@ -211,7 +205,7 @@ def feet_frame(T_world_feet: ArrayLike) -> Floats:
     if T.ndim < 3 or not T.shape[-3]:
         raise BadArgument("T_world_feet must have shape (..., n, 4, 4), with one foot at least")
     yaws = rpy_from_matrix(T[..., :3, :3])[..., 2]
-    # Relative to the first: to rounding, also where the yaws are on both sides of ±π.
+    # Differences from the first yaw: exact to rounding, even for yaws on both sides of ±π.
     turns = yaws - yaws[..., :1]
     mean = np.arctan2(np.sin(turns).sum(axis=-1), np.cos(turns).sum(axis=-1))
     places = T[..., :3, 3]

@@ -11,10 +11,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats, check_tolerance, common_batch, first_index, rigid_inverse
+from nao_kin._core.arrays import (
+    Floats,
+    as_floats,
+    check_tolerance,
+    common_batch,
+    first_index,
+    rigid_inverse,
+    shaped,
+    whole_number,
+)
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument, WrongShape, at_index
-from nao_kin.robot import RobotModel, SetDown, check_robot
+from nao_kin.robot import RobotModel, SetDown, check_robot, rigid_poses
 from nao_kin.world.cameras import Camera, pixel_name
 
 # Pixels along each side of the image of a camera with distortion, whose edge is curved; straight ones need no more.
@@ -156,7 +165,7 @@ def ground_covariance(
     camera: Camera,
     *,
     joint_noise: ArrayLike,
-    pixel_noise: ArrayLike = 1.0,
+    pixel_noise: float = 1.0,
     T_world_base: ArrayLike | None = None,
     height: ArrayLike = 0.0,
     support: str | None = None,
@@ -198,7 +207,7 @@ def ground_covariance(
     """
     T, down = _placed(robot, q, camera, T_world_base)
     noise = _joint_covariance(robot, joint_noise)
-    check_tolerance(float(np.asarray(pixel_noise)) if np.ndim(pixel_noise) == 0 else pixel_noise, "pixel_noise")
+    check_tolerance(pixel_noise, "pixel_noise")
     sight = _Sight.of(T, pixels, camera, height)
     J = _relative_jacobian(robot, q, camera, T, down, T_world_base, support)
     d, t = sight.d, sight.t[..., None, None]
@@ -212,7 +221,7 @@ def ground_covariance(
     # ∂d/∂(a, b) is minus the second and third axis of the camera.
     by_pixel = P @ (-t * T[..., :3, 1:3] @ np.linalg.inv(camera.lens_jacobian(sight.ab)))
     found = by_joints @ noise @ np.swapaxes(by_joints, -1, -2)
-    found = found + np.square(pixel_noise) * (by_pixel @ np.swapaxes(by_pixel, -1, -2))
+    found = found + pixel_noise**2 * (by_pixel @ np.swapaxes(by_pixel, -1, -2))
     return np.where(sight.valid[..., None, None], found, np.nan)
 
 
@@ -239,6 +248,7 @@ def horizon(
         >>> bool(found.visible), found.line.round(3).tolist()  # 73 rows above the middle of the image
         (True, [0.0, 1.0, -166.757])
     """
+    count = whole_number(n, "n", 2)
     T, _ = _placed(robot, q, camera, T_world_base)
     up = T[..., 2, :3]
     line = np.stack([up[..., 1] / camera.fx, up[..., 2] / camera.fy, -up[..., 0]], axis=-1)
@@ -259,7 +269,7 @@ def horizon(
         here, there = (np.take_along_axis(height, k[..., None], axis=-1) for k in (i, j))
         with np.errstate(all="ignore"):
             ends.append((rays[i] * there - rays[j] * here) / (there - here))
-    share = np.linspace(0.0, 1.0, max(2, n))[:, None]
+    share = np.linspace(0.0, 1.0, count)[:, None]
     with np.errstate(invalid="ignore"):
         pixels = camera.project(np.where(visible[..., None, None], _between(ends[0], ends[1], share), (-1.0, 0.0, 0.0)))
         backwards = pixels[..., :1, 0] > pixels[..., -1:, 0]
@@ -298,7 +308,8 @@ def visible_ground(
         >>> nk.world.visible_ground(nao, nao.posture("StandInit"), bottom).round(2)[:, :2].tolist()
         [[1.12, 0.57], [1.12, -0.57], [0.26, -0.25], [0.26, 0.25]]
     """
-    if not max_distance > 0.0:
+    plane, farthest = shaped(height, (), "height"), shaped(max_distance, (), "max_distance")
+    if farthest <= 0.0:
         raise BadArgument(f"max_distance must be positive, got {quoted(max_distance)}")
     T, _ = _placed(robot, q, camera, T_world_base)
     d = np.einsum("...ij,mj->...mi", T[..., :3, :3], _border_rays(camera))
@@ -308,9 +319,9 @@ def visible_ground(
     level = np.linalg.norm(forward, axis=-1, keepdims=True) > 1e-9
     forward = np.where(level, forward, T[..., None, :2, 2])
     forward = forward / np.linalg.norm(forward, axis=-1, keepdims=True)
-    above = eye[..., 2] - float(height)
+    above = eye[..., 2] - plane
     # Positive for rays that meet the plane before the distance; linear, so that edges are cut where it is zero.
-    inside = -max_distance * d[..., 2] - above * (d[..., :2] * forward).sum(axis=-1)
+    inside = -farthest * d[..., 2] - above * (d[..., :2] * forward).sum(axis=-1)
     following, other = np.roll(inside, -1, axis=-1), np.roll(d, -1, axis=-2)
     with np.errstate(all="ignore"):
         cut = (d * following[..., None] - other * inside[..., None]) / (following - inside)[..., None]
@@ -335,7 +346,7 @@ def _placed(
         raise BadArgument(f"camera must be a Camera, as from nk.world.camera, got {quoted(camera)}")
     T_base_camera = robot.fk(q, camera.frame, reference=robot.tree.root)
     if T_world_base is not None:
-        T = as_floats(T_world_base, (4, 4), "T_world_base")
+        T = rigid_poses(T_world_base, "T_world_base")
         common_batch("configurations and T_world_base", T_base_camera.shape[:-2], T.shape[:-2])
         return np.asarray(T @ T_base_camera), None
     down = robot.set_down(q)
@@ -361,10 +372,11 @@ class _Sight:
             t = (plane - T[..., 2, 3]) / d[..., 2]
             valid = (t > 0.0) & (t < np.inf)
         if not shape and not valid:
-            uv = pixel_name(np.asarray(pixels, dtype=np.float64))
+            uv = np.asarray(pixels, dtype=np.float64)
+            side = "is not a number" if np.isnan(uv).any() else f"is {'above' if d[2] >= 0.0 else 'below'} the horizon"
             raise BadArgument(
-                f"the pixel {uv} of {camera.name} shows no point of the plane z = {float(plane):g} m: "
-                "it is above the horizon"
+                f"the pixel {pixel_name(uv)} of {camera.name} shows no point of the plane z = {float(plane):g} m: "
+                f"it {side}, and the camera is at z = {T[2, 3]:.3g} m"
             )
         t = np.where(valid, t, np.nan)
         return _Sight(ab, d, np.broadcast_to(t, shape), np.broadcast_to(valid, shape))

@@ -21,6 +21,8 @@ from nao_kin.errors import BadArgument, WrongShape, at_index
 from nao_kin.robot import RobotModel, check_robot
 from nao_kin.robot.nao import RESOLUTIONS
 
+# Largest width and height of an image [pixel].
+_LARGEST = 1_000_000
 # Newton's steps on the distortion, and the error of the result in normalised coordinates that counts as solved.
 _MOST_STEPS, _SOLVED = 40, 1e-12
 
@@ -70,7 +72,7 @@ class Camera:
 
     def __post_init__(self) -> None:
         for name in ("width", "height"):
-            object.__setattr__(self, name, whole_number(getattr(self, name), f"{name} of {self.name}", 1))
+            object.__setattr__(self, name, whole_number(getattr(self, name), f"{name} of {self.name}", 1, _LARGEST))
         for name in ("fx", "fy", "cx", "cy"):
             value = float(shaped(getattr(self, name), (), f"{name} of {self.name}"))
             if name in ("fx", "fy") and value <= 0.0:
@@ -180,7 +182,7 @@ class Camera:
             >>> nk.world.Camera("c", "f", 640, 480, 500, 500, 320, 240).normalised([820.0, 240.0]).tolist()
             [1.0, 0.0]
         """
-        uv = _pixels(pixels)
+        uv = as_pixels(pixels)
         ab = (uv - (self.cx, self.cy)) / (self.fx, self.fy)
         if not self.distortion:
             return ab
@@ -230,7 +232,7 @@ class Camera:
             >>> camera.sees([[0.0, 0.0], [640.0, 100.0], [np.nan, np.nan]]).tolist()
             [True, False, False]
         """
-        uv = _pixels(pixels)
+        uv = as_pixels(pixels)
         low, high = (uv >= -0.5).all(axis=-1), (uv < (self.width - 0.5, self.height - 0.5)).all(axis=-1)
         return np.asarray(low & high)
 
@@ -262,7 +264,7 @@ class Camera:
 
     @functools.cached_property
     def _fold(self) -> float:
-        """The square of the radius up to which the radial part of the distortion increases; infinite without end."""
+        """The square of the radius up to which the radial distortion increases; infinite if it always does."""
         k1, k2, _, _, k3, k4, k5, k6 = self._coefficients
         N, D = np.polynomial.Polynomial([1, k1, k2, k3]), np.polynomial.Polynomial([1, k4, k5, k6])
         s = np.polynomial.Polynomial([0, 1])
@@ -363,12 +365,14 @@ def camera(robot: RobotModel, name: str, resolution: str | tuple[int, int] = "VG
 
 def _size(size: Any) -> tuple[int, int]:
     """Return a width and a height."""
-    if isinstance(size, str) or np.shape(size) != (2,):
-        raise BadArgument(f"the size of an image must be its width and height, got {quoted(size)}")
-    return whole_number(size[0], "width", 1), whole_number(size[1], "height", 1)
+    try:
+        width, height = size
+    except (TypeError, ValueError):
+        raise BadArgument(f"the size of an image must be its width and height, got {quoted(size)}") from None
+    return whole_number(width, "width", 1), whole_number(height, "height", 1)
 
 
-def _pixels(pixels: ArrayLike) -> Floats:
+def as_pixels(pixels: ArrayLike) -> Floats:
     """Return pixels as an array (..., 2); NaN, which stands for no pixel, is allowed."""
     uv = as_numbers(pixels, "pixels")
     if uv.shape[-1:] != (2,):

@@ -13,16 +13,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_batch, as_numbers, check_tolerance, join_poses, rigid_inverse, shaped
+from nao_kin._core.arrays import Floats, as_numbers, check_tolerance, join_poses, rigid_inverse, shaped
 from nao_kin.errors import BadArgument, WrongShape
-from nao_kin.robot import RobotModel, check_robot, named_soles
+from nao_kin.robot import RobotModel, check_robot, named_soles, rigid_poses
 from nao_kin.rotations import log, rot_z
 from nao_kin.world.balance import feet_frame
 
 # How much lower the other sole must be to become the support [m].
 LOWER = 1e-3
-# Share of the force from which the other sole becomes the support: more than half, so that the support does not change
-# to and fro while both carry the robot.
+# Share of the force from which the other sole becomes the support: more than half, so that the support does not switch
+# back and forth while both carry the robot.
 _SHARE = 0.6
 
 
@@ -60,7 +60,7 @@ def odometry(
 ) -> Odometry:
     """Return the trajectory of the root link from a log of joint values.
 
-    The support changes only on evidence, so that it does not change to and fro while both soles are down:
+    The support changes only on evidence, so that it does not switch back and forth while both soles are down:
 
     - with `contacts`, when the support loses contact and another sole has it;
     - with `forces`, when another sole carries more than 60 % of the total;
@@ -96,9 +96,7 @@ def odometry(
         [0.32, 0.227]
     """
     check_robot(robot)
-    names = named_soles(robot, soles)
-    if not names:
-        raise BadArgument(f"{robot.name} has no soles in its semantics; name the standing frames, as in soles=[…]")
+    names = named_soles(robot, soles, needed=True)
     rows = robot.checked(q)
     if rows.ndim != 2 or not len(rows):
         raise WrongShape("q", f"(n, {robot.nq}), one configuration at least", rows.shape)
@@ -116,7 +114,7 @@ def odometry(
         frame[2, 3] = 0.0
         T_world_sole = rigid_inverse(frame)
     else:
-        T_world_sole = on_floor(as_batch(start, (4, 4), "start") @ T_base_soles[0, first])
+        T_world_sole = on_floor(rigid_poses(shaped(start, (4, 4), "start"), "start") @ T_base_soles[0, first])
     T_world_base, T_world_support = np.empty((2, len(rows), 4, 4))
     changes = [0, *(np.flatnonzero(np.diff(support)) + 1).tolist(), len(rows)]
     for begin, end in itertools.pairwise(changes):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,7 @@ from nao_kin.calibration.starts import _pose_of_points
 from nao_kin.errors import BadArgument, UnknownName
 
 HEAD_AND_ARM = ["HeadYaw", "HeadPitch", "LShoulderPitch", "LShoulderRoll", "LElbowYaw", "LElbowRoll"]
-SEEDS = 50
+SEEDS = 100
 
 
 def squared_error(found: Calibration, numbers: np.ndarray) -> float:
@@ -238,6 +239,7 @@ def test_points_that_are_not_seen_count_nothing(nao: nk.NaoModel) -> None:
         ({"frames": ["CameraTpo"]}, UnknownName, r"unknown frame 'CameraTpo' \(nearest: CameraTop"),
         ({"frames": ["Head"]}, BadArgument, "frame 'Head' is moved by HeadPitch"),
         ({"frames": ["torso"]}, BadArgument, "frame 'torso' carries the joint HeadYaw"),
+        ({"frames": ["base_link"]}, BadArgument, "frame 'base_link' is the root link"),
         ({"frames": {"CameraTop": ["rol"]}}, UnknownName, r"'rol' \(nearest: roll"),
         ({}, BadArgument, "nothing to calibrate: name joints, or frames"),
         ({"joints": ["HeadYaw"], "start": {"bord": np.eye(4)}}, UnknownName, "unknown board, marker or world 'bord'"),
@@ -264,11 +266,14 @@ def test_wrong_questions_are_refused_by_name(
         ({"pixels": np.zeros((9, 3, 2))}, r"pixels must have shape \(3, 9, 2\), got \(9, 3, 2\)"),
         ({"points": np.zeros((3, 9, 3))}, r"points must have shape \(k, 3\)"),
         ({"frame": "LHnd"}, "unknown frame 'LHnd'"),
-        ({"noise": 0.0}, "noise of pixels must be 1 positive number"),
+        ({"noise": 0.0}, "noise of pixels must be positive, got 0.0"),
+        ({"noise": (1.0, 1.0)}, "noise of pixels must have shape"),
+        ({"pixels": np.full((3, 9, 2), np.inf)}, "pixels must not be infinite"),
         ({"points": MARKS * np.nan}, "points must be finite"),
         ({"q": np.zeros((3, 7))}, "q must have shape"),
         ({"frame": None, "points": MARKS - (1.0, 0.0, 0.0)}, "points seen are behind the camera"),
         ({"board": "b", "pixels": np.full((3, 9, 2), [[50.0, 50.0]] * 3 + [[np.nan] * 2] * 6)}, "four of its points"),
+        ({"board": "b"}, "four of its points"),  # all at one pixel
     ],
 )
 def test_wrong_pixels_are_refused(nao: nk.NaoModel, change: dict[str, Any], message: str) -> None:
@@ -276,6 +281,21 @@ def test_wrong_pixels_are_refused(nao: nk.NaoModel, change: dict[str, Any], mess
     one = Pixels(q, nk.world.camera(nao, "CameraTop"), np.full((3, 9, 2), 50.0), MARKS)
     with pytest.raises(nk.NaoKinError, match=message):
         calibrate(nao, [replace(one, **change)], joints=["HeadYaw"])
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"poses": np.zeros((3, 4, 4))}, "poses: not a rotation matrix at index [0]"),
+        ({"poses": np.tile(np.diag([1.0, 1.0, 1.0, 2.0]), (3, 1, 1))}, "last row is 0, 0, 0, 2"),
+        ({"noise": 0.001}, "noise of poses must have shape (2,)"),
+        ({"world": "a", "marker": "a"}, "'a' names a world of the root and a marker on LArm"),
+    ],
+)
+def test_wrong_poses_are_refused(nao: nk.NaoModel, change: dict[str, Any], message: str) -> None:
+    q = nao.random(0, 3)
+    with pytest.raises(nk.NaoKinError, match=re.escape(message)):
+        calibrate(nao, [replace(Poses(q, "LArm", nao.fk(q, "LArm")), **change)], joints=["LElbowYaw"])
 
 
 def test_the_offsets_are_written_as_load_nao_takes_them(nao: nk.NaoModel, tmp_path: Path) -> None:
@@ -336,8 +356,13 @@ def test_the_next_posture_refuses_what_it_cannot_answer(nao: nk.NaoModel) -> Non
         nk.calibration.next_posture(hand, joints=["LElbowRol"])
     nothing = calibrate(nao, [Poses(q, "LArm", nao.fk(q, "LArm"))], joints=["RKneePitch"])
     assert nothing.held == ("RKneePitch offset",)
-    with pytest.raises(BadArgument, match="no candidate shows any"):
+    with pytest.raises(BadArgument, match="all offsets are held at zero"):
         nk.calibration.next_posture(nothing, rng=0)
+    camera, ahead = nk.world.camera(nao, "CameraTop"), np.array([[2.0, 0.0, 0.2]])
+    pixels = camera.project(nk.screws.transform_point(nk.screws.inverse(nao.fk(q, camera.frame)), ahead))[:, None]
+    away = calibrate(nao, [Pixels(q, camera, pixels, ahead)], joints=["HeadYaw"])
+    with pytest.raises(BadArgument, match="no candidate shows any"):
+        nk.calibration.next_posture(away, nao.posture("StandInit", HeadYaw=2.0))
     unseen = calibrate(nao, [Poses(q, "LArm", nao.fk(q, "LArm"), world="room")], joints=["LShoulderPitch"])
     assert unseen.held == ("LShoulderPitch offset",)
     with pytest.raises(BadArgument, match="all offsets are held at zero"):

@@ -23,7 +23,11 @@ def test_it_prints_the_numbers_of_a_camera(capsys: pytest.CaptureFixture, nao: n
     out = said(capsys, *_STAND)
     assert "56.3° × 43.7°" in out
     assert "from (0, 167) to (640, 167)" in out
-    assert "not in the image" in said(capsys, "CameraBottom", *_STAND)
+    assert "from 0.99 m ahead to the horizon" in out
+    below = said(capsys, "CameraBottom", *_STAND)
+    assert "not in the image" in below
+    assert "from 0.26 m ahead to 1.12 m" in below
+    assert "79.9° up" in said(capsys, "--posture", "LyingBack")
     document = json.loads(said(capsys, "CameraBottom", *_STAND, "--json", "--deg", "--resolution", "320x240"))
     camera = nk.world.camera(nao, "CameraBottom", "QVGA")
     q = nao.posture("StandInit")

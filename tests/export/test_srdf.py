@@ -354,6 +354,14 @@ def test_a_pair_that_touches_in_a_posture_is_checked(tmp_path: Path) -> None:
     assert _reasons(out)[("b_l", "base")] == "Default"
 
 
+def test_a_pair_with_two_hinges_between_that_touches_in_a_posture_touches_by_default(nao: nk.NaoModel) -> None:
+    document = srdf_document(nao, samples=1000)
+    assert not any("in posture 'Stand" in note for note in document.changes)
+    assert '<disable_collisions link1="LHip" link2="LTibia" reason="Default" />' in document.text
+    # Other pairs are still checked, though they touch in a posture.
+    assert 'link1="l_ankle" link2="r_ankle"' not in document.text
+
+
 def test_where_zero_is_outside_the_middle_of_the_range_is_the_default(tmp_path: Path) -> None:
     robot = _before_a_wall(tmp_path, 0.7)
     for limits, reason in (((0.5, 1.0), "Default"), ((0.5, 0.8), None)):

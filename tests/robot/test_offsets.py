@@ -165,7 +165,7 @@ def test_a_virtual_nao_with_calibrated_legs_says_why_it_does_not_walk(nao: nk.Na
         ({"HeadYaw": "0.1 rad"}, {}, NaoKinError, "the offset of HeadYaw"),
         ({}, {"CameraTop": (0.1, 0.2, 0.3)}, WrongShape, r"\(6,\) or \(4, 4\)"),
         ({}, {"CameraTop": np.diag([1.0, 1.0, -1.0, 1.0])}, BadArgument, "the offset of CameraTop"),
-        ({}, {"CameraTop": np.ones((4, 4))}, BadArgument, "last row of the offset of CameraTop"),
+        ({}, {"CameraTop": np.ones((4, 4))}, BadArgument, "the offset of CameraTop: not a rotation"),
         ([0.1], {}, BadArgument, "joints must map names to offsets"),
     ],
 )

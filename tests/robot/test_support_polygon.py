@@ -46,7 +46,7 @@ def test_what_has_no_polygon_is_refused(nao: nk.NaoModel) -> None:
         nao.support_polygon(np.stack([q, q]))
     with pytest.raises(UnknownName, match="LFot"):
         nao.support_polygon(q, ["LFot"])
-    with pytest.raises(BadArgument, match="no soles"):
+    with pytest.raises(BadArgument, match="soles must name at least one frame"):
         nao.support_polygon(q, [])
     with pytest.raises(BadArgument, match="no outline of Head"):
         nao.support_polygon(q, ["Head"])

@@ -12,7 +12,7 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 import nao_kin as nk
-from nao_kin.errors import BadArgument, UnknownName, ZeroNorm
+from nao_kin.errors import BadArgument, UnknownName, WrongShape, ZeroNorm
 from nao_kin.robot.semantics import Semantics
 from nao_kin.world.balance import _hulls, _rows_of_hulls
 
@@ -177,5 +177,11 @@ def test_what_has_no_balance_is_refused(nao: nk.NaoModel) -> None:
         nk.world.margin(nobody, q)
     with pytest.raises(BadArgument, match="one foot"):
         nk.world.feet_frame(np.eye(4))
-    with pytest.raises(UnknownName, match="kind of outline"):
-        nk.world.margin(nao, q, outline="shoe")  # type: ignore[arg-type]
+    with pytest.raises(BadArgument, match="soles must name at least one frame"):
+        nk.world.margin(nao, q, soles=[])
+    for outline in ("shoe", None):
+        with pytest.raises(UnknownName, match="kind of outline"):
+            nk.world.balance(nao, q, outline=outline)  # type: ignore[arg-type]
+    for ask in (nk.world.margin, nk.world.balance):
+        with pytest.raises(WrongShape, match="configurations and gravity"):
+            ask(nao, [q, q], gravity=[[0.0, 0.0, -1.0]] * 3)  # type: ignore[operator]

@@ -269,13 +269,24 @@ def test_wrong_arguments_are_named(nao: nk.NaoModel) -> None:
     for noise in (-0.1, np.ones(3), -np.eye(nao.nv), np.triu(np.ones((nao.nv, nao.nv)))):
         with pytest.raises(nk.NaoKinError, match="joint_noise"):
             nk.world.ground_covariance(nao, q, pixel, camera, joint_noise=noise)
-    with pytest.raises(BadArgument, match="pixel_noise"):
-        nk.world.ground_covariance(nao, q, pixel, camera, joint_noise=0.1, pixel_noise=-1.0)
+    for noise in (-1.0, [1.0, 2.0]):
+        with pytest.raises(BadArgument, match="pixel_noise"):
+            nk.world.ground_covariance(nao, q, pixel, camera, joint_noise=0.1, pixel_noise=noise)  # type: ignore[arg-type]
     lying = nao.posture("LyingBelly")
     with pytest.raises(BadArgument, match="no sole touches the floor; name the support that does"):
         nk.world.ground_covariance(nao, lying, [[320.0, 470.0]], camera, joint_noise=0.1)
-    with pytest.raises(BadArgument, match="max_distance"):
-        nk.world.visible_ground(nao, q, camera, max_distance=0.0)
+    for distance in (0.0, np.inf, "far"):
+        with pytest.raises(nk.NaoKinError, match="max_distance"):
+            nk.world.visible_ground(nao, q, camera, max_distance=distance)  # type: ignore[arg-type]
+    for height in (np.nan, "low"):
+        with pytest.raises(nk.NaoKinError, match="height"):
+            nk.world.visible_ground(nao, q, camera, height=height)  # type: ignore[arg-type]
+    for count in (1, 2.5):
+        with pytest.raises(BadArgument, match="n must be"):
+            nk.world.horizon(nao, q, camera, n=count)  # type: ignore[arg-type]
+    for T in (np.zeros((4, 4)), 2.0 * np.eye(4), np.ones((4, 4))):
+        with pytest.raises(nk.NaoKinError, match="T_world_base"):
+            nk.world.camera_pose(nao, q, camera, T_world_base=T)
     folded = Camera("folded", "CameraTop", 640, 480, 400.0, 400.0, 320.0, 240.0, (-0.5, 0.0, 0.0, 0.0))
     with pytest.raises(BadArgument, match="folded cannot be inverted at the edge of the image, at"):
         nk.world.horizon(nao, q, folded)

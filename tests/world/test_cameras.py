@@ -172,6 +172,9 @@ def test_wrong_cameras_are_refused() -> None:
     for change in ({"width": 0}, {"fx": 0.0}, {"fy": "x"}, {"distortion": (0.1, 0.2)}, {"distortion": (np.nan,) * 4}):
         with pytest.raises(nk.NaoKinError):
             replace(_camera(), **change)  # type: ignore[arg-type]
+    for size in (640, (640,), (640, 480, 3), (640, (1, 2)), (640, 10**20)):
+        with pytest.raises(BadArgument):
+            nk.world.camera(nk.load_nao(), "CameraTop", size)  # type: ignore[arg-type]
     for pixels in ([1.0, 2.0, 3.0], 4.0, [np.inf, 0.0]):
         with pytest.raises(nk.NaoKinError, match="pixels"):
             _camera().ray(pixels)

@@ -59,7 +59,7 @@ def test_from_the_joints_alone_it_drifts_by_a_thousandth(nao: nk.NaoModel, walk:
     assert np.count_nonzero(np.diff(found.support)) == steps > 6
 
 
-def test_noisy_encoders_do_not_make_the_support_change_to_and_fro(nao: nk.NaoModel, walk: Walk) -> None:
+def test_noisy_encoders_do_not_make_the_support_switch_back_and_forth(nao: nk.NaoModel, walk: Walk) -> None:
     noisy = walk.q + np.random.default_rng(3).normal(0.0, np.radians(0.1), walk.q.shape)
     found = nk.world.odometry(nao, walk.times, noisy, start=walk.T[0])
     assert np.count_nonzero(np.diff(found.support)) < 1.5 * np.count_nonzero(np.diff(walk.support))
@@ -126,7 +126,9 @@ def test_without_a_start_it_begins_between_the_feet(nao: nk.NaoModel) -> None:
         ({"contacts": np.ones((3, 2)), "forces": np.ones((3, 2))}, BadArgument, "not both"),
         ({"forces": np.ones((3, 5))}, WrongShape, r"forces must have shape \(3, 2\) or \(3, 8\)"),
         ({"gyro": np.zeros((2, 3))}, WrongShape, "gyro"),
-        ({"soles": []}, BadArgument, "no soles"),
+        ({"soles": []}, BadArgument, "soles must name at least one frame"),
+        ({"start": np.zeros((4, 4))}, NaoKinError, "start: not a rotation matrix"),
+        ({"start": np.tile(np.eye(4), (2, 1, 1))}, WrongShape, "start"),
         ({"lower": -1.0}, BadArgument, "lower"),
     ],
 )
