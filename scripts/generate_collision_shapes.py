@@ -36,7 +36,6 @@ from nao_kin.robot.contacts import DEFAULT, disabled_collisions
 from nao_kin.robot.nao import VERSIONS
 from nao_kin.robot.nao.model import HULLS
 from nao_kin.robot.nao.rows import ShapeRow
-from nao_kin.robot.urdf import UrdfTree
 
 _TOP = Path(__file__).resolve().parent.parent
 ROWS, HULLS_FILE = _TOP / "nao_kin" / "robot" / "nao" / "collision_rows.py", _TOP / "urdf" / HULLS
@@ -226,21 +225,13 @@ def pairs(hulls: str) -> Iterator[tuple[str, str, str]]:
     nao = load_nao("v6")
     found = LinkShapes(nao, {}, hulls_in(hulls))
     disabled = disabled_collisions(nao, found, samples=_SAMPLES, seed=0)
-    postures = np.array([nao.posture(name) for name in nao.posture_names])
-    standing = postures[[name.startswith("Stand") for name in nao.posture_names]]
-    for configurations, near in ((standing, set(found.pairs)), (postures, _two_joints_apart(nao.tree))):
-        touching = found.count(configurations, near & set(found.pairs) - set(disabled))
-        disabled |= {pair: DEFAULT for pair, count in touching.items() if count}
+    standing = np.array([nao.posture(name) for name in nao.posture_names if name.startswith("Stand")])
+    touching = found.count(standing, set(found.pairs) - set(disabled))
+    disabled |= {pair: DEFAULT for pair, count in touching.items() if count}
     for (one, other), reason in sorted(disabled.items()):
         mirrored = sorted((_mirrored(one), _mirrored(other)))
         if (mirrored[0], mirrored[1]) in disabled:  # otherwise they touch on one side only: rarely, but not never
             yield one, other, reason
-
-
-def _two_joints_apart(tree: UrdfTree) -> set[tuple[str, str]]:
-    above = {joint.child: joint.parent for joint in tree.joints}
-    far = {link: above.get(above.get(link, ""), "") for link in tree.links}
-    return {(min(link, other), max(link, other)) for link, other in far.items() if other}
 
 
 def _mirrored(link: str) -> str:

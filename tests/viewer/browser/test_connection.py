@@ -171,7 +171,7 @@ def test_a_page_whose_token_is_the_old_one_says_so_and_asks_no_more(browser: Any
     try:
         _live(page, "ended")
         with Viewer(nao, port=port, token=True):
-            page.tab.locator("#notice", has_text="only its new address").wait_for(timeout=15_000)
+            page.tab.locator("#notice", has_text="only the new address").wait_for(timeout=15_000)
             before = len(page.requests)
             page.tab.wait_for_timeout(1500)
             assert len(page.requests) == before
