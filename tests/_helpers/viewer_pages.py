@@ -42,6 +42,27 @@ _DRAW_NOTHING = """
             prototype[name] = function (...values) { if (window.draws) own.apply(this, values); };
         }
     }
+    // What was once made ready to be drawn, with its shaders, need not be made ready for each picture.
+    let page;
+    const prepareOnce = (renderer) => {
+        const [own, ready] = [renderer.renderBufferDirect, new WeakMap()];
+        renderer.renderBufferDirect = (camera, scene, geometry, material, object, group) => {
+            if (!window.draws) {
+                const versions = ready.get(object) ?? new Map();
+                if (versions.get(material) === material.version) return;
+                ready.set(object, versions.set(material, material.version));
+            }
+            own(camera, scene, geometry, material, object, group);
+        };
+    };
+    Object.defineProperty(window, "naoKin", {
+        configurable: true,
+        get: () => page,
+        set(made) {
+            page = made;
+            prepareOnce(page.viewer.renderer);
+        },
+    });
 """
 
 
@@ -189,6 +210,8 @@ class Page:
         self, browser: Any, url: str, size: tuple[int, int] = (760, 420), *, draws: bool = False, **options: Any
     ) -> None:
         self.size = size
+        # A button that changes its colour little by little is painted for each picture on the way.
+        options = {"reduced_motion": "reduce", **options}
         viewport = {"width": size[0], "height": size[1]}
         # A tab that goes from a file to a server, or back, takes a new process.
         kind = (urlsplit(url).scheme, draws, *sorted(options.items()))

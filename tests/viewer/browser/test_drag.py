@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from loops import first_now
+from loops import first_now, later
 from viewer_pages import Page, opened, read_png
 
 import nao_kin as nk
@@ -150,7 +150,7 @@ def test_an_arm_dragged_past_its_reach_goes_on_from_where_it_is(
     page.tab.mouse.up()
 
 
-@pytest.mark.parametrize("frame", ["LLeg", pytest.param("RLeg", marks=pytest.mark.full), "LArm", "CameraTop"])
+@pytest.mark.parametrize("frame", ["LArm", "CameraTop", *later("LLeg", "RLeg")])
 def test_no_limit_is_ever_passed(page: Page, nao: nk.NaoModel, frame: str) -> None:
     rng = np.random.default_rng(4)
     start = on_screen(page, frame)
@@ -292,7 +292,7 @@ def test_a_ring_turns_a_foot_about_its_axis_at_its_place(page: Page, nao: nk.Nao
     assert page.run("() => naoKin.pick.selection.frame") == frame
 
 
-@pytest.mark.parametrize("kind", ["page", "phone"])
+@pytest.mark.parametrize("kind", first_now(["page", "phone"]))
 def test_the_read_out_is_always_in_view_and_follows_what_is_clicked(
     request: pytest.FixtureRequest, nao: nk.NaoModel, kind: str
 ) -> None:

@@ -382,7 +382,7 @@ def test_undo_gives_back_a_direction_up_that_was_given(page: Page, nao: nk.NaoMo
 def test_the_past_is_bounded(page: Page) -> None:
     page.run("""() => {
         const { past } = naoKin.panel;
-        for (let i = 0; i < 1000; i++) { naoKin.move(0, i / 1000); naoKin.settle(); past.finish(); }
+        for (let i = 0; i < 300; i++) { naoKin.move(0, i / 300); naoKin.settle(); past.finish(); }
     }""")
     assert page.run("() => naoKin.panel.past.history.past.length") == 200
 
@@ -1077,6 +1077,7 @@ def test_what_can_be_done_is_said_once_until_something_is(browser: Any, document
         assert hint.is_hidden()
 
 
+@pytest.mark.full
 def test_what_can_be_done_is_said_each_time_where_nothing_may_be_stored(browser: Any, document: Path) -> None:
     shut = "Object.defineProperty(window, 'localStorage', { get() { throw new DOMException('', 'SecurityError'); } })"
     with visitor(browser) as context:

@@ -232,7 +232,7 @@ def test_an_image_is_in_the_camera_view_and_on_the_frustum(browser: Any, nao: nk
     with nk.Viewer(nao) as viewer:
         viewer.show_image("CameraBottom", image)
         path = viewer.save_html(tmp_path / "image.html")
-        with opened(browser, path, (800, 500)) as page:
+        with opened(browser, path, (640, 420)) as page:
             page.run("() => naoKin.eyes.complete()")
             assert page.run("() => naoKin.eyes.eye.name") == "CameraBottom"
             assert page.tab.locator("#eye select").input_value() == "CameraBottom"
