@@ -3,6 +3,7 @@ from __future__ import annotations
 import gc
 import tempfile
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -43,11 +44,37 @@ def _compiled_kernels() -> None:
         nk._kernels.KERNELS[name]._started = True  # half a minute in the background, of no use to a test that is short
 
 
+class _Browser:
+    """A browser that stays open from one module to the next."""
+
+    def __init__(self) -> None:
+        self._stack = ExitStack()
+        self._open: Any = None
+
+    def open(self) -> Any:
+        self._open = self._open or self._stack.enter_context(chromium())
+        return self._open
+
+    def close(self) -> None:
+        self._open = None
+        self._stack.close()
+
+
+_BROWSER = _Browser()
+
+
 @pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    """A headless Chromium for the tests of one module."""
-    with chromium() as browser:
-        yield browser
+def browser() -> Any:
+    """A headless Chromium, the same for all modules in a row that need one."""
+    return _BROWSER.open()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> Iterator[None]:
+    """Close the browser before a module whose first test needs none: an event loop runs as long as it is open."""
+    yield
+    if nextitem is None or (nextitem.path != item.path and "browser" not in getattr(nextitem, "fixturenames", ())):
+        _BROWSER.close()
 
 
 @pytest.fixture

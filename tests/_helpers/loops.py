@@ -49,7 +49,12 @@ def for_all(names: str | tuple[str, ...], values: Iterable[Any]) -> Callable[[Te
 def first_now(values: Iterable[Any]) -> list[Any]:
     """Return values for `pytest.mark.parametrize`: `make test` runs the first, `make test-all` the others."""
     first, *others = values
-    return [first, *map(_later, others)]
+    return [first, *later(*others)]
+
+
+def later(*values: Any) -> list[Any]:
+    """Return values for `pytest.mark.parametrize` that only `make test-all` runs."""
+    return [*map(_later, values)]
 
 
 def _later(value: Any) -> Any:

@@ -9,7 +9,9 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
+from urllib.parse import urlsplit
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import pytest
@@ -40,7 +42,93 @@ _DRAW_NOTHING = """
             prototype[name] = function (...values) { if (window.draws) own.apply(this, values); };
         }
     }
+    // What was once made ready to be drawn, with its shaders, need not be made ready for each picture.
+    let page;
+    const prepareOnce = (renderer) => {
+        const [own, ready] = [renderer.renderBufferDirect, new WeakMap()];
+        renderer.renderBufferDirect = (camera, scene, geometry, material, object, group) => {
+            if (!window.draws) {
+                const versions = ready.get(object) ?? new Map();
+                if (versions.get(material) === material.version) return;
+                ready.set(object, versions.set(material, material.version));
+            }
+            own(camera, scene, geometry, material, object, group);
+        };
+    };
+    Object.defineProperty(window, "naoKin", {
+        configurable: true,
+        get: () => page,
+        set(made) {
+            page = made;
+            prepareOnce(page.viewer.renderer);
+        },
+    });
 """
+
+
+# Put everything back that a test may have left. What the controls were at first is kept when this runs first.
+_RESET = """(q) => {
+    const { drag, ghosts, panel, pick, player, stance, toggles } = naoKin;
+    // Those of the plots show what is plotted.
+    const fields = ":is(input:is([type=checkbox], [type=radio]), select):not(.checks *)";
+    const controls = () => [...document.querySelectorAll(fields)];
+    window.atFirst ??= {
+        ...{ clip: player.clip, looping: player.looping, read: pick.selection.read, shown: { ...toggles.shown } },
+        controls: new Map(controls().map((one) => [one, one.checked ?? one.value])),
+    };
+    if (drag.held) drag.cancel();
+    for (const dialog of document.querySelectorAll("dialog[open]")) dialog.close();
+    for (const sheet of document.querySelectorAll(":popover-open")) sheet.hidePopover();
+    for (const menu of document.querySelectorAll(".view-menu[open]")) menu.open = false;
+    panel.messages.close();
+    naoKin.notice();
+    panel.layout.fold(false);
+    panel.layout.resize(null);
+    panel.joints.search.value = "";
+    panel.joints.filter();
+    pick.measure.clear();
+    pick.selection.select(null);
+    pick.selection.follow(atFirst.read);
+    if (player.recording.recorder) player.recording.stop();
+    const { editor, plots } = player;
+    if (editor.frames.count > 0) editor.apply(new editor.frames.constructor(), -1);
+    editor.open(false);
+    plots.chosen = null;
+    if (!plots.element.hidden) plots.open(false);
+    player.clip = atFirst.clip;
+    if (player.playback !== player.clip) player.change(player.clip);
+    player.pause();
+    player.seek(0);
+    player.setLoop(atFirst.looping);
+    for (const one of controls()) {
+        const before = atFirst.controls.get(one);
+        if (before === undefined) continue;
+        if (one.type === "radio" && before && !one.checked) one.click();
+        if (one.type === "checkbox" && before !== one.checked) one.click();
+        if (one.matches("select") && before !== one.value) {
+            one.value = before;
+            one.dispatchEvent(new Event("change", { bubbles: true }));
+        }
+    }
+    for (const bar of document.querySelectorAll("[role=toolbar]"))
+        bar.querySelectorAll("button").forEach((button, i) => (button.tabIndex = i === 0 ? 0 : -1));
+    if (ghosts.copies.length > 0)
+        naoKin.receive({ kind: "ghosts", qs: new Float64Array(0), count: 0, opacity: 1, first: null });
+    const changed = Object.entries(atFirst.shown).filter(([name, on]) => toggles.shown[name] !== on);
+    if (changed.length > 0) naoKin.show(Object.fromEntries(changed));
+    stance.jump(q);
+    stance.settle();
+    naoKin.camera("three-quarter");
+    for (const scrolled of document.querySelectorAll("#panel > .body, .sheet, .menu")) scrolled.scrollTop = 0;
+    panel.past.letGo();
+    Object.assign(panel.past.history, { past: [], future: [] });
+    panel.past.dispatchEvent(new Event("changed"));
+    localStorage.clear();
+    // The next Tab leads to the first control of the page.
+    document.body.tabIndex = -1;
+    document.body.focus();
+    document.body.removeAttribute("tabindex");
+}"""
 
 
 @contextmanager
@@ -70,24 +158,98 @@ def visitor(browser: Any, **options: Any) -> Iterator[Any]:
         context.close()
 
 
-class Page:
-    """An open page, with the errors and requests that it made while it was open.
+class Tab:
+    """A tab in a context of its own, in which one page after another is opened.
 
-    Unless `draws` is set it draws nothing into its canvas; everything else works as if it did.
+    Opening the next page there takes half as long as opening it in a new tab.
     """
 
-    def __init__(self, browser: Any, url: str, size: tuple[int, int] = (760, 420), *, draws: bool = False) -> None:
+    def __init__(self, browser: Any, draws: bool, options: dict[str, Any]) -> None:
         self.errors: list[str] = []
         self.requests: list[str] = []
-        self.tab = browser.new_page(viewport={"width": size[0], "height": size[1]})
+        self.tab = browser.new_page(**options)
         self.tab.on("console", lambda line: self.errors.append(line.text) if line.type == "error" else None)
         self.tab.on("pageerror", lambda error: self.errors.append(str(error)))
         self.tab.on("request", lambda request: self.requests.append(request.url))
         self.tab.add_init_script(_DRAW_NOTHING)
         if draws:
             self.tab.add_init_script("window.draws = true;")
+        self.session = self.tab.context.new_cdp_session(self.tab)
+        usual = {"color_scheme": "light", "reduced_motion": "no-preference", "forced_colors": "none"}
+        self.media = {name: options.get(name, value) for name, value in usual.items()}
+
+    def clear(self) -> None:
+        """Leave the page, and bring the tab into the state of a new one."""
+        self.tab.evaluate("() => { localStorage.clear(); sessionStorage.clear(); }")
+        self.tab.mouse.move(-1, -1)
+        self.tab.goto("about:blank")
+        self.tab.context.clear_cookies()
+        self.tab.context.clear_permissions()
+        self.tab.emulate_media(**self.media)
+        self.session.send("Page.resetNavigationHistory")
+
+
+# The tabs of each browser that wait for their next page, by what they can do.
+_free: WeakKeyDictionary[Any, dict[Any, list[Tab]]] = WeakKeyDictionary()
+
+
+class Page:
+    """An open page, with the errors and requests that it made while it was open.
+
+    It draws nothing into its canvas unless it is told to; all else is as if it did.
+
+    Args:
+        browser: the browser.
+        url: the address of the page.
+        size: width and height of the window [px].
+        draws: whether it draws into its canvas.
+        options: of the browser's context, such as `has_touch`.
+    """
+
+    def __init__(
+        self, browser: Any, url: str, size: tuple[int, int] = (760, 420), *, draws: bool = False, **options: Any
+    ) -> None:
+        self.size = size
+        # A button that changes its colour little by little is painted for each picture on the way.
+        options = {"reduced_motion": "reduce", **options}
+        viewport = {"width": size[0], "height": size[1]}
+        # A tab that goes from a file to a server, or back, takes a new process.
+        kind = (urlsplit(url).scheme, draws, *sorted(options.items()))
+        self._same = _free.setdefault(browser, {}).setdefault(kind, [])
+        if self._same:
+            self._tab = self._same.pop()
+            if self._tab.tab.viewport_size != viewport:
+                self._tab.tab.set_viewport_size(viewport)
+        else:
+            self._tab = Tab(browser, draws, {"viewport": viewport, **options})
+        self.tab = self._tab.tab
+        self.errors = self._tab.errors = []
+        self.requests = self._tab.requests = []
         self.tab.goto(url)
         self.tab.wait_for_selector("body[data-ready]", timeout=30_000)
+
+    def reset(self, q: np.ndarray, size: tuple[int, int] | None = None) -> None:
+        """Put a page that several tests share into the state that it had at first.
+
+        That is: no button down, menus and messages closed, nothing selected, measured, recorded, remembered or in the
+        past, all switches and units as they were, the clip paused at its beginning.
+
+        Args:
+            q: the configuration to show.
+            size: width and height of the window [px]; by default as they were when it was opened.
+        """
+        viewport = dict(zip(("width", "height"), size or self.size, strict=True))
+        if self.tab.viewport_size != viewport:
+            self.tab.set_viewport_size(viewport)
+        self.tab.keyboard.up("Shift")
+        self.tab.mouse.up()
+        self.tab.mouse.move(-1, -1)
+        self.run(_RESET, np.asarray(q).tolist())
+
+    def leave(self) -> None:
+        """Close the page, and keep its tab for the next one."""
+        self._tab.clear()
+        self._same.append(self._tab)
 
     def run(self, expression: str, argument: Any = None) -> Any:
         return self.tab.evaluate(expression, argument)
@@ -156,17 +318,28 @@ class Page:
         self.tab.close()
 
 
+AnyPage = TypeVar("AnyPage", bound=Page)
+
+
 @contextmanager
 def opened(
-    browser: Any, where: Path | str, size: tuple[int, int] = (760, 420), *, draws: bool = False
-) -> Iterator[Page]:
+    browser: Any,
+    where: Path | str,
+    size: tuple[int, int] = (760, 420),
+    *,
+    draws: bool = False,
+    kind: type[AnyPage] = Page,  # type: ignore[assignment]
+    **options: Any,
+) -> Iterator[AnyPage]:
     """Open a page that must report no error and send no request to another server."""
-    page = Page(browser, where.as_uri() if isinstance(where, Path) else where, size, draws=draws)
+    page = kind(browser, where.as_uri() if isinstance(where, Path) else where, size, draws=draws, **options)
     try:
         yield page
         assert page.errors == []
-    finally:
-        page.close()
+    except BaseException:
+        page.close()  # a test that fails may leave a button pressed
+        raise
+    page.leave()
 
 
 # How long a test waits for an expected event [s]: minutes, because the machine may be busy.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -91,19 +91,29 @@ def server() -> Iterator[str]:
 
 
 @pytest.fixture
-def connect(server: str, browser: Any) -> Iterator[Callable[[], Scene]]:
-    """Return a function that opens a page of the server's scene, which begins empty."""
-    with contextlib.ExitStack() as stack, contextlib.redirect_stdout(io.StringIO()):
+def visualizer(server: str) -> Iterator[meshcat.Visualizer]:
+    """A visualizer of the server, whose scene is empty."""
+    with contextlib.redirect_stdout(io.StringIO()):
         visualizer = meshcat.Visualizer(zmq_url=server)
-        stack.callback(visualizer.window.zmq_socket.close, 0)
         visualizer.delete()
+        yield visualizer
+        visualizer.window.zmq_socket.close(0)
 
-        def opened() -> Scene:
-            tab = stack.enter_context(visitor(browser)).new_page()
-            tab.goto(visualizer.url())
-            return Scene(visualizer, tab)
 
-        yield opened
+@pytest.fixture(scope="module")
+def shared(browser: Any) -> Iterator[Any]:
+    with visitor(browser) as context:
+        yield context.new_page()
+
+
+@pytest.fixture
+def scene(visualizer: meshcat.Visualizer, shared: Any) -> Scene:
+    """The scene in the page that all tests share, with nothing in it and no clip."""
+    if not shared.url.startswith("http"):
+        shared.goto(visualizer.url())
+    shared.wait_for_function("() => !viewer.scene_tree.children.meshcat")
+    shared.evaluate("() => { viewer.animator.clear(); viewer.animator.duration = 0; }")
+    return Scene(visualizer, shared)
 
 
 def _nodes(robot: nk.RobotModel, path: str = "/meshcat/nao") -> list[str]:
@@ -112,10 +122,7 @@ def _nodes(robot: nk.RobotModel, path: str = "/meshcat/nao") -> list[str]:
     return [f"{path}/{paths[link]}" for link in robot.link_names]
 
 
-def test_every_link_in_the_page_is_where_forward_kinematics_says(
-    connect: Callable[[], Scene], nao: nk.NaoModel
-) -> None:
-    scene = connect()
+def test_every_link_in_the_page_is_where_forward_kinematics_says(scene: Scene, nao: nk.NaoModel) -> None:
     shown = MeshcatRobot(nao, scene.visualizer)
     assert shown.notes == ()
     for q in made_of(nao)[::3]:
@@ -124,8 +131,7 @@ def test_every_link_in_the_page_is_where_forward_kinematics_says(
 
 
 @pytest.mark.full
-def test_only_the_joints_that_moved_are_sent(connect: Callable[[], Scene], nao: nk.NaoModel) -> None:
-    scene = connect()
+def test_only_the_joints_that_moved_are_sent(scene: Scene, nao: nk.NaoModel) -> None:
     shown = MeshcatRobot(nao, scene.visualizer)
     q = nao.posture("Stand")
     shown.display(q)
@@ -143,17 +149,17 @@ def test_only_the_joints_that_moved_are_sent(connect: Callable[[], Scene], nao: 
     assert scene.shows(_nodes(nao), nao.fk(q))
 
 
-def test_a_page_that_opens_later_sees_the_same(connect: Callable[[], Scene], nao: nk.NaoModel) -> None:
-    scene = connect()
-    shown = MeshcatRobot(nao, scene.visualizer, "robots/nao")
+def test_a_page_that_opens_later_sees_the_same(visualizer: meshcat.Visualizer, browser: Any, nao: nk.NaoModel) -> None:
+    shown = MeshcatRobot(nao, visualizer, "robots/nao")
     q = nao.posture("Crouch")
     shown.display(q)
-    late = connect()
-    assert late.shows(_nodes(nao, "/meshcat/robots/nao"), nao.fk(q))
+    with visitor(browser) as context:
+        tab = context.new_page()
+        tab.goto(visualizer.url())
+        assert Scene(visualizer, tab).shows(_nodes(nao, "/meshcat/robots/nao"), nao.fk(q))
 
 
-def test_a_floating_base_and_the_node_s_own_transform_place_the_robot(connect: Callable[[], Scene]) -> None:
-    scene = connect()
+def test_a_floating_base_and_the_node_s_own_transform_place_the_robot(scene: Scene) -> None:
     floating = nk.load_nao(base="floating")
     shown = MeshcatRobot(floating, scene.visualizer["left"], "nao")
     T = nk.screws.pose(nk.rotations.matrix_from_rpy([0.0, 0.0, 0.5]), [0.0, 1.0, 0.3])
@@ -163,10 +169,7 @@ def test_a_floating_base_and_the_node_s_own_transform_place_the_robot(connect: C
     assert scene.shows(_nodes(floating, "/meshcat/left/nao"), T @ floating.fk(q, reference="world"))
 
 
-def test_joints_that_slide_follow_and_have_their_own_axes_are_shown(
-    connect: Callable[[], Scene], tmp_path: Path
-) -> None:
-    scene = connect()
+def test_joints_that_slide_follow_and_have_their_own_axes_are_shown(scene: Scene, tmp_path: Path) -> None:
     robot = made_up(
         tmp_path,
         J("lift", kind="prismatic", axis=(0.0, 0.6, 0.8), xyz=(0.1, 0.0, 0.2)),
@@ -179,10 +182,7 @@ def test_joints_that_slide_follow_and_have_their_own_axes_are_shown(
         assert scene.shows(_nodes(robot), robot.fk(q))
 
 
-def test_a_mirrored_mesh_and_a_cylinder_stand_in_the_page_as_in_the_file(
-    connect: Callable[[], Scene], tmp_path: Path
-) -> None:
-    scene = connect()
+def test_a_mirrored_mesh_and_a_cylinder_stand_in_the_page_as_in_the_file(scene: Scene, tmp_path: Path) -> None:
     robot = with_shapes(tmp_path, "stl")
     shown = MeshcatRobot(robot, scene.visualizer)
     assert shown.notes == ("mesh files not found: absent.stl",)
@@ -203,8 +203,7 @@ def test_a_mirrored_mesh_and_a_cylinder_stand_in_the_page_as_in_the_file(
     assert np.allclose(cylinder, [[-0.01, -0.01, -0.2], [0.01, 0.01, 0.2]], atol=1e-6)
 
 
-def test_frames_are_drawn_where_they_are_move_along_and_go(connect: Callable[[], Scene], nao: nk.NaoModel) -> None:
-    scene = connect()
+def test_frames_are_drawn_where_they_are_move_along_and_go(scene: Scene, nao: nk.NaoModel) -> None:
     shown = MeshcatRobot(nao, scene.visualizer)
     names = ["LArm", "CameraTop", "HeadPitch", "torso"]
     shown.show_frames(names, size=0.1)
@@ -233,17 +232,14 @@ def test_frames_are_drawn_where_they_are_move_along_and_go(connect: Callable[[],
     assert not shown._frames
 
 
-def test_the_frame_of_a_free_joint_stands_in_the_root_that_it_moves(connect: Callable[[], Scene]) -> None:
-    scene, robot = connect(), nk.load_nao("v6", base="floating")
+def test_the_frame_of_a_free_joint_stands_in_the_root_that_it_moves(scene: Scene) -> None:
+    robot = nk.load_nao("v6", base="floating")
     MeshcatRobot(robot, scene.visualizer).show_frames(["root_joint"])
     root = f"/meshcat/nao/{link_paths(robot.tree)[robot.tree.root]}"
     assert {c["path"] for c in scene.sent if "frame:" in c["path"]} == {f"{root}/frame:root_joint/{a}" for a in "xyz"}
 
 
-def test_a_motion_plays_scrubs_and_ends_with_the_next_configuration(
-    connect: Callable[[], Scene], nao: nk.NaoModel
-) -> None:
-    scene = connect()
+def test_a_motion_plays_scrubs_and_ends_with_the_next_configuration(scene: Scene, nao: nk.NaoModel) -> None:
     shown = MeshcatRobot(nao, scene.visualizer)
     names = ("HeadYaw", "LHipYawPitch", "LHand")
     keys = np.array([[-0.5, 0.0, 0.0], [0.8, -0.6, 1.0], [0.0, -0.3, 0.5]])
@@ -264,10 +260,7 @@ def test_a_motion_plays_scrubs_and_ends_with_the_next_configuration(
     assert not scene.tab.evaluate("() => viewer.animator.playing")
 
 
-def test_turns_of_more_than_half_a_circle_between_two_configurations_stay_whole(
-    connect: Callable[[], Scene], tmp_path: Path
-) -> None:
-    scene = connect()
+def test_turns_of_more_than_half_a_circle_between_two_configurations_stay_whole(scene: Scene, tmp_path: Path) -> None:
     robot = made_up(tmp_path, J("wheel", axis=(0.0, 1.0, 0.0), limits=(-20.0, 20.0)))
     shown = MeshcatRobot(robot, scene.visualizer)
     shown.animate([[0.0], [10.0]], fps=1.0, play=False)
@@ -277,8 +270,7 @@ def test_turns_of_more_than_half_a_circle_between_two_configurations_stay_whole(
         assert scene.shows(_nodes(robot), robot.fk([10.0 * share]), 1e-4)
 
 
-def test_delete_leaves_nothing_of_it_and_other_things_alone(connect: Callable[[], Scene], nao: nk.NaoModel) -> None:
-    scene = connect()
+def test_delete_leaves_nothing_of_it_and_other_things_alone(scene: Scene, nao: nk.NaoModel) -> None:
     scene.visualizer["table"].set_transform(np.eye(4))
     shown = MeshcatRobot(nao, scene.visualizer)
     shown.animate(np.stack([nao.posture("Stand"), nao.posture("Crouch")]))
@@ -291,8 +283,7 @@ def test_delete_leaves_nothing_of_it_and_other_things_alone(connect: Callable[[]
             call()
 
 
-def test_a_robot_drawn_again_takes_the_place_of_the_first(connect: Callable[[], Scene], nao: nk.NaoModel) -> None:
-    scene = connect()
+def test_a_robot_drawn_again_takes_the_place_of_the_first(scene: Scene, nao: nk.NaoModel) -> None:
     MeshcatRobot(nao, scene.visualizer)
     old = nk.load_nao("v4")
     MeshcatRobot(old, scene.visualizer).display(old.posture("Sit"))
@@ -303,8 +294,7 @@ def test_a_robot_drawn_again_takes_the_place_of_the_first(connect: Callable[[], 
 
 
 @pytest.mark.full
-def test_it_is_drawn_as_it_looks(connect: Callable[[], Scene], nao: nk.NaoModel) -> None:
-    scene = connect()
+def test_it_is_drawn_as_it_looks(scene: Scene, nao: nk.NaoModel) -> None:
     scene.tab.evaluate("() => { window.draws = true; }")
     MeshcatRobot(nao, scene.visualizer)
     q = nao.posture("StandInit")
@@ -312,15 +302,13 @@ def test_it_is_drawn_as_it_looks(connect: Callable[[], Scene], nao: nk.NaoModel)
     before = read_png(scene.tab.screenshot())
     scene.visualizer.delete()
     assert until(lambda: np.abs(read_png(scene.tab.screenshot()) - before.astype(float)).max() > 50.0, 120.0)
+    scene.tab.evaluate("() => { window.draws = false; }")
 
 
 @pytest.mark.full
-def test_pinocchio_s_own_visualizer_takes_the_model_and_the_geometry(
-    connect: Callable[[], Scene], nao: nk.NaoModel
-) -> None:
+def test_pinocchio_s_own_visualizer_takes_the_model_and_the_geometry(scene: Scene, nao: nk.NaoModel) -> None:
     from pinocchio.visualize import MeshcatVisualizer
 
-    scene = connect()
     pinocchio = MeshcatVisualizer(nao.model, nao.geometry("collision"), nao.geometry("visual"))
     pinocchio.initViewer(viewer=scene.visualizer, loadModel=True)
     q = nao.posture("Crouch")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import tempfile
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -33,13 +32,6 @@ def document(nao: nk.NaoModel, clip: np.ndarray, tmp_path_factory: pytest.TempPa
     viewer = Viewer(nao)
     viewer.animate(clip, FPS, play=False)
     return viewer.save_html(tmp_path_factory.mktemp("viewer") / "nao.html")
-
-
-@pytest.fixture(scope="module")
-def page(browser: Any, document: Path) -> Iterator[Page]:
-    """The page from disk, shared: each test puts it where it wants it first."""
-    with opened(browser, document) as page:
-        yield page
 
 
 @pytest.mark.full
@@ -307,13 +299,13 @@ def test_joints_outside_their_limits_are_red(page: Page, nao: nk.NaoModel) -> No
 def test_the_page_and_the_library_agree_on_what_is_outside(page: Page, nao: nk.NaoModel) -> None:
     rng = np.random.default_rng(5)
     reach = nao.upper - nao.lower
-    for q in rng.uniform(nao.lower - 0.05 * reach, nao.upper + 0.05 * reach, (60, nao.nq)):
-        page.set(q)
-        columns = page.run("() => [...naoKin.robot.outside(naoKin.q)]")
+    qs = rng.uniform(nao.lower - 0.05 * reach, nao.upper + 0.05 * reach, (60, nao.nq))
+    outside = "(qs) => qs.map((q) => (naoKin.set(q), [...naoKin.robot.outside(naoKin.q)]))"
+    for q, columns in zip(qs, page.run(outside, qs.tolist()), strict=True):
         assert {nao.joint_names[column] for column in columns} == {v.joint for v in nao.limit_violations(q)}
 
 
-def test_whole_body_cameras_show_the_whole_robot_and_little_else(browser: Any, document: Path) -> None:
+def test_whole_body_cameras_show_the_whole_robot_and_little_else(shared: Page, nao: nk.NaoModel) -> None:
     corners = """(name) => {
         naoKin.camera(name);
         const { camera } = naoKin.viewer;
@@ -323,21 +315,22 @@ def test_whole_body_cameras_show_the_whole_robot_and_little_else(browser: Any, d
             i & 1 ? max.x : min.x, i & 2 ? max.y : min.y, i & 4 ? max.z : min.z,
         ).project(camera).toArray());
     }"""
-    with opened(browser, document, (900, 600)) as page:
-        box = page.tab.locator("#top").bounding_box()
-        lowest_button = box["y"] + box["height"]
-        bar = 1.0 - 2.0 * lowest_button / 600.0
-        assert bar < 0.9
-        for posture in ("StandZero", "LyingBack"):
-            page.run("(name) => naoKin.posture(name)", posture)
-            for name in ("front", "side", "three-quarter"):
-                seen = np.array(page.run(corners, name))[:, :2]
-                assert np.abs(seen).max() < 0.95
-                assert seen[:, 1].max() < bar + 1e-6
-                assert np.ptp(seen, axis=0).max() > 1.08
-        page.run("() => { naoKin.notice('The program behind this page has ended.'); naoKin.show({axes: true}); }")
-        tops = [page.tab.locator(where).bounding_box()["y"] for where in ("#notice", "#legend", "#player")]
-        assert min(tops) > lowest_button
+    shared.reset(nao.posture("StandInit"), (900, 600))
+    page = shared
+    box = page.tab.locator("#top").bounding_box()
+    lowest_button = box["y"] + box["height"]
+    bar = 1.0 - 2.0 * lowest_button / 600.0
+    assert bar < 0.9
+    for posture in ("StandZero", "LyingBack"):
+        page.run("(name) => naoKin.posture(name)", posture)
+        for name in ("front", "side", "three-quarter"):
+            seen = np.array(page.run(corners, name))[:, :2]
+            assert np.abs(seen).max() < 0.95
+            assert seen[:, 1].max() < bar + 1e-6
+            assert np.ptp(seen, axis=0).max() > 1.08
+    page.run("() => { naoKin.notice('The program behind this page has ended.'); naoKin.show({axes: true}); }")
+    tops = [page.tab.locator(where).bounding_box()["y"] for where in ("#notice", "#legend", "#player")]
+    assert min(tops) > lowest_button
 
 
 @pytest.mark.full

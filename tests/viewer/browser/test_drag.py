@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from viewer_pages import Page, opened, read_png, visitor
+from loops import first_now, later
+from viewer_pages import Page, opened, read_png
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, NotFinite, WrongShape
@@ -36,28 +36,6 @@ GHOSTS = (
     """() => naoKin.drag.ghosts.group.children.filter(({ visible }) => visible).map(({ userData }) => userData.link)"""
 )
 LEG = ("LHipYawPitch", "LHipRoll", "LHipPitch", "LKneePitch", "LAnklePitch", "LAnkleRoll")
-
-
-@pytest.fixture(scope="module")
-def document(nao: nk.NaoModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return Viewer(nao).save_html(tmp_path_factory.mktemp("drag") / "nao.html")
-
-
-@pytest.fixture(scope="module")
-def shared(browser: Any, document: Path) -> Iterator[Page]:
-    with opened(browser, document, SIZE) as page:
-        yield page
-
-
-@pytest.fixture
-def page(shared: Page, nao: nk.NaoModel) -> Page:
-    """The page with the robot standing before the camera."""
-    shared.tab.mouse.up()
-    shared.tab.keyboard.up("Shift")
-    shared.run("() => { naoKin.show({ handles: true }); naoKin.pick.selection.select(null); }")
-    shared.set(nao.posture("StandInit"))
-    shared.tab.get_by_role("button", name="three-quarter", exact=True).click()
-    return shared
 
 
 def on_screen(page: Page, frame: str, by: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> np.ndarray:
@@ -87,7 +65,7 @@ def assert_consistent(page: Page, nao: nk.NaoModel) -> np.ndarray:
     return q
 
 
-@pytest.mark.parametrize("frame", ["LArm", "RArm"])
+@pytest.mark.parametrize("frame", first_now(["LArm", "RArm"]))
 @pytest.mark.parametrize(
     ("camera", "by", "kept"),
     [("three-quarter", (0.0, 0.05, 0.0), False), ("side", (0.048, 0.014, 0.0), True)],
@@ -172,7 +150,7 @@ def test_an_arm_dragged_past_its_reach_goes_on_from_where_it_is(
     page.tab.mouse.up()
 
 
-@pytest.mark.parametrize("frame", ["LLeg", "RLeg", "LArm", "CameraTop"])
+@pytest.mark.parametrize("frame", ["LArm", "CameraTop", *later("LLeg", "RLeg")])
 def test_no_limit_is_ever_passed(page: Page, nao: nk.NaoModel, frame: str) -> None:
     rng = np.random.default_rng(4)
     start = on_screen(page, frame)
@@ -314,56 +292,55 @@ def test_a_ring_turns_a_foot_about_its_axis_at_its_place(page: Page, nao: nk.Nao
     assert page.run("() => naoKin.pick.selection.frame") == frame
 
 
-@pytest.mark.parametrize("size", [(1400, 900), (390, 844)])
+@pytest.mark.parametrize("kind", first_now(["page", "phone"]))
 def test_the_read_out_is_always_in_view_and_follows_what_is_clicked(
-    browser: Any, document: Path, nao: nk.NaoModel, size: tuple[int, int]
+    request: pytest.FixtureRequest, nao: nk.NaoModel, kind: str
 ) -> None:
-    viewport = {"width": size[0], "height": size[1]}
-    with visitor(browser, viewport=viewport, has_touch=size[0] < 400) as context:
-        tab = context.new_page()
-        tab.goto(document.as_uri())
-        tab.wait_for_selector("body[data-ready]")
-        click = tab.touchscreen.tap if size[0] < 400 else tab.mouse.click
-        card = tab.locator(".readout")
+    page = request.getfixturevalue(kind)
+    size = page.size if kind == "phone" else (1400, 900)
+    page.reset(nao.posture("StandInit"), size)
+    tab = page.tab
+    click = tab.touchscreen.tap if kind == "phone" else tab.mouse.click
+    card = tab.locator(".readout")
 
-        def reads(frame: str, reference: str = "torso") -> None:
-            box = card.bounding_box()
-            assert box["x"] >= 0
-            assert box["x"] + box["width"] <= size[0]
-            assert box["y"] + box["height"] <= size[1]
-            chosen = "(select) => select.selectedOptions[0].text"
-            assert tab.get_by_label("Frame", exact=True).evaluate(chosen) == frame
-            assert tab.get_by_label("Reference frame").evaluate(chosen) == reference
-            x = nao.fk(np.array(tab.evaluate("() => [...naoKin.q]")), frame, reference=reference)[0, 3]
-            assert card.get_by_label("x", exact=True).inner_text() == f"{1000 * x:.1f} mm".replace("-", "−")
-            assert tab.evaluate("() => naoKin.player.plots.frames.value") == frame
+    def reads(frame: str, reference: str = "torso") -> None:
+        box = card.bounding_box()
+        assert box["x"] >= 0
+        assert box["x"] + box["width"] <= size[0]
+        assert box["y"] + box["height"] <= size[1]
+        chosen = "(select) => select.selectedOptions[0].text"
+        assert tab.get_by_label("Frame", exact=True).evaluate(chosen) == frame
+        assert tab.get_by_label("Reference frame").evaluate(chosen) == reference
+        x = nao.fk(np.array(tab.evaluate("() => [...naoKin.q]")), frame, reference=reference)[0, 3]
+        assert card.get_by_label("x", exact=True).inner_text() == f"{1000 * x:.1f} mm".replace("-", "−")
+        assert tab.evaluate("() => naoKin.player.plots.frames.value") == frame
 
-        reads("LArm")
-        click(*tab.evaluate(ON_SCREEN, ["RLeg", [0, 0, 0]]))
-        reads("RLeg")
-        click(*tab.evaluate(ON_SCREEN, ["RArm", [0, 0, 0]]))
-        reads("RArm")
-        # A hand that is dragged is read, and the rings of the other stay.
-        start = np.array(tab.evaluate(ON_SCREEN, ["LArm", [0, 0, 0]]))
-        tab.mouse.move(*start)
-        tab.mouse.down()
-        tab.mouse.move(*(start - 12.0), steps=4)
-        reads("LArm")
-        tab.mouse.up()
-        click(*tab.evaluate(ON_RING, [1, 0.3]))
-        reads("RArm")
-        tab.get_by_label("Frame", exact=True).select_option("LHand")
-        tab.get_by_label("Reference frame").select_option("LForeArm")
-        reads("LHand", "LForeArm")
-        tab.get_by_label("Reference frame").select_option("torso")
-        tab.get_by_role("button", name="Measure", exact=True).click()
-        for frame in ("LLeg", "RLeg"):
-            click(*tab.evaluate(ON_SCREEN, [frame, [0, 0, 0]]))
-        assert card.get_by_label("distance").inner_text() == "100.0 mm"
-        assert card.get_by_label("dy").inner_text() == "−100.0 mm"
-        assert card.bounding_box()["y"] + card.bounding_box()["height"] <= size[1]
-        tab.keyboard.press("Escape")
-        reads("LHand")
+    reads("LArm")
+    click(*tab.evaluate(ON_SCREEN, ["RLeg", [0, 0, 0]]))
+    reads("RLeg")
+    click(*tab.evaluate(ON_SCREEN, ["RArm", [0, 0, 0]]))
+    reads("RArm")
+    # A hand that is dragged is read, and the rings of the other stay.
+    start = np.array(tab.evaluate(ON_SCREEN, ["LArm", [0, 0, 0]]))
+    tab.mouse.move(*start)
+    tab.mouse.down()
+    tab.mouse.move(*(start - 12.0), steps=4)
+    reads("LArm")
+    tab.mouse.up()
+    click(*tab.evaluate(ON_RING, [1, 0.3]))
+    reads("RArm")
+    tab.get_by_label("Frame", exact=True).select_option("LHand")
+    tab.get_by_label("Reference frame").select_option("LForeArm")
+    reads("LHand", "LForeArm")
+    tab.get_by_label("Reference frame").select_option("torso")
+    tab.get_by_role("button", name="Measure", exact=True).click()
+    for frame in ("LLeg", "RLeg"):
+        click(*tab.evaluate(ON_SCREEN, [frame, [0, 0, 0]]))
+    assert card.get_by_label("distance").inner_text() == "100.0 mm"
+    assert card.get_by_label("dy").inner_text() == "−100.0 mm"
+    assert card.bounding_box()["y"] + card.bounding_box()["height"] <= size[1]
+    tab.keyboard.press("Escape")
+    reads("LHand")
 
 
 def test_a_ring_stops_where_the_limb_does_and_escape_gives_back(page: Page, nao: nk.NaoModel) -> None:

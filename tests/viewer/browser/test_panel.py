@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from loops import first_now
+from loops import first_now, for_all
 from viewer_pages import OPTIONS, Page, opened, until, visitor
 
 import nao_kin as nk
@@ -36,34 +36,16 @@ def document(nao: nk.NaoModel, tmp_path_factory: pytest.TempPathFactory) -> Path
 
 
 @pytest.fixture(scope="module")
-def shared(browser: Any, document: Path) -> Iterator[Page]:
-    with opened(browser, document, SIZE) as page:
-        page.tab.context.grant_permissions(["clipboard-read", "clipboard-write"])
-        yield page
-
-
-@pytest.fixture
-def page(shared: Page, nao: nk.NaoModel) -> Page:
-    """The shared page as it is after opening: standing, nothing in its past, nothing in focus."""
-    shared.tab.keyboard.press("Escape")
-    shared.run("() => { document.activeElement?.blur(); naoKin.panel.messages.close(); }")
-    shared.set(nao.posture("StandInit"))
-    shared.run("() => { const { history } = naoKin.panel.past; history.past = []; history.future = []; }")
+def shared(shared: Page) -> Page:
+    shared.tab.context.grant_permissions(["clipboard-read", "clipboard-write"])
     return shared
 
 
 @contextmanager
 def another(browser: Any, where: Path | str, size: tuple[int, int] = SIZE, **options: Any) -> Iterator[Any]:
-    """A tab in a context of its own, that neither draws nor complains."""
-    with visitor(browser, viewport={"width": size[0], "height": size[1]}, **options) as context:
-        tab = context.new_page()
-        errors: list[str] = []
-        tab.on("console", lambda line: errors.append(line.text) if line.type == "error" else None)
-        tab.on("pageerror", lambda error: errors.append(str(error)))
-        tab.goto(where.as_uri() if isinstance(where, Path) else where)
-        tab.wait_for_selector("body[data-ready]", timeout=30_000)
-        yield tab
-        assert errors == []
+    """The tab of a page that nobody has used before."""
+    with opened(browser, where, size, **options) as page:
+        yield page.tab
 
 
 def field(page: Page, joint: str) -> Any:
@@ -156,7 +138,7 @@ def test_a_number_beyond_a_limit_stops_there_and_says_so(page: Page, nao: nk.Nao
     assert note(page, "HeadYaw") == "the limit is 119.5°"
 
 
-@pytest.mark.parametrize(
+@for_all(
     ("key", "degrees"),
     [
         ("ArrowUp", 1.0),
@@ -400,7 +382,7 @@ def test_undo_gives_back_a_direction_up_that_was_given(page: Page, nao: nk.NaoMo
 def test_the_past_is_bounded(page: Page) -> None:
     page.run("""() => {
         const { past } = naoKin.panel;
-        for (let i = 0; i < 1000; i++) { naoKin.move(0, i / 1000); naoKin.settle(); past.finish(); }
+        for (let i = 0; i < 300; i++) { naoKin.move(0, i / 300); naoKin.settle(); past.finish(); }
     }""")
     assert page.run("() => naoKin.panel.past.history.past.length") == 200
 
@@ -552,7 +534,7 @@ class Recorder:
         self.setAngles(names, angles, times)
 
 
-@pytest.mark.parametrize("title", ["setAngles", "angleInterpolation"])
+@pytest.mark.parametrize("title", first_now(["setAngles", "angleInterpolation"]))
 def test_calls_name_all_of_naoqis_joints_in_its_order(page: Page, nao: nk.NaoModel, title: str) -> None:
     q = nao.random(4)
     page.set(q)
@@ -562,7 +544,7 @@ def test_calls_name_all_of_naoqis_joints_in_its_order(page: Page, nao: nk.NaoMod
     assert list(motion.given.values()) == nao.to_body(q).tolist()
 
 
-@pytest.mark.parametrize("title", ["JSON", "CSV", "Python", "setAngles", "angleInterpolation"])
+@pytest.mark.parametrize("title", first_now(["JSON", "CSV", "Python", "setAngles", "angleInterpolation"]))
 def test_what_was_copied_is_pasted_by_the_keyboard(page: Page, nao: nk.NaoModel, title: str) -> None:
     q = nao.random(5)
     page.set(q)
@@ -675,14 +657,13 @@ def test_a_link_reproduces_everything(page: Page, browser: Any, nao: nk.NaoModel
     choose(page, "Degrees")
 
 
-def test_a_link_from_far_away_is_refused(browser: Any, document: Path) -> None:
+def test_a_link_from_far_away_is_refused(browser: Any, document: Path, page: Page) -> None:
     link = f"{document.as_uri()}#v=1&q=HeadYaw:0.5&camera=1000000,0,0,0,0,0.3"
     with another(browser, link) as tab:
         line = tab.locator("#message span").inner_text()
         assert line == "The link cannot be opened: the camera is 1.0e+6 m from the robot, expected at most 43 m"
         assert state_of(tab)["q"][0] == 0.0
-        with another(browser, document) as usual:
-            assert np.allclose(state_of(tab)["camera"], state_of(usual)["camera"], atol=1e-3)
+        assert np.allclose(state_of(tab)["camera"], state_of(page.tab)["camera"], atol=1e-3)
 
 
 def test_a_joint_at_a_coupled_limit_is_still_inside_where_a_link_leads(page: Page, nao: nk.NaoModel) -> None:
@@ -887,65 +868,62 @@ def test_the_camera_is_moved_by_keys(page: Page) -> None:
     assert page.run("() => naoKin.view") == "three-quarter"
 
 
-def test_the_first_stop_leads_to_the_joints(browser: Any, document: Path) -> None:
-    with another(browser, document) as tab:
-        tab.keyboard.press("Tab")
-        assert tab.evaluate("() => document.activeElement.textContent") == "Skip to the joints"
-        tab.keyboard.press("Enter")
-        assert tab.evaluate("() => document.activeElement.id") == "joints"
-        assert "joints" not in tab.evaluate("() => location.hash")
-        tab.keyboard.press("Tab")
-        assert tab.evaluate("() => document.activeElement.type") == "search"
+def test_the_first_stop_leads_to_the_joints(page: Page) -> None:
+    press(page, "Tab")
+    assert page.run("() => document.activeElement.textContent") == "Skip to the joints"
+    press(page, "Enter")
+    assert page.run("() => document.activeElement.id") == "joints"
+    assert "joints" not in page.run("() => location.hash")
+    press(page, "Tab")
+    assert page.run("() => document.activeElement.type") == "search"
 
 
-def test_one_tab_stop_for_each_bar_of_buttons(browser: Any, document: Path) -> None:
+def test_one_tab_stop_for_each_bar_of_buttons(page: Page) -> None:
     """There are few stops before the first joint, and arrows go through a bar."""
-    with another(browser, document, (1400, 900)) as tab:
-        stops = []
-        for _ in range(40):
-            tab.keyboard.press("Tab")
-            stops.append(tab.evaluate("() => document.activeElement.ariaLabel || document.activeElement.textContent"))
-            if stops[-1] == "HeadYaw":
-                break
-        assert stops[-1] == "HeadYaw"
-        assert len(stops) < 25
-        assert [name for name in ("front", "Undo", "Stand", "Record the motion") if name in stops[:-1]] == [
-            *("front", "Undo", "Stand", "Record the motion")
-        ]
-        assert not {"side", "Redo", "StandInit", "Plots"} & set(stops)
-        tab.locator(".tools [tabindex='0']").focus()
-        for key, name in (("ArrowRight", "Redo"), ("End", "Copy a link to this state"), ("ArrowRight", "Undo")):
-            tab.keyboard.press(key)
-            assert tab.evaluate("() => document.activeElement.ariaLabel") == name
-        # The bar is left and entered again where it was.
-        tab.keyboard.press("ArrowLeft")
-        tab.keyboard.press("Tab")
-        assert tab.evaluate("() => document.activeElement.textContent") == "Stand"
-        tab.keyboard.press("Shift+Tab")
-        assert tab.evaluate("() => document.activeElement.ariaLabel") == "Copy a link to this state"
+    stops = []
+    for _ in range(40):
+        press(page, "Tab")
+        stops.append(page.run("() => document.activeElement.ariaLabel || document.activeElement.textContent"))
+        if stops[-1] == "HeadYaw":
+            break
+    assert stops[-1] == "HeadYaw"
+    assert len(stops) < 25
+    assert [name for name in ("front", "Undo", "Stand", "Record the motion") if name in stops[:-1]] == [
+        *("front", "Undo", "Stand", "Record the motion")
+    ]
+    assert not {"side", "Redo", "StandInit", "Plots"} & set(stops)
+    page.tab.locator(".tools [tabindex='0']").focus()
+    for key, name in (("ArrowRight", "Redo"), ("End", "Copy a link to this state"), ("ArrowRight", "Undo")):
+        press(page, key)
+        assert page.run("() => document.activeElement.ariaLabel") == name
+    # The bar is left and entered again where it was.
+    press(page, "ArrowLeft", "Tab")
+    assert page.run("() => document.activeElement.textContent") == "Stand"
+    press(page, "Shift+Tab")
+    assert page.run("() => document.activeElement.ariaLabel") == "Copy a link to this state"
 
 
-def test_sliders_are_as_long_as_the_panel_and_numbers_are_fields(browser: Any, document: Path) -> None:
-    with another(browser, document, (1400, 900)) as tab:
-        row = tab.locator('.joint[data-joint="LElbowYaw"]')
-        slider, number = (row.locator(f'input[type="{kind}"]') for kind in ("range", "text"))
-        assert slider.bounding_box()["width"] > 0.85 * tab.locator("#panel").bounding_box()["width"]
-        assert number.evaluate("(field) => getComputedStyle(field).borderTopStyle") == "solid"
-        limits = row.locator(".limits")
-        tab.mouse.move(200, 400)
-        assert limits.evaluate("(e) => getComputedStyle(e).opacity") == "0"
-        before = row.bounding_box()
-        row.hover()
-        assert limits.evaluate("(e) => getComputedStyle(e).opacity") == "1"
-        assert row.bounding_box() == before
-        # Both minus signs are read, and one is written.
-        for typed in ("-12.5", "−" + "12.5"):
-            number.click()
-            tab.keyboard.press("ControlOrMeta+A")
-            tab.keyboard.insert_text(typed)
-            tab.keyboard.press("Enter")
-            assert number.input_value() == "−" + "12.5"
-        assert "-" not in limits.inner_text()
+def test_sliders_are_as_long_as_the_panel_and_numbers_are_fields(page: Page) -> None:
+    tab = page.tab
+    row = tab.locator('.joint[data-joint="LElbowYaw"]')
+    slider, number = (row.locator(f'input[type="{kind}"]') for kind in ("range", "text"))
+    assert slider.bounding_box()["width"] > 0.85 * tab.locator("#panel").bounding_box()["width"]
+    assert number.evaluate("(field) => getComputedStyle(field).borderTopStyle") == "solid"
+    limits = row.locator(".limits")
+    tab.mouse.move(200, 400)
+    assert limits.evaluate("(e) => getComputedStyle(e).opacity") == "0"
+    before = row.bounding_box()
+    row.hover()
+    assert limits.evaluate("(e) => getComputedStyle(e).opacity") == "1"
+    assert row.bounding_box() == before
+    # Both minus signs are read, and one is written.
+    for typed in ("-12.5", "−" + "12.5"):
+        number.click()
+        tab.keyboard.press("ControlOrMeta+A")
+        tab.keyboard.insert_text(typed)
+        tab.keyboard.press("Enter")
+        assert number.input_value() == "−" + "12.5"
+    assert "-" not in limits.inner_text()
 
 
 # --- sizes ------------------------------------------------------------------------------------------------------------
@@ -1006,12 +984,15 @@ def test_what_has_the_focus_or_is_read_is_in_sight(
         assert first["y"] + first["height"] <= box(".readout")["y"]  # a joint is there from the start
         slider = tab.locator('.joint[data-joint="RHand"] input[type="range"]')
         slider.focus()
+        edges = """() => [".joints .search", ".readout", ":focus"].map((place) => {
+            const { top, bottom } = document.querySelector(place).getBoundingClientRect();
+            return [top, bottom];
+        })"""
         for _ in range(30):  # backwards, row by row, behind the search that stays at the top
             tab.keyboard.press("Shift+Tab")
-            focused = tab.locator("*:focus").bounding_box()
-            search = box(".joints .search")
-            assert focused["y"] >= search["y"] + search["height"] - 1
-            assert focused["y"] + focused["height"] <= box(".readout")["y"] + 1
+            (_, end_of_search), (readout, _), (top, bottom) = tab.evaluate(edges)
+            assert end_of_search - 1 <= top
+            assert bottom <= readout + 1
         tab.get_by_role("button", name="Measure").click()
         for which, frame in enumerate(("LArm", "RArm")):
             tab.locator('.readout select[aria-label^="Measure "]').nth(which).select_option(f"frame:{frame}")
@@ -1040,40 +1021,40 @@ def test_targets_for_fingers_are_large_enough(browser: Any, document: Path) -> N
             assert tab.evaluate(small, ":popover-open") == []
 
 
-def test_a_finger_moves_a_slider_by_its_thumb_alone_and_scrolls_anywhere_else(browser: Any, document: Path) -> None:
-    with another(browser, document, (390, 844), **PHONE) as tab:
-        session = tab.context.new_cdp_session(tab)
-        tab.locator("#panel > .body").evaluate("(body) => body.scrollBy(0, 100)")
-        slider = tab.locator('.joint[data-joint="HeadYaw"] input[type="range"]')
-        thumb = "(s) => (s.value - s.min) / (s.max - s.min) * (s.clientWidth - 22) + 11"
+def test_a_finger_moves_a_slider_by_its_thumb_alone_and_scrolls_anywhere_else(phone: Page) -> None:
+    tab = phone.tab
+    session = tab.context.new_cdp_session(tab)
+    tab.locator("#panel > .body").evaluate("(body) => body.scrollBy(0, 100)")
+    slider = tab.locator('.joint[data-joint="HeadYaw"] input[type="range"]')
+    thumb = "(s) => (s.value - s.min) / (s.max - s.min) * (s.clientWidth - 22) + 11"
 
-        def swipe(x: float, way: tuple[float, float]) -> tuple[float, float]:
-            """Swipe from a place on the slider; return how far HeadYaw moved [rad] and the panel scrolled [px]."""
-            box, before = slider.bounding_box(), state_of(tab)["q"]
-            start = (box["x"] + x, box["y"] + box["height"] / 2)
-            for kind, shares in (("touchStart", [0.0]), ("touchMove", np.linspace(0.1, 1.0, 8)), ("touchEnd", [None])):
-                for share in shares:
-                    points = [] if share is None else [dict(zip("xy", start + share * np.array(way), strict=True))]
-                    session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
-            tab.wait_for_timeout(300)  # what is left of the scrolling
-            after = state_of(tab)["q"]
-            assert after[1:] == before[1:]
-            return after[0] - before[0], box["y"] - slider.bounding_box()["y"]
+    def swipe(x: float, way: tuple[float, float]) -> tuple[float, float]:
+        """Swipe from a place on the slider; return how far HeadYaw moved [rad] and the panel scrolled [px]."""
+        box, before = slider.bounding_box(), state_of(tab)["q"]
+        start = (box["x"] + x, box["y"] + box["height"] / 2)
+        for kind, shares in (("touchStart", [0.0]), ("touchMove", np.linspace(0.1, 1.0, 8)), ("touchEnd", [None])):
+            for share in shares:
+                points = [] if share is None else [dict(zip("xy", start + share * np.array(way), strict=True))]
+                session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+        tab.wait_for_timeout(300)  # what is left of the scrolling
+        after = state_of(tab)["q"]
+        assert after[1:] == before[1:]
+        return after[0] - before[0], box["y"] - slider.bounding_box()["y"]
 
-        middle = slider.evaluate(thumb)
-        width = slider.bounding_box()["width"]
-        assert swipe(middle + 8, (0, 0)) == (0.0, 0.0)  # it does not jump under the finger
-        turned, scrolled = swipe(middle + 8, (30, 3))
-        assert turned == pytest.approx(30 / (width - 22) * math.radians(239), rel=0.02)
-        assert scrolled == 0.0
-        assert slider.evaluate(thumb) == pytest.approx(middle + 30, abs=0.6)
-        for x, way in ((15, (0, -60)), (15, (40, 0)), (slider.evaluate(thumb), (3, 60))):
-            turned, scrolled = swipe(x, way)
-            assert turned == 0.0
-            assert (abs(scrolled) > 20) == (way[1] != 0)
+    middle = slider.evaluate(thumb)
+    width = slider.bounding_box()["width"]
+    assert swipe(middle + 8, (0, 0)) == (0.0, 0.0)  # it does not jump under the finger
+    turned, scrolled = swipe(middle + 8, (30, 3))
+    assert turned == pytest.approx(30 / (width - 22) * math.radians(239), rel=0.02)
+    assert scrolled == 0.0
+    assert slider.evaluate(thumb) == pytest.approx(middle + 30, abs=0.6)
+    for x, way in ((15, (0, -60)), (15, (40, 0)), (slider.evaluate(thumb), (3, 60))):
+        turned, scrolled = swipe(x, way)
+        assert turned == 0.0
+        assert (abs(scrolled) > 20) == (way[1] != 0)
 
 
-@pytest.mark.parametrize("phone", [False, True])
+@pytest.mark.parametrize("phone", first_now([False, True]))
 def test_what_can_be_done_is_said_once_until_something_is(browser: Any, document: Path, phone: bool) -> None:
     size, options = ((390, 844), PHONE) if phone else (SIZE, {})
     with another(browser, document, size, **options) as tab:
@@ -1096,6 +1077,7 @@ def test_what_can_be_done_is_said_once_until_something_is(browser: Any, document
         assert hint.is_hidden()
 
 
+@pytest.mark.full
 def test_what_can_be_done_is_said_each_time_where_nothing_may_be_stored(browser: Any, document: Path) -> None:
     shut = "Object.defineProperty(window, 'localStorage', { get() { throw new DOMException('', 'SecurityError'); } })"
     with visitor(browser) as context:
@@ -1103,13 +1085,12 @@ def test_what_can_be_done_is_said_each_time_where_nothing_may_be_stored(browser:
         errors: list[str] = []
         tab.on("pageerror", lambda error: errors.append(str(error)))
         tab.add_init_script(shut)
-        tab.goto(document.as_uri())
         for _ in range(2):
+            tab.goto(document.as_uri())
             tab.wait_for_selector("body[data-ready]")
             assert tab.locator("#hint").is_visible()
             tab.mouse.wheel(0, 10)
             tab.locator("#hint").wait_for(state="hidden")
-            tab.reload()
         assert errors == []
 
 
@@ -1161,16 +1142,16 @@ def test_the_panel_is_resized_by_pointer_and_keys_and_stays_so(browser: Any, doc
         assert tab.locator("#panel").is_visible()
 
 
-def test_under_the_view_the_panel_is_pulled_up_by_its_head(browser: Any, document: Path) -> None:
-    with another(browser, document, (390, 844), **PHONE) as tab:
-        before = tab.locator("#panel").bounding_box()["height"]
-        box = tab.get_by_role("separator").bounding_box()
-        tab.mouse.move(box["x"] + 100, box["y"] + 20)
-        tab.mouse.down()
-        tab.mouse.move(box["x"] + 100, box["y"] - 80, steps=3)
-        tab.mouse.up()
-        assert tab.locator("#panel").bounding_box()["height"] == pytest.approx(before + 100, abs=5)
-        assert tab.get_by_role("separator").get_attribute("aria-orientation") == "horizontal"
+def test_under_the_view_the_panel_is_pulled_up_by_its_head(phone: Page) -> None:
+    tab = phone.tab
+    before = tab.locator("#panel").bounding_box()["height"]
+    box = tab.get_by_role("separator").bounding_box()
+    tab.mouse.move(box["x"] + 100, box["y"] + 20)
+    tab.mouse.down()
+    tab.mouse.move(box["x"] + 100, box["y"] - 80, steps=3)
+    tab.mouse.up()
+    assert tab.locator("#panel").bounding_box()["height"] == pytest.approx(before + 100, abs=5)
+    assert tab.get_by_role("separator").get_attribute("aria-orientation") == "horizontal"
 
 
 # --- everybody --------------------------------------------------------------------------------------------------------

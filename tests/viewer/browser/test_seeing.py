@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from viewer_pages import Page, opened, read_png, visitor
+from viewer_pages import Page, opened, read_png
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument
@@ -33,16 +32,9 @@ COLOURS = (
 
 
 @pytest.fixture(scope="module")
-def document(nao: nk.NaoModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return Viewer(nao).save_html(tmp_path_factory.mktemp("seeing") / "nao.html")
-
-
-@pytest.fixture(scope="module")
-def page(browser: Any, document: Path) -> Iterator[Page]:
-    """The page from disk, shared and not drawn: each test puts it where it wants it first."""
-    with opened(browser, document) as page:
-        page.run(COUNT)
-        yield page
+def shared(shared: Page) -> Page:
+    shared.run(COUNT)
+    return shared
 
 
 def _click(page: Page, name: str) -> None:
@@ -367,35 +359,32 @@ def test_the_camera_sees_a_floor_and_a_football(browser: Any, document: Path) ->
         assert not page.run("() => naoKin.eyes.ball.visible")
 
 
-def test_the_ground_in_view_of_a_camera_is_outlined_as_the_head_turns(
-    browser: Any, document: Path, nao: nk.NaoModel
-) -> None:
-    with opened(browser, document) as page:
-        page.switch("Camera view")
-        counts = set()
-        for name in ("CameraTop", "CameraBottom"):
-            page.tab.get_by_label("Camera of the robot").select_option(name)
-            camera = nk.world.camera(nao, name)
-            for posture, yaw, pitch in (
-                ("StandInit", 0.0, 0.0),
-                ("StandInit", 1.2, 0.2),
-                ("StandInit", 0.0, -0.67),
-                ("Crouch", -2.0, -0.1),
-                ("Sit", 0.8, 0.0),
-            ):
-                q = nao.posture(posture, HeadYaw=yaw, HeadPitch=pitch)
-                page.set(q)
-                seen = page.run("() => naoKin.eyes.footprint.corners.map(({ x, y }) => [x, y])")
-                expected = nk.world.visible_ground(nao, q, camera)[:, :2]
-                counts.add(len(expected))
-                assert np.shape(seen) == expected.shape or not len(expected) + len(seen)
-                # The page follows a ring of corners from another one.
-                for corner in seen:
-                    assert np.linalg.norm(expected - corner, axis=1).min() < 2e-3 * max(1.0, np.linalg.norm(corner))
-                assert page.run("() => naoKin.eyes.footprint.rim.visible") == bool(len(expected))
-        assert counts == {0, 4, 5}
-        page.switch("Camera view")
-        assert not page.run("() => naoKin.eyes.footprint.rim.visible")
+def test_the_ground_in_view_of_a_camera_is_outlined_as_the_head_turns(page: Page, nao: nk.NaoModel) -> None:
+    page.switch("Camera view")
+    counts = set()
+    for name in ("CameraTop", "CameraBottom"):
+        page.tab.get_by_label("Camera of the robot").select_option(name)
+        camera = nk.world.camera(nao, name)
+        for posture, yaw, pitch in (
+            ("StandInit", 0.0, 0.0),
+            ("StandInit", 1.2, 0.2),
+            ("StandInit", 0.0, -0.67),
+            ("Crouch", -2.0, -0.1),
+            ("Sit", 0.8, 0.0),
+        ):
+            q = nao.posture(posture, HeadYaw=yaw, HeadPitch=pitch)
+            page.set(q)
+            seen = page.run("() => naoKin.eyes.footprint.corners.map(({ x, y }) => [x, y])")
+            expected = nk.world.visible_ground(nao, q, camera)[:, :2]
+            counts.add(len(expected))
+            assert np.shape(seen) == expected.shape or not len(expected) + len(seen)
+            # The page follows a ring of corners from another one.
+            for corner in seen:
+                assert np.linalg.norm(expected - corner, axis=1).min() < 2e-3 * max(1.0, np.linalg.norm(corner))
+            assert page.run("() => naoKin.eyes.footprint.rim.visible") == bool(len(expected))
+    assert counts == {0, 4, 5}
+    page.switch("Camera view")
+    assert not page.run("() => naoKin.eyes.footprint.rim.visible")
 
 
 # --- the robot's looks -------------------------------------------------------------------------------------------
@@ -452,35 +441,32 @@ def test_high_contrast_is_black_on_white(page: Page) -> None:
     _close_menu(page)
 
 
-def test_the_buttons_over_the_picture_are_one_row_at_any_width(browser: Any, document: Path) -> None:
-    with visitor(browser, viewport={"width": 1400, "height": 900}) as context:
-        tab = context.new_page()
-        tab.goto(document.as_uri())
-        tab.wait_for_selector("body[data-ready]")
-        for size in ((1400, 900), (1280, 800), (900, 600), (700, 900), (390, 844), (320, 568)):
-            tab.set_viewport_size({"width": size[0], "height": size[1]})
-            boxes = [box.bounding_box() for box in tab.locator("#cameras, .view-menu > summary, #fold").all()]
-            assert max(box["y"] for box in boxes) < min(box["y"] + box["height"] for box in boxes), size
-            # Nothing of the bar under the picture is over it.
-            pane, foot = (tab.locator(where).bounding_box() for where in ("#pane", "#foot"))
-            assert pane["y"] + pane["height"] <= foot["y"] + 0.5, size
-            assert foot["y"] + foot["height"] <= size[1], size
-        # A camera that is beside the edge of a phone is reached by the arrow keys.
-        tab.locator("#cameras").get_by_role("button", name="front").focus()
-        for _ in range(4):
-            tab.keyboard.press("ArrowRight")
-        tab.keyboard.press("Enter")
-        assert tab.evaluate("() => naoKin.view") == "feet"
-        row, button = (tab.locator(where).bounding_box() for where in ("#cameras", "#cameras :focus"))
-        assert row["x"] <= button["x"]
-        assert button["x"] + button["width"] <= row["x"] + row["width"] + 1.0
-        tab.locator(".view-menu > summary").click()
-        sheet, view = (tab.locator(what).bounding_box() for what in (".sheet", "#view"))
-        assert sheet["y"] + sheet["height"] <= view["y"] + view["height"]
-        tab.get_by_role("button", name="Support", exact=True).click()
-        assert tab.evaluate("() => naoKin.toggles.shown.support")
-        tab.mouse.click(300, 500)
-        assert not tab.locator(".view-menu .sheet").is_visible()
+def test_the_buttons_over_the_picture_are_one_row_at_any_width(page: Page) -> None:
+    tab = page.tab
+    for size in ((1400, 900), (1280, 800), (900, 600), (700, 900), (390, 844), (320, 568)):
+        tab.set_viewport_size({"width": size[0], "height": size[1]})
+        boxes = [box.bounding_box() for box in tab.locator("#cameras, .view-menu > summary, #fold").all()]
+        assert max(box["y"] for box in boxes) < min(box["y"] + box["height"] for box in boxes), size
+        # Nothing of the bar under the picture is over it.
+        pane, foot = (tab.locator(where).bounding_box() for where in ("#pane", "#foot"))
+        assert pane["y"] + pane["height"] <= foot["y"] + 0.5, size
+        assert foot["y"] + foot["height"] <= size[1], size
+    # A camera that is beside the edge of a phone is reached by the arrow keys.
+    tab.locator("#cameras").get_by_role("button", name="front").focus()
+    for _ in range(4):
+        tab.keyboard.press("ArrowRight")
+    tab.keyboard.press("Enter")
+    assert tab.evaluate("() => naoKin.view") == "feet"
+    row, button = (tab.locator(where).bounding_box() for where in ("#cameras", "#cameras :focus"))
+    assert row["x"] <= button["x"]
+    assert button["x"] + button["width"] <= row["x"] + row["width"] + 1.0
+    tab.locator(".view-menu > summary").click()
+    sheet, view = (tab.locator(what).bounding_box() for what in (".sheet", "#view"))
+    assert sheet["y"] + sheet["height"] <= view["y"] + view["height"]
+    tab.get_by_role("button", name="Support", exact=True).click()
+    assert tab.evaluate("() => naoKin.toggles.shown.support")
+    tab.mouse.click(300, 500)
+    assert not tab.locator(".view-menu .sheet").is_visible()
 
 
 # --- pictures and films ------------------------------------------------------------------------------------------
@@ -548,9 +534,9 @@ def test_a_film_is_recorded_and_saved(browser: Any, document: Path, tmp_path: Pa
         assert page.run("() => naoKin.video.recording") is False
 
 
-def test_a_browser_that_records_no_films_says_so(browser: Any, document: Path) -> None:
-    with opened(browser, document) as page:
-        page.run("() => delete window.MediaRecorder")
-        _open_menu(page)
-        _click(page, "Record video")
-        assert page.tab.locator("#message span").inner_text() == "This browser cannot record video."
+def test_a_browser_that_records_no_films_says_so(page: Page) -> None:
+    page.run("() => { window.recorder = MediaRecorder; delete window.MediaRecorder; }")
+    _open_menu(page)
+    _click(page, "Record video")
+    assert page.tab.locator("#message span").inner_text() == "This browser cannot record video."
+    page.run("() => { window.MediaRecorder = recorder; }")

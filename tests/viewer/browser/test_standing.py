@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -18,12 +17,6 @@ from nao_kin.viewer import Viewer
 from nao_kin.viewer.scene import robot_drawables
 
 pytestmark = pytest.mark.slow
-
-
-@pytest.fixture(scope="module")
-def page(browser: Any, nao: nk.NaoModel, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
-    with opened(browser, Viewer(nao).save_html(tmp_path_factory.mktemp("standing") / "nao.html")) as page:
-        yield page
 
 
 def _set_down(page: Page, q: np.ndarray) -> np.ndarray:

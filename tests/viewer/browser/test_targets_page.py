@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from viewer_pages import Page, opened, until, visitor
+from viewer_pages import Page, opened, until
 
 import nao_kin as nk
 
 pytestmark = pytest.mark.slow
 
-DESK, PHONE = {"width": 1400, "height": 900}, {"width": 390, "height": 844}
+DESK, PHONE = (1400, 900), (390, 844)
 # Place on the screen of a point in the frame of a target [px].
 PLACE = """([name, point]) => {
     const { node } = naoKin.targets.list.find(({ row }) => row.name === name);
@@ -30,14 +30,7 @@ GRIP = """([clientX, clientY]) => {
 
 
 class Visit(Page):
-    """A page in a context of its own."""
-
-    def __init__(self, context: Any, url: str) -> None:
-        self.errors = []
-        self.tab = context.new_page()
-        self.tab.on("pageerror", lambda error: self.errors.append(str(error)))
-        self.tab.goto(url)
-        self.tab.wait_for_selector("body[data-ready]", timeout=60_000)
+    """A page with targets."""
 
     def place(self, name: str, point: Any = (0.0, 0.0, 0.0)) -> np.ndarray:
         return np.array(self.run(PLACE, [name, list(point)]))
@@ -62,10 +55,8 @@ def live(nao: nk.NaoModel) -> Iterator[nk.Viewer]:
 
 @pytest.fixture
 def page(browser: Any, live: nk.Viewer) -> Iterator[Visit]:
-    with visitor(browser, viewport=DESK) as context:
-        page = Visit(context, live.url)
+    with opened(browser, live.url, DESK, kind=Visit) as page:
         yield page
-        assert page.errors == []
 
 
 def test_the_arm_follows_a_ball_that_the_pointer_and_the_keys_move(
@@ -151,10 +142,9 @@ def test_a_pose_is_turned_by_its_rings_and_two_pages_agree(page: Visit, live: nk
     wanted = turned @ nk.screws.pose(nk.rotations.rot_x(np.radians(3.0)), np.zeros(3))
     assert until(lambda: np.abs(grasp.T - wanted).max() < 1e-9)
     # A phone sees the same, and drags it with a finger.
-    with visitor(browser, viewport=PHONE, has_touch=True, is_mobile=True) as context:
-        phone = Visit(context, live.url)
+    with opened(browser, live.url, PHONE, kind=Visit, has_touch=True, is_mobile=True) as phone:
         assert np.allclose(phone.matrix("grasp"), grasp.T, atol=1e-12)
-        session, start = context.new_cdp_session(phone.tab), phone.place("grasp")
+        session, start = phone.tab.context.new_cdp_session(phone.tab), phone.place("grasp")
         for kind, points in (
             ("touchStart", [start]), *(("touchMove", [start + step * np.array((3.0, -6.0))]) for step in range(1, 8)),
             ("touchEnd", []),
@@ -201,8 +191,7 @@ def test_undo_puts_a_target_back_in_a_live_page_and_in_a_saved_one(
     assert np.allclose(page.matrix("ball")[:3, 3], [0.2, 0.1, 0.1], atol=1e-12)
     # In a saved page nothing follows, which the page says.
     live.add_target("grasp", nk.screws.pose(nk.rotations.rot_z(0.4), [0.15, -0.25, 0.1]))
-    with visitor(browser, viewport=DESK) as context:
-        saved = Visit(context, live.save_html(tmp_path / "targets.html").as_uri())
+    with opened(browser, live.save_html(tmp_path / "targets.html"), DESK, kind=Visit) as saved:
         before = saved.matrix("grasp")
         # A drag that is given up is no step.
         saved.drag(saved.place("grasp"), (20.0, -60.0))
@@ -222,7 +211,6 @@ def test_undo_puts_a_target_back_in_a_live_page_and_in_a_saved_one(
         for _ in range(4):  # each key is a step, Escape too
             saved.tab.keyboard.press("Control+z")
         assert np.allclose(saved.matrix("grasp"), before, atol=1e-12)
-        assert saved.errors == []
 
 
 def _colours(page: Any) -> list[list[int]]:
@@ -244,12 +232,14 @@ def test_an_image_is_in_the_camera_view_and_on_the_frustum(browser: Any, nao: nk
     with nk.Viewer(nao) as viewer:
         viewer.show_image("CameraBottom", image)
         path = viewer.save_html(tmp_path / "image.html")
-        with opened(browser, path, (800, 500), draws=True) as page:
+        with opened(browser, path, (640, 420)) as page:
             page.run("() => naoKin.eyes.complete()")
             assert page.run("() => naoKin.eyes.eye.name") == "CameraBottom"
             assert page.tab.locator("#eye select").input_value() == "CameraBottom"
+            page.draw(True)
             page.animation_frames(3)
             assert np.abs(np.subtract(_colours(page), corners)).max() < 12
+            page.draw(False)
             # The far end of the frustum has the shape of the field of view, and its upper left corner is to the left.
             flat = page.run(
                 """() => {

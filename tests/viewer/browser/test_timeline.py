@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from viewer_pages import Page, messages_of, opened, visitor
+from viewer_pages import Page, messages_of, opened, until, visitor
 
 import nao_kin as nk
 from nao_kin.cli.app import run
@@ -21,19 +20,6 @@ pytestmark = pytest.mark.slow
 
 SIZE = (1100, 760)
 POSTURES = ("StandInit", "Crouch", "StandZero")
-
-
-@pytest.fixture(scope="module")
-def document(nao: nk.NaoModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    viewer = Viewer(nao)
-    viewer.display(nao.posture("StandInit"))
-    return viewer.save_html(tmp_path_factory.mktemp("viewer") / "nao.html")
-
-
-@pytest.fixture
-def page(browser: Any, document: Path) -> Iterator[Page]:
-    with opened(browser, document, SIZE) as page:
-        yield page
 
 
 def press(page: Page, name: str) -> None:
@@ -468,15 +454,16 @@ def test_python_and_other_pages_follow_what_one_plays(browser: Any, nao: nk.NaoM
         reports = other.run("() => naoKin.reports.count")
         press(page, "Play")
         seen = []
-        for _ in range(8):
-            page.tab.wait_for_timeout(100)
+
+        def several_came() -> bool:
             seen.append(other.q)
+            return all(len({q.tobytes() for q in rows}) >= 4 for rows in (list(heard), seen))
+
+        assert until(several_came)
         assert page.run("() => naoKin.player.playback.playing")  # its own reports do not stop it
         press(page, "Pause")
         motion = nk.Motion([0.0, 1.0, 2.0], nao.joint_names, [nao.posture(name) for name in POSTURES])
         way = motion.configurations(nao, rate=1000.0).q
-        assert len({row.tobytes() for row in heard}) >= 4
-        assert len({row.tobytes() for row in seen}) >= 4
         for q in (*heard, *seen):
             assert np.abs(way - q).max(axis=1).min() < 5e-3
         other.tab.wait_for_function("(q) => q.every((x, i) => Math.abs(naoKin.q[i] - x) < 1e-9)", arg=page.q.tolist())
