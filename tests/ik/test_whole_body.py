@@ -31,7 +31,7 @@ from nao_kin.ik.body_errors import (
     new_state,
     stand_on_both,
 )
-from nao_kin.ik.body_targets import Target, feet_beyond, margin_beyond, prepared, target_beyond
+from nao_kin.ik.body_targets import BodyTarget, feet_beyond, margin_beyond, prepared, target_beyond
 from nao_kin.ik.limit_regions import TABLE, limit_rows, outside
 from nao_kin.ik.quadratic_program import quadratic_program
 from nao_kin.ik.targets import inside_limits
@@ -338,14 +338,14 @@ def test_no_pose_is_beyond_the_stretched_robot(nao: nk.NaoModel, both: bool) -> 
     sides = ("L", "R") if both else ("L",)
     for frame in ("LArm", "RLeg", "CameraTop", "torso", "LHandFinger13", "LThigh"):
         row, T = body.frame(nao, frame)
-        target = Target(frame, PLACE, row, T, np.eye(4), (1.0, 0.1))
+        target = BodyTarget(frame, PLACE, row, T, np.eye(4), (1.0, 0.1))
         places = poses.pose(nao, frame)[:, :3, 3]
         assert not target_beyond(body.body, target, sides, poses.feet, places).any()
         away = target_beyond(body.body, target, sides, poses.feet, places + np.array([2.0, 0.0, 0.0]))
         assert (away > 0.5).all()
     assert not feet_beyond(body.body, poses.feet).any()
     com = np.einsum("nij,nj->ni", poses.torso[:, :3, :3], nao.com(poses.q)) + poses.torso[:, :3, 3]
-    target = Target("com", COM, 0, np.eye(4), np.eye(4), (1.0, 0.1))
+    target = BodyTarget("com", COM, 0, np.eye(4), np.eye(4), (1.0, 0.1))
     assert not target_beyond(body.body, target, sides, poses.feet, com).any()
     square = SupportPolygon.around([[0, 0], [2, 0], [2, 1], [0, 1]])
     assert margin_beyond(square, 0.5) == 0.0
