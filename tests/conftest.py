@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import gc
+import signal
 import tempfile
 from collections.abc import Iterator
 from contextlib import ExitStack
@@ -28,6 +29,12 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         return module is None or not any(mark.name in ("slow", "full") for mark in module.own_markers)
 
     items.sort(key=is_quick)
+
+
+def pytest_configure() -> None:
+    """Let programs that tests start end on SIGINT also if the tests run in the background, where it is ignored."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_collection_finish() -> None:
