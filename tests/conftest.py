@@ -38,8 +38,8 @@ def pytest_configure() -> None:
 
 
 def pytest_collection_finish() -> None:
-    """Leave what has been imported and collected out of the garbage collector: a tenth of the time went into it."""
-    gc.freeze()
+    """Collect garbage less often: a tenth of the time went into looking through what is imported and collected."""
+    gc.set_threshold(100_000, 20, 100)
 
 
 @pytest.fixture(scope="session", autouse=True)
