@@ -54,7 +54,7 @@ demo: $(PLAIN)
 # At the same time, for none uses both cores all the while; the tests begin when the kernels are compiled.
 test: $(STAMP)
 	$(MAKE) lint
-	$(MAKE) -j3 unit docs types check-generated web
+	$(MAKE) -j4 unit docs types check-generated web
 
 # At the same time, for the full tests mostly wait for processes and browsers.
 test-all: $(STAMP) $(LOWEST)/.installed $(LIGHT)/.installed
