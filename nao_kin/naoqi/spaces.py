@@ -19,18 +19,16 @@ from typing import SupportsIndex, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_batch, as_floats, choice, first_index, join_poses, rigid_inverse
+from nao_kin._core.arrays import Floats, as_batch, as_floats, choice, join_poses, rigid_inverse
 from nao_kin._core.text import quoted
-from nao_kin.errors import BadArgument, NotARotation, UnknownName, at_index
+from nao_kin.errors import BadArgument, UnknownName
 from nao_kin.naoqi.names import CHAINS
-from nao_kin.robot import RobotModel, check_robot
-from nao_kin.rotations import check_rotation, matrix_from_rpy, nearest_rotation, rpy_from_matrix
+from nao_kin.robot import RobotModel, check_robot, refuse_not_rotation, refuse_other_last_row
+from nao_kin.rotations import matrix_from_rpy, nearest_rotation, rpy_from_matrix
 from nao_kin.world import feet_frame
 
 # --- Poses as NAOqi writes them: Position6D, six numbers, and transforms, sixteen numbers row by row.
 
-# The largest distance of the last row from (0, 0, 0, 1) that counts as rounding.
-_RIGID = 1e-6
 # The tolerance for rotations typed with a few digits, or sent by NAOqi in single precision.
 _TYPED = 1e-3
 
@@ -119,16 +117,8 @@ def pose_from_list(transform: ArrayLike) -> Floats:
 
 def _rigid(T: Floats, what: str, *tolerance: float) -> Floats:
     """Return the poses after checking that they are rigid; `tolerance` is that of `check_rotation`."""
-    wrong = np.abs(T[..., 3, :] - np.array([0.0, 0.0, 0.0, 1.0])).sum(axis=-1) > _RIGID
-    if wrong.any():
-        index = first_index(wrong)
-        row = ", ".join(f"{value:.6g}" for value in T[index][3])
-        raise BadArgument(f"{what}{at_index(index)} is not a rigid transform: its last row is {row}, not 0, 0, 0, 1")
-    try:
-        check_rotation(T[..., :3, :3], *tolerance)
-    except NotARotation as error:
-        error.args = (f"{what}: {error}",)
-        raise
+    refuse_other_last_row(T, what)
+    refuse_not_rotation(T[..., :3, :3], what, *tolerance)
     return T
 
 

@@ -60,6 +60,7 @@ from nao_kin.robot.offsets import (
     read_offsets as read_offsets,
     refuse_not_rigid as refuse_not_rigid,
     refuse_not_rotation as refuse_not_rotation,
+    refuse_other_last_row as refuse_other_last_row,
     rigid_poses as rigid_poses,
     write_offsets as write_offsets,
 )
