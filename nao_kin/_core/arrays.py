@@ -119,10 +119,7 @@ def largest(v: Floats) -> Floats:
 
 
 def unit(v: Floats, what: str) -> tuple[Floats, Floats]:
-    """Return v/‖v‖ and ‖v‖; zero raises `ZeroNorm`.
-
-    Both are accurate even for the smallest floats; a length above the largest float is infinite.
-    """
+    """Return v/‖v‖ and ‖v‖, accurate even for the smallest floats; zero raises `ZeroNorm`."""
     _, exponent = np.frexp(largest(v))
     # A power of two scales the vector to a length near 1 without rounding, so that no square underflows. 2^1023 is
     # the largest power of two in float64, and large enough for the smallest floats.
@@ -193,10 +190,7 @@ _DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 
 
 def decimal(text: str) -> float:
-    """Return the number that `text` writes in decimal digits; raise ValueError for any other text, even "nan".
-
-    Python's `float` also accepts 1_0 for 10 and digits of any script, which are probably errors.
-    """
+    """Return the number that `text` writes in ASCII decimal digits; `float` would also accept "nan" and "1_0"."""
     stripped = text.strip()
     if not _DECIMAL.fullmatch(stripped):
         raise ValueError(f"not a decimal number: {quoted(text)}")
@@ -258,10 +252,7 @@ _LAST_ROW = (0.0, 0.0, 0.0, 1.0)
 
 
 def split_poses(T: ArrayLike, what: str) -> tuple[Floats, Floats]:
-    """Return the matrices R, shape (..., 3, 3), and the translations t, shape (..., 3), of poses, shape (..., 4, 4).
-
-    Checks the last row (0, 0, 0, 1), but not that R is a rotation: `nao_kin.rotations` checks that.
-    """
+    """Return R (..., 3, 3) and t (..., 3) of poses (..., 4, 4); check the last row, but not that R is a rotation."""
     poses = as_batch(T, (4, 4), what)
     bad = (poses[..., 3, :] != _LAST_ROW).any(axis=-1)
     if bad.any():

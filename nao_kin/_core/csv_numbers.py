@@ -45,34 +45,18 @@ def delimiter_of(header: str) -> str:
 
 @dataclass(frozen=True)
 class CsvHead:
-    """The beginning of a CSV file.
-
-    Attributes:
-        fields: the headings.
-        line: the line on which the headings end.
-        delimiter: the delimiter of fields.
-        mark: the decimal mark, "." or ",".
-        lines: number of lines before the first row.
-        size: number of bytes before the first row.
-    """
+    """The beginning of a CSV file."""
 
     fields: tuple[str, ...]
-    line: int
+    line: int  # where the headings end
     delimiter: str
-    mark: str
-    lines: int
-    size: int
+    mark: str  # the decimal mark
+    lines: int  # before the first row
+    size: int  # bytes before the first row
 
 
 def csv_head(name: str, block: bytes, expected: str, *, at_end: bool = True) -> CsvHead:
-    """Return the head of a table: its headings follow comment lines, or are the last comment line if numbers follow it.
-
-    Args:
-        name: the file, for messages.
-        block: the beginning of the file, without a byte order mark.
-        expected: the expected content, for the message about an empty file.
-        at_end: whether `block` is the whole file.
-    """
+    """Return the head of a table: headings follow comment lines, or are the last comment line before numbers."""
     lines = block.splitlines(keepends=True)
     above, comment, comment_line = 0, "", 0
     for number, content in enumerate(lines, start=1):
@@ -101,10 +85,7 @@ def csv_head(name: str, block: bytes, expected: str, *, at_end: bool = True) -> 
 
 
 def quick_numbers(block: bytes, table: TableColumns) -> Floats | None:
-    """Return the numbers of a block of whole lines, shape (n, places), by pyarrow; None if the csv module must read it.
-
-    Blank lines are not rows. A block with quotes needs the csv module.
-    """
+    """Return the numbers of whole lines (n, places) by pyarrow; None if the csv module must read them (quotes)."""
     if b'"' in block:
         return None
     import pyarrow as pa
@@ -137,12 +118,9 @@ def quick_numbers(block: bytes, table: TableColumns) -> Floats | None:
 class Records:
     """The records in a block of whole lines, without blank lines, as the csv module reads them in strict mode.
 
-    Iteration yields three values for each record: the number of its last line, from 1; its fields; and the error in its
-    quoting, or "". A malformed record counts as one line, so that an open quote does not swallow the rest of the file.
-
-    Attributes:
-        block: whole lines.
-        consumed: bytes up to the end of the last record; less than the block if that record continues after it.
+    Yields the number of a record's last line, from 1, its fields, and the error in its quoting, or "". A malformed
+    record counts as one line, so that an open quote does not swallow the rest of the file. `consumed` is the number of
+    bytes up to the end of the last complete record.
     """
 
     def __init__(self, block: bytes, delimiter: str, *, at_end: bool = True) -> None:
@@ -170,10 +148,7 @@ class Records:
 
 
 def plain_floats(fields: Sequence[str]) -> list[float] | None:
-    """Return the numbers of a record, or None if any of them is not finite.
-
-    The text must be ASCII without underscores, because Python's `float` accepts more than decimal digits.
-    """
+    """Return the numbers of a record of ASCII text without underscores, or None if any of them is not finite."""
     try:
         numbers = list(map(float, fields))
     except ValueError:
@@ -183,31 +158,18 @@ def plain_floats(fields: Sequence[str]) -> list[float] | None:
 
 @dataclass(frozen=True)
 class TableColumns:
-    """The columns to read from a table of joint values, and their meaning.
-
-    Attributes:
-        names: the joint of each column.
-        units: the unit of each column: "rad", "deg", "m", "1" or "%".
-        places: the index of each column in the file, from 0; the column of times, if there is one, is the last.
-        timed: whether the last place is the column of times.
-        time_unit: the unit of times; None if the file does not state it.
-        all: number of columns in the file.
-        iso_times: the reader of ISO 8601 times; None if the times are numbers.
-        blanks: whether empty cells are NaN rather than errors.
-        delimiter: the delimiter of fields in a CSV file.
-        mark: the decimal mark in a CSV file, "." or ",".
-    """
+    """The columns to read from a table of joint values, and their meaning."""
 
     names: tuple[str, ...]
-    units: tuple[str, ...]
-    places: tuple[int, ...]
-    timed: bool = False
-    time_unit: str | None = None
-    all: int = 0
-    iso_times: IsoTimes | None = None
-    blanks: bool = False
+    units: tuple[str, ...]  # "rad", "deg", "m", "1" or "%"
+    places: tuple[int, ...]  # index of each column in the file; that of the times, if any, is the last
+    timed: bool = False  # whether the last place is the column of times
+    time_unit: str | None = None  # None if the file does not state it
+    all: int = 0  # number of columns in the file
+    iso_times: IsoTimes | None = None  # None if the times are numbers
+    blanks: bool = False  # whether empty cells are NaN rather than errors
     delimiter: str = ","
-    mark: str = "."
+    mark: str = "."  # the decimal mark
 
     @classmethod
     def of(
@@ -221,13 +183,8 @@ class TableColumns:
     ) -> tuple[TableColumns, list[int]]:
         """Return the columns to read from a table, and the indices of all columns of times.
 
-        Args:
-            headings: the headings of all columns; None for a column to skip.
-            joints: names of joints, which take precedence over names of times.
-            units_of: returns the units that a column may have, the default first, or nothing if the column is to be
-                skipped; takes the heading, the name in it, and the index of the column.
-            error: makes the exception for a reason and an index.
-            degrees: whether angles are in degrees where the heading has no unit.
+        `headings` has None for a column to skip. `joints` take precedence over names of times. `units_of(heading, name,
+        index)` returns the units that a column may have, the default first, or nothing to skip it.
         """
         found: dict[str, tuple[str, int]] = {}
         times: dict[int, str | None] = {}
@@ -331,14 +288,7 @@ def _finite(field: str, mark: str) -> float:
 def read_csv(
     name: str, data: bytes, understood: Callable[[CsvHead], TableColumns], expected: str
 ) -> tuple[TableColumns, Floats, Sequence[int]]:
-    """Return the columns, the numbers (n, places), and the line of each row of a table.
-
-    Args:
-        name: the file, for messages.
-        data: the content of the file, without a byte order mark.
-        understood: returns the columns to read, given the head.
-        expected: the expected content, for the message about an empty file.
-    """
+    """Return the columns, the numbers (n, places), and the line of each row of a table; `understood` reads its head."""
     head = csv_head(name, data, expected)
     body = data[head.size :]
     table = understood(head).of_csv(head, body)
@@ -394,8 +344,7 @@ def has_pyarrow() -> bool:
 def float_texts(values: NDArray[Any]) -> Any:
     """Return `str` of numbers (n,), float64 or float32, as a pyarrow array; needs pyarrow.
 
-    pyarrow also writes the fewest digits that identify the number, but formats whole, large and small numbers
-    differently; Python writes those.
+    pyarrow also writes the fewest digits, but formats whole, large and small numbers differently; Python writes those.
     """
     import pyarrow as pa
     from pyarrow import compute

@@ -14,22 +14,13 @@ ALL = "all"
 
 @dataclass(frozen=True)
 class Extra:
-    """One extra: `pip install 'nao-kin[name]'`.
-
-    Attributes:
-        name: its name for pip.
-        packages: its distributions, as in pyproject.toml; messages name the first.
-        brings: the features that it adds.
-        without: the features that work without it.
-        imported: the modules to import, an empty tuple if the packages contain only data; None if the modules have the
-            names of the packages.
-    """
+    """One extra: `pip install 'nao-kin[name]'`."""
 
     name: str
-    packages: tuple[str, ...]
-    brings: str
-    without: str
-    imported: tuple[str, ...] | None = None
+    packages: tuple[str, ...]  # its distributions, as in pyproject.toml; messages name the first
+    brings: str  # the features that it adds
+    without: str  # the features that work without it
+    imported: tuple[str, ...] | None = None  # modules to import; () for data alone, None for the packages' names
 
     @property
     def modules(self) -> tuple[str, ...]:

@@ -34,17 +34,11 @@ _COPIED_AT_ONCE = 1 << 20
 
 @dataclass(frozen=True)
 class _Target:
-    """The file, device or pipe to which a path leads.
+    """The file, device or pipe to which a path leads."""
 
-    Attributes:
-        path: the path, without symbolic links.
-        state: the state of the existing file, or None.
-        descriptor: the descriptor of this process that the path names, if any.
-    """
-
-    path: Path
-    state: os.stat_result | None
-    descriptor: int | None = None
+    path: Path  # without symbolic links
+    state: os.stat_result | None  # None if it does not exist
+    descriptor: int | None = None  # the descriptor of this process that the path names
 
     @property
     def replaceable(self) -> bool:
@@ -89,10 +83,7 @@ def write_text(path: Path | str, text: str) -> None:
 
 
 def write_bytes(path: Path | str, content: bytes) -> None:
-    """Write `content` to `path`: to a file by renaming a temporary file in the same folder, else directly.
-
-    Raises `BadArgument` for a folder, a read-only file, or a folder that does not exist or is not writable.
-    """
+    """Write `content` to `path`: to a file by renaming a temporary file in the same folder, else directly."""
     with errors_naming(path):
         target = _target_of(path)
         if not (target.replaceable and _replace(target, content)):
@@ -101,10 +92,7 @@ def write_bytes(path: Path | str, content: bytes) -> None:
 
 
 def move_into_place(finished: Path, path: Path | str) -> None:
-    """Rename a finished file to the target of `path`, or copy its content to a device or a pipe.
-
-    `finished` must be in the file system of `replaced_file(path)`. It still exists after an error.
-    """
+    """Rename a finished file to the target of `path`, in the same file system, or copy it to a device or a pipe."""
     with errors_naming(path):
         target = _target_of(path)
         if target.replaceable and (target.state is None or _copy_owner_and_mode(finished, target.state)):
@@ -235,13 +223,7 @@ def write_folder(path: Path | str, files: Mapping[str, bytes], *, overwrite: boo
     """Make `path` a folder with these files and no others; return the files, in the given order.
 
     The files are written to a temporary folder first. A new folder is made from it by one rename; an existing one keeps
-    its mode, and the files are renamed into it. Existing files are replaced only with `overwrite`, and only if there
-    are no files of other names.
-
-    Args:
-        path: the folder; its parent must exist.
-        files: name relative to the folder, with "/" between folders → content.
-        overwrite: replace the files of an existing folder.
+    its mode, and the files are renamed into it, only with `overwrite` and if it has no files of other names.
     """
     with errors_naming(path):
         target = _folder_target(path, overwrite)
@@ -335,14 +317,7 @@ def write_document(
 ) -> tuple[Path, ...]:
     """Write a document, and the extra files in its folder that it names; return their paths.
 
-    All of them are written to a temporary folder first and renamed, the document last. Existing extra files with the
-    same content stay as they are.
-
-    Args:
-        path: the document.
-        content: its content.
-        extras: name relative to the document's folder, with "/" between folders → content.
-        overwrite: replace existing files.
+    All are written to a temporary folder first and renamed, the document last. Extra files that have not changed stay.
     """
     extras = extras or {}
     check_replaceable(path, overwrite=overwrite)
@@ -437,10 +412,7 @@ def read_bytes(name: str, *, unpack: bool = True) -> bytes:
 
 
 def read_text(name: str, advice: str = "") -> str:
-    """Return the text of a file, unpacked if its name ends in .gz, or of standard input for "-".
-
-    A byte order mark is left out. `advice` ends the message for a file that is not UTF-8 text.
-    """
+    """Return the text of a file (unpacked if named .gz) or of standard input for "-", without a byte order mark."""
     try:
         return read_bytes(name).decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeDecodeError as error:

@@ -86,15 +86,10 @@ def time_unit_of(times: Floats) -> str:
 
 @dataclass(frozen=True)
 class IsoTimes:
-    """ISO 8601 times, such as 2026-03-01T12:00:00.5Z, as seconds from the first one.
+    """ISO 8601 times, such as 2026-03-01T12:00:00.5Z, as seconds from the first one."""
 
-    Attributes:
-        start: the first time, in nanoseconds since 1970; in UTC if it has a time zone.
-        zoned: whether all times have a time zone: Z or an offset from UTC.
-    """
-
-    start: int
-    zoned: bool
+    start: int  # the first time, in nanoseconds since 1970; in UTC if it has a time zone
+    zoned: bool  # whether all times have a time zone: Z or an offset from UTC
 
     @classmethod
     def of(cls, texts: Iterable[str]) -> IsoTimes | None:
@@ -108,11 +103,7 @@ class IsoTimes:
         return None
 
     def seconds(self, text: str) -> float:
-        """Return a time in seconds since the first time.
-
-        Raises ValueError for an invalid time, or if only one of this time and the first has a time zone. Callers put
-        the name of the column before its message.
-        """
+        """Return a time in seconds since the first; ValueError if invalid, or if only one has a time zone."""
         found = _iso_time(text)
         shown = quoted(text.strip(), MAX_SHOWN)
         if found is None:

@@ -74,10 +74,7 @@ ARRAYS = Functions(np.sqrt, np.sin, np.cos, np.tan, np.log, np.arctan2, np.maxim
 
 
 def evaluate(kernel: Kernel, inputs: Sequence[Floats], *tails: tuple[int, ...]) -> list[Floats]:
-    """Return the results of `kernel` for every row of `inputs`, arrays (*batch, m_i) of one batch shape.
-
-    The results fill, in order, one new array of shape (*batch, *tail) for each of `tails`.
-    """
+    """Return the results of `kernel` for `inputs` (*batch, m_i): one array (*batch, *tail) for each of `tails`."""
     batch = inputs[0].shape[:-1]
     rows = [values.reshape(-1, values.shape[-1]) for values in inputs]
     count = len(rows[0])
@@ -110,10 +107,7 @@ def rescaled(vectors: Floats, what: str) -> Floats:
 
 
 def keep_the_heap() -> None:
-    """Keep glibc from returning the temporaries of each chunk to the system and requesting them again.
-
-    Freeing one large block raises glibc's limits permanently: kernels run up to twice as fast.
-    """
+    """Free one large block, so that glibc keeps later temporaries: kernels run up to twice as fast."""
     np.empty(1 << 20)
 
 
@@ -157,8 +151,7 @@ def jacobian_derivatives(f: Functions, square: Number) -> Numbers:
 def inverse_coefficients(f: Functions, square: Number) -> Numbers:
     """The kernel from φ² to D of J(v)⁻¹ = 1 − ½ [v×] + D [v×]², to (dD/dφ)/φ, and to a measure of regularity.
 
-    The measure is 1 up to half a turn, and sin(φ/2)/(φ/2) beyond it. Where its magnitude is `WHOLE_TURN` or less, D is
-    undefined.
+    The measure is 1 up to half a turn, and sin(φ/2)/(φ/2) beyond it. Where it is `WHOLE_TURN` or less, D is undefined.
     """
 
     def near(x: Number) -> Numbers:

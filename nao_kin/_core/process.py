@@ -30,8 +30,7 @@ _ending: list[int] = []
 def end_on_signals() -> None:
     """From now on, clean up and exit with code 128 + n when signal n arrives: INT (2), TERM (15) or HUP (1).
 
-    An ignored signal, as under nohup and in background jobs of shells, remains ignored. A second signal while the first
-    is handled has no effect. Call this function in the main thread.
+    An ignored signal, as under nohup and in background jobs of shells, remains ignored. Call this in the main thread.
     """
     for name in _SIGNALS:
         number = getattr(signal, name, None)
@@ -50,10 +49,7 @@ def before_ending(action: Callable[[], object]) -> ExitStack:
 
 @contextmanager
 def uninterrupted() -> Iterator[Callable[[], bool]]:
-    """Delay signals until the end of a few quick steps, such as starting a process and registering it.
-
-    Longer steps poll the function that the context yields: it returns whether a signal is waiting.
-    """
+    """Delay signals during a few quick steps; the yielded function, for longer steps, tells whether one is waiting."""
     key = object()
     _uninterrupted.add(key)
     try:
@@ -65,11 +61,8 @@ def uninterrupted() -> Iterator[Callable[[], bool]]:
 
 
 def wait_for_signal() -> NoReturn:
-    """Wait until a signal ends the program.
-
-    A signal that another thread receives, or that arrives just before a wait begins, does not end that wait. So the
-    function waits in a loop of short waits.
-    """
+    """Wait until a signal ends the program."""
+    # One long wait would miss a signal that arrives just before it or in another thread.
     while True:
         time.sleep(_LOOK_SECONDS)
 

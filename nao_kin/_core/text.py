@@ -53,10 +53,7 @@ def _html_row(tag: str, cells: Iterable[str]) -> str:
 
 
 def fresh_name(name: str, taken: Container[str], *endings: str) -> str:
-    """Return the name with the first ending that makes it a name not taken, or else with a numbered last ending.
-
-    Without endings, return the name itself if it is not taken, otherwise with the first free number from 2 on.
-    """
+    """Return the name with the first ending that makes it free, else with the last one numbered from 2 on."""
     return next(name + ending for ending in _endless(endings or ("",)) if name + ending not in taken)
 
 

@@ -18,10 +18,7 @@ _PACKAGE = __name__.partition(".")[0]
 
 
 class _Message(str):
-    """A message that equals every other message on the same subject.
-
-    Python shows a warning once for each text and line; texts that differ only by a number should count as the same.
-    """
+    """A message that equals all others on its subject: Python shows a warning once for each text and line."""
 
     subject: str
 
@@ -33,10 +30,7 @@ class _Message(str):
 
 
 def warn_caller(message: str, category: type[NaoKinWarning], subject: str = "") -> None:
-    """Warn at the innermost line outside this package; by default Python shows the warning once for each such line.
-
-    Messages of one `subject` count as one, whatever their numbers; by default each message is its own subject.
-    """
+    """Warn at the innermost line outside this package; messages of one `subject` count as the same warning."""
     level, frame = 1, sys._getframe(1)
     while frame.f_back is not None and str(frame.f_globals.get("__name__")).partition(".")[0] == _PACKAGE:
         level, frame = level + 1, frame.f_back
@@ -49,13 +43,7 @@ def warn_caller(message: str, category: type[NaoKinWarning], subject: str = "") 
 
 
 def need_extra(purpose: str, name: str, *modules: str) -> None:
-    """Raise `MissingExtra` if an extra is not installed or does not load.
-
-    Args:
-        purpose: the feature that needs the extra, as the beginning of the message.
-        name: the name of the extra.
-        modules: the modules to import; by default all modules of the extra.
-    """
+    """Raise `MissingExtra` if an extra, or one of the given modules of it, is not installed or does not load."""
     for module in modules or EXTRAS[name].modules:
         try:
             importlib.import_module(module)
