@@ -114,8 +114,7 @@ def fingerprint(function: Callable[..., Any], name: str) -> str:
     """Return sixteen hexadecimal digits that identify a kernel, given by its Python function and its name.
 
     They depend on Python, Numba, NumPy, the processor, the syntax trees of all modules from which the function takes
-    functions and classes, directly or through other functions, and the values of the constants it uses. Comments,
-    docstrings, line numbers and the path of the files do not count. Missing sources raise an OSError.
+    functions and classes, also indirectly, and the constants it uses; not on comments, docstrings, lines and paths.
     """
     modules, constants = _dependencies(function)
     parts = [name, str(sys.implementation.cache_tag), _version("numba"), np.__version__, _processor()]
@@ -257,19 +256,10 @@ class KernelState:
 
 
 class CachedKernel:
-    """A function that is compiled, or read from the cache, when it is first needed.
+    """A function that is compiled, or read from the cache, when it is first needed; without Numba it runs as Python.
 
-    Attributes:
-        entry_point: the compiled function in memory, without Numba's check of its arguments, which takes longer than a
-            closed form; None until it is in memory.
-        python_seconds: time for which `first_rows` has run the kernel as Python in this process [s].
-
-    Args:
-        function: a Python function that Numba can compile; it runs as Python without Numba or with NUMBA_DISABLE_JIT.
-        what: description of the kernel for the line on standard error.
-        name: its name, and the name of the file that marks it as cached.
-        signature: returns the types of its arguments; None to take them from its annotations with `numba_type`.
-        seconds: approximate time to compile it [s].
+    `what` describes it on standard error, `name` also names the file that marks it as cached, `signature` returns the
+    types of its arguments (None for those of its annotations), and `seconds` is the approximate time to compile it [s].
     """
 
     def __init__(
@@ -324,10 +314,7 @@ class CachedKernel:
         return KernelState(self.name, seconds, not found, self.folder if self._is_cached() else None)
 
     def seconds_until_better(self) -> float:
-        """Return how long to continue as Python before waiting for the kernel [s].
-
-        The time already spent counts, so that many short calls also lead to compilation.
-        """
+        """Return how long to continue as Python before waiting for the kernel [s]; the time already spent counts."""
         if self._is_cached():
             return (_READ_SECONDS if "numba" in sys.modules else _IMPORT_SECONDS) - self.python_seconds
         return self._seconds - self.python_seconds
@@ -419,10 +406,7 @@ class CachedKernel:
                 self._remove_unused(folder)
 
     def _remove_unused(self, folder: Path) -> None:
-        """Remove folders of this kernel with other fingerprints that have not been used for long.
-
-        A process that is reading from such a folder finds files missing, and compiles the kernel.
-        """
+        """Remove folders of this kernel with other fingerprints that have not been used for long."""
         with suppress(OSError):
             for former in set(folder.parent.iterdir()) - {folder}:
                 marker = former / self.name
@@ -430,6 +414,7 @@ class CachedKernel:
                     if time.time() - marker.stat().st_mtime > _UNUSED_SECONDS:
                         with _lock_file(former) as lock:
                             fcntl.lockf(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                            # A process that is reading here finds files missing, and compiles the kernel.
                             marker.unlink()
                             shutil.rmtree(former)
                             former.with_suffix(".lock").unlink()
@@ -454,12 +439,8 @@ def first_rows(
 ) -> int:
     """Run the first rows as Python as long as this is faster than waiting for the kernels; return their number.
 
-    Args:
-        kernels: the kernels that the rows need.
-        run: computes the rows of a slice with `CachedKernel.uncompiled`.
-        count: number of rows.
-        at_once: number of rows in one slice.
-        each: an upper bound for the time of a row as Python [s]; measured times replace it.
+    `run` computes a slice of `at_once` rows with `CachedKernel.uncompiled`; `each` is an upper bound for the time of a
+    row as Python [s], which measured times replace.
     """
     lacking = [kernel for kernel in kernels if not kernel.in_memory]
     if not lacking or not may_compile():
@@ -544,10 +525,8 @@ def cache_folder() -> Path | None:
 
 @contextmanager
 def _lock_file(folder: Path) -> Iterator[int]:
-    """Open the file that is locked while a kernel is compiled, next to its folder, and yield the descriptor.
-
-    POSIX locks end with their process, and a forked process does not inherit them.
-    """
+    """Open the file that is locked while a kernel is compiled, next to its folder, and yield the descriptor."""
+    # POSIX locks end with their process, and a forked process does not inherit them.
     descriptor = os.open(folder.with_suffix(".lock"), os.O_RDWR | os.O_CREAT, 0o600)
     try:
         yield descriptor
@@ -573,8 +552,8 @@ def _compile_lock(folder: Path, waiting: str) -> Iterator[None]:
 def _numba_cache(function: Callable[..., Any], folder: Path) -> Any:
     """Return Numba's cache of a function, in a folder whose name identifies the source.
 
-    Numba's own choice depends on the bytes and line numbers of the function's file and ignores the functions that it
-    calls; and it does not read from a read-only folder.
+    Numba's own choice depends on the bytes and lines of the function's file, and ignores the functions that it calls;
+    and it does not read from a read-only folder.
     """
     from numba.core import caching
 

@@ -12,23 +12,13 @@ from nao_kin._kernels.cache import IntRow, Row, both_ways
 
 
 class Chain(NamedTuple):
-    """The joints between the base and each of several frames, one frame after another, as arrays.
+    """The joints between the base and each of several frames, one frame after another, as arrays."""
 
-    Attributes:
-        joints: number of joints on the path to each frame.
-        links: the constant placements before, between and after the joints of each frame, twelve numbers each, 3×4 by
-            rows; a frame has one more placement than joints.
-        slides: 1 for a prismatic joint, 0 for a revolute one.
-        place: index of the coordinate that moves a joint; −1 if none does.
-        ratio: value of a joint = ratio · coordinate + offset [rad or m].
-        offset: offset of each joint [rad or m].
-    """
-
-    joints: IntRow
-    links: Row
-    slides: Row
-    place: IntRow
-    ratio: Row
+    joints: IntRow  # number of joints on the path to each frame
+    links: Row  # placements before, between and after the joints of each frame: 3×4 by rows, joints + 1 of them
+    slides: Row  # 1 for a prismatic joint, 0 for a revolute one
+    place: IntRow  # index of the coordinate that moves a joint; −1 if none does
+    ratio: Row  # value of a joint = ratio · coordinate + offset [rad or m]
     offset: Row
 
 
@@ -56,10 +46,9 @@ def chain_of(chains: Sequence[Any], names: Sequence[str]) -> Chain:
 
 @both_ways
 def to_frame(chain: Chain, values: Any, frame: int, first: int, out: Any) -> None:
-    """Write the pose of a frame at joint values, and the axes and origins of its joints, to `out`.
+    """Write the pose of a frame, and the axes and origins of its joints from the index `first` on, to `out`.
 
-    `first` is the index of the frame's first joint. `out` is a `FramePose` or another named tuple with its fields;
-    passing the fields one by one slows the search for joint values by 7 %.
+    `out` is a `FramePose` or another named tuple with its fields: passing these one by one slows the search by 7 %.
     """
     T, axes, origins = out.T, out.axes, out.origins
     last = first + chain.joints[frame]

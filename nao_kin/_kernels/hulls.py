@@ -29,23 +29,14 @@ _CORNERS, _FACES = 128, 512
 
 
 class HullTable(NamedTuple):
-    """The hulls of a robot.
+    """The hulls of a robot, s of them."""
 
-    Attributes:
-        link: the link of each hull, shape (s,).
-        first: index in `points` of the first vertex of each hull, then the number of points, shape (s + 1,).
-        points: vertices in the frames of their links, shape (p, 3) [m].
-        radius: radius by which each hull is grown, shape (s,) [m].
-        ends: both ends of the segment of a capsule that contains the hull, in the link's frame, shape (s, 6) [m].
-        width: radius of that capsule, shape (s,) [m].
-    """
-
-    link: Ints1
-    first: Ints1
-    points: Floats2
-    radius: Floats1
-    ends: Floats2
-    width: Floats1
+    link: Ints1  # the link of each hull
+    first: Ints1  # index in `points` of the first vertex of each hull, then the number of points, shape (s + 1,)
+    points: Floats2  # vertices in the frames of their links, shape (p, 3) [m]
+    radius: Floats1  # by which each hull is grown [m]
+    ends: Floats2  # ends of the segment of a capsule that contains the hull, in its link, shape (s, 6) [m]
+    width: Floats1  # radius of that capsule [m]
 
 
 @both_ways
@@ -93,8 +84,9 @@ def _clipped(x: Any) -> Any:
 def segments_squared(r: Components, u: Components, v: Components) -> Any:
     """Return the squared distance of two segments, the least |r + s u − t v|² for s and t in [−1, 1].
 
-    r goes from the second segment's centre to the first's; u and v go from the centres to an end. A segment may be a
-    point, and the two may be parallel. Takes numbers or arrays. Source: Ericson, Real-Time Collision Detection, 5.1.9.
+    r goes from the second centre to the first; u and v go from the centres to an end. Segments may be points, or
+    parallel.
+    Source: Ericson, Real-Time Collision Detection, 5.1.9.
     """
     a, e, b, c, f = _dot(u, u), _dot(v, v), _dot(u, v), _dot(u, r), _dot(v, r)
     s = _clipped((b * f - c * e) / np.maximum(a * e - b * b, 1e-40))
@@ -163,7 +155,7 @@ def _of_triangle(W: Any, i: int, j: int, k: int) -> Any:
 def _nearest(W: Any, count: int) -> Any:
     """Return the point of a simplex of 2 to 4 corners nearest to the origin, and the number of corners that span it.
 
-    Moves these corners to the first rows of W; the number is 4 if the origin is inside.
+    These corners are moved to the first rows of W; the number is 4 if the origin is inside.
     """
     if count == 2:
         v, corners = _of_segment(W, 0, 1)
@@ -286,13 +278,10 @@ def _add_face(V: Any, i: int, j: int, k: int, face: int, F: Any, N: Any) -> None
 
 @both_ways
 def _open_up(nearest: int, w: Components, faces: int, F: Any, N: Any, E: Any) -> int:
-    """Mark with 2 the nearest face and the faces around it that w sees; write the edges around all these faces.
-
-    Returns the number of edges. Faces are marked one at a time, each next to a marked one, so that the marked faces are
-    connected although rounding errors blur which faces w sees.
-    """
+    """Mark with 2 the nearest face and the faces around it that w sees; return the number of edges around all these."""
     for face in range(faces):
         F[face, 3] = _dot(_row(N, face), w) > N[face, 3] + _ROUNDING or N[face, 3] == np.inf
+    # Each face is next to a marked one: all are connected, although rounding blurs which faces w sees.
     edges, going = 0, nearest
     while going >= 0:
         F[going, 3] = 2
@@ -329,7 +318,7 @@ def _depth(points: Any, one: Any, other: Any, R: Any, t: Components, least: floa
     """Return the length of the least translation that separates two overlapping hulls.
 
     If it is less than `least`, return any number up to `least`. A polytope inside the difference of the hulls grows at
-    the face that is nearest to the origin, until this face is also a face of the difference.
+    its face nearest to the origin, until this face is also a face of the difference.
     """
     V, N, F, E = work
     if not _first_corners(points, one, other, R, t, V, count):
@@ -374,10 +363,7 @@ def _depth(points: Any, one: Any, other: Any, R: Any, t: Components, least: floa
 
 
 def _clearances(poses: Floats4, hulls: HullTable, pairs: Ints2, below: float, gaps: Floats1, which: Ints1) -> None:
-    """Write the smallest distance of pairs (m, 2) of hulls at poses (n, links, 4, 4), and which pair has it.
-
-    If no distance is below `below`, write `below` and −1.
-    """
+    """Write the smallest distance of pairs (m, 2) of hulls at each of the poses and its pair, or `below` and −1."""
     count = len(hulls.link)
     centre, half = np.empty((count, 3)), np.empty((count, 3))
     least, R = np.empty(len(pairs)), np.empty((3, 3))

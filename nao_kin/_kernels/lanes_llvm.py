@@ -165,12 +165,10 @@ def _transposed(builder: Any, vectors: Sequence[Any]) -> list[Any]:
 
 
 def _fours(builder: Any, vectors: Sequence[Any]) -> list[tuple[int, Any]]:
-    """Return, for each lane of four vectors, the lane's number and a vector of its four entries.
-
-    Pairs are joined within 128 bits, which costs least, and then pairs of pairs: eight shuffles.
-    """
+    """Return each lane of four vectors, as its number and a vector of its four entries, with eight shuffles."""
     a, b, c, d = vectors
     count = a.type.count
+    # Joining pairs within 128 bits costs least; then pairs of pairs.
     pieces = []
     for odd in (0, 1):
         lanes = [k + odd for k in range(0, count, 2)]

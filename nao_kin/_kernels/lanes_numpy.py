@@ -91,10 +91,7 @@ def largest(k: Lanes) -> int:
 
 
 def read_columns(rows: Array, at: int, stride: int, m: Array, to: int, width: int) -> None:
-    """Write a square block of `rows`, whose rows are `stride` apart, as columns of `m`, which are `width` apart.
-
-    The rows may be in double precision if `m` is in single.
-    """
+    """Write a square block of `rows`, `stride` apart, as columns of `m`, `width` apart, in the precision of `m`."""
     n = lane_count(m)
     for i in range(n):
         for k in range(n):

@@ -387,14 +387,9 @@ _FARTHEST_DOUBLE, _FARTHEST_SINGLE = FARTHEST[8], FARTHEST[4]
 def run(q: Array, v: Array, a: Array, tables: Tables, m: Array, out: Array, far: int) -> int:
     """Run a program on all configurations; return the bits of the largest magnitude of the inputs.
 
-    Args:
-        q: configurations, one after another.
-        v: velocities; empty if the program uses none.
-        a: accelerations; empty if the program uses none.
-        tables: the program.
-        m: scratch memory, a tile for each row, with the constant registers filled.
-        out: the results, one after another.
-        far: bits of the magnitude above which an angle may be too large for the polynomials.
+    q, v and a have one configuration after another, v and a are empty if not used; `m` is scratch memory, a tile for
+    each row, with the constant registers filled; above the magnitude with the bits `far`, angles are too large for
+    polynomials.
     """
     n = lane_count(m)
     width = VECTORS * n

@@ -32,25 +32,15 @@ FARTHEST = {8: 1e5, 4: 500.0}
 
 
 class Tables(NamedTuple):
-    """A program in the kernel's form; "row" means a row of scratch memory.
+    """A program in the kernel's form; "row" means a row of scratch memory."""
 
-    Attributes:
-        widths: numbers in each configuration, velocity and acceleration; zero for an input that is not read.
-        inputs: row of the first number of each of these three inputs.
-        angles: for each angle, the row of its number and that of its sine, shape (angles, 2); the cosine is next.
-        ratios: ratio and offset of each angle, shape (angles, 2): angle = ratio × number + offset.
-        operations: shape (operations, 10), see `nao_kin._kernels.operations`.
-        weights: the constants of the operations.
-        sources: row of each number of the result.
-    """
-
-    widths: Ints1
-    inputs: Ints1
-    angles: Ints2
-    ratios: Floats2
-    operations: Ints2
-    weights: Floats1
-    sources: Ints1
+    widths: Ints1  # numbers in each configuration, velocity and acceleration; 0 if it is not read
+    inputs: Ints1  # row of the first number of each of these three inputs
+    angles: Ints2  # rows of its number and of its sine, (angles, 2); the cosine is next
+    ratios: Floats2  # ratio and offset, (angles, 2): angle = ratio × number + offset
+    operations: Ints2  # shape (operations, 10), see `nao_kin._kernels.operations`
+    weights: Floats1  # the constants of the operations
+    sources: Ints1  # row of each number of the result
 
 
 def aligned_empty(count: int, dtype: np.dtype[Any]) -> NDArray[Any]:
@@ -100,40 +90,24 @@ class Component:
 
 @dataclass(frozen=True)
 class Operation:
-    """One operation, before registers are assigned to rows.
-
-    Attributes:
-        code: its kind.
-        results: the registers it writes.
-        operands: the registers it reads; for a sum, its start, or zero, and then its terms.
-        weights: its constants.
-        angle: index of its angle of rotation; −1 for none.
-        number: index of the input that it reads; −1 for none.
-        axis: the coordinate axis of its rotation; −1 for none.
-    """
+    """One operation, before registers are assigned to rows."""
 
     code: int
     results: tuple[Register, ...]
-    operands: tuple[Register, ...]
-    weights: tuple[float, ...] = ()
-    angle: int = -1
-    number: int = -1
-    axis: int = -1
+    operands: tuple[Register, ...]  # for a sum, its start, or zero, and then its terms
+    weights: tuple[float, ...] = ()  # its constants
+    angle: int = -1  # index of its angle of rotation; −1 for none
+    number: int = -1  # index of the input that it reads; −1 for none
+    axis: int = -1  # the coordinate axis of its rotation; −1 for none
 
 
 @dataclass(frozen=True)
 class Program:
-    """A finished program.
-
-    Attributes:
-        tables: the tables for the kernel.
-        constants: the first registers, which do not change, shape (registers, 3).
-        rows: number of rows of scratch memory.
-    """
+    """A finished program."""
 
     tables: Tables = field(repr=False)
-    constants: Floats = field(repr=False)
-    rows: int
+    constants: Floats = field(repr=False)  # the first registers, which do not change, shape (registers, 3)
+    rows: int  # number of rows of scratch memory
 
     @cached_property
     def length(self) -> int:
@@ -156,10 +130,7 @@ class Program:
 
 
 class Builder:
-    """Collects the operations of a program that reads nq coordinates, and nv velocities and accelerations.
-
-    `derivatives` is 0 for configurations alone, 1 with velocities, 2 with velocities and accelerations.
-    """
+    """Collects the operations of a program that reads q, with `derivatives` 1 also v, and with 2 also v and a."""
 
     def __init__(self, nq: int, nv: int, derivatives: int = 0) -> None:
         self._widths = nq, nv if derivatives > 0 else 0, nv if derivatives > 1 else 0
@@ -339,8 +310,8 @@ def components(register: Register) -> tuple[Component, Component, Component]:
 def _allocate(needed: Sequence[Operation], wanted: set[Register], constants: int) -> tuple[dict[Register, int], int]:
     """Return the first row of each register, and the number of registers in scratch memory.
 
-    A later register reuses the rows of a register that is no longer read, so that a tile stays in the nearest cache; an
-    operation never writes to rows that it reads.
+    Rows of registers that are no longer read are reused, so that a tile stays in the nearest cache; an operation never
+    writes to rows that it reads.
     """
     last = {register: k for k, operation in enumerate(needed) for register in operation.operands}
     place = {-1 - k: 3 * k for k in range(constants)}

@@ -65,17 +65,7 @@ _ready: dict[tuple[np.dtype[Any], np.dtype[Any]], Callable[..., int]] = {}
 
 
 def execute(program: Program, inputs: Sequence[Array], out: Array, threads: int | None = None) -> float:
-    """Run a program on configurations, velocities and accelerations; return the largest magnitude of the inputs.
-
-    Args:
-        program: the program to run.
-        inputs: arrays of one batch shape, (..., numbers), in any layout and precision.
-        out: the results, shape (n, numbers), contiguous, in the precision to compute in.
-        threads: number of threads; None for as many as the work is worth.
-
-    Returns:
-        The largest magnitude; NaN or infinity if an input has one.
-    """
+    """Run a program on inputs (..., numbers) into contiguous `out` (n, numbers); return the largest magnitude read."""
     count, dtype = len(out), out.dtype
     given = dtype
     for x in inputs:

@@ -71,21 +71,13 @@ class PosedTree:
 
 @dataclass(frozen=True)
 class BodyMotion:
-    """The motion of a body at one of its points, in the root's axes.
-
-    Attributes:
-        point: the point.
-        v: its velocity.
-        w: angular velocity of the body.
-        dv: acceleration of the point.
-        dw: angular acceleration.
-    """
+    """The motion of a body at one of its points, in the root's axes."""
 
     point: Register
-    v: Register
-    w: Register
-    dv: Register
-    dw: Register
+    v: Register  # velocity of the point
+    w: Register  # angular velocity of the body
+    dv: Register  # acceleration of the point
+    dw: Register  # angular acceleration
 
 
 class MovingTree:
@@ -179,11 +171,7 @@ class MovingTree:
 def poses_program(
     tree: JointTree, frames: Sequence[TreeFrame], reference: TreeFrame | None = None, form: str = "matrix"
 ) -> Program:
-    """Return the program of poses of frames in the root or in a reference frame, one frame after another.
-
-    The form is "matrix", "rotation", "position", "position_quaternion" or "position6d". With a reference, joints that
-    carry all of the frames are left out.
-    """
+    """Return the program of poses of frames in the root or a reference frame, in a form of `POSE_SHAPES`."""
     builder = Builder(tree.nq, tree.nv)
     if reference is None:
         posed = PosedTree(builder, tree)
@@ -227,8 +215,8 @@ def jacobian_program(tree: JointTree, frame: TreeFrame, expression: str) -> Prog
 def com_program(tree: JointTree, reference: TreeFrame | None = None) -> Program:
     """Return the program of the centre of mass in the root or in a reference frame, shape (3,).
 
-    First moments are summed from the tips to the root, and each joint rotates the moment of all bodies behind it. This
-    is a third of the work of computing the pose of every body.
+    First moments are summed from the tips to the root, and each joint rotates the moment of all bodies behind it: a
+    third of the work of computing the pose of every body.
     """
     builder = Builder(tree.nq, tree.nv)
     centre = builder.combination(_gathered(builder, tree, -1), [(_moment(builder, tree, -1), 1.0)])

@@ -15,33 +15,19 @@ ROOT = -1
 
 @dataclass(frozen=True)
 class TreeJoint:
-    """One joint.
+    """One joint; its value is ratio · q[coordinate] + offset."""
 
-    Attributes:
-        kind: "revolute", "prismatic" or "free", for a floating base.
-        parent: index of the parent joint; −1 for the root.
-        R: orientation of its frame at zero in the frame of the parent.
-        t: position of its frame at zero in the frame of the parent [m].
-        axis: unit vector of the axis.
-        coordinate: index in q, of the first of seven coordinates for a floating base.
-        velocity: index in the velocity, of the first of six for a floating base.
-        ratio: value = ratio · q[coordinate] + offset; 1 except for mimic joints.
-        offset: constant part of the value, as in `ratio`.
-        mass: mass of its body [kg].
-        moment: mass · centre of mass of its body in the joint's frame [kg m].
-    """
-
-    kind: str
-    parent: int
-    R: Floats = field(repr=False)
-    t: Floats = field(repr=False)
-    axis: tuple[float, float, float]
-    coordinate: int
-    velocity: int
-    ratio: float = 1.0
+    kind: str  # "revolute", "prismatic" or "free", for a floating base
+    parent: int  # index of the parent joint; −1 for the root
+    R: Floats = field(repr=False)  # orientation of its frame at zero in the parent's
+    t: Floats = field(repr=False)  # position of its frame at zero in the parent's [m]
+    axis: tuple[float, float, float]  # unit vector
+    coordinate: int  # index in q, of the first of seven for a floating base
+    velocity: int  # index in the velocity, of the first of six for a floating base
+    ratio: float = 1.0  # 1 except for mimic joints
     offset: float = 0.0
-    mass: float = 0.0
-    moment: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    mass: float = 0.0  # of its body [kg]
+    moment: tuple[float, float, float] = (0.0, 0.0, 0.0)  # mass · centre of mass of its body in its frame [kg m]
 
     @cached_property
     def principal(self) -> tuple[int, float]:
@@ -71,21 +57,13 @@ class TreeJoint:
 
 @dataclass(frozen=True)
 class JointTree:
-    """All joints of a robot, every parent before its children.
-
-    Attributes:
-        nq: numbers in a configuration.
-        nv: numbers in a velocity.
-        joints: the joints.
-        mass: mass of the root's body [kg].
-        moment: mass · centre of mass of the root's body [kg m].
-    """
+    """All joints of a robot, every parent before its children."""
 
     nq: int
     nv: int
     joints: tuple[TreeJoint, ...] = field(repr=False)
-    mass: float = 0.0
-    moment: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    mass: float = 0.0  # of the root's body [kg]
+    moment: tuple[float, float, float] = (0.0, 0.0, 0.0)  # mass · centre of mass of the root's body [kg m]
 
     @cached_property
     def total_mass(self) -> float:
