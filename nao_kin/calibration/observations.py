@@ -173,25 +173,15 @@ AnyObservation = Pixels | Poses | Contacts
 
 @dataclass(frozen=True)
 class Checked:
-    """A checked observation: what is predicted for values of the unknowns, and what was measured.
+    """A checked observation: what is predicted for values of the unknowns, and what was measured."""
 
-    Attributes:
-        kind: "pixels", "poses" or "contacts".
-        item: the word for one of several things seen in a posture.
-        q: configurations, shape (n, nq).
-        measure: predicted numbers over their noise at configurations; at those of a trial nothing was measured.
-        measured: the measured numbers over their noise, shape (n, items, numbers); NaN where nothing was seen.
-        poses: name and meaning of each unknown pose.
-        given: the observation as given.
-    """
-
-    kind: str
-    item: str
+    kind: str  # "pixels", "poses" or "contacts"
+    item: str  # the word for one of several things seen in a posture
     q: Floats
-    measure: Callable[..., Seen]
-    measured: Floats
-    poses: tuple[tuple[str, str], ...]
-    given: Any
+    measure: Callable[..., Seen]  # predicted numbers over their noise, at any configurations
+    measured: Floats  # over their noise, shape (n, items, numbers); NaN where nothing was seen
+    poses: tuple[tuple[str, str], ...]  # name and meaning of each unknown pose
+    given: Any  # the observation as given
 
     def at(self, state: State) -> Seen:
         """Return the residuals and their derivatives of everything that was seen, item by item."""

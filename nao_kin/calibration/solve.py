@@ -349,9 +349,9 @@ class Problem:
         return found
 
     def undetermined(self, x: Floats, free: NDArray[np.bool_]) -> tuple[list[tuple[int, list[int]]], Floats]:
-        """Return for each combination that the data do not determine the number to hold at zero and all its members.
+        """Return each undetermined combination as its number to hold at zero and its members, and the moved x.
 
-        Also returned are the unknowns moved along the combinations until these numbers are zero.
+        The unknowns x are moved along the combinations until these numbers are zero.
         """
         from scipy.linalg import qr
 

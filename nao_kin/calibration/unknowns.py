@@ -47,13 +47,7 @@ class Block:
 
 
 class Unknowns:
-    """The unknown numbers of one calibration: offsets of joints, then of frames, then poses of boards and the like.
-
-    Attributes:
-        labels: the name of each number.
-        units: the unit of each number: "rad", "m", or "1".
-        offsets: how many numbers belong to offsets; those of unknown poses follow.
-    """
+    """The unknown numbers of one calibration: offsets of joints, then of frames, then poses of boards and the like."""
 
     def __init__(
         self,
@@ -64,8 +58,8 @@ class Unknowns:
     ) -> None:
         self.robot = robot
         self.joints = _joints(robot, joints)
-        self.labels = [f"{joint} offset" for joint in self.joints]
-        self.units = [robot.unit(joint) for joint in self.joints]
+        self.labels = [f"{joint} offset" for joint in self.joints]  # the name of each number
+        self.units = [robot.unit(joint) for joint in self.joints]  # "rad", "m", or "1"
         self._columns = [robot.nv - len(robot.joint_names) + robot.joint_names.index(joint) for joint in self.joints]
         self._parents = {joint.child: joint.parent for joint in robot.tree.joints if joint.kind == "fixed"}
         choices = (
@@ -77,7 +71,7 @@ class Unknowns:
         for frame, chosen in choices:
             self._check_frame(frame)
             self.frames[frame] = self._block(f"{frame}'s mounting", _coordinates(frame, chosen))
-        self.offsets = len(self.labels)
+        self.offsets = len(self.labels)  # how many numbers belong to offsets
         self.poses = {name: self._block(name, COORDINATES) for name in poses}
 
     def _block(self, label: str, chosen: tuple[str, ...]) -> Block:
