@@ -82,11 +82,10 @@ def served(
     kinds: tuple[str, ...],
     **begin: Any,
 ) -> Iterator[dict[str, str]]:
-    """Serve a virtual NAO over qi, and in `page` if given, until the end of the context.
+    """Serve a virtual NAO over qi, and in `page`, until the end of the context; yield "endpoint" and the page's "url".
 
-    `kinds` are the changes printed on standard error: "log" for all messages and remarks, "limp" for commands to joints
-    without stiffness, "kernels" for remarks on compiled kernels. `begin` has speed, posture and behaviors. Yields the
-    addresses: "endpoint" for scripts, and "url" of the page.
+    Changes of these `kinds` are printed on standard error: "log" for all messages and remarks, "limp" for commands to
+    joints without stiffness, "kernels" for remarks on compiled kernels. `begin` has speed, posture and behaviors.
     """
     from nao_kin.naoqi import QiServer, VirtualNao
     from nao_kin.robot import load_nao
@@ -116,10 +115,7 @@ def served(
 
 
 def follow(nao: VirtualNao, viewer: Viewer, ended: threading.Event) -> None:
-    """Show the pose of the virtual NAO in the world, its lights and its speech, until `ended` is set.
-
-    `viewer` shows the same robot with a floating base.
-    """
+    """Show pose, lights and speech of the virtual NAO until `ended` is set; `viewer` has it with a floating base."""
     import numpy as np
 
     from nao_kin.naoqi import light_colours, spoken_words

@@ -36,8 +36,7 @@ _CONTRADICTIONS = (
 def option(metavar: str | None, help: str, *names: str, default: Any = None) -> Any:
     """Return an option, as the default value of a command's parameter or of a field of a dataclass of options.
 
-    `metavar` is the placeholder in the help, None for a choice, whose values are listed. By default, the parameter's
-    name determines the option's name. MISSING is the default value of a required option.
+    `metavar` is the placeholder in the help, None for a choice, whose values are listed; MISSING makes it required.
     """
 
     def info(name: str) -> Any:
@@ -70,8 +69,8 @@ def command(
     """Make a function a command of the program; `name` is "motion check" for a command in a group.
 
     Each parameter has an `option`, a `flag` or an `argument` as its default value. A parameter whose type is a
-    dataclass adds the fields of the class as options, except those in `without`, and the function gets them as one
-    object. `example` is the last line of the help.
+    dataclass adds the fields of the class as options, except those in `without`. `example` is the last line of the
+    help.
     """
 
     def entered(function: Callable[..., None]) -> Callable[..., None]:

@@ -19,10 +19,7 @@ from nao_kin._core.files import leads_to_standard_output
 
 
 def print_note(*messages: str) -> None:
-    """Print each message as one line on standard error, without its line breaks.
-
-    Each line is a single write, because another thread may print at the same time.
-    """
+    """Print each message as one line on standard error, by a single write, because another thread may print too."""
     for message in messages:
         print(f"nao-kin: {' '.join(message.split())}\n", end="", file=sys.stderr)
 

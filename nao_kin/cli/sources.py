@@ -145,10 +145,7 @@ class FileOptions:
     def configurations(
         self, model: RobotModel, file: str | None, joints: JointOptions, *, deg: bool, limits: LimitPolicy
     ) -> tuple[Floats, Floats | None, bool]:
-        """Return configurations (n, nq), their times if they have any, and whether they are a list.
-
-        They come from a file or a motion; without a file, the options give a single one.
-        """
+        """Return configurations (n, nq) of a file or of the options, their times, and whether they are a list."""
         moves = file is not None and is_motion(file)
         self.check(file, joints.posture, moves=moves)
         if file is None:

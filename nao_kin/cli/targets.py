@@ -45,17 +45,11 @@ _EXPECTED = "3 numbers for a position, 4 or 9 for an orientation, 6, 7 or 16 for
 
 @dataclass(frozen=True, eq=False)
 class Targets:
-    """Targets of one kind.
-
-    Attributes:
-        kind: kind of all targets.
-        values: positions (n, 3), rotations (n, 3, 3) or poses (n, 4, 4); for both legs (n, 2, 4, 4).
-        many: whether they come from a list.
-    """
+    """Targets of one kind."""
 
     kind: Kind
-    values: Floats
-    many: bool
+    values: Floats  # positions (n, 3), rotations (n, 3, 3) or poses (n, 4, 4); for both legs (n, 2, 4, 4)
+    many: bool  # whether they come from a list
 
 
 def target_of(text: str, *, feet: bool, degrees: bool) -> Targets:
@@ -101,8 +95,8 @@ def csv_records(name: str, text: str) -> tuple[int, list[str], Iterator[tuple[in
 def read_targets(path: str, frames: Sequence[str], *, degrees: bool, roots: Sequence[str] = ()) -> Targets:
     """Return the targets in a CSV, JSON or .npy file, "-" for standard input, for one frame or both feet.
 
-    Rows of other frames are skipped. Headings that end in _deg also mean angles in degrees. JSON with a reference that
-    is not one of `roots` is refused.
+    Rows of other frames are skipped. Headings that end in _deg also mean degrees. A JSON reference must be one of
+    `roots`.
     """
     if not path:
         raise BadArgument("no file name; expected a CSV, JSON or .npy file, or - for standard input")
