@@ -32,17 +32,14 @@ _WITHOUT_VALUE = ("fixed", "floating")
 
 @dataclass(frozen=True)
 class ParsedJoint:
-    """A moving joint read by another parser, without corrections; None for values that the file lacks.
-
-    `follows` is (driving joint, multiplier, offset) of its <mimic>.
-    """
+    """A moving joint read by another parser, without corrections; None for values that the file lacks."""
 
     continuous: bool
     lower: float | None = None
     upper: float | None = None
     velocity: float | None = None
     effort: float | None = None
-    follows: tuple[str, float, float] | None = None
+    follows: tuple[str, float, float] | None = None  # (driving joint, multiplier, offset) of its <mimic>
 
 
 class YourdfpyOracle:

@@ -26,10 +26,7 @@ _EXPRESSIONS: tuple[Literal["frame", "root", "mixed"], ...] = ("frame", "root", 
 
 
 class PoseChecks:
-    """Poses computed from elementary rotations, and by the robot's methods, batch kernels, Pinocchio, a second reader.
-
-    `frames` are the frames that the steps and the robot have in common.
-    """
+    """Poses by elementary rotations, the robot, batch kernels, Pinocchio and a second reader, of common `frames`."""
 
     def __init__(self, robot: RobotModel, steps: Sequence[Step], conversions: Conversions, second: Oracle) -> None:
         self._robot, self._conversions, self._second = robot, conversions, second
@@ -67,10 +64,7 @@ class PoseChecks:
         return [*self._poses, self._names, *self._steps.tallies, *elementary]
 
     def add(self, q: Floats, first: int) -> Floats:
-        """Compare configurations (n, nq), the first of which has the index `first`.
-
-        Returns the robot's poses of `frames`, shape (n, frames, 4, 4).
-        """
+        """Compare configurations (n, nq) with indices from `first` on; return the robot's poses (n, frames, 4, 4)."""
         n, shared, joint_names = len(q), self._columns, self._robot.joint_names
         T, direct = self._robot.fk(q, self.frames), _pinocchio_poses(self._robot, self.frames, q)
         second = self._second.poses(q)[:, self._second_columns]
@@ -114,9 +108,9 @@ def _pinocchio_poses(robot: RobotModel, frames: Sequence[str], q: Floats) -> Flo
 class _StepChecks:
     """The rows about single steps: the pose of a frame in its parent frame, and the motion of its joint.
 
-    A wrong step moves everything behind it; only the rows of the step itself identify it. The motion of a joint is
-    measured as M, the pose of its frame relative to the pose at zero. A rotation by v about e has vect M = sin v e and
-    (tr M − 1)/2 = cos v; a translation has the displacement v e. The amount and the axis of the motion have a row each.
+    A wrong step moves everything behind it; only the rows of the step itself identify it. The motion M of a joint is
+    the pose of its frame relative to the pose at zero. A rotation by v about e has vect M = sin v e and (tr M − 1)/2 =
+    cos v; a translation has the displacement v e. The amount and the axis of the motion have a row each.
     """
 
     def __init__(self, robot: RobotModel, by_hand: StepKinematics, frames: Sequence[str]) -> None:
@@ -382,8 +376,8 @@ def _read_by_pinocchio(
 def _shared_limits(driver: str, joints: Mapping[str, ParsedJoint]) -> tuple[float, float, float, float]:
     """Return lower, upper, velocity and effort of a driving joint and of all its followers.
 
-    Limits that were copied from joint to joint may leave no value, or a single one, to joints that can all move; then
-    the driving joint's own range is used.
+    Limits that were copied from joint to joint may leave at most one value to joints that can all move; then the
+    driving joint's own range is used.
     """
     own_low, own_high, own_velocity = _own_bounds(joints[driver])
     lower, upper, velocity, can_move = [own_low], [own_high], [own_velocity], own_low < own_high
@@ -414,10 +408,7 @@ def _own_bounds(joint: ParsedJoint) -> tuple[float, float, float]:
 
 
 def _relation(name: str, driver: str, joints: Mapping[str, ParsedJoint]) -> tuple[float, float] | None:
-    """Return (multiplier, offset) with value of `name` = multiplier · value of `driver` + offset; None without one.
-
-    The file may couple the two in the opposite direction, or both to a third joint.
-    """
+    """Return (multiplier, offset) with value of `name` = multiplier · value of `driver` + offset; None without one."""
     (root, m, b), (other_root, m_driver, b_driver) = _root(name, joints), _root(driver, joints)
     if root != other_root or m_driver == 0.0:
         return None

@@ -120,9 +120,8 @@ class _HipCheck:
     """Rotations about a hip's axis a, about x and about y: Davenport angles that are not Euler angles.
 
     a = Rot(x, −δ) y, so the angles of R = Rot(x, −δ) S are (α, β − δ, γ) where (α, β, γ) are the yxy Euler angles of S.
-    Half of the samples are used as R. The other half are used as S, so that R is at lock where S is; only these are
-    compared with eigenpy's angles. The principal middle angle is in the half turn from −δ, or to −δ, that contains
-    zero.
+    Half of the samples are used as R, the other half as S, so that R is at lock where S is; only these are compared
+    with eigenpy's angles. The principal middle angle is in the half turn from −δ, or to −δ, that contains zero.
     """
 
     axis: tuple[float, float, float]

@@ -45,10 +45,9 @@ def sample_configurations(robot: RobotModel, samples: int, seed: int) -> Configu
     """Return `samples` configurations of all kinds; the first one is zero.
 
     zero: every joint at zero. inside: uniform inside the limits. limits: every joint on one of its limits. right
-    angles: most joints at zero or at a multiple of π/2 up to π, in or out of limits, some anywhere, which gives
-    rotations by π, and three-angle sequences at lock with outer angles of every kind. near right angles: the same, with
-    every joint moved by 1e-16 … 1e-2. half turns: all joints anywhere in a turn, except one that rotates some frame by
-    π, or nearly π, about a general axis. beyond: uniform in [−2π, 2π].
+    angles: most joints at a multiple of π/2 up to π, some anywhere, for rotations by π and sequences at lock. near
+    right angles: the same, with every joint moved by 1e-16 … 1e-2. half turns: all joints anywhere in a turn, except
+    one that rotates some frame by π, or nearly π, about a general axis. beyond: uniform in [−2π, 2π].
     """
     rng = np.random.default_rng(seed)
     # Rounded so that the numbers add up, and none is zero by rounding.

@@ -88,10 +88,7 @@ def steps_of_nao(parameters: NaoParameters) -> tuple[Step, ...]:
 
 
 def steps_of_tree(tree: UrdfTree) -> tuple[Step, ...]:
-    """Return the steps of a URDF; every moving joint is a frame in addition to the link that it moves.
-
-    A name that the file gives to a link and to a joint means the link: both frames are at the same place.
-    """
+    """Return the steps of a URDF; every moving joint is a frame too, and a shared name means the link."""
     steps = [Step(tree.root, None)]
     for joint in tree.joints:
         fixed = Step(joint.child, joint.parent, joint.origin.xyz, _turns(joint.origin.rpy))
