@@ -85,7 +85,7 @@ def motion_of(joint: UrdfJoint, values: Floats) -> tuple[Floats, Floats]:
 
 
 def _add_looks(scene: Any, tree: UrdfTree, taken: set[str]) -> tuple[dict[str, Rgba], tuple[str, ...]]:
-    """Add the visual shapes of a robot to the nodes of its links in a trimesh.Scene, with names not in `taken`.
+    """Add the visual shapes of a robot to its nodes in a trimesh.Scene, with names not in `taken`.
 
     Returns name of a colour → colour in sRGB, and one line for each shape that cannot be read.
     """
@@ -192,10 +192,7 @@ class Glb:
         self.binary = bytearray(content[28 + length :])
 
     def add_numbers(self, values: Floats, *, bounds: bool = False) -> int:
-        """Add rows (n,), (n, 3) or (n, 4) of single-precision numbers; return the index of their accessor.
-
-        `bounds` also writes the smallest and the largest value, which the times of an animation need.
-        """
+        """Add rows (n,), (n, 3) or (n, 4) as float32, with `bounds` for times of an animation; return the accessor."""
         rows = np.ascontiguousarray(values, dtype="<f4")
         self.binary += bytes(-len(self.binary) % 4)
         view = {"buffer": 0, "byteOffset": len(self.binary), "byteLength": rows.nbytes}

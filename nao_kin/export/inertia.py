@@ -130,27 +130,16 @@ def make_physical(tree: UrdfTree) -> tuple[UrdfTree, tuple[str, ...]]:
     C for its principal moments. Only three cases are corrected:
 
     1. Σ with an eigenvalue below 10⁻⁶ of the largest: such eigenvalues are raised to that value. Mass and centre of
-       mass do not change, and among all admissible tensors this one has the nearest Σ in the Frobenius norm (Higham
-       1988).
+       mass do not change, and among all admissible tensors this one has the nearest Σ in the Frobenius norm.
     2. A mass without inertia, or with less inertia than if all of it were within a micrometre of its centre (10⁻¹² m²
        times the mass): it becomes a ball of water, I = ⅖ m r².
     3. A moving link without mass: it gets a ball on the axis of its joint, whose mass is taken from the link that
        carries it. The inertia of a ball does not depend on its rotation, so mass, centre of mass and inertia of the two
        together do not change in any configuration. In a chain of massless links, each weighs as much as all that it
-       carries, and is a ball together with them. A link gives away a hundredth of its mass in total. If no link that
-       carries the link has mass, the mass is added.
+       carries, and is a ball together with them. If no link that carries the link has mass, the mass is added.
 
     Source: Wensing, Kim and Slotine 2018 (above); Higham, Computing a Nearest Symmetric Positive Semidefinite Matrix,
     Linear Algebra and its Applications 103, 1988.
-
-    Examples:
-        >>> from nao_kin.export.inertia import make_physical
-        >>> nao = nk.load_nao("v6")
-        >>> tree, changes = make_physical(nao.tree)
-        >>> print(changes[0])
-        LHand_link: mass 0 → 0.000168 kg, a ball on the axis of LHand
-        >>> abs(nk.RobotModel(tree).mass - nao.mass) < 1e-12
-        True
     """
     bodies, changes = dict(tree.inertials), list[str]()
     _realize(tree, bodies, changes)

@@ -64,9 +64,8 @@ class TakenMeshes:
 def taken_meshes(tree: UrdfTree, meshes: str, package: str = "") -> TakenMeshes:
     """Return the meshes of a tree by a choice: "none", "relative" copies them, "absolute" refers to the original files.
 
-    Any other choice refers to the meshes below `package`, the address of a folder, and copies nothing. The copies
-    include the materials and textures of the meshes, if they exist and are allowed in the export. Raises BadArgument
-    for a mesh that is missing or cannot be read, or for a file that is not a mesh.
+    Any other choice refers to the meshes below `package`, the address of a folder, and copies nothing. Copies include
+    materials and textures, if they exist and are allowed in the export.
     """
     if meshes == "none":
         return TakenMeshes(None)
@@ -99,10 +98,7 @@ def scene_of(path: Path, packages: Packages) -> Any:
 
 
 def resolver(path: Path, packages: Packages, left_out: list[str]) -> Any:
-    """Return a trimesh resolver of a mesh's materials and textures, limited to files that an export may contain.
-
-    It adds the names of refused files to `left_out`.
-    """
+    """Return a trimesh resolver of a mesh's materials and textures; it adds refused files to `left_out`."""
     from trimesh.resolvers import FilePathResolver
 
     real = Path(os.path.realpath(path))
@@ -210,11 +206,7 @@ _UNSAFE = re.compile(r"\W", re.ASCII)
 def coloured(
     tree: UrdfTree, names: Mapping[str, str], files: Mapping[str, bytes], library: str
 ) -> tuple[dict[str, bytes], tuple[str, ...]]:
-    """Return mesh files with their colours in them, and one line for each change.
-
-    Each .obj file without its own material gets one. `names` maps mesh names in the tree to names in `files`; `library`
-    is the name of the file of materials, one in each folder with such meshes.
-    """
+    """Return mesh files with their colours in them, and one line for each change; `library` is the material file."""
     colours: dict[str, set[Rgba]] = {}
     for visual in tree.visuals:
         if isinstance(visual.geometry, MeshFile) and visual.rgba is not None:

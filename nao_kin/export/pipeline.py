@@ -39,13 +39,10 @@ class Destination:
         self._path, self._overwrite, self._folder = path, overwrite, folder
 
     def write(self, files: Mapping[str, bytes], changes: tuple[str, ...], main: str = "") -> Exported:
-        """Write the files, all or none.
+        """Write the files, all or none, with `changes` as lines of the result.
 
-        Args:
-            files: name → content. In a folder the names are relative to it; for a document "" is the document, and the
-                other names are relative to the folder that contains it.
-            changes: how they differ from the robot, one line each.
-            main: name of the file to load; "" for the document or the folder itself.
+        The names in `files` are relative to the folder, or to the folder of the document, which itself has the name "".
+        `main` is the name of the file to load; "" for the document or the folder itself.
         """
         if self._folder:
             written = write_folder(self._path, files, overwrite=self._overwrite)

@@ -50,8 +50,7 @@ def sdf_document(
 ) -> tuple[str, tuple[str, ...]]:
     """Return the SDFormat model of a robot with one link for each body, and one line for each change.
 
-    `meshes` maps mesh names in the tree to addresses, None leaves meshes out; `fixed` attaches the root link to the
-    world. Raises BadArgument for reserved or ambiguous names, or a body without mass.
+    `meshes` maps mesh names in the tree to addresses, None leaves meshes out; `fixed` attaches the root to the world.
     """
     changes: list[str] = []
     new = _fresh_names(bodies, frames, changes)

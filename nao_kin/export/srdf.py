@@ -47,10 +47,9 @@ class EndEffector:
 class Planning:
     """Groups and end effectors of a robot; `groups` starts with the group of all joints, `notes` names losses.
 
-    Each chain is a group with its name. If the last joints of a chain do not move the frame of an end effector, as
-    a gripper does not move the hand's frame, a second group ends in that frame. A planner needs it, because it solves
-    inverse kinematics for the last link of a group. The rest of the effector's link is its own group: the gripper and
-    its fingers, or fixed links.
+    Each chain is a group. If its last joints do not move the frame of an end effector, as a gripper does not move the
+    hand's frame, a second group ends in that frame, because a planner solves inverse kinematics for the last link of a
+    group. The rest of the effector's link is its own group: the gripper and its fingers, or fixed links.
     """
 
     def __init__(self, tree: UrdfTree, semantics: Semantics) -> None:

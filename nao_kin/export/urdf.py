@@ -26,9 +26,9 @@ def urdf_document(
 ) -> tuple[str, tuple[str, ...]]:
     """Return the URDF of a tree, ending in a newline, and one line for each loss.
 
-    Each link is written before the joint that moves it, and joints in the order of the tree, so that a follower comes
-    after its driver. Colours are materials of the robot with distinct names. `meshes` maps the name of a mesh in the
-    tree to the name to write; None leaves out shapes that are meshes. The colours of `paints` are written first.
+    Links come before the joints that move them, and joints in the order of the tree, so that a follower comes after its
+    driver. `meshes` maps mesh names in the tree to the names to write; None leaves out meshes. `paints` are written
+    first.
     """
     changes: list[str] = []
     materials = paint_names((*paints, *((seen.material, seen.rgba) for seen in tree.visuals if seen.rgba is not None)))

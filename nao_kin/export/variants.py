@@ -29,12 +29,11 @@ _Z: Vector = (0.0, 0.0, 1.0)
 
 
 def align_axes(tree: UrdfTree) -> Changed:
-    """Return the tree with every joint axis along plus or minus x, y or z of its joint's frame.
+    """Return the tree with every joint axis along plus or minus x, y or z of its joint's frame, as some tools require.
 
-    Some tools accept only joints about the axes of the frame. A joint with an oblique axis gets an additional link
-    without mass: the joint carries it, with its z axis along the joint's axis, and a fixed joint rotates back to the
-    original link. Every link of the robot has the same pose as before in every configuration; joints keep names, limits
-    and values.
+    A joint with an oblique axis carries an additional massless link whose z axis is along the axis; a fixed joint
+    rotates back to the original link. All links keep their poses in every configuration; joints keep names, limits and
+    values.
     """
     taken = {*tree.links, *(joint.name for joint in tree.joints)}
     joints, links, changes = list[UrdfJoint](), list(tree.links), list[str]()
@@ -63,8 +62,7 @@ def align_axes(tree: UrdfTree) -> Changed:
 def couple(tree: UrdfTree, coupling: str) -> Changed:
     """Return the tree with its couplings "locked" or "independent", for tools that do not support couplings.
 
-    "locked" fixes a driving joint and its mimic joints, the driver at zero or at its limit nearest to zero. With
-    "independent" the caller is responsible for setting the joints to consistent values.
+    "locked" fixes a driving joint and its mimic joints, the driver at zero or at its limit nearest to zero.
     """
     followers: defaultdict[str, list[str]] = defaultdict(list)
     for name, mimic in tree.mimics.items():
@@ -100,12 +98,11 @@ def link_of(tree: UrdfTree, frame: str) -> str:
 
 
 def keep_frames(tree: UrdfTree, frames: str, semantics: Semantics) -> Changed:
-    """Return the tree with fewer links on fixed joints; the others are merged into the links that carry them.
+    """Return the tree with fewer links on fixed joints; the others are merged, mass and shapes, into their carriers.
 
-    "effectors" keeps the frames that `semantics` names, "none" one link for each body. Mass and shapes of a merged link
-    are added to the link that carries it, so that every remaining link moves as before, and mass and centre of mass do
-    not change. A root without mass and shapes, with a single fixed joint to a link at the same pose, is replaced by
-    that link, because simulators need the mass of the trunk on the root.
+    "effectors" keeps the frames that `semantics` names, "none" one link for each body. A root without mass and shapes,
+    with a single fixed joint to a link at the same pose, becomes that link: simulators need the trunk's mass on the
+    root.
     """
     named = set(semantics.frames()) if frames == "effectors" else set[str]()
     named |= {tree.shared_names[name] for name in named if name in tree.shared_names}
@@ -178,8 +175,7 @@ def name_frames(tree: UrdfTree, semantics: Semantics) -> Changed:
     """Return the tree with the names of the robot's ROS description, `semantics.ros_names`.
 
     Two links with one name that a fixed joint connects at the same pose become one link. A link and a joint may have
-    the same name afterwards, as in ros-naoqi's nao_description. Raises BadArgument for a robot without ROS names, or
-    for two links with the same one.
+    the same name afterwards, as in ros-naoqi's nao_description.
     """
     new = semantics.ros_names
     if not new:
@@ -246,9 +242,9 @@ SPHERICAL = "spherical"
 def merge_balls(tree: UrdfTree) -> Changed:
     """Return the tree with joints of the kind "spherical" where `group_joints` finds them.
 
-    The links between the three axes, with their mass and everything fixed to them, are fixed to the link before, at
-    their poses with all joints at zero. The centre of mass is then no longer exact, but the poses of all other links
-    are. A ball has no limits and no coupling; three joints are not merged if one of them drives or mimics another.
+    The links between the three axes are fixed to the link before, at their poses with all joints at zero; the centre of
+    mass is then no longer exact, but the poses of all other links are. A ball has no limits and no coupling; three
+    joints are not merged if one of them drives or mimics another.
     """
     changes: list[str] = []
     coupled = tree.mimics.keys() | {mimic.joint for mimic in tree.mimics.values()}
@@ -307,19 +303,7 @@ CHOICES: Mapping[str, tuple[str, tuple[str, ...]]] = {
 
 @dataclass(frozen=True)
 class Variant:
-    """The choices that make a variant of a robot, as `nk.export.urdf` describes them.
-
-    Examples:
-        >>> from nao_kin.export.variants import Variant
-        >>> tree, changes = Variant(coupling="independent", typed=True).tree_of(nk.load_nao("v6"))
-        >>> [joint.name for joint in tree.joints if joint.kind == "spherical"]
-        ['LHipYawPitch+LHipRoll+LHipPitch', 'RHipYawPitch+RHipRoll+RHipPitch']
-        >>> Variant(axes="aligned").tree_of(nk.load_nao("v6"))[1][0]
-        'LHipYawPitch: its frame is turned until its axis is z; LHipYawPitch_axis is between torso and LPelvis'
-        >>> tree, changes = Variant("none").tree_of(nk.load_nao("v6"))
-        >>> len(nk.load_nao("v6").tree.links), len(tree.links), tree.root
-        (124, 43, 'torso')
-    """
+    """The choices that make a variant of a robot, as `nk.export.urdf` describes them."""
 
     frames: str = "all"
     names: str = "naoqi"

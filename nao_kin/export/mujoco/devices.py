@@ -67,11 +67,10 @@ def proper_range(lower: float, upper: float) -> tuple[float, float]:
 
 
 def add_actuators(spec: Any, joints: Iterable[BodyJoint]) -> tuple[str, ...]:
-    """Add a position actuator for each joint that is not a mimic joint, with the name of the joint.
+    """Add a position actuator for each joint that is not a mimic joint; return a line on joints without effort.
 
-    A ball has three, with the suffixes _x, _y, _z: their controls are the rotation vector of the wanted orientation in
-    the frame of the joint (`nao_kin.rotations.log`), because MuJoCo measures a ball by its rotation vector. Returns one
-    line about joints without a published effort.
+    A ball has three, with the suffixes _x, _y, _z, because MuJoCo measures it by its rotation vector: their controls
+    are the rotation vector of the wanted orientation in the frame of the joint (`nao_kin.rotations.log`).
     """
     unknown = []
     for joint in joints:
@@ -113,10 +112,9 @@ _FELT = 0.01
 def add_sites(
     spec: Any, added: list[Any], bodies: Bodies, tree: UrdfTree, semantics: Semantics, frames: str
 ) -> tuple[str, ...]:
-    """Add a site for each link that is not a body, a camera for each camera, and all sensors.
+    """Add a site for each link that is not a body, a camera for each camera, and all sensors; return the differences.
 
-    `added` has MuJoCo's body for each of `bodies`; `frames` selects the links with sites: "all", "effectors" for those
-    in the semantics, "none" for sensors only. Returns one line for each difference from the robot.
+    `frames` selects the links with sites: "all", "effectors" for those in the semantics, "none" for sensors only.
     """
     felt = {link_of(tree, name) for name in semantics.force_sensors}
     sensing = {link_of(tree, name) for name in (*semantics.accelerometers, *semantics.gyrometers)} | felt
@@ -136,10 +134,7 @@ def add_sites(
 
 
 def _felt_sizes(places: dict[str, pin.SE3]) -> dict[str, Floats]:
-    """Return half lengths of a box about each force sensor of a body, that reaches halfway to its neighbours.
-
-    The boxes cover the sole without overlapping, so that one sensor measures each contact.
-    """
+    """Return half lengths of a box about each force sensor; boxes do not overlap, so one sensor feels each contact."""
     sizes = {}
     for link, T in places.items():
         others = np.array([T.actInv(other).translation for name, other in places.items() if name != link])

@@ -89,10 +89,7 @@ _VISUAL_GROUP, _COLLISION_GROUP = 2, 3
 def add_shapes(
     spec: Any, added: list[Any], bodies: Bodies, tree: UrdfTree, meshes: Mapping[str, str] | None
 ) -> tuple[str, ...]:
-    """Add all shapes of a tree, in two classes that set contacts and groups; return a line about omitted ones.
-
-    `meshes` maps mesh names in the tree to files in the folder of meshes; None leaves out the shapes of meshes.
-    """
+    """Add the shapes of a tree, in two classes that set contacts and groups; return a line about omitted ones."""
     defaults = {kind: spec.add_default(kind, spec.default) for kind in (VISUAL, COLLISION)}
     defaults[VISUAL].geom.group, defaults[COLLISION].geom.group = _VISUAL_GROUP, _COLLISION_GROUP
     defaults[VISUAL].geom.contype = defaults[VISUAL].geom.conaffinity = 0
@@ -165,8 +162,7 @@ def add_excludes(spec: Any) -> tuple[str, ...]:
     """Exclude contacts between neighbours, and between bodies whose shapes overlap at zero or in a posture.
 
     Collision shapes are approximate: those of neighbours always overlap, and those of other bodies overlap where the
-    real shells just pass each other. The neighbour of a body is the nearest preceding body with a shape. Return a line
-    about the pairs that are not neighbours.
+    real shells just pass each other. The neighbour of a body is the nearest preceding body with a shape.
     """
     model = spec.compile()
     data = mujoco.MjData(model)
