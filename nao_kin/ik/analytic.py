@@ -163,29 +163,19 @@ def _column(robot: RobotModel, joint: str) -> int:
 
 @dataclass(frozen=True, eq=False)
 class _Limb:
-    """The c joints of a chain that EAIK solves; value of a joint = `multiplier` · coordinate + `offset`, shape (c,).
+    """The c joints of a chain that EAIK solves; value of a joint = `multiplier` · coordinate + `offset`, shape (c,)."""
 
-    Attributes:
-        base, frame: the frames between which they are.
-        names: the joints whose coordinates move them, and the indices of these in q, `columns`.
-        held: index in q → value of the locked joints.
-        chain: the chain for scalar code, and `length` if stretched [m].
-        links: its placements, shape (c + 1, 4, 4): joint k turns about z after placement k.
-        solver: EAIK's solver, for the poses that `_for_eaik` returns with the rotation `turn`.
-        limited, free: regions of joint values with and without limits.
-    """
-
-    base: str
+    base: str  # the frames between which the joints are
     frame: str
-    names: tuple[str, ...]
-    columns: tuple[int, ...]
-    held: dict[int, float]
+    names: tuple[str, ...]  # the joints whose coordinates move them
+    columns: tuple[int, ...]  # indices of these coordinates in q
+    held: dict[int, float]  # index in q → value of the locked joints
     multiplier: Floats
     offset: Floats
-    chain: Chain
-    length: float
-    links: Floats
-    solver: Any
+    chain: Chain  # for scalar code
+    length: float  # if stretched [m]
+    links: Floats  # placements, shape (c + 1, 4, 4): joint k turns about z after placement k
+    solver: Any  # EAIK's solver, for the poses that `_for_eaik` returns with the rotation `turn`
     turn: Floats
     limited: LimitRegion
     free: LimitRegion
@@ -549,10 +539,7 @@ class _Problem:
         return self._distinct(_together(answers.where(alone), found))
 
     def _nearest_members(self, members: _Answers, ways: Floats) -> tuple[Rows, _Answers]:
-        """Return the nearest members of families with one member and one direction given; and of which family each is.
-
-        They are inside the limits if these are enforced; a family without a member there is left out.
-        """
+        """Return the nearest allowed members of families, given one member and direction each; and their families."""
         region = self.limb.limited if self.enforce else self.limb.free
         starts, family = self._turned(members)
         repeated = np.repeat(np.arange(len(family)), len(_SPREAD))

@@ -57,16 +57,13 @@ _STEPS = 180
 
 
 class Arm(NamedTuple):
-    """The geometry of an arm: shoulder in the torso, elbow in the upper arm, frame in the hand from the elbow [m].
-
-    `weight` is the weight of a radian in the nearest pose [m]; `turned` is 1 if the frame is rotated in the hand.
-    """
+    """The geometry of an arm: shoulder in the torso, elbow in the upper arm, frame in the hand from the elbow [m]."""
 
     shoulder: Vector
     elbow_x: float
     elbow_y: float
-    weight: float
-    turned: float
+    weight: float  # of a radian in the nearest pose [m]
+    turned: float  # 1 if the frame is rotated in the hand
     rotation: Rotation
     place: Vector
 

@@ -18,33 +18,21 @@ SIDES = ("L", "R")
 
 
 class Body(NamedTuple):
-    """A robot for the compiled search. Variables are joint values, first the `moving` ones, then fixed ones.
+    """A robot for the compiled search. Variables are joint values, first the `moving` ones, then fixed ones."""
 
-    Attributes:
-        parent: row of the parent; −1 for the torso, shape (rows,).
-        rotation, place: pose of each joint in its parent at zero, shapes (rows, 3, 3) and (rows, 3) [m].
-        axis: the axis of each joint, shape (rows, 3).
-        variable: index of the variable that moves each joint; −1 for the torso.
-        multiplier, offset: joint value = multiplier · variable + offset [rad].
-        mass, lever: mass of each body [kg], and its centre of mass, shape (rows, 3) [m].
-        legs: rows of the joints of the legs, from the hip outwards, shape (2, 6).
-        ankle_to_sole: pose of the sole's frame in the last joint of each leg, shape (2, 4, 4).
-        limits: the limits of the moving variables.
-    """
-
-    parent: Ints1
-    rotation: Floats3
-    place: Floats2
-    axis: Floats2
-    variable: Ints1
-    multiplier: Floats1
+    parent: Ints1  # row of the parent; −1 for the torso, shape (rows,)
+    rotation: Floats3  # of each joint in its parent at zero, shape (rows, 3, 3)
+    place: Floats2  # of each joint in its parent at zero, shape (rows, 3) [m]
+    axis: Floats2  # shape (rows, 3)
+    variable: Ints1  # index of the variable that moves each joint; −1 for the torso
+    multiplier: Floats1  # joint value = multiplier · variable + offset [rad]
     offset: Floats1
-    mass: Floats1
-    lever: Floats2
-    legs: Ints2
-    ankle_to_sole: Floats3
+    mass: Floats1  # of each body [kg]
+    lever: Floats2  # its centre of mass, shape (rows, 3) [m]
+    legs: Ints2  # rows of the joints of the legs, from the hip outwards, shape (2, 6)
+    ankle_to_sole: Floats3  # pose of the sole's frame in the last joint of each leg, shape (2, 4, 4)
     moving: int
-    limits: Region
+    limits: Region  # of the moving variables
 
 
 @both_ways
@@ -168,10 +156,7 @@ def centre_of_mass(body: Body, R: Floats, p: Floats, below: Floats, com: Floats)
 
 @both_ways
 def com_velocities(body: Body, R: Floats, p: Floats, torso: Floats, below: Floats, com: Floats, J: Floats) -> None:
-    """Write velocities of the centre of mass per unit of each variable into J (3, n).
-
-    `torso` has the twists of the torso (6, n); `below` and `com` come from `centre_of_mass`.
-    """
+    """Write velocities of the centre of mass per unit of each variable into J (3, n), from twists `torso` (6, n)."""
     for k in range(body.moving):
         w0, w1, w2 = torso[3, k], torso[4, k], torso[5, k]
         J[0, k] = torso[0, k] + w1 * com[2] - w2 * com[1]

@@ -47,54 +47,31 @@ _SMALL = 1e-2
 
 
 class Plan(NamedTuple):
-    """The targets of all poses, without the numbers that differ from pose to pose.
+    """The targets of all poses, without the numbers that differ from pose to pose."""
 
-    Attributes:
-        kind: PLACE, POSE, GAZE or COM of each target, shape (t,).
-        row: the body that carries its frame, shape (t,); T_row_frame in it, shape (t, 4, 4).
-        weights: the weights of errors in metres and in radians, shape (t, 2).
-        support: weight of the distance by which the centre of mass misses its margin; 0 without a support target.
-        posture: weight of the differences to the posture [per rad].
-        stance: 0 for the left foot, 1 for the right one, 2 for both.
-        as_is: whether to keep a start that meets all targets.
-        tolerance: the largest error of a target that is met [m, rad].
-        steps: largest number of steps of one search.
-    """
-
-    kind: Ints1
-    row: Ints1
-    T_row_frame: Floats3
-    weights: Floats2
-    support: float
-    posture: float
-    stance: int
-    as_is: bool
-    tolerance: float
-    steps: int
+    kind: Ints1  # PLACE, POSE, GAZE or COM of each target, shape (t,)
+    row: Ints1  # the body that carries its frame, shape (t,)
+    T_row_frame: Floats3  # shape (t, 4, 4)
+    weights: Floats2  # of errors in metres and in radians, shape (t, 2)
+    support: float  # weight of the distance by which the centre of mass misses its margin; 0 without a support target
+    posture: float  # weight of the differences to the posture [per rad]
+    stance: int  # 0 for the left foot, 1 for the right one, 2 for both
+    as_is: bool  # whether to keep a start that meets all targets
+    tolerance: float  # the largest error of a target that is met [m, rad]
+    steps: int  # largest number of steps of one search
 
 
 class State(NamedTuple):
-    """A configuration and its errors.
+    """A configuration and its errors, for t targets."""
 
-    Attributes:
-        x: the variables.
-        T: T_world_torso, shape (4, 4).
-        e: weighted errors, six of each target, 0 if it has fewer, shape (6 t,).
-        J: their derivatives, shape (6 t, moving).
-        residuals: distances and angles without weights, shape (t, 2) [m, rad].
-        com, com_J: the centre of mass, and its derivative, shapes (3,) and (3, moving).
-        sums: half the sum of squares of the errors and the missing margin; half the sum of squares of the posture; the
-            excess of joints over their limits; the missing margin, shape (4,).
-    """
-
-    x: Floats
-    T: Floats
-    e: Floats
-    J: Floats
-    residuals: Floats
+    x: Floats  # the variables
+    T: Floats  # T_world_torso
+    e: Floats  # weighted errors, six of each target, 0 if it has fewer, shape (6 t,)
+    J: Floats  # their derivatives, shape (6 t, moving)
+    residuals: Floats  # distances and angles without weights, shape (t, 2) [m, rad]
     com: Floats
-    com_J: Floats
-    sums: Floats
+    com_J: Floats  # shape (3, moving)
+    sums: Floats  # ½ (Σ e² + missing margin²), ½ Σ posture², excess of joints over limits, missing margin; shape (4,)
 
 
 @both_ways
@@ -109,10 +86,7 @@ def new_state(body: Body, variables: int, targets: int) -> State:
 
 @both_ways
 def errors_at(body: Body, plan: Plan, targets: Floats, state: State) -> None:
-    """Write the weighted errors of all targets and their derivatives into a state with known x and T.
-
-    `targets` (t, 4, 4) are poses; a target position is the last column of a pose without rotation.
-    """
+    """Write the weighted errors of all targets (t, 4, 4) and their derivatives into a state with known x and T."""
     n, rows = body.moving, len(body.parent)
     e, J, residuals, com, com_J = state.e, state.J, state.residuals, state.com, state.com_J
     R, p, below = np.empty((rows, 3, 3)), np.empty((rows, 3)), np.empty((rows, 4))

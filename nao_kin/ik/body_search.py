@@ -53,22 +53,14 @@ SUM_ERRORS, SUM_POSTURE, SUM_OUTSIDE, SUM_SHORTFALL = range(4)
 
 
 class Problem(NamedTuple):
-    """One pose to find.
-
-    Attributes:
-        plan: the targets.
-        feet: T_world_foot, shape (2, 4, 4).
-        targets: as in `errors_at`.
-        planes: (n_x, n_y, d) with n·com ≥ d inside the margin, shape (edges, 3).
-        posture: preferred variables, with weight `pull` [per rad], 0 for the targets alone.
-    """
+    """One pose to find."""
 
     plan: Plan
-    feet: Floats
-    targets: Floats
-    planes: Floats
-    posture: Floats
-    pull: float
+    feet: Floats  # T_world_foot, shape (2, 4, 4)
+    targets: Floats  # as in `errors_at`
+    planes: Floats  # (n_x, n_y, d) with n·com ≥ d inside the margin, shape (edges, 3)
+    posture: Floats  # preferred variables
+    pull: float  # weight of the posture [per rad]; 0 for the targets alone
 
 
 @both_ways
@@ -387,7 +379,7 @@ def _only_worst_limb(body: Body, plan: Plan, best: State, x: Floats) -> None:
 def solve_body(
     body: Body, second_leg: SecondLeg, problem: Problem, starts: Floats, best: State, report: Floats
 ) -> None:
-    """Search from one start (starts, variables) after the other, first the reference, until the targets are met.
+    """Search from one of `starts` (starts, variables), the reference first, after the other, until the targets are met.
 
     The best state goes into `best`, STATUS, STEPS, START and SHORTFALL into `report`.
     """
@@ -425,40 +417,24 @@ def solve_body(
 
 
 class Problems(NamedTuple):
-    """n poses to find, with the t targets of one plan.
+    """n poses to find, with the t targets of one plan."""
 
-    Attributes:
-        feet: T_world_foot, shape (n, 2, 4, 4).
-        targets: as in `errors_at`, shape (n, t, 4, 4).
-        planes: half planes of the support polygons, shape (n, k, 3), of which the first `edges` (n,) are used.
-        posture: preferred variables, shape (n, variables).
-        starts: initial variables, shape (n, starts, variables).
-    """
-
-    feet: Floats4
-    targets: Floats4
-    planes: Floats3
-    edges: Ints1
-    posture: Floats2
-    starts: Floats3
+    feet: Floats4  # T_world_foot, shape (n, 2, 4, 4)
+    targets: Floats4  # as in `errors_at`, shape (n, t, 4, 4)
+    planes: Floats3  # half planes of the support polygons, shape (n, k, 3)
+    edges: Ints1  # how many of the k half planes are used, shape (n,)
+    posture: Floats2  # preferred variables, shape (n, variables)
+    starts: Floats3  # initial variables, shape (n, starts, variables)
 
 
 class Solutions(NamedTuple):
-    """Results of n searches.
+    """Results of n searches."""
 
-    Attributes:
-        x: variables, shape (n, variables).
-        T_world_torso: shape (n, 4, 4).
-        residuals: distances and angles without weights, shape (n, t, 2) [m, rad].
-        com: centres of mass, shape (n, 3).
-        report: STATUS, STEPS, START and SHORTFALL, shape (n, 4).
-    """
-
-    x: Floats2
+    x: Floats2  # shape (n, variables)
     T_world_torso: Floats3
-    residuals: Floats3
-    com: Floats2
-    report: Floats2
+    residuals: Floats3  # distances and angles without weights, shape (n, t, 2) [m, rad]
+    com: Floats2  # shape (n, 3)
+    report: Floats2  # STATUS, STEPS, START and SHORTFALL, shape (n, 4)
 
 
 def _types() -> tuple[Any, ...]:

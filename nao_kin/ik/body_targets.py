@@ -29,22 +29,15 @@ _FEET = [f"{side}Leg" for side in SIDES]
 
 
 class BodyTables:
-    """A robot as a `Body`.
-
-    Attributes:
-        body: the arrays.
-        order: index in q of each variable, shape (n,).
-        turns: which variables may change by whole turns without moving anything, shape (n,).
-        torso_in_root: T_root_torso, shape (4, 4).
-    """
+    """A robot as a `Body`."""
 
     def __init__(self, robot: RobotModel, legs: tuple[tuple[str, ...], tuple[str, ...]], enforce: bool) -> None:
         model = robot.model
-        self.torso_in_root = torso_in_trunk(robot)
+        self.torso_in_root = torso_in_trunk(robot)  # T_root_torso
         T_torso_root = np.linalg.inv(self.torso_in_root)
         moves = np.array([unit == "rad" for unit in robot.joint_units])
         columns, moving = np.argsort(~moves, kind="stable"), int(np.count_nonzero(moves))
-        self.order = robot.nq_base + columns
+        self.order = robot.nq_base + columns  # index in q of each variable
         variable = {robot.joint_names[int(column)]: k for k, column in enumerate(columns)}
         self._trunk = 1 if robot.base == "floating" else 0
         ids, of = range(self._trunk, model.njoints), joint_rows(robot)
@@ -59,7 +52,7 @@ class BodyTables:
         which = np.array([-1, *(variable[joint.coupling.joint] for joint in joints)])
         multiplier = np.array([0.0, *(joint.coupling.multiplier for joint in joints)])
         offset = np.array([0.0, *(joint.coupling.offset for joint in joints)])
-        self.turns = np.arange(len(columns)) < moving
+        self.turns = np.arange(len(columns)) < moving  # which may change by whole turns without moving anything
         self.turns[which[multiplier % 1.0 != 0.0]] = False
         tables = [table for table in robot.coupled_limits if max(variable[table.joint], variable[table.of]) < moving]
         limited, winding = columns[:moving], np.zeros(moving)
@@ -85,23 +78,16 @@ class BodyTables:
 
 
 class PreparedRobot:
-    """The data of a robot for whole-body poses.
-
-    Attributes:
-        tables: True for enforced limits, False for ignored ones → arrays.
-        second_leg: its closed form.
-        corners: side → corners of the sole, shape (k, 3) [m].
-        rest: the configuration with all joints at zero, or at the limit nearest to zero, shape (nq,).
-    """
+    """The data of a robot for whole-body poses."""
 
     def __init__(self, robot: RobotModel) -> None:
         limbs: list[Limb] = [leg_limb(robot, side, None) for side in SIDES]
         self.numbers = ModelNumbers(robot.model)
         joints = limbs[0].joints, limbs[1].joints
-        self.tables = {enforce: BodyTables(robot, joints, enforce) for enforce in (True, False)}
-        self.second_leg = SecondLeg(limbs[1].numbers._replace(stretched=0.0), limbs[1].ranges)
-        self.corners = {side: sole_corners(robot, f"{side}Leg") for side in SIDES}
-        self.rest = limbs[0].rest
+        self.tables = {enforce: BodyTables(robot, joints, enforce) for enforce in (True, False)}  # enforced limits
+        self.second_leg = SecondLeg(limbs[1].numbers._replace(stretched=0.0), limbs[1].ranges)  # its closed form
+        self.corners = {side: sole_corners(robot, f"{side}Leg") for side in SIDES}  # of the soles, shape (k, 3) [m]
+        self.rest = limbs[0].rest  # all joints at zero, or at the limit nearest to zero
         self._feet_at_rest = np.asarray(robot.fk(self.rest, _FEET))
 
     def feet(self, robot: RobotModel, q: Floats | None) -> dict[str, Floats]:
@@ -134,22 +120,14 @@ _LARGEST_WEIGHT = 1e12
 
 @dataclass(frozen=True, eq=False)
 class BodyTarget:
-    """One target of a whole-body pose.
+    """One target of a whole-body pose."""
 
-    Attributes:
-        name: its key in weights and residuals.
-        kind: PLACE, POSE, GAZE or COM.
-        row: the row of the body that carries the frame, at T_row_frame (4, 4).
-        values: T_world_target, or the position in its last column, shape (..., 4, 4).
-        weights: the weights of metres and of radians.
-    """
-
-    name: str
-    kind: int
-    row: int
+    name: str  # its key in weights and residuals
+    kind: int  # PLACE, POSE, GAZE or COM
+    row: int  # of the body that carries the frame
     T_row_frame: Floats
-    values: Floats
-    weights: tuple[float, float]
+    values: Floats  # T_world_target, or the position in its last column, shape (..., 4, 4)
+    weights: tuple[float, float]  # of metres and of radians
 
 
 def standing_feet(feet: Mapping[str, ArrayLike]) -> dict[str, Floats]:
@@ -271,10 +249,7 @@ def _values(what: str, value: ArrayLike, kind: int) -> tuple[int, Floats]:
 
 
 def target_beyond(body: Body, target: BodyTarget, standing: tuple[str, ...], feet: Floats, places: Floats) -> Floats:
-    """Return lower bounds on how far a target is out of reach of the standing feet, shape (n,) [m]; 0 for a gaze.
-
-    `feet` (n, 2, 4, 4) are poses of the feet, `places` (n, 3) positions of the target.
-    """
+    """Return lower bounds on how far a target's positions (n, 3) are out of reach of the feet [m]; 0 for a gaze."""
     beyond = np.zeros(len(places))
     if target.kind == GAZE or not target.weights[0] > 0.0:
         return beyond

@@ -15,10 +15,9 @@ _Result = TypeVar("_Result", bound=IKResult)
 
 
 def without_collisions(robot: RobotModel, result: _Result, wanted: bool = True) -> _Result:
-    """Return a result without the solutions in which links overlap, and with a note on their number.
+    """Return a result without the solutions in which links overlap, and with a note on their number, if `wanted`.
 
-    If links overlap in all solutions of a target, `best` is the one with the largest clearance. If the check is not
-    `wanted`, return the result unchanged.
+    If links overlap in all solutions of a target, `best` is the one with the largest clearance.
     """
     if not flag(wanted, "collisions"):
         return result

@@ -26,18 +26,16 @@ _PER_THREAD = 2000
 def cached_kernel(
     name: str, seconds: float = 10.0, signature: Callable[[], Any] | None = None
 ) -> Callable[[Callable[..., Any]], CachedKernel]:
-    """Return a decorator for a kernel cached on disk, which takes about `seconds` to compile.
-
-    `signature` returns the types of its arguments; None to take them from its annotations.
-    """
+    """Return a decorator for a kernel cached on disk; the types of its arguments are those of `CachedKernel`."""
     what = f"a kernel of inverse kinematics, {name}"
     return lambda function: CachedKernel(function, what, f"ik kernel, {name}", signature, seconds)
 
 
 def borrowed(array: Any) -> Any:
-    """Return the array without reference counting, which would take a sixth of the time that a leg takes.
+    """Return, in compiled code, the array without reference counting.
 
-    This applies to compiled code. The original array must be used again after the last use of the returned array.
+    Counting would take a sixth of the time of a leg. The original array must be used again after the last use of the
+    returned array.
     """
     return array
 
@@ -82,7 +80,7 @@ def run_rows(
     """Run `count` rows with the compiled kernel, or as Python while that is quicker than waiting for the kernel.
 
     `run` takes a function and a slice of rows. `uncompiled`, for a quicker way in Python, takes a slice of one row.
-    `threads` is the number of threads, None for all cores if each gets `per_thread` rows; `each` as in `first_rows`.
+    Without `threads`, all cores are used if each gets `per_thread` rows; `each` is as in `first_rows`.
     """
     done = first_rows([kernel], uncompiled or (lambda part: run(kernel.uncompiled, part)), count, each=each)
     left = count - done

@@ -54,15 +54,12 @@ COST, MET, SETTLED, POSITION, ANGLE = range(5)
 
 
 class Goal(NamedTuple):
-    """Weights of the six errors of each frame, tolerance of position and angle [m, rad], and maximum of steps.
+    """The goal of a search for joint values."""
 
-    `directed`: whether only the direction of the frame's x axis counts, not the rotation about this axis.
-    """
-
-    weights: Row
-    tolerance: float
-    steps: int
-    directed: bool = False
+    weights: Row  # of the six errors of each frame
+    tolerance: float  # of position and angle [m, rad]
+    steps: int  # largest number of steps
+    directed: bool = False  # whether only the direction of the frame's x axis counts, not the rotation about it
 
 
 class Scratch(NamedTuple):
@@ -361,17 +358,7 @@ _PER_THREAD = 64
 
 
 class FrameMotion:
-    """The m joints of a robot that move one or several frames; all others and a floating base stay fixed.
-
-    Attributes:
-        frame: the first frame.
-        joints: their indices in `RobotModel.joint_names`, from the base outwards, shape (m,), and their `names`.
-        columns, velocity_columns: their indices in q and in velocities, shape (m,).
-        chain: the joints from the base to each frame, for scalar code.
-        length: the length of the stretched chain from the first joint to the frame [m].
-        limited, free: regions of joint values with and without limits.
-        start: all joints at zero, or at the limit nearest to it, shape (nq,).
-    """
+    """The m joints of a robot that move one or several frames; all others and a floating base stay fixed."""
 
     def __init__(self, robot: RobotModel, *frames: str) -> None:
         # A weak reference, because this object is cached per robot.
@@ -380,14 +367,15 @@ class FrameMotion:
         self.names = tuple(dict.fromkeys(name for chain in chains for name in chain.coordinates))
         if not self.names:
             raise BadArgument(f"no joint moves {quoted(self.frame)}")
+        # Indices in `RobotModel.joint_names`, from the base outwards.
         self.joints = np.array([robot.joint_names.index(name) for name in self.names], dtype=np.intp)
         self._offset = robot.nq_base
-        self.columns = self._offset + self.joints
-        self.velocity_columns = robot.nv - len(robot.joint_names) + self.joints
-        self.chain = chain_of(chains, self.names)
-        self.length = chains[0].length(robot)
+        self.columns = self._offset + self.joints  # indices in q
+        self.velocity_columns = robot.nv - len(robot.joint_names) + self.joints  # in velocities
+        self.chain = chain_of(chains, self.names)  # the joints from the base to each frame, for scalar code
+        self.length = chains[0].length(robot)  # of the stretched chain from the first joint to the frame [m]
         self.limited, self.free = LimitRegion(robot, self.joints), LimitRegion(robot, self.joints, enforced=False)
-        self.start = robot.clamp(robot.neutral())
+        self.start = robot.clamp(robot.neutral())  # all joints at zero, or at the limit nearest to it
 
     @property
     def robot(self) -> RobotModel:
@@ -426,21 +414,13 @@ class FrameMotion:
 
 @dataclass(frozen=True, eq=False)
 class Minimum:
-    """Results of n searches.
+    """Results of n searches."""
 
-    Attributes:
-        q: configurations, shape (n, nq), or the values of the joints that move, shape (n, m).
-        cost: half the squared weighted error, shape (n,).
-        residual: errors of position and angle in the components with a weight, shape (n, 2) [m, rad].
-        reached: the residual is within the tolerance, shape (n,).
-        settled: no direction inside the limits decreases the error any more, shape (n,).
-    """
-
-    q: Floats
-    cost: Floats
-    residual: Floats
-    reached: NDArray[np.bool_]
-    settled: NDArray[np.bool_]
+    q: Floats  # configurations, shape (n, nq), or the values of the joints that move, shape (n, m)
+    cost: Floats  # half the squared weighted error, shape (n,)
+    residual: Floats  # errors of position and angle in the components with a weight, shape (n, 2) [m, rad]
+    reached: NDArray[np.bool_]  # the residual is within the tolerance
+    settled: NDArray[np.bool_]  # no direction inside the limits decreases the error any more
 
     def take(self, rows: NDArray[np.intp], other: Minimum, part: slice) -> None:
         """Replace the results of these rows by those of other searches that succeed first, or end nearer."""
@@ -546,11 +526,11 @@ def nearest_values(
     directed: bool = False,
     rotation: Rotation | None = None,
 ) -> tuple[Floats, Floats]:
-    """Return the coordinates (n, c) of a limb with the smallest Σ (distance² + (weight · angle)²) over F frames.
+    """Return coordinates (n, c) of a limb with the least Σ (distance² + (weight · angle)²) over F frames, and errors.
 
     T are targets in the torso, shape (n, F, 4, 4); searches begin at the reference, shape (n, nq), and at `starts`,
     each of shape (n, c). `directed` is as in `Goal`. If the `rotation` of the frame in its link is given, the targets
-    are orientations of the link. Also return the errors in position and angle, shape (n, 2) [m, rad].
+    are orientations of the link. The errors in position and angle have the shape (n, 2) [m, rad].
     """
     motion = cached_limb(robot, FrameMotion, *frames)
     region, chain = motion.limited if options.enforce else motion.free, motion.chain

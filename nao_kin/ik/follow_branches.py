@@ -62,27 +62,20 @@ class Choice(NamedTuple):
 
 
 class _Layer(NamedTuple):
-    """Candidates at one sample: values (k, c), least cost up to each (k,), index of its predecessor (k,).
-
-    `answers` and `rows` are the solver's result for each candidate, and the index of its target.
-    """
+    """Candidates at one sample, k of them."""
 
     sample: int
-    values: Floats
-    cost: Floats
-    back: Integers
-    answers: list[IKResult]
-    rows: Integers
+    values: Floats  # shape (k, c)
+    cost: Floats  # least cost up to each, shape (k,)
+    back: Integers  # index of its predecessor, shape (k,)
+    answers: list[IKResult]  # the solver's result for each
+    rows: Integers  # index of its target in that result
 
 
 def choose(
     limb: LimbPath, reference: Floats, weights: Floats, *, start: Floats | None = None, end: Floats | None = None
 ) -> Choice:
-    """Return the branches of a limb with the least total motion.
-
-    `reference` (n, nq) are configurations, `weights` (nq,) are 1/v_j. Motion from the configuration `start` to the
-    first sample and from the last one to `end` counts if these are given.
-    """
+    """Return the branches of a limb with the least motion, weighted by 1/v_j, from `start` and to `end` if given."""
     n = len(limb.targets[0])
     # If every sample depends on the previous one, only the first can be solved ahead.
     ahead = 1 if limb.follows_only else n

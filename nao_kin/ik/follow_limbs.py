@@ -31,22 +31,13 @@ _LEGS, _ARMS = ("LLeg", "RLeg"), ("LArm", "RArm")
 
 @dataclass(frozen=True, eq=False)
 class LimbPath:
-    """Targets of one limb along a path, in the torso.
-
-    Attributes:
-        robot: the robot.
-        name: "LLeg", "RLeg", "legs" for both, "LArm", "RArm" or "Head".
-        frames: the frame of the targets, or one for each leg; the camera of a gaze.
-        targets: arrays of n targets each: poses of feet; poses or positions of a hand, or its positions and the
-            directions of the forearm; orientations of the head, or the points that a camera looks at.
-        options: further arguments of its solver.
-    """
+    """Targets of one limb along a path, in the torso."""
 
     robot: RobotModel
-    name: str
-    frames: tuple[str, ...]
-    targets: Targets
-    options: dict[str, Any]
+    name: str  # "LLeg", "RLeg", "legs" for both, "LArm", "RArm" or "Head"
+    frames: tuple[str, ...]  # the frame of the targets, or one for each leg; the camera of a gaze
+    targets: Targets  # n feet poses; hand poses, or positions and directions; head orientations, or points of a gaze
+    options: dict[str, Any]  # further arguments of its solver
 
     @property
     def follows_only(self) -> bool:
@@ -134,23 +125,14 @@ _POSE, _ROTATION, _PLACE = (4, 4), (3, 3), (3,)
 
 @dataclass(frozen=True, eq=False)
 class Path:
-    """Arrays of n samples along a path.
-
-    Attributes:
-        n: number of samples.
-        targets: effector or camera → poses, rotations or positions.
-        directions: arm → directions of its forearm.
-        torso: T_world_torso, shape (n, 4, 4), for targets in the world; None for targets in the torso.
-        times: shape (n,) [s], or None.
-        reference: shape (n, nq), or None.
-    """
+    """Arrays of n samples along a path."""
 
     n: int
-    targets: dict[str, Floats]
-    directions: dict[str, Floats]
-    torso: Floats | None
-    times: Floats | None
-    reference: Floats | None
+    targets: dict[str, Floats]  # effector or camera → poses, rotations or positions
+    directions: dict[str, Floats]  # arm → directions of its forearm
+    torso: Floats | None  # T_world_torso, shape (n, 4, 4), for targets in the world; None for targets in the torso
+    times: Floats | None  # shape (n,) [s]
+    reference: Floats | None  # shape (n, nq)
 
     def in_torso(self, array: Floats, *, free: bool = False) -> Floats:
         """Return poses, rotations, positions, or with `free` directions, in the torso's frame."""

@@ -60,30 +60,19 @@ _Made = TypeVar("_Made")
 
 @dataclass(frozen=True, eq=False)
 class Limb:
-    """A limb that a closed form solves, with c joints from the torso outwards.
-
-    The coordinates of q with the indices `columns`, and as an array `index`, move them: value of a joint =
-    `multiplier` · coordinate + `offset`, shapes (c,); `is_scaled`: whether some joint differs from its coordinate.
-
-    Attributes:
-        ranges: limits of the joints: `Ranges`, or `LegsRanges` of both legs.
-        numbers: its geometry, the first argument of its closed form.
-        frame: the frame whose pose is the target.
-        torso: the frame in which targets are given.
-        rest: the configuration with all joints at zero, or at the limit nearest to it, shape (nq,).
-    """
+    """A limb that a closed form solves, with c joints from the torso outwards."""
 
     joints: tuple[str, ...]
-    columns: tuple[int, ...]
-    index: NDArray[np.intp]
-    multiplier: Floats
+    columns: tuple[int, ...]  # indices of the coordinates that move the joints in q
+    index: NDArray[np.intp]  # `columns` as an array
+    multiplier: Floats  # value of a joint = multiplier · coordinate + offset, shapes (c,)
     offset: Floats
-    ranges: Any
-    numbers: Any
-    frame: str
-    torso: str
-    rest: Floats
-    is_scaled: bool
+    ranges: Any  # limits of the joints: `Ranges`, or `LegsRanges` of both legs
+    numbers: Any  # its geometry, the first argument of its closed form
+    frame: str  # the frame whose pose is the target
+    torso: str  # the frame in which targets are given
+    rest: Floats  # all joints at zero, or at the limit nearest to it, shape (nq,)
+    is_scaled: bool  # whether some joint differs from its coordinate
 
     def coordinates(self, values: Floats) -> Floats:
         """Return the coordinates for values of the joints, shape (..., c)."""
@@ -92,19 +81,15 @@ class Limb:
 
 @dataclass(frozen=True, eq=False)
 class ChainAtZero:
-    """The joints of a limb with all joints at zero, and a frame on its last link, in the torso.
-
-    The joints have `points` (c, 3) [m] and unit vectors `axes` (c, 3), the frame has `rotation` (3, 3) and `point` (3,)
-    [m]; `limb` is the name of the limb in messages.
-    """
+    """The joints of a limb with all joints at zero, and a frame on its last link, in the torso."""
 
     robot: RobotModel
-    limb: str
+    limb: str  # name in messages
     joints: tuple[str, ...]
-    points: Floats
-    axes: Floats
-    rotation: Floats
-    point: Floats
+    points: Floats  # on the axes of the joints, shape (c, 3) [m]
+    axes: Floats  # unit vectors, shape (c, 3)
+    rotation: Floats  # of the frame
+    point: Floats  # the frame's origin [m]
 
     def require_axis(self, index: int, axis: ArrayLike) -> None:
         """Raise if a joint turns about another axis."""
@@ -184,10 +169,7 @@ def cached_limb(robot: RobotModel, make: Callable[..., _Made], *arguments: str) 
 
 
 def chain_at_zero(robot: RobotModel, limb: str, joints: tuple[str, ...], frame: str) -> ChainAtZero:
-    """Return the joints of a limb and the frame that it carries.
-
-    Raise BadArgument if a joint is missing, prismatic or in another order, or if the frame is not on the last link.
-    """
+    """Return the joints of a limb and the frame on its last link; refuse missing, prismatic or reordered joints."""
     rows = {joint.name: joint for joint in robot.tree.moving_joints}
     model = robot.model
     for joint in joints:
@@ -271,14 +253,12 @@ REPORT = 1
 class ClosedForm:
     """A closed form of a limb, and the kernel that solves rows of targets with it.
 
-    The kernel writes a row for each target: the number of branches, the report, and as many branches as fit.
-
-    `solve` solves one target, as `ranges` describes, with at most `max_branches` branches; `types` returns Numba's
-    types of the limb's geometry and limits. `alone` solves one target as Python: it is `solve`, or the part of `solve`
-    without search, or None if all of `solve` is a search. If `alone` finds nothing, the kernel searches for the nearest
-    pose. If a target has more than the `usual` number of branches, all targets are solved again with more space. In a
-    report `more` numbers follow the joints; `solve` needs `scratch` numbers in q after the joints. The kernel compiles
-    in about `seconds` [s].
+    The kernel writes a row for each target: the number of branches, the report, and as many branches as fit. `solve`
+    solves one target with at most `max_branches` branches. `alone` solves one as Python: it is `solve`, its part
+    without search, or None if all of it is a search. If `alone` finds nothing, the kernel searches for the nearest
+    pose. If a target has more than the `usual` number of branches, all are solved again with more space. In a report,
+    `more` numbers follow the joints; `scratch` numbers follow them in q. `types` returns Numba's types of geometry and
+    limits; compiling takes `seconds`.
     """
 
     def __init__(
@@ -328,12 +308,9 @@ def limb_types(numbers: type[Any], joints: int) -> tuple[Any, Any]:
 
 
 class KernelOutput(NamedTuple):
-    """The output of a closed form for n targets of a limb with c joints.
+    """The output of a closed form for n targets of a limb with c joints."""
 
-    A row has the number of branches, a report of `length` numbers, and the branches.
-    """
-
-    rows: Floats
+    rows: Floats  # number of branches, a report of `length` numbers, and the branches, for each target
     joints: int
     length: int
 

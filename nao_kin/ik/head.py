@@ -146,15 +146,12 @@ def look_at(
 
 
 class Head(NamedTuple):
-    """The geometry of a head: the neck in the torso, and the frame in the head from the neck [m].
-
-    `turned` is 1 if the frame is rotated in the head. A camera's `place` is in the plane of x and z.
-    """
+    """The geometry of a head: the neck in the torso, and the frame in the head from the neck [m]."""
 
     neck: Vector
-    turned: float
+    turned: float  # 1 if the frame is rotated in the head
     rotation: Rotation
-    place: Vector
+    place: Vector  # of a camera: in the plane of x and z
 
 
 def head_limb(robot: RobotModel, frame: str) -> Limb:

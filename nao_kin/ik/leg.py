@@ -120,20 +120,16 @@ def leg(
 
 
 class Leg(NamedTuple):
-    """The geometry of a leg: the hip in the torso, thigh L₁, tibia L₂, and the frame in the foot from the ankle [m].
-
-    The axis of HipYawPitch is (0, cos κ, sin κ). `stretched` is how far a target may be out of reach of the straight
-    leg [m]; `turned` is 1 if the frame is rotated in the foot.
-    """
+    """The geometry of a leg: the hip in the torso, thigh L₁, tibia L₂, and the frame in the foot from the ankle [m]."""
 
     hip: Vector
-    kappa: float
+    kappa: float  # κ: the axis of HipYawPitch is (0, cos κ, sin κ)
     cos_kappa: float
     sin_kappa: float
     thigh: float
     tibia: float
-    stretched: float
-    turned: float
+    stretched: float  # how far a target may be out of reach of the straight leg [m]
+    turned: float  # 1 if the frame is rotated in the foot
     rotation: Rotation
     place: Vector
 
@@ -267,10 +263,7 @@ def solve_leg(leg: Leg, target: Row, selection: Selection, work: Workspace) -> i
 
 @both_ways
 def _branches(leg: Leg, foot: Pose, knee: tuple[float, int], selection: Selection, prune: bool, work: Workspace) -> int:
-    """Add all branches, given the angle of the knee and its number of signs.
-
-    With `prune`, drop a branch, and report nothing, as soon as a joint is outside its limits.
-    """
+    """Add all branches for the knee's angle and number of signs; with `prune` only those in limits, without report."""
     ranges, q = selection.ranges, work.q
     # The hip in the axes of the foot.
     hx = -(foot.r00 * foot.x + foot.r10 * foot.y + foot.r20 * foot.z)

@@ -333,10 +333,7 @@ _STEPS = 120
 
 @both_ways
 def solve_disagreeing(legs: Legs, target: Row, selection: Selection, work: Workspace) -> int:
-    """Find the best joint values that meet ankles and normals, if `solve_legs` has found no solution.
-
-    Return the number of solutions that this search still finds, for instance members of a family.
-    """
+    """Find the best joint values that meet ankles and normals if `solve_legs` failed; return how many were found."""
     q, report = work.q, work.report
     gap = solve_separately(legs, target, selection, work)
     if report[REASON] == OUT_OF_REACH:
@@ -465,10 +462,7 @@ def _family_of(foot: Pose) -> float:
 
 @both_ways
 def _nearest_branches(given: tuple[Tasks, Floats, Floats, Selection, Row], hip: float) -> float:
-    """Write the joints of two pieces that are nearest to the reference at this HipYawPitch.
-
-    Return the squared distance, or infinity if none are inside the limits.
-    """
+    """Write the joints of two pieces nearest to the reference at this HipYawPitch; return squared distance or inf."""
     (left, right), left_piece, right_piece, (ranges, reference, enforce), q = given
     away, joints = _nearest_branch(left, ranges.left, left_piece, hip, reference[1:OF_ONE], enforce)
     far, others = _nearest_branch(right, ranges.right, right_piece, hip, reference[OF_ONE:], enforce)

@@ -100,14 +100,11 @@ class LegTask(NamedTuple):
 
 
 class Branch(NamedTuple):
-    """A branch of a leg whose ankle and normal are met.
-
-    `hip_sign` is 1 for the leg below the axis of HipRoll, −1 for above; `ankle_sign` is that of cos AnkleRoll.
-    """
+    """A branch of a leg whose ankle and normal are met."""
 
     knee: float
-    hip_sign: float
-    ankle_sign: float
+    hip_sign: float  # 1 for the leg below the axis of HipRoll, −1 for above
+    ankle_sign: float  # that of cos AnkleRoll
 
 
 Tasks: TypeAlias = tuple[LegTask, LegTask]
@@ -302,10 +299,7 @@ def yaw_sine(yaw: FootYaw, c: float, s: float) -> float:
 
 @both_ways
 def _roll(foot: Pose, hip: float, hip_sign: float, default: float) -> tuple[float, float]:
-    """Return cosine and sine of ρ, the turn of the leg's plane about the axis of HipRoll, with which the foot is met.
-
-    `default` is ρ if any value is possible: with hip, ankle and foot on the axis.
-    """
+    """Return cos and sin of ρ, the leg plane's turn about HipRoll's axis that meets the foot; `default` for any ρ."""
     c, s = math.cos(hip), math.sin(hip)
     # The ankle and the foot's x-axis, perpendicular to the axis.
     py, pz = foot.y, s * foot.x + c * foot.z

@@ -31,20 +31,16 @@ TABLE = 4
 
 
 class Region(NamedTuple):
-    """Limits of m joints: boxes `lower`, `upper`, and `TABLE` whole numbers in `tables` for each coupled limit.
-
-    The rows of all tables are in `at` (values of joint `of`), `low` and `high` (bounds inside the box). `winding` is 1
-    for a joint without limits that is the same after a whole turn; `shared`: whether two tables share a joint.
-    """
+    """Limits of m joints: boxes `lower`, `upper`, and `TABLE` whole numbers in `tables` for each coupled limit."""
 
     lower: Row
     upper: Row
-    winding: Row
+    winding: Row  # 1 for a joint without limits that is the same after a whole turn
     tables: IntRow
-    at: Row
-    low: Row
+    at: Row  # the rows of all tables: values of joint `of`
+    low: Row  # bounds of the other joint inside the box
     high: Row
-    shared: bool
+    shared: bool  # whether two tables share a joint
 
 
 @both_ways
@@ -288,26 +284,22 @@ _FEW = 16
 
 
 class Violations(NamedTuple):
-    """For each of n configurations the joint farthest outside its limits: index, value and nearest limit, shape (n,).
+    """For each of n configurations, the joint farthest outside its limits."""
 
-    `outside` is whether it is outside at all, `coupled` whether it is inside its box, and outside a coupled limit.
-    """
-
-    joint: NDArray[np.intp]
+    joint: NDArray[np.intp]  # its index
     value: Floats
-    limit: Floats
-    outside: NDArray[np.bool_]
-    coupled: NDArray[np.bool_]
+    limit: Floats  # the nearest limit
+    outside: NDArray[np.bool_]  # whether it is outside at all
+    coupled: NDArray[np.bool_]  # whether it is inside its box, and outside a coupled limit
 
 
 class LimitRegion:
     """The limits of a search in which only the joints with the indices `moving`, shape (m,), move.
 
     Values are those of all joints of `RobotModel.joint_names`, shape (n, joints). They are clipped to boxes; a coupled
-    limit is met at the nearest point of its plane region, or of a line of this plane if one of its joints moves.
-
-    If limits are not enforced, a joint that drives mimic joints stays within a turn of zero: its whole turns are not
-    whole turns of the mimic joints. `winding` has the joints that are the same after a whole turn.
+    limit is met at the nearest point of its plane region, or of a line of this plane if one of its joints moves. If
+    limits are not enforced, a joint that drives mimic joints stays within a turn of zero: its whole turns are not whole
+    turns of the mimic joints. `winding` has the joints that are the same after a whole turn.
     """
 
     def __init__(self, robot: RobotModel, moving: NDArray[np.intp], *, enforced: bool = True) -> None:
@@ -414,8 +406,8 @@ def extended(table: CoupledLimit) -> Floats:
 def _plane_region(table: CoupledLimit, of_box: tuple[float, float], joint_box: tuple[float, float]) -> Floats:
     """Return the region of points (of, joint) inside a coupled limit and the boxes of its two joints, shape (3, k).
 
-    The region is between two polylines, and need not be convex. Its three rows are values of `of`, including both ends
-    of its range, and the smallest and largest values of `joint` there. Robots with equal limits share it.
+    It is between two polylines, and need not be convex. Its rows are values of `of`, including both ends of its range,
+    and the smallest and largest values of `joint` there. Robots with equal limits share the array.
     """
     first, last = max(of_box[0], table.at[0] - _FAR), min(of_box[1], table.at[-1] + _FAR)
     bends = {first, last, *table.at}

@@ -46,18 +46,14 @@ _RESTARTS_WITHOUT_LIMITS = 8
 
 
 class PosesFound(NamedTuple):
-    """Results for n targets: the minima, and arrays (n,).
-
-    `reasons`, `joint`, `needed` and `limit` are as in `IKResult` and `Obstacles`; `first` tells whether the search from
-    the reference met the target.
-    """
+    """Results for n targets: the minima, and arrays (n,)."""
 
     minimum: Minimum
-    reasons: Codes
+    reasons: Codes  # as in `IKResult` and `Obstacles`, like the next three
     joint: Integers
     needed: Floats
     limit: Floats
-    first: NDArray[np.bool_]
+    first: NDArray[np.bool_]  # whether the search from the reference met the target
 
 
 @dataclass(frozen=True, eq=False)

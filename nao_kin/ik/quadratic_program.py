@@ -62,9 +62,9 @@ def solve_cholesky(L: Floats, n: int, b: Floats) -> None:
 
 @both_ways
 def quadratic_program(H: Floats, g: Floats, A: Floats, b: Floats, count: int, equal: int, x: Floats) -> bool:
-    """Write the minimum into x (n,); False if the rows contradict each other.
+    """Write the minimum into x and overwrite H; False if the `count` rows contradict each other.
 
-    H (n, n) is overwritten. The first `count` rows of A and b are used, the first `equal` of them as equations.
+    The first `equal` rows of A and b are equations, the others up to `count` inequalities.
     """
     n = len(g)
     if not cholesky(H, n):

@@ -49,12 +49,11 @@ Rotation: TypeAlias = tuple[float, float, float, float, float, float, float, flo
 
 
 class Ranges(NamedTuple):
-    """Limits of the c joints of a limb, as values of these joints.
+    """Limits of the c joints of a limb, as values of these joints [rad].
 
-    `lower` and `upper` have c numbers [rad]. If a limit is coupled, the range of `joint` depends on joint `of`: at the
-    first `bends` values of `at` it is from `low` to `high`; zeros follow up to `MAX_BENDS`. Without one `bends` is 0.
-
-    Tuples, because compiled code counts references to arrays, and threads would wait for each other.
+    If a limit is coupled, the range of `joint` depends on joint `of`: at the first `bends` values of `at` it is from
+    `low` to `high`; zeros follow up to `MAX_BENDS`. Tuples, because compiled code counts references to arrays, and
+    threads would wait for each other.
     """
 
     lower: tuple[float, ...]
@@ -218,10 +217,7 @@ def report_limit(ranges: Ranges, q: Row, report: Row) -> None:
 
 @both_ways
 def locked_pair(pair: tuple[int, int], total: float, sign: float, selection: Selection, q: Row) -> None:
-    """Write two joints about one line into q, with first + sign · third = total, as near to the reference as possible.
-
-    They are inside the ranges if any such pair is.
-    """
+    """Write two joints about one line, first + sign · third = total, nearest to the reference, in range if possible."""
     ranges, reference, enforce = selection
     i, j = pair
     if not enforce:

@@ -69,10 +69,7 @@ def nearest_to_zero(function: Callable[..., float], given: Any, low: float, high
 def add_roots(
     function: Callable[..., float], given: Any, low: float, high: float, steps: int, roots: Floats, count: int
 ) -> int:
-    """Add the roots of a function strictly between two values, double ones too; return the new number of roots.
-
-    Also add its minima of |f| between even steps.
-    """
+    """Add the roots of f between two values, and the minima of |f| between even steps; return the new number."""
     step = (high - low) / steps
     current = previous = function(given, low)
     for k in range(steps + 1):

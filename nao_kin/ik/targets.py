@@ -82,10 +82,7 @@ def as_options(
 
 
 def inside_limits(robot: RobotModel, reference: ArrayLike, what: str = "reference") -> tuple[Floats, tuple[str, ...]]:
-    """Return the nearest configurations inside the limits, shape (..., nq), and a note if they differ.
-
-    Two joints with a coupled limit move to the nearest point of their plane region.
-    """
+    """Return the nearest configurations inside all limits, shape (..., nq), and a note if they differ."""
     return _projected(robot, _finite(robot, reference, what), what)
 
 

@@ -296,10 +296,7 @@ class _Bounds:
         self._fastest: Floats = np.where(speed > 0.0, speed, np.inf)
 
     def allowed(self, speeds: Floats, rows: NDArray[np.intp]) -> Floats:
-        """Return velocities near `speeds` (k, m) inside the speed limits, and inside the ranges for the time dt.
-
-        A joint outside its range returns as fast as possible.
-        """
+        """Return velocities near `speeds` (k, m) inside the speed limits and, for the time dt, the ranges."""
         allowed = np.clip(speeds, -self._fastest, self._fastest)
         values = self._values[rows]
         for _ in range(_MAX_PROJECTIONS):
