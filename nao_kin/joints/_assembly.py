@@ -28,17 +28,7 @@ class _Holder(NamedTuple):
 
 
 class Assembly:
-    """A typed model, put together on construction.
-
-    Attributes:
-        model: the Pinocchio model; its first frames are the robot's, in the robot's order.
-        slots: the model's coordinates that are values of joints of the robot.
-        balls: the model's spherical joints.
-        followers: joints whose values the model holds in addition to those of their drivers, and where it holds them.
-        hints: joints whose values the model holds a second time, only to resolve ambiguity, and where it holds them.
-        carriers: names of the carriers.
-        lumped: joints of the robot that are not in the model → the joint to which their bodies are fixed.
-    """
+    """A typed model, put together on construction."""
 
     def __init__(
         self, robot: RobotModel, nodes: Mapping[int, JointNode], groups: JointGroups, *, keep: bool = True
@@ -50,12 +40,12 @@ class Assembly:
         }
         self.model = pin.Model()
         self.model.name, self.model.gravity = self._source.name, self._source.gravity
-        self.slots: list[Slot] = []
-        self.balls: list[Ball] = []
-        self.followers: list[tuple[JointNode, Reading]] = []
-        self.hints: list[tuple[JointNode, Reading]] = []
-        self.carriers: list[str] = []
-        self.lumped: dict[int, int] = {}
+        self.slots: list[Slot] = []  # the model's coordinates that are values of joints of the robot
+        self.balls: list[Ball] = []  # spherical joints
+        self.followers: list[tuple[JointNode, Reading]] = []  # held in addition to their drivers, and where
+        self.hints: list[tuple[JointNode, Reading]] = []  # held a second time, only to resolve ambiguity
+        self.carriers: list[str] = []  # names
+        self.lumped: dict[int, int] = {}  # joint that is not in the model → the joint to which its body is fixed
         self._keep = keep
         # Joint of the robot → the joint of the new model that moves with it, and its pose in that joint's frame.
         self._places = {0: (0, pin.SE3.Identity())}

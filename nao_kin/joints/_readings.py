@@ -143,7 +143,7 @@ def turns_of_quaternion(ball: Ball, xyzw: Floats) -> EulerAngles:
 
 
 def angular_velocity_axes(ball: Ball, angles: Floats) -> Floats:
-    """Return the matrix from three joint rates to the angular velocity in the moved frame, (..., 3) → (..., 3, 3).
+    """Return the matrix (..., 3, 3) from three joint rates to the angular velocity in the moved frame.
 
     Its columns are Rot(a3, −γ) Rot(a2, −β) a1, Rot(a3, −γ) a2 and a3.
     """

@@ -166,10 +166,7 @@ class TurnSelection:
         self._drivers = {motor.driver.name: motor for motor in motors}
 
     def choose(self, typed: Floats, reference: Floats | None) -> tuple[dict[str, Floats], list[Mismatch]]:
-        """Return values (n,) of the driving joints inside balls, by name, and the mismatch of every follower.
-
-        Takes typed configurations (n, nq) and, as reference, configurations of the robot (n, robot.nq).
-        """
+        """Return values (n,) of the driving joints inside balls, by name, and the mismatch of every follower."""
         query = _Input(typed, reference)
         chosen: dict[str, Floats] = {}
         mismatches: list[Mismatch] = []

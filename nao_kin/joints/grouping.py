@@ -263,11 +263,7 @@ def _centre(centres: Floats, axes: Floats, rule: str) -> Floats:
 def partition(
     run: Sequence[_Item], mergeable: Callable[[Sequence[_Item]], bool], longest: int = 3
 ) -> list[list[_Item]]:
-    """Return the best cut of a run into pieces that are single or mergeable.
-
-    The best cut has the fewest pieces; then the largest pieces (by the sum of squares of their lengths); then the
-    larger piece closer to the beginning of the run.
-    """
+    """Return the best cut of a run into pieces that are single or mergeable: the fewest, then the largest, pieces."""
     count = len(run)
     # best[i], for the run from i on: (number of pieces, −sum of squares, negated lengths of pieces). Smaller is better.
     best: list[tuple[int, int, tuple[int, ...]]] = [(0, 0, ())] * (count + 1)

@@ -195,11 +195,7 @@ _SIDES = (
 
 
 def anatomical_kind(joints: tuple[str, ...], pair: KinematicPair) -> str:
-    """Return the anatomical joint that moves like a joint made of these URDF joints; "" if the human body has none.
-
-    A revolute joint among `NAO_TWISTS` turns a limb about its long axis and is a pivot; any other revolute joint is a
-    hinge.
-    """
+    """Return the anatomical joint that moves like a joint made of these URDF joints; "" if the human body has none."""
     if pair.name == "revolute" and joints[0] in NAO_TWISTS:
         return "pivot"
     return _KIND_OF_PAIR.get(pair.name, "")
