@@ -17,18 +17,14 @@ from nao_kin.robot import RobotModel
 
 
 class JointCurves:
-    """The curve of every joint of a robot during a motion; joints that are not named stand still.
-
-    Attributes:
-        sampled: whether common times of Bezier curves, which have to be sampled, were requested.
-    """
+    """The curve of every joint of a robot during a motion; joints that are not named stand still."""
 
     def __init__(self, motion: Motion, fill: str | ArrayLike, robot: RobotModel, rate: float) -> None:
         """Prepare the curves; `fill` is that of `Motion.configurations`, `rate` in samples per second."""
         self._motion, self._robot, self._rate = motion, robot, rate
         self._fill = filled(robot, fill)[robot.nq_base :]
         self._cache: dict[str, Segments] = {}
-        self.sampled = False
+        self.sampled = False  # whether common times of Bezier curves, which have to be sampled, were requested
 
     def __getitem__(self, joint: str) -> Segments:
         """Return the curve of a joint, from the first key of the motion to the last."""
@@ -96,10 +92,7 @@ def held(curve: Segments, times: Floats, keys: Floats, start: float, end: float)
 
 
 def combination(one: Segments, other: Segments, times: Floats, slope: Floats, values: Floats) -> Segments:
-    """Return one − slope · other − constant as cubics, from its values (m + 1,) at times (m + 1,) and the slope (m,).
-
-    Exact where both curves are cubics in time between the times.
-    """
+    """Return one − slope · other − constant as cubics, from its values and times (m + 1,) and the slope (m,)."""
     width, rise = np.diff(times), np.diff(values)
     middle = times[:-1] + 0.5 * width
     inner = []
@@ -130,23 +123,14 @@ Quantity = Literal["value", "speed"]
 
 @dataclass(frozen=True, eq=False)
 class Pieces:
-    """Monotone pieces of a curve, in order of time.
+    """Monotone pieces of a curve, n of them in order of time."""
 
-    Attributes:
-        curve: the segments that were divided.
-        quantity: "value" or "speed".
-        segment: segment of each piece, shape (n,).
-        ends: parameters u of its two ends, shape (n, 2).
-        times: the times of its two ends, shape (n, 2) [s].
-        values: the quantity at its two ends, shape (n, 2).
-    """
-
-    curve: Segments
+    curve: Segments  # the segments that were divided
     quantity: Quantity
-    segment: NDArray[np.intp]
-    ends: Floats
-    times: Floats
-    values: Floats
+    segment: NDArray[np.intp]  # of each piece
+    ends: Floats  # parameters u of its two ends, shape (n, 2)
+    times: Floats  # of its two ends, shape (n, 2) [s]
+    values: Floats  # the quantity at its two ends, shape (n, 2)
 
     def crossings(self, pieces: NDArray[Any], level: Floats | float) -> Floats:
         """Return the times at which some pieces, with ends on both sides of `level`, cross it [s]."""
@@ -161,32 +145,20 @@ class Pieces:
 
 
 class Excess(NamedTuple):
-    """A time interval in which a quantity is above a bound.
+    """A time interval in which a quantity is above a bound."""
 
-    Attributes:
-        start: beginning [s].
-        end: end [s].
-        time: the time of the largest quantity [s].
-        value: the quantity at that time.
-    """
-
-    start: float
-    end: float
-    time: float
-    value: float
+    start: float  # [s]
+    end: float  # [s]
+    time: float  # of the largest quantity [s]
+    value: float  # of the quantity at that time
 
 
 @dataclass(frozen=True)
 class Excesses:
-    """The time intervals in which a quantity is above a bound.
+    """The time intervals in which a quantity is above a bound."""
 
-    Attributes:
-        rows: the intervals in order of time; the worst if there are more than 1 000.
-        left_out: number of the omitted ones.
-    """
-
-    rows: list[Excess]
-    left_out: int
+    rows: list[Excess]  # in order of time; the worst if there are more than 1 000
+    left_out: int  # number of the omitted ones
 
 
 def pieces_of(curve: Segments, quantity: Quantity, chosen: NDArray[Any]) -> Pieces:

@@ -318,8 +318,7 @@ def _slow_times(curve: Segments, own: Floats, new: Floats) -> Floats:
     """Return the times at which segments must be cut too, so that handles end within the pieces.
 
     If the handles a and b together are longer than their segment, its time x runs slower and then faster again. A piece
-    that contains both may begin or end more than three times as fast as its average. A piece in which x only slows
-    down, or only speeds up, does not.
+    that contains both may begin or end more than three times as fast as its average, others do not.
     """
     if curve.lengths is None:
         return np.zeros(0)
@@ -333,9 +332,8 @@ def _cut_curve(
 ) -> None:
     """Fill in the values of added keys, and the handles next to them.
 
-    With its polar form f, a cubic has between the parameters u and v the control points f(u, u, u), f(u, u, v), f(u, v,
-    v) and f(v, v, v).
-
+    With its polar form f, a cubic has between u and v the control points f(u, u, u), f(u, u, v), f(u, v, v) and f(v, v,
+    v).
     Source: L. Ramshaw, Blossoming: A Connect-the-Dots Approach to Splines, DEC SRC report 19 (1987).
     """
     pieces = np.flatnonzero(added[:-1] | added[1:])
@@ -401,10 +399,7 @@ def mirror(robot: RobotModel, motion: Motion) -> Motion:
 
 
 def mirrored_joints(robot: RobotModel) -> dict[str, tuple[str, float]]:
-    """Return joint → (joint on the other side, sign): in the mirror image it has the sign times that joint's value.
-
-    A joint on neither side is its own mirror joint. Mimic joints are left out. All other joints need a mirror image.
-    """
+    """Return joint → (joint on the other side, sign of its value in the mirror image), without mimic joints."""
     check_robot(robot)
     return {name: (other, _sign(robot, name, other)) for name in robot.joint_names for other in (other_side(name),)}
 

@@ -32,11 +32,9 @@ _ACCURACY = 1e-15
 def smooth_slopes(times: Floats, keys: Floats) -> Floats:
     """Return the slopes of the monotone cubic at the keys, shape (k,).
 
-    The straight lines before and after a key have the widths h and the slopes d. The slope of the curve at the key is
-    zero if d₁ and d₂ differ in sign, otherwise their weighted harmonic mean (w₁ + w₂) / (w₁ / d₁ + w₂ / d₂) with
-    w₁ = h₁ + 2 h₂ and w₂ = 2 h₁ + h₂. At the first and the last key it is zero: the robot starts and ends at rest.
-    Between two keys the curve never leaves their range.
-
+    The lines before and after a key have the widths h and the slopes d. The slope at the key is zero if d₁ and d₂
+    differ in sign, else their weighted harmonic mean (w₁ + w₂) / (w₁ / d₁ + w₂ / d₂), w₁ = h₁ + 2 h₂, w₂ = 2 h₁ + h₂.
+    It is zero at both ends, at rest. Between two keys the curve never leaves their range.
     Source: F. N. Fritsch and J. Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300–304.
     """
     slopes = np.zeros_like(keys)
@@ -100,21 +98,13 @@ def bezier_parameter(a: Floats, b: Floats, x: Floats) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class Segments:
-    """The m segments between the m + 1 keys of a joint.
+    """The m segments between the m + 1 keys of a joint."""
 
-    Attributes:
-        start: the times of their beginnings, shape (m,) [s].
-        width: their durations, shape (m,) [s]; zero only for a joint that does not move.
-        first: the values at their beginnings, shape (m,).
-        controls: P, Q and D of the value, shape (m, 3).
-        lengths: a and b of the time, shape (m, 2); None if all are a third.
-    """
-
-    start: Floats
-    width: Floats
-    first: Floats
-    controls: Floats
-    lengths: Floats | None = None
+    start: Floats  # time of the beginning, shape (m,) [s]
+    width: Floats  # duration, shape (m,) [s]; zero only for a joint that does not move
+    first: Floats  # value at the beginning, shape (m,)
+    controls: Floats  # P, Q and D of the value, shape (m, 3)
+    lengths: Floats | None = None  # a and b of the time, shape (m, 2); None if all are a third
 
     def parameter(self, segment: NDArray[Any], t: Floats) -> Floats:
         """Return parameters u (n,) at times (n,) in segments (n,); times outside count as the nearest end."""

@@ -50,17 +50,13 @@ _DEEPEST = 200
 
 @dataclass
 class Curve:
-    """The keys of one actuator, in flat lists, which are faster than a million small objects.
-
-    Attributes:
-        keys: frame, value, line and column of each key.
-        tangents: for each key, left and then right, the kind, and offsets in frames and in the unit of the value.
-    """
+    """The keys of one actuator, in flat lists, which are faster than a million small objects."""
 
     joint: str
     unit: str | None
     place: FilePosition
-    keys: list[float] = field(default_factory=list)
+    keys: list[float] = field(default_factory=list)  # frame, value, line and column of each key
+    # For each key, left and then right: the kind, and offsets in frames and in the unit of the value.
     tangents: list[float] = field(default_factory=list)
 
 

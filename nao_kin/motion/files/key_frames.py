@@ -31,19 +31,12 @@ Ease = Literal["linear", "cosine", "sine"]
 
 @dataclass(frozen=True)
 class KeyFrame:
-    """Joint values, and the interpolation to them.
+    """Joint values, and the interpolation to them."""
 
-    Attributes:
-        duration: time of the step [ms].
-        ease: progress at the fraction s of the duration: "linear" s, "cosine" ½ − ½ cos π s, "sine" sin ½ π s.
-        values: of all joints, NaN for those that are not commanded [rad, for hands 1 for open], shape (26,).
-        place: place of the duration.
-    """
-
-    duration: float
-    ease: Ease
-    values: Floats
-    place: FilePosition
+    duration: float  # of the step [ms]
+    ease: Ease  # progress at the fraction s of the duration: "linear" s, "cosine" ½ − ½ cos π s, "sine" sin ½ π s
+    values: Floats  # of the 26 joints, NaN for those that are not commanded [rad, for hands 1 for open]
+    place: FilePosition  # of the duration
 
 
 def key_frame(
@@ -55,8 +48,8 @@ def key_frame(
 ) -> KeyFrame:
     """Return the key frame that an object describes, with numbers without a unit in the unit `plain`.
 
-    `lists` describes the lists of values, in NAOqi's order: for each the object that contains it, its name there, and
-    its length.
+    `lists` describes the lists of values, in NAOqi's order: the object that contains each, its name there, and its
+    length.
     """
     values = []
     for items, count in [(stream.get(fields, name, Items), count) for fields, name, count in lists]:
@@ -85,11 +78,7 @@ def ease_of(stream: ConfigStream, name: str, eases: Mapping[str, Ease | None], *
 
 
 def motion_of_frames(source: MotionSource, frames: Sequence[KeyFrame]) -> Motion:
-    """Return the motion through key frames, the first of which is reached from the robot's current pose.
-
-    A joint that is not commanded has no key. Between two values it keeps the first one up to the last frame that does
-    not command the joint.
-    """
+    """Return the motion through key frames, the first of which is reached from the robot's current pose."""
     times = np.cumsum([frame.duration for frame in frames]) / 1e3
     check_times(source, times, lambda row: frames[row].place)
     table = np.array([frame.values for frame in frames])
@@ -178,9 +167,7 @@ class Items(list[Any]):
 
 
 class ConfigStream:
-    """A file that is read as a configuration stream, with all its values in `fields`.
-
-        name = value;  // a comment
+    """A file of `name = value;  // comment` that is read as a configuration stream, with all its values in `fields`.
 
     A value is a number, with or without a unit after it (30deg), a word, a quoted text, a list [value, value] or an
     object {name = value; name = value;}.

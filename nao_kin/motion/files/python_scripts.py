@@ -39,19 +39,12 @@ _DEFINITION = re.compile(r"\s*def[ \t]+(?P<name>\w+)")
 
 @dataclass(frozen=True)
 class Statement:
-    """A statement on its own line, or between semicolons; the head of a block counts as one.
+    """A statement on its own line, or between semicolons; the head of a block counts as one."""
 
-    Attributes:
-        text: as in the file, with comments replaced by blanks.
-        line: line of its beginning, from 1.
-        column: column of its beginning, from 1.
-        function: the innermost function around it, by indentation; "" for none.
-    """
-
-    text: str
-    line: int
-    column: int
-    function: str
+    text: str  # as in the file, with comments replaced by blanks
+    line: int  # of its beginning, from 1
+    column: int  # of its beginning, from 1
+    function: str  # the innermost function around it, by indentation; "" for none
 
     def place(self, offset: int, where: str = "") -> FilePosition:
         """Return the place of a character of the statement."""

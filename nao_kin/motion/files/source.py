@@ -36,17 +36,11 @@ class MotionFileWarning(NaoKinWarning):
 
 @dataclass(frozen=True)
 class FilePosition:
-    """A position in a file.
+    """A position in a file."""
 
-    Attributes:
-        line: from 1; 0 for none.
-        column: from 1; 0 for none.
-        where: a prefix of messages, such as "keys[3][2]".
-    """
-
-    line: int = 0
-    column: int = 0
-    where: str = ""
+    line: int = 0  # from 1; 0 for none
+    column: int = 0  # from 1; 0 for none
+    where: str = ""  # a prefix of messages, such as "keys[3][2]"
 
     def entry(self, index: int) -> FilePosition:
         """Return the place of an entry of the list at this place."""
@@ -79,23 +73,14 @@ NOWHERE = FilePosition()
 
 @dataclass(frozen=True)
 class MotionSource:
-    """A motion file that is being read.
+    """A motion file that is being read."""
 
-    Attributes:
-        name: the file, "-" for standard input.
-        data: its content.
-        joints: the known joint names.
-        degrees: turning joints are in degrees if the file does not say so.
-        timeline: name or number of one of several motions in the file; None for the only one.
-        ignore_other: unknown joints are left out.
-    """
-
-    name: str
+    name: str  # "-" for standard input
     data: bytes = field(repr=False)
-    joints: tuple[str, ...]
-    degrees: bool = False
-    timeline: str | None = None
-    ignore_other: bool = False
+    joints: tuple[str, ...]  # the known joint names
+    degrees: bool = False  # turning joints are in degrees if the file does not say so
+    timeline: str | None = None  # name or number of one of several motions; None for the only one
+    ignore_other: bool = False  # unknown joints are left out
 
     @cached_property
     def text(self) -> str:
@@ -220,17 +205,11 @@ def file_name(path: object) -> str:
 
 @dataclass(frozen=True)
 class Format:
-    """A motion file format.
+    """A motion file format."""
 
-    Attributes:
-        name: its name in `read_motion` and `write_motion`.
-        suffixes: the suffixes of its files, the usual one first.
-        title: a short description.
-    """
-
-    name: str
-    suffixes: tuple[str, ...]
-    title: str
+    name: str  # in `read_motion` and `write_motion`
+    suffixes: tuple[str, ...]  # of its files, the usual one first
+    title: str  # a short description
     # Whether the content looks like this format.
     recognises: Callable[[MotionSource], bool] = field(repr=False)
     read: Callable[[MotionSource], Motion] = field(repr=False)

@@ -29,25 +29,15 @@ def nowhere(key: int) -> FilePosition:
 
 @dataclass(frozen=True)
 class Track:
-    """The keys of one joint.
-
-    Attributes:
-        joint: its name.
-        times: the times of its keys, shape (k,) [s].
-        keys: its values at these times, shape (k,) [rad, m or ratio].
-        handles: of a Bezier curve, shape (k, 2, 2), as in `Motion`.
-        place: place of the name.
-        time_of: place of the time of each key.
-        key_of: place of each key.
-    """
+    """The k keys of one joint."""
 
     joint: str
-    times: Floats
-    keys: Floats
-    handles: Floats | None = None
-    place: FilePosition = NOWHERE
-    time_of: FilePositionOf = nowhere
-    key_of: FilePositionOf = nowhere
+    times: Floats  # [s]
+    keys: Floats  # [rad, m or ratio]
+    handles: Floats | None = None  # of a Bezier curve, shape (k, 2, 2), as in `Motion`
+    place: FilePosition = NOWHERE  # of the name
+    time_of: FilePositionOf = nowhere  # place of the time of each key
+    key_of: FilePositionOf = nowhere  # place of each key
 
 
 def motion_of(
